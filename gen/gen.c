@@ -1,11 +1,14 @@
 /*
- * The pass list of the generator: read, check, expand, read the programme, check it, derive, plan, print.
+ * The pass list of the generator: read, check, expand, read the programme, check it; then `passes`; then
+ * print.
  */
 #include "gen.h"
-#include "plan.h"
-#include "runs.h"
+#include "explain/explain.h"
+#include "plan/plan.h"
+#include "tree/roll.h"
 
 #include <errno.h>
+#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -37,7 +40,7 @@ static enum gen_status no_memory(struct generation *gen, const char *to_what_end
         memory->is_over_work
             ? memory_format(memory, "more than %d million operations on expressions", MILLIONS_OF_WORK)
             : memory_format(memory, "more than %d MB of memory", megabytes);
-    complain(&gen->messages, (struct place){.file = gen->model.file}, "%s to %s", what, to_what_end);
+    message_error(&gen->messages, (struct place){.file = gen->model.file}, "%s to %s", what, to_what_end);
     return GEN_MODEL_ERROR;
 }
 
@@ -49,11 +52,11 @@ static void read_model(struct generation *gen, const struct read_request *reques
     read_scene(script, &gen->model);
     check_scene(&gen->model, messages);
     if (!messages->errors)
-        expand(&gen->memory, &gen->model, &gen->tree);
+        tree_expand(&gen->memory, &gen->model, &gen->tree);
     if (!messages->errors)
         read_programme(script, &gen->tree, &gen->model);
     if (!messages->errors)
-        place_points(&gen->memory, &gen->model, &gen->tree);
+        tree_place_points(&gen->memory, &gen->model, &gen->tree);
     if (!messages->errors)
         check_programme(&gen->model, &gen->tree, messages);
     gen->model.sources = script_sources(script);
@@ -75,28 +78,134 @@ enum gen_status gen_read(struct generation *gen, const struct read_request *requ
     read_model(gen, request);
     gen->memory.bound = bound_of_all;
     gen->memory.is_over_bound = false; /* Lua may have found room all the same */
-    sort_messages(&gen->messages);
+    message_sort(&gen->messages);
     return gen->messages.errors ? GEN_MODEL_ERROR : GEN_OK;
 }
 
+/* ---- The passes behind reading, in their order ---- */
+
+static bool start_plan(struct generation *gen) {
+    gen->plan = memory_get(&gen->memory, sizeof *gen->plan);
+    *gen->plan = (struct plan){.memory = &gen->memory,
+                               .g = &gen->graph,
+                               .model = &gen->model,
+                               .tree = &gen->tree,
+                               .rolled = &gen->rolled};
+    return true;
+}
+
+static bool roll_elements(struct generation *gen) {
+    const bool has_loops = !gen->model.printed_form && gen->model.accelerations != ACCELERATIONS_DENSE;
+    roll_tree(&gen->memory, &gen->model, &gen->tree, has_loops ? gen->model.loops : LOOPS_NEVER,
+              &gen->rolled);
+    return true;
+}
+
+static bool derive_quantities(struct generation *gen) {
+    if (quantities_list_functions(gen->plan, gen->emit))
+        return true;
+    message_error(&gen->messages, gen->model.place, "--emit %s: nothing to emit, the model has %s", gen->emit,
+                  gen->plan->left_out);
+    return false;
+}
+
+static bool order_all_sums(struct generation *gen) {
+    order_of_sums(gen->plan);
+    return true;
+}
+
+static bool plan_all_functions(struct generation *gen) {
+    plan_functions(gen->plan);
+    return true;
+}
+
+/* `expand` has given its tree while the model was read: its programme names coordinates. */
+static const struct pass {
+    const char *name;
+    bool (*run)(struct generation *gen); /* false: with a complaint */
+    void (*explain)(const struct generation *gen, struct text *text);
+} passes[] = {
+    {"expand", start_plan, explain_tree},         {"roll", roll_elements, explain_rolled_tree},
+    {"derive", derive_quantities, explain_graph}, {"sums", order_all_sums, explain_graph},
+    {"plan", plan_all_functions, explain_plan},
+};
+enum { PASSES = sizeof passes / sizeof *passes };
+
+#ifdef NDEBUG
+enum { HAS_CHECKS = 0 };
+#else
+enum { HAS_CHECKS = 1 };
+#endif
+
+/* What passes promise each other. `sums` changes nodes where they stand, so that the graph is looked at
+ * before it. */
+static const char *violation_behind(struct generation *gen, const struct pass *pass) {
+    if (pass->run == plan_all_functions)
+        return plan_violation(gen->plan);
+    return pass->run == order_all_sums ? NULL : graph_violation(&gen->graph);
+}
+
+/* The work of looking is none of the model's. */
+static void check_invariants(struct generation *gen, const struct pass *pass) {
+    const double work = gen->memory.work;
+    const char *broken = violation_behind(gen, pass);
+    gen->memory.work = work;
+    if (!broken)
+        return;
+    fprintf(stderr, "refdyn: behind pass %s of %s: %s\n", pass->name, gen->model.name, broken);
+    abort();
+}
+
+static bool run_passes(struct generation *gen, int count) {
+    for (int i = 0; i < count; i++) {
+        if (!passes[i].run(gen))
+            return false;
+        if (HAS_CHECKS)
+            check_invariants(gen, &passes[i]);
+    }
+    return true;
+}
+
 enum gen_status gen_plan(struct generation *gen, const char *emit) {
+    gen->emit = emit;
     if (setjmp(gen->out_of_memory))
         return no_memory(gen, "derive its equations");
-    struct plan *plan = gen->plan = memory_get(&gen->memory, sizeof *plan);
-    *plan = (struct plan){.memory = &gen->memory,
-                          .g = &gen->graph,
-                          .model = &gen->model,
-                          .tree = &gen->tree,
-                          .rolled = &gen->rolled};
-    const bool has_loops = !gen->model.printed_form && gen->model.accelerations != ACCELERATIONS_DENSE;
-    roll(&gen->memory, &gen->model, &gen->tree, has_loops ? gen->model.loops : LOOPS_NEVER, &gen->rolled);
-    if (!list_functions(plan, emit)) {
-        complain(&gen->messages, gen->model.place, "--emit %s: nothing to emit, the model has %s", emit,
-                 plan->left_out);
+    if (!run_passes(gen, PASSES))
         return GEN_MODEL_ERROR;
-    }
-    plan_functions(plan);
-    emit_files(plan);
+    emit_files(gen->plan);
+    return GEN_OK;
+}
+
+static int find_pass(const char *name) {
+    int pass = 0;
+    while (pass < PASSES && strcmp(passes[pass].name, name))
+        pass++;
+    return pass;
+}
+
+static const char *wrong_pass(struct memory *memory, const char *pass) {
+    const char *known = "";
+    for (int i = 0; i < PASSES; i++)
+        known = memory_format(memory, "%s %s", known, passes[i].name);
+    return memory_format(memory, "no pass is called '%s', known:%s", pass, known);
+}
+
+const char *gen_wrong_pass(struct generation *gen, const char *pass) {
+    if (setjmp(gen->out_of_memory))
+        return "out of memory";
+    return find_pass(pass) < PASSES ? NULL : wrong_pass(&gen->memory, pass);
+}
+
+enum gen_status gen_explain(struct generation *gen, const char *emit, const char *pass, FILE *out) {
+    gen->emit = emit;
+    if (setjmp(gen->out_of_memory))
+        return no_memory(gen, "derive its equations");
+    const int last = find_pass(pass);
+    if (!run_passes(gen, last + 1))
+        return GEN_MODEL_ERROR;
+    struct text text = {.memory = &gen->memory};
+    passes[last].explain(gen, &text);
+    fputs(text.data, out);
     return GEN_OK;
 }
 
@@ -129,7 +238,7 @@ static bool is_of_other_model(struct generation *gen, const char *path) {
     const bool is_own = strncmp(name, gen->model.name, length) == 0 && strchr(":,", name[length]);
     if (is_own || !strstr(head, "generated by refdyn"))
         return false;
-    complain(&gen->messages, (struct place){path, 0}, "is of another model, another folder is needed");
+    message_error(&gen->messages, (struct place){path, 0}, "is of another model, another folder is needed");
     return true;
 }
 
@@ -157,8 +266,8 @@ static bool remove_stale_parts(struct generation *gen, const char *directory) {
     const char *model = gen->model.name;
     for (int part = gen->plan->file_count;; part++) { /* NAME.h and all parts before it */
         const char *path =
-            memory_format(&gen->memory, "%s/%s", directory, part_name(&gen->memory, model, part));
-        const char *lead = part_lead(&gen->memory, model, part);
+            memory_format(&gen->memory, "%s/%s", directory, emit_part_name(&gen->memory, model, part));
+        const char *lead = emit_part_lead(&gen->memory, model, part);
         FILE *file = fopen(path, "rb");
         if (!file)
             return true;
@@ -166,8 +275,8 @@ static bool remove_stale_parts(struct generation *gen, const char *directory) {
         fclose(file);
         if (!is_stale || !unlink(path))
             continue;
-        complain(&gen->messages, (struct place){path, 0}, "a part of an earlier emission, not removed: %s",
-                 strerror(errno));
+        message_error(&gen->messages, (struct place){path, 0},
+                      "a part of an earlier emission, not removed: %s", strerror(errno));
         return false;
     }
 }

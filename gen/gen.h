@@ -4,11 +4,11 @@
 #ifndef REFDYN_GEN_GEN_H
 #define REFDYN_GEN_GEN_H
 
-#include "memory.h"
-#include "message.h"
-#include "model.h"
-#include "read.h"
-#include "tree.h"
+#include "base/memory.h"
+#include "base/message.h"
+#include "model/model.h"
+#include "read/read_model.h"
+#include "tree/tree.h"
 
 #include <setjmp.h>
 #include <stdio.h>
@@ -20,8 +20,9 @@ struct generation {
     struct graph graph;
     struct messages messages;
     struct model model;
-    struct tree tree, rolled; /* see runs.h */
+    struct tree tree, rolled; /* see roll.h */
     struct plan *plan;
+    const char *emit; /* what is asked for, as in gen_plan */
     jmp_buf out_of_memory;
 };
 
@@ -35,6 +36,11 @@ const char *gen_wrong_emit(struct generation *generation, const char *emit);
 /* Derives and plans the functions named in `emit` (comma-separated quantities, "all" or NULL: all that the
  * scene has, but derivatives). A complaint when the scene has none of them. */
 enum gen_status gen_plan(struct generation *generation, const char *emit);
+/* The same up to a pass, then prints what the generator holds behind it: for people who change the generator.
+ */
+enum gen_status gen_explain(struct generation *generation, const char *emit, const char *pass, FILE *out);
+/* What is wrong with the name of a pass and what is allowed, or NULL: before gen_explain. */
+const char *gen_wrong_pass(struct generation *generation, const char *pass);
 /* Complains about a file in the folder that has the name of one of ours and is of another model. */
 enum gen_status gen_check_folder(struct generation *generation, const char *directory);
 /* Parts NAME_2.c ... of a longer emission before this one, in folder `directory`: they would be compiled with

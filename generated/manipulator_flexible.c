@@ -22,72 +22,74 @@ void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
     const double t4 = t1 * 0.7853981633974483;
     p->derived.column_psi_moment_z = p->m_col * (p->h / 2.0);
     p->derived.arm_element_length = p->L / 3.0;
-    p->derived.constant_1 = p->derived.arm_element_length * 0.5;
-    const double t5 = p->rho * p->derived.constant_1;
-    p->derived.arm_psi_mass = t4 * t5;
-    p->derived.arm_psi_moment_x = 0.5 * (p->derived.constant_1 * p->derived.arm_psi_mass);
+    p->derived.half_arm_element_length = p->derived.arm_element_length * 0.5;
+    const double t5 = p->rho * p->derived.half_arm_element_length;
+    p->derived.arm_half_element_mass = t4 * t5;
+    p->derived.arm_half_element_moment_x = 0.5 * (p->derived.half_arm_element_length * p->derived.arm_half_element_mass);
     const double t6 = t3 + t3;
-    p->derived.arm_psi_inertia_xx = t5 * t6;
-    p->derived.arm_psi_inertia_yy = p->derived.arm_psi_mass * (p->derived.constant_1 * p->derived.constant_1) /
-        3.0 + t3 * t5;
-    p->derived.arm_stiffness_psi = p->E * t3 / p->derived.arm_element_length;
-    p->derived.arm_damping_psi = p->eta * p->derived.arm_stiffness_psi;
+    p->derived.arm_half_element_inertia_xx = t5 * t6;
+    p->derived.arm_half_element_inertia_yy = p->derived.arm_half_element_mass * (p->derived.half_arm_element_length *
+        p->derived.half_arm_element_length) / 3.0 + t3 * t5;
+    p->derived.arm_stiffness_bending = p->E * t3 / p->derived.arm_element_length;
+    p->derived.arm_damping_bending = p->eta * p->derived.arm_stiffness_bending;
     p->derived.arm_stiffness_phi = t2 * 0.09817477042468103 * (p->E / (2.0 * (1.0 + p->nu))) / p->derived.arm_element_length;
     p->derived.arm_damping_phi = p->eta * p->derived.arm_stiffness_phi;
     const double t7 = p->rho * p->derived.arm_element_length;
-    p->derived.arm_phi_1_mass = t4 * t7;
-    p->derived.constant_2 = p->derived.arm_element_length * p->derived.arm_element_length;
-    p->derived.arm_phi_1_moment_x = 0.5 * (p->derived.arm_element_length * p->derived.arm_phi_1_mass);
-    p->derived.arm_phi_1_inertia_xx = t6 * t7;
-    p->derived.arm_phi_1_inertia_yy = p->derived.arm_phi_1_mass * p->derived.constant_2 / 3.0 + t3 * t7;
-    p->derived.constant_3 = p->derived.constant_1 - p->derived.arm_element_length;
-    /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_3_mass_beyond = p->m_E + p->derived.arm_psi_mass;
-    /* arm_psi_3: composite pseudo-inertia of all beyond, inward */
-    p->derived.constant_4 = p->derived.arm_element_length * arm_phi_3_mass_beyond;
-    /* arm_phi_2: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_2_mass_beyond = p->derived.arm_phi_1_mass + arm_phi_3_mass_beyond;
-    /* arm_psi_2: composite pseudo-inertia of all beyond, inward */
-    p->derived.constant_5 = p->derived.arm_element_length * arm_phi_2_mass_beyond;
-    /* arm_phi_1: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_1_mass_beyond = p->derived.arm_phi_1_mass + arm_phi_2_mass_beyond;
-    /* arm_psi_1: composite pseudo-inertia of all beyond, inward */
-    p->derived.constant_6 = p->derived.constant_1 * arm_phi_1_mass_beyond;
-    /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_mass_beyond_2 = p->derived.arm_psi_mass + arm_phi_1_mass_beyond;
-    /* column_psi: composite pseudo-inertia of all beyond, inward */
+    p->derived.arm_element_mass = t4 * t7;
+    p->derived.arm_element_length_squared = p->derived.arm_element_length * p->derived.arm_element_length;
+    p->derived.arm_element_moment_x = 0.5 * (p->derived.arm_element_length * p->derived.arm_element_mass);
+    p->derived.arm_element_inertia_xx = t6 * t7;
+    p->derived.arm_element_inertia_yy = p->derived.arm_element_mass * p->derived.arm_element_length_squared /
+        3.0 + t3 * t7;
+    p->derived.arm_psi_e_entry_x = p->derived.half_arm_element_length - p->derived.arm_element_length;
+    /* arm_phi_3: Ic = I + Ic of all that it carries (4.5) */
+    const double arm_phi_3_mass_beyond = p->m_E + p->derived.arm_half_element_mass;
+    /* arm_psi_3: Ic = I + Ic of all that it carries (4.5) */
+    p->derived.arm_element_length_times_arm_phi_3_mass_beyond = p->derived.arm_element_length * arm_phi_3_mass_beyond;
+    /* arm_phi_2: Ic = I + Ic of all that it carries (4.5) */
+    const double arm_phi_2_mass_beyond = p->derived.arm_element_mass + arm_phi_3_mass_beyond;
+    /* arm_psi_2: Ic = I + Ic of all that it carries (4.5) */
+    p->derived.arm_element_length_times_arm_phi_2_mass_beyond = p->derived.arm_element_length * arm_phi_2_mass_beyond;
+    /* arm_phi_1: Ic = I + Ic of all that it carries (4.5) */
+    const double arm_phi_1_mass_beyond = p->derived.arm_element_mass + arm_phi_2_mass_beyond;
+    /* arm_psi_1: Ic = I + Ic of all that it carries (4.5) */
+    p->derived.half_arm_element_length_times_arm_phi_1_mass_beyond = p->derived.half_arm_element_length *
+        arm_phi_1_mass_beyond;
+    /* arm_psi: Ic = I + Ic of all that it carries (4.5) */
+    const double arm_psi_mass_beyond_2 = p->derived.arm_half_element_mass + arm_phi_1_mass_beyond;
+    /* column_psi: Ic = I + Ic of all that it carries (4.5) */
     const double column_psi_mass_beyond_2 = p->m_col + arm_psi_mass_beyond_2;
-    /* base_z: composite pseudo-inertia of all beyond, inward */
+    /* base_z: Ic = I + Ic of all that it carries (4.5) */
     p->derived.base_z_mass_beyond_2 = p->m_base + column_psi_mass_beyond_2;
-    /* arm_psi: bias forces c, inward */
-    p->derived.constant_7 = p->derived.arm_psi_inertia_xx - p->derived.arm_psi_inertia_yy;
-    p->derived.constant_8 = p->derived.arm_psi_inertia_yy - p->derived.arm_psi_inertia_xx;
-    /* row 1 (position level): u qdd + v = 0 */
-    p->derived.constant_9 = 1.0 / p->a;
-    p->derived.constant_10 = 1.0 / p->b;
-    p->derived.row_1_rate_gain = 2.0 * p->alpha;
+    /* arm_psi: c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7) */
+    p->derived.arm_half_element_inertia_xx_minus_yy = p->derived.arm_half_element_inertia_xx - p->derived.arm_half_element_inertia_yy;
+    p->derived.arm_half_element_inertia_yy_minus_xx = p->derived.arm_half_element_inertia_yy - p->derived.arm_half_element_inertia_xx;
+    /* row 1, of positions: psi' = u qdd + v, k = -v - 2 alpha psi - beta^2 phi (6.1, 6.3) */
+    p->derived.a_inverse = 1.0 / p->a;
+    p->derived.b_inverse = 1.0 / p->b;
+    p->derived.shared_rate_gain = 2.0 * p->alpha;
     p->derived.row_1_position_gain = p->beta * p->beta;
-    /* row 2 (velocity level): u qdd + v = 0 */
-    p->derived.constant_11 = 3.141592653589793 * (1.0 / p->T);
-    /* potential energy of gravity, zero at the ground's origin */
-    p->derived.constant_12 = p->s_sup * 0.5;
-    p->derived.constant_13 = 0.5 * p->derived.arm_stiffness_psi;
-    p->derived.constant_14 = 0.5 * p->derived.arm_stiffness_phi;
-    /* effector_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
+    /* row 2, of velocities: psi' = u qdd + v, k = -v - 2 alpha psi (6.1, 6.3) */
+    p->derived.T_inverse_times_pi = 3.141592653589793 * (1.0 / p->T);
+    /* Ep = -grav.(mc of all) + springs, zero at the ground's origin (4.10) */
+    p->derived.half_s_sup = p->s_sup * 0.5;
+    p->derived.half_arm_stiffness_bending = 0.5 * p->derived.arm_stiffness_bending;
+    p->derived.half_arm_stiffness_phi = 0.5 * p->derived.arm_stiffness_phi;
+    /* effector_z: U = IA e, D = e.U, IA - U U^T/D is passed on (5.2) */
     p->derived.effector_z_D_inverse = 1.0 / p->m_E;
-    /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    p->derived.constant_15 = 1.0 / p->derived.arm_phi_1_inertia_xx;
-    p->derived.constant_16 = 1.0 / p->derived.arm_psi_inertia_xx;
-    /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    p->derived.constant_17 = p->derived.constant_3 * p->derived.constant_3;
-    /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    p->derived.constant_18 = p->m_base + p->m_col;
-    /* base_z: load, inertia and gravity of the body at these accelerations */
+    /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H is passed on (5.3) */
+    p->derived.arm_element_inertia_xx_inverse = 1.0 / p->derived.arm_element_inertia_xx;
+    p->derived.arm_half_element_inertia_xx_inverse = 1.0 / p->derived.arm_half_element_inertia_xx;
+    /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H is passed on (5.3) */
+    p->derived.arm_psi_e_entry_x_squared = p->derived.arm_psi_e_entry_x * p->derived.arm_psi_e_entry_x;
+    /* arm_psi: U = IA e, D = e.U, IA - U U^T/D is passed on (5.2) */
+    p->derived.m_base_plus_m_col = p->m_base + p->m_col;
+    /* base_z: load l = wrench of I at wdr, ar (4.7, 5.5) */
     const double base_z_load_force_z = p->m_base * p->g;
-    /* column_psi: load, inertia and gravity of the body at these accelerations */
+    /* column_psi: load l = wrench of I at wdr, ar (4.7, 5.5) */
     const double column_psi_load_force_z = p->m_col * p->g;
-    /* arm_psi: force left for the joint, inward */
-    p->derived.constant_19 = base_z_load_force_z + column_psi_load_force_z;
+    /* arm_psi: u = f - e.p, p + U u/D is passed on (5.4) */
+    p->derived.base_z_load_force_z_plus_column_psi_load_force_z = base_z_load_force_z + column_psi_load_force_z;
 }
 
 #ifndef REFDYN_GENERATED_manipulator_flexible_SINCOS /* parts may be compiled as one */
@@ -219,40 +221,40 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     for (int i = 0; i < 169; i++)
         M[i] = 0.0;
     M[0 * 13 + 0] = p->derived.base_z_mass_beyond_2;
-    M[11 * 13 + 11] = p->derived.arm_psi_inertia_xx;
+    M[11 * 13 + 11] = p->derived.arm_half_element_inertia_xx;
     M[12 * 13 + 12] = p->m_E;
-    /* arm_psi: motion from column_psi outward */
+    /* arm_psi from column_psi: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_psi_sin = sine[0];
     const double arm_psi_cos = cosine[0];
-    /* effector_z: motion from arm_psi_e outward */
-    const double effector_z_shift_x = q[12] + p->derived.constant_1;
-    /* effector_z: composite pseudo-inertia of all beyond, inward */
+    /* effector_z from arm_psi_e: w = E w_p, v = E (v_p + w_p x s) + e qd (4.2) */
+    const double effector_z_shift_x = q[12] + p->derived.half_arm_element_length;
+    /* effector_z: Ic = I + Ic of all that it carries (4.5) */
     const double t1 = p->m_E * effector_z_shift_x;
-    /* arm_psi_1: motion from arm_psi outward */
+    /* arm_psi_1 from arm_psi: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_psi_1_sin = sine[1];
     const double arm_psi_1_cos = cosine[1];
-    /* arm_theta_1: motion from arm_psi_1 outward */
+    /* arm_theta_1 from arm_psi_1: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_theta_1_sin = sine[2];
     const double arm_theta_1_cos = cosine[2];
-    /* arm_phi_1: motion from arm_theta_1 outward */
+    /* arm_phi_1 from arm_theta_1: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_phi_1_sin = sine[3];
     const double arm_phi_1_cos = cosine[3];
-    /* arm_psi_2: motion from arm_phi_1 outward */
+    /* arm_psi_2 from arm_phi_1: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_psi_2_sin = sine[4];
     const double arm_psi_2_cos = cosine[4];
-    /* arm_theta_2: motion from arm_psi_2 outward */
+    /* arm_theta_2 from arm_psi_2: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_theta_2_sin = sine[5];
     const double arm_theta_2_cos = cosine[5];
-    /* arm_phi_2: motion from arm_theta_2 outward */
+    /* arm_phi_2 from arm_theta_2: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_phi_2_sin = sine[6];
     const double arm_phi_2_cos = cosine[6];
-    /* arm_psi_3: motion from arm_phi_2 outward */
+    /* arm_psi_3 from arm_phi_2: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_psi_3_sin = sine[7];
     const double arm_psi_3_cos = cosine[7];
-    /* arm_theta_3: motion from arm_psi_3 outward */
+    /* arm_theta_3 from arm_psi_3: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_theta_3_sin = sine[8];
     const double arm_theta_3_cos = cosine[8];
-    /* effector_z: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
+    /* effector_z: its column of M, e_j.W, W = Ic e moved to joint j (4.6) */
     const double t2 = p->m_E * arm_theta_3_sin;
     const double t3 = p->m_E * arm_theta_3_cos;
     const double t4 = arm_psi_3_cos * t3;
@@ -286,19 +288,19 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t27 = arm_theta_1_sin * t24 + arm_theta_1_cos * t17;
     const double t28 = arm_psi_1_sin * t27 + arm_psi_1_cos * t23;
     M[12 * 13 + 0] = arm_psi_cos * t28 + arm_psi_sin * (arm_psi_1_cos * t27 - arm_psi_1_sin * t23);
-    M[12 * 13 + 2] = t25 + p->derived.constant_1 * t28;
-    const double t29 = arm_psi_cos * (arm_psi_1_sin * t26 + arm_psi_1_cos * t21 - p->derived.constant_1 *
+    M[12 * 13 + 2] = t25 + p->derived.half_arm_element_length * t28;
+    const double t29 = arm_psi_cos * (arm_psi_1_sin * t26 + arm_psi_1_cos * t21 - p->derived.half_arm_element_length *
         (arm_theta_1_cos * t24 - arm_theta_1_sin * t17)) + arm_psi_sin * (arm_psi_1_cos * t26 - arm_psi_1_sin *
         t21);
     M[12 * 13 + 1] = t29;
-    /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_3_moment_beyond_x = t1 + p->derived.arm_psi_moment_x;
-    const double arm_phi_3_inertia_beyond_yy = effector_z_shift_x * t1 + p->derived.arm_psi_inertia_yy;
+    /* arm_phi_3: Ic = I + Ic of all that it carries (4.5) */
+    const double arm_phi_3_moment_beyond_x = t1 + p->derived.arm_half_element_moment_x;
+    const double arm_phi_3_inertia_beyond_yy = effector_z_shift_x * t1 + p->derived.arm_half_element_inertia_yy;
     M[10 * 13 + 10] = arm_phi_3_inertia_beyond_yy;
-    /* arm_phi_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t30 = p->derived.arm_psi_inertia_xx * arm_theta_3_sin;
+    /* arm_phi_3: its column of M, e_j.W, W = Ic e moved to joint j (4.6) */
+    const double t30 = p->derived.arm_half_element_inertia_xx * arm_theta_3_sin;
     M[11 * 13 + 9] = -t30;
-    const double t31 = p->derived.arm_psi_inertia_xx * arm_theta_3_cos;
+    const double t31 = p->derived.arm_half_element_inertia_xx * arm_theta_3_cos;
     const double t32 = arm_psi_3_cos * t31;
     M[11 * 13 + 8] = t32;
     const double t33 = arm_psi_3_sin * t31;
@@ -320,16 +322,16 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t43 = arm_theta_1_sin * t41 + arm_theta_1_cos * t38;
     M[11 * 13 + 1] = arm_psi_cos * (arm_psi_1_sin * t43 + arm_psi_1_cos * t40) + arm_psi_sin * (arm_psi_1_cos *
         t43 - arm_psi_1_sin * t40);
-    /* arm_theta_3: composite pseudo-inertia of all beyond, inward */
+    /* arm_theta_3: Ic = I + Ic of all that it carries (4.5) */
     const double t44 = arm_theta_3_sin * arm_phi_3_moment_beyond_x;
     const double arm_psi_3_moment_beyond_x = arm_theta_3_cos * arm_phi_3_moment_beyond_x;
-    const double t45 = arm_theta_3_sin * (arm_phi_3_inertia_beyond_yy - p->derived.arm_psi_inertia_xx);
+    const double t45 = arm_theta_3_sin * (arm_phi_3_inertia_beyond_yy - p->derived.arm_half_element_inertia_xx);
     const double t46 = arm_theta_3_sin * t45;
     const double arm_psi_3_inertia_beyond_zz = arm_phi_3_inertia_beyond_yy - t46;
     M[9 * 13 + 9] = arm_psi_3_inertia_beyond_zz;
-    const double arm_psi_3_inertia_beyond_xx = p->derived.arm_psi_inertia_xx + t46;
+    const double arm_psi_3_inertia_beyond_xx = p->derived.arm_half_element_inertia_xx + t46;
     const double arm_psi_3_inertia_beyond_xz = arm_theta_3_cos * t45;
-    /* arm_theta_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
+    /* arm_theta_3: its column of M, e_j.W, W = Ic e moved to joint j (4.6) */
     const double t47 = arm_psi_3_sin * arm_phi_3_inertia_beyond_yy;
     M[10 * 13 + 8] = -t47;
     const double t48 = arm_psi_3_cos * t44;
@@ -363,12 +365,12 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t71 = arm_theta_1_sin * t68 - arm_theta_1_cos * t61;
     const double t72 = arm_psi_1_sin * t71 + arm_psi_1_cos * t67;
     M[10 * 13 + 0] = arm_psi_cos * t72 + arm_psi_sin * (arm_psi_1_cos * t71 - arm_psi_1_sin * t67);
-    M[10 * 13 + 2] = p->derived.constant_1 * t72 + t69;
-    const double t73 = arm_psi_cos * (arm_psi_1_sin * t70 + arm_psi_1_cos * t65 - p->derived.constant_1 *
+    M[10 * 13 + 2] = p->derived.half_arm_element_length * t72 + t69;
+    const double t73 = arm_psi_cos * (arm_psi_1_sin * t70 + arm_psi_1_cos * t65 - p->derived.half_arm_element_length *
         (arm_theta_1_cos * t68 + arm_theta_1_sin * t61)) + arm_psi_sin * (arm_psi_1_cos * t70 - arm_psi_1_sin *
         t65);
     M[10 * 13 + 1] = t73;
-    /* arm_psi_3: composite pseudo-inertia of all beyond, inward */
+    /* arm_psi_3: Ic = I + Ic of all that it carries (4.5) */
     const double t74 = arm_psi_3_cos * arm_psi_3_moment_beyond_x;
     const double arm_phi_2_moment_beyond_y = arm_psi_3_sin * arm_psi_3_moment_beyond_x;
     const double t75 = arm_psi_3_sin * (arm_psi_3_inertia_beyond_xx - arm_phi_3_inertia_beyond_yy);
@@ -376,11 +378,11 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t77 = arm_psi_3_cos * arm_psi_3_inertia_beyond_xz;
     M[9 * 13 + 8] = t77;
     const double arm_phi_2_inertia_beyond_yz = arm_psi_3_sin * arm_psi_3_inertia_beyond_xz;
-    const double t78 = p->derived.constant_4 + t74;
+    const double t78 = p->derived.arm_element_length_times_arm_phi_3_mass_beyond + t74;
     const double t79 = p->derived.arm_element_length * (t74 + t78);
     const double arm_phi_2_inertia_beyond_xy = arm_psi_3_cos * t75 - p->derived.arm_element_length * arm_phi_2_moment_beyond_y;
     const double arm_phi_2_inertia_beyond_xz = p->derived.arm_element_length * t44 + t77;
-    /* arm_psi_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
+    /* arm_psi_3: its column of M, e_j.W, W = Ic e moved to joint j (4.6) */
     const double t80 = p->derived.arm_element_length * t74 + arm_psi_3_inertia_beyond_zz;
     const double t81 = arm_phi_2_cos * arm_phi_2_inertia_beyond_yz - arm_phi_2_sin * t80;
     M[9 * 13 + 7] = t81;
@@ -409,19 +411,19 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t100 = arm_theta_1_sin * t97 + arm_theta_1_cos * t90;
     const double t101 = arm_psi_1_sin * t100 + arm_psi_1_cos * t96;
     M[9 * 13 + 0] = arm_psi_cos * t101 + arm_psi_sin * (arm_psi_1_cos * t100 - arm_psi_1_sin * t96);
-    M[9 * 13 + 2] = p->derived.constant_1 * t101 + t98;
-    const double t102 = arm_psi_cos * (arm_psi_1_sin * t99 + arm_psi_1_cos * t94 - p->derived.constant_1 *
+    M[9 * 13 + 2] = p->derived.half_arm_element_length * t101 + t98;
+    const double t102 = arm_psi_cos * (arm_psi_1_sin * t99 + arm_psi_1_cos * t94 - p->derived.half_arm_element_length *
         (arm_theta_1_cos * t97 - arm_theta_1_sin * t90)) + arm_psi_sin * (arm_psi_1_cos * t99 - arm_psi_1_sin *
         t94);
     M[9 * 13 + 1] = t102;
-    /* arm_phi_2: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_2_moment_beyond_x = p->derived.arm_phi_1_moment_x + t78;
-    const double arm_phi_2_inertia_beyond_xx = p->derived.arm_phi_1_inertia_xx + arm_psi_3_inertia_beyond_xx -
+    /* arm_phi_2: Ic = I + Ic of all that it carries (4.5) */
+    const double arm_phi_2_moment_beyond_x = p->derived.arm_element_moment_x + t78;
+    const double arm_phi_2_inertia_beyond_xx = p->derived.arm_element_inertia_xx + arm_psi_3_inertia_beyond_xx -
         t76;
     M[8 * 13 + 8] = arm_phi_2_inertia_beyond_xx;
-    const double arm_phi_2_inertia_beyond_yy = p->derived.arm_phi_1_inertia_yy + arm_phi_3_inertia_beyond_yy +
+    const double arm_phi_2_inertia_beyond_yy = p->derived.arm_element_inertia_yy + arm_phi_3_inertia_beyond_yy +
         t79 + t76;
-    const double arm_phi_2_inertia_beyond_zz = p->derived.arm_phi_1_inertia_yy + t79 + arm_psi_3_inertia_beyond_zz;
+    const double arm_phi_2_inertia_beyond_zz = p->derived.arm_element_inertia_yy + t79 + arm_psi_3_inertia_beyond_zz;
     const double arm_theta_2_moment_beyond_y = arm_phi_2_cos * arm_phi_2_moment_beyond_y + arm_phi_2_sin *
         t44;
     const double t103 = arm_phi_2_sin * arm_phi_2_moment_beyond_y;
@@ -439,7 +441,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     M[8 * 13 + 7] = arm_theta_2_inertia_beyond_xy;
     const double arm_theta_2_inertia_beyond_xz = arm_phi_2_sin * arm_phi_2_inertia_beyond_xy + arm_phi_2_cos *
         arm_phi_2_inertia_beyond_xz;
-    /* arm_phi_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
+    /* arm_phi_2: its column of M, e_j.W, W = Ic e moved to joint j (4.6) */
     const double t107 = t104 - t103;
     const double t108 = arm_theta_2_cos * arm_theta_2_inertia_beyond_xz - arm_theta_2_sin * arm_phi_2_inertia_beyond_xx;
     M[8 * 13 + 6] = t108;
@@ -464,12 +466,12 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t123 = arm_theta_1_sin * t120 + arm_theta_1_cos * t113;
     const double t124 = arm_psi_1_sin * t123 + arm_psi_1_cos * t119;
     M[8 * 13 + 0] = arm_psi_cos * t124 + arm_psi_sin * (arm_psi_1_cos * t123 - arm_psi_1_sin * t119);
-    M[8 * 13 + 2] = p->derived.constant_1 * t124 + t121;
-    const double t125 = arm_psi_cos * (arm_psi_1_sin * t122 + arm_psi_1_cos * t117 - p->derived.constant_1 *
+    M[8 * 13 + 2] = p->derived.half_arm_element_length * t124 + t121;
+    const double t125 = arm_psi_cos * (arm_psi_1_sin * t122 + arm_psi_1_cos * t117 - p->derived.half_arm_element_length *
         (arm_theta_1_cos * t120 - arm_theta_1_sin * t113)) + arm_psi_sin * (arm_psi_1_cos * t122 - arm_psi_1_sin *
         t117);
     M[8 * 13 + 1] = t125;
-    /* arm_theta_2: composite pseudo-inertia of all beyond, inward */
+    /* arm_theta_2: Ic = I + Ic of all that it carries (4.5) */
     const double t126 = arm_theta_2_sin * arm_phi_2_moment_beyond_x;
     const double t127 = arm_theta_2_cos * arm_theta_2_moment_beyond_z;
     const double arm_psi_2_moment_beyond_z = t127 - t126;
@@ -487,7 +489,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     M[7 * 13 + 6] = arm_psi_2_inertia_beyond_yz;
     const double arm_psi_2_inertia_beyond_xy = arm_theta_2_sin * arm_theta_2_inertia_beyond_yz + arm_theta_2_cos *
         arm_theta_2_inertia_beyond_xy;
-    /* arm_theta_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
+    /* arm_theta_2: its column of M, e_j.W, W = Ic e moved to joint j (4.6) */
     const double t130 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xy - arm_psi_2_sin * arm_theta_2_inertia_beyond_yy;
     M[7 * 13 + 5] = t130;
     const double t131 = arm_psi_2_cos * arm_psi_2_moment_beyond_z;
@@ -506,12 +508,12 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t141 = arm_theta_1_sin * t138 + arm_theta_1_cos * t131;
     const double t142 = arm_psi_1_sin * t141 + arm_psi_1_cos * t137;
     M[7 * 13 + 0] = arm_psi_cos * t142 + arm_psi_sin * (arm_psi_1_cos * t141 - arm_psi_1_sin * t137);
-    M[7 * 13 + 2] = p->derived.constant_1 * t142 + t139;
-    const double t143 = arm_psi_cos * (arm_psi_1_sin * t140 + arm_psi_1_cos * t135 - p->derived.constant_1 *
+    M[7 * 13 + 2] = p->derived.half_arm_element_length * t142 + t139;
+    const double t143 = arm_psi_cos * (arm_psi_1_sin * t140 + arm_psi_1_cos * t135 - p->derived.half_arm_element_length *
         (arm_theta_1_cos * t138 - arm_theta_1_sin * t131)) + arm_psi_sin * (arm_psi_1_cos * t140 - arm_psi_1_sin *
         t135);
     M[7 * 13 + 1] = t143;
-    /* arm_psi_2: composite pseudo-inertia of all beyond, inward */
+    /* arm_psi_2: Ic = I + Ic of all that it carries (4.5) */
     const double t144 = arm_psi_2_cos * arm_psi_2_moment_beyond_x - arm_psi_2_sin * arm_theta_2_moment_beyond_y;
     const double arm_phi_1_moment_beyond_y = arm_psi_2_sin * arm_psi_2_moment_beyond_x + arm_psi_2_cos * arm_theta_2_moment_beyond_y;
     const double t145 = arm_psi_2_sin * (arm_psi_2_inertia_beyond_xx - arm_theta_2_inertia_beyond_yy) + arm_psi_2_cos *
@@ -521,12 +523,12 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     M[6 * 13 + 5] = t147;
     const double arm_phi_1_inertia_beyond_yz = arm_psi_2_sin * arm_psi_2_inertia_beyond_xz + arm_psi_2_cos *
         arm_psi_2_inertia_beyond_yz;
-    const double t148 = p->derived.constant_5 + t144;
+    const double t148 = p->derived.arm_element_length_times_arm_phi_2_mass_beyond + t144;
     const double t149 = p->derived.arm_element_length * (t144 + t148);
     const double arm_phi_1_inertia_beyond_xy = arm_psi_2_cos * t145 - arm_psi_2_inertia_beyond_xy - p->derived.arm_element_length *
         arm_phi_1_moment_beyond_y;
     const double arm_phi_1_inertia_beyond_xz = t147 - p->derived.arm_element_length * arm_psi_2_moment_beyond_z;
-    /* arm_psi_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
+    /* arm_psi_2: its column of M, e_j.W, W = Ic e moved to joint j (4.6) */
     const double t150 = p->derived.arm_element_length * t144 + arm_psi_2_inertia_beyond_zz;
     const double t151 = arm_phi_1_cos * arm_phi_1_inertia_beyond_yz - arm_phi_1_sin * t150;
     M[6 * 13 + 4] = t151;
@@ -539,19 +541,19 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t157 = arm_theta_1_sin * t154 - arm_theta_1_cos * arm_phi_1_moment_beyond_y;
     const double t158 = arm_psi_1_sin * t157 + arm_psi_1_cos * t153;
     M[6 * 13 + 0] = arm_psi_cos * t158 + arm_psi_sin * (arm_psi_1_cos * t157 - arm_psi_1_sin * t153);
-    M[6 * 13 + 2] = p->derived.constant_1 * t158 + t155;
-    const double t159 = arm_psi_cos * (arm_psi_1_sin * t156 + arm_psi_1_cos * t151 - p->derived.constant_1 *
+    M[6 * 13 + 2] = p->derived.half_arm_element_length * t158 + t155;
+    const double t159 = arm_psi_cos * (arm_psi_1_sin * t156 + arm_psi_1_cos * t151 - p->derived.half_arm_element_length *
         (arm_theta_1_cos * t154 + arm_theta_1_sin * arm_phi_1_moment_beyond_y)) + arm_psi_sin * (arm_psi_1_cos *
         t156 - arm_psi_1_sin * t151);
     M[6 * 13 + 1] = t159;
-    /* arm_phi_1: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_1_moment_beyond_x = p->derived.arm_phi_1_moment_x + t148;
-    const double arm_phi_1_inertia_beyond_xx = p->derived.arm_phi_1_inertia_xx + arm_psi_2_inertia_beyond_xx -
+    /* arm_phi_1: Ic = I + Ic of all that it carries (4.5) */
+    const double arm_phi_1_moment_beyond_x = p->derived.arm_element_moment_x + t148;
+    const double arm_phi_1_inertia_beyond_xx = p->derived.arm_element_inertia_xx + arm_psi_2_inertia_beyond_xx -
         t146;
     M[5 * 13 + 5] = arm_phi_1_inertia_beyond_xx;
-    const double arm_phi_1_inertia_beyond_yy = p->derived.arm_phi_1_inertia_yy + arm_theta_2_inertia_beyond_yy +
+    const double arm_phi_1_inertia_beyond_yy = p->derived.arm_element_inertia_yy + arm_theta_2_inertia_beyond_yy +
         t149 + t146;
-    const double arm_phi_1_inertia_beyond_zz = p->derived.arm_phi_1_inertia_yy + t149 + arm_psi_2_inertia_beyond_zz;
+    const double arm_phi_1_inertia_beyond_zz = p->derived.arm_element_inertia_yy + t149 + arm_psi_2_inertia_beyond_zz;
     const double t160 = arm_phi_1_sin * arm_psi_2_moment_beyond_z;
     const double t161 = arm_phi_1_cos * arm_phi_1_moment_beyond_y;
     const double arm_theta_1_moment_beyond_y = t161 - t160;
@@ -569,7 +571,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     M[5 * 13 + 4] = arm_theta_1_inertia_beyond_xy;
     const double arm_theta_1_inertia_beyond_xz = arm_phi_1_sin * arm_phi_1_inertia_beyond_xy + arm_phi_1_cos *
         arm_phi_1_inertia_beyond_xz;
-    /* arm_phi_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
+    /* arm_phi_1: its column of M, e_j.W, W = Ic e moved to joint j (4.6) */
     const double t165 = t126 - t127;
     const double t166 = arm_phi_1_cos * t165 - t162;
     const double t167 = arm_phi_1_sin * t165 + t161;
@@ -579,12 +581,12 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t170 = arm_theta_1_sin * t167;
     const double t171 = arm_psi_1_sin * t170 + arm_psi_1_cos * t166;
     M[5 * 13 + 0] = arm_psi_cos * t171 + arm_psi_sin * (arm_psi_1_cos * t170 - arm_psi_1_sin * t166);
-    M[5 * 13 + 2] = p->derived.constant_1 * t171 + t168;
+    M[5 * 13 + 2] = p->derived.half_arm_element_length * t171 + t168;
     const double t172 = arm_psi_cos * (arm_psi_1_sin * t169 + arm_psi_1_cos * arm_theta_1_inertia_beyond_xy -
-        p->derived.constant_1 * (arm_theta_1_cos * t167)) + arm_psi_sin * (arm_psi_1_cos * t169 - arm_psi_1_sin *
-        arm_theta_1_inertia_beyond_xy);
+        p->derived.half_arm_element_length * (arm_theta_1_cos * t167)) + arm_psi_sin * (arm_psi_1_cos * t169 -
+        arm_psi_1_sin * arm_theta_1_inertia_beyond_xy);
     M[5 * 13 + 1] = t172;
-    /* arm_theta_1: composite pseudo-inertia of all beyond, inward */
+    /* arm_theta_1: Ic = I + Ic of all that it carries (4.5) */
     const double arm_psi_1_moment_beyond_z = arm_theta_1_cos * arm_theta_1_moment_beyond_z - arm_theta_1_sin *
         arm_phi_1_moment_beyond_x;
     const double arm_psi_1_moment_beyond_x = arm_theta_1_cos * arm_phi_1_moment_beyond_x + arm_theta_1_sin *
@@ -602,13 +604,13 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_1_inertia_beyond_xy = arm_theta_1_sin * arm_theta_1_inertia_beyond_yz + arm_theta_1_cos *
         arm_theta_1_inertia_beyond_xy;
     M[4 * 13 + 1] = arm_psi_cos * (arm_psi_1_sin * arm_psi_1_inertia_beyond_xy + arm_psi_1_cos * arm_theta_1_inertia_beyond_yy +
-        p->derived.constant_1 * arm_psi_1_moment_beyond_x) + arm_psi_sin * (arm_psi_1_cos * arm_psi_1_inertia_beyond_xy -
+        p->derived.half_arm_element_length * arm_psi_1_moment_beyond_x) + arm_psi_sin * (arm_psi_1_cos * arm_psi_1_inertia_beyond_xy -
         arm_psi_1_sin * arm_theta_1_inertia_beyond_yy);
-    /* arm_theta_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
+    /* arm_theta_1: its column of M, e_j.W, W = Ic e moved to joint j (4.6) */
     const double t175 = arm_psi_1_sin * arm_psi_1_moment_beyond_z;
     M[4 * 13 + 0] = arm_psi_cos * t175 + arm_psi_sin * (arm_psi_1_cos * arm_psi_1_moment_beyond_z);
-    M[4 * 13 + 2] = p->derived.constant_1 * t175 + arm_psi_1_inertia_beyond_yz;
-    /* arm_psi_1: composite pseudo-inertia of all beyond, inward */
+    M[4 * 13 + 2] = p->derived.half_arm_element_length * t175 + arm_psi_1_inertia_beyond_yz;
+    /* arm_psi_1: Ic = I + Ic of all that it carries (4.5) */
     const double t176 = arm_psi_1_cos * arm_psi_1_moment_beyond_x;
     const double t177 = t176 - arm_psi_1_sin * arm_theta_1_moment_beyond_y;
     const double t178 = arm_psi_1_sin * arm_psi_1_moment_beyond_x;
@@ -619,30 +621,30 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t181 = arm_psi_1_cos * arm_psi_1_inertia_beyond_xz - arm_psi_1_sin * arm_psi_1_inertia_beyond_yz;
     const double arm_psi_inertia_beyond_yz = arm_psi_1_sin * arm_psi_1_inertia_beyond_xz + arm_psi_1_cos *
         arm_psi_1_inertia_beyond_yz;
-    const double t182 = p->derived.constant_6 + t177;
-    const double t183 = p->derived.constant_1 * (t177 + t182);
-    const double arm_psi_inertia_beyond_xy = arm_psi_1_cos * t179 - arm_psi_1_inertia_beyond_xy - p->derived.constant_1 *
+    const double t182 = p->derived.half_arm_element_length_times_arm_phi_1_mass_beyond + t177;
+    const double t183 = p->derived.half_arm_element_length * (t177 + t182);
+    const double arm_psi_inertia_beyond_xy = arm_psi_1_cos * t179 - arm_psi_1_inertia_beyond_xy - p->derived.half_arm_element_length *
         arm_psi_moment_beyond_y;
-    const double arm_psi_inertia_beyond_xz = t181 - p->derived.constant_1 * arm_psi_1_moment_beyond_z;
-    /* arm_psi_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
+    const double arm_psi_inertia_beyond_xz = t181 - p->derived.half_arm_element_length * arm_psi_1_moment_beyond_z;
+    /* arm_psi_1: its column of M, e_j.W, W = Ic e moved to joint j (4.6) */
     const double t184 = t160 - t161;
     const double t185 = arm_psi_1_sin * t184 + t176;
     M[3 * 13 + 0] = arm_psi_cos * t185 + arm_psi_sin * (arm_psi_1_cos * t184 - t178);
-    M[3 * 13 + 2] = p->derived.constant_1 * t185 + arm_psi_1_inertia_beyond_zz;
+    M[3 * 13 + 2] = p->derived.half_arm_element_length * t185 + arm_psi_1_inertia_beyond_zz;
     const double t186 = arm_psi_cos * arm_psi_inertia_beyond_yz;
     M[2 * 13 + 1] = t186 + arm_psi_sin * arm_psi_inertia_beyond_xz;
     M[3 * 13 + 1] = arm_psi_sin * t181 + t186;
-    /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_moment_beyond_x_2 = p->derived.arm_psi_moment_x + t182;
-    const double arm_psi_inertia_beyond_xx = p->derived.arm_psi_inertia_xx + arm_psi_1_inertia_beyond_xx -
+    /* arm_psi: Ic = I + Ic of all that it carries (4.5) */
+    const double arm_psi_moment_beyond_x_2 = p->derived.arm_half_element_moment_x + t182;
+    const double arm_psi_inertia_beyond_xx = p->derived.arm_half_element_inertia_xx + arm_psi_1_inertia_beyond_xx -
         t180;
-    const double arm_psi_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + arm_theta_1_inertia_beyond_yy +
+    const double arm_psi_inertia_beyond_yy = p->derived.arm_half_element_inertia_yy + arm_theta_1_inertia_beyond_yy +
         t183 + t180;
-    const double arm_psi_inertia_beyond_zz = p->derived.arm_psi_inertia_yy + t183 + arm_psi_1_inertia_beyond_zz;
+    const double arm_psi_inertia_beyond_zz = p->derived.arm_half_element_inertia_yy + t183 + arm_psi_1_inertia_beyond_zz;
     M[2 * 13 + 2] = arm_psi_inertia_beyond_zz;
     const double column_psi_moment_beyond_x_2 = arm_psi_cos * arm_psi_moment_beyond_x_2 - arm_psi_sin * arm_psi_moment_beyond_y;
     M[2 * 13 + 0] = column_psi_moment_beyond_x_2;
-    /* column_psi: composite pseudo-inertia of all beyond, inward */
+    /* column_psi: Ic = I + Ic of all that it carries (4.5) */
     const double column_psi_inertia_beyond_zz = p->Izz_col + arm_psi_inertia_beyond_yy + arm_psi_sin * (arm_psi_sin *
         (arm_psi_inertia_beyond_xx - arm_psi_inertia_beyond_yy) + arm_psi_cos * (arm_psi_inertia_beyond_xy +
         arm_psi_inertia_beyond_xy));
@@ -658,7 +660,7 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
     (void)t;
     double sine[10], cosine[10];
     manipulator_flexible_sincos(q + 2, sine, cosine, 10);
-    /* arm_psi: motion from column_psi outward */
+    /* arm_psi from column_psi: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_psi_sin = sine[0];
     const double arm_psi_cos = cosine[0];
     const double arm_psi_w_x = qd[1] * arm_psi_sin;
@@ -668,9 +670,9 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
     const double t2 = arm_psi_w_x * arm_psi_w_y;
     const double t3 = arm_psi_w_y * arm_psi_w_y + qd[2] * qd[2];
     const double t4 = t1 + t1;
-    /* arm_psi_e: motion from arm_psi outward */
-    const double arm_psi_e_bias_a_y = p->derived.constant_3 * t2;
-    const double arm_psi_e_bias_a_z = p->derived.constant_3 * t4;
+    /* arm_psi_e from arm_psi: r = r_p + R_p s, v = v_p + w_p x s (4.13) */
+    const double arm_psi_e_bias_a_y = p->derived.arm_psi_e_entry_x * t2;
+    const double arm_psi_e_bias_a_z = p->derived.arm_psi_e_entry_x * t4;
     double arm_theta_e_bias_a_x[3];
     double arm_theta_e_bias_wd_x[3];
     double arm_phi_e_bias_a_y[3];
@@ -688,7 +690,7 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
     double last_arm_theta_e_bias_wd_x = arm_psi_bias_wd_x;
     double last_arm_phi_e_bias_wd_y = -t1;
     double last_arm_phi_e_bias_wd_z = 0.0;
-    double last_arm_theta_e_bias_a_x = -p->derived.constant_3 * t3;
+    double last_arm_theta_e_bias_a_x = -p->derived.arm_psi_e_entry_x * t3;
     double last_arm_phi_e_bias_a_y = arm_psi_e_bias_a_y;
     double last_arm_phi_e_bias_a_z = arm_psi_e_bias_a_z;
     double carried_15 = -t3;
@@ -701,30 +703,30 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
         const double arm_theta_e_cos = cosine[2 + 3 * e];
         const double arm_phi_e_sin = sine[3 + 3 * e];
         const double arm_phi_e_cos = cosine[3 + 3 * e];
-        /* arm_psi_e: motion from arm_psi_e outward */
+        /* arm_psi_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         const double arm_psi_e_w_x = arm_psi_e_cos * last_arm_phi_e_w_x + arm_psi_e_sin * last_arm_phi_e_w_y;
         const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
         const double t5 = last_arm_theta_e_bias_a_x + p->derived.arm_element_length * carried_15;
         const double t6 = last_arm_phi_e_bias_a_y + p->derived.arm_element_length * carried_18;
         const double arm_psi_e_bias_a_z_2 = last_arm_phi_e_bias_a_z + p->derived.arm_element_length * carried_21;
-        const double arm_psi_e_bias_a_x_2 = arm_psi_e_cos * t5 + arm_psi_e_sin * t6;
+        const double arm_psi_e_bias_a_x = arm_psi_e_cos * t5 + arm_psi_e_sin * t6;
         const double arm_psi_e_bias_a_y_2 = arm_psi_e_cos * t6 - arm_psi_e_sin * t5;
         const double arm_psi_e_bias_wd_x = arm_psi_e_cos * last_arm_theta_e_bias_wd_x + arm_psi_e_sin * last_arm_phi_e_bias_wd_y +
         qd[3 + 3 * e] * arm_psi_e_w_y;
         const double arm_psi_e_bias_wd_y = arm_psi_e_cos * last_arm_phi_e_bias_wd_y - arm_psi_e_sin * last_arm_theta_e_bias_wd_x -
         qd[3 + 3 * e] * arm_psi_e_w_x;
         const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
-        /* arm_theta_e: motion from arm_psi_e outward */
+        /* arm_theta_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
         const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
-        const double arm_theta_e_bias_a_z = arm_theta_e_sin * arm_psi_e_bias_a_x_2 + arm_theta_e_cos * arm_psi_e_bias_a_z_2;
-        arm_theta_e_bias_a_x[e] = arm_theta_e_cos * arm_psi_e_bias_a_x_2 - arm_theta_e_sin * arm_psi_e_bias_a_z_2;
+        const double arm_theta_e_bias_a_z = arm_theta_e_sin * arm_psi_e_bias_a_x + arm_theta_e_cos * arm_psi_e_bias_a_z_2;
+        arm_theta_e_bias_a_x[e] = arm_theta_e_cos * arm_psi_e_bias_a_x - arm_theta_e_sin * arm_psi_e_bias_a_z_2;
         arm_theta_e_bias_wd_x[e] = arm_theta_e_cos * arm_psi_e_bias_wd_x - arm_theta_e_sin * last_arm_phi_e_bias_wd_z -
         qd[4 + 3 * e] * arm_theta_e_w_z;
         const double arm_theta_e_bias_wd_z = arm_theta_e_sin * arm_psi_e_bias_wd_x + arm_theta_e_cos * last_arm_phi_e_bias_wd_z +
         qd[4 + 3 * e] * arm_theta_e_w_x;
         const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y;
-        /* arm_phi_e: motion from arm_theta_e outward */
+        /* arm_phi_e from arm_theta_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         const double arm_phi_e_w_y = arm_phi_e_sin * arm_theta_e_w_z + arm_phi_e_cos * arm_theta_e_w_y;
         const double arm_phi_e_w_z = arm_phi_e_cos * arm_theta_e_w_z - arm_phi_e_sin * arm_theta_e_w_y;
         arm_phi_e_bias_a_y[e] = arm_phi_e_sin * arm_theta_e_bias_a_z + arm_phi_e_cos * arm_psi_e_bias_a_y_2;
@@ -753,22 +755,23 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
         carried_18 = t9[e];
         carried_21 = t11[e];
     }
-    /* effector_z: motion from arm_psi_e outward */
-    const double effector_z_shift_x = q[12] + p->derived.constant_1;
+    /* effector_z from arm_psi_e: w = E w_p, v = E (v_p + w_p x s) + e qd (4.2) */
+    const double effector_z_shift_x = q[12] + p->derived.half_arm_element_length;
     const double effector_z_bias_a_z = last_arm_theta_e_bias_a_x + carried_15 * effector_z_shift_x;
     const double t12 = last_arm_phi_e_w_y * qd[12];
     const double t13 = last_arm_phi_e_w_z * qd[12];
     const double effector_z_bias_a_x = t12 + t12 - (last_arm_phi_e_bias_a_z + carried_21 * effector_z_shift_x);
     const double effector_z_bias_a_y = last_arm_phi_e_bias_a_y + carried_18 * effector_z_shift_x + (t13 +
         t13);
-    /* effector_z: bias forces c, inward */
+    /* effector_z: c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7) */
     const double effector_z_bias_force_x = p->m_E * effector_z_bias_a_x;
     const double effector_z_bias_force_y = p->m_E * effector_z_bias_a_y;
     const double effector_z_bias_force_z = p->m_E * effector_z_bias_a_z;
     h[12] = -effector_z_bias_force_z;
-    /* arm_psi: bias forces c, inward */
-    const double arm_psi_load_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
-    const double arm_psi_load_moment_y = t1 * p->derived.constant_7 - p->derived.arm_psi_inertia_yy * t1;
+    /* arm_psi: c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7) */
+    const double arm_psi_load_moment_x = p->derived.arm_half_element_inertia_xx * arm_psi_bias_wd_x;
+    const double arm_psi_load_moment_y = t1 * p->derived.arm_half_element_inertia_xx_minus_yy - p->derived.arm_half_element_inertia_yy *
+        t1;
     double carried_52 = 0.0;
     double carried_53 = effector_z_shift_x * effector_z_bias_force_x;
     double carried_54 = effector_z_shift_x * effector_z_bias_force_y;
@@ -776,19 +779,19 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
     double carried_56 = effector_z_bias_force_y;
     double last_arm_psi_e_bias_force_z = -effector_z_bias_force_x;
     for (int e = 2; e >= 0; e--) { /* arm_psi_e, inward */
-        const double arm_phi_e_inertia_xx = (e == 2 ? p->derived.arm_psi_inertia_xx : p->derived.arm_phi_1_inertia_xx);
+        const double arm_phi_e_inertia_xx = (e == 2 ? p->derived.arm_half_element_inertia_xx : p->derived.arm_element_inertia_xx);
         const double arm_psi_e_cos = cosine[1 + 3 * e];
         const double arm_psi_e_sin = sine[1 + 3 * e];
-        const double arm_phi_e_inertia_yy = (e == 2 ? p->derived.arm_psi_inertia_yy : p->derived.arm_phi_1_inertia_yy);
-        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_psi_moment_x : p->derived.arm_phi_1_moment_x);
-        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_psi_mass : p->derived.arm_phi_1_mass);
+        const double arm_phi_e_inertia_yy = (e == 2 ? p->derived.arm_half_element_inertia_yy : p->derived.arm_element_inertia_yy);
+        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_half_element_moment_x : p->derived.arm_element_moment_x);
+        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_half_element_mass : p->derived.arm_element_mass);
         const double arm_phi_e_sin = sine[3 + 3 * e];
         const double arm_phi_e_cos = cosine[3 + 3 * e];
         const double arm_theta_e_sin = sine[2 + 3 * e];
         const double arm_theta_e_cos = cosine[2 + 3 * e];
-        /* arm_phi_e: bias forces c, inward */
+        /* arm_phi_e: c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7) */
         const double arm_phi_e_bias_moment_x = arm_theta_e_bias_wd_x[e] * arm_phi_e_inertia_xx;
-        /* arm_phi_e: bias forces c, inward */
+        /* arm_phi_e: c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7) */
         const double arm_phi_e_bias_moment_x_2 = arm_phi_e_bias_moment_x + carried_52;
         const double arm_phi_e_bias_moment_y = t10[e] * (arm_phi_e_inertia_xx - arm_phi_e_inertia_yy) + arm_phi_e_bias_wd_y[e] *
         arm_phi_e_inertia_yy - arm_phi_e_bias_a_z[e] * arm_phi_e_moment_x + carried_53;
@@ -807,7 +810,7 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
         arm_phi_e_bias_moment_y;
         const double arm_theta_e_bias_force_y = arm_phi_e_cos * arm_phi_e_bias_force_y - arm_phi_e_sin * arm_phi_e_bias_force_z;
         const double arm_theta_e_bias_force_z = arm_phi_e_cos * arm_phi_e_bias_force_z + arm_phi_e_sin * arm_phi_e_bias_force_y;
-        /* arm_theta_e: bias forces c, inward */
+        /* arm_theta_e: c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7) */
         const double t16 = arm_theta_e_sin * arm_phi_e_bias_moment_x_2;
         const double t17 = arm_theta_e_cos * arm_theta_e_bias_moment_z;
         const double arm_psi_e_bias_moment_z = t17 - t16;
@@ -817,7 +820,7 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
         arm_phi_e_bias_force_x;
         const double arm_psi_e_bias_force_x = arm_theta_e_sin * arm_theta_e_bias_force_z + arm_theta_e_cos *
         arm_phi_e_bias_force_x;
-        /* arm_psi_e: bias forces c, inward */
+        /* arm_psi_e: c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7) */
         const double t18 = arm_psi_e_sin * arm_psi_e_bias_force_x + arm_psi_e_cos * arm_theta_e_bias_force_y;
         h[3 + 3 * e] = t16 - t17;
         h[4 + 3 * e] = t14 - t15;
@@ -834,14 +837,14 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
         carried_56 = t18;
         last_arm_psi_e_bias_force_z = arm_psi_e_bias_force_z;
     }
-    /* arm_psi: bias forces c, inward */
+    /* arm_psi: c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7) */
     const double arm_psi_bias_moment_x = arm_psi_load_moment_x + carried_52;
-    const double arm_psi_bias_moment_y = carried_53 - p->derived.constant_3 * last_arm_psi_e_bias_force_z +
+    const double arm_psi_bias_moment_y = carried_53 - p->derived.arm_psi_e_entry_x * last_arm_psi_e_bias_force_z +
         arm_psi_load_moment_y;
-    const double arm_psi_bias_moment_z = carried_54 + p->derived.constant_3 * carried_56 + t2 * p->derived.constant_8;
+    const double arm_psi_bias_moment_z = carried_54 + p->derived.arm_psi_e_entry_x * carried_56 + t2 * p->derived.arm_half_element_inertia_yy_minus_xx;
     h[2] = -arm_psi_bias_moment_z;
-    const double arm_psi_bias_force_x = carried_55 - p->derived.arm_psi_moment_x * t3;
-    const double arm_psi_bias_force_y = p->derived.arm_psi_moment_x * t2 + carried_56;
+    const double arm_psi_bias_force_x = carried_55 - p->derived.arm_half_element_moment_x * t3;
+    const double arm_psi_bias_force_y = p->derived.arm_half_element_moment_x * t2 + carried_56;
     const double column_psi_bias_moment_z = arm_psi_cos * arm_psi_bias_moment_y + arm_psi_sin * arm_psi_bias_moment_x;
     h[1] = -column_psi_bias_moment_z;
     const double column_psi_bias_force_z = arm_psi_cos * arm_psi_bias_force_y + arm_psi_sin * arm_psi_bias_force_x;
@@ -854,7 +857,7 @@ void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p, con
     double sine[10], cosine[10];
     manipulator_flexible_sincos(q + 2, sine, cosine, 10);
     Q[1] = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 * qd[1];
-    /* arm_psi: motion from column_psi outward */
+    /* arm_psi from column_psi: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_psi_sin = sine[0];
     const double arm_psi_cos = cosine[0];
     const double arm_psi_bias_a_falling_x = p->g * arm_psi_sin;
@@ -875,13 +878,13 @@ void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p, con
         const double arm_theta_e_cos = cosine[2 + 3 * e];
         const double arm_phi_e_sin = sine[3 + 3 * e];
         const double arm_phi_e_cos = cosine[3 + 3 * e];
-        /* arm_psi_e: motion from arm_psi_e outward */
+        /* arm_psi_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         arm_psi_e_gravity_x[e] = arm_psi_e_cos * last_arm_theta_e_gravity_x + arm_psi_e_sin * last_arm_phi_e_gravity_y;
         arm_psi_e_gravity_y[e] = arm_psi_e_cos * last_arm_phi_e_gravity_y - arm_psi_e_sin * last_arm_theta_e_gravity_x;
-        /* arm_theta_e: motion from arm_psi_e outward */
+        /* arm_theta_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         arm_theta_e_gravity_z[e] = arm_theta_e_sin * arm_psi_e_gravity_x[e] + arm_theta_e_cos * last_arm_phi_e_gravity_z;
         arm_theta_e_gravity_x[e] = arm_theta_e_cos * arm_psi_e_gravity_x[e] - arm_theta_e_sin * last_arm_phi_e_gravity_z;
-        /* arm_phi_e: motion from arm_theta_e outward */
+        /* arm_phi_e from arm_theta_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         arm_phi_e_gravity_y[e] = arm_phi_e_sin * arm_theta_e_gravity_z[e] + arm_phi_e_cos * arm_psi_e_gravity_y[e];
         arm_phi_e_gravity_z[e] = arm_phi_e_cos * arm_theta_e_gravity_z[e] - arm_phi_e_sin * arm_psi_e_gravity_y[e];
         last_arm_theta_e_gravity_x = arm_theta_e_gravity_x[e];
@@ -889,8 +892,8 @@ void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p, con
         last_arm_phi_e_gravity_z = arm_phi_e_gravity_z[e];
     }
     Q[12] = p->m_E * last_arm_theta_e_gravity_x;
-    /* effector_z: motion from arm_psi_e outward */
-    const double effector_z_shift_x = q[12] + p->derived.constant_1;
+    /* effector_z from arm_psi_e: w = E w_p, v = E (v_p + w_p x s) + e qd (4.2) */
+    const double effector_z_shift_x = q[12] + p->derived.half_arm_element_length;
     double last_arm_phi_e_mass_beyond = p->m_E;
     double carried_43 = p->m_E * effector_z_shift_x;
     double carried_44 = 0.0;
@@ -898,27 +901,27 @@ void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p, con
     for (int e = 2; e >= 0; e--) { /* arm_psi_e, inward */
         const double arm_psi_e_cos = cosine[1 + 3 * e];
         const double arm_psi_e_sin = sine[1 + 3 * e];
-        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_psi_mass : p->derived.arm_phi_1_mass);
-        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_psi_moment_x : p->derived.arm_phi_1_moment_x);
+        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_half_element_mass : p->derived.arm_element_mass);
+        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_half_element_moment_x : p->derived.arm_element_moment_x);
         const double arm_phi_e_cos = cosine[3 + 3 * e];
         const double arm_phi_e_sin = sine[3 + 3 * e];
         const double arm_theta_e_cos = cosine[2 + 3 * e];
         const double arm_theta_e_sin = sine[2 + 3 * e];
-        /* arm_phi_e: composite pseudo-inertia of all beyond, inward */
+        /* arm_phi_e: Ic = I + Ic of all that it carries (4.5) */
         const double arm_phi_e_mass_beyond = arm_phi_e_mass + last_arm_phi_e_mass_beyond;
         const double arm_phi_e_moment_beyond_x = arm_phi_e_moment_x + carried_43;
         const double arm_theta_e_moment_beyond_y = arm_phi_e_cos * carried_44 - arm_phi_e_sin * last_arm_psi_e_moment_beyond_z;
         const double arm_theta_e_moment_beyond_z = arm_phi_e_cos * last_arm_psi_e_moment_beyond_z + arm_phi_e_sin *
         carried_44;
-        /* arm_theta_e: composite pseudo-inertia of all beyond, inward */
+        /* arm_theta_e: Ic = I + Ic of all that it carries (4.5) */
         const double arm_psi_e_moment_beyond_z = arm_theta_e_cos * arm_theta_e_moment_beyond_z - arm_theta_e_sin *
         arm_phi_e_moment_beyond_x;
         const double arm_psi_e_moment_beyond_x = arm_theta_e_sin * arm_theta_e_moment_beyond_z + arm_theta_e_cos *
         arm_phi_e_moment_beyond_x;
         Q[3 + 3 * e] = arm_psi_e_gravity_y[e] * arm_psi_e_moment_beyond_x - arm_psi_e_gravity_x[e] * arm_theta_e_moment_beyond_y -
-        (p->derived.arm_stiffness_psi * q[3 + 3 * e] + p->derived.arm_damping_psi * qd[3 + 3 * e]);
+        (p->derived.arm_stiffness_bending * q[3 + 3 * e] + p->derived.arm_damping_bending * qd[3 + 3 * e]);
         Q[4 + 3 * e] = arm_theta_e_gravity_x[e] * arm_theta_e_moment_beyond_z - arm_theta_e_gravity_z[e] *
-        arm_phi_e_moment_beyond_x - (p->derived.arm_stiffness_psi * q[4 + 3 * e] + p->derived.arm_damping_psi *
+        arm_phi_e_moment_beyond_x - (p->derived.arm_stiffness_bending * q[4 + 3 * e] + p->derived.arm_damping_bending *
         qd[4 + 3 * e]);
         Q[5 + 3 * e] = arm_phi_e_gravity_z[e] * carried_44 - arm_phi_e_gravity_y[e] * last_arm_psi_e_moment_beyond_z -
         (p->derived.arm_stiffness_phi * q[5 + 3 * e] + p->derived.arm_damping_phi * qd[5 + 3 * e]);
@@ -930,14 +933,14 @@ void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p, con
         carried_44 = next_carried_44;
         last_arm_psi_e_moment_beyond_z = arm_psi_e_moment_beyond_z;
     }
-    /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_mass_beyond = p->derived.arm_psi_mass + last_arm_phi_e_mass_beyond;
-    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + carried_43 + p->derived.constant_3 *
+    /* arm_psi: Ic = I + Ic of all that it carries (4.5) */
+    const double arm_psi_mass_beyond = p->derived.arm_half_element_mass + last_arm_phi_e_mass_beyond;
+    const double arm_psi_moment_beyond_x = p->derived.arm_half_element_moment_x + carried_43 + p->derived.arm_psi_e_entry_x *
         last_arm_phi_e_mass_beyond;
     Q[2] = arm_psi_bias_a_falling_x * carried_44 - arm_psi_bias_a_falling_y * arm_psi_moment_beyond_x;
-    /* column_psi: composite pseudo-inertia of all beyond, inward */
+    /* column_psi: Ic = I + Ic of all that it carries (4.5) */
     const double column_psi_mass_beyond = p->m_col + arm_psi_mass_beyond;
-    /* base_z: composite pseudo-inertia of all beyond, inward */
+    /* base_z: Ic = I + Ic of all that it carries (4.5) */
     const double base_z_mass_beyond = p->m_base + column_psi_mass_beyond;
     Q[0] = -(p->s_sup * q[0] + p->d_sup * qd[0] + p->g * base_z_mass_beyond);
 }
@@ -975,10 +978,10 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
     out->C[2 * 13 + 1] = 0.0;
     const double t1 = t * 3.141592653589793 / p->T;
     const double t2 = sin(t1);
-    /* column_psi: motion from base_z outward */
+    /* column_psi from base_z: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double column_psi_sin = sine[0];
     const double column_psi_cos = cosine[0];
-    /* arm_psi: motion from column_psi outward */
+    /* arm_psi from column_psi: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_psi_sin = sine[1];
     const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
@@ -993,14 +996,14 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
     const double t4 = arm_psi_w_x * arm_psi_w_y;
     const double t5 = arm_psi_w_y * arm_psi_w_y + qd[2] * qd[2];
     const double t6 = t3 + t3;
-    /* arm_psi_e: motion from arm_psi outward */
-    const double arm_psi_e_position_x = p->derived.constant_3 * arm_psi_ground_x_x;
-    const double arm_psi_e_position_y = p->derived.constant_3 * arm_psi_ground_y_x;
-    const double arm_psi_e_shift_ground_z = p->derived.constant_3 * arm_psi_sin;
+    /* arm_psi_e from arm_psi: r = r_p + R_p s, v = v_p + w_p x s (4.13) */
+    const double arm_psi_e_position_x = p->derived.arm_psi_e_entry_x * arm_psi_ground_x_x;
+    const double arm_psi_e_position_y = p->derived.arm_psi_e_entry_x * arm_psi_ground_y_x;
+    const double arm_psi_e_shift_ground_z = p->derived.arm_psi_e_entry_x * arm_psi_sin;
     const double arm_psi_e_position_z = arm_psi_position_z + arm_psi_e_shift_ground_z;
-    const double arm_psi_e_v_y = arm_psi_v_y + p->derived.constant_3 * qd[2];
-    const double arm_psi_e_bias_a_y = p->derived.constant_3 * t4;
-    const double arm_psi_e_bias_a_z = p->derived.constant_3 * t6;
+    const double arm_psi_e_v_y = arm_psi_v_y + p->derived.arm_psi_e_entry_x * qd[2];
+    const double arm_psi_e_bias_a_y = p->derived.arm_psi_e_entry_x * t4;
+    const double arm_psi_e_bias_a_z = p->derived.arm_psi_e_entry_x * t6;
     double arm_psi_e_ground_x_y[3];
     double arm_psi_e_ground_y_y[3];
     double arm_psi_e_ground_z_y[3];
@@ -1018,11 +1021,11 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
     double last_arm_phi_e_w_z = qd[2];
     double last_arm_theta_e_v_x = arm_psi_v_x;
     double last_arm_phi_e_v_y = arm_psi_e_v_y;
-    double last_arm_phi_e_v_z = -p->derived.constant_3 * arm_psi_w_y;
+    double last_arm_phi_e_v_z = -p->derived.arm_psi_e_entry_x * arm_psi_w_y;
     double last_arm_theta_e_bias_wd_x = arm_psi_bias_wd_x;
     double last_arm_phi_e_bias_wd_y = -t3;
     double last_arm_phi_e_bias_wd_z = 0.0;
-    double last_arm_theta_e_bias_a_x = -p->derived.constant_3 * t5;
+    double last_arm_theta_e_bias_a_x = -p->derived.arm_psi_e_entry_x * t5;
     double last_arm_phi_e_bias_a_y = arm_psi_e_bias_a_y;
     double last_arm_phi_e_bias_a_z = arm_psi_e_bias_a_z;
     double carried_15 = -t5;
@@ -1050,7 +1053,7 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
         last_arm_phi_e_ground_x_z_at[e] = last_arm_phi_e_ground_x_z;
         last_arm_phi_e_ground_y_z_at[e] = last_arm_phi_e_ground_y_z;
         last_arm_phi_e_ground_z_z_at[e] = last_arm_phi_e_ground_z_z;
-        /* arm_psi_e: motion from arm_psi_e outward */
+        /* arm_psi_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         const double arm_psi_e_ground_x_x = arm_psi_e_cos * last_arm_theta_e_ground_x_x + arm_psi_e_sin *
         last_arm_phi_e_ground_x_y;
         arm_psi_e_ground_x_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
@@ -1066,20 +1069,20 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
         const double arm_psi_e_w_x = arm_psi_e_cos * last_arm_phi_e_w_x + arm_psi_e_sin * last_arm_phi_e_w_y;
         const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
         const double t7 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
-        const double arm_psi_e_v_z_2 = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
+        const double arm_psi_e_v_z = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
         const double arm_psi_e_v_x = arm_psi_e_sin * t7 + arm_psi_e_cos * last_arm_theta_e_v_x;
         const double arm_psi_e_v_y_2 = arm_psi_e_cos * t7 - arm_psi_e_sin * last_arm_theta_e_v_x;
         const double t8 = last_arm_theta_e_bias_a_x + p->derived.arm_element_length * carried_15;
         const double t9 = last_arm_phi_e_bias_a_y + p->derived.arm_element_length * carried_18;
         const double arm_psi_e_bias_a_z_2 = last_arm_phi_e_bias_a_z + p->derived.arm_element_length * carried_21;
-        const double arm_psi_e_bias_a_x_2 = arm_psi_e_cos * t8 + arm_psi_e_sin * t9;
+        const double arm_psi_e_bias_a_x = arm_psi_e_cos * t8 + arm_psi_e_sin * t9;
         const double arm_psi_e_bias_a_y_2 = arm_psi_e_cos * t9 - arm_psi_e_sin * t8;
         const double arm_psi_e_bias_wd_x = arm_psi_e_cos * last_arm_theta_e_bias_wd_x + arm_psi_e_sin * last_arm_phi_e_bias_wd_y +
         qd[3 + 3 * e] * arm_psi_e_w_y;
         const double arm_psi_e_bias_wd_y = arm_psi_e_cos * last_arm_phi_e_bias_wd_y - arm_psi_e_sin * last_arm_theta_e_bias_wd_x -
         qd[3 + 3 * e] * arm_psi_e_w_x;
         const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
-        /* arm_theta_e: motion from arm_psi_e outward */
+        /* arm_theta_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         const double arm_theta_e_ground_x_z = arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
         arm_theta_e_ground_x_x[e] = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
         const double arm_theta_e_ground_y_z = arm_theta_e_sin * arm_psi_e_ground_y_x + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
@@ -1088,16 +1091,16 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
         arm_theta_e_ground_z_x[e] = arm_theta_e_cos * arm_psi_e_ground_z_x - arm_theta_e_sin * last_arm_phi_e_ground_z_z;
         const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
         const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
-        const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z_2;
-        const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z_2;
-        const double arm_theta_e_bias_a_z = arm_theta_e_sin * arm_psi_e_bias_a_x_2 + arm_theta_e_cos * arm_psi_e_bias_a_z_2;
-        const double arm_theta_e_bias_a_x = arm_theta_e_cos * arm_psi_e_bias_a_x_2 - arm_theta_e_sin * arm_psi_e_bias_a_z_2;
+        const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z;
+        const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z;
+        const double arm_theta_e_bias_a_z = arm_theta_e_sin * arm_psi_e_bias_a_x + arm_theta_e_cos * arm_psi_e_bias_a_z_2;
+        const double arm_theta_e_bias_a_x = arm_theta_e_cos * arm_psi_e_bias_a_x - arm_theta_e_sin * arm_psi_e_bias_a_z_2;
         const double arm_theta_e_bias_wd_x = arm_theta_e_cos * arm_psi_e_bias_wd_x - arm_theta_e_sin * last_arm_phi_e_bias_wd_z -
         qd[4 + 3 * e] * arm_theta_e_w_z;
         const double arm_theta_e_bias_wd_z = arm_theta_e_sin * arm_psi_e_bias_wd_x + arm_theta_e_cos * last_arm_phi_e_bias_wd_z +
         qd[4 + 3 * e] * arm_theta_e_w_x;
         const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y;
-        /* arm_phi_e: motion from arm_theta_e outward */
+        /* arm_phi_e from arm_theta_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y[e];
         const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y[e];
         const double arm_phi_e_ground_y_y = arm_phi_e_sin * arm_theta_e_ground_y_z + arm_phi_e_cos * arm_psi_e_ground_y_y[e];
@@ -1150,8 +1153,8 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
     out->C[0 * 13 + 12] = last_arm_theta_e_ground_x_x;
     out->C[1 * 13 + 12] = last_arm_theta_e_ground_y_x;
     out->C[2 * 13 + 12] = last_arm_theta_e_ground_z_x;
-    /* effector_z: motion from arm_psi_e outward */
-    const double effector_z_shift_x = q[12] + p->derived.constant_1;
+    /* effector_z from arm_psi_e: w = E w_p, v = E (v_p + w_p x s) + e qd (4.2) */
+    const double effector_z_shift_x = q[12] + p->derived.half_arm_element_length;
     const double effector_z_position_x = last_arm_psi_e_position_x + last_arm_theta_e_ground_x_x * effector_z_shift_x;
     out->r[0 * 3 + 0] = effector_z_position_x;
     out->C[1 * 13 + 1] = effector_z_position_x;
@@ -1169,7 +1172,7 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
     const double effector_z_bias_a_x = t10 + t10 - (last_arm_phi_e_bias_a_z + carried_21 * effector_z_shift_x);
     const double effector_z_bias_a_y = last_arm_phi_e_bias_a_y + carried_18 * effector_z_shift_x + (t11 +
         t11);
-    /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
+    /* point E: r = T rho, rd = C qd, rdd = C qdd + d (4.4) */
     const double point_E_xd = last_arm_phi_e_ground_x_y * effector_z_v_y - last_arm_phi_e_ground_x_z * effector_z_v_x +
         last_arm_theta_e_ground_x_x * effector_z_v_z;
     out->rd[0 * 3 + 0] = point_E_xd;
@@ -1193,74 +1196,75 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
     out->C[0 * 13 + 2] = -t13;
     const double t14 = column_psi_sin * t12;
     out->C[1 * 13 + 2] = -t14;
-    const double row_2_u_arm_psi = column_psi_sin * effector_z_position_y + column_psi_cos * effector_z_position_x;
-    out->u[1 * 13 + 2] = row_2_u_arm_psi;
-    out->C[2 * 13 + 2] = row_2_u_arm_psi;
-    /* row 1 (position level): u qdd + v = 0 */
+    const double point_E_C_z_arm_psi = column_psi_sin * effector_z_position_y + column_psi_cos * effector_z_position_x;
+    out->u[1 * 13 + 2] = point_E_C_z_arm_psi;
+    out->C[2 * 13 + 2] = point_E_C_z_arm_psi;
+    /* row 1, of positions: psi' = u qdd + v, k = -v - 2 alpha psi - beta^2 phi (6.1, 6.3) */
     const double t15 = (effector_z_position_x - p->xc) / p->a;
     const double t16 = effector_z_position_y / p->b;
     const double row_1_phi = t16 * t16 - 1.0 + t15 * t15;
     out->phi[0] = row_1_phi;
-    const double t17 = point_E_xd * p->derived.constant_9;
+    const double t17 = point_E_xd * p->derived.a_inverse;
     const double t18 = t15 * t17;
-    const double t19 = point_E_yd * p->derived.constant_10;
+    const double t19 = point_E_yd * p->derived.b_inverse;
     const double t20 = t16 * t19;
     const double row_1_psi = t18 + t18 + t20 + t20;
     out->psi[0] = row_1_psi;
-    const double t21 = t17 * t17 + t15 * (point_E_bias_x * p->derived.constant_9);
-    const double t22 = t19 * t19 + t16 * (point_E_bias_y * p->derived.constant_10);
+    const double t21 = t17 * t17 + t15 * (point_E_bias_x * p->derived.a_inverse);
+    const double t22 = t19 * t19 + t16 * (point_E_bias_y * p->derived.b_inverse);
     const double row_1_v = t21 + t21 + t22 + t22;
     out->v[0] = row_1_v;
-    out->k[0] = -(row_1_phi * p->derived.row_1_position_gain + row_1_psi * p->derived.row_1_rate_gain + row_1_v);
-    const double t23 = p->derived.constant_10 * (t16 + t16);
-    const double t24 = p->derived.constant_9 * (t15 + t15);
+    out->k[0] = -(row_1_phi * p->derived.row_1_position_gain + row_1_psi * p->derived.shared_rate_gain + row_1_v);
+    const double t23 = p->derived.b_inverse * (t16 + t16);
+    const double t24 = p->derived.a_inverse * (t15 + t15);
     out->u[0 * 13 + 2] = -(t13 * t24 + t14 * t23);
     const double row_1_u_column_psi = effector_z_position_x * t23 - effector_z_position_y * t24;
     out->u[0 * 13 + 1] = row_1_u_column_psi;
     for (int e = 0; e < 3; e++) { /* arm_psi_e */
-        /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
+        /* point E: r = T rho, rd = C qd, rdd = C qdd + d (4.4) */
         const double t25 = effector_z_position_x - arm_psi_e_position_x_2[e];
         const double t26 = effector_z_position_y - arm_psi_e_position_y_2[e];
         const double t27 = effector_z_position_z - arm_psi_e_position_z_2[e];
         const double t28 = last_arm_phi_e_ground_y_z_at[e] * t27 - last_arm_phi_e_ground_z_z_at[e] * t26;
         const double t29 = last_arm_phi_e_ground_z_z_at[e] * t25 - last_arm_phi_e_ground_x_z_at[e] * t27;
-        const double row_2_u_arm_psi_e = last_arm_phi_e_ground_x_z_at[e] * t26 - last_arm_phi_e_ground_y_z_at[e] *
+        const double point_E_C_z_arm_psi_e = last_arm_phi_e_ground_x_z_at[e] * t26 - last_arm_phi_e_ground_y_z_at[e] *
         t25;
         const double t30 = arm_psi_e_ground_y_y[e] * t27 - arm_psi_e_ground_z_y[e] * t26;
         const double t31 = arm_psi_e_ground_z_y[e] * t25 - arm_psi_e_ground_x_y[e] * t27;
-        const double row_2_u_arm_theta_e = arm_psi_e_ground_x_y[e] * t26 - arm_psi_e_ground_y_y[e] * t25;
+        const double point_E_C_z_arm_theta_e = arm_psi_e_ground_x_y[e] * t26 - arm_psi_e_ground_y_y[e] * t25;
         const double t32 = arm_theta_e_ground_y_x[e] * t27 - arm_theta_e_ground_z_x[e] * t26;
         const double t33 = arm_theta_e_ground_z_x[e] * t25 - arm_theta_e_ground_x_x[e] * t27;
-        const double row_2_u_arm_phi_e = arm_theta_e_ground_x_x[e] * t26 - arm_theta_e_ground_y_x[e] * t25;
-        /* row 1 (position level): u qdd + v = 0 */
+        const double point_E_C_z_arm_phi_e = arm_theta_e_ground_x_x[e] * t26 - arm_theta_e_ground_y_x[e] *
+        t25;
+        /* row 1, of positions: psi' = u qdd + v, k = -v - 2 alpha psi - beta^2 phi (6.1, 6.3) */
         const double row_1_u_arm_psi_e = t29 * t23 + t28 * t24;
         const double row_1_u_arm_theta_e = t31 * t23 + t30 * t24;
         const double row_1_u_arm_phi_e = t33 * t23 + t32 * t24;
         out->u[3 + 3 * e] = row_1_u_arm_psi_e;
         out->u[4 + 3 * e] = row_1_u_arm_theta_e;
         out->u[5 + 3 * e] = row_1_u_arm_phi_e;
-        out->u[16 + 3 * e] = row_2_u_arm_psi_e;
-        out->u[17 + 3 * e] = row_2_u_arm_theta_e;
-        out->u[18 + 3 * e] = row_2_u_arm_phi_e;
+        out->u[16 + 3 * e] = point_E_C_z_arm_psi_e;
+        out->u[17 + 3 * e] = point_E_C_z_arm_theta_e;
+        out->u[18 + 3 * e] = point_E_C_z_arm_phi_e;
         out->C[3 + 3 * e] = t28;
         out->C[4 + 3 * e] = t30;
         out->C[5 + 3 * e] = t32;
         out->C[16 + 3 * e] = t29;
         out->C[17 + 3 * e] = t31;
         out->C[18 + 3 * e] = t33;
-        out->C[29 + 3 * e] = row_2_u_arm_psi_e;
-        out->C[30 + 3 * e] = row_2_u_arm_theta_e;
-        out->C[31 + 3 * e] = row_2_u_arm_phi_e;
+        out->C[29 + 3 * e] = point_E_C_z_arm_psi_e;
+        out->C[30 + 3 * e] = point_E_C_z_arm_theta_e;
+        out->C[31 + 3 * e] = point_E_C_z_arm_phi_e;
     }
     const double row_1_u_effector_z = last_arm_theta_e_ground_x_x * t24 + last_arm_theta_e_ground_y_x * t23;
     out->u[0 * 13 + 12] = row_1_u_effector_z;
-    /* row 2 (velocity level): u qdd + v = 0 */
+    /* row 2, of velocities: psi' = u qdd + v, k = -v - 2 alpha psi (6.1, 6.3) */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
     out->psi[1] = row_2_psi;
-    const double t34 = t2 * (p->derived.constant_11 * cos(t1));
+    const double t34 = t2 * (p->derived.T_inverse_times_pi * cos(t1));
     const double row_2_v = point_E_bias_z - p->v0 * (t34 + t34);
     out->v[1] = row_2_v;
-    out->k[1] = -(row_2_v + p->derived.row_1_rate_gain * row_2_psi);
+    out->k[1] = -(row_2_v + p->derived.shared_rate_gain * row_2_psi);
 }
 
 void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -1335,32 +1339,32 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
     (void)t;
     double sine[10], cosine[10];
     manipulator_flexible_sincos(q + 2, sine, cosine, 10);
-    /* arm_psi: motion from column_psi outward */
+    /* arm_psi from column_psi: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_psi_sin = sine[0];
     const double arm_psi_cos = cosine[0];
     const double arm_psi_w_x = qd[1] * arm_psi_sin;
     const double arm_psi_w_y = qd[1] * arm_psi_cos;
     const double arm_psi_v_x = qd[0] * arm_psi_sin;
     const double arm_psi_v_y = qd[0] * arm_psi_cos;
-    /* arm_psi_e: motion from arm_psi outward */
-    const double arm_psi_e_v_y = arm_psi_v_y + p->derived.constant_3 * qd[2];
-    /* effector_z: motion from arm_psi_e outward */
-    const double effector_z_shift_x = q[12] + p->derived.constant_1;
-    /* kinetic energy */
+    /* arm_psi_e from arm_psi: r = r_p + R_p s, v = v_p + w_p x s (4.13) */
+    const double arm_psi_e_v_y = arm_psi_v_y + p->derived.arm_psi_e_entry_x * qd[2];
+    /* effector_z from arm_psi_e: w = E w_p, v = E (v_p + w_p x s) + e qd (4.2) */
+    const double effector_z_shift_x = q[12] + p->derived.half_arm_element_length;
+    /* 2 Ek = sum of v.p + w.L (4.10) */
     const double t1 = qd[1] * (p->Izz_col * qd[1]) + qd[0] * (p->m_base * qd[0]) + qd[0] * (p->m_col * qd[0]) +
-        arm_psi_w_x * (p->derived.arm_psi_inertia_xx * arm_psi_w_x) + arm_psi_w_y * (p->derived.arm_psi_inertia_yy *
+        arm_psi_w_x * (p->derived.arm_half_element_inertia_xx * arm_psi_w_x) + arm_psi_w_y * (p->derived.arm_half_element_inertia_yy *
         arm_psi_w_y);
-    const double t2 = t1 + arm_psi_v_x * (p->derived.arm_psi_mass * arm_psi_v_x) + arm_psi_v_y * (p->derived.arm_psi_moment_x *
-        qd[2] + p->derived.arm_psi_mass * arm_psi_v_y) + qd[2] * (p->derived.arm_psi_inertia_yy * qd[2] +
-        p->derived.arm_psi_moment_x * arm_psi_v_y);
+    const double t2 = t1 + arm_psi_v_x * (p->derived.arm_half_element_mass * arm_psi_v_x) + arm_psi_v_y *
+        (p->derived.arm_half_element_moment_x * qd[2] + p->derived.arm_half_element_mass * arm_psi_v_y) +
+        qd[2] * (p->derived.arm_half_element_inertia_yy * qd[2] + p->derived.arm_half_element_moment_x * arm_psi_v_y);
     double last_arm_phi_e_w_x = arm_psi_w_x;
     double last_arm_phi_e_w_y = arm_psi_w_y;
     double last_arm_phi_e_w_z = qd[2];
     double last_arm_theta_e_v_x = arm_psi_v_x;
     double last_arm_phi_e_v_y = arm_psi_e_v_y;
-    double last_arm_phi_e_v_z = -p->derived.constant_3 * arm_psi_w_y;
+    double last_arm_phi_e_v_z = -p->derived.arm_psi_e_entry_x * arm_psi_w_y;
     double carried_58 = t2;
-    double carried_59 = p->derived.constant_12 * (q[0] * q[0]);
+    double carried_59 = p->derived.half_s_sup * (q[0] * q[0]);
     for (int e = 0; e < 3; e++) { /* arm_psi_e */
         const double arm_psi_e_cos = cosine[1 + 3 * e];
         const double arm_psi_e_sin = sine[1 + 3 * e];
@@ -1368,31 +1372,31 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
         const double arm_theta_e_cos = cosine[2 + 3 * e];
         const double arm_phi_e_sin = sine[3 + 3 * e];
         const double arm_phi_e_cos = cosine[3 + 3 * e];
-        const double arm_phi_e_inertia_yy = (e == 2 ? p->derived.arm_psi_inertia_yy : p->derived.arm_phi_1_inertia_yy);
-        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_psi_moment_x : p->derived.arm_phi_1_moment_x);
-        const double arm_phi_e_inertia_xx = (e == 2 ? p->derived.arm_psi_inertia_xx : p->derived.arm_phi_1_inertia_xx);
-        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_psi_mass : p->derived.arm_phi_1_mass);
-        /* arm_psi_e: motion from arm_psi_e outward */
+        const double arm_phi_e_inertia_yy = (e == 2 ? p->derived.arm_half_element_inertia_yy : p->derived.arm_element_inertia_yy);
+        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_half_element_moment_x : p->derived.arm_element_moment_x);
+        const double arm_phi_e_inertia_xx = (e == 2 ? p->derived.arm_half_element_inertia_xx : p->derived.arm_element_inertia_xx);
+        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_half_element_mass : p->derived.arm_element_mass);
+        /* arm_psi_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         const double arm_psi_e_w_x = arm_psi_e_cos * last_arm_phi_e_w_x + arm_psi_e_sin * last_arm_phi_e_w_y;
         const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
         const double t3 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
-        const double arm_psi_e_v_z_2 = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
+        const double arm_psi_e_v_z = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
         const double arm_psi_e_v_x = arm_psi_e_sin * t3 + arm_psi_e_cos * last_arm_theta_e_v_x;
         const double arm_psi_e_v_y_2 = arm_psi_e_cos * t3 - arm_psi_e_sin * last_arm_theta_e_v_x;
         const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
-        /* arm_theta_e: motion from arm_psi_e outward */
+        /* arm_theta_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
         const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
-        const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z_2;
-        const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z_2;
+        const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z;
+        const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z;
         const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y;
-        /* arm_phi_e: motion from arm_theta_e outward */
+        /* arm_phi_e from arm_theta_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         const double arm_phi_e_w_y = arm_phi_e_sin * arm_theta_e_w_z + arm_phi_e_cos * arm_theta_e_w_y;
         const double arm_phi_e_w_z = arm_phi_e_cos * arm_theta_e_w_z - arm_phi_e_sin * arm_theta_e_w_y;
         const double arm_phi_e_v_y = arm_phi_e_sin * arm_theta_e_v_z + arm_phi_e_cos * arm_psi_e_v_y_2;
         const double arm_phi_e_v_z = arm_phi_e_cos * arm_theta_e_v_z - arm_phi_e_sin * arm_psi_e_v_y_2;
         const double arm_phi_e_w_x = qd[5 + 3 * e] + arm_theta_e_w_x;
-        /* kinetic energy */
+        /* 2 Ek = sum of v.p + w.L (4.10) */
         const double t4 = arm_phi_e_w_y * (arm_phi_e_w_y * arm_phi_e_inertia_yy - arm_phi_e_v_z * arm_phi_e_moment_x) +
         arm_phi_e_w_x * (arm_phi_e_w_x * arm_phi_e_inertia_xx) + arm_phi_e_w_z * (arm_phi_e_v_y * arm_phi_e_moment_x +
         arm_phi_e_w_z * arm_phi_e_inertia_yy);
@@ -1400,8 +1404,9 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
         arm_phi_e_v_z * (arm_phi_e_v_z * arm_phi_e_mass - arm_phi_e_w_y * arm_phi_e_moment_x) + arm_theta_e_v_x *
         (arm_theta_e_v_x * arm_phi_e_mass);
         const double next_carried_58 = t5 + carried_58;
-        const double next_carried_59 = p->derived.constant_13 * (q[4 + 3 * e] * q[4 + 3 * e]) + p->derived.constant_14 *
-        (q[5 + 3 * e] * q[5 + 3 * e]) + p->derived.constant_13 * (q[3 + 3 * e] * q[3 + 3 * e]) + carried_59;
+        const double next_carried_59 = p->derived.half_arm_stiffness_bending * (q[4 + 3 * e] * q[4 + 3 * e]) +
+        p->derived.half_arm_stiffness_phi * (q[5 + 3 * e] * q[5 + 3 * e]) + p->derived.half_arm_stiffness_bending *
+        (q[3 + 3 * e] * q[3 + 3 * e]) + carried_59;
         last_arm_phi_e_w_x = arm_phi_e_w_x;
         last_arm_phi_e_w_y = arm_phi_e_w_y;
         last_arm_phi_e_w_z = arm_phi_e_w_z;
@@ -1411,7 +1416,7 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
         carried_58 = next_carried_58;
         carried_59 = next_carried_59;
     }
-    /* effector_z: motion from arm_psi_e outward */
+    /* effector_z from arm_psi_e: w = E w_p, v = E (v_p + w_p x s) + e qd (4.2) */
     const double effector_z_v_y = last_arm_phi_e_v_y + last_arm_phi_e_w_z * effector_z_shift_x;
     const double effector_z_v_x = last_arm_phi_e_w_y * effector_z_shift_x - last_arm_phi_e_v_z;
     const double effector_z_v_z = qd[12] + last_arm_theta_e_v_x;
@@ -1424,19 +1429,19 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
     for (int e = 2; e >= 0; e--) { /* arm_psi_e, inward */
         const double arm_psi_e_cos = cosine[1 + 3 * e];
         const double arm_psi_e_sin = sine[1 + 3 * e];
-        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_psi_mass : p->derived.arm_phi_1_mass);
-        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_psi_moment_x : p->derived.arm_phi_1_moment_x);
+        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_half_element_mass : p->derived.arm_element_mass);
+        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_half_element_moment_x : p->derived.arm_element_moment_x);
         const double arm_phi_e_cos = cosine[3 + 3 * e];
         const double arm_phi_e_sin = sine[3 + 3 * e];
         const double arm_theta_e_cos = cosine[2 + 3 * e];
         const double arm_theta_e_sin = sine[2 + 3 * e];
-        /* arm_phi_e: composite pseudo-inertia of all beyond, inward */
+        /* arm_phi_e: Ic = I + Ic of all that it carries (4.5) */
         const double arm_phi_e_mass_beyond = arm_phi_e_mass + last_arm_phi_e_mass_beyond;
         const double arm_phi_e_moment_beyond_x = arm_phi_e_moment_x + carried_43;
         const double arm_theta_e_moment_beyond_y = arm_phi_e_cos * carried_44 - arm_phi_e_sin * last_arm_psi_e_moment_beyond_z;
         const double arm_theta_e_moment_beyond_z = arm_phi_e_cos * last_arm_psi_e_moment_beyond_z + arm_phi_e_sin *
         carried_44;
-        /* arm_theta_e: composite pseudo-inertia of all beyond, inward */
+        /* arm_theta_e: Ic = I + Ic of all that it carries (4.5) */
         const double arm_psi_e_moment_beyond_z = arm_theta_e_cos * arm_theta_e_moment_beyond_z - arm_theta_e_sin *
         arm_phi_e_moment_beyond_x;
         const double arm_psi_e_moment_beyond_x = arm_theta_e_sin * arm_theta_e_moment_beyond_z + arm_theta_e_cos *
@@ -1449,15 +1454,15 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
         carried_44 = next_carried_44;
         last_arm_psi_e_moment_beyond_z = arm_psi_e_moment_beyond_z;
     }
-    /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_mass_beyond = p->derived.arm_psi_mass + last_arm_phi_e_mass_beyond;
-    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + carried_43 + p->derived.constant_3 *
+    /* arm_psi: Ic = I + Ic of all that it carries (4.5) */
+    const double arm_psi_mass_beyond = p->derived.arm_half_element_mass + last_arm_phi_e_mass_beyond;
+    const double arm_psi_moment_beyond_x = p->derived.arm_half_element_moment_x + carried_43 + p->derived.arm_psi_e_entry_x *
         last_arm_phi_e_mass_beyond;
-    /* column_psi: composite pseudo-inertia of all beyond, inward */
+    /* column_psi: Ic = I + Ic of all that it carries (4.5) */
     const double column_psi_mass_beyond = p->m_col + arm_psi_mass_beyond;
     const double column_psi_moment_beyond_z = p->derived.column_psi_moment_z + arm_psi_cos * carried_44 +
         p->h * arm_psi_mass_beyond + arm_psi_sin * arm_psi_moment_beyond_x;
-    /* base_z: composite pseudo-inertia of all beyond, inward */
+    /* base_z: Ic = I + Ic of all that it carries (4.5) */
     const double base_z_mass_beyond = p->m_base + column_psi_mass_beyond;
     energy[1] = carried_59 + p->g * (q[0] * base_z_mass_beyond + column_psi_moment_beyond_z);
 }
@@ -1466,13 +1471,13 @@ void manipulator_flexible_power(const struct manipulator_flexible_parameters *p,
         const double q[13], const double qd[13], double power[1]) {
     (void)x;
     (void)q;
-    /* potential energy of gravity, zero at the ground's origin */
+    /* Ep = -grav.(mc of all) + springs, zero at the ground's origin (4.10) */
     const double t1 = qd[1] * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
         0.5 * qd[1]) - qd[0] * (p->d_sup * qd[0]);
     double carried_60 = t1;
     for (int e = 0; e < 3; e++) { /* arm_psi_e */
         const double next_carried_60 = carried_60 - qd[5 + 3 * e] * (p->derived.arm_damping_phi * qd[5 + 3 * e]) -
-        qd[4 + 3 * e] * (p->derived.arm_damping_psi * qd[4 + 3 * e]) - qd[3 + 3 * e] * (p->derived.arm_damping_psi *
+        qd[4 + 3 * e] * (p->derived.arm_damping_bending * qd[4 + 3 * e]) - qd[3 + 3 * e] * (p->derived.arm_damping_bending *
         qd[3 + 3 * e]);
         carried_60 = next_carried_60;
     }
@@ -1499,12 +1504,12 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     axis_y[1] = 0.0;
     turned_rows_x[0] = 0.0;
     turned_rows_y[0] = 0.0;
-    /* column_psi: motion from base_z outward */
+    /* column_psi from base_z: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double column_psi_sin = sine[0];
     axis_x[2] = column_psi_sin;
     const double column_psi_cos = cosine[0];
     axis_y[2] = -column_psi_cos;
-    /* arm_psi: motion from column_psi outward */
+    /* arm_psi from column_psi: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_psi_sin = sine[1];
     const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
@@ -1536,17 +1541,17 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
         const double arm_theta_e_cos = cosine[3 + 3 * e];
         const double arm_phi_e_sin = sine[4 + 3 * e];
         const double arm_phi_e_cos = cosine[4 + 3 * e];
-        /* arm_psi_e: motion from arm_psi_e outward */
+        /* arm_psi_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         arm_psi_e_ground_x_x[e] = arm_psi_e_cos * last_arm_theta_e_ground_x_x + arm_psi_e_sin * last_arm_phi_e_ground_x_y;
         arm_psi_e_ground_x_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
         arm_psi_e_ground_y_x[e] = arm_psi_e_cos * last_arm_theta_e_ground_y_x + arm_psi_e_sin * last_arm_phi_e_ground_y_y;
         arm_psi_e_ground_y_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
-        /* arm_theta_e: motion from arm_psi_e outward */
+        /* arm_theta_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         arm_theta_e_ground_x_z[e] = arm_theta_e_sin * arm_psi_e_ground_x_x[e] + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
         arm_theta_e_ground_x_x[e] = arm_theta_e_cos * arm_psi_e_ground_x_x[e] - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
         arm_theta_e_ground_y_z[e] = arm_theta_e_sin * arm_psi_e_ground_y_x[e] + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
         arm_theta_e_ground_y_x[e] = arm_theta_e_cos * arm_psi_e_ground_y_x[e] - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
-        /* arm_phi_e: motion from arm_theta_e outward */
+        /* arm_phi_e from arm_theta_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         arm_phi_e_ground_x_y[e] = arm_phi_e_sin * arm_theta_e_ground_x_z[e] + arm_phi_e_cos * arm_psi_e_ground_x_y[e];
         arm_phi_e_ground_x_z[e] = arm_phi_e_cos * arm_theta_e_ground_x_z[e] - arm_phi_e_sin * arm_psi_e_ground_x_y[e];
         arm_phi_e_ground_y_y[e] = arm_phi_e_sin * arm_theta_e_ground_y_z[e] + arm_phi_e_cos * arm_psi_e_ground_y_y[e];
@@ -1566,9 +1571,9 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     }
     axis_x[12] = last_arm_theta_e_ground_x_x;
     axis_y[12] = last_arm_theta_e_ground_y_x;
-    /* effector_z: motion from arm_psi_e outward */
-    const double effector_z_shift_x = q[12] + p->derived.constant_1;
-    /* axes, and wrenches that accelerate all beyond, in the ground's axes */
+    /* effector_z from arm_psi_e: w = E w_p, v = E (v_p + w_p x s) + e qd (4.2) */
+    const double effector_z_shift_x = q[12] + p->derived.half_arm_element_length;
+    /* e and W = Ic e of each joint, in the ground's axes (4.6) */
     const double effector_z_moment_change_x = p->m_E * last_arm_theta_e_ground_x_x;
     turned_rows_y[12] = p->g * effector_z_moment_change_x;
     const double effector_z_moment_change_y = p->m_E * last_arm_theta_e_ground_y_x;
@@ -1580,13 +1585,13 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     for (int e = 2; e >= 0; e--) { /* arm_psi_e, inward */
         const double arm_psi_e_cos = cosine[2 + 3 * e];
         const double arm_psi_e_sin = sine[2 + 3 * e];
-        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_psi_mass : p->derived.arm_phi_1_mass);
-        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_psi_moment_x : p->derived.arm_phi_1_moment_x);
+        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_half_element_mass : p->derived.arm_element_mass);
+        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_half_element_moment_x : p->derived.arm_element_moment_x);
         const double arm_phi_e_sin = sine[4 + 3 * e];
         const double arm_phi_e_cos = cosine[4 + 3 * e];
         const double arm_theta_e_cos = cosine[3 + 3 * e];
         const double arm_theta_e_sin = sine[3 + 3 * e];
-        /* arm_phi_e: composite pseudo-inertia of all beyond, inward */
+        /* arm_phi_e: Ic = I + Ic of all that it carries (4.5) */
         const double arm_phi_e_mass_beyond = arm_phi_e_mass + last_arm_phi_e_mass_beyond;
         const double arm_phi_e_moment_beyond_x = arm_phi_e_moment_x + carried_43;
         const double t3 = arm_phi_e_sin * last_arm_psi_e_moment_beyond_z;
@@ -1594,12 +1599,12 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
         const double arm_theta_e_moment_beyond_y = t4 - t3;
         const double arm_theta_e_moment_beyond_z = arm_phi_e_cos * last_arm_psi_e_moment_beyond_z + arm_phi_e_sin *
         carried_44;
-        /* arm_theta_e: composite pseudo-inertia of all beyond, inward */
+        /* arm_theta_e: Ic = I + Ic of all that it carries (4.5) */
         const double arm_psi_e_moment_beyond_z = arm_theta_e_cos * arm_theta_e_moment_beyond_z - arm_theta_e_sin *
         arm_phi_e_moment_beyond_x;
         const double arm_psi_e_moment_beyond_x = arm_theta_e_sin * arm_theta_e_moment_beyond_z + arm_theta_e_cos *
         arm_phi_e_moment_beyond_x;
-        /* axes, and wrenches that accelerate all beyond, in the ground's axes */
+        /* e and W = Ic e of each joint, in the ground's axes (4.6) */
         const double t5 = t3 - t4;
         const double arm_psi_e_moment_change_x = arm_psi_e_ground_x_y[e] * arm_psi_e_moment_beyond_x + arm_psi_e_ground_x_x[e] *
         t5;
@@ -1627,25 +1632,25 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
         carried_44 = next_carried_44;
         last_arm_psi_e_moment_beyond_z = arm_psi_e_moment_beyond_z;
     }
-    /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + carried_43 + p->derived.constant_3 *
+    /* arm_psi: Ic = I + Ic of all that it carries (4.5) */
+    const double arm_psi_moment_beyond_x = p->derived.arm_half_element_moment_x + carried_43 + p->derived.arm_psi_e_entry_x *
         last_arm_phi_e_mass_beyond;
     turned_rows_x[2] = p->g * (t2 * arm_psi_moment_beyond_x + arm_psi_ground_y_x * carried_44);
     turned_rows_y[2] = -p->g * (t1 * arm_psi_moment_beyond_x + arm_psi_ground_x_x * carried_44);
     const double column_psi_moment_beyond_x = arm_psi_cos * arm_psi_moment_beyond_x - arm_psi_sin * carried_44;
-    /* column_psi: composite pseudo-inertia of all beyond, inward */
+    /* column_psi: Ic = I + Ic of all that it carries (4.5) */
     const double base_z_moment_beyond_x = column_psi_cos * column_psi_moment_beyond_x + column_psi_sin * last_arm_psi_e_moment_beyond_z;
     turned_rows_x[1] = -p->g * base_z_moment_beyond_x;
-    /* axes, and wrenches that accelerate all beyond, in the ground's axes */
+    /* e and W = Ic e of each joint, in the ground's axes (4.6) */
     const double column_psi_moment_change_x = column_psi_cos * last_arm_psi_e_moment_beyond_z - column_psi_sin *
         column_psi_moment_beyond_x;
     turned_rows_y[1] = p->g * column_psi_moment_change_x;
     for (int e = 0; e < 3; e++) { /* arm_psi_e */
-        Q_q[42 + 42 * e] = -p->derived.arm_stiffness_psi;
-        Q_q[56 + 42 * e] = -p->derived.arm_stiffness_psi;
+        Q_q[42 + 42 * e] = -p->derived.arm_stiffness_bending;
+        Q_q[56 + 42 * e] = -p->derived.arm_stiffness_bending;
         Q_q[70 + 42 * e] = -p->derived.arm_stiffness_phi;
     }
-    { /* pairs of coordinates: how j turns what is felt by i beyond it */
+    { /* pairs of coordinates (7.3): how j turns what is felt by i beyond it */
         static const unsigned char is_turn[13] = {0, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 0};
         for (int j = 12; j >= 0; j--) {
             const int end = 13;
@@ -1684,10 +1689,10 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     manipulator_flexible_sincos(q + 1, sine, cosine, 11);
     const double t1 = t * 3.141592653589793 / p->T;
     const double t2 = sin(t1);
-    /* column_psi: motion from base_z outward */
+    /* column_psi from base_z: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double column_psi_sin = sine[0];
     const double column_psi_cos = cosine[0];
-    /* arm_psi: motion from column_psi outward */
+    /* arm_psi from column_psi: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_psi_sin = sine[1];
     const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
@@ -1703,32 +1708,34 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     const double t4 = arm_psi_w_x * arm_psi_w_y;
     const double t5 = arm_psi_w_y * arm_psi_w_y + qd[2] * qd[2];
     const double t6 = t3 + t3;
-    /* arm_psi_e: motion from arm_psi outward */
-    const double arm_psi_e_position_x = p->derived.constant_3 * arm_psi_ground_x_x;
-    const double arm_psi_e_position_y = p->derived.constant_3 * arm_psi_ground_y_x;
-    const double arm_psi_e_v_y = arm_psi_v_y + p->derived.constant_3 * qd[2];
-    const double arm_psi_e_bias_a_y = p->derived.constant_3 * t4;
-    const double arm_psi_e_bias_a_z = p->derived.constant_3 * t6;
-    const double arm_psi_e_bias_a_falling_x = arm_psi_bias_a_falling_x - p->derived.constant_3 * t5;
+    /* arm_psi_e from arm_psi: r = r_p + R_p s, v = v_p + w_p x s (4.13) */
+    const double arm_psi_e_position_x = p->derived.arm_psi_e_entry_x * arm_psi_ground_x_x;
+    const double arm_psi_e_position_y = p->derived.arm_psi_e_entry_x * arm_psi_ground_y_x;
+    const double arm_psi_e_v_y = arm_psi_v_y + p->derived.arm_psi_e_entry_x * qd[2];
+    const double arm_psi_e_bias_a_y = p->derived.arm_psi_e_entry_x * t4;
+    const double arm_psi_e_bias_a_z = p->derived.arm_psi_e_entry_x * t6;
+    const double arm_psi_e_bias_a_falling_x = arm_psi_bias_a_falling_x - p->derived.arm_psi_e_entry_x * t5;
     const double arm_psi_e_bias_a_falling_y = arm_psi_bias_a_falling_y + arm_psi_e_bias_a_y;
-    /* effector_z: motion from arm_psi_e outward */
-    const double effector_z_shift_x = q[12] + p->derived.constant_1;
-    /* effector_z: composite pseudo-inertia of all beyond, inward */
+    /* effector_z from arm_psi_e: w = E w_p, v = E (v_p + w_p x s) + e qd (4.2) */
+    const double effector_z_shift_x = q[12] + p->derived.half_arm_element_length;
+    /* effector_z: Ic = I + Ic of all that it carries (4.5) */
     const double t7 = p->m_E * effector_z_shift_x;
-    /* arm_psi: bias forces c, inward */
-    const double arm_psi_load_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
-    const double arm_psi_load_moment_y = t3 * p->derived.constant_7 - p->derived.arm_psi_inertia_yy * t3;
-    /* row 2 (velocity level): u qdd + v = 0 */
-    const double t8 = t2 * (p->derived.constant_11 * cos(t1));
-    /* effector_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
+    /* arm_psi: c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7) */
+    const double arm_psi_load_moment_x = p->derived.arm_half_element_inertia_xx * arm_psi_bias_wd_x;
+    const double arm_psi_load_moment_y = t3 * p->derived.arm_half_element_inertia_xx_minus_yy - p->derived.arm_half_element_inertia_yy *
+        t3;
+    /* row 2, of velocities: psi' = u qdd + v, k = -v - 2 alpha psi (6.1, 6.3) */
+    const double t8 = t2 * (p->derived.T_inverse_times_pi * cos(t1));
+    /* effector_z: U = IA e, D = e.U, IA - U U^T/D is passed on (5.2) */
     const double t9 = p->m_E * (effector_z_shift_x * effector_z_shift_x);
-    /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
+    /* arm_psi: U = IA e, D = e.U, IA - U U^T/D is passed on (5.2) */
     const double t10 = arm_psi_sin * arm_psi_cos;
-    /* arm_psi: load, inertia and gravity of the body at these accelerations */
-    const double arm_psi_load_moment_z = p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y + t4 * p->derived.constant_8;
-    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
+    /* arm_psi: load l = wrench of I at wdr, ar (4.7, 5.5) */
+    const double arm_psi_load_moment_z = p->derived.arm_half_element_moment_x * arm_psi_bias_a_falling_y +
+        t4 * p->derived.arm_half_element_inertia_yy_minus_xx;
+    const double arm_psi_load_force_x = p->derived.arm_half_element_mass * arm_psi_bias_a_falling_x - p->derived.arm_half_element_moment_x *
         t5;
-    const double arm_psi_load_force_y = p->derived.arm_psi_mass * arm_psi_bias_a_falling_y + p->derived.arm_psi_moment_x *
+    const double arm_psi_load_force_y = p->derived.arm_half_element_mass * arm_psi_bias_a_falling_y + p->derived.arm_half_element_moment_x *
         t4;
     double arm_psi_e_w_x[3];
     double arm_psi_e_w_y[3];
@@ -1746,7 +1753,7 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     double last_arm_phi_e_w_z = qd[2];
     double last_arm_theta_e_v_x = arm_psi_v_x;
     double last_arm_phi_e_v_y = arm_psi_e_v_y;
-    double last_arm_phi_e_v_z = -p->derived.constant_3 * arm_psi_w_y;
+    double last_arm_phi_e_v_z = -p->derived.arm_psi_e_entry_x * arm_psi_w_y;
     double last_arm_theta_e_ground_x_x = arm_psi_ground_x_x;
     double last_arm_phi_e_ground_x_y = -column_psi_cos * arm_psi_sin;
     double last_arm_phi_e_ground_x_z = column_psi_sin;
@@ -1771,11 +1778,11 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double arm_theta_e_cos = cosine[3 + 3 * e];
         const double arm_phi_e_sin = sine[4 + 3 * e];
         const double arm_phi_e_cos = cosine[4 + 3 * e];
-        const double arm_phi_e_inertia_xx = (e == 2 ? p->derived.arm_psi_inertia_xx : p->derived.arm_phi_1_inertia_xx);
-        const double arm_phi_e_inertia_yy = (e == 2 ? p->derived.arm_psi_inertia_yy : p->derived.arm_phi_1_inertia_yy);
-        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_psi_moment_x : p->derived.arm_phi_1_moment_x);
-        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_psi_mass : p->derived.arm_phi_1_mass);
-        /* arm_psi_e: motion from arm_psi_e outward */
+        const double arm_phi_e_inertia_xx = (e == 2 ? p->derived.arm_half_element_inertia_xx : p->derived.arm_element_inertia_xx);
+        const double arm_phi_e_inertia_yy = (e == 2 ? p->derived.arm_half_element_inertia_yy : p->derived.arm_element_inertia_yy);
+        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_half_element_moment_x : p->derived.arm_element_moment_x);
+        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_half_element_mass : p->derived.arm_element_mass);
+        /* arm_psi_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         const double arm_psi_e_ground_x_x = arm_psi_e_cos * last_arm_theta_e_ground_x_x + arm_psi_e_sin *
         last_arm_phi_e_ground_x_y;
         const double arm_psi_e_ground_x_y = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
@@ -1792,11 +1799,11 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         arm_psi_e_w_x[e] = arm_psi_e_cos * last_arm_phi_e_w_x + arm_psi_e_sin * last_arm_phi_e_w_y;
         arm_psi_e_w_y[e] = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
         const double t11 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
-        const double arm_psi_e_v_z_2 = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
+        const double arm_psi_e_v_z = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
         const double arm_psi_e_v_x = arm_psi_e_sin * t11 + arm_psi_e_cos * last_arm_theta_e_v_x;
         const double arm_psi_e_v_y_2 = arm_psi_e_cos * t11 - arm_psi_e_sin * last_arm_theta_e_v_x;
         const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
-        /* arm_theta_e: motion from arm_psi_e outward */
+        /* arm_theta_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         const double arm_theta_e_ground_x_z = arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
         const double arm_theta_e_ground_x_x = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
         const double arm_theta_e_ground_y_z = arm_theta_e_sin * arm_psi_e_ground_y_x + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
@@ -1805,10 +1812,10 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double arm_theta_e_ground_z_x = arm_theta_e_cos * arm_psi_e_ground_z_x - arm_theta_e_sin * last_arm_phi_e_ground_z_z;
         arm_theta_e_w_z[e] = arm_theta_e_sin * arm_psi_e_w_x[e] + arm_theta_e_cos * arm_psi_e_w_z;
         arm_theta_e_w_x[e] = arm_theta_e_cos * arm_psi_e_w_x[e] - arm_theta_e_sin * arm_psi_e_w_z;
-        const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z_2;
-        const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z_2;
+        const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z;
+        const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z;
         const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y[e];
-        /* arm_phi_e: motion from arm_theta_e outward */
+        /* arm_phi_e from arm_theta_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y;
         const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y;
         const double arm_phi_e_ground_y_y = arm_phi_e_sin * arm_theta_e_ground_y_z + arm_phi_e_cos * arm_psi_e_ground_y_y;
@@ -1823,24 +1830,24 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double t12 = arm_phi_e_w_y[e] * arm_phi_e_w_x;
         const double t13 = arm_phi_e_w_y[e] * arm_phi_e_w_y[e] + arm_phi_e_w_z[e] * arm_phi_e_w_z[e];
         const double t14 = arm_phi_e_w_z[e] * arm_phi_e_w_x;
-        /* arm_psi_e: accelerations that loads are taken at */
+        /* arm_psi_e: reference accelerations wdr, ar (5.5) */
         const double t15 = last_arm_theta_e_reference_a_x + p->derived.arm_element_length * carried_81;
         const double t16 = last_arm_phi_e_reference_a_y + p->derived.arm_element_length * carried_84;
         const double arm_psi_e_reference_a_z = last_arm_phi_e_reference_a_z + p->derived.arm_element_length *
         carried_87;
         const double arm_psi_e_reference_a_x = arm_psi_e_cos * t15 + arm_psi_e_sin * t16;
         const double arm_psi_e_reference_a_y = arm_psi_e_cos * t16 - arm_psi_e_sin * t15;
-        /* arm_theta_e: accelerations that loads are taken at */
+        /* arm_theta_e: reference accelerations wdr, ar (5.5) */
         const double arm_theta_e_reference_a_z = arm_theta_e_sin * arm_psi_e_reference_a_x + arm_theta_e_cos *
         arm_psi_e_reference_a_z;
         const double arm_theta_e_reference_a_x = arm_theta_e_cos * arm_psi_e_reference_a_x - arm_theta_e_sin *
         arm_psi_e_reference_a_z;
-        /* arm_phi_e: accelerations that loads are taken at */
+        /* arm_phi_e: reference accelerations wdr, ar (5.5) */
         const double arm_phi_e_reference_a_y = arm_phi_e_sin * arm_theta_e_reference_a_z + arm_phi_e_cos *
         arm_psi_e_reference_a_y;
         const double arm_phi_e_reference_a_z = arm_phi_e_cos * arm_theta_e_reference_a_z - arm_phi_e_sin *
         arm_psi_e_reference_a_y;
-        /* arm_phi_e: load, inertia and gravity of the body at these accelerations */
+        /* arm_phi_e: load l = wrench of I at wdr, ar (4.7, 5.5) */
         arm_phi_e_load_moment_y[e] = t14 * (arm_phi_e_inertia_xx - arm_phi_e_inertia_yy) - arm_phi_e_moment_x *
         arm_phi_e_reference_a_z;
         arm_phi_e_load_moment_z[e] = t12 * (arm_phi_e_inertia_yy - arm_phi_e_inertia_xx) + arm_phi_e_moment_x *
@@ -1873,7 +1880,7 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         carried_84 = t12;
         carried_87 = t14;
     }
-    /* effector_z: motion from arm_psi_e outward */
+    /* effector_z from arm_psi_e: w = E w_p, v = E (v_p + w_p x s) + e qd (4.2) */
     const double effector_z_position_x = last_arm_psi_e_position_x + last_arm_theta_e_ground_x_x * effector_z_shift_x;
     const double effector_z_position_y = last_arm_psi_e_position_y + last_arm_theta_e_ground_y_x * effector_z_shift_x;
     const double effector_z_v_y = last_arm_phi_e_v_y + last_arm_phi_e_w_z * effector_z_shift_x;
@@ -1881,44 +1888,44 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     const double t17 = last_arm_phi_e_w_y * qd[12];
     const double t18 = last_arm_phi_e_w_z * qd[12];
     const double effector_z_v_z = qd[12] + last_arm_theta_e_v_x;
-    /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
+    /* point E: r = T rho, rd = C qd, rdd = C qdd + d (4.4) */
     const double point_E_xd = last_arm_phi_e_ground_x_y * effector_z_v_y - last_arm_phi_e_ground_x_z * effector_z_v_x +
         last_arm_theta_e_ground_x_x * effector_z_v_z;
     const double point_E_yd = last_arm_phi_e_ground_y_y * effector_z_v_y - last_arm_phi_e_ground_y_z * effector_z_v_x +
         last_arm_theta_e_ground_y_x * effector_z_v_z;
     const double point_E_zd = last_arm_phi_e_ground_z_y * effector_z_v_y - last_arm_phi_e_ground_z_z * effector_z_v_x +
         last_arm_theta_e_ground_z_x * effector_z_v_z;
-    /* row 1 (position level): u qdd + v = 0 */
+    /* row 1, of positions: psi' = u qdd + v, k = -v - 2 alpha psi - beta^2 phi (6.1, 6.3) */
     const double t19 = (effector_z_position_x - p->xc) / p->a;
     const double t20 = effector_z_position_y / p->b;
     const double row_1_phi = t20 * t20 - 1.0 + t19 * t19;
-    const double t21 = point_E_xd * p->derived.constant_9;
+    const double t21 = point_E_xd * p->derived.a_inverse;
     const double t22 = t19 * t21;
-    const double t23 = point_E_yd * p->derived.constant_10;
+    const double t23 = point_E_yd * p->derived.b_inverse;
     const double t24 = t20 * t23;
     const double row_1_psi = t22 + t22 + t24 + t24;
-    const double t25 = p->derived.constant_10 * (t20 + t20);
-    const double t26 = p->derived.constant_9 * (t19 + t19);
+    const double t25 = p->derived.b_inverse * (t20 + t20);
+    const double t26 = p->derived.a_inverse * (t19 + t19);
     const double row_1_u_effector_z = last_arm_theta_e_ground_x_x * t26 + last_arm_theta_e_ground_y_x * t25;
-    /* row 2 (velocity level): u qdd + v = 0 */
+    /* row 2, of velocities: psi' = u qdd + v, k = -v - 2 alpha psi (6.1, 6.3) */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    /* effector_z: accelerations that loads are taken at */
+    /* effector_z: reference accelerations wdr, ar (5.5) */
     const double effector_z_reference_a_z = last_arm_theta_e_reference_a_x + effector_z_shift_x * carried_81;
     const double effector_z_reference_a_x = t17 + t17 - last_arm_phi_e_reference_a_z - effector_z_shift_x *
         carried_87;
     const double effector_z_reference_a_y = last_arm_phi_e_reference_a_y + effector_z_shift_x * carried_84 +
         (t18 + t18);
-    /* effector_z: load, inertia and gravity of the body at these accelerations */
+    /* effector_z: load l = wrench of I at wdr, ar (4.7, 5.5) */
     const double effector_z_load_force_x = p->m_E * effector_z_reference_a_x;
     const double effector_z_load_force_y = p->m_E * effector_z_reference_a_y;
     const double effector_z_load_force_z = p->m_E * effector_z_reference_a_z;
-    /* row 1 (position level): u qdd + v = 0 */
-    const double t27 = t21 * t21 + t19 * (p->derived.constant_9 * (last_arm_phi_e_ground_x_y * effector_z_reference_a_y -
+    /* row 1, of positions: psi' = u qdd + v, k = -v - 2 alpha psi - beta^2 phi (6.1, 6.3) */
+    const double t27 = t21 * t21 + t19 * (p->derived.a_inverse * (last_arm_phi_e_ground_x_y * effector_z_reference_a_y -
         last_arm_phi_e_ground_x_z * effector_z_reference_a_x + last_arm_theta_e_ground_x_x * effector_z_reference_a_z));
-    const double t28 = t23 * t23 + t20 * (p->derived.constant_10 * (last_arm_phi_e_ground_y_y * effector_z_reference_a_y -
+    const double t28 = t23 * t23 + t20 * (p->derived.b_inverse * (last_arm_phi_e_ground_y_y * effector_z_reference_a_y -
         last_arm_phi_e_ground_y_z * effector_z_reference_a_x + last_arm_theta_e_ground_y_x * effector_z_reference_a_z));
     const double row_1_v_2 = t27 + t27 + t28 + t28;
-    /* row 2 (velocity level): u qdd + v = 0 */
+    /* row 2, of velocities: psi' = u qdd + v, k = -v - 2 alpha psi (6.1, 6.3) */
     const double row_2_v_2 = last_arm_phi_e_ground_z_y * effector_z_reference_a_y - p->g - p->v0 * (t8 + t8) +
         last_arm_theta_e_ground_z_x * effector_z_reference_a_z - last_arm_phi_e_ground_z_z * effector_z_reference_a_x;
     const double t29 = last_arm_phi_e_ground_x_z * t26 + last_arm_phi_e_ground_y_z * t25;
@@ -1975,13 +1982,14 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double arm_theta_e_sin = sine[3 + 3 * e];
         const double arm_psi_e_sin = sine[2 + 3 * e];
         const double arm_psi_e_cos = cosine[2 + 3 * e];
-        const double arm_phi_e_inertia_yy = (e == 2 ? p->derived.arm_psi_inertia_yy : p->derived.arm_phi_1_inertia_yy);
-        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_psi_moment_x : p->derived.arm_phi_1_moment_x);
-        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_psi_mass : p->derived.arm_phi_1_mass);
-        /* springs -s (q - rest), dampers -d qd, and forces that the model names */
-        const double t31 = p->derived.arm_stiffness_psi * q[4 + 3 * e] + p->derived.arm_damping_psi * qd[4 + 3 * e];
+        const double arm_phi_e_inertia_yy = (e == 2 ? p->derived.arm_half_element_inertia_yy : p->derived.arm_element_inertia_yy);
+        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_half_element_moment_x : p->derived.arm_element_moment_x);
+        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_half_element_mass : p->derived.arm_element_mass);
+        /* Q = -s (q - rest) - d qd + F.C + T.e (4.9) */
+        const double t31 = p->derived.arm_stiffness_bending * q[4 + 3 * e] + p->derived.arm_damping_bending *
+        qd[4 + 3 * e];
         const double t32 = p->derived.arm_stiffness_phi * q[5 + 3 * e] + p->derived.arm_damping_phi * qd[5 + 3 * e];
-        /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
+        /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H is passed on (5.3) */
         arm_theta_e_cos_inverse[e] = 1.0 / arm_theta_e_cos;
         const double t33 = arm_phi_e_sin * arm_phi_e_sin;
         const double t34 = arm_phi_e_sin * arm_phi_e_cos;
@@ -1989,7 +1997,7 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double t36 = arm_theta_e_sin * arm_theta_e_cos;
         const double t37 = arm_psi_e_sin * arm_psi_e_sin;
         const double t38 = arm_psi_e_sin * arm_psi_e_cos;
-        /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
+        /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H is passed on (5.3) */
         const double t39 = arm_phi_e_inertia_yy + carried_61;
         const double t40 = carried_66 - arm_phi_e_moment_x;
         const double t41 = arm_phi_e_moment_x + carried_68;
@@ -2035,14 +2043,15 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double t81 = t67 + t78;
         const double t82 = t38 * t77 + (1.0 - t37 - t37) * t73;
         const double t83 = p->derived.arm_element_length * t80;
-        /* arm_phi_e: force left for the joint, inward */
+        /* arm_phi_e: m and f_p + H^T J^-1 (m - n_p) are passed on (5.3) */
         const double t84 = arm_theta_e_sin * t32;
-        const double t85 = arm_theta_e_cos_inverse[e] * (p->derived.arm_stiffness_psi * q[3 + 3 * e] + p->derived.arm_damping_psi *
-        qd[3 + 3 * e] + t84);
+        const double t85 = arm_theta_e_cos_inverse[e] * (p->derived.arm_stiffness_bending * q[3 + 3 * e] +
+        p->derived.arm_damping_bending * qd[3 + 3 * e] + t84);
         const double t86 = arm_theta_e_cos * t32 + arm_theta_e_sin * t85;
-        /* arm_phi_e: force left for the joint, inward */
+        /* arm_phi_e: m and f_p + H^T J^-1 (m - n_p) are passed on (5.3) */
         const double t87 = arm_phi_e_load_moment_y[e] + arm_phi_e_sin * t85 + arm_phi_e_cos * t31 + carried_91;
-        t88[e] = (e == 2 ? p->derived.constant_16 : p->derived.constant_15) * (t32 + carried_90);
+        t88[e] = (e == 2 ? p->derived.arm_half_element_inertia_xx_inverse : p->derived.arm_element_inertia_xx_inverse) *
+        (t32 + carried_90);
         t89[e] = t44 * (arm_phi_e_sin * t31 - arm_phi_e_cos * t85 - arm_phi_e_load_moment_z[e] - carried_92 +
         t43 * t87);
         t90[e] = t43 * t89[e] + t42 * t87;
@@ -2054,7 +2063,7 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double t96 = arm_theta_e_cos * t95 - arm_theta_e_sin * t91;
         const double t97 = arm_theta_e_sin * t95 + arm_theta_e_cos * t91;
         const double t98 = arm_psi_e_sin * t97 + arm_psi_e_cos * t94;
-        /* arm_phi_e: force left for the joint, inward */
+        /* arm_phi_e: m and f_p + H^T J^-1 (m - n_p) are passed on (5.3) */
         t99[e] = t44 * (t43 * carried_105 - carried_106);
         t100[e] = t43 * t99[e] + t42 * carried_105;
         const double t101 = carried_107 + carried_67 * t99[e] - carried_64 * t100[e];
@@ -2065,7 +2074,7 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double t106 = arm_theta_e_cos * t105 - arm_theta_e_sin * t101;
         const double t107 = arm_theta_e_sin * t105 + arm_theta_e_cos * t101;
         const double t108 = arm_psi_e_sin * t107 + arm_psi_e_cos * t104;
-        /* arm_phi_e: force left for the joint, inward */
+        /* arm_phi_e: m and f_p + H^T J^-1 (m - n_p) are passed on (5.3) */
         t109[e] = t44 * (t43 * carried_118 - carried_119);
         t110[e] = t43 * t109[e] + t42 * carried_118;
         const double t111 = carried_120 + carried_67 * t109[e] - carried_64 * t110[e];
@@ -2076,9 +2085,9 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double t116 = arm_theta_e_cos * t115 - arm_theta_e_sin * t111;
         const double t117 = arm_theta_e_sin * t115 + arm_theta_e_cos * t111;
         const double t118 = arm_psi_e_sin * t117 + arm_psi_e_cos * t114;
-        const double next_carried_61 = p->derived.constant_2 * t74;
-        const double next_carried_62 = p->derived.constant_2 * t81;
-        const double next_carried_63 = -p->derived.constant_2 * t80;
+        const double next_carried_61 = p->derived.arm_element_length_squared * t74;
+        const double next_carried_62 = p->derived.arm_element_length_squared * t81;
+        const double next_carried_63 = -p->derived.arm_element_length_squared * t80;
         const double next_carried_64 = -p->derived.arm_element_length * t79;
         const double next_carried_65 = -t83;
         const double next_carried_66 = -p->derived.arm_element_length * t74;
@@ -2128,85 +2137,88 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         carried_121 = t118;
         carried_122 = t116;
     }
-    /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double arm_psi_U_force_x = carried_67 + p->derived.constant_3 * carried_73;
-    const double t119 = p->derived.constant_3 * carried_66;
-    const double t120 = p->derived.constant_3 * carried_68;
-    const double arm_psi_U_moment_y = carried_63 - carried_75 * p->derived.constant_17 - p->derived.constant_3 *
-        carried_69 + p->derived.constant_3 * carried_65;
-    /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + carried_62 + t120 + carried_71 * p->derived.constant_17 +
-        t120;
-    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + carried_68 + p->derived.constant_3 * carried_71;
+    /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H is passed on (5.3) */
+    const double arm_psi_U_force_x = carried_67 + p->derived.arm_psi_e_entry_x * carried_73;
+    const double t119 = p->derived.arm_psi_e_entry_x * carried_66;
+    const double t120 = p->derived.arm_psi_e_entry_x * carried_68;
+    const double arm_psi_U_moment_y = carried_63 - carried_75 * p->derived.arm_psi_e_entry_x_squared - p->derived.arm_psi_e_entry_x *
+        carried_69 + p->derived.arm_psi_e_entry_x * carried_65;
+    /* arm_psi: U = IA e, D = e.U, IA - U U^T/D is passed on (5.2) */
+    const double arm_psi_U_moment_z = p->derived.arm_half_element_inertia_yy + carried_62 + t120 + carried_71 *
+        p->derived.arm_psi_e_entry_x_squared + t120;
+    const double arm_psi_U_force_y = p->derived.arm_half_element_moment_x + carried_68 + p->derived.arm_psi_e_entry_x *
+        carried_71;
     const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
     const double t121 = arm_psi_U_moment_y * arm_psi_D_inverse;
     const double t122 = arm_psi_U_force_x * arm_psi_D_inverse;
     const double t123 = arm_psi_U_force_y * arm_psi_D_inverse;
-    const double t124 = p->derived.arm_psi_inertia_yy + carried_61 - t119 - t119 + carried_72 * p->derived.constant_17 -
+    const double t124 = p->derived.arm_half_element_inertia_yy + carried_61 - t119 - t119 + carried_72 * p->derived.arm_psi_e_entry_x_squared -
         arm_psi_U_moment_y * t121;
-    const double t125 = p->derived.arm_psi_mass + carried_71 - arm_psi_U_force_y * t123;
-    const double column_psi_U_force_z = arm_psi_cos * (arm_psi_cos * (carried_65 - p->derived.constant_3 *
-        carried_75 - arm_psi_U_moment_y * t123)) + arm_psi_sin * (arm_psi_cos * (carried_64 - p->derived.constant_3 *
+    const double t125 = p->derived.arm_half_element_mass + carried_71 - arm_psi_U_force_y * t123;
+    const double column_psi_U_force_z = arm_psi_cos * (arm_psi_cos * (carried_65 - p->derived.arm_psi_e_entry_x *
+        carried_75 - arm_psi_U_moment_y * t123)) + arm_psi_sin * (arm_psi_cos * (carried_64 - p->derived.arm_psi_e_entry_x *
         carried_74 - arm_psi_U_moment_y * t122));
-    /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_U_moment_z = p->Izz_col + t124 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
+    /* column_psi: U = IA e, D = e.U, IA - U U^T/D is passed on (5.2) */
+    const double column_psi_U_moment_z = p->Izz_col + t124 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_half_element_inertia_xx -
         t124));
     const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
     const double t126 = column_psi_U_force_z * column_psi_D_inverse;
-    const double t127 = p->derived.constant_18 + t125 + (carried_73 - arm_psi_U_force_x * t123) * (t10 + t10) +
-        arm_psi_sin * arm_psi_sin * (p->derived.arm_psi_mass + carried_70 - arm_psi_U_force_x * t122 - t125);
-    /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
+    const double t127 = p->derived.m_base_plus_m_col + t125 + (carried_73 - arm_psi_U_force_x * t123) * (t10 +
+        t10) + arm_psi_sin * arm_psi_sin * (p->derived.arm_half_element_mass + carried_70 - arm_psi_U_force_x *
+        t122 - t125);
+    /* base_z: U = IA e, D = e.U, IA - U U^T/D is passed on (5.2) */
     const double base_z_U_force_z = t127 - column_psi_U_force_z * t126;
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
-    /* arm_phi_e: force left for the joint, inward */
-    const double t128 = arm_psi_load_moment_z + carried_92 + p->derived.constant_3 * carried_94;
-    /* arm_psi: force left for the joint, inward */
+    /* arm_phi_e: m and f_p + H^T J^-1 (m - n_p) are passed on (5.3) */
+    const double t128 = arm_psi_load_moment_z + carried_92 + p->derived.arm_psi_e_entry_x * carried_94;
+    /* arm_psi: u = f - e.p, p + U u/D is passed on (5.4) */
     const double t129 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
         qd[1] - arm_psi_sin * (arm_psi_load_moment_x + carried_90);
-    /* column_psi: force left for the joint, inward */
-    const double t130 = t129 - arm_psi_cos * (arm_psi_load_moment_y + carried_91 - p->derived.constant_3 *
+    /* column_psi: u = f - e.p, p + U u/D is passed on (5.4) */
+    const double t130 = t129 - arm_psi_cos * (arm_psi_load_moment_y + carried_91 - p->derived.arm_psi_e_entry_x *
         carried_95 - t121 * t128);
-    const double t131 = p->derived.constant_19 + (p->s_sup * q[0] + p->d_sup * qd[0]) + arm_psi_sin * (arm_psi_load_force_x +
-        carried_93 - t122 * t128) + arm_psi_cos * (arm_psi_load_force_y + carried_94 - t123 * t128);
-    /* base_z: acceleration, outward */
+    const double t131 = p->derived.base_z_load_force_z_plus_column_psi_load_force_z + (p->s_sup * q[0] + p->d_sup *
+        qd[0]) + arm_psi_sin * (arm_psi_load_force_x + carried_93 - t122 * t128) + arm_psi_cos * (arm_psi_load_force_y +
+        carried_94 - t123 * t128);
+    /* base_z: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t132 = base_z_D_inverse * (t131 + t126 * t130);
     out->qdd_free[0] = -t132;
-    /* column_psi: acceleration, outward */
+    /* column_psi: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t133 = t126 * t132 + column_psi_D_inverse * t130;
     out->qdd_free[1] = t133;
+    /* arm_psi: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t134 = arm_psi_cos * t133;
     const double t135 = arm_psi_sin * t132;
     const double t136 = arm_psi_cos * t132;
-    /* arm_psi: acceleration, outward */
     const double t137 = t121 * t134 - (t122 * t135 + t123 * t136) + arm_psi_D_inverse * t128;
     out->qdd_free[2] = -t137;
-    /* arm_phi_e: force left for the joint, inward */
-    const double t138 = carried_106 + p->derived.constant_3 * carried_108;
-    /* arm_psi: force left for the joint, inward */
-    const double t139 = arm_psi_cos * (carried_105 - p->derived.constant_3 * carried_109 - t121 * t138);
-    /* base_z: acceleration, outward */
+    /* arm_phi_e: m and f_p + H^T J^-1 (m - n_p) are passed on (5.3) */
+    const double t138 = carried_106 + p->derived.arm_psi_e_entry_x * carried_108;
+    /* arm_psi: u = f - e.p, p + U u/D is passed on (5.4) */
+    const double t139 = arm_psi_cos * (carried_105 - p->derived.arm_psi_e_entry_x * carried_109 - t121 * t138);
+    /* base_z: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t140 = base_z_D_inverse * (t126 * t139 - (arm_psi_sin * (carried_107 - t122 * t138) + arm_psi_cos *
         (carried_108 - t123 * t138)));
-    /* column_psi: acceleration, outward */
+    /* column_psi: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t141 = t126 * t140 + column_psi_D_inverse * t139;
+    /* arm_psi: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t142 = arm_psi_cos * t141;
     const double t143 = arm_psi_sin * t140;
     const double t144 = arm_psi_cos * t140;
-    /* arm_psi: acceleration, outward */
     const double t145 = t123 * t144 + t122 * t143 - t121 * t142 + arm_psi_D_inverse * t138;
-    /* arm_phi_e: force left for the joint, inward */
-    const double t146 = carried_119 + p->derived.constant_3 * carried_121;
-    /* arm_psi: force left for the joint, inward */
-    const double t147 = arm_psi_cos * (carried_118 - p->derived.constant_3 * carried_122 - t121 * t146);
-    /* base_z: acceleration, outward */
+    /* arm_phi_e: m and f_p + H^T J^-1 (m - n_p) are passed on (5.3) */
+    const double t146 = carried_119 + p->derived.arm_psi_e_entry_x * carried_121;
+    /* arm_psi: u = f - e.p, p + U u/D is passed on (5.4) */
+    const double t147 = arm_psi_cos * (carried_118 - p->derived.arm_psi_e_entry_x * carried_122 - t121 * t146);
+    /* base_z: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t148 = base_z_D_inverse * (t126 * t147 - (arm_psi_sin * (carried_120 - t122 * t146) + arm_psi_cos *
         (carried_121 - t123 * t146)));
-    /* column_psi: acceleration, outward */
+    /* column_psi: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t149 = t126 * t148 + column_psi_D_inverse * t147;
+    /* arm_psi: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t150 = arm_psi_cos * t149;
     const double t151 = arm_psi_sin * t148;
     const double t152 = arm_psi_cos * t148;
-    /* arm_psi: acceleration, outward */
     const double t153 = t123 * t152 + t122 * t151 - t121 * t150 + arm_psi_D_inverse * t146;
     double t167[3];
     double t168[3];
@@ -2228,8 +2240,8 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     double carried_97 = t134;
     double carried_98 = -t137;
     double carried_99 = -t135;
-    double carried_100 = -(t136 + p->derived.constant_3 * t137);
-    double carried_101 = -p->derived.constant_3 * t134;
+    double carried_100 = -(t136 + p->derived.arm_psi_e_entry_x * t137);
+    double carried_101 = -p->derived.arm_psi_e_entry_x * t134;
     double carried_102 = arm_psi_bias_wd_x + arm_psi_sin * t133;
     double carried_103 = t134 - t3;
     double carried_104 = -t137;
@@ -2237,14 +2249,14 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     double carried_111 = -t142;
     double carried_112 = -t145;
     double carried_113 = t143;
-    double carried_114 = t144 - p->derived.constant_3 * t145;
-    double carried_115 = p->derived.constant_3 * t142;
+    double carried_114 = t144 - p->derived.arm_psi_e_entry_x * t145;
+    double carried_115 = p->derived.arm_psi_e_entry_x * t142;
     double carried_123 = -arm_psi_sin * t149;
     double carried_124 = -t150;
     double carried_125 = -t153;
     double carried_126 = t151;
-    double carried_127 = t152 - p->derived.constant_3 * t153;
-    double carried_128 = p->derived.constant_3 * t150;
+    double carried_127 = t152 - p->derived.arm_psi_e_entry_x * t153;
+    double carried_128 = p->derived.arm_psi_e_entry_x * t150;
     for (int e = 0; e < 3; e++) { /* arm_psi_e */
         const double arm_psi_e_sin = sine[2 + 3 * e];
         const double arm_psi_e_cos = cosine[2 + 3 * e];
@@ -2258,14 +2270,14 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         carried_123_at[e] = carried_123;
         carried_124_at[e] = carried_124;
         carried_125_at[e] = carried_125;
-        /* arm_phi_e: acceleration, outward */
+        /* arm_phi_e: wd = J^-1 (m - n_p) - J^-1 H a (5.3) */
         const double t154 = carried_100 + p->derived.arm_element_length * carried_98;
         const double t155 = carried_101 - p->derived.arm_element_length * carried_97;
         const double t156 = arm_psi_e_sin * t154 + arm_psi_e_cos * carried_99;
         const double t157 = arm_psi_e_cos * t154 - arm_psi_e_sin * carried_99;
         const double t158 = arm_theta_e_sin * t156 + arm_theta_e_cos * t155;
         const double t159 = arm_theta_e_cos * t156 - arm_theta_e_sin * t155;
-        /* arm_phi_e: acceleration, outward */
+        /* arm_phi_e: wd = J^-1 (m - n_p) - J^-1 H a (5.3) */
         const double t160 = arm_phi_e_sin * t158 + arm_phi_e_cos * t157;
         const double t161 = arm_phi_e_cos * t158 - arm_phi_e_sin * t157;
         const double t162 = t90[e] + t48[e] * t159 + t56[e] * t161 + t52[e] * t160;
@@ -2279,7 +2291,7 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         arm_theta_e_w_x[e] + (arm_theta_e_cos * carried_104 + arm_theta_e_sin * t164)));
         t169[e] = qd[4 + 3 * e] * arm_theta_e_w_z[e] + arm_theta_e_sin * carried_104 - t88[e] - arm_theta_e_cos *
         t164 + arm_theta_e_sin * t168[e];
-        /* arm_phi_e: acceleration, outward */
+        /* arm_phi_e: wd = J^-1 (m - n_p) - J^-1 H a (5.3) */
         t170[e] = arm_psi_e_cos * carried_110 + arm_psi_e_sin * carried_111;
         const double t171 = carried_114 + p->derived.arm_element_length * carried_112;
         const double t172 = carried_115 - p->derived.arm_element_length * carried_111;
@@ -2287,14 +2299,14 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double t174 = arm_psi_e_cos * t171 - arm_psi_e_sin * carried_113;
         const double t175 = arm_theta_e_sin * t173 + arm_theta_e_cos * t172;
         const double t176 = arm_theta_e_cos * t173 - arm_theta_e_sin * t172;
-        /* arm_phi_e: acceleration, outward */
+        /* arm_phi_e: wd = J^-1 (m - n_p) - J^-1 H a (5.3) */
         const double t177 = arm_phi_e_sin * t175 + arm_phi_e_cos * t174;
         const double t178 = arm_phi_e_cos * t175 - arm_phi_e_sin * t174;
         t179[e] = t100[e] + t48[e] * t176 + t56[e] * t178 + t52[e] * t177;
         t180[e] = t99[e] - t47[e] * t176 - t55[e] * t178 - t51[e] * t177;
         t181[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t180[e] - arm_phi_e_sin * t179[e] - (arm_theta_e_sin *
         t170[e] + arm_theta_e_cos * carried_112));
-        /* arm_phi_e: acceleration, outward */
+        /* arm_phi_e: wd = J^-1 (m - n_p) - J^-1 H a (5.3) */
         t182[e] = arm_psi_e_cos * carried_123 + arm_psi_e_sin * carried_124;
         const double t183 = carried_127 + p->derived.arm_element_length * carried_125;
         const double t184 = carried_128 - p->derived.arm_element_length * carried_124;
@@ -2302,7 +2314,7 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double t186 = arm_psi_e_cos * t183 - arm_psi_e_sin * carried_126;
         const double t187 = arm_theta_e_sin * t185 + arm_theta_e_cos * t184;
         const double t188 = arm_theta_e_cos * t185 - arm_theta_e_sin * t184;
-        /* arm_phi_e: acceleration, outward */
+        /* arm_phi_e: wd = J^-1 (m - n_p) - J^-1 H a (5.3) */
         const double t189 = arm_phi_e_sin * t187 + arm_phi_e_cos * t186;
         const double t190 = arm_phi_e_cos * t187 - arm_phi_e_sin * t186;
         t191[e] = t110[e] + t48[e] * t188 + t56[e] * t190 + t52[e] * t189;
@@ -2340,33 +2352,31 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         carried_127 = t189;
         carried_128 = t190;
     }
-    /* arm_phi_e: acceleration, outward */
+    /* effector_z: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t194 = carried_100 + effector_z_shift_x * carried_98;
     const double t195 = effector_z_shift_x * carried_97 - carried_101;
-    /* effector_z: acceleration, outward */
     const double t196 = carried_99 + p->derived.effector_z_D_inverse * effector_z_load_force_z;
     out->qdd_free[12] = -t196;
     const double t197 = carried_99 - t196;
-    /* effector_z: acceleration, outward */
+    /* effector_z: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t198 = row_1_u_effector_z * p->derived.effector_z_D_inverse - carried_113;
     const double t199 = t30 * (carried_114 + effector_z_shift_x * carried_112) - t29 * (effector_z_shift_x *
         carried_111 - carried_115) + row_1_u_effector_z * (carried_113 + t198);
-    /* arm_phi_e: acceleration, outward */
+    /* effector_z: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t200 = carried_127 + effector_z_shift_x * carried_125;
     const double t201 = effector_z_shift_x * carried_124 - carried_128;
-    /* effector_z: acceleration, outward */
     const double t202 = last_arm_theta_e_ground_z_x * p->derived.effector_z_D_inverse - carried_126;
     const double t203 = carried_126 + t202;
     const double t204 = t30 * t200 - t29 * t201 + row_1_u_effector_z * t203;
     const double t205 = last_arm_phi_e_ground_z_y * t200 - last_arm_phi_e_ground_z_z * t201 + last_arm_theta_e_ground_z_x *
         t203;
-    const double t206 = row_1_phi * p->derived.row_1_position_gain + row_1_psi * p->derived.row_1_rate_gain +
+    const double t206 = row_1_phi * p->derived.row_1_position_gain + row_1_psi * p->derived.shared_rate_gain +
         row_1_v_2 + t194 * t30 + row_1_u_effector_z * t197 - t195 * t29;
     const double row_1_pivot_inverse = (t199 * 1e-12 < t199 ? 1.0 / t199 : 0.0);
     const double t207 = t204 * row_1_pivot_inverse;
     const double t208 = t205 - t204 * t207;
     const double row_2_pivot_inverse = (t205 * 1e-12 < t208 ? 1.0 / t208 : 0.0);
-    const double row_2_lambda = (t206 * t207 - (p->derived.row_1_rate_gain * row_2_psi + row_2_v_2 + (last_arm_theta_e_ground_z_x *
+    const double row_2_lambda = (t206 * t207 - (p->derived.shared_rate_gain * row_2_psi + row_2_v_2 + (last_arm_theta_e_ground_z_x *
         t197 - (last_arm_phi_e_ground_z_z * t195 - last_arm_phi_e_ground_z_y * t194)))) * row_2_pivot_inverse;
     out->lambda[1] = row_2_lambda;
     const double t209 = row_1_pivot_inverse * (t206 + t204 * row_2_lambda);
@@ -2383,7 +2393,7 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double arm_phi_e_sin = sine[4 + 3 * e];
         const double arm_theta_e_sin = sine[3 + 3 * e];
         const double arm_theta_e_cos = cosine[3 + 3 * e];
-        /* qdd = qdd_free + M^-1 u^T lambda */
+        /* qdd = qdd_free + M^-1 u^T lambda (5.6) */
         const double t210 = (arm_psi_e_cos * carried_111_at[e] - arm_psi_e_sin * carried_110_at[e] + arm_phi_e_cos *
         t179[e] + arm_phi_e_sin * t180[e]) * t209 - t167[e] - (arm_psi_e_cos * carried_124_at[e] - arm_psi_e_sin *
         carried_123_at[e] + arm_phi_e_cos * t191[e] + arm_phi_e_sin * t192[e]) * row_2_lambda;
@@ -2480,15 +2490,15 @@ void manipulator_flexible_anchor(const struct manipulator_flexible_parameters *p
     (void)qd;
     double sine[11], cosine[11];
     manipulator_flexible_sincos(q + 1, sine, cosine, 11);
-    /* column_psi: motion from base_z outward */
+    /* column_psi from base_z: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double column_psi_sin = sine[0];
     const double column_psi_cos = cosine[0];
-    /* arm_psi: motion from column_psi outward */
+    /* arm_psi from column_psi: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_psi_sin = sine[1];
     const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
-    /* arm_psi_e: motion from arm_psi outward */
-    const double arm_psi_e_position_x = p->derived.constant_3 * arm_psi_ground_x_x;
+    /* arm_psi_e from arm_psi: r = r_p + R_p s, v = v_p + w_p x s (4.13) */
+    const double arm_psi_e_position_x = p->derived.arm_psi_e_entry_x * arm_psi_ground_x_x;
     double last_arm_theta_e_ground_x_x = arm_psi_ground_x_x;
     double last_arm_phi_e_ground_x_y = -column_psi_cos * arm_psi_sin;
     double last_arm_phi_e_ground_x_z = column_psi_sin;
@@ -2500,16 +2510,16 @@ void manipulator_flexible_anchor(const struct manipulator_flexible_parameters *p
         const double arm_theta_e_cos = cosine[3 + 3 * e];
         const double arm_phi_e_sin = sine[4 + 3 * e];
         const double arm_phi_e_cos = cosine[4 + 3 * e];
-        /* arm_psi_e: motion from arm_psi_e outward */
+        /* arm_psi_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         const double arm_psi_e_ground_x_x = arm_psi_e_cos * last_arm_theta_e_ground_x_x + arm_psi_e_sin *
         last_arm_phi_e_ground_x_y;
         const double arm_psi_e_ground_x_y = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
         const double arm_psi_e_position_x_2 = last_arm_psi_e_position_x + p->derived.arm_element_length *
         last_arm_theta_e_ground_x_x;
-        /* arm_theta_e: motion from arm_psi_e outward */
+        /* arm_theta_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         const double arm_theta_e_ground_x_z = arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
         const double arm_theta_e_ground_x_x = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
-        /* arm_phi_e: motion from arm_theta_e outward */
+        /* arm_phi_e from arm_theta_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y;
         const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y;
         last_arm_theta_e_ground_x_x = arm_theta_e_ground_x_x;
@@ -2517,8 +2527,8 @@ void manipulator_flexible_anchor(const struct manipulator_flexible_parameters *p
         last_arm_phi_e_ground_x_z = arm_phi_e_ground_x_z;
         last_arm_psi_e_position_x = arm_psi_e_position_x_2;
     }
-    /* effector_z: motion from arm_psi_e outward */
-    const double effector_z_shift_x = q[12] + p->derived.constant_1;
+    /* effector_z from arm_psi_e: w = E w_p, v = E (v_p + w_p x s) + e qd (4.2) */
+    const double effector_z_shift_x = q[12] + p->derived.half_arm_element_length;
     const double effector_z_position_x = last_arm_psi_e_position_x + last_arm_theta_e_ground_x_x * effector_z_shift_x;
     anchored[0] = effector_z_position_x - p->a;
 }
@@ -2805,7 +2815,7 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 const struct refdyn_model manipulator_flexible_model = {
     SET(interface_version) 2,
     SET(name) "manipulator_flexible",
-    SET(hash) "cb9a902658bd5d13",
+    SET(hash) "b226c776ae63370b",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,

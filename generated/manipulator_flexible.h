@@ -3,6 +3,7 @@
  *
  * 13 coordinates, 2 constraint rows, 1 points; M qdd = h + Q, SI units and radians.
  * Options: n_rfe = 4, program = consistent, dofs = psi,theta,phi, drive = course, name = manipulator_flexible, form = corrected.
+ * Formulas in the sources have the symbols and section numbers of refdyn's gen/theory.md.
  *
  * Coordinates q and their rates qd, in this order:
  *   0 base_z [m], slide along local z, on the ground
@@ -151,41 +152,41 @@ struct manipulator_flexible_parameters {
     struct {
         double column_psi_moment_z;
         double arm_element_length;
-        double constant_1;
-        double arm_psi_mass;
-        double arm_psi_moment_x;
-        double arm_psi_inertia_xx;
-        double arm_psi_inertia_yy;
-        double arm_stiffness_psi;
-        double arm_damping_psi;
+        double half_arm_element_length;
+        double arm_half_element_mass;
+        double arm_half_element_moment_x;
+        double arm_half_element_inertia_xx;
+        double arm_half_element_inertia_yy;
+        double arm_stiffness_bending;
+        double arm_damping_bending;
         double arm_stiffness_phi;
         double arm_damping_phi;
-        double arm_phi_1_mass;
-        double constant_2;
-        double arm_phi_1_moment_x;
-        double arm_phi_1_inertia_xx;
-        double arm_phi_1_inertia_yy;
-        double constant_3;
-        double constant_4;
-        double constant_5;
-        double constant_6;
+        double arm_element_mass;
+        double arm_element_length_squared;
+        double arm_element_moment_x;
+        double arm_element_inertia_xx;
+        double arm_element_inertia_yy;
+        double arm_psi_e_entry_x;
+        double arm_element_length_times_arm_phi_3_mass_beyond;
+        double arm_element_length_times_arm_phi_2_mass_beyond;
+        double half_arm_element_length_times_arm_phi_1_mass_beyond;
         double base_z_mass_beyond_2;
-        double constant_7;
-        double constant_8;
-        double constant_9;
-        double constant_10;
-        double row_1_rate_gain;
+        double arm_half_element_inertia_xx_minus_yy;
+        double arm_half_element_inertia_yy_minus_xx;
+        double a_inverse;
+        double b_inverse;
+        double shared_rate_gain;
         double row_1_position_gain;
-        double constant_11;
-        double constant_12;
-        double constant_13;
-        double constant_14;
+        double T_inverse_times_pi;
+        double half_s_sup;
+        double half_arm_stiffness_bending;
+        double half_arm_stiffness_phi;
         double effector_z_D_inverse;
-        double constant_15;
-        double constant_16;
-        double constant_17;
-        double constant_18;
-        double constant_19;
+        double arm_element_inertia_xx_inverse;
+        double arm_half_element_inertia_xx_inverse;
+        double arm_psi_e_entry_x_squared;
+        double m_base_plus_m_col;
+        double base_z_load_force_z_plus_column_psi_load_force_z;
     } derived; /* what depends on parameters alone, set by manipulator_flexible_prepare */
 };
 

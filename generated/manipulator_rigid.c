@@ -24,37 +24,37 @@ void manipulator_rigid_prepare(struct manipulator_rigid_parameters *p) {
     p->derived.arm_psi_moment_x = p->L * p->derived.arm_psi_mass * 0.5;
     p->derived.arm_psi_inertia_xx = t3 * (t2 + t2);
     p->derived.arm_psi_inertia_yy = p->derived.arm_psi_mass * (p->L * p->L) / 3.0 + t2 * t3;
-    /* arm_psi: composite pseudo-inertia of all beyond, inward */
+    /* arm_psi: Ic = I + Ic of all that it carries (4.5) */
     p->derived.arm_psi_mass_beyond = p->m_E + p->derived.arm_psi_mass;
-    p->derived.constant_1 = column_psi_moment_z + p->h * p->derived.arm_psi_mass_beyond;
-    /* column_psi: composite pseudo-inertia of all beyond, inward */
+    p->derived.column_psi_moment_z_plus_h_times_arm_psi_mass_beyond = column_psi_moment_z + p->h * p->derived.arm_psi_mass_beyond;
+    /* column_psi: Ic = I + Ic of all that it carries (4.5) */
     const double column_psi_mass_beyond = p->m_col + p->derived.arm_psi_mass_beyond;
-    /* base_z: composite pseudo-inertia of all beyond, inward */
+    /* base_z: Ic = I + Ic of all that it carries (4.5) */
     p->derived.base_z_mass_beyond = p->m_base + column_psi_mass_beyond;
-    /* arm_psi: bias forces c, inward */
-    p->derived.constant_2 = p->derived.arm_psi_inertia_xx - p->derived.arm_psi_inertia_yy;
-    p->derived.constant_3 = p->derived.arm_psi_inertia_yy - p->derived.arm_psi_inertia_xx;
-    /* base_z: bias forces c, inward */
-    p->derived.constant_4 = p->g * p->derived.base_z_mass_beyond;
-    /* row 1 (position level): u qdd + v = 0 */
-    p->derived.constant_5 = 1.0 / p->a;
-    p->derived.constant_6 = 1.0 / p->b;
-    p->derived.row_1_rate_gain = 2.0 * p->alpha;
+    /* arm_psi: c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7) */
+    p->derived.arm_psi_inertia_xx_minus_arm_psi_inertia_yy = p->derived.arm_psi_inertia_xx - p->derived.arm_psi_inertia_yy;
+    p->derived.arm_psi_inertia_yy_minus_arm_psi_inertia_xx = p->derived.arm_psi_inertia_yy - p->derived.arm_psi_inertia_xx;
+    /* base_z: c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7) */
+    p->derived.g_times_base_z_mass_beyond = p->g * p->derived.base_z_mass_beyond;
+    /* row 1, of positions: psi' = u qdd + v, k = -v - 2 alpha psi - beta^2 phi (6.1, 6.3) */
+    p->derived.a_inverse = 1.0 / p->a;
+    p->derived.b_inverse = 1.0 / p->b;
+    p->derived.shared_rate_gain = 2.0 * p->alpha;
     p->derived.row_1_position_gain = p->beta * p->beta;
-    /* row 2 (velocity level): u qdd + v = 0 */
-    p->derived.constant_7 = 3.141592653589793 * (1.0 / p->T);
-    /* potential energy of gravity, zero at the ground's origin */
-    p->derived.constant_8 = p->s_sup * 0.5;
-    /* effector_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
+    /* row 2, of velocities: psi' = u qdd + v, k = -v - 2 alpha psi (6.1, 6.3) */
+    p->derived.T_inverse_times_pi = 3.141592653589793 * (1.0 / p->T);
+    /* Ep = -grav.(mc of all) + springs, zero at the ground's origin (4.10) */
+    p->derived.half_s_sup = p->s_sup * 0.5;
+    /* effector_z: U = IA e, D = e.U, IA - U U^T/D is passed on (5.2) */
     p->derived.effector_z_D_inverse = 1.0 / p->m_E;
-    /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    p->derived.constant_9 = p->m_base + p->m_col;
-    /* base_z: load, inertia and gravity of the body at these accelerations */
+    /* arm_psi: U = IA e, D = e.U, IA - U U^T/D is passed on (5.2) */
+    p->derived.m_base_plus_m_col = p->m_base + p->m_col;
+    /* base_z: load l = wrench of I at wdr, ar (4.7, 5.5) */
     const double base_z_load_force_z = p->m_base * p->g;
-    /* column_psi: load, inertia and gravity of the body at these accelerations */
+    /* column_psi: load l = wrench of I at wdr, ar (4.7, 5.5) */
     const double column_psi_load_force_z = p->m_col * p->g;
-    /* arm_psi: force left for the joint, inward */
-    p->derived.constant_10 = base_z_load_force_z + column_psi_load_force_z;
+    /* arm_psi: u = f - e.p, p + U u/D is passed on (5.4) */
+    p->derived.base_z_load_force_z_plus_column_psi_load_force_z = base_z_load_force_z + column_psi_load_force_z;
 }
 
 void manipulator_rigid_M(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -66,24 +66,24 @@ void manipulator_rigid_M(const struct manipulator_rigid_parameters *p, const str
         M[i] = 0.0;
     M[0 * 4 + 0] = p->derived.base_z_mass_beyond;
     M[3 * 4 + 3] = p->m_E;
-    /* arm_psi: motion from column_psi outward */
+    /* arm_psi from column_psi: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_psi_sin = sin(q[2]);
     const double arm_psi_cos = cos(q[2]);
-    /* effector_z: motion from arm_psi outward */
+    /* effector_z from arm_psi: w = E w_p, v = E (v_p + w_p x s) + e qd (4.2) */
     const double effector_z_shift_x = p->L + q[3];
-    /* effector_z: composite pseudo-inertia of all beyond, inward */
+    /* effector_z: Ic = I + Ic of all that it carries (4.5) */
     const double t1 = p->m_E * effector_z_shift_x;
-    /* arm_psi: composite pseudo-inertia of all beyond, inward */
+    /* arm_psi: Ic = I + Ic of all that it carries (4.5) */
     const double arm_psi_moment_beyond_x = t1 + p->derived.arm_psi_moment_x;
     const double arm_psi_inertia_beyond_yy = effector_z_shift_x * t1 + p->derived.arm_psi_inertia_yy;
     M[2 * 4 + 2] = arm_psi_inertia_beyond_yy;
     const double column_psi_moment_beyond_x = arm_psi_cos * arm_psi_moment_beyond_x;
     M[2 * 4 + 0] = column_psi_moment_beyond_x;
-    /* column_psi: composite pseudo-inertia of all beyond, inward */
+    /* column_psi: Ic = I + Ic of all that it carries (4.5) */
     const double column_psi_inertia_beyond_zz = p->Izz_col + arm_psi_inertia_beyond_yy + arm_psi_sin * (arm_psi_sin *
         (p->derived.arm_psi_inertia_xx - arm_psi_inertia_beyond_yy));
     M[1 * 4 + 1] = column_psi_inertia_beyond_zz;
-    /* axes, and wrenches that accelerate all beyond, in the ground's axes */
+    /* e and W = Ic e of each joint, in the ground's axes (4.6) */
     const double effector_z_moment_change_z = p->m_E * arm_psi_sin;
     M[3 * 4 + 0] = effector_z_moment_change_z;
     for (int i = 0; i < 4; i++)
@@ -95,7 +95,7 @@ void manipulator_rigid_h(const struct manipulator_rigid_parameters *p, const str
         const double q[4], const double qd[4], double h[4]) {
     (void)x;
     (void)t;
-    /* arm_psi: motion from column_psi outward */
+    /* arm_psi from column_psi: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_psi_sin = sin(q[2]);
     const double arm_psi_cos = cos(q[2]);
     const double arm_psi_w_x = qd[1] * arm_psi_sin;
@@ -104,22 +104,24 @@ void manipulator_rigid_h(const struct manipulator_rigid_parameters *p, const str
     const double t1 = arm_psi_w_x * qd[2];
     const double t2 = arm_psi_w_x * arm_psi_w_y;
     const double t3 = arm_psi_w_y * arm_psi_w_y + qd[2] * qd[2];
-    /* effector_z: motion from arm_psi outward */
+    /* effector_z from arm_psi: w = E w_p, v = E (v_p + w_p x s) + e qd (4.2) */
     const double effector_z_shift_x = p->L + q[3];
     const double t4 = arm_psi_w_y * qd[3];
     const double t5 = qd[2] * qd[3];
     const double effector_z_bias_a_x = t4 + t4 - (t1 + t1) * effector_z_shift_x;
     const double effector_z_bias_a_y = t5 + t5 + t2 * effector_z_shift_x;
-    /* effector_z: bias forces c, inward */
+    /* effector_z: c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7) */
     const double effector_z_bias_force_x = p->m_E * effector_z_bias_a_x;
     const double effector_z_bias_force_y = p->m_E * effector_z_bias_a_y;
     const double t6 = p->m_E * (t3 * effector_z_shift_x);
     h[3] = t6;
-    /* arm_psi: bias forces c, inward */
+    /* arm_psi: c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7) */
     const double arm_psi_bias_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
-    const double arm_psi_load_moment_y = t1 * p->derived.constant_2 - p->derived.arm_psi_inertia_yy * t1;
+    const double arm_psi_load_moment_y = t1 * p->derived.arm_psi_inertia_xx_minus_arm_psi_inertia_yy - p->derived.arm_psi_inertia_yy *
+        t1;
     const double arm_psi_bias_moment_y = arm_psi_load_moment_y + effector_z_shift_x * effector_z_bias_force_x;
-    const double arm_psi_bias_moment_z = t2 * p->derived.constant_3 + effector_z_shift_x * effector_z_bias_force_y;
+    const double arm_psi_bias_moment_z = t2 * p->derived.arm_psi_inertia_yy_minus_arm_psi_inertia_xx + effector_z_shift_x *
+        effector_z_bias_force_y;
     h[2] = -arm_psi_bias_moment_z;
     const double arm_psi_bias_force_y = p->derived.arm_psi_moment_x * t2 + effector_z_bias_force_y;
     h[0] = arm_psi_sin * (p->derived.arm_psi_moment_x * t3 + t6) - arm_psi_cos * arm_psi_bias_force_y;
@@ -130,17 +132,17 @@ void manipulator_rigid_h(const struct manipulator_rigid_parameters *p, const str
 void manipulator_rigid_Q(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double Q[4]) {
     (void)x;
-    Q[0] = -(p->s_sup * q[0] + p->d_sup * qd[0] + p->derived.constant_4);
+    Q[0] = -(p->s_sup * q[0] + p->d_sup * qd[0] + p->derived.g_times_base_z_mass_beyond);
     Q[1] = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 * qd[1];
-    /* arm_psi: motion from column_psi outward */
+    /* arm_psi from column_psi: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_psi_sin = sin(q[2]);
     const double arm_psi_cos = cos(q[2]);
     const double arm_psi_bias_a_falling_x = p->g * arm_psi_sin;
     Q[3] = -p->m_E * arm_psi_bias_a_falling_x;
     const double arm_psi_bias_a_falling_y = p->g * arm_psi_cos;
-    /* effector_z: motion from arm_psi outward */
+    /* effector_z from arm_psi: w = E w_p, v = E (v_p + w_p x s) + e qd (4.2) */
     const double effector_z_shift_x = p->L + q[3];
-    /* arm_psi: composite pseudo-inertia of all beyond, inward */
+    /* arm_psi: Ic = I + Ic of all that it carries (4.5) */
     const double arm_psi_moment_beyond_x = p->m_E * effector_z_shift_x + p->derived.arm_psi_moment_x;
     Q[2] = -arm_psi_bias_a_falling_y * arm_psi_moment_beyond_x;
 }
@@ -176,10 +178,10 @@ void manipulator_rigid_terms(const struct manipulator_rigid_parameters *p, const
     out->C[2 * 4 + 1] = 0.0;
     const double t1 = t * 3.141592653589793 / p->T;
     const double t2 = sin(t1);
-    /* column_psi: motion from base_z outward */
+    /* column_psi from base_z: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double column_psi_sin = sin(q[1]);
     const double column_psi_cos = cos(q[1]);
-    /* arm_psi: motion from column_psi outward */
+    /* arm_psi from column_psi: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_psi_sin = sin(q[2]);
     out->u[1 * 4 + 3] = arm_psi_sin;
     out->C[2 * 4 + 3] = arm_psi_sin;
@@ -196,7 +198,7 @@ void manipulator_rigid_terms(const struct manipulator_rigid_parameters *p, const
     const double arm_psi_v_x = qd[0] * arm_psi_sin;
     const double arm_psi_v_y = qd[0] * arm_psi_cos;
     const double t5 = arm_psi_w_x * qd[2];
-    /* effector_z: motion from arm_psi outward */
+    /* effector_z from arm_psi: w = E w_p, v = E (v_p + w_p x s) + e qd (4.2) */
     const double effector_z_shift_x = p->L + q[3];
     const double effector_z_position_x = arm_psi_ground_x_x * effector_z_shift_x;
     out->r[0 * 3 + 0] = effector_z_position_x;
@@ -215,7 +217,7 @@ void manipulator_rigid_terms(const struct manipulator_rigid_parameters *p, const
     const double effector_z_v_z = qd[3] + arm_psi_v_x;
     const double effector_z_bias_a_x = t7 + t7 - (t5 + t5) * effector_z_shift_x;
     const double effector_z_bias_a_y = t8 + t8 + arm_psi_w_x * arm_psi_w_y * effector_z_shift_x;
-    /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
+    /* point E: r = T rho, rd = C qd, rdd = C qdd + d (4.4) */
     const double point_E_xd = arm_psi_ground_x_x * effector_z_v_z - (column_psi_sin * effector_z_v_x + t3 *
         effector_z_v_y);
     out->rd[0 * 3 + 0] = point_E_xd;
@@ -237,39 +239,39 @@ void manipulator_rigid_terms(const struct manipulator_rigid_parameters *p, const
     out->C[0 * 4 + 2] = -t11;
     const double t12 = column_psi_sin * t10;
     out->C[1 * 4 + 2] = -t12;
-    const double row_2_u_arm_psi = column_psi_sin * effector_z_position_y + column_psi_cos * effector_z_position_x;
-    out->u[1 * 4 + 2] = row_2_u_arm_psi;
-    out->C[2 * 4 + 2] = row_2_u_arm_psi;
-    /* row 1 (position level): u qdd + v = 0 */
+    const double point_E_C_z_arm_psi = column_psi_sin * effector_z_position_y + column_psi_cos * effector_z_position_x;
+    out->u[1 * 4 + 2] = point_E_C_z_arm_psi;
+    out->C[2 * 4 + 2] = point_E_C_z_arm_psi;
+    /* row 1, of positions: psi' = u qdd + v, k = -v - 2 alpha psi - beta^2 phi (6.1, 6.3) */
     const double t13 = (effector_z_position_x - p->xc) / p->a;
     const double t14 = effector_z_position_y / p->b;
     const double row_1_phi = t14 * t14 - 1.0 + t13 * t13;
     out->phi[0] = row_1_phi;
-    const double t15 = point_E_xd * p->derived.constant_5;
+    const double t15 = point_E_xd * p->derived.a_inverse;
     const double t16 = t13 * t15;
-    const double t17 = point_E_yd * p->derived.constant_6;
+    const double t17 = point_E_yd * p->derived.b_inverse;
     const double t18 = t14 * t17;
     const double row_1_psi = t16 + t16 + t18 + t18;
     out->psi[0] = row_1_psi;
-    const double t19 = t15 * t15 - t13 * (t9 * p->derived.constant_5);
-    const double t20 = t17 * t17 + t14 * (point_E_bias_y * p->derived.constant_6);
+    const double t19 = t15 * t15 - t13 * (t9 * p->derived.a_inverse);
+    const double t20 = t17 * t17 + t14 * (point_E_bias_y * p->derived.b_inverse);
     const double row_1_v = t19 + t19 + t20 + t20;
     out->v[0] = row_1_v;
-    out->k[0] = -(row_1_phi * p->derived.row_1_position_gain + row_1_psi * p->derived.row_1_rate_gain + row_1_v);
-    const double t21 = p->derived.constant_6 * (t14 + t14);
-    const double t22 = p->derived.constant_5 * (t13 + t13);
+    out->k[0] = -(row_1_phi * p->derived.row_1_position_gain + row_1_psi * p->derived.shared_rate_gain + row_1_v);
+    const double t21 = p->derived.b_inverse * (t14 + t14);
+    const double t22 = p->derived.a_inverse * (t13 + t13);
     out->u[0 * 4 + 2] = -(t11 * t22 + t12 * t21);
     const double row_1_u_column_psi = effector_z_position_x * t21 - effector_z_position_y * t22;
     out->u[0 * 4 + 1] = row_1_u_column_psi;
     const double row_1_u_effector_z = arm_psi_ground_x_x * t22 + arm_psi_ground_y_x * t21;
     out->u[0 * 4 + 3] = row_1_u_effector_z;
-    /* row 2 (velocity level): u qdd + v = 0 */
+    /* row 2, of velocities: psi' = u qdd + v, k = -v - 2 alpha psi (6.1, 6.3) */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
     out->psi[1] = row_2_psi;
-    const double t23 = t2 * (p->derived.constant_7 * cos(t1));
+    const double t23 = t2 * (p->derived.T_inverse_times_pi * cos(t1));
     const double row_2_v = point_E_bias_z - p->v0 * (t23 + t23);
     out->v[1] = row_2_v;
-    out->k[1] = -(p->derived.row_1_rate_gain * row_2_psi + row_2_v);
+    out->k[1] = -(p->derived.shared_rate_gain * row_2_psi + row_2_v);
 }
 
 void manipulator_rigid_v(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -342,25 +344,26 @@ void manipulator_rigid_energy(const struct manipulator_rigid_parameters *p, cons
         const double q[4], const double qd[4], double energy[2]) {
     (void)x;
     (void)t;
-    /* arm_psi: motion from column_psi outward */
+    /* arm_psi from column_psi: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_psi_sin = sin(q[2]);
     const double arm_psi_cos = cos(q[2]);
     const double arm_psi_w_x = qd[1] * arm_psi_sin;
     const double arm_psi_w_y = qd[1] * arm_psi_cos;
     const double arm_psi_v_x = qd[0] * arm_psi_sin;
     const double arm_psi_v_y = qd[0] * arm_psi_cos;
-    /* effector_z: motion from arm_psi outward */
+    /* effector_z from arm_psi: w = E w_p, v = E (v_p + w_p x s) + e qd (4.2) */
     const double effector_z_shift_x = p->L + q[3];
     const double effector_z_v_x = arm_psi_w_y * effector_z_shift_x;
     const double effector_z_v_y = qd[2] * effector_z_shift_x + arm_psi_v_y;
     const double effector_z_v_z = qd[3] + arm_psi_v_x;
-    /* arm_psi: composite pseudo-inertia of all beyond, inward */
+    /* arm_psi: Ic = I + Ic of all that it carries (4.5) */
     const double arm_psi_moment_beyond_x = p->m_E * effector_z_shift_x + p->derived.arm_psi_moment_x;
-    /* column_psi: composite pseudo-inertia of all beyond, inward */
-    const double column_psi_moment_beyond_z = p->derived.constant_1 + arm_psi_sin * arm_psi_moment_beyond_x;
-    energy[1] = p->g * (q[0] * p->derived.base_z_mass_beyond + column_psi_moment_beyond_z) + p->derived.constant_8 *
+    /* column_psi: Ic = I + Ic of all that it carries (4.5) */
+    const double column_psi_moment_beyond_z = p->derived.column_psi_moment_z_plus_h_times_arm_psi_mass_beyond +
+        arm_psi_sin * arm_psi_moment_beyond_x;
+    energy[1] = p->g * (q[0] * p->derived.base_z_mass_beyond + column_psi_moment_beyond_z) + p->derived.half_s_sup *
         (q[0] * q[0]);
-    /* kinetic energy */
+    /* 2 Ek = sum of v.p + w.L (4.10) */
     const double t1 = qd[1] * (p->Izz_col * qd[1]) + qd[0] * (p->m_base * qd[0]) + qd[0] * (p->m_col * qd[0]) +
         arm_psi_w_x * (p->derived.arm_psi_inertia_xx * arm_psi_w_x) + arm_psi_w_y * (p->derived.arm_psi_inertia_yy *
         arm_psi_w_y);
@@ -375,7 +378,7 @@ void manipulator_rigid_power(const struct manipulator_rigid_parameters *p, const
         const double q[4], const double qd[4], double power[1]) {
     (void)x;
     (void)q;
-    /* potential energy of gravity, zero at the ground's origin */
+    /* Ep = -grav.(mc of all) + springs, zero at the ground's origin (4.10) */
     const double t1 = qd[1] * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
         0.5 * qd[1]) - qd[0] * (p->d_sup * qd[0]);
     power[0] = t1;
@@ -389,22 +392,22 @@ void manipulator_rigid_Q_q(const struct manipulator_rigid_parameters *p, const s
     for (int i = 0; i < 16; i++)
         Q_q[i] = 0.0;
     Q_q[0 * 4 + 0] = -p->s_sup;
-    /* column_psi: motion from base_z outward */
+    /* column_psi from base_z: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double column_psi_sin = sin(q[1]);
     const double column_psi_cos = cos(q[1]);
-    /* arm_psi: motion from column_psi outward */
+    /* arm_psi from column_psi: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_psi_sin = sin(q[2]);
     const double arm_psi_cos = cos(q[2]);
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
-    /* effector_z: motion from arm_psi outward */
+    /* effector_z from arm_psi: w = E w_p, v = E (v_p + w_p x s) + e qd (4.2) */
     const double effector_z_shift_x = p->L + q[3];
-    /* arm_psi: composite pseudo-inertia of all beyond, inward */
+    /* arm_psi: Ic = I + Ic of all that it carries (4.5) */
     const double arm_psi_moment_beyond_x = p->m_E * effector_z_shift_x + p->derived.arm_psi_moment_x;
-    /* axes, and wrenches that accelerate all beyond, in the ground's axes */
+    /* e and W = Ic e of each joint, in the ground's axes (4.6) */
     const double effector_z_moment_change_x = p->m_E * arm_psi_ground_x_x;
     const double effector_z_moment_change_y = p->m_E * arm_psi_ground_y_x;
-    /* arm_psi: column of the gravity tangent g_i,j */
+    /* arm_psi: dg_i/dq = -(grav x e_i).Delta (4.8) */
     const double t1 = p->g * column_psi_cos;
     const double t2 = p->g * column_psi_sin;
     Q_q[2 * 4 + 2] = column_psi_sin * arm_psi_sin * arm_psi_moment_beyond_x * t2 + column_psi_cos * arm_psi_sin *
@@ -427,10 +430,10 @@ void manipulator_rigid_accelerations(const struct manipulator_rigid_parameters *
     (void)x;
     const double t1 = t * 3.141592653589793 / p->T;
     const double t2 = sin(t1);
-    /* column_psi: motion from base_z outward */
+    /* column_psi from base_z: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double column_psi_sin = sin(q[1]);
     const double column_psi_cos = cos(q[1]);
-    /* arm_psi: motion from column_psi outward */
+    /* arm_psi from column_psi: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_psi_sin = sin(q[2]);
     const double arm_psi_cos = cos(q[2]);
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
@@ -447,7 +450,7 @@ void manipulator_rigid_accelerations(const struct manipulator_rigid_parameters *
     const double t5 = arm_psi_w_x * qd[2];
     const double t6 = arm_psi_w_x * arm_psi_w_y;
     const double t7 = arm_psi_w_y * arm_psi_w_y + qd[2] * qd[2];
-    /* effector_z: motion from arm_psi outward */
+    /* effector_z from arm_psi: w = E w_p, v = E (v_p + w_p x s) + e qd (4.2) */
     const double effector_z_shift_x = p->L + q[3];
     const double effector_z_position_x = arm_psi_ground_x_x * effector_z_shift_x;
     const double effector_z_position_y = arm_psi_ground_y_x * effector_z_shift_x;
@@ -460,128 +463,129 @@ void manipulator_rigid_accelerations(const struct manipulator_rigid_parameters *
     const double effector_z_bias_a_x = t8 + t8 - (t5 + t5) * effector_z_shift_x;
     const double effector_z_bias_a_falling_y = arm_psi_bias_a_falling_y + t6 * effector_z_shift_x + (t9 +
         t9);
-    /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
+    /* point E: r = T rho, rd = C qd, rdd = C qdd + d (4.4) */
     const double point_E_xd = arm_psi_ground_x_x * effector_z_v_z - (column_psi_sin * effector_z_v_x + t3 *
         effector_z_v_y);
     const double point_E_yd = column_psi_cos * effector_z_v_x - t4 * effector_z_v_y + arm_psi_ground_y_x *
         effector_z_v_z;
     const double point_E_zd = arm_psi_sin * effector_z_v_z + arm_psi_cos * effector_z_v_y;
-    /* arm_psi: composite pseudo-inertia of all beyond, inward */
+    /* arm_psi: Ic = I + Ic of all that it carries (4.5) */
     const double arm_psi_moment_beyond_x = p->m_E * effector_z_shift_x + p->derived.arm_psi_moment_x;
-    /* effector_z: bias forces c, inward */
+    /* effector_z: c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7) */
     const double effector_z_bias_force_x = p->m_E * effector_z_bias_a_x;
-    /* arm_psi: bias forces c, inward */
+    /* arm_psi: c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7) */
     const double arm_psi_bias_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
-    const double arm_psi_load_moment_y = t5 * p->derived.constant_2 - p->derived.arm_psi_inertia_yy * t5;
+    const double arm_psi_load_moment_y = t5 * p->derived.arm_psi_inertia_xx_minus_arm_psi_inertia_yy - p->derived.arm_psi_inertia_yy *
+        t5;
     const double arm_psi_bias_moment_y = arm_psi_load_moment_y + effector_z_shift_x * effector_z_bias_force_x;
     const double column_psi_bias_moment_z = arm_psi_cos * arm_psi_bias_moment_y + arm_psi_sin * arm_psi_bias_moment_x;
-    /* row 1 (position level): u qdd + v = 0 */
+    /* row 1, of positions: psi' = u qdd + v, k = -v - 2 alpha psi - beta^2 phi (6.1, 6.3) */
     const double t10 = (effector_z_position_x - p->xc) / p->a;
     const double t11 = effector_z_position_y / p->b;
     const double row_1_phi = t11 * t11 - 1.0 + t10 * t10;
-    const double t12 = point_E_xd * p->derived.constant_5;
+    const double t12 = point_E_xd * p->derived.a_inverse;
     const double t13 = t10 * t12;
-    const double t14 = point_E_yd * p->derived.constant_6;
+    const double t14 = point_E_yd * p->derived.b_inverse;
     const double t15 = t11 * t14;
     const double row_1_psi = t13 + t13 + t15 + t15;
-    const double t16 = p->derived.constant_6 * (t11 + t11);
-    const double t17 = p->derived.constant_5 * (t10 + t10);
+    const double t16 = p->derived.b_inverse * (t11 + t11);
+    const double t17 = p->derived.a_inverse * (t10 + t10);
     const double row_1_u_effector_z = arm_psi_ground_x_x * t17 + arm_psi_ground_y_x * t16;
-    /* row 2 (velocity level): u qdd + v = 0 */
+    /* row 2, of velocities: psi' = u qdd + v, k = -v - 2 alpha psi (6.1, 6.3) */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t18 = t2 * (p->derived.constant_7 * cos(t1));
-    /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
+    const double t18 = t2 * (p->derived.T_inverse_times_pi * cos(t1));
+    /* arm_psi: U = IA e, D = e.U, IA - U U^T/D is passed on (5.2) */
     const double arm_psi_U_moment_z = p->m_E * (effector_z_shift_x * effector_z_shift_x) + p->derived.arm_psi_inertia_yy;
     const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
     const double t19 = arm_psi_moment_beyond_x * arm_psi_D_inverse;
     const double t20 = p->derived.arm_psi_mass_beyond - arm_psi_moment_beyond_x * t19;
-    /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
+    /* column_psi: U = IA e, D = e.U, IA - U U^T/D is passed on (5.2) */
     const double column_psi_U_moment_z = p->Izz_col + arm_psi_U_moment_z + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
         arm_psi_U_moment_z));
     const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
-    /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->derived.constant_9 + t20 + arm_psi_sin * arm_psi_sin * (p->derived.arm_psi_mass -
+    /* base_z: U = IA e, D = e.U, IA - U U^T/D is passed on (5.2) */
+    const double base_z_U_force_z = p->derived.m_base_plus_m_col + t20 + arm_psi_sin * arm_psi_sin * (p->derived.arm_psi_mass -
         t20);
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
-    /* arm_psi: load, inertia and gravity of the body at these accelerations */
-    const double arm_psi_load_moment_z = p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y + t6 * p->derived.constant_3;
+    /* arm_psi: load l = wrench of I at wdr, ar (4.7, 5.5) */
+    const double arm_psi_load_moment_z = p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y + t6 * p->derived.arm_psi_inertia_yy_minus_arm_psi_inertia_xx;
     const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
         t7;
     const double arm_psi_load_force_y = p->derived.arm_psi_mass * arm_psi_bias_a_falling_y + p->derived.arm_psi_moment_x *
         t6;
-    /* effector_z: load, inertia and gravity of the body at these accelerations */
+    /* effector_z: load l = wrench of I at wdr, ar (4.7, 5.5) */
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
     const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
-    /* effector_z: force left for the joint, inward */
+    /* effector_z: u = f - e.p, p + U u/D is passed on (5.4) */
     const double arm_psi_carried_moment_z = arm_psi_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
     const double arm_psi_carried_force_y = arm_psi_load_force_y + effector_z_load_force_y;
-    /* base_z: acceleration, outward */
-    const double t21 = base_z_D_inverse * (p->derived.constant_10 + (p->s_sup * q[0] + p->d_sup * qd[0]) +
-        arm_psi_sin * arm_psi_load_force_x + arm_psi_cos * (arm_psi_carried_force_y - t19 * arm_psi_carried_moment_z));
+    /* base_z: x = (u - U.a')/D, a = a' + e x (5.4) */
+    const double t21 = base_z_D_inverse * (p->derived.base_z_load_force_z_plus_column_psi_load_force_z + (p->s_sup *
+        q[0] + p->d_sup * qd[0]) + arm_psi_sin * arm_psi_load_force_x + arm_psi_cos * (arm_psi_carried_force_y -
+        t19 * arm_psi_carried_moment_z));
     out->qdd_free[0] = -t21;
-    /* column_psi: acceleration, outward */
+    /* column_psi: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t22 = column_psi_D_inverse * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
         0.5 * qd[1] - column_psi_bias_moment_z);
     out->qdd_free[1] = t22;
+    /* arm_psi: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t23 = arm_psi_sin * t21;
     const double t24 = arm_psi_cos * t21;
-    /* arm_psi: acceleration, outward */
     const double t25 = t19 * t24 - arm_psi_D_inverse * arm_psi_carried_moment_z;
     out->qdd_free[2] = t25;
+    /* effector_z: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t26 = effector_z_shift_x * t25 - t24;
-    /* effector_z: acceleration, outward */
     const double t27 = t23 - p->derived.effector_z_D_inverse * effector_z_load_force_z;
     out->qdd_free[3] = t27;
     const double t28 = t27 - t23;
-    /* row 1 (position level): u qdd + v = 0 */
-    const double t29 = t12 * t12 + t10 * (p->derived.constant_5 * (arm_psi_ground_x_x * effector_z_bias_a_falling_z -
+    /* row 1, of positions: psi' = u qdd + v, k = -v - 2 alpha psi - beta^2 phi (6.1, 6.3) */
+    const double t29 = t12 * t12 + t10 * (p->derived.a_inverse * (arm_psi_ground_x_x * effector_z_bias_a_falling_z -
         (column_psi_sin * effector_z_bias_a_x + t3 * effector_z_bias_a_falling_y)));
-    const double t30 = t14 * t14 + t11 * (p->derived.constant_6 * (column_psi_cos * effector_z_bias_a_x -
-        t4 * effector_z_bias_a_falling_y + arm_psi_ground_y_x * effector_z_bias_a_falling_z));
+    const double t30 = t14 * t14 + t11 * (p->derived.b_inverse * (column_psi_cos * effector_z_bias_a_x - t4 *
+        effector_z_bias_a_falling_y + arm_psi_ground_y_x * effector_z_bias_a_falling_z));
     const double row_1_v_2 = t29 + t29 + t30 + t30;
-    /* row 2 (velocity level): u qdd + v = 0 */
+    /* row 2, of velocities: psi' = u qdd + v, k = -v - 2 alpha psi (6.1, 6.3) */
     const double row_2_v_2 = arm_psi_cos * effector_z_bias_a_falling_y - p->g + arm_psi_sin * effector_z_bias_a_falling_z -
         p->v0 * (t18 + t18);
     const double t31 = column_psi_sin * t17;
     const double t32 = column_psi_cos * t16;
     const double t33 = t3 * t17 + t4 * t16;
     const double t34 = t31 - t32;
-    /* effector_z: force left for the joint, inward */
+    /* effector_z: u = f - e.p, p + U u/D is passed on (5.4) */
     const double t35 = effector_z_shift_x * t33;
-    /* base_z: acceleration, outward */
+    /* base_z: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t36 = base_z_D_inverse * (arm_psi_cos * (t33 - t19 * t35));
-    /* column_psi: acceleration, outward */
+    /* column_psi: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t37 = column_psi_D_inverse * (arm_psi_cos * (effector_z_shift_x * (t32 - t31)));
+    /* arm_psi: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t38 = arm_psi_sin * t36;
     const double t39 = arm_psi_cos * t36;
-    /* arm_psi: acceleration, outward */
     const double t40 = t19 * t39 - arm_psi_D_inverse * t35;
-    /* effector_z: acceleration, outward */
+    /* effector_z: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t41 = row_1_u_effector_z * p->derived.effector_z_D_inverse + t38;
     const double t42 = row_1_u_effector_z * (t41 - t38) - (t34 * (effector_z_shift_x * (arm_psi_cos * t37)) +
         t33 * (effector_z_shift_x * t40 - t39));
-    /* effector_z: force left for the joint, inward */
+    /* effector_z: u = f - e.p, p + U u/D is passed on (5.4) */
     const double t43 = arm_psi_cos * effector_z_shift_x;
-    /* base_z: acceleration, outward */
+    /* base_z: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t44 = base_z_D_inverse * (arm_psi_cos * (t19 * t43 - arm_psi_cos));
-    /* column_psi: acceleration, outward */
+    /* arm_psi: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t45 = arm_psi_sin * t44;
     const double t46 = arm_psi_cos * t44;
-    /* arm_psi: acceleration, outward */
     const double t47 = t19 * t46 + arm_psi_D_inverse * t43;
+    /* effector_z: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t48 = effector_z_shift_x * t47 - t46;
-    /* effector_z: acceleration, outward */
     const double t49 = arm_psi_sin * p->derived.effector_z_D_inverse + t45;
     const double t50 = t49 - t45;
     const double t51 = row_1_u_effector_z * t50 - t33 * t48;
     const double t52 = arm_psi_cos * t48 + arm_psi_sin * t50;
-    const double t53 = row_1_phi * p->derived.row_1_position_gain + row_1_psi * p->derived.row_1_rate_gain +
+    const double t53 = row_1_phi * p->derived.row_1_position_gain + row_1_psi * p->derived.shared_rate_gain +
         row_1_v_2 - effector_z_shift_x * (arm_psi_cos * t22) * t34 + row_1_u_effector_z * t28 - t26 * t33;
     const double row_1_pivot_inverse = (t42 * 1e-12 < t42 ? 1.0 / t42 : 0.0);
     const double t54 = t51 * row_1_pivot_inverse;
     const double t55 = t52 - t51 * t54;
     const double row_2_pivot_inverse = (t52 * 1e-12 < t55 ? 1.0 / t55 : 0.0);
-    const double row_2_lambda = (t53 * t54 - (p->derived.row_1_rate_gain * row_2_psi + row_2_v_2 + (arm_psi_cos *
+    const double row_2_lambda = (t53 * t54 - (p->derived.shared_rate_gain * row_2_psi + row_2_v_2 + (arm_psi_cos *
         t26 + arm_psi_sin * t28))) * row_2_pivot_inverse;
     out->lambda[1] = row_2_lambda;
     const double t56 = row_1_pivot_inverse * (t53 + t51 * row_2_lambda);
@@ -675,12 +679,12 @@ void manipulator_rigid_anchor(const struct manipulator_rigid_parameters *p, cons
     (void)x;
     (void)t;
     (void)qd;
-    /* column_psi: motion from base_z outward */
+    /* column_psi from base_z: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double column_psi_cos = cos(q[1]);
-    /* arm_psi: motion from column_psi outward */
+    /* arm_psi from column_psi: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_psi_cos = cos(q[2]);
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
-    /* effector_z: motion from arm_psi outward */
+    /* effector_z from arm_psi: w = E w_p, v = E (v_p + w_p x s) + e qd (4.2) */
     const double effector_z_shift_x = p->L + q[3];
     const double effector_z_position_x = arm_psi_ground_x_x * effector_z_shift_x;
     anchored[0] = effector_z_position_x - p->a;
@@ -959,7 +963,7 @@ static void manipulator_rigid_start_doubles(const double *p, const double *x, do
 const struct refdyn_model manipulator_rigid_model = {
     SET(interface_version) 2,
     SET(name) "manipulator_rigid",
-    SET(hash) "20a898bb9c6d4c9e",
+    SET(hash) "2ca1475c3d1eff4d",
     SET(n) 4,
     SET(m) 2,
     SET(parameter_count) 18,

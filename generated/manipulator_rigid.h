@@ -3,6 +3,7 @@
  *
  * 4 coordinates, 2 constraint rows, 1 points; M qdd = h + Q, SI units and radians.
  * Options: n_rfe = 1, program = consistent, dofs = psi,theta,phi, drive = course, name = manipulator_rigid, form = corrected.
+ * Formulas in the sources have the symbols and section numbers of refdyn's gen/theory.md.
  *
  * Coordinates q and their rates qd, in this order:
  *   0 base_z [m], slide along local z, on the ground
@@ -135,20 +136,20 @@ struct manipulator_rigid_parameters {
         double arm_psi_inertia_xx;
         double arm_psi_inertia_yy;
         double arm_psi_mass_beyond;
-        double constant_1;
+        double column_psi_moment_z_plus_h_times_arm_psi_mass_beyond;
         double base_z_mass_beyond;
-        double constant_2;
-        double constant_3;
-        double constant_4;
-        double constant_5;
-        double constant_6;
-        double row_1_rate_gain;
+        double arm_psi_inertia_xx_minus_arm_psi_inertia_yy;
+        double arm_psi_inertia_yy_minus_arm_psi_inertia_xx;
+        double g_times_base_z_mass_beyond;
+        double a_inverse;
+        double b_inverse;
+        double shared_rate_gain;
         double row_1_position_gain;
-        double constant_7;
-        double constant_8;
+        double T_inverse_times_pi;
+        double half_s_sup;
         double effector_z_D_inverse;
-        double constant_9;
-        double constant_10;
+        double m_base_plus_m_col;
+        double base_z_load_force_z_plus_column_psi_load_force_z;
     } derived; /* what depends on parameters alone, set by manipulator_rigid_prepare */
 };
 

@@ -112,12 +112,15 @@ struct refdyn_workspace {
     struct refdyn_fault fault; /* of the last call that failed */
 
     /* room to compute in; "ordered": in the order of partition.row and partition.column */
-    double *rows;     /* (m x (n + 1)) ordered [K_d K_i k], eliminated: [L U, K_d^-1 K_i, K_d^-1 k] */
-    double *P;        /* (m x n) ordered, first rank x (n - rank): dq_d = P dq_i */
+    double *rows;     /* (m x n) ordered, first rank x rank: L U of K_d^T, column by column */
+    double *P;        /* (m x (n + 1)) ordered, rows n - rank + 1 apart: first rank rows [P c], qdd_d = P qdd_i +
+                         c; then what that leaves of the redundant rows */
+    double *scale;    /* (n) sizes by which pivots are compared */
+    int *exchange;    /* (m) row exchanges of that elimination */
     double *mass_d;   /* (m x n) ordered, first rank rows: [M_dd M_di] */
     double *coupling; /* (m x n) M_di + M_dd P / 2 */
     double *reduced;  /* (n x n) mass matrix of the independent coordinates, or M in projection; its factor */
-    double *weight;   /* (n) ordered 1/sqrt(M_jj), of the state where the partition was chosen */
+    double *weight;   /* (n) 1/sqrt(M_jj), of the state where the partition was chosen */
     double *row_size; /* (m) ordered largest |u_aj| weight_j */
     double *anchored; /* (anchored_count) values of the anchored parameters */
     double *side;     /* (n) ordered right side, then solution */

@@ -1,4 +1,4 @@
-"""The formulation evaluated as it is written, in 60 digits: T_i and T_ij of every body, traces of 4 x 4 products.
+"""The sums of theory, sect. 2.1 to 2.3, as they are written, in 60 digits: T_i and T_ij of every body, traces of 4 x 4 products.
 
 A model is plain data (see `random_models.py`). Nothing here is fast or clever, and nothing is shared with the
 generator. Energies of named springs, programme rows and velocities of points are differentiated by central
@@ -552,7 +552,7 @@ def trace(a, b, c):
 
 
 def dynamics(tree, t, q, qd):
-    """M, h, Q, kinetic and potential energy, power, by the sums of the formulation, sect. 3."""
+    """M, h, Q, kinetic and potential energy, power, by the sums of theory, sect. 2.2."""
     n, q, qd = tree.n, numbers(q), numbers(qd)
     printed = tree.model.get("form") == "printed"
     M = matrix([[0] * n for _ in range(n)])

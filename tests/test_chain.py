@@ -21,6 +21,7 @@ PROGRAM = """
 #include "linear/chain.h"
 #include "constraints/constraints.h"
 #include "linear/dense.h"
+#include "linear/elimination.h"
 #include "implicit/linearisation.h"
 
 #include <math.h>
@@ -97,15 +98,15 @@ static double row_size(const struct refdyn_linear *l, int i, double g, const dou
 static void solve_dense(const struct refdyn_linear *dense, int is_complex, int k, double *z) {
     const int size = dense->size;
     if (is_complex)
-        refdyn_complex_lu_solve(dense->complex_factors + k * 2 * size * size, size, dense->complex_pivot + k * size, z);
+        refdyn_lu_solve(1, dense->complex_factors + k * 2 * size * size, size, dense->complex_pivot + k * size, z);
     else
-        refdyn_lu_solve(dense->matrix, size, dense->pivot, z);
+        refdyn_lu_solve(0, dense->matrix, size, dense->pivot, z);
 }
 
 /* The largest entry of the solution without rows, which in O(n) comes first: of that size are what rows then take away, and its rounding. */
 static double size_without_rows(const struct refdyn_linear *l, int is_complex, double re, double im, const double *r) {
     const int n = l->n;
-    double *A = room_for(2 * n * n), *x = room_for(2 * n), largest = 0;
+    double *A = room_for(2 * n * n), *x = room_for(2 * n), *scale = room_for(n), largest = 0;
     int *pivot = calloc((size_t)n + 1, sizeof *pivot);
     for (int i = 0; i < n * n; i++) {
         A[i] = l->M[i] + re * l->D[i] + (re * re - im * im) * l->K[i];
@@ -114,11 +115,12 @@ static double size_without_rows(const struct refdyn_linear *l, int is_complex, d
     memcpy(x, r, (size_t)n * sizeof *x);
     if (is_complex)
         memcpy(x + n, r + l->size, (size_t)n * sizeof *x);
-    const int failed = refdyn_complex_lu_factor(A, n, pivot);
-    refdyn_complex_lu_solve(A, n, pivot, x);
+    const int failed = refdyn_lu_factor(1, A, n, pivot, scale);
+    refdyn_lu_solve(1, A, n, pivot, x);
     for (int i = 0; i < 2 * n && failed < 0; i++)
         largest = fmax(largest, fabs(x[i]));
     free(pivot);
+    free(scale);
     free(x);
     free(A);
     return largest;

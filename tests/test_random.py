@@ -1,4 +1,4 @@
-"""The emitted C of random models against the brute-force evaluation of the formulation, every quantity at 1e-13."""
+"""The emitted C of random models against the brute-force evaluation of the sums, every quantity at 1e-13."""
 import json
 import os
 import random

@@ -1,7 +1,9 @@
-"""Every command line of every README.md runs: the lines of its fenced blocks marked `sh`.
+"""Every command line of every page runs: the lines of its fenced blocks marked `sh`.
 
-A file's blocks run one after another in a copy of the repository. What builds or tests the repository itself is
-left out there, since this test is part of it; the main job, models/run, is run once where it stands.
+A page's blocks run one after another in a copy of the repository; those of the tutorial in an empty folder, where a
+block that begins with a file's name (```lua arm.lua) is that file, or goes into it before the line that its third word begins
+(```lua arm.lua hold). What builds or tests the repository itself is left out, since this test is part of it; the main
+job, models/run, is run once where it stands.
 """
 import os
 import re
@@ -12,8 +14,9 @@ import pytest
 
 from program import BUILD, SOURCE
 
-ELSEWHERE = re.compile(r"\s*(#.*)?$|(sudo |git |cmake |ctest |cpack |tests/run|models/run|\.ci/run)")
-DOCUMENTS = sorted(path for path in SOURCE.rglob("README.md") if not {"build", ".git"} & set(path.relative_to(SOURCE).parts))
+ELSEWHERE = re.compile(r"\s*(#.*)?$|(sudo |git |export |cmake |ctest |cpack |tests/run|models/run|\.ci/run)")
+TUTORIAL = SOURCE / "docs" / "tutorial.md"
+DOCUMENTS = sorted(path for path in SOURCE.rglob("*.md") if not {"build", ".git"} & set(path.relative_to(SOURCE).parts))
 
 
 def commands(document):
@@ -23,12 +26,43 @@ def commands(document):
 
 
 def run(script, folder, timeout):
-    env = {**os.environ, "PATH": f"{BUILD / 'bin'}:{os.environ['PATH']}"}
+    env = {**os.environ, "REFDYN_INCLUDE": str(SOURCE / "runtime"), "PATH": f"{BUILD / 'bin'}:{os.environ['PATH']}"}
     return subprocess.run(["bash", "-e", "-o", "pipefail", "-c", script], cwd=folder, env=env, capture_output=True, text=True,
                           timeout=timeout)
 
 
-@pytest.mark.parametrize("document", DOCUMENTS, ids=[str(path.relative_to(SOURCE)) for path in DOCUMENTS])
+def steps(document):
+    """The blocks of a page in order: (language, file, line before which the text goes, text)."""
+    return re.findall(r"^```(\w+)(?: (\S+))?(?: (\S+))?\n(.*?)^```", document.read_text(), re.M | re.S)
+
+
+def write(path, before, text):
+    if before:
+        was = path.read_text()
+        place = was.index(f"\n  {before} ") + 1
+        text = was[:place] + text + was[place:]
+    path.write_text(text)
+
+
+def test_tutorial(tmp_path):
+    said = ""
+    for language, name, before, text in steps(TUTORIAL):
+        if name:
+            write(tmp_path / name, before, text)
+        elif language == "sh" and not ELSEWHERE.match(text):
+            done = run(text, tmp_path, 300)
+            assert done.returncode == 0, f"{text}\n{done.stdout[-2000:]}\n{done.stderr[-2000:]}"
+            said += done.stdout + done.stderr
+    for figure in ("swing.svg", "follow.svg"):
+        assert (tmp_path / figure).read_text().rstrip().endswith("</svg>")
+    assert re.search(r"^ +1 +6\.45\d* ", said, re.M) and re.search(r"^ +1 +4\.04\d* ", said, re.M), said
+    assert re.search(r"^upper_psi +-?\d", said, re.M), said
+
+
+PAGES = [path for path in DOCUMENTS if path != TUTORIAL]
+
+
+@pytest.mark.parametrize("document", PAGES, ids=[str(path.relative_to(SOURCE)) for path in PAGES])
 def test_commands(document, tmp_path):
     copy = tmp_path / "refdyn"
     shutil.copytree(SOURCE, copy, ignore=shutil.ignore_patterns("build", ".git", "__pycache__"))

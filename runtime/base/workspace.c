@@ -35,8 +35,9 @@ static size_t lay_out(struct refdyn_workspace *work, char *base) {
     work->x = room_doubles(&room, model->input_count);
     lay_out_equations(work, &room);
     work->anchored = room_doubles(&room, model->anchored_count);
-    work->rows = room_doubles(&room, m * (n + 1));
-    work->P = room_doubles(&room, m * n);
+    work->rows = room_doubles(&room, m * n);
+    work->P = room_doubles(&room, m * (n + 1));
+    work->scale = room_doubles(&room, n);
     work->mass_d = room_doubles(&room, m * n);
     work->coupling = room_doubles(&room, m * n);
     work->reduced = room_doubles(&room, n * n);
@@ -49,6 +50,7 @@ static size_t lay_out(struct refdyn_workspace *work, char *base) {
     work->change = room_doubles(&room, 2 * n);
     work->partition.column = room_ints(&room, n);
     work->partition.row = room_ints(&room, m);
+    work->exchange = room_ints(&room, m);
     work->mark = room_ints(&room, n + m);
     return room.used;
 }

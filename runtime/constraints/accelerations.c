@@ -2,7 +2,7 @@
  * Accelerations under programme constraints, and the force that keeps the programme.
  *
  * Takes M f u v k of the workspace; gives qdd and r = M qdd - f. Generalized programme motion equations
- * (formulation, sect. 4): (M_i + P^T M_d) qdd = f_i + P^T f_d with K qdd = k. Eliminating qdd_d = P qdd_i +
+ * (theory, sect. 8.2): (M_i + P^T M_d) qdd = f_i + P^T f_d with K qdd = k. Eliminating qdd_d = P qdd_i +
  * c, c = K_d^-1 k, leaves n - rank equations with a symmetric positive definite matrix: R qdd_i = [P^T 1] (f
  * - M_d^T c),   R = M_ii + P^T M_di + M_id P + P^T M_dd P.
  */
@@ -14,6 +14,7 @@
 #include <math.h>
 
 #include "linear/dense.h"
+#include "linear/elimination.h"
 
 /* mass_d = [M_dd M_di] and Y = M_di + M_dd P / 2 */
 static void couple_mass(struct refdyn_workspace *work) {
@@ -28,7 +29,7 @@ static void couple_mass(struct refdyn_workspace *work) {
         for (int b = 0; b < count; b++)
             Y[b] = row[rank + b];
         for (int k = 0; k < rank; k++)
-            dense_add(Y, 0.5 * row[k], work->P + k * count, count);
+            dense_add(Y, 0.5 * row[k], work->P + k * (count + 1), count);
     }
 }
 
@@ -42,29 +43,23 @@ static void reduce_mass(struct refdyn_workspace *work) {
         for (int j = i; j < count; j++)
             row[j] = from[column[rank + j]];
         for (int k = 0; k < rank; k++) {
-            const double *P = work->P + k * count, *Y = work->coupling + k * count;
+            const double *P = work->P + k * (count + 1), *Y = work->coupling + k * count;
             dense_add(row + i, P[i], Y + i, count - i);
             dense_add(row + i, Y[i], P + i, count - i);
         }
     }
 }
 
-/* side (n, in the order of the partition) := its independent part plus P^T times the dependent one, from
- * `rank` on. */
-static void fold_dependent(struct refdyn_workspace *work) {
-    const int rank = work->partition.rank, count = work->n - rank;
-    for (int k = 0; k < rank; k++)
-        dense_add(work->side + rank, work->side[k], work->P + k * count, count);
-}
-
-/* side := [P^T 1] (f - M_d^T c) */
+/* side := f - M_d^T c in the order of the partition, then its independent part plus P^T times the dependent
+ * one */
 static void reduce_force(struct refdyn_workspace *work) {
-    const int n = work->n, rank = work->partition.rank;
+    const int n = work->n, rank = work->partition.rank, count = n - rank;
     for (int b = 0; b < n; b++)
         work->side[b] = work->f[work->partition.column[b]];
     for (int k = 0; k < rank; k++)
-        dense_add(work->side, -work->rows[k * (n + 1) + n], work->mass_d + k * n, n);
-    fold_dependent(work);
+        dense_add(work->side, -work->P[k * (count + 1) + count], work->mass_d + k * n, n);
+    for (int k = 0; k < rank; k++)
+        dense_add(work->side + rank, work->side[k], work->P + k * (count + 1), count);
 }
 
 /* qdd_d = P qdd_i + c, both into the order of the model. */
@@ -73,9 +68,10 @@ static void expand(const struct refdyn_workspace *work, double *qdd) {
     const int *restrict column = work->partition.column;
     for (int b = 0; b < count; b++)
         qdd[column[rank + b]] = work->side[rank + b];
-    for (int k = 0; k < rank; k++)
-        qdd[column[k]] =
-            work->rows[k * (n + 1) + n] + dense_dot(work->P + k * count, work->side + rank, count);
+    for (int k = 0; k < rank; k++) {
+        const double *P = work->P + k * (count + 1);
+        qdd[column[k]] = P[count] + dense_dot(P, work->side + rank, count);
+    }
 }
 
 /* A failure that infinities or NaN have caused is told as that. */
@@ -112,29 +108,16 @@ int refdyn_accelerate(struct refdyn_workspace *work, double t, const double *q, 
     return status ? status : refdyn_solve(work, stabilise, qdd);
 }
 
-/* U^T L^T lambda = (M qdd - f)_d with the factors L U = K_d; lambda in the order of the partition. */
-static void find_multipliers(struct refdyn_workspace *work, const double *qdd) {
-    const int n = work->n, stride = n + 1, rank = work->partition.rank;
-    const int *column = work->partition.column;
-    double *lambda = work->lambda;
-    for (int k = 0; k < rank; k++)
-        lambda[k] = dense_dot(work->M + column[k] * n, qdd, n) - work->f[column[k]];
-    for (int k = 0; k < rank; k++) {
-        const double *row = work->rows + k * stride;
-        lambda[k] /= row[k];
-        for (int b = k + 1; b < rank; b++)
-            lambda[b] -= row[b] * lambda[k];
-    }
-    for (int k = rank - 1; k >= 0; k--)
-        for (int a = 0; a < k; a++)
-            lambda[a] -= work->rows[k * stride + a] * lambda[k];
-}
-
+/* K_d^T lambda = (M qdd - f)_d */
 void refdyn_multipliers(struct refdyn_workspace *work, const double *qdd, double *lambda) {
-    find_multipliers(work, qdd);
+    const int n = work->n, rank = work->partition.rank;
+    const int *column = work->partition.column;
+    for (int k = 0; k < rank; k++)
+        work->lambda[k] = dense_dot(work->M + column[k] * n, qdd, n) - work->f[column[k]];
+    refdyn_lu_solve(0, work->rows, rank, work->exchange, work->lambda);
     for (int a = 0; a < work->m; a++)
         lambda[a] = 0;
-    for (int k = 0; k < work->partition.rank; k++)
+    for (int k = 0; k < rank; k++)
         lambda[work->partition.row[k]] = work->lambda[k];
 }
 

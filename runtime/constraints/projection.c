@@ -1,5 +1,5 @@
 /*
- * Consistent states: how far a state is off the programme, and the nearest one on it.
+ * Consistent states: how far a state is off the programme, and the nearest one on it (theory, sect. 8.3).
  *
  * Takes a state; gives the smallest change, in the metric M, of positions and then of velocities that meets
  * the rows: min dq^T M dq with u dq = -phi:   dq = -M^-1 u^T (u M^-1 u^T)^-1 phi, and the same with psi for
@@ -16,6 +16,7 @@
 #include <string.h>
 
 #include "linear/dense.h"
+#include "linear/elimination.h"
 
 /* Newton doubles the digits from any start that it converges from; 30 iterations also halve a distance 30
  * times. */
@@ -28,27 +29,39 @@ static const double rounding = 4 * DBL_EPSILON;
  */
 static const double near = 0x1p-26; /* sqrt(DBL_EPSILON) */
 
-static int has_position(const struct refdyn_model *model, int a) {
-    return model->rows[a].level == REFDYN_POSITION;
+/* Positions are met by the rows up to position level, velocities by those up to velocity level. */
+struct level {
+    enum refdyn_row_level last;
+    const double *residual; /* (m) */
+};
+
+static struct level of_positions(const struct refdyn_workspace *work) {
+    return (struct level){REFDYN_POSITION, work->phi};
 }
 
-static int has_velocity(const struct refdyn_model *model, int a) {
-    return model->rows[a].level != REFDYN_ACCELERATION;
+static struct level of_velocities(const struct refdyn_workspace *work) {
+    return (struct level){REFDYN_VELOCITY, work->psi};
+}
+
+static int has(const struct refdyn_workspace *work, struct level level, int a) {
+    return work->model->rows[a].level <= level.last;
+}
+
+/* Largest residual of a level into *size; its row, -1: there is none. */
+static int largest_residual(const struct refdyn_workspace *work, struct level level, double *size) {
+    int row = -1;
+    for (int a = 0; a < work->m; a++)
+        if (has(work, level, a) && (row < 0 || fabs(level.residual[a]) > *size)) {
+            *size = fabs(level.residual[a]);
+            row = a;
+        }
+    return row;
 }
 
 struct refdyn_residual refdyn_residuals(const struct refdyn_workspace *work) {
-    struct refdyn_residual largest = {.phi_row = -1, .psi_row = -1};
-    for (int a = 0; a < work->m; a++) {
-        const double phi = fabs(work->phi[a]), psi = fabs(work->psi[a]);
-        if (has_position(work->model, a) && (largest.phi_row < 0 || phi > largest.phi)) {
-            largest.phi = phi;
-            largest.phi_row = a;
-        }
-        if (has_velocity(work->model, a) && (largest.psi_row < 0 || psi > largest.psi)) {
-            largest.psi = psi;
-            largest.psi_row = a;
-        }
-    }
+    struct refdyn_residual largest = {0};
+    largest.phi_row = largest_residual(work, of_positions(work), &largest.phi);
+    largest.psi_row = largest_residual(work, of_velocities(work), &largest.psi);
     return largest;
 }
 
@@ -60,22 +73,16 @@ static double row_terms(const struct refdyn_workspace *work, int a, const double
     return sum;
 }
 
-static int positions_hold(const struct refdyn_workspace *work, double tol, double least, const double *q) {
+static int rows_hold(const struct refdyn_workspace *work, struct level level, double tol, double least,
+                     const double *x) {
     for (int a = 0; a < work->m; a++)
-        if (has_position(work->model, a) && !(fabs(work->phi[a]) <= tol * row_terms(work, a, q, least)))
-            return 0;
-    return 1;
-}
-
-static int velocities_hold(const struct refdyn_workspace *work, double tol, double least, const double *qd) {
-    for (int a = 0; a < work->m; a++)
-        if (has_velocity(work->model, a) && !(fabs(work->psi[a]) <= tol * row_terms(work, a, qd, least)))
+        if (has(work, level, a) && !(fabs(level.residual[a]) <= tol * row_terms(work, a, x, least)))
             return 0;
     return 1;
 }
 
 int refdyn_is_consistent(const struct refdyn_workspace *work, double tol, const double *q, const double *qd) {
-    return positions_hold(work, tol, 1, q) && velocities_hold(work, tol, 1, qd);
+    return rows_hold(work, of_positions(work), tol, 1, q) && rows_hold(work, of_velocities(work), tol, 1, qd);
 }
 
 /* L L^T = M into work->reduced. */
@@ -151,11 +158,13 @@ static void shortest_solution(struct refdyn_workspace *work, int *active, double
     }
 }
 
-/* change (n) := smallest one with u change = -residual for the marked rows; needs factor_mass. */
-static void smallest_change(struct refdyn_workspace *work, const double *residual, double *change) {
+/* change (n) := smallest one with u change = -residual for the rows of a level; needs factor_mass. */
+static void smallest_change(struct refdyn_workspace *work, struct level level, double *change) {
     int *active = work->mark + work->n;
-    for (int a = 0; a < work->m; a++)
-        work->wanted[a] = -residual[a];
+    for (int a = 0; a < work->m; a++) {
+        active[a] = has(work, level, a);
+        work->wanted[a] = -level.residual[a];
+    }
     spread_rows(work, active);
     shortest_solution(work, active, change);
     refdyn_factor_half_backward(work->reduced, work->n, work->n, change);
@@ -163,33 +172,21 @@ static void smallest_change(struct refdyn_workspace *work, const double *residua
 
 /* One Newton correction of positions and of velocities. */
 static int correct(struct refdyn_workspace *work, double *q, double *qd) {
-    const int n = work->n;
-    int *active = work->mark + n;
-    const int status = factor_mass(work);
+    const int n = work->n, status = factor_mass(work);
     if (status)
         return status;
-    for (int a = 0; a < work->m; a++)
-        active[a] = has_position(work->model, a);
-    smallest_change(work, work->phi, work->change);
-    for (int a = 0; a < work->m; a++)
-        active[a] = has_velocity(work->model, a);
-    smallest_change(work, work->psi, work->change + n);
+    smallest_change(work, of_positions(work), work->change);
+    smallest_change(work, of_velocities(work), work->change + n);
     dense_add(q, 1, work->change, n);
     dense_add(qd, 1, work->change + n, n);
     return REFDYN_OK;
 }
 
 /* At rounding level, or near it and no longer falling; *last is the distance before the last correction. */
-static int positions_done(const struct refdyn_workspace *work, const double *q, double *last) {
-    const double now = refdyn_distance(work, work->phi), before = *last;
+static int is_done(const struct refdyn_workspace *work, struct level level, const double *x, double *last) {
+    const double now = refdyn_distance(work, level.residual), before = *last;
     *last = now;
-    return positions_hold(work, rounding, 0, q) || (now > before / 2 && positions_hold(work, near, 1, q));
-}
-
-static int velocities_done(const struct refdyn_workspace *work, const double *qd, double *last) {
-    const double now = refdyn_distance(work, work->psi), before = *last;
-    *last = now;
-    return velocities_hold(work, rounding, 0, qd) || (now > before / 2 && velocities_hold(work, near, 1, qd));
+    return rows_hold(work, level, rounding, 0, x) || (now > before / 2 && rows_hold(work, level, near, 1, x));
 }
 
 /* Beside a residual of this size the rows hold that are used, so a redundant one has it. */
@@ -209,23 +206,23 @@ static int not_converged(struct refdyn_workspace *work) {
     return used_rows_hold(work, fmax(left.phi, left.psi)) ? REFDYN_ROWS_INCONSISTENT : REFDYN_NO_CONVERGENCE;
 }
 
-/* x += the combination of the directions with u dx = -residual, of the rows that have such a residual. */
+/* x += the combination of the directions with u dx = -residual, for the rows of a level. */
 static int correct_rows(struct refdyn_workspace *work, const struct refdyn_directions *along,
-                        int (*has)(const struct refdyn_model *, int), const double *residual, double *x) {
+                        struct level level, double *x) {
     const int n = work->n;
     int *listed = work->mark, count = 0;
     for (int k = 0; k < along->count; k++)
-        if (has(work->model, along->rows[k]))
+        if (has(work, level, along->rows[k]))
             listed[count++] = k;
     for (int i = 0; i < count; i++) {
         const int row = along->rows[listed[i]];
-        work->wanted[i] = -residual[row];
+        work->wanted[i] = -level.residual[row];
         for (int j = 0; j < count; j++)
             work->basis[i * count + j] = dense_dot(work->u + row * n, along->vectors + listed[j] * n, n);
     }
-    if (refdyn_lu_factor(work->basis, count, work->mark + n, work->lambda) >= 0)
+    if (refdyn_lu_factor(0, work->basis, count, work->mark + n, work->lambda) >= 0)
         return not_converged(work);
-    refdyn_lu_solve(work->basis, count, work->mark + n, work->wanted);
+    refdyn_lu_solve(0, work->basis, count, work->mark + n, work->wanted);
     for (int j = 0; j < count; j++)
         dense_add(x, work->wanted[j], along->vectors + listed[j] * n, n);
     return REFDYN_OK;
@@ -233,9 +230,9 @@ static int correct_rows(struct refdyn_workspace *work, const struct refdyn_direc
 
 static int correct_along(struct refdyn_workspace *work, const struct refdyn_directions *along, double t,
                          double *q, double *qd) {
-    int status = correct_rows(work, along, has_position, work->phi, q);
+    int status = correct_rows(work, along, of_positions(work), q);
     if (!status)
-        status = correct_rows(work, along, has_velocity, work->psi, qd);
+        status = correct_rows(work, along, of_velocities(work), qd);
     return status ? status : refdyn_row_terms(work, t, q, qd);
 }
 
@@ -253,8 +250,8 @@ static int iterate(struct refdyn_workspace *work, const struct refdyn_directions
     int positions_are_done = 0;
     for (int iteration = 0; iteration <= ITERATIONS_MOST; iteration++) {
         if (!positions_are_done)
-            positions_are_done = positions_done(work, q, &last_phi);
-        if (positions_are_done && velocities_done(work, qd, &last_psi))
+            positions_are_done = is_done(work, of_positions(work), q, &last_phi);
+        if (positions_are_done && is_done(work, of_velocities(work), qd, &last_psi))
             return REFDYN_OK;
         const int status = along ? correct_along(work, along, t, q, qd) : correct_in_mass(work, t, q, qd);
         if (status)

@@ -13,6 +13,7 @@
 #include <string.h>
 
 #include "linear/dense.h"
+#include "linear/elimination.h"
 
 /* The parts of struct NAME_tangent_result that both forms have, in their order. */
 static void lay_out_rows(struct refdyn_linear *linear, struct room *room) {
@@ -180,7 +181,7 @@ static void fill_border(struct refdyn_linear *linear, const double *u) {
 }
 
 static int factor(struct refdyn_linear *linear) {
-    const int failed = refdyn_lu_factor(linear->matrix, linear->size, linear->pivot, linear->scale);
+    const int failed = refdyn_lu_factor(0, linear->matrix, linear->size, linear->pivot, linear->scale);
     return failed < 0 ? REFDYN_OK : REFDYN_MATRIX_SINGULAR;
 }
 
@@ -217,7 +218,7 @@ static void solve(struct refdyn_linear *linear, double *x) {
     if (linear->is_chain)
         refdyn_chain_solve(&linear->chain, x);
     else
-        refdyn_lu_solve(linear->matrix, linear->size, linear->pivot, x);
+        refdyn_lu_solve(0, linear->matrix, linear->size, linear->pivot, x);
 }
 
 /* M and u of the equations in the workspace. */
@@ -322,7 +323,7 @@ static int factor_complex(struct refdyn_linear *linear, int k, double re, double
         for (int j = 0; j < n; j++)
             real[j * size + i] = -linear->u[a * n + j];
     }
-    const int failed = refdyn_complex_lu_factor(real, size, linear->complex_pivot + k * size);
+    const int failed = refdyn_lu_factor(1, real, size, linear->complex_pivot + k * size, linear->scale);
     return failed < 0 ? REFDYN_OK : REFDYN_MATRIX_SINGULAR;
 }
 
@@ -373,8 +374,8 @@ static void solve_complex(struct refdyn_linear *linear, int k, double *x) {
     const int n = linear->n, size = linear->size;
     times(linear, x, NULL, NULL, linear->x);
     times(linear, x + n, NULL, NULL, linear->x + size);
-    refdyn_complex_lu_solve(linear->complex_factors + k * 2 * size * size, size,
-                            linear->complex_pivot + k * size, linear->x);
+    refdyn_lu_solve(1, linear->complex_factors + k * 2 * size * size, size, linear->complex_pivot + k * size,
+                    linear->x);
     memcpy(x, linear->x, (size_t)n * sizeof *x);
     memcpy(x + n, linear->x + size, (size_t)n * sizeof *x);
 }

@@ -10,6 +10,7 @@
 
 #include "linear/chain_sweeps.h"
 #include "linear/dense.h"
+#include "linear/elimination.h"
 
 /* ---- What the scene is ---- */
 
@@ -304,8 +305,7 @@ static int factor_corner(struct refdyn_chain *c, const struct factored *f) {
         }
     int failed = -1;
     for (int l = 0; l < lanes && failed < 0; l++)
-        failed = f->wide ? refdyn_complex_lu_factor(corner_of(f, l), b, f->pivot + l * b)
-                         : refdyn_lu_factor(f->corner, b, f->pivot, c->scale);
+        failed = refdyn_lu_factor(f->wide, corner_of(f, l), b, f->pivot + l * b, c->scale);
     return failed < 0 ? REFDYN_OK : REFDYN_MATRIX_SINGULAR;
 }
 
@@ -343,24 +343,16 @@ int refdyn_chain_factor_all(struct refdyn_chain *c, int count, const double *lam
     return factor(c, 1, g, border);
 }
 
-/* z = (corner)^-1 z, numbers of the border */
+/* z = (corner)^-1 z, numbers of the border, lane by lane */
 static void solve_corner(const struct factored *f, double *z) {
-    const int b = f->border;
+    const int b = f->border, parts = 1 + f->wide, lanes = f->wide ? REFDYN_LANES : 1;
     double *x = z + b * f->width; /* of one lane */
-    if (!f->wide) {
-        refdyn_lu_solve(f->corner, b, f->pivot, z);
-        return;
-    }
-    for (int l = 0; l < REFDYN_LANES; l++) {
-        for (int i = 0; i < b; i++) {
-            x[i] = z[i * f->width + l];
-            x[b + i] = z[i * f->width + REFDYN_LANES + l];
-        }
-        refdyn_complex_lu_solve(corner_of(f, l), b, f->pivot + l * b, x);
-        for (int i = 0; i < b; i++) {
-            z[i * f->width + l] = x[i];
-            z[i * f->width + REFDYN_LANES + l] = x[b + i];
-        }
+    for (int l = 0; l < lanes; l++) {
+        for (int i = 0; i < parts * b; i++)
+            x[i] = z[i % b * f->width + i / b * lanes + l];
+        refdyn_lu_solve(f->wide, corner_of(f, l), b, f->pivot + l * b, x);
+        for (int i = 0; i < parts * b; i++)
+            z[i % b * f->width + i / b * lanes + l] = x[i];
     }
 }
 

@@ -1,6 +1,6 @@
 /* clang-format off */
 /*
- * The tangent of a tree of joints as vectors: its products, and L U in O(n).
+ * The tangent of a tree of joints as vectors: its products, and L U in O(n) (theory, sect. 8.5).
  *
  * Takes the result of `tangent_vectors` (refdyn_model.h), gives products with M, D and K and solutions with
  * A = M + g D + g^2 K + pulled^T (g pull_by_qd + g^2 pull_by_q), bordered by rows. For i beyond j, j on its way to the
@@ -30,11 +30,11 @@ struct refdyn_chain {
     const struct refdyn_model *model;
     int n, is_planar, border;            /* border: couplings, and the rows of the last factorisation */
     int left, right;                     /* components of a wrench, 3 or 6, and of what it meets, 5 or 12 */
-    int record;                          /* doubles of a joint's vectors, in the order of chain_wide.c */
+    int record;                          /* doubles of a joint's vectors, in the order of chain_sweeps.c */
     double *records;                     /* (n x record) */
     double *stiffness, *damping;         /* (n) beside the vectors */
     const double *pulled, *by_q, *by_qd; /* (couplings x n) in the result */
-    double *factors;     /* n x (left + 2 right + 1) real numbers, then as many wide ones: chain_wide.h */
+    double *factors;     /* n x (left + 2 right + 1) real numbers, then as many wide ones: chain_sweeps.h */
     double *responses;   /* (couplings + m) x n, likewise: A^-1 of the border's columns */
     double *border_rows; /* likewise: the rows of the border for the last g */
     double *corner;      /* (couplings + m)^2, then as many complex ones for each lane: its L U */

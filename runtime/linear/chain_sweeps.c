@@ -16,6 +16,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "linear/dense.h"
 #include "linear/wide.h"
 
 enum { LANES = REFDYN_LANES, WIDTH_MOST = 2 * LANES };
@@ -53,14 +54,9 @@ INLINE int invert(int wide, const double *a, const double *whole, double *y) {
 }
 
 /* y += s x with real s */
-INLINE void add_real(int wide, int n, double s, const double *x, double *y) {
-    if (!wide) {
-        for (int i = 0; i < n; i++)
-            y[i] += s * x[i];
-        return;
-    }
-    for (int i = 0; i < 2 * n; i++)
-        lanes_of(y)[i] += s * lanes_in(x)[i];
+INLINE void add_real(int wide, int n, double s, const double *restrict x, double *restrict y) {
+    for (int i = 0; i < n * refdyn_chain_width(wide); i++)
+        y[i] += s * x[i];
 }
 
 /* y += a x */
@@ -84,26 +80,17 @@ INLINE void add_along(int wide, int n, const double *s, const double *x, double 
         add_real(0, n, x[0], s, y);
         return;
     }
-    for (int i = 0; i < n; i++)
-        add_real(1, 1, s[i], x, y + i * WIDTH_MOST);
-}
-
-/* sum_i x_i y_i in four sums, which fit a vector and do not wait for each other */
-INLINE double sum_of(int n, const double *x, const double *y) {
-    double s[4] = {0, 0, 0, 0}, rest = 0;
-    int i = 0;
-    for (; i + 3 < n; i += 4)
-        for (int j = 0; j < 4; j++)
-            s[j] += x[i + j] * y[i + j];
-    for (; i < n; i++)
-        rest += x[i] * y[i];
-    return s[0] + s[1] + (s[2] + s[3]) + rest;
+    const numbers re = lanes_in(x)[0], im = lanes_in(x)[1];
+    for (int i = 0; i < n; i++) {
+        lanes_of(y)[2 * i] += s[i] * re;
+        lanes_of(y)[2 * i + 1] += s[i] * im;
+    }
 }
 
 /* sum = sum_i x_i y_i */
 INLINE int chain_dot(int wide, int n, const double *x, const double *y, double *restrict sum) {
     if (!wide) {
-        sum[0] = sum_of(n, x, y);
+        sum[0] = dense_dot(x, y, n);
         return 0;
     }
     numbers re = {0}, im = {0};
@@ -120,7 +107,7 @@ INLINE int chain_dot(int wide, int n, const double *x, const double *y, double *
 /* The same with real s. */
 INLINE int chain_dot_real(int wide, int n, const double *s, const double *y, double *restrict sum) {
     if (!wide) {
-        sum[0] = sum_of(n, s, y);
+        sum[0] = dense_dot(s, y, n);
         return 0;
     }
     numbers re = {0}, im = {0};
@@ -134,14 +121,10 @@ INLINE int chain_dot_real(int wide, int n, const double *s, const double *y, dou
 }
 
 /* y += s x - t z with real s and t */
-INLINE void add_difference(int wide, int n, double s, const double *x, double t, const double *z, double *y) {
-    if (!wide) {
-        for (int i = 0; i < n; i++)
-            y[i] += s * x[i] - t * z[i];
-        return;
-    }
-    for (int i = 0; i < 2 * n; i++)
-        lanes_of(y)[i] += s * lanes_in(x)[i] - t * lanes_in(z)[i];
+INLINE void add_difference(int wide, int n, double s, const double *restrict x, double t,
+                           const double *restrict z, double *restrict y) {
+    for (int i = 0; i < n * refdyn_chain_width(wide); i++)
+        y[i] += s * x[i] - t * z[i];
 }
 
 /* m += s x f of wrenches, whose components are `count` numbers each */

@@ -6,6 +6,8 @@
 #include <float.h>
 #include <math.h>
 
+#include "linear/wide.h"
+
 double refdyn_largest(const double *a, int count, int *index) {
     double largest = 0;
     int at = count > 0 ? 0 : -1;
@@ -86,3 +88,35 @@ void refdyn_factor_half_backward(const double *A, int n, int stride, double *x) 
         x[k] = (x[k] * sqrt(row[k]) - dense_dot(row + k + 1, x + k + 1, n - k - 1)) / row[k];
     }
 }
+
+INLINE int times(const double *A, int rows, int columns, const double *x, double *y) {
+    for (int i = 0; i < rows; i++)
+        y[i] = dense_dot(A + i * columns, x, columns);
+    return 0;
+}
+
+/* y += scale sum_j weight_j x_j, vectors `stride` apart; four of them in one pass */
+INLINE int add_all(double *restrict y, double scale, const double *weights, int count,
+                   const double *restrict x, int stride, int n) {
+    int j = 0;
+    for (; j + 3 < count; j += 4) {
+        const double a = scale * weights[j], b = scale * weights[j + 1], c = scale * weights[j + 2],
+                     d = scale * weights[j + 3];
+        const double *u = x + j * stride, *v = u + stride, *w = v + stride, *z = w + stride;
+        for (int i = 0; i < n; i++)
+            y[i] = y[i] + a * u[i] + b * v[i] + c * w[i] + d * z[i];
+    }
+    for (; j < count; j++) {
+        const double a = scale * weights[j], *u = x + j * stride;
+        for (int i = 0; i < n; i++)
+            y[i] += a * u[i];
+    }
+    return 0;
+}
+
+COMPILE(int, times, (const double *A, int rows, int columns, const double *x, double *y),
+        (A, rows, columns, x, y))
+COMPILE(int, add_all,
+        (double *restrict y, double scale, const double *weights, int count, const double *restrict x,
+         int stride, int n),
+        (y, scale, weights, count, x, stride, n))

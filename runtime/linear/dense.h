@@ -46,20 +46,7 @@ void refdyn_factor_solve(const double *A, int n, int stride, double *x);
 void refdyn_factor_half_forward(const double *A, int n, int stride, double *x);
 void refdyn_factor_half_backward(const double *A, int n, int stride, double *x);
 
-/*
- * P A = L U with partial pivoting, rows scaled by their largest entry when pivots are compared (Golub and Van
- * Loan, 3.4); pivot (n) tells the row that took each place. Returns -1, or the first column without a pivot.
- * The factors stand column by column, L_ij or U_ij in A[j n + i], with the inverses of U's diagonal.
- */
-int refdyn_lu_factor(double *A, int n, int *pivot, double *scale);
-/* The same of complex matrices, real parts in A and imaginary ones behind them, in A + n n; vectors alike, in
- * x and x + n. */
-int refdyn_complex_lu_factor(double *A, int n, int *pivot);
-int refdyn_complex_lu_solve(const double *A, int n, const int *pivot, double *x);
-/* x := A^-1 x with the factors. Returns 0, as all of wide.c that cannot fail. */
-int refdyn_lu_solve(const double *A, int n, const int *pivot, double *x);
-
-/* y := A x, A (rows x columns) without gaps. */
+/* y := A x, A (rows x columns) without gaps. Returns 0, as the next one. */
 int refdyn_times(const double *A, int rows, int columns, const double *x, double *y);
 
 /* y (n) += scale sum_j weight_j x_j over `count` vectors, `stride` apart. */

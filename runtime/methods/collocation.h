@@ -5,7 +5,7 @@
 #include "methods/step.h"
 
 /*
- * A step of h: accelerations a_i at the times t + c_i h, so that with
+ * A step of h (theory, sect. 8.6): accelerations a_i at the times t + c_i h, so that with
  *     Q_i = q + h c_i qd + h^2 sum_j aa_ij a_j,   V_i = qd + h sum_j a_ij a_j
  * they are those of the states (Q_i, V_i); then q_new = q + h qd + h^2 sum_j bb_j a_j, qd_new = qd + h sum_j
  * b_j a_j (Hairer, Norsett and Wanner, Solving ODEs I, II.7). L_j(theta) = sum_k lagrange_jk theta^k are the

@@ -1,5 +1,5 @@
 /*
- * Energy balance of a motion.
+ * Energy balance of a motion (theory, sect. 8.8).
  *
  * Takes an integrator at its outputs; gives the largest |change of (kinetic + potential) - work| over the
  * largest change of kinetic energy, potential energy or work. Work is that of all non-conservative and

@@ -48,12 +48,11 @@ enum { SAMPLES = 10, FIRST_SAMPLE = 512, NARROWINGS = 30 };
 
 /* The independent rows, from the row terms in the workspace, with weighted columns. */
 static void gather(struct refdyn_workspace *work) {
-    const struct refdyn_partition *partition = &work->partition;
     const int n = work->n;
-    for (int a = 0; a < partition->rank; a++) {
-        const double *from = work->u + partition->row[a] * n;
-        for (int b = 0; b < n; b++)
-            work->basis[a * n + b] = from[partition->column[b]] * work->weight[b];
+    for (int a = 0; a < work->partition.rank; a++) {
+        const double *from = work->u + work->partition.row[a] * n;
+        for (int j = 0; j < n; j++)
+            work->basis[a * n + j] = from[j] * work->weight[j];
     }
 }
 

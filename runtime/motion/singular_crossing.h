@@ -1,5 +1,5 @@
 /*
- * Through a state where the rows lose rank: options.singular = REFDYN_PASS.
+ * Through a state where the rows lose rank: options.singular = REFDYN_PASS (theory, sect. 8.9).
  *
  * There K qdd = k has no unique solution, and off the programme, at a distance e from it and a time s before
  * that state, accelerations are wrong by about e/s^2. On the programme they are smooth along a branch. So one

@@ -1,5 +1,5 @@
 /*
- * Equilibria: Q(q, qd = 0, t = 0) = 0 over the coordinates that are not held.
+ * Equilibria: Q(q, qd = 0, t = 0) = 0 over the coordinates that are not held (theory, sect. 8.7).
  *
  * Takes a start q0; gives q with Q = 0 and the forces that hold the others. The load is followed along
  *     F(q, s) = Q(q) - (1 - s) Q(q0) = 0,   s from 0 to 1,
@@ -19,6 +19,7 @@
 #include <string.h>
 
 #include "linear/dense.h"
+#include "linear/elimination.h"
 #include "base/layout.h"
 
 /* [rad, length] Newton's last correction; the error that is left is about its square */
@@ -48,7 +49,7 @@ struct statics {
     double *Q;         /* (n) generalized forces */
     double *Q_start;   /* (n) at q0 */
     double *tangent;   /* (n x n) dQ_i/dq_j, then its factors in the first count x count */
-    double *size;      /* (n) largest entry of each row */
+    double *scale;     /* (n) 1 over the largest entry of each row */
     double *step;      /* (n) Newton correction of the coordinates not held */
     double *step_next; /* (n) the one that follows it */
     double *unit;      /* (n) what 1 rad weighs against */
@@ -65,7 +66,7 @@ static size_t lay_out(struct statics *statics, int n, char *base) {
     statics->Q = room_doubles(&room, n);
     statics->Q_start = room_doubles(&room, n);
     statics->tangent = room_doubles(&room, n * n);
-    statics->size = room_doubles(&room, n);
+    statics->scale = room_doubles(&room, n);
     statics->step = room_doubles(&room, n);
     statics->step_next = room_doubles(&room, n);
     statics->unit = room_doubles(&room, n);
@@ -169,73 +170,25 @@ static void leave_free_ones(struct statics *statics) {
     }
 }
 
-/* Row with the largest entry of column k, each row divided by its size. */
-static int find_pivot(const struct statics *statics, int k, double *largest) {
-    const int count = statics->count;
-    int pivot = -1;
-    *largest = 0;
-    for (int i = k; i < count; i++) {
-        const double entry = fabs(statics->tangent[i * count + k]);
-        if (entry > *largest * statics->size[i]) {
-            *largest = entry / statics->size[i];
-            pivot = i;
-        }
-    }
-    return pivot;
-}
-
-static void exchange_rows(struct statics *statics, int i, int k) {
-    const int count = statics->count;
-    for (int j = 0; j < count; j++) {
-        const double kept = statics->tangent[i * count + j];
-        statics->tangent[i * count + j] = statics->tangent[k * count + j];
-        statics->tangent[k * count + j] = kept;
-    }
-    statics->size[i] = statics->size[k];
-}
-
 /*
- * L U of the tangent with partial pivoting; not symmetric in general (follower forces). Rows count by their
- * largest entry. A column without a pivot above the rounding of its own entries is a coordinate that nothing
- * holds.
+ * L U of the tangent; not symmetric in general (follower forces). A column without a pivot above the rounding
+ * of its row's largest entry is a coordinate that nothing holds.
  */
 static int factor_tangent(struct statics *statics) {
     const int count = statics->count;
-    double *A = statics->tangent;
-    for (int i = 0; i < count; i++)
-        statics->size[i] = refdyn_largest(A + i * count, count, NULL);
-    for (int k = 0; k < count; k++) {
-        double largest;
-        const int pivot = find_pivot(statics, k, &largest);
-        if (pivot < 0 || largest <= count * DBL_EPSILON)
-            return fail_at(statics->work, REFDYN_TANGENT_SINGULAR, statics->free[k]);
-        statics->order[k] = pivot;
-        if (pivot != k)
-            exchange_rows(statics, pivot, k);
-        for (int i = k + 1; i < count; i++) {
-            A[i * count + k] /= A[k * count + k];
-            dense_add(A + i * count + k + 1, -A[i * count + k], A + k * count + k + 1, count - k - 1);
-        }
-    }
-    return REFDYN_OK;
+    const double *A = statics->tangent;
+    int failed = refdyn_lu_factor(0, statics->tangent, count, statics->order, statics->scale);
+    for (int k = failed < 0 ? count - 1 : failed - 1; k >= 0; k--)
+        if (!(statics->scale[k] > count * DBL_EPSILON * fabs(A[k * count + k]))) /* the inverse pivot */
+            failed = k;
+    return failed < 0 ? REFDYN_OK : fail_at(statics->work, REFDYN_TANGENT_SINGULAR, statics->free[failed]);
 }
 
 /* step := -tangent^-1 F */
 static void find_step(const struct statics *statics, double *step) {
-    const int count = statics->count;
-    const double *A = statics->tangent;
-    for (int i = 0; i < count; i++)
+    for (int i = 0; i < statics->count; i++)
         step[i] = -out_of_balance(statics, i);
-    for (int k = 0; k < count; k++) {
-        const double kept = step[statics->order[k]];
-        step[statics->order[k]] = step[k];
-        step[k] = kept;
-        for (int i = k + 1; i < count; i++)
-            step[i] -= A[i * count + k] * kept;
-    }
-    for (int i = count - 1; i >= 0; i--)
-        step[i] =
-            (step[i] - dense_dot(A + i * count + i + 1, step + i + 1, count - i - 1)) / A[i * count + i];
+    refdyn_lu_solve(0, statics->tangent, statics->count, statics->order, step);
 }
 
 /* Largest entry of a step, in units of 1 rad and `length`. */

@@ -186,7 +186,7 @@ static enum status print_quantities(struct scene *scene, FILE *out) {
 
 /* The same model generated once more, timed, and compiled in a folder of its own. */
 static enum status print_build(const struct options *options, FILE *out) {
-    struct scene scene = {.is_read = false};
+    struct scene scene;
     struct build_cost cost = {.seconds = 0};
     double start = wall_seconds();
     long source_bytes = 0;

@@ -1,7 +1,7 @@
 /* One build of emitted C: see build.h. No shell is involved, so any path will do. */
 #include "build.h"
 #include "flags.h"
-#include "output.h"
+#include "base/memory.h"
 #include "process.h"
 #include "timing.h"
 
@@ -17,47 +17,44 @@ enum { PROCESSES = 2, FIXED_WORDS = 40 };
 static const char blanks[] = " \t\n";
 
 /* $CC is a program's file, blanks included, or a command of words apart by blanks ("ccache gcc"). */
-bool toolchain_find(struct toolchain *chain) {
+bool toolchain_find(struct toolchain *chain, struct memory *memory) {
     const char *command = getenv("CC");
     if (!command || command[strspn(command, blanks)] == '\0')
         command = "cc";
-    chain->text = text_format("%s", command);
-    chain->words = allocate(strlen(command) / 2 + 2, sizeof *chain->words);
+    char *text = memory_text(memory, command);
+    chain->words = memory_get(memory, (strlen(command) / 2 + 2) * sizeof *chain->words);
     chain->word_count = 0;
     if (strchr(command, '/') && access(command, X_OK) == 0) {
-        chain->words[chain->word_count++] = chain->text;
+        chain->words[chain->word_count++] = text;
     } else {
         char *rest = NULL;
-        for (char *word = strtok_r(chain->text, blanks, &rest); word; word = strtok_r(NULL, blanks, &rest))
+        for (char *word = strtok_r(text, blanks, &rest); word; word = strtok_r(NULL, blanks, &rest))
             chain->words[chain->word_count++] = word;
     }
-    chain->program = process_find(chain->words[0]);
-    if (chain->program)
-        return true;
-    fprintf(stderr, "refdyn: no C compiler '%s' is installed; $CC names another one\n", chain->words[0]);
-    toolchain_release(chain);
-    return false;
+    char *program = process_find(chain->words[0]);
+    chain->program = program ? memory_text(memory, program) : NULL;
+    free(program);
+    if (!chain->program)
+        fprintf(stderr, "refdyn: no C compiler '%s' is installed; $CC names another one\n", chain->words[0]);
+    return chain->program;
 }
 
-void toolchain_release(struct toolchain *chain) {
-    free(chain->program);
-    free(chain->words);
-    free(chain->text);
-}
-
-bool build_start(struct build *build, const char *parent, const char *prefix) {
-    build->library = NULL;
+bool build_start(struct build *build, struct memory *memory, const char *parent, const char *prefix) {
+    build->memory = memory;
     return scratch_open(&build->scratch, parent, prefix);
 }
 
-static bool write_text(const char *folder, const char *name, const char *text, size_t length) {
-    char *path = text_format("%s/%s", folder, name);
+static const char *in_folder(const struct build *build, const char *name) {
+    return memory_format(build->memory, "%s/%s", build->scratch.path, name);
+}
+
+static bool write_text(const struct build *build, const char *name, const char *text, size_t length) {
+    const char *path = in_folder(build, name);
     FILE *file = fopen(path, "w");
     bool is_good = file && fwrite(text, 1, length, file) == length;
     is_good = file && fclose(file) == 0 && is_good;
     if (!is_good)
         fprintf(stderr, "refdyn: %s: cannot be written: %s\n", path, strerror(errno));
-    free(path);
     return is_good;
 }
 
@@ -65,16 +62,16 @@ static bool write_text(const char *folder, const char *name, const char *text, s
 struct job {
     const char **argv;
     int argc;
-    char *source, *object, *log;
+    const char *source, *object, *log;
 };
 
 static void add_word(struct job *job, const char *word) {
     job->argv[job->argc++] = word;
 }
 
-static void start_job(struct job *job, const struct toolchain *chain, int extra) {
-    job->argv = allocate((size_t)(chain->word_count + FIXED_WORDS + extra), sizeof *job->argv);
-    job->argc = 0;
+static void start_job(struct job *job, const struct toolchain *chain, const struct build *build, int extra) {
+    const size_t most = (size_t)(chain->word_count + FIXED_WORDS + extra);
+    *job = (struct job){.argv = memory_get(build->memory, most * sizeof *job->argv)};
     for (int i = 0; i < chain->word_count; i++)
         add_word(job, chain->words[i]);
 }
@@ -86,11 +83,10 @@ static void add_words(struct job *job, const char *const *words) {
 
 static void object_job(struct job *job, const struct toolchain *chain, const struct build *build,
                        const char *name) {
-    const char *folder = build->scratch.path;
-    start_job(job, chain, 0);
-    job->source = text_format("%s/%s", folder, name);
-    job->object = text_format("%s/%.*s.o", folder, (int)strlen(name) - 2, name);
-    job->log = text_format("%s.log", job->object);
+    start_job(job, chain, build, 0);
+    job->source = in_folder(build, name);
+    job->object = memory_format(build->memory, "%.*s.o", (int)strlen(job->source) - 2, job->source);
+    job->log = memory_format(build->memory, "%s.log", job->object);
     add_words(job, compile_flags);
     if (build->is_gcc)
         add_words(job, gcc_flags);
@@ -102,10 +98,9 @@ static void object_job(struct job *job, const struct toolchain *chain, const str
 
 /* For gcc alone, and for one that knows all of its flags. */
 static void question_job(struct job *job, const struct toolchain *chain, const struct build *build) {
-    start_job(job, chain, 0);
-    job->source = text_format("%s/question.c", build->scratch.path);
-    job->object = NULL;
-    job->log = text_format("%s.log", job->source);
+    start_job(job, chain, build, 0);
+    job->source = in_folder(build, "question.c");
+    job->log = memory_format(build->memory, "%s.log", job->source);
     add_words(job, gcc_flags);
     add_word(job, "-fsyntax-only");
     add_word(job, job->source);
@@ -113,22 +108,14 @@ static void question_job(struct job *job, const struct toolchain *chain, const s
 
 static void link_job(struct job *job, const struct toolchain *chain, const struct build *build,
                      const struct job *objects, int count) {
-    start_job(job, chain, count);
-    job->source = job->object = NULL;
-    job->log = text_format("%s.log", build->library);
+    start_job(job, chain, build, count);
+    job->log = memory_format(build->memory, "%s.log", build->library);
     add_word(job, "-shared");
     for (int i = 0; i < count; i++)
         add_word(job, objects[i].object);
     add_word(job, "-o");
     add_word(job, build->library);
     add_word(job, "-lm");
-}
-
-static void release_job(struct job *job) {
-    free(job->log);
-    free(job->object);
-    free(job->source);
-    free(job->argv);
 }
 
 static void show_log(const struct job *job) {
@@ -151,8 +138,7 @@ static bool start(struct process *process, const struct scratch *scratch, const 
     return error == 0;
 }
 
-/* Runs all jobs, PROCESSES at a time; after a failure no new one is started. Returns whether all went well.
- */
+/* Runs all jobs, PROCESSES at a time; after a failure no new one is started. Have all gone well? */
 static bool run_jobs(const struct scratch *scratch, const struct job *jobs, int count, long *peak_kb) {
     struct process running[PROCESSES] = {{.pid = 0}};
     const struct job *of[PROCESSES] = {NULL};
@@ -183,11 +169,9 @@ static bool is_gcc(const struct toolchain *chain, const struct build *build) {
     struct job job;
     struct process process;
     question_job(&job, chain, build);
-    const bool answer = write_text(build->scratch.path, "question.c", gcc_question, strlen(gcc_question)) &&
-                        process_start(&process, &build->scratch, job.argv, NULL, job.log, NULL) == 0 &&
-                        process_wait(&process, 1) == 0 && process.result == 0;
-    release_job(&job);
-    return answer;
+    return write_text(build, "question.c", gcc_question, strlen(gcc_question)) &&
+           process_start(&process, &build->scratch, job.argv, NULL, job.log, NULL) == 0 &&
+           process_wait(&process, 1) == 0 && process.result == 0;
 }
 
 static long file_size(const char *path) {
@@ -203,7 +187,6 @@ static bool compile_and_link(struct build *build, const struct toolchain *chain,
         return false;
     link_job(&link, chain, build, jobs, count);
     bool is_good = run_jobs(&build->scratch, &link, 1, &cost->peak_kb);
-    release_job(&link);
     cost->seconds = wall_seconds() - start;
     for (int i = 0; i < count; i++)
         cost->object_bytes += file_size(jobs[i].object);
@@ -218,27 +201,22 @@ static bool is_source(const char *name) {
 bool build_run(struct build *build, const struct toolchain *chain, const struct emitted_file *files,
                int count, struct build_cost *cost) {
     struct build_cost own = {.seconds = 0};
-    struct job *jobs = allocate((size_t)count, sizeof *jobs);
+    struct job *jobs = memory_get(build->memory, (size_t)count * sizeof *jobs);
     int job_count = 0;
-    bool is_good =
-        write_text(build->scratch.path, "refdyn_model.h", refdyn_model_header, refdyn_model_header_size);
-    build->library = text_format("%s/model.so", build->scratch.path);
+    bool is_good = write_text(build, "refdyn_model.h", refdyn_model_header, refdyn_model_header_size);
+    build->library = in_folder(build, "model.so");
     build->is_gcc = is_gcc(chain, build);
     for (int i = 0; i < count && is_good; i++) {
-        is_good = write_text(build->scratch.path, files[i].name, files[i].text, files[i].length);
+        is_good = write_text(build, files[i].name, files[i].text, files[i].length);
         if (is_good && is_source(files[i].name))
             object_job(&jobs[job_count++], chain, build, files[i].name);
     }
     is_good = is_good && compile_and_link(build, chain, jobs, job_count, &own);
     if (cost)
         *cost = own;
-    for (int i = 0; i < job_count; i++)
-        release_job(&jobs[i]);
-    free(jobs);
     return is_good;
 }
 
 void build_release(struct build *build) {
     scratch_close(&build->scratch);
-    free(build->library);
 }

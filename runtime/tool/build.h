@@ -13,26 +13,28 @@
 extern const char refdyn_model_header[];
 extern const size_t refdyn_model_header_size;
 
+struct memory;
+
 /* $CC: its words and the program's file. */
 struct toolchain {
-    char *text; /* the words lie in it */
-    char *program;
+    const char *program;
     const char **words;
     int word_count;
 };
 
-bool toolchain_find(struct toolchain *chain);
-void toolchain_release(struct toolchain *chain);
+/* Lives in `memory`. */
+bool toolchain_find(struct toolchain *chain, struct memory *memory);
 
 struct build {
+    struct memory *memory;
     struct scratch scratch; /* all that is made lies in it */
-    char *library;          /* the linked library in it */
+    const char *library;    /* the linked library in it */
     bool is_gcc;            /* what compiles it: see flags.h */
 };
 
 /* Its folder is PREFIXxxxxxx in `parent`. Complains on stderr when it cannot be made; else build_release in
  * any case. */
-bool build_start(struct build *build, const char *parent, const char *prefix);
+bool build_start(struct build *build, struct memory *memory, const char *parent, const char *prefix);
 /* Complains on stderr, with the compiler's own output, and returns false when it fails. cost may be NULL. */
 bool build_run(struct build *build, const struct toolchain *chain, const struct emitted_file *files,
                int count, struct build_cost *cost);

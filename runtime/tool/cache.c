@@ -1,11 +1,12 @@
 /* The folder of compiled models: see cache.h. */
 #include "cache.h"
 #include "folder.h"
-#include "output.h"
+#include "base/memory.h"
 
 #include <dlfcn.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <limits.h>
 #include <sha2.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -27,8 +28,8 @@ static bool is_ours(const struct stat *status) {
 /* A folder above in which everybody may rename what is not his: one that all may write, without the sticky
  * bit. Other rights there do no harm, since the folder itself and the libraries are checked as they are
  * opened. */
-static char *find_open_parent(const char *path) {
-    char *parent = text_format("%s", path);
+static const char *find_open_parent(struct memory *memory, const char *path) {
+    char *parent = memory_text(memory, path);
     for (char *slash; (slash = strrchr(parent, '/'));) {
         struct stat status;
         slash[slash == parent] = '\0';
@@ -37,39 +38,34 @@ static char *find_open_parent(const char *path) {
         if (slash == parent)
             break;
     }
-    free(parent);
     return NULL;
 }
 
-/* What is wrong with a folder that is there, in heap memory; NULL: nothing. */
-static char *find_danger(const char *path, int folder) {
+/* What is wrong with a folder that is there; NULL: nothing. */
+static const char *find_danger(const struct cache *cache) {
     struct stat status;
-    if (fstat(folder, &status) != 0)
-        return text_format("%s", strerror(errno));
+    if (fstat(cache->folder, &status) != 0)
+        return strerror(errno);
     if (status.st_uid != geteuid())
-        return text_format("it belongs to another user, who could put code there");
+        return "it belongs to another user, who could put code there";
     if (!is_ours(&status))
-        return text_format("others may write there (chmod go-w)");
-    char *parent = find_open_parent(path);
-    if (!parent)
-        return NULL;
-    char *danger = text_format("everybody may rename folders in %s", parent);
-    free(parent);
-    return danger;
+        return "others may write there (chmod go-w)";
+    const char *parent = find_open_parent(cache->memory, cache->path);
+    return parent ? memory_format(cache->memory, "everybody may rename folders in %s", parent) : NULL;
 }
 
 /* ---- Which one ---- */
 
-/* Opens a folder, made when it is missing; false, with the reason in heap memory. */
-static bool open_folder(struct cache *cache, const char *path, int flags, char **reason) {
+/* Opens a folder, made when it is missing; false, with the reason. */
+static bool open_folder(struct cache *cache, const char *path, int flags, const char **reason) {
+    *reason = NULL;
     if (!folder_make(path, 0700, NULL)) {
-        *reason = text_format("%s", strerror(errno));
+        *reason = strerror(errno);
         return false;
     }
-    cache->path = realpath(path, NULL);
+    cache->path = realpath(path, memory_get(cache->memory, PATH_MAX));
     cache->folder = cache->path ? open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC | flags) : -1;
-    *reason =
-        cache->folder < 0 ? text_format("%s", strerror(errno)) : find_danger(cache->path, cache->folder);
+    *reason = cache->folder < 0 ? strerror(errno) : find_danger(cache);
     if (!*reason)
         return true;
     cache_close(cache);
@@ -78,50 +74,45 @@ static bool open_folder(struct cache *cache, const char *path, int flags, char *
 
 /* $REFDYN_CACHE. */
 static bool open_own(struct cache *cache, const char *path) {
-    char *reason;
+    const char *reason;
     if (open_folder(cache, path, 0, &reason))
         return true;
     fprintf(stderr, "refdyn: %s: cannot be the cache folder: %s; REFDYN_CACHE names another one\n", path,
             reason);
-    free(reason);
     return false;
 }
 
 /* refdyn in the XDG cache folder; without a word where the user has none that can be written. */
 static bool open_xdg(struct cache *cache) {
     const char *xdg = getenv("XDG_CACHE_HOME"), *home = getenv("HOME");
-    char *path = NULL, *reason = NULL;
+    const char *path = NULL, *reason;
     if (xdg && *xdg == '/')
-        path = text_format("%s/refdyn", xdg);
+        path = memory_format(cache->memory, "%s/refdyn", xdg);
     else if (home && *home == '/')
-        path = text_format("%s/.cache/refdyn", home);
+        path = memory_format(cache->memory, "%s/.cache/refdyn", home);
     bool is_open = path && open_folder(cache, path, 0, &reason);
     if (is_open && access(cache->path, W_OK | X_OK) != 0) {
         cache_close(cache);
         is_open = false;
     } else if (path && !is_open && access(path, F_OK) == 0)
         fprintf(stderr, "refdyn: warning: %s is no cache folder: %s; another one is taken\n", path, reason);
-    free(reason);
-    free(path);
     return is_open;
 }
 
 /* For users without a home. */
 static bool open_temporary(struct cache *cache) {
-    char *path = text_format("%s/refdyn-%ld", scratch_parent(), (long)geteuid()), *reason;
+    const char *reason,
+        *path = memory_format(cache->memory, "%s/refdyn-%ld", scratch_parent(), (long)geteuid());
     const bool is_open = open_folder(cache, path, O_NOFOLLOW, &reason);
-    if (!is_open) {
+    if (!is_open)
         fprintf(stderr, "refdyn: %s: no folder for compiled models: %s; set REFDYN_CACHE or HOME\n", path,
                 reason);
-        free(reason);
-    }
-    free(path);
     return is_open;
 }
 
-bool cache_open(struct cache *cache) {
+bool cache_open(struct cache *cache, struct memory *memory) {
     const char *own = getenv("REFDYN_CACHE");
-    *cache = (struct cache){.folder = -1};
+    *cache = (struct cache){.memory = memory, .folder = -1};
     if (own && *own)
         return open_own(cache, own);
     return open_xdg(cache) || open_temporary(cache);
@@ -130,8 +121,7 @@ bool cache_open(struct cache *cache) {
 void cache_close(struct cache *cache) {
     if (cache->folder >= 0)
         close(cache->folder);
-    free(cache->path);
-    *cache = (struct cache){.folder = -1};
+    cache->folder = -1;
 }
 
 /* ---- Libraries ---- */
@@ -165,9 +155,8 @@ static bool is_whole(int file, off_t size) {
 /* A descriptor of the library, checked; -1: it is not to be loaded. */
 static int open_library(const struct cache *cache, const char *key) {
     struct stat status;
-    char *name = text_format("%s.so", key);
+    const char *name = memory_format(cache->memory, "%s.so", key);
     const int file = openat(cache->folder, name, O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
-    free(name);
     if (file >= 0 && fstat(file, &status) == 0 && S_ISREG(status.st_mode) && is_ours(&status) &&
         is_whole(file, status.st_size))
         return file;
@@ -181,9 +170,8 @@ void *cache_load(const struct cache *cache, const char *key, int *file) {
     *file = open_library(cache, key);
     if (*file < 0)
         return NULL;
-    char *path = text_format("/proc/self/fd/%d", *file);
+    const char *path = memory_format(cache->memory, "/proc/self/fd/%d", *file);
     void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
-    free(path);
     if (!library)
         close(*file);
     return library;
@@ -203,10 +191,9 @@ static bool seal(const char *library) {
 }
 
 bool cache_add(const struct cache *cache, const char *key, const char *library) {
-    char *name = text_format("%s.so", key);
+    const char *name = memory_format(cache->memory, "%s.so", key);
     const bool is_good = seal(library) && renameat(AT_FDCWD, library, cache->folder, name) == 0;
     if (!is_good)
         fprintf(stderr, "refdyn: %s/%s: cannot be made: %s\n", cache->path, name, strerror(errno));
-    free(name);
     return is_good;
 }

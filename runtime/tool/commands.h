@@ -27,15 +27,17 @@ void print_residuals(struct refdyn_workspace *work, double t, const double *q, c
                      const char *where);
 /* The condition of the rows at a state, in words; true when they are near losing rank. */
 bool print_condition(struct refdyn_workspace *work, double t, const double *q, const double *qd);
-/* Rows that say what others say, by name, after the accelerations were solved. */
+/* Rows that say what others say, by name. */
+void print_rows_left_out(const struct refdyn_model *model, const int *rows, int count);
+/* The same for all rows of a workspace, once its accelerations were solved. */
 void print_redundant_rows(const struct refdyn_workspace *work);
 
 /* Marks in held (n) the coordinates of --hold, or the model's. Complains about names that there are not. */
-enum status choose_held(const struct scene *scene, const struct options *options, int *held);
+enum status choose_held(struct scene *scene, const struct options *options, int *held);
 
 /*
  * Equilibrium from the scene's q, with the coordinates of --hold (or the model's); q becomes the equilibrium.
- * hold_force (n). Complains on stderr when it fails.
+ * It lives as long as the scene. Complains on stderr when it fails.
  */
 struct equilibrium {
     int *held; /* (n) non-zero: held */
@@ -45,6 +47,5 @@ struct equilibrium {
 
 enum status find_equilibrium(struct scene *scene, const struct options *options,
                              struct equilibrium *equilibrium);
-void equilibrium_release(struct equilibrium *equilibrium);
 
 #endif

@@ -1,5 +1,4 @@
-/* Emitted C to a loaded library: see compile.h. What a library is named by; build.c compiles, cache.c keeps.
- */
+/* From emitted C to a loaded library: see compile.h. build.c compiles, cache.c keeps what is compiled. */
 #include "compile.h"
 #include "build.h"
 #include "cache.h"
@@ -72,7 +71,7 @@ static bool load(struct compiled *compiled, const char *name, const struct cache
 static bool build_into(const struct toolchain *chain, const struct emitted_file *files, int count,
                        const struct cache *cache, const char *key) {
     struct build build;
-    if (!build_start(&build, cache->path, "build-"))
+    if (!build_start(&build, cache->memory, cache->path, "build-"))
         return false;
     const bool is_good = build_run(&build, chain, files, count, NULL) && cache_add(cache, key, build.library);
     build_release(&build);
@@ -96,17 +95,14 @@ static bool load_or_build(struct compiled *compiled, const char *name, const str
 }
 
 bool compile_load(struct compiled *compiled, const char *name, const struct emitted_file *files, int count) {
+    struct memory memory = arena_start();
     struct toolchain chain;
     struct cache cache;
     *compiled = (struct compiled){.file = -1};
-    if (!cache_open(&cache))
-        return false;
-    bool is_loaded = toolchain_find(&chain);
-    if (is_loaded) {
-        is_loaded = load_or_build(compiled, name, &cache, &chain, files, count);
-        toolchain_release(&chain);
-    }
+    const bool is_loaded = cache_open(&cache, &memory) && toolchain_find(&chain, &memory) &&
+                           load_or_build(compiled, name, &cache, &chain, files, count);
     cache_close(&cache);
+    memory_release(&memory);
     return is_loaded;
 }
 
@@ -119,15 +115,15 @@ void compile_release(struct compiled *compiled) {
 }
 
 bool compile_measure(const struct emitted_file *files, int count, struct build_cost *cost) {
+    struct memory memory = arena_start();
     struct toolchain chain;
     struct build build;
-    if (!toolchain_find(&chain))
-        return false;
-    bool is_good = build_start(&build, scratch_parent(), "refdyn-build-");
+    bool is_good =
+        toolchain_find(&chain, &memory) && build_start(&build, &memory, scratch_parent(), "refdyn-build-");
     if (is_good) {
         is_good = build_run(&build, &chain, files, count, cost);
         build_release(&build);
     }
-    toolchain_release(&chain);
+    memory_release(&memory);
     return is_good;
 }

@@ -2,10 +2,9 @@
 #include "csv.h"
 #include "escape.h"
 #include "output.h"
-#include "text.h"
+#include "base/text.h"
 
 #include <errno.h>
-#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -32,16 +31,12 @@ void complain_line(const char *path, long line, const char *text) {
 
 bool csv_complain(const struct csv *csv, const char *format, ...) {
     va_list list;
-    char *text;
-    size_t size;
-    FILE *out = text_stream(&text, &size);
-    fprintf(out, "%s: ", csv->what);
     va_start(list, format);
-    vfprintf(out, format, list);
+    char *fact = text_vformat(format, list), *text = text_format("%s: %s", csv->what, fact);
     va_end(list);
-    fclose(out);
     complain_line(csv->path, csv->line, text);
     free(text);
+    free(fact);
     return false;
 }
 
@@ -179,9 +174,13 @@ bool csv_open(struct csv *csv, const char *path, const char *what) {
     return csv->file ? read_names(csv) : complain_file(path, what);
 }
 
+int csv_column(const struct csv *csv, const char *name) {
+    return text_index(name, (const char *const *)csv->names, csv->count);
+}
+
 bool csv_number(const struct csv *csv, int i, double *value) {
     const char *field = csv->fields[i];
-    if (number_of_text(field, value))
+    if (text_to_number(field, value))
         return true;
     if (!*field)
         return csv_complain(csv, "%.*s: the field is empty, a finite number is needed", SHOWN_MOST,

@@ -28,6 +28,8 @@ struct csv {
 bool csv_open(struct csv *csv, const char *path, const char *what);
 /* The next line's fields, as many as there are names: 1; 0 at the end of the file; -1 with a complaint. */
 int csv_next(struct csv *csv);
+/* Column of that name, -1: none. */
+int csv_column(const struct csv *csv, const char *name);
 /* Field number i of the present line as a finite decimal number. */
 bool csv_number(const struct csv *csv, int i, double *value);
 bool csv_complain(const struct csv *csv, const char *format, ...) __attribute__((format(printf, 2, 3)));

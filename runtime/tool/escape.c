@@ -1,6 +1,6 @@
 /* Texts inside the languages of other programs: see escape.h. */
 #include "escape.h"
-#include "utf8.h"
+#include "base/utf8.h"
 
 #include <stdbool.h>
 #include <string.h>

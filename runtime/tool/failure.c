@@ -118,11 +118,15 @@ bool print_condition(struct refdyn_workspace *work, double t, const double *q, c
     return condition > singular;
 }
 
+void print_rows_left_out(const struct refdyn_model *model, const int *rows, int count) {
+    for (int i = 0; i < count; i++)
+        fprintf(stderr, "%s%s%s",
+                i ? ", " : "refdyn: warning: redundant rows, left out: ", model->rows[rows[i]].name,
+                i + 1 < count ? "" : "\n");
+}
+
 void print_redundant_rows(const struct refdyn_workspace *work) {
     const struct refdyn_partition *partition = &work->partition;
-    for (int a = partition->rank; partition->rank >= 0 && a < work->m; a++)
-        fprintf(stderr, "%s%s", a == partition->rank ? "refdyn: warning: redundant rows, left out: " : ", ",
-                work->model->rows[partition->row[a]].name);
-    if (partition->rank >= 0 && partition->rank < work->m)
-        fputs("\n", stderr);
+    if (partition->rank >= 0)
+        print_rows_left_out(work->model, partition->row + partition->rank, work->m - partition->rank);
 }

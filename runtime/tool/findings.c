@@ -6,10 +6,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-const double finding_levels[LEVEL_COUNT] = {1e-3, 1e-6, 1e-9};
+/* Errors at which methods are compared. */
+static const double levels[LEVEL_COUNT] = {1e-3, 1e-6, 1e-9};
 
-enum { SLOPE_RUNS = 3 };                  /* two points lie on a line whatever they are */
-static const double clear_of_floor = 3;   /* errors so many floors large are the method's own */
+enum { SLOPE_RUNS = 3 };                /* two points lie on a line whatever they are */
+static const double clear_of_floor = 3; /* errors so many floors large are the method's own, */
+static const double clear_of_rounding =
+    30; /* and so many times the least error of one that has come to rounding */
+static const double gain_least =
+    0.7; /* error beside that of the setting before: a half at order 1 and half the step */
 static const double plateau_slope = 0.05; /* log steps over log 1/tol: below half of 1/8, that of order 8 */
 
 const char *study_unit(const struct study *study) {
@@ -44,35 +49,7 @@ static double setting_of(const struct trial *trial) {
     return trial->tol > 0 ? trial->tol : trial->step;
 }
 
-double series_slope(const struct study *study, const struct series *series, int *count) {
-    double x = 0, y = 0, xx = 0, xy = 0;
-    *count = 0;
-    for (int i = 0; i < series->count; i++) {
-        const struct trial *trial = &series->trials[i];
-        if (!is_settled(study, trial) || !(trial->error > clear_of_floor * study->floor))
-            continue;
-        const double u = log(setting_of(trial)), v = log(trial->error);
-        x += u;
-        y += v;
-        xx += u * u;
-        xy += u * v;
-        ++*count;
-    }
-    const double n = *count;
-    return *count >= SLOPE_RUNS ? (n * xy - x * y) / (n * xx - x * x) : NAN;
-}
-
-const struct trial *series_quickest(const struct study *study, const struct series *series, double level) {
-    const struct trial *quickest = NULL;
-    for (int i = 0; i < series->count && level >= study->floor; i++) {
-        const struct trial *trial = &series->trials[i];
-        if (is_done(trial) && trial->error <= level && (!quickest || trial->cpu_s < quickest->cpu_s))
-            quickest = trial;
-    }
-    return quickest;
-}
-
-/* ---- What is the same on every machine */
+/* ---- The reference */
 
 static const char *kind_of(enum refdyn_method method) {
     if (!refdyn_method_is_implicit(method))
@@ -80,7 +57,10 @@ static const char *kind_of(enum refdyn_method method) {
     return method == REFDYN_GAUSS12 || method == REFDYN_RADAU9 ? "collocation" : "Rosenbrock";
 }
 
-static void put_reference(FILE *out, const struct study *study) {
+char *findings_reference(const struct study *study) {
+    char *text;
+    size_t size;
+    FILE *out = text_stream(&text, &size);
     const struct trial *a = &study->references[0], *b = &study->references[1];
     const char *kind = kind_of(a->method);
     const char *unit = study_unit(study);
@@ -102,20 +82,64 @@ static void put_reference(FILE *out, const struct study *study) {
                 "Both methods of the reference are %s methods, which makes it weaker: none of another kind "
                 "came to the end.\n",
                 kind);
+    fclose(out);
+    return text;
 }
 
-static void put_slope(FILE *out, const struct study *study, const struct series *series, const char *name) {
-    int count;
-    const double slope = series_slope(study, series, &count);
-    const char *what = series->is_fixed ? "step" : "tolerance";
-    if (count >= SLOPE_RUNS && isfinite(slope))
-        fprintf(out, "%s: error goes with %s^%.2f (least squares over %d runs).\n", name, what, slope, count);
-    else
-        fprintf(out,
-                "%s: no slope of error over %s, fewer than three runs are near the motion and clear of the "
-                "floor.\n",
-                name, what);
+/* ---- The order that errors show */
+
+static double least_error(const struct study *study, const struct series *series) {
+    double least = INFINITY;
+    for (int i = 0; i < series->count; i++)
+        if (is_settled(study, &series->trials[i]))
+            least = fmin(least, series->trials[i].error);
+    return least;
 }
+
+/* Errors above it are those of the formula: clear of what the reference can tell, and of the rounding that
+ * the series has come to when near its least error a smaller step or tolerance gained nothing. */
+static double floor_of(const struct study *study, const struct series *series) {
+    const double rounding = clear_of_rounding * least_error(study, series);
+    double before = INFINITY;
+    bool is_met = false;
+    for (int i = 0; i < series->count; i++)
+        if (is_settled(study, &series->trials[i])) {
+            is_met = is_met || (before < rounding && series->trials[i].error > gain_least * before);
+            before = series->trials[i].error;
+        }
+    return fmax(clear_of_floor * study->floor, is_met ? rounding : 0);
+}
+
+/* Least-squares slope of log error over log setting, above the floor. */
+static char *tell_slope(const struct study *study, const struct series *series) {
+    const double floor = floor_of(study, series);
+    double x = 0, y = 0, xx = 0, xy = 0;
+    int n = 0;
+    for (int i = 0; i < series->count; i++) {
+        const struct trial *trial = &series->trials[i];
+        if (!is_settled(study, trial) || !(trial->error > floor))
+            continue;
+        const double u = log(setting_of(trial)), v = log(trial->error);
+        x += u;
+        y += v;
+        xx += u * u;
+        xy += u * v;
+        n++;
+    }
+    if (n < SLOPE_RUNS)
+        return text_format("-");
+    return text_format("%s^%.2f (%d runs)", series->is_fixed ? "step" : "tolerance",
+                       (n * xy - x * y) / (n * xx - x * x), n);
+}
+
+static char *tell_least_error(const struct study *study, const struct series *series) {
+    const double least = least_error(study, series);
+    return least <= study->floor ? text_format("floor")
+           : isfinite(least)     ? text_format("%.1e", least)
+                                 : text_format("-");
+}
+
+/* ---- What rules the step */
 
 /* The first run near the motion whose larger step failed or left it; 0: none. */
 static int edge_of_steps(const struct study *study, const struct series *series) {
@@ -123,26 +147,6 @@ static int edge_of_steps(const struct study *study, const struct series *series)
         if (is_settled(study, &series->trials[i]) && !is_settled(study, &series->trials[i - 1]))
             return i;
     return 0;
-}
-
-static void put_edge_of_steps(FILE *out, const struct study *study, const struct series *series,
-                              const char *name) {
-    const int edge = edge_of_steps(study, series);
-    if (edge == 0)
-        return;
-    const struct trial *now = &series->trials[edge], *before = now - 1;
-    fprintf(out, "%s: stable with a step of %.3g s, not with %.3g s", name, now->step, before->step);
-    if (is_done(before)) {
-        fprintf(out, " (error %.2g %s).\n", before->error, study_unit(study));
-        return;
-    }
-    char *outcome = trial_outcome(before);
-    fprintf(out, " (%s).\n", outcome);
-    free(outcome);
-}
-
-static double mean_step(const struct study *study, const struct trial *trial) {
-    return (study->references[0].stopped_t - study->from) / (double)trial->steps;
 }
 
 /* As long as a tighter tolerance makes hardly more steps, stability rules them and not the error: the last
@@ -158,104 +162,117 @@ static int end_of_plateau(const struct series *series) {
     return last;
 }
 
-/* Of one method: what rules the steps of the automatic choice is that of the method it took. */
-static void put_edge_of_tolerances(FILE *out, const struct study *study, const struct series *series,
-                                   const char *name) {
-    if (series->method == REFDYN_AUTO)
-        return;
-    const int last = refdyn_method_is_implicit(series->method) ? 0 : end_of_plateau(series);
-    if (last > 0)
-        fprintf(out,
-                "%s: its stability limit rules the step at tolerances from %g to %g, %.2g s on average; a "
-                "looser one gains nothing.\n",
-                name, series->trials[0].tol, series->trials[last].tol,
-                mean_step(study, &series->trials[last]));
-    else if (series->count > 1)
-        fprintf(out, "%s: no stability limit met at these tolerances.\n", name);
+static double mean_step(const struct study *study, const struct trial *trial) {
+    return (study->references[0].stopped_t - study->from) / (double)trial->steps;
 }
 
-static void put_failures(FILE *out, const struct series *series, const char *name, int first, bool is_slow) {
+/* With steps the largest stable one; with tolerances those at which stability rules the steps, which the
+ * automatic choice and implicit methods do not have. */
+static char *tell_stability(const struct study *study, const struct series *series) {
+    const int edge = series->is_fixed ? edge_of_steps(study, series) : 0;
+    if (edge > 0)
+        return text_format("step %.3g s, not %.3g s", series->trials[edge].step,
+                           series->trials[edge - 1].step);
+    const bool has_limit =
+        !series->is_fixed && series->method != REFDYN_AUTO && !refdyn_method_is_implicit(series->method);
+    const int last = has_limit ? end_of_plateau(series) : 0;
+    if (last > 0)
+        return text_format("step %.2g s at tolerances from %g to %g", mean_step(study, &series->trials[last]),
+                           series->trials[0].tol, series->trials[last].tol);
+    return text_format("-");
+}
+
+/* ---- What ended early */
+
+/* The first of the runs from `first` on that ended early, for lack of time or for another reason, and how
+ * many more did. */
+static void put_stops(FILE *out, const struct series *series, int first, bool is_slow) {
+    const struct trial *stopped = NULL;
+    int more = -1;
     for (int i = first; i < series->count; i++) {
         const struct trial *trial = &series->trials[i];
         if (is_done(trial) || (trial->result == MOTION_TOO_SLOW) != is_slow)
             continue;
-        char *setting = trial_setting(trial), *outcome = trial_outcome(trial);
-        fprintf(out, "%s, %s: %s%s.\n", name, setting, outcome,
-                is_slow ? "; tighter ones were not tried" : "");
-        free(outcome);
-        free(setting);
+        stopped = stopped ? stopped : trial;
+        more++;
     }
+    if (!stopped)
+        return;
+    char *setting = trial_setting(stopped), *outcome = trial_outcome(stopped);
+    fprintf(out, "%s%s: %s", ftell(out) > 0 ? "; " : "", setting, is_slow ? "too slow" : outcome);
+    if (more > 0)
+        fprintf(out, "; and %d more", more);
+    free(outcome);
+    free(setting);
 }
 
-char *findings_lasting(const struct study *study) {
+/* Steps beyond the limit of stability are told there. */
+static char *tell_stops(const struct study *study, const struct series *series) {
     char *text;
     size_t size;
     FILE *out = text_stream(&text, &size);
-    put_reference(out, study);
-    for (int i = 0; i < study->series_count; i++) {
-        const struct series *series = &study->series[i];
-        char *name = series_name(study, series);
-        put_slope(out, study, series, name);
-        (series->is_fixed ? put_edge_of_steps : put_edge_of_tolerances)(out, study, series, name);
-        put_failures(out, series, name, series->is_fixed ? edge_of_steps(study, series) : 0, false);
-        free(name);
-    }
+    put_stops(out, series, series->is_fixed ? edge_of_steps(study, series) : 0, false);
+    put_stops(out, series, 0, true);
     fclose(out);
     return text;
 }
 
 /* ---- What the clock said */
 
-/* What the automatic choice took, beside the quickest of the methods that it chooses from. */
-static void put_automatic(FILE *out, const struct trial *automatic, const struct trial *quickest) {
-    char *setting = trial_setting(automatic);
-    fprintf(out, "auto took %.3g s at %s, %.2f times as long.\n", automatic->cpu_s, setting,
-            automatic->cpu_s / quickest->cpu_s);
-    free(setting);
+/* CPU time of the quickest run with at most this error; INFINITY: none. */
+static double quickest(const struct series *series, double level) {
+    double cpu_s = INFINITY;
+    for (int i = 0; i < series->count; i++)
+        if (is_done(&series->trials[i]) && series->trials[i].error <= level)
+            cpu_s = fmin(cpu_s, series->trials[i].cpu_s);
+    return cpu_s;
 }
 
-static void put_quickest(FILE *out, const struct study *study, double level) {
-    const struct trial *quickest = NULL, *automatic = NULL;
-    const struct series *of = NULL;
-    for (int i = 0; i < study->series_count; i++) {
-        const struct trial *trial = series_quickest(study, &study->series[i], level);
-        if (trial && study->series[i].method == REFDYN_AUTO) {
-            automatic = trial;
-        } else if (trial && (!quickest || trial->cpu_s < quickest->cpu_s)) {
-            quickest = trial;
-            of = &study->series[i];
-        }
-    }
-    fprintf(out, "An error of at most %g %s: ", level, study_unit(study));
-    if (!quickest && automatic) {
-        fprintf(out, "of those that were tried auto alone has it, in %.3g s of CPU time.\n",
-                automatic->cpu_s);
-        return;
-    }
-    if (!quickest) {
-        fprintf(out, level < study->floor ? "the reference is not that good.\n" : "no run has it.\n");
-        return;
-    }
-    char *name = series_name(study, of), *setting = trial_setting(quickest);
-    fprintf(out, "%s is quickest, %.3g s of CPU time at %s%s", name, quickest->cpu_s, setting,
-            automatic ? "; " : ".\n");
-    free(setting);
-    free(name);
-    if (automatic)
-        put_automatic(out, automatic, quickest);
+/* Beside the quickest of the methods that the automatic choice chooses from, or of itself when it is alone.
+ */
+static char *tell_time(const struct study *study, const struct series *series, double level) {
+    const double cpu_s = level >= study->floor ? quickest(series, level) : INFINITY;
+    double best = INFINITY;
+    for (int i = 0; i < study->series_count; i++)
+        if (study->series[i].method != REFDYN_AUTO)
+            best = fmin(best, quickest(&study->series[i], level));
+    if (!isfinite(cpu_s))
+        return text_format("-");
+    return isfinite(best) ? text_format("%.3g (%.2f)", cpu_s, cpu_s / best) : text_format("%.3g", cpu_s);
 }
 
-char *findings_times(const struct study *study) {
-    char *text;
-    size_t size;
-    FILE *out = text_stream(&text, &size);
+/* ---- The table */
+
+const char findings_note[] = "CPU times are those of the integration on one core, the least of repeated "
+                             "runs, and in brackets beside the "
+                             "quickest method but auto; another call gives others. All else is the same on "
+                             "every machine, of the runs that "
+                             "there was time for.";
+
+void findings_heads(const struct study *study, char *cells[static FINDING_COLUMNS]) {
+    static const char *const heads[] = {"error goes with", "least error", "limit of stability",
+                                        "ended early"};
+    int column = 0;
+    cells[column++] = text_format("method");
     for (int i = 0; i < LEVEL_COUNT; i++)
-        put_quickest(out, study, finding_levels[i]);
-    for (int i = 0; i < study->series_count; i++) {
-        char *name = series_name(study, &study->series[i]);
-        put_failures(out, &study->series[i], name, 0, true);
-        free(name);
-    }
-    fclose(out);
-    return text;
+        cells[column++] = text_format("CPU s for %g %s", levels[i], study_unit(study));
+    for (int i = 0; column < FINDING_COLUMNS; i++)
+        cells[column++] = text_format("%s", heads[i]);
+}
+
+void findings_row(const struct study *study, const struct series *series,
+                  char *cells[static FINDING_COLUMNS]) {
+    int column = 0;
+    cells[column++] = series_name(study, series);
+    for (int i = 0; i < LEVEL_COUNT; i++)
+        cells[column++] = tell_time(study, series, levels[i]);
+    cells[column++] = tell_slope(study, series);
+    cells[column++] = tell_least_error(study, series);
+    cells[column++] = tell_stability(study, series);
+    cells[column] = tell_stops(study, series);
+}
+
+void findings_release(char *cells[static FINDING_COLUMNS]) {
+    for (int i = 0; i < FINDING_COLUMNS; i++)
+        free(cells[i]);
 }

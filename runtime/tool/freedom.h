@@ -8,6 +8,8 @@
 #ifndef REFDYN_TOOL_FREEDOM_H
 #define REFDYN_TOOL_FREEDOM_H
 
+struct memory;
+
 struct freedom {
     int n, rank, count;
     int *row;      /* (count) rows: the first `rank` are used, the others redundant */
@@ -17,8 +19,8 @@ struct freedom {
     double *drift; /* (n x n) */
 };
 
-/* B may be NULL: none. */
-void find_freedom(struct freedom *freedom, const double *R, const double *B, int count, int n);
-void freedom_release(struct freedom *freedom);
+/* Lives in `memory`. B may be NULL: none. */
+void find_freedom(struct freedom *freedom, struct memory *memory, const double *R, const double *B, int count,
+                  int n);
 
 #endif

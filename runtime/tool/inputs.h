@@ -11,22 +11,23 @@
 
 #include <stdbool.h>
 
+struct memory;
+
 struct inputs {
     const char *path;
-    int width;      /* columns that are inputs */
-    int *place;     /* (width) of the model's inputs */
-    double *t;      /* (count) ascending [s] */
-    double *values; /* (count x width) */
-    long count, room;
-    long next; /* first sample that lies ahead */
+    int width;    /* columns that are inputs */
+    int *place;   /* (width) of the model's inputs */
+    double *rows; /* (count x (1 + width)) time of each sample [s], ascending, and its values */
+    int count, room;
+    int next; /* first sample that lies ahead */
 };
 
-/* Complains on stderr with FILE:LINE and returns false when the file does not have them. */
-bool inputs_read(struct inputs *inputs, const char *path, const struct refdyn_model *model);
+/* Lives in `memory`. False, with a complaint as FILE:LINE, when the file does not have them. */
+bool inputs_read(struct inputs *inputs, struct memory *memory, const char *path,
+                 const struct refdyn_model *model);
 /* Sets x to the values at t; ahead of it lies inputs_next. */
 void inputs_set(struct inputs *inputs, double t, double *x);
 /* Time of the next sample, INFINITY: none. */
 double inputs_next(const struct inputs *inputs);
-void inputs_release(struct inputs *inputs);
 
 #endif

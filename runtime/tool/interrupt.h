@@ -4,7 +4,7 @@
  * Each ends the program at once, after what was begun is undone. While signals are deferred, as in a motion
  * whose rows are worth keeping, the first one is only noted; interrupt_finish ends the program by it. A
  * second one acts at once. Signals that the caller had ignored stay ignored, but for SIGCHLD, without
- * which compilers and gnuplot would end unseen.
+ * which compilers and converters would end unseen.
  */
 #ifndef REFDYN_TOOL_INTERRUPT_H
 #define REFDYN_TOOL_INTERRUPT_H

@@ -27,20 +27,19 @@ static size_t rows_room(const struct refdyn_model *model) {
     return 3 * (size_t)model->m * variables;
 }
 
-static void get_room(struct values *values, const struct refdyn_model *model) {
-    size_t n = (size_t)model->n, m = (size_t)model->m;
-    *values = (struct values){.n = model->n, .m = model->m};
-    values->Q = allocate(n, sizeof(double));
-    values->rest = allocate(2 * n + 1 + m, sizeof(double));
-    values->tangent = allocate(n + m + 3 * n * n + 3 * m * n, sizeof(double));
-    values->rows = allocate(rows_room(model), sizeof(double));
+static double *new_numbers(struct memory *memory, size_t count) {
+    return memory_get(memory, count * sizeof(double));
 }
 
-static void release_room(struct values *values) {
-    free(values->rows);
-    free(values->tangent);
-    free(values->rest);
-    free(values->Q);
+static struct values get_room(struct scene *scene) {
+    const struct refdyn_model *model = scene->model;
+    const size_t n = (size_t)model->n, m = (size_t)model->m;
+    return (struct values){.n = model->n,
+                           .m = model->m,
+                           .Q = new_numbers(&scene->memory, n),
+                           .rest = new_numbers(&scene->memory, 2 * n + 1 + m),
+                           .tangent = new_numbers(&scene->memory, n + m + 3 * n * n + 3 * m * n),
+                           .rows = new_numbers(&scene->memory, rows_room(model))};
 }
 
 static void call(const struct scene *scene, refdyn_function *function, const double *qd, double *out) {
@@ -53,7 +52,7 @@ static double *multipliers_of(const struct values *values) {
 
 static double *part_of(const struct linear *linear, const double *whole, int rows, int stride,
                        const int *row_place) {
-    double *part = allocate((size_t)rows * (size_t)linear->n, sizeof *part);
+    double *part = new_numbers(linear->memory, (size_t)(rows * linear->n));
     for (int i = 0; i < rows; i++)
         for (int j = 0; j < linear->n; j++)
             part[i * linear->n + j] = whole[(row_place ? row_place[i] : i) * stride + linear->place[j]];
@@ -63,8 +62,10 @@ static double *part_of(const struct linear *linear, const double *whole, int row
 /* min |Q + u^T lambda|, both sides in units of sqrt(M_jj), as rows are in the runtime. */
 static int find_multipliers(const struct linear *linear, const double *Q, double *lambda) {
     const int n = linear->n, m = linear->m, larger = n > m ? n : m;
-    double *A = allocate((size_t)n * (size_t)m, sizeof *A), *b = allocate((size_t)larger, sizeof *b);
-    double *size = allocate((size_t)m, sizeof *size), *singular = allocate((size_t)larger, sizeof *singular);
+    double *A = new_numbers(linear->memory, (size_t)(n * m)),
+           *b = new_numbers(linear->memory, (size_t)larger);
+    double *size = new_numbers(linear->memory, (size_t)m),
+           *singular = new_numbers(linear->memory, (size_t)larger);
     lapack_int rank;
     for (int j = 0; j < n; j++)
         b[j] = -Q[linear->place[j]] / sqrt(linear->M[j * n + j]);
@@ -80,15 +81,11 @@ static int find_multipliers(const struct linear *linear, const double *Q, double
         LAPACKE_dgelsd(LAPACK_ROW_MAJOR, n, m, 1, A, m, b, 1, singular, sqrt(DBL_EPSILON), &rank);
     for (int i = 0; i < m; i++)
         lambda[i] = size[i] > 0 ? b[i] / size[i] : 0;
-    free(singular);
-    free(size);
-    free(b);
-    free(A);
     return info == 0 ? REFDYN_OK : REFDYN_NOT_FINITE;
 }
 
 static void find_residual(struct linear *linear, const double *Q, const double *lambda) {
-    linear->force = allocate((size_t)linear->n, sizeof *linear->force);
+    linear->force = new_numbers(linear->memory, (size_t)linear->n);
     for (int j = 0; j < linear->n; j++) {
         linear->force[j] = Q[linear->place[j]];
         for (int i = 0; i < linear->m; i++)
@@ -97,10 +94,10 @@ static void find_residual(struct linear *linear, const double *Q, const double *
     }
 }
 
-static void choose_places(struct linear *linear, const struct scene *scene, const int *held) {
-    *linear = (struct linear){.m = scene->model->m};
-    linear->place = allocate((size_t)scene->model->n, sizeof *linear->place);
-    linear->is_level_q = allocate((size_t)linear->m, sizeof *linear->is_level_q);
+static void choose_places(struct linear *linear, struct scene *scene, const int *held) {
+    *linear = (struct linear){.memory = &scene->memory, .m = scene->model->m};
+    linear->place = memory_get(linear->memory, (size_t)scene->model->n * sizeof *linear->place);
+    linear->is_level_q = memory_get(linear->memory, (size_t)linear->m * sizeof *linear->is_level_q);
     for (int j = 0; j < scene->model->n; j++)
         if (!held[j])
             linear->place[linear->n++] = j;
@@ -147,13 +144,12 @@ static int check_mass(const struct linear *linear, struct scene *scene) {
 }
 
 int linearise(struct linear *linear, struct scene *scene, const int *held) {
-    struct values values;
     choose_places(linear, scene, held);
     int status = refdyn_equations(&scene->work, scene->state.t, scene->q, scene->qd);
     if (status != REFDYN_OK)
         return status;
     scene->work.fault = (struct refdyn_fault){.row = -1, .coordinate = -1};
-    get_room(&values, scene->model);
+    struct values values = get_room(scene);
     call(scene, scene->model->Q, scene->qd, values.Q);
     linear->M = part_of(linear, scene->work.M, linear->n, scene->model->n, linear->place);
     linear->u = part_of(linear, scene->work.u, linear->m, scene->model->n, NULL);
@@ -163,7 +159,6 @@ int linearise(struct linear *linear, struct scene *scene, const int *held) {
     if (status == REFDYN_OK)
         status = finish(linear, scene, &values);
     find_residual(linear, values.Q, multipliers_of(&values));
-    release_room(&values);
     return status;
 }
 
@@ -177,15 +172,4 @@ int linear_out_of_balance(const struct linear *linear) {
             return j;
     }
     return -1;
-}
-
-void linear_release(struct linear *linear) {
-    free(linear->force);
-    free(linear->psi_q);
-    free(linear->u);
-    free(linear->K);
-    free(linear->D);
-    free(linear->M);
-    free(linear->is_level_q);
-    free(linear->place);
 }

@@ -12,6 +12,7 @@
 #include "scene.h"
 
 struct linear {
+    struct memory *memory; /* of the scene: all lives in it */
     int n, m;
     int *place;      /* (n) of the coordinates not held, in q */
     double *M, *D;   /* (n x n) */
@@ -24,11 +25,10 @@ struct linear {
 };
 
 /* lambda is that of Q + u^T lambda = 0, in least squares; of lambdas that do, the smallest. Returns a status
- * of the runtime; linear_release in any case. */
+ * of the runtime. */
 int linearise(struct linear *linear, struct scene *scene, const int *held);
 /* The first of the n that is out of balance by more than 1e-6 rad or m, and by more than 1e-9 rad/s^2 or
  * m/s^2 of its own; -1: none, the state is an equilibrium. */
 int linear_out_of_balance(const struct linear *linear);
-void linear_release(struct linear *linear);
 
 #endif

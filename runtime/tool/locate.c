@@ -1,5 +1,4 @@
-/* Lines in a JSON text: see locate.h. One walk over the letters that keeps the depth and the key at depth 1.
- */
+/* Lines in a JSON text: see locate.h. One walk over the letters with the depth and the key at depth 1. */
 #include "locate.h"
 
 #include <stdbool.h>

@@ -7,17 +7,18 @@
 #include <stdlib.h>
 #include <unistd.h>
 
-const struct command commands[] = {
+static const struct command commands[] = {
     {.name = "gen",
      .run = run_gen,
      .operands = "MODEL.lua",
-     .options = "output! emit accelerations loops set fold",
+     .options = "output! emit explain accelerations loops set fold",
      .output = "DIR",
      .purpose = "write the C code of a model",
      .help = "Writes NAME.h and NAME.c (more .c files when long) into the folder of -o, and prints what was "
              "emitted.\n\n"
              "  refdyn gen models/manipulator.lua -o out\n"
-             "  refdyn gen models/manipulator.lua --set n_rfe=8 --emit qdd -o out\n"},
+             "  refdyn gen models/manipulator.lua --set n_rfe=8 --emit qdd -o out\n"
+             "  refdyn gen models/manipulator.lua --emit M --explain plan\n"},
     {.name = "check",
      .run = run_check,
      .operands = "MODEL.lua",
@@ -82,13 +83,16 @@ const struct command commands[] = {
     {.name = "plot",
      .run = run_plot,
      .operands = "RUN.csv...",
-     .options = "output!",
-     .output = "FILE.svg",
-     .purpose = "figures of motions, as one SVG",
-     .help = "Coordinates, end-effector paths, height and vertical velocity, courses, residuals and energy; "
-             "several runs lie\n"
-             "over each other. Drawn by gnuplot.\n\n"
-             "  refdyn plot rigid.csv flexible.csv -o motion.svg\n"},
+     .options = "output! panel units",
+     .output = "FILE.svg|.png|.pdf",
+     .purpose = "figures of motions, as one SVG, PNG or PDF",
+     .help =
+         "Coordinates, paths, heights and vertical velocities of points, forces, inputs, courses, residuals "
+         "and energy.\n"
+         "Colours tell quantities apart, lines the runs, which lie over each other. PNG and PDF are made by "
+         "rsvg-convert.\n\n"
+         "  refdyn plot rigid.csv flexible.csv -o motion.svg\n"
+         "  refdyn plot rigid.csv --panel path,energy --units rigid.json -o path.pdf\n"},
     {.name = "bench",
      .run = run_bench,
      .operands = "MODEL.lua",
@@ -118,15 +122,6 @@ const struct command commands[] = {
          "out\n"},
     {.name = NULL},
 };
-
-/* What a step of the generator ended with, after its messages, those from `seen` on. */
-static enum status tell(const struct generation *generation, const struct options *options, int seen,
-                        enum gen_status status) {
-    print_messages(generation, seen);
-    if (status == GEN_NO_MEMORY)
-        fprintf(stderr, "refdyn: %s: out of memory\n", options->operands[0]);
-    return status == GEN_OK ? STATUS_DONE : STATUS_FAULT;
-}
 
 /* The target of file `name` in the folder of -o. */
 static struct target *open_in_folder(struct targets *targets, const char *folder, const char *name) {
@@ -160,18 +155,20 @@ static enum status emit_into_folder(struct scene *scene, const struct options *o
     struct generation *generation = &scene->generation;
     const char *folder = options->output;
     const int seen = generation->messages.count;
-    const enum status status = tell(generation, options, seen, gen_check_folder(generation, folder));
+    const enum status status =
+        print_outcome(generation, *options->operands, seen, gen_check_folder(generation, folder));
     if (status != STATUS_DONE)
         return status;
     if (!write_files(generation, folder, &scene->targets))
         return STATUS_FAULT;
-    return tell(generation, options, seen, gen_remove_stale_parts(generation, folder));
+    return print_outcome(generation, *options->operands, seen, gen_remove_stale_parts(generation, folder));
 }
 
 static enum status emit_scene(struct scene *scene, const struct options *options) {
     struct generation *generation = &scene->generation;
     const int seen = generation->messages.count;
-    enum status status = tell(generation, options, seen, gen_plan(generation, options->emit));
+    enum status status =
+        print_outcome(generation, *options->operands, seen, gen_plan(generation, options->emit));
     if (status != STATUS_DONE)
         return status;
     scene_spare_sources(scene, &scene->targets);
@@ -183,20 +180,33 @@ static enum status emit_scene(struct scene *scene, const struct options *options
     return status;
 }
 
+static enum status explain_pass(struct scene *scene, const struct options *options) {
+    struct generation *generation = &scene->generation;
+    const int seen = generation->messages.count;
+    const char *wrong = gen_wrong_pass(generation, options->explain);
+    if (wrong)
+        return usage_error(options->command, "--explain: %s", wrong);
+    if (options->output)
+        return usage_error(options->command, "--explain prints and writes no files, -o is too much");
+    return print_outcome(generation, *options->operands, seen,
+                         gen_explain(generation, options->emit, options->explain, stdout));
+}
+
 enum status run_gen(const struct options *options) {
-    struct scene scene = {.compiled = {.file = -1}};
+    struct scene scene;
     enum status status = scene_read(&scene, options);
     if (status == STATUS_DONE) {
-        struct generation *generation = &scene.generation;
-        const char *wrong = options->emit ? gen_wrong_emit(generation, options->emit) : NULL;
-        status = wrong ? usage_error(options->command, "--emit: %s", wrong) : emit_scene(&scene, options);
+        const char *wrong = options->emit ? gen_wrong_emit(&scene.generation, options->emit) : NULL;
+        status = wrong              ? usage_error(options->command, "--emit: %s", wrong)
+                 : options->explain ? explain_pass(&scene, options)
+                                    : emit_scene(&scene, options);
     }
     scene_close(&scene);
     return status;
 }
 
 enum status run_check(const struct options *options) {
-    struct scene scene = {.compiled = {.file = -1}};
+    struct scene scene;
     enum status status = scene_read(&scene, options);
     if (status == STATUS_DONE)
         gen_print_model(&scene.generation, stdout);
@@ -225,7 +235,7 @@ int main(int argc, char **argv) {
     enum status status;
     take_descriptors();
     interrupt_catch();
-    if (options_read(argc, argv, &options, &status))
+    if (options_read(commands, argc, argv, &options, &status))
         status = options.command->run(&options);
     options_release(&options);
     status = finish_stdout(status);

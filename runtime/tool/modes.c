@@ -32,21 +32,9 @@ static const char *state_path(const struct options *options) {
     return strcmp(at, "initial") != 0 && strcmp(at, "statics") != 0 ? at : NULL;
 }
 
-/* Small motions of a row in accelerations would need derivatives of v. */
-static enum status refuse_acceleration_rows(struct scene *scene) {
-    struct generation *generation = &scene->generation;
-    const int seen = generation->messages.count;
-    for (int i = 0; i < generation->model.row_count; i++) {
-        const struct row *row = &generation->model.rows[i];
-        if (row->level != ROW_ACCELERATION)
-            continue;
-        complain(&generation->messages, row->place,
-                 "%s: is a row in accelerations, modes takes rows of positions and velocities only",
-                 row->name);
-        print_messages(generation, seen);
-        return STATUS_FAULT;
-    }
-    return STATUS_DONE;
+/* Small motions of such a row would need derivatives of v. */
+static bool is_in_accelerations(const struct row *row) {
+    return row->level == ROW_ACCELERATION;
 }
 
 static enum status check(struct scene *scene) {
@@ -54,7 +42,8 @@ static enum status check(struct scene *scene) {
         fprintf(stderr, "refdyn: %s: modes takes the corrected form only\n", scene->model->name);
         return STATUS_FAULT;
     }
-    return refuse_acceleration_rows(scene);
+    return scene_refuse_row(scene, is_in_accelerations,
+                            "is a row in accelerations, modes takes rows of positions and velocities only");
 }
 
 /* What a state says of its rates is passed over. */
@@ -76,7 +65,6 @@ static enum status place(struct analysis *analysis, const struct options *option
         struct equilibrium equilibrium;
         status = find_equilibrium(scene, options, &equilibrium);
         memcpy(analysis->held, equilibrium.held, (size_t)scene->model->n * sizeof *analysis->held);
-        equilibrium_release(&equilibrium);
     } else
         status = choose_held(scene, options, analysis->held);
     warn_of_rates(scene, options->at);
@@ -87,18 +75,11 @@ static enum status place(struct analysis *analysis, const struct options *option
 
 /* ---- Warnings ---- */
 
-static void print_redundant(const struct analysis *analysis) {
-    const struct spectrum *spectrum = &analysis->spectrum;
-    for (int i = 0; i < spectrum->redundant_count; i++)
-        fprintf(stderr, "%s%s%s", i ? ", " : "refdyn: warning: redundant rows, left out: ",
-                analysis->scene->model->rows[spectrum->redundant[i]].name,
-                i + 1 < spectrum->redundant_count ? "" : "\n");
-}
-
 static void print_warnings(const struct analysis *analysis) {
     const struct linear *linear = &analysis->linear;
     const int off = linear_out_of_balance(linear);
-    print_redundant(analysis);
+    print_rows_left_out(analysis->scene->model, analysis->spectrum.redundant,
+                        analysis->spectrum.redundant_count);
     if (off >= 0)
         fprintf(stderr, "refdyn: warning: this is no equilibrium: %s is out of balance by %.4g\n",
                 analysis->scene->model->coordinates[linear->place[off]].name, fabs(linear->force[off]));
@@ -143,7 +124,7 @@ static void put_shape(struct document *document, const struct analysis *analysis
     const struct refdyn_model *model = analysis->scene->model;
     const struct linear *linear = &analysis->linear;
     const int n = model->n;
-    double *shape = allocate(2 * (size_t)n, sizeof *shape), moved[6];
+    double *shape = memory_get(&analysis->scene->memory, 2 * (size_t)n * sizeof *shape), moved[6];
     for (int j = 0; j < linear->n; j++) {
         shape[linear->place[j]] = mode->shape[j];
         shape[n + linear->place[j]] = mode->shape[linear->n + j];
@@ -155,7 +136,6 @@ static void put_shape(struct document *document, const struct analysis *analysis
         put_complex(document, model->points[i], moved, moved + 3, 3);
     }
     put_close(document, '}');
-    free(shape);
 }
 
 static void put_mode(struct document *document, const struct analysis *analysis, const struct mode *mode) {
@@ -218,8 +198,8 @@ static int compute(struct analysis *analysis, const struct options *options) {
 static enum status analyse(struct scene *scene, const struct options *options) {
     const size_t n = (size_t)scene->model->n, points = (size_t)scene->model->point_count;
     struct analysis analysis = {.scene = scene, .at = place_of(options)};
-    analysis.held = allocate(n, sizeof *analysis.held);
-    analysis.C = allocate(3 * points * n, sizeof *analysis.C);
+    analysis.held = memory_get(&scene->memory, n * sizeof *analysis.held);
+    analysis.C = memory_get(&scene->memory, 3 * points * n * sizeof *analysis.C);
     enum status status = place(&analysis, options);
     int result = status == STATUS_DONE ? compute(&analysis, options) : REFDYN_OK;
     if (result != REFDYN_OK)
@@ -230,10 +210,6 @@ static enum status analyse(struct scene *scene, const struct options *options) {
         print_warnings(&analysis);
         print_table(&analysis);
     }
-    spectrum_release(&analysis.spectrum);
-    linear_release(&analysis.linear);
-    free(analysis.C);
-    free(analysis.held);
     return status;
 }
 

@@ -82,13 +82,6 @@ const char *const stabilise_names[STABILISE_COUNT] = {
 
 static const char *const singular_names[SINGULAR_COUNT] = {[REFDYN_STOP] = "stop", [REFDYN_PASS] = "pass"};
 
-static int find_text(const char *const *names, int count, const char *name) {
-    for (int i = 0; i < count; i++)
-        if (strcmp(names[i], name) == 0)
-            return i;
-    return -1;
-}
-
 enum status motion_options(const struct options *options, struct refdyn_options *drive) {
     const char *fact;
     enum status status = choose_method(options, drive);
@@ -98,7 +91,7 @@ enum status motion_options(const struct options *options, struct refdyn_options 
         drive->stabilise = REFDYN_BAUMGARTE;
         drive->gain_share = automatic_share;
     } else if (options->stabilise) {
-        int found = find_text(stabilise_names, STABILISE_COUNT, options->stabilise);
+        int found = text_index(options->stabilise, stabilise_names, STABILISE_COUNT);
         if (found < 0)
             return usage_error(options->command,
                                "--stabilise: '%s' is none of none, baumgarte, baumgarte-auto, project",
@@ -113,7 +106,7 @@ enum status motion_options(const struct options *options, struct refdyn_options 
     if (options->start && strcmp(options->start, "as-is") != 0 && strcmp(options->start, "project") != 0)
         return usage_error(options->command, "--start: '%s' is none of as-is, project", options->start);
     if (options->singular) {
-        int found = find_text(singular_names, SINGULAR_COUNT, options->singular);
+        int found = text_index(options->singular, singular_names, SINGULAR_COUNT);
         if (found < 0)
             return usage_error(options->command, "--singular: '%s' is none of stop, pass", options->singular);
         drive->singular = (enum refdyn_singular)found;
@@ -148,7 +141,6 @@ enum status motion_place(struct scene *scene, const struct options *options) {
     if (options->from && strcmp(options->from, "statics") == 0) {
         struct equilibrium equilibrium;
         status = find_equilibrium(scene, options, &equilibrium);
-        equilibrium_release(&equilibrium);
     } else if (options->hold)
         return usage_error(options->command, "--hold goes with --from statics");
     refdyn_anchor(&scene->work, scene->state.t, scene->q, scene->qd, scene->given);

@@ -1,10 +1,10 @@
-/* The command line of `refdyn`: see options.h. One table of options; each command names those that it knows.
- */
+/* The command line of `refdyn`: see options.h. A table of options; each command names those it knows. */
 #include "options.h"
 #include "by_gsl.h"
-#include "message.h"
+#include "base/message.h"
+#include "output.h"
 #include "refdyn.h"
-#include "text.h"
+#include "base/text.h"
 
 #include <errno.h>
 #include <getopt.h>
@@ -41,6 +41,8 @@ static const struct rule rules[] = {
     {"output", "FILE", KIND_TEXT, FIELD(output), "where results go"},
     {"emit", "M,h,...", KIND_LIST, FIELD(emit),
      "these quantities only; all: every one but derivatives; implicit: the tangent of implicit steps"},
+    {"explain", "PASS", KIND_TEXT, FIELD(explain),
+     "without -o: print what the generator holds behind a pass: expand, roll, derive, sums or plan"},
     {"state", "STATE.json", KIND_TEXT, FIELD(state),
      "t, q, qd, inputs, parameters; what is left out is the model's"},
     {"until", "T", KIND_POSITIVE, FIELD(until), "end of the motion [s]"},
@@ -67,6 +69,11 @@ static const struct rule rules[] = {
     {"hold", "a,b", KIND_FREEING_LIST, FIELD(hold),
      "coordinates held in statics and modes, instead of the model's ('' frees all)"},
     {"summary", "FILE.json", KIND_TEXT, FIELD(summary), "the summary as JSON"},
+    {"panel", "a,b", KIND_LIST, FIELD(panel),
+     "these panels only: angles, slides, bending-psi, bending-theta, torsion, others, path, side, height, "
+     "velocity, "
+     "forces, torques, inputs, phi, psi, energy"},
+    {"units", "FILE.json", KIND_TEXT, FIELD(units), "units of columns, from the summary of refdyn sim"},
     {"methods", "a,b,c", KIND_LIST, FIELD(methods), "methods to compare (default: all)"},
     {"tols", "a,b,c", KIND_LIST, FIELD(tols),
      "tolerances of the methods that find their steps (default: each power of ten from 1e-2 to 1e-12)"},
@@ -155,16 +162,16 @@ static void print_command_help(const struct command *command) {
     puts("\nexit status: 0 done; 1 model, state or file at fault; 2 wrong usage; 3 the numbers failed");
 }
 
-static void print_commands(FILE *out) {
+static void print_commands(const struct command *commands, FILE *out) {
     for (const struct command *command = commands; command->name; command++)
         fprintf(out, "  %-9s%s\n", command->name, command->purpose);
 }
 
-static void print_help(void) {
+static void print_help(const struct command *commands) {
     puts("usage: refdyn COMMAND ARGUMENTS\n\n"
          "Refdyn turns a Lua model of a robot with flexible links into C code of its dynamics,\n"
          "and computes its equilibria, frequencies and programme-constrained motions.\n\ncommands:");
-    print_commands(stdout);
+    print_commands(commands, stdout);
     puts("\nrefdyn COMMAND --help tells more; --version prints the version.");
 }
 
@@ -179,7 +186,7 @@ enum status usage_error(const struct command *command, const char *format, ...) 
     return STATUS_USAGE;
 }
 
-static enum status unknown_command(const char *name) {
+static enum status unknown_command(const struct command *commands, const char *name) {
     fprintf(stderr, "refdyn: unknown command '%s', the commands are", name);
     for (const struct command *command = commands; command->name; command++)
         fprintf(stderr, "%s %s", command == commands ? "" : ",", command->name);
@@ -187,7 +194,7 @@ static enum status unknown_command(const char *name) {
     return STATUS_USAGE;
 }
 
-static const struct command *find_command(const char *name) {
+static const struct command *find_command(const struct command *commands, const char *name) {
     for (const struct command *command = commands; command->name; command++)
         if (strcmp(command->name, name) == 0)
             return command;
@@ -212,7 +219,7 @@ static const char *nearest_option(const struct option *table, const char *given)
     int count = 0;
     for (; table->name; table++)
         names[count++] = table->name;
-    return nearest_name(given, names, count);
+    return message_nearest_name(given, names, count);
 }
 
 /* getopt_long answered `answer`, '?' or ':'; optopt is a letter, or at most RULE_COUNT for a long option. */
@@ -232,7 +239,7 @@ static enum status wrong_option(const struct command *command, const struct opti
 
 static enum status read_positive(const struct command *command, const char *name, const char *text,
                                  double *value) {
-    if (!number_of_text(text, value) || *value <= 0)
+    if (!text_to_number(text, value) || *value <= 0)
         return usage_error(command, "--%s: '%s' is no positive number", name, text);
     return STATUS_DONE;
 }
@@ -273,6 +280,12 @@ enum status check_list(const struct command *command, const char *name, const ch
     }
 }
 
+char *list_item(const char *list, int index) {
+    for (; index > 0 && list; index--)
+        list = strchr(list, ',') ? strchr(list, ',') + 1 : NULL;
+    return list ? text_format("%.*s", (int)strcspn(list, ","), list) : NULL;
+}
+
 static enum status add_setting(struct options *options, char *text) {
     char *equals = strchr(text, '=');
     if (!equals || equals == text)
@@ -282,7 +295,7 @@ static enum status add_setting(struct options *options, char *text) {
         if (strcmp(options->settings[i].name, text) == 0)
             return usage_error(options->command, "--set %s: given twice, as '%s' and as '%s'", text,
                                options->settings[i].value, equals + 1);
-    options->settings[options->setting_count++] = (struct assignment){.name = text, .value = equals + 1};
+    options->settings[options->setting_count++] = (struct setting){.name = text, .value = equals + 1};
     return STATUS_DONE;
 }
 
@@ -338,7 +351,7 @@ static bool is_given(const struct options *options, const struct rule *rule) {
     return rule->kind == KIND_POSITIVE ? *(const double *)field > 0 : *(const char *const *)field != NULL;
 }
 
-/* Operands and needed options. */
+/* Operands and needed options; what explains a pass writes nothing. */
 static enum status check_complete(const struct options *options) {
     const struct command *command = options->command;
     bool many = strstr(command->operands, "...") != NULL;
@@ -352,7 +365,8 @@ static enum status check_complete(const struct options *options) {
                            command->operands);
     for (int i = 0; i < RULE_COUNT; i++) {
         bool needed;
-        if (knows(command, &rules[i], &needed) && needed && !is_given(options, &rules[i]))
+        if (knows(command, &rules[i], &needed) && needed && !options->explain &&
+            !is_given(options, &rules[i]))
             return usage_error(command, "%s%s is missing",
                                strcmp(shown_name(&rules[i]), "-o") == 0 ? "" : "--", shown_name(&rules[i]));
     }
@@ -388,23 +402,24 @@ static bool read_command(int argc, char **argv, struct options *options, enum st
     return *status == STATUS_DONE;
 }
 
-bool options_read(int argc, char **argv, struct options *options, enum status *status) {
+bool options_read(const struct command *commands, int argc, char **argv, struct options *options,
+                  enum status *status) {
     *options = (struct options){.command = NULL};
     *status = argc < 2 ? STATUS_USAGE : STATUS_DONE;
     if (argc < 2 || strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "help") == 0) {
         if (argc < 2)
             fputs("usage: refdyn COMMAND ARGUMENTS; refdyn --help lists the commands\n", stderr);
         else
-            print_help();
+            print_help(commands);
         return false;
     }
     if (strcmp(argv[1], "--version") == 0) {
         puts("refdyn " REFDYN_VERSION);
         return false;
     }
-    options->command = find_command(argv[1]);
+    options->command = find_command(commands, argv[1]);
     if (!options->command) {
-        *status = unknown_command(argv[1]);
+        *status = unknown_command(commands, argv[1]);
         return false;
     }
     options->settings = calloc((size_t)argc, sizeof *options->settings);

@@ -1,33 +1,31 @@
 /*
- * The command line of `refdyn`: the table of commands, and the options of one call.
+ * The command line of `refdyn`: what a command is, and the options of one call.
  *
- * Takes argv; gives a filled struct options, or a complaint and the usage line on stderr.
+ * Takes the table of commands and argv; gives a filled struct options, or a complaint and the usage line on
+ * stderr.
  */
 #ifndef REFDYN_TOOL_OPTIONS_H
 #define REFDYN_TOOL_OPTIONS_H
+
+#include "read/setting.h"
 
 #include <stdbool.h>
 
 /* Exit statuses of the program. */
 enum status { STATUS_DONE, STATUS_FAULT, STATUS_USAGE, STATUS_NUMBERS };
 
-/* --set NAME=VALUE */
-struct assignment {
-    const char *name, *value;
-};
-
 struct options {
     const struct command *command;
     const char **operands; /* model or run files */
     int operand_count;
-    struct assignment *settings; /* each name once; where commands add to them, later ones win */
+    struct setting *settings; /* each name once; where commands add to them, later ones win */
     int setting_count;
     const char **stops; /* --stop NAME<VALUE */
     int stop_count;
     bool fold, verify;
     /* NULL: not given */
-    const char *output, *emit, *state, *from, *at, *method, *stabilise, *singular, *start, *hold, *summary,
-        *vary, *steps, *tols, *methods, *inputs, *accelerations, *loops;
+    const char *output, *emit, *explain, *state, *from, *at, *method, *stabilise, *singular, *start, *hold,
+        *summary, *vary, *steps, *tols, *methods, *inputs, *accelerations, *loops, *panel, *units;
     /* 0: not given */
     double until, step, step_max, tolerance, accuracy, every, modes, seconds;
 };
@@ -43,14 +41,15 @@ struct command {
     const char *help;     /* what more a user should know, with examples */
 };
 
-/* Ends with an entry whose name is NULL. */
-extern const struct command commands[];
-
-/* True when the command is to run; otherwise *status is the exit status (help and version were printed). */
-bool options_read(int argc, char **argv, struct options *options, enum status *status);
+/* Of `commands`, a table that ends with an entry whose name is NULL. True when the command is to run;
+ * otherwise *status is the exit status (help and version were printed). */
+bool options_read(const struct command *commands, int argc, char **argv, struct options *options,
+                  enum status *status);
 void options_release(struct options *options);
 /* A list "a,b" of option `name` has no empty item, and none twice. */
 enum status check_list(const struct command *command, const char *name, const char *list);
+/* Item number `index` of such a list, in heap memory; NULL behind the last one, and for list NULL. */
+char *list_item(const char *list, int index);
 /* Complains on stderr as `refdyn COMMAND: ...` with the usage line; returns STATUS_USAGE. */
 enum status usage_error(const struct command *command, const char *format, ...)
     __attribute__((format(printf, 2, 3)));

@@ -3,22 +3,8 @@
 #include "escape.h"
 
 #include <math.h>
-#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
-
-/* Digits that a double keeps in decimal, and that always bring it back (C11 5.2.4.2.2: DBL_DIG and
- * DBL_DECIMAL_DIG). */
-enum { FEWEST_DIGITS = 15, MOST_DIGITS = 17 };
-
-const char *exact_text(double value, char text[static NUMBER_LENGTH]) {
-    for (int digits = FEWEST_DIGITS; digits <= MOST_DIGITS; digits++) {
-        snprintf(text, NUMBER_LENGTH, "%.*g", digits, value);
-        if (strtod(text, NULL) == value)
-            break;
-    }
-    return text;
-}
 
 void print_number(FILE *out, double value) {
     char text[NUMBER_LENGTH];
@@ -122,26 +108,39 @@ void put_matrix(struct document *document, const char *key, const double *values
     put_close(document, ']');
 }
 
+static _Noreturn void out_of_memory(void *context) {
+    (void)context;
+    fputs("refdyn: out of memory\n", stderr);
+    exit(1);
+}
+
 static void *checked(void *memory) {
-    if (!memory) {
-        fputs("refdyn: out of memory\n", stderr);
-        exit(1);
-    }
+    if (!memory)
+        out_of_memory(NULL);
     return memory;
+}
+
+struct memory arena_start(void) {
+    return (struct memory){.allowance = -1, .fail = out_of_memory};
 }
 
 void *allocate(size_t count, size_t size) {
     return checked(calloc(count ? count : 1, size));
 }
 
+char *text_vformat(const char *format, va_list list) {
+    char *text;
+    size_t size;
+    FILE *out = text_stream(&text, &size);
+    vfprintf(out, format, list);
+    fclose(out);
+    return text;
+}
+
 char *text_format(const char *format, ...) {
     va_list list;
     va_start(list, format);
-    int length = vsnprintf(NULL, 0, format, list);
-    va_end(list);
-    char *text = checked(malloc((size_t)length + 1));
-    va_start(list, format);
-    vsnprintf(text, (size_t)length + 1, format, list);
+    char *text = text_vformat(format, list);
     va_end(list);
     return text;
 }

@@ -4,13 +4,14 @@
 #ifndef REFDYN_TOOL_OUTPUT_H
 #define REFDYN_TOOL_OUTPUT_H
 
+#include "base/memory.h"
+#include "base/text.h"
+
+#include <stdarg.h>
 #include <stdbool.h>
 #include <stdio.h>
 
-enum { NUMBER_LENGTH = 32 };
-
-/* The value with the fewest of 15, 16 or 17 digits that read back exactly. Returns text. */
-const char *exact_text(double value, char text[static NUMBER_LENGTH]);
+/* With exact_text's digits. */
 void print_number(FILE *out, double value);
 
 /* A JSON document: one entry a line at the outermost level, all else in line. It grows in memory, and is
@@ -44,8 +45,12 @@ bool document_close(struct document *document, FILE *file);
 
 /* A copy of text in heap memory made like printf; ends the program with a message when memory is short. */
 char *text_format(const char *format, ...) __attribute__((format(printf, 1, 2)));
+char *text_vformat(const char *format, va_list list) __attribute__((format(printf, 1, 0)));
 /* A stream whose text is in *text (heap memory) once it is closed; ends the program when memory is short. */
 FILE *text_stream(char **text, size_t *size);
+/* An arena (memory.h) for all that lives as long as a command; ends the program with a message when memory is
+ * short. */
+struct memory arena_start(void);
 /* Zeroed heap memory; ends the program with a message when memory is short. */
 void *allocate(size_t count, size_t size);
 

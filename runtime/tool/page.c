@@ -43,21 +43,6 @@ static void put_row_of_texts(FILE *out, const char *name, const char *value) {
     fputs("</tr>\n", out);
 }
 
-/* Lines as a list. */
-static void put_list(FILE *out, const char *lines) {
-    fputs("<ul>\n", out);
-    while (*lines) {
-        const size_t length = strcspn(lines, "\n");
-        char *line = text_format("%.*s", (int)length, lines);
-        fputs("<li>", out);
-        put_xml_text(out, line);
-        fputs("</li>\n", out);
-        free(line);
-        lines += length + (lines[length] == '\n');
-    }
-    fputs("</ul>\n", out);
-}
-
 /* ---- Facts */
 
 static const char *start_text(const struct options *options) {
@@ -161,42 +146,38 @@ static void put_trials(FILE *out, const struct study *study) {
     fputs("</table>\n", out);
 }
 
-/* CPU time of the quickest run of each series at each level. */
-static void put_levels(FILE *out, const struct study *study) {
-    fputs("<table>\n<tr><th>CPU time [s] for an error of at most</th>", out);
-    for (int k = 0; k < LEVEL_COUNT; k++)
-        fprintf(out, "<th>%g %s</th>", finding_levels[k], study_unit(study));
+/* One row a method. */
+static void put_findings_row(FILE *out, char *cells[static FINDING_COLUMNS]) {
+    fputs("<tr>", out);
+    for (int i = 0; i < FINDING_COLUMNS; i++)
+        put_cell(out, cells[i]);
     fputs("</tr>\n", out);
+    findings_release(cells);
+}
+
+static void put_findings(FILE *out, const struct study *study) {
+    char *cells[FINDING_COLUMNS];
+    fputs("<table>\n", out);
+    findings_heads(study, cells);
+    put_findings_row(out, cells);
     for (int i = 0; i < study->series_count; i++) {
-        char *name = series_name(study, &study->series[i]);
-        fputs("<tr>", out);
-        put_cell(out, name);
-        for (int k = 0; k < LEVEL_COUNT; k++) {
-            const struct trial *quickest = series_quickest(study, &study->series[i], finding_levels[k]);
-            put_value(out, "%.3g", quickest ? quickest->cpu_s : NAN);
-        }
-        fputs("</tr>\n", out);
-        free(name);
+        findings_row(study, &study->series[i], cells);
+        put_findings_row(out, cells);
     }
     fputs("</table>\n", out);
 }
 
 static void put_study(FILE *out, const struct study *study) {
-    char *lasting = findings_lasting(study), *times = findings_times(study);
+    char *reference = findings_reference(study);
     fputs("<h2>", out);
     put_xml_text(out, study->name);
-    fprintf(out, "</h2>\n%s<h3>The same on every machine</h3>\n<p>Of the runs that there was time for.</p>\n",
-            study->facts);
-    put_list(out, lasting);
-    fputs("<h3>Measured on this machine</h3>\n<p>CPU time of the integration on one core, the least of "
-          "repeated runs; another call gives other times.</p>\n",
-          out);
-    put_list(out, times);
-    put_levels(out, study);
-    fputs("<h3>All runs</h3>\n", out);
+    fprintf(out, "</h2>\n%s<h3>Findings</h3>\n<p>", study->facts);
+    put_xml_text(out, reference);
+    fputs("</p>\n", out);
+    put_findings(out, study);
+    fprintf(out, "<p>%s</p>\n<h3>All runs</h3>\n", findings_note);
     put_trials(out, study);
-    free(times);
-    free(lasting);
+    free(reference);
 }
 
 void page_write(FILE *out, const char *title, const struct study *studies, int count, const char *figure) {

@@ -1,71 +1,76 @@
 /* The panels of a figure: see panels.h. */
 #include "panels.h"
-#include "gnuplot.h"
+#include "options.h"
 #include "output.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 enum {
-    FORCE_KEYS = 4, /* a run's largest forces have names */
-    MOST_INPUTS = 6 /* panels of inputs and courses */
+    LARGEST_FORCES = 4, /* of a run, the others would drown them */
+    MOST_INPUTS = 6     /* panels of inputs and courses */
 };
-
-static const double plain_width = 1.6, thin_width = 0.8;
 
 /* Columns below this part of the panel's largest value are noise of the solution, and are not drawn. */
 static const double noise_part = 1e-9;
 
-static struct panel *add_panel(struct panels *panels, const char *title, const char *y_label) {
-    struct panel *panel = &panels->list[panels->count++];
-    *panel = (struct panel){.title = title, .x_label = "t [s]", .y_label = y_label};
-    return panel;
+/* Residuals below are rounding: terms of a size near 1 cancel. */
+static const double rounding = 1e-16;
+
+/* One panel, or one for each input. */
+struct view {
+    const char *name, *title, *quantity;
+    const char *unit; /* NULL: not known by the kind of column */
+    void (*add)(struct panels *panels, const struct view *view);
+    int which, over; /* of coordinates and forces a group; of points columns y and x, counted from their x */
+};
+
+/* ---- One chart in the making */
+
+static struct chart *begin(struct panels *panels) {
+    struct chart *chart = &panels->charts[panels->count++];
+    *chart = (struct chart){.floor = 0};
+    return chart;
 }
 
-/* The panel goes when nothing is in it. */
-static void end_panel(struct panels *panels) {
-    if (panels->list[panels->count - 1].count == 0)
+/* Column y over column x of a run, as the quantity that the first letters of `name` tell. */
+static void add_line(struct chart *chart, const struct panels *panels, int r, int x, int y, const char *name,
+                     size_t length) {
+    const struct run *run = &panels->runs[r];
+    chart_add_curve(chart, (struct curve){.x = run->kept + x,
+                                          .y = run->kept + y,
+                                          .count = run->kept_count,
+                                          .stride = run->column_count,
+                                          .key = chart_key(chart, name, length),
+                                          .run = r});
+}
+
+/* "angle [rad]": the unit of the first curve, which all have. */
+static char *y_label(const struct panels *panels, const struct chart *chart, const struct view *view,
+                     const char *quantity) {
+    const struct run *run = &panels->runs[chart->curves[0].run];
+    const json_t *given = json_object_get(panels->units, run->columns[chart->curves[0].y - run->kept]);
+    const char *unit = given ? json_string_value(given) : view->unit;
+    return unit ? text_format("%s [%s]", quantity, unit) : text_format("%s", quantity);
+}
+
+/* The chart goes, and the result is false, when nothing is in it. */
+static bool end(struct panels *panels, const struct view *view, const char *title, const char *quantity) {
+    struct chart *chart = &panels->charts[panels->count - 1];
+    if (chart->curve_count == 0) {
         panels->count--;
-}
-
-static void add_curve(struct panel *panel, struct curve curve) {
-    if (panel->count == panel->capacity) {
-        int capacity = panel->capacity ? 2 * panel->capacity : 8;
-        struct curve *curves = allocate((size_t)capacity, sizeof *curves);
-        if (panel->count)
-            memcpy(curves, panel->curves, (size_t)panel->count * sizeof *curves);
-        free(panel->curves);
-        panel->curves = curves;
-        panel->capacity = capacity;
+        return false;
     }
-    panel->curves[panel->count++] = curve;
-}
-
-/* A curve of column y over time, named `name` in the key; thin and nameless once the key is full. */
-static void add_named(struct panel *panel, int run, int y, const char *name) {
-    int place = 0;
-    while (place < panel->name_count && strcmp(panel->names[place], name) != 0)
-        place++;
-    bool is_new = place == panel->name_count, is_full = place == KEYS_MAX;
-    if (is_new && !is_full)
-        panel->names[panel->name_count++] = name;
-    add_curve(panel, (struct curve){.run = run,
-                                    .y = y,
-                                    .colour = is_full ? COLOUR_COUNT - 2 : place,
-                                    .width = is_full ? thin_width : plain_width,
-                                    .title = is_new && !is_full ? name : NULL});
-}
-
-static const char *keep_text(struct panels *panels, char *text) {
-    if (panels->text_count == panels->text_room) {
-        panels->text_room = 2 * panels->text_room + 16;
-        char **texts = allocate((size_t)panels->text_room, sizeof *texts);
-        if (panels->text_count)
-            memcpy(texts, panels->texts, (size_t)panels->text_count * sizeof *texts);
-        free(panels->texts);
-        panels->texts = texts;
+    chart->title = text_format("%s", title);
+    chart->x_label = text_format("t [s]");
+    chart->y_label = y_label(panels, chart, view, quantity);
+    for (int i = 0; i < chart->key_count; i++)
+        chart->keys[i].stroke = style_quantity(i, chart->key_count, 0, 1);
+    for (int i = 0; i < chart->curve_count; i++) {
+        struct curve *curve = &chart->curves[i];
+        curve->stroke = style_quantity(curve->key, chart->key_count, curve->run, panels->run_count);
     }
-    return panels->texts[panels->text_count++] = text;
+    return true;
 }
 
 /* ---- Coordinates: slides, turns, and the turns of elements by kind */
@@ -91,157 +96,184 @@ static enum group group_of(const char *name) {
     return is_slide ? SLIDES : OTHERS;
 }
 
-/* Those of elements that do not bend are left out: a planar motion has many. */
-static bool is_of_elements(enum group group) {
-    return group == ELEMENT_PSI || group == ELEMENT_THETA || group == ELEMENT_PHI;
+static bool is_turn(enum group group) {
+    return group != SLIDES && group != OTHERS;
 }
 
-static void add_coordinates(struct panels *panels, enum group group, const char *title, const char *y_label) {
-    struct panel *panel = add_panel(panels, title, y_label);
+/* Elements that do not bend are left out: a planar motion has many. */
+static void add_coordinates(struct panels *panels, const struct view *view) {
+    const bool is_of_elements = is_turn(view->which) && view->which != TURNS;
+    struct chart *chart = begin(panels);
     for (int r = 0; r < panels->run_count; r++) {
         const struct run *run = &panels->runs[r];
         for (int i = run->coordinates; i < run->coordinates + run->coordinate_count; i++)
-            if (group_of(run->columns[i]) == group && (!is_of_elements(group) || run->largest[i] > 0))
-                add_named(panel, r, i, run->columns[i]);
+            if (group_of(run->columns[i]) == (enum group)view->which &&
+                (!is_of_elements || run->largest[i] > 0))
+                add_line(chart, panels, r, 0, i, run->columns[i], strlen(run->columns[i]));
     }
-    end_panel(panels);
+    end(panels, view, view->title, view->quantity);
 }
 
 /* ---- Points */
 
-static const char *point_title(struct panels *panels, const struct run *run, int point) {
-    const char *name = run->columns[run->points[point]];
-    return keep_text(panels, text_format("%.*s", (int)strlen(name) - 2, name));
-}
+enum { OVER_TIME = -1 };
 
-/* Column `y` over column `x` of each point, counted from its x; x -1: over time. */
-static struct panel *add_points(struct panels *panels, const char *title, int x, int y, const char *y_label) {
-    struct panel *panel = add_panel(panels, title, y_label);
+static void add_points(struct panels *panels, const struct view *view) {
+    struct chart *chart = begin(panels);
     for (int r = 0; r < panels->run_count; r++) {
         const struct run *run = &panels->runs[r];
         for (int i = 0; i < run->point_count; i++) {
-            int first = run->points[i];
-            bool is_only = run->point_count == 1;
-            add_curve(panel, (struct curve){.run = r,
-                                            .x = x < 0 ? 0 : first + x,
-                                            .y = first + y,
-                                            .colour = is_only ? -1 : i % COLOUR_COUNT,
-                                            .width = plain_width,
-                                            .title = is_only || r > 0 ? NULL : point_title(panels, run, i)});
+            const int first = run->points[i];
+            add_line(chart, panels, r, view->over == OVER_TIME ? 0 : first + view->over, first + view->which,
+                     run->columns[first], strlen(run->columns[first]) - strlen("_x"));
         }
     }
-    return panel;
+    if (!end(panels, view, view->title, view->quantity) || view->over == OVER_TIME)
+        return;
+    free(chart->x_label);
+    chart->x_label = text_format("x [m]");
+    chart->is_path = true;
+    chart->is_equal = view->which == 1; /* in the horizontal plane */
 }
 
-static void add_paths(struct panels *panels) {
-    struct panel *path = add_points(panels, "Path of the end-effector, seen from above", 0, 1, "y [m]");
-    path->x_label = "x [m]";
-    path->is_square = true;
-    end_panel(panels);
-    path = add_points(panels, "Path of the end-effector, seen from the side", 0, 2, "z [m]");
-    path->x_label = "x [m]";
-    end_panel(panels);
-    add_points(panels, "Height of the end-effector", -1, 2, "z [m]");
-    end_panel(panels);
-    add_points(panels, "Vertical velocity of the end-effector", -1, 5, "dz/dt [m/s]");
-    end_panel(panels);
-}
+/* ---- Programme forces, inputs and courses, residuals, energy */
 
-/* ---- Courses, residuals, energy */
-
-static double largest_of(const struct run *run, int first, int count) {
-    double largest = 0;
-    for (int i = first; i < first + count; i++)
-        if (run->largest[i] > largest)
-            largest = run->largest[i];
-    return largest;
-}
-
-/* How many of the columns are larger than this one, the earlier first among equals. */
-static int rank_of(const struct run *run, int column, int first, int count) {
+/* How many forces of the same kind in the run are larger than that of column `column`, the earlier first
+ * among equals, or far too many where it is noise beside them. */
+static int rank_of(const struct run *run, int column, bool wants_turns) {
     int rank = 0;
-    for (int i = first; i < first + count; i++)
+    for (int i = run->forces; i < run->forces + run->force_count; i++) {
+        if (is_turn(group_of(run->columns[i])) != wants_turns)
+            continue;
         rank +=
             run->largest[i] > run->largest[column] || (run->largest[i] == run->largest[column] && i < column);
+        if (run->largest[column] <= noise_part * run->largest[i])
+            return LARGEST_FORCES;
+    }
     return rank;
 }
 
-/* The largest columns, by name without its prefix; the rest would only drown them. */
-static void add_columns(struct panel *panel, const struct run *run, int r, int first, int count,
-                        size_t prefix) {
-    double least = noise_part * largest_of(run, first, count);
-    for (int i = first; i < first + count; i++)
-        if (run->largest[i] > least && rank_of(run, i, first, count) < FORCE_KEYS)
-            add_named(panel, r, i, run->columns[i] + prefix);
+static void add_forces(struct panels *panels, const struct view *view) {
+    const size_t prefix = strlen("force_");
+    const bool wants_turns = view->which == TURNS;
+    struct chart *chart = begin(panels);
+    for (int r = 0; r < panels->run_count; r++) {
+        const struct run *run = &panels->runs[r];
+        for (int i = run->forces; i < run->forces + run->force_count; i++)
+            if (is_turn(group_of(run->columns[i])) == wants_turns &&
+                rank_of(run, i, wants_turns) < LARGEST_FORCES)
+                add_line(chart, panels, r, 0, i, run->columns[i] + prefix, strlen(run->columns[i] + prefix));
+    }
+    end(panels, view, view->title, view->quantity);
 }
 
-static void add_forces(struct panels *panels) {
-    struct panel *panel = add_panel(panels, "Programme forces, the largest", "force [N], torque [N m]");
-    for (int r = 0; r < panels->run_count; r++)
-        add_columns(panel, &panels->runs[r], r, panels->runs[r].forces, panels->runs[r].force_count,
-                    strlen("force_"));
-    end_panel(panels);
+static void add_column(struct panels *panels, const struct view *view, const char *name, const char *title,
+                       const char *quantity) {
+    struct chart *chart = begin(panels);
+    for (int r = 0; r < panels->run_count; r++) {
+        const int column = run_column(&panels->runs[r], name);
+        if (column >= 0)
+            add_line(chart, panels, r, 0, column, "", 0);
+    }
+    end(panels, view, title, quantity);
 }
 
 /* One panel for each input or course of the first run that has any: their units differ. */
-static void add_inputs(struct panels *panels) {
+static void add_inputs(struct panels *panels, const struct view *view) {
     const struct run *first = panels->runs;
     for (int r = 0; r < panels->run_count && first->input_count == 0; r++)
         first = &panels->runs[r];
     for (int i = 0; i < first->input_count && i < MOST_INPUTS; i++) {
         const char *name = first->columns[first->inputs + i];
-        struct panel *panel =
-            add_panel(panels, keep_text(panels, text_format("Input or course: %s", name)), name);
-        for (int r = 0; r < panels->run_count; r++) {
-            const int column = run_column(&panels->runs[r], name);
-            if (column >= 0)
-                add_curve(panel, (struct curve){.run = r, .y = column, .colour = -1, .width = plain_width});
-        }
-        end_panel(panels);
+        char *title = text_format("%s: %s", view->title, name);
+        add_column(panels, view, name, title, name);
+        free(title);
     }
 }
 
-static void add_residuals(struct panels *panels, const char *prefix, const char *title, const char *y_label) {
-    struct panel *panel = add_panel(panels, title, y_label);
-    panel->is_logarithmic = true;
+static void add_energy(struct panels *panels, const struct view *view) {
+    add_column(panels, view, view->name, view->title, view->quantity);
+}
+
+/* The columns whose names begin with that of the view. */
+static void add_residuals(struct panels *panels, const struct view *view) {
+    const size_t length = strlen(view->name);
+    struct chart *chart = begin(panels);
     for (int r = 0; r < panels->run_count; r++) {
         const struct run *run = &panels->runs[r];
         for (int i = 0; i < run->energy; i++)
-            if (strncmp(run->columns[i], prefix, strlen(prefix)) == 0 && run->largest[i] > 0)
-                add_named(panel, r, i, run->columns[i]);
+            if (strncmp(run->columns[i], view->name, length) == 0 && run->columns[i][length] == '_')
+                add_line(chart, panels, r, 0, i, run->columns[i], strlen(run->columns[i]));
     }
-    end_panel(panels);
+    if (!end(panels, view, view->title, view->quantity))
+        return;
+    chart->is_y_logarithmic = true;
+    chart->floor = rounding;
 }
 
-static void add_energy(struct panels *panels) {
-    struct panel *panel = add_panel(panels, "Kinetic and potential energy", "energy [J]");
-    for (int r = 0; r < panels->run_count; r++)
-        if (panels->runs[r].energy >= 0)
-            add_curve(panel, (struct curve){
-                                 .run = r, .y = panels->runs[r].energy, .colour = -1, .width = plain_width});
-    end_panel(panels);
+/* ---- All of them */
+
+static const struct view views[] = {
+    {"angles", "Joint angles", "angle", "rad", add_coordinates, TURNS, 0},
+    {"slides", "Slides", "position", "m", add_coordinates, SLIDES, 0},
+    {"bending-psi", "Bending of the elements, psi", "angle", "rad", add_coordinates, ELEMENT_PSI, 0},
+    {"bending-theta", "Bending of the elements, theta", "angle", "rad", add_coordinates, ELEMENT_THETA, 0},
+    {"torsion", "Torsion of the elements, phi", "angle", "rad", add_coordinates, ELEMENT_PHI, 0},
+    {"others", "Further coordinates", "coordinate", NULL, add_coordinates, OTHERS, 0},
+    {"path", "Path seen from above", "y", "m", add_points, 1, 0},
+    {"side", "Path seen from the side", "z", "m", add_points, 2, 0},
+    {"height", "Height", "z", "m", add_points, 2, OVER_TIME},
+    {"velocity", "Vertical velocity", "dz/dt", "m/s", add_points, 5, OVER_TIME},
+    {"forces", "Programme forces, the largest", "force", "N", add_forces, SLIDES, 0},
+    {"torques", "Programme torques, the largest", "torque", "N m", add_forces, TURNS, 0},
+    {"inputs", "Input or course", NULL, NULL, add_inputs, 0, 0},
+    {"phi", "Residuals of position constraints", "|phi|", NULL, add_residuals, 0, 0},
+    {"psi", "Residuals at velocity level", "|psi|", NULL, add_residuals, 0, 0},
+    {"energy", "Kinetic and potential energy", "energy", "J", add_energy, 0, 0},
+};
+
+enum { VIEW_COUNT = sizeof views / sizeof views[0] };
+
+_Static_assert(VIEW_COUNT - 1 + MOST_INPUTS <= PANELS_MAX, "room for all panels");
+
+static int find_view(const char *name) {
+    int view = 0;
+    while (view < VIEW_COUNT && strcmp(views[view].name, name) != 0)
+        view++;
+    return view;
 }
 
-void panels_make(struct panels *panels, const struct run *runs, int run_count) {
-    *panels = (struct panels){.runs = runs, .run_count = run_count};
-    add_coordinates(panels, TURNS, "Joint angles", "angle [rad]");
-    add_coordinates(panels, SLIDES, "Slides", "position [m]");
-    add_coordinates(panels, ELEMENT_PSI, "Bending of the elements, psi", "angle [rad]");
-    add_coordinates(panels, ELEMENT_THETA, "Bending of the elements, theta", "angle [rad]");
-    add_coordinates(panels, ELEMENT_PHI, "Torsion of the elements, phi", "angle [rad]");
-    add_coordinates(panels, OTHERS, "Further coordinates", "[m], [rad]");
-    add_paths(panels);
-    add_forces(panels);
-    add_inputs(panels);
-    add_residuals(panels, "phi_", "Residuals of position constraints", "|phi|");
-    add_residuals(panels, "psi_", "Residuals at velocity level", "|psi|");
-    add_energy(panels);
+char *panels_choose(struct panels *panels, const char *names) {
+    char *name;
+    for (int i = 0; i < VIEW_COUNT; i++)
+        panels->is_wanted[i] = !names;
+    for (int i = 0; (name = list_item(names, i)); i++) {
+        const int view = find_view(name);
+        if (view == VIEW_COUNT)
+            return name;
+        panels->is_wanted[view] = true;
+        free(name);
+    }
+    return NULL;
+}
+
+char *panels_names(void) {
+    char *text;
+    size_t size;
+    FILE *out = text_stream(&text, &size);
+    for (int i = 0; i < VIEW_COUNT; i++)
+        fprintf(out, "%s%s", i ? ", " : "", views[i].name);
+    fclose(out);
+    return text;
+}
+
+void panels_make(struct panels *panels) {
+    for (int i = 0; i < VIEW_COUNT; i++)
+        if (panels->is_wanted[i])
+            views[i].add(panels, &views[i]);
 }
 
 void panels_release(struct panels *panels) {
     for (int i = 0; i < panels->count; i++)
-        free(panels->list[i].curves);
-    for (int i = 0; i < panels->text_count; i++)
-        free(panels->texts[i]);
-    free(panels->texts);
+        chart_release(&panels->charts[i]);
 }

@@ -1,44 +1,32 @@
 /*
- * What the figure of some motions shows: a list of panels, each a list of curves. Columns that no run has
- * make no panel.
+ * What the figure of some motions shows: a list of charts. What no run has makes none.
  */
 #ifndef REFDYN_TOOL_PANELS_H
 #define REFDYN_TOOL_PANELS_H
 
+#include "chart.h"
 #include "run.h"
 
-/* Column y over column x of a run. */
-struct curve {
-    int run, x, y;
-    int colour;        /* of gnuplot.h; -1: the run's own */
-    double width;      /* of the line */
-    const char *title; /* in the key of the panel; NULL: not there */
-};
-
-enum { KEYS_MAX = 6 /* named curves in a panel: more drown it */ };
-
-struct panel {
-    const char *title, *x_label, *y_label;
-    bool is_logarithmic; /* |y| on a logarithmic axis */
-    bool is_square;      /* equal scales */
-    struct curve *curves;
-    int count, capacity;
-    const char *names[KEYS_MAX]; /* in the key; a name has the same colour in every run */
-    int name_count;
-};
+#include <jansson.h>
 
 enum { PANELS_MAX = 24 };
 
 struct panels {
-    const struct run *runs;
+    struct run *runs; /* the curves lie in them */
     int run_count;
-    struct panel list[PANELS_MAX];
+    json_t *units;              /* an object of units by column; NULL: known by the kind of column alone */
+    bool is_wanted[PANELS_MAX]; /* by panels_choose */
+    struct chart charts[PANELS_MAX];
     int count;
-    char **texts; /* titles that were made */
-    int text_count, text_room;
 };
 
-void panels_make(struct panels *panels, const struct run *runs, int run_count);
+/* Panels by a list of their names, NULL: all. Gives the first name that is none, in heap memory, or NULL. */
+char *panels_choose(struct panels *panels, const char *names);
+/* All names, "a, b, c", in heap memory. */
+char *panels_names(void);
+/* The charts of those that were chosen, once the runs are there. */
+void panels_make(struct panels *panels);
+/* The charts alone. */
 void panels_release(struct panels *panels);
 
 #endif

@@ -2,10 +2,9 @@
 #include "diagram.h"
 #include "escape.h"
 #include "findings.h"
-#include "gnuplot.h"
 #include "interrupt.h"
 #include "output.h"
-#include "text.h"
+#include "base/text.h"
 #include "page.h"
 #include "timing.h"
 
@@ -36,20 +35,13 @@ static int by_descent(const void *a, const void *b) {
     return (x < y) - (x > y);
 }
 
-/* Item number `index` of a list "a,b,c" whose form is checked; NULL behind the last one. */
-static char *list_item(const char *list, int index) {
-    for (; index > 0 && list; index--)
-        list = strchr(list, ',') ? strchr(list, ',') + 1 : NULL;
-    return list ? text_format("%.*s", (int)strcspn(list, ","), list) : NULL;
-}
-
 /* A list of positive numbers below `most`, sorted from the loosest setting on. */
 static enum status read_numbers(const struct options *options, const char *name, const char *text,
                                 double most, double numbers[static SETTINGS_MAX], int *count) {
     char *item;
     for (int i = 0; (item = list_item(text, i)); i++) {
         double number = 0;
-        const bool is_good = number_of_text(item, &number) && number > 0 && number < most && i < SETTINGS_MAX;
+        const bool is_good = text_to_number(item, &number) && number > 0 && number < most && i < SETTINGS_MAX;
         free(item);
         if (!is_good)
             return usage_error(options->command, "--%s: '%s' is no list of up to %d numbers between 0 and %g",
@@ -143,7 +135,7 @@ static enum status open_files(struct report *report, const struct scene *scene) 
     scene_spare_sources(scene, &report->targets);
     if (state)
         targets_spare(&report->targets, state);
-    if (!gnuplot_is_there() || !targets_make_folder(&report->targets, report->options->output))
+    if (!targets_make_folder(&report->targets, report->options->output))
         return STATUS_FAULT;
     report->csv = open_file(report, "csv");
     report->svg = report->csv ? open_file(report, "svg") : NULL;
@@ -200,11 +192,11 @@ static enum status run_study(struct report *report, struct study *study, const s
 static enum status run_variant(struct report *report, int i, double seconds) {
     struct study *study = &report->studies[i];
     struct options options = *report->options;
-    struct assignment *settings = allocate((size_t)options.setting_count + 1, sizeof *settings);
+    struct setting *settings = allocate((size_t)options.setting_count + 1, sizeof *settings);
     for (int j = 0; j < options.setting_count; j++)
         settings[j] = options.settings[j];
     if (report->values[i])
-        settings[options.setting_count++] = (struct assignment){report->vary_name, report->values[i]};
+        settings[options.setting_count++] = (struct setting){report->vary_name, report->values[i]};
     options.settings = settings;
     study->name = report->values[i] ? text_format("%s=%s", report->vary_name, report->values[i])
                                     : text_format("%s", report->model_name);
@@ -276,12 +268,11 @@ static bool draw(const struct report *report, char **figure) {
     FILE *out = text_stream(figure, &size);
     char *title = text_format("%s, %g s: error against run time, one mark a tolerance or step",
                               report->model_name, report->options->until);
-    const bool is_drawn = diagram_draw(out, title, report->studies, report->done);
+    diagram_draw(out, title, report->studies, report->done);
     free(title);
     fclose(out);
-    if (is_drawn)
-        fwrite(*figure, 1, size, report->svg->file);
-    return is_drawn && target_finish(report->svg);
+    fwrite(*figure, 1, size, report->svg->file);
+    return target_finish(report->svg);
 }
 
 static bool write_page(const struct report *report, const char *figure) {
@@ -292,21 +283,40 @@ static bool write_page(const struct report *report, const char *figure) {
     return target_finish(report->page);
 }
 
-static void print_findings(const struct report *report) {
-    for (int i = 0; i < report->done; i++) {
-        const struct study *study = &report->studies[i];
-        char *lasting = findings_lasting(study), *times = findings_times(study);
-        printf("== %s\n%s%s", study->name, lasting, times);
-        free(times);
-        free(lasting);
+/* Row 0 has the heads; columns are as wide as their widest text. */
+static void print_rows(char *(*rows)[FINDING_COLUMNS], int count) {
+    int widths[FINDING_COLUMNS] = {0};
+    for (int i = 0; i < count * FINDING_COLUMNS; i++) {
+        const int column = i % FINDING_COLUMNS, width = (int)strlen(rows[i / FINDING_COLUMNS][column]);
+        widths[column] = width > widths[column] ? width : widths[column];
     }
+    for (int i = 0; i < count; i++) {
+        for (int j = 0; j + 1 < FINDING_COLUMNS; j++)
+            printf("%-*s  ", widths[j], rows[i][j]);
+        puts(rows[i][FINDING_COLUMNS - 1]);
+        findings_release(rows[i]);
+    }
+}
+
+static void print_findings(const struct study *study) {
+    char *reference = findings_reference(study),
+         *(*rows)[FINDING_COLUMNS] = allocate((size_t)study->series_count + 1, sizeof *rows);
+    findings_heads(study, rows[0]);
+    for (int i = 0; i < study->series_count; i++)
+        findings_row(study, &study->series[i], rows[i + 1]);
+    printf("== %s\n%s", study->name, reference);
+    print_rows(rows, study->series_count + 1);
+    puts(findings_note);
+    free(rows);
+    free(reference);
 }
 
 static enum status write_report(const struct report *report) {
     char *figure = NULL;
     const bool is_written = write_csv(report) && draw(report, &figure) && write_page(report, figure);
     free(figure);
-    print_findings(report);
+    for (int i = 0; i < report->done; i++)
+        print_findings(&report->studies[i]);
     return is_written ? STATUS_DONE : STATUS_FAULT;
 }
 

@@ -9,10 +9,7 @@
 enum { POINT_COLUMNS = 9 };
 
 int run_column(const struct run *run, const char *name) {
-    for (int i = 0; i < run->column_count; i++)
-        if (strcmp(run->columns[i], name) == 0)
-            return i;
-    return -1;
+    return csv_column(&run->csv, name);
 }
 
 static bool is_named(const struct run *run, int column, const char *stem, size_t length, const char *ending) {
@@ -69,11 +66,8 @@ static void thin_out(struct run *run) {
 
 /* The row stands behind those that are kept; it counts when it is one of the equally spaced ones. */
 static void take_row(struct run *run, const double *row) {
-    for (int i = 0; i < run->column_count; i++) {
+    for (int i = 0; i < run->column_count; i++)
         run->largest[i] = fmax(run->largest[i], fabs(row[i]));
-        run->lowest[i] = run->rows ? fmin(run->lowest[i], row[i]) : row[i];
-        run->highest[i] = run->rows ? fmax(run->highest[i], row[i]) : row[i];
-    }
     if (run->rows++ % run->stride == 0 && ++run->kept_count == run->room)
         thin_out(run);
 }
@@ -114,8 +108,6 @@ static void get_room(struct run *run) {
     run->column_count = run->csv.count;
     run->stride = 1;
     run->largest = allocate(width, sizeof *run->largest);
-    run->lowest = allocate(width, sizeof *run->lowest);
-    run->highest = allocate(width, sizeof *run->highest);
     run->room = RUN_NUMBERS_MOST / run->column_count;
     run->room = run->room > RUN_ROWS_MOST    ? RUN_ROWS_MOST
                 : run->room < RUN_ROWS_LEAST ? RUN_ROWS_LEAST
@@ -143,8 +135,6 @@ void run_release(struct run *run) {
     csv_close(&run->csv);
     free(run->points);
     free(run->kept);
-    free(run->highest);
-    free(run->lowest);
     free(run->largest);
     *run = (struct run){.path = NULL};
 }

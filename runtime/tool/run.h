@@ -22,7 +22,6 @@ struct run {
     double *kept;                  /* (kept_count x column_count) rows at equal distances, and the last one */
     long kept_count, stride, room; /* every stride-th row is kept */
     double *largest;               /* absolute value in each column */
-    double *lowest, *highest;      /* value in each column */
     int column_count;
     long rows;
 

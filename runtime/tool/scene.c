@@ -1,7 +1,7 @@
 /* One model made ready: see scene.h. */
 #include "scene.h"
 #include "commands.h"
-#include "source_file.h"
+#include "read/source_file.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -16,21 +16,22 @@ void print_messages(const struct generation *generation, int first) {
     }
 }
 
-static enum status fault(const char *path, enum gen_status status) {
+enum status print_outcome(const struct generation *generation, const char *path, int first,
+                          enum gen_status status) {
+    print_messages(generation, first);
     if (status == GEN_NO_MEMORY)
         fprintf(stderr, "refdyn: %s: out of memory\n", path);
-    return STATUS_FAULT;
+    return status == GEN_OK ? STATUS_DONE : STATUS_FAULT;
 }
 
 /* The place of `word` among three names; the first one's without a word, -1 with a complaint. */
 static int place_of(const struct options *options, const char *option, const char *word,
                     const char *const names[3]) {
-    for (int i = 0; i < 3; i++)
-        if (!word || strcmp(names[i], word) == 0)
-            return i;
-    usage_error(options->command, "--%s: '%s' is none of %s, %s, %s", option, word, names[0], names[1],
-                names[2]);
-    return -1;
+    const int place = word ? text_index(word, names, 3) : 0;
+    if (place < 0)
+        usage_error(options->command, "--%s: '%s' is none of %s, %s, %s", option, word, names[0], names[1],
+                    names[2]);
+    return place;
 }
 
 static bool read_variant(const struct options *options, struct read_request *request) {
@@ -58,22 +59,13 @@ static enum status read_with(struct scene *scene, const struct options *options,
         gen_release(&scene->generation);
     scene->is_read = true;
     enum gen_status status = gen_read(&scene->generation, &request, -1);
-    return status == GEN_OK ? STATUS_DONE : fault(path, status);
-}
-
-static struct setting *all_settings(const struct options *options, int room) {
-    struct setting *settings = allocate((size_t)(options->setting_count + room), sizeof *settings);
-    for (int i = 0; i < options->setting_count; i++)
-        settings[i] = (struct setting){options->settings[i].name, options->settings[i].value};
-    return settings;
+    return print_outcome(&scene->generation, path, scene->generation.messages.count,
+                         status); /* no message yet */
 }
 
 static enum status read_as_set(struct scene *scene, const struct options *options) {
-    struct setting *settings = all_settings(options, 0);
-    scene->is_read = false;
-    enum status status = read_with(scene, options, settings, options->setting_count, options->fold);
-    free(settings);
-    return status;
+    *scene = (struct scene){.memory = arena_start(), .compiled = {.file = -1}};
+    return read_with(scene, options, options->settings, options->setting_count, options->fold);
 }
 
 enum status scene_read(struct scene *scene, const struct options *options) {
@@ -96,25 +88,18 @@ struct values {
     int count;
 };
 
-static struct values given_values(const struct scene *scene) {
+static struct values given_values(struct scene *scene) {
     const struct model *model = &scene->generation.model;
     const struct state *state = &scene->state;
-    struct values values = {.count = 0};
-    values.list = allocate((size_t)(state->parameter_count + model->parameter_count), sizeof *values.list);
+    const size_t most = (size_t)(state->parameter_count + model->parameter_count);
+    struct values values = {.list = memory_get(&scene->memory, most * sizeof *values.list)};
     for (int i = 0; i < state->parameter_count; i++)
-        values.list[values.count++] =
-            (struct named_value){text_format("%s", state->parameters[i].name), state->parameters[i].value};
+        values.list[values.count++] = state->parameters[i];
     for (int i = 0; i < model->parameter_count; i++)
-        if (model->parameters[i].is_given)
-            values.list[values.count++] = (struct named_value){text_format("%s", model->parameters[i].name),
-                                                               model->parameters[i].value};
+        if (model->parameters[i].is_given) /* a name that lives on when the model is read again */
+            values.list[values.count++] = (struct named_value){
+                memory_text(&scene->memory, model->parameters[i].name), model->parameters[i].value};
     return values;
-}
-
-static void release_values(struct values *values) {
-    for (int i = 0; i < values->count; i++)
-        free(values->list[i].name);
-    free(values->list);
 }
 
 static bool is_given(const struct values *values, const char *name) {
@@ -127,17 +112,17 @@ static bool is_given(const struct values *values, const char *name) {
 /* All values become settings: the model's checks see them, and with --fold they are numbers in the C. */
 static enum status read_valued(struct scene *scene, const struct options *options,
                                const struct values *values) {
-    struct setting *settings = all_settings(options, values->count);
-    char(*texts)[NUMBER_LENGTH] = allocate((size_t)values->count, sizeof *texts);
     int count = options->setting_count;
+    const size_t most = (size_t)(count + values->count);
+    struct setting *settings = memory_grow(&scene->memory, options->settings,
+                                           (size_t)count * sizeof *settings, most * sizeof *settings);
     for (int i = 0; i < values->count; i++)
         settings[count++] =
-            (struct setting){values->list[i].name, exact_text(values->list[i].value, texts[i])};
+            (struct setting){values->list[i].name,
+                             exact_text(values->list[i].value, memory_get(&scene->memory, NUMBER_LENGTH))};
     enum status status = read_with(scene, options, settings, count, options->fold);
     if (status != STATUS_DONE)
         print_messages(&scene->generation, 0);
-    free(texts);
-    free(settings);
     return status;
 }
 
@@ -145,14 +130,12 @@ static enum status read_valued(struct scene *scene, const struct options *option
  * values. */
 static enum status read_structure(struct scene *scene, const struct options *options,
                                   const struct values *values) {
-    struct setting *settings = all_settings(options, 0);
+    struct setting *settings = memory_get(&scene->memory, (size_t)options->setting_count * sizeof *settings);
     int count = 0;
     for (int i = 0; i < options->setting_count; i++)
         if (!is_given(values, options->settings[i].name))
-            settings[count++] = (struct setting){options->settings[i].name, options->settings[i].value};
-    enum status status = read_with(scene, options, settings, count, false);
-    free(settings);
-    return status;
+            settings[count++] = options->settings[i];
+    return read_with(scene, options, settings, count, false);
 }
 
 /* The model's values checked with everything that is given, then the C's text made ready. */
@@ -167,13 +150,15 @@ static enum status read_for_values(struct scene *scene, const struct options *op
 }
 
 /* The list of quantities for gen_plan, with only those that the scene has. */
-static char *emit_list(const struct model *model, const struct options *options, unsigned needs) {
+static char *emit_list(struct scene *scene, const struct options *options, unsigned needs) {
+    const struct model *model = &scene->generation.model;
     if (needs & NEEDS_ALL)
-        return text_format("%s%s", options->emit ? "start,equations," : "all",
-                           options->emit ? options->emit : "");
+        return memory_format(&scene->memory, "%s%s", options->emit ? "start,equations," : "all",
+                             options->emit ? options->emit : "");
     bool rows = model->row_count > 0, points = model->point_count > 0;
-    return text_format(
-        "%s%s%s%s%s%s%s%s%s%s", needs & NEEDS_STATE ? "start,M,h,Q,qdd_free" : "start,equations",
+    return memory_format(
+        &scene->memory, "%s%s%s%s%s%s%s%s%s%s",
+        needs & NEEDS_STATE ? "start,M,h,Q,qdd_free" : "start,equations",
         needs & NEEDS_STATE && rows ? ",u,v,phi,psi,k" : "", needs & NEEDS_STATICS ? ",Q,Q_q" : "",
         needs & (NEEDS_STATE | NEEDS_MOTION) ? ",energy,power,course" : "",
         !(needs & NEEDS_MOTION) ? ""
@@ -192,12 +177,10 @@ static enum status emit_and_load(struct scene *scene, const struct options *opti
     const char *wrong = options->emit ? gen_wrong_emit(generation, options->emit) : NULL;
     if (wrong)
         return usage_error(options->command, "--emit: %s", wrong);
-    char *emit = emit_list(&generation->model, options, needs);
-    enum gen_status status = gen_plan(generation, emit);
-    free(emit);
-    print_messages(generation, seen);
-    if (status != GEN_OK)
-        return fault(options->operands[0], status);
+    enum gen_status status = gen_plan(generation, emit_list(scene, options, needs));
+    const enum status planned = print_outcome(generation, options->operands[0], seen, status);
+    if (planned != STATUS_DONE)
+        return planned;
     if (!compile_load(&scene->compiled, generation->model.name, gen_files(generation),
                       gen_file_count(generation)))
         return STATUS_FAULT;
@@ -207,11 +190,11 @@ static enum status emit_and_load(struct scene *scene, const struct options *opti
 
 static enum status start_workspace(struct scene *scene) {
     size_t size = refdyn_workspace_size(scene->model), n = (size_t)scene->model->n;
-    scene->memory = allocate(1, size);
-    scene->q = allocate(n, sizeof *scene->q);
-    scene->qd = allocate(n, sizeof *scene->qd);
-    scene->given = allocate((size_t)scene->model->anchored_count, sizeof *scene->given);
-    int status = refdyn_workspace_init(&scene->work, scene->model, scene->memory, size);
+    scene->workspace = allocate(1, size);
+    scene->q = memory_get(&scene->memory, n * sizeof *scene->q);
+    scene->qd = memory_get(&scene->memory, n * sizeof *scene->qd);
+    scene->given = memory_get(&scene->memory, (size_t)scene->model->anchored_count * sizeof *scene->given);
+    int status = refdyn_workspace_init(&scene->work, scene->model, scene->workspace, size);
     if (status == REFDYN_OK)
         return STATUS_DONE;
     fprintf(stderr, "refdyn: %s: %s\n", scene->model->name, refdyn_status_text(status));
@@ -262,6 +245,20 @@ static enum status make_ready(struct scene *scene, const struct options *options
     return STATUS_DONE;
 }
 
+enum status scene_refuse_row(struct scene *scene, bool (*wrong)(const struct row *row), const char *fact) {
+    struct generation *generation = &scene->generation;
+    const int seen = generation->messages.count;
+    for (int i = 0; i < generation->model.row_count; i++) {
+        const struct row *row = &generation->model.rows[i];
+        if (!wrong(row))
+            continue;
+        message_error(&generation->messages, row->place, "%s: %s", row->name, fact);
+        print_messages(generation, seen);
+        return STATUS_FAULT;
+    }
+    return STATUS_DONE;
+}
+
 void scene_spare_sources(const struct scene *scene, struct targets *targets) {
     const struct sources *sources = scene->generation.model.sources;
     for (int i = 0; i < sources->count; i++)
@@ -290,28 +287,22 @@ enum status scene_finish(struct scene *scene, struct document *document) {
 
 enum status scene_open(struct scene *scene, const struct options *options, unsigned needs,
                        const char *state_path) {
-    *scene = (struct scene){.compiled = {.file = -1}};
     enum status status = scene_read(scene, options);
     if (status == STATUS_DONE && needs & NEEDS_RESULT)
         status = open_targets(scene, options, state_path);
     if (status != STATUS_DONE)
         return status;
-    if (state_path && !state_read(&scene->state, state_path, &scene->generation))
+    if (state_path && !state_read(&scene->state, state_path, &scene->generation, &scene->memory))
         return STATUS_FAULT;
     struct values values = given_values(scene);
-    status = make_ready(scene, options, needs, &values);
-    release_values(&values);
-    return status;
+    return make_ready(scene, options, needs, &values);
 }
 
 void scene_close(struct scene *scene) {
-    free(scene->given);
-    free(scene->qd);
-    free(scene->q);
-    free(scene->memory);
-    state_release(&scene->state);
+    free(scene->workspace);
     compile_release(&scene->compiled);
     targets_release(&scene->targets);
     if (scene->is_read)
         gen_release(&scene->generation);
+    memory_release(&scene->memory);
 }

@@ -21,7 +21,8 @@ struct scene {
     struct compiled compiled;
     const struct refdyn_model *model;
     struct refdyn_workspace work;
-    void *memory;
+    void *workspace;       /* of `work` */
+    struct memory memory;  /* of all else that lives as long as the scene */
     struct state state;    /* as the STATE.json gave it; empty without one */
     double *q, *qd;        /* (n) the model's initial state, or the STATE.json's where it gave one */
     struct inputs *inputs; /* sampled inputs of motions, the caller's; NULL: none */
@@ -54,13 +55,18 @@ enum status scene_open(struct scene *scene, const struct options *options, unsig
                        const char *state_path);
 void scene_close(struct scene *scene);
 
-/* Targets may be none of the files that the command has read until now: the model with all that it requires.
- */
+/* No target may be a file that the command has read until now: the model with all that it requires. */
 void scene_spare_sources(const struct scene *scene, struct targets *targets);
 /* The document, which ends here, becomes the result: STATUS_NUMBERS when a number of it is not finite. */
 enum status scene_finish(struct scene *scene, struct document *document);
 
+/* Complains of the first row that is `wrong`, with `fact`; STATUS_DONE when there is none. */
+enum status scene_refuse_row(struct scene *scene, bool (*wrong)(const struct row *row), const char *fact);
 /* Prints the generator's messages from number `first` on. */
 void print_messages(const struct generation *generation, int first);
+/* What a step of the generator with the model's file `path` ended with, after its messages from `first` on.
+ */
+enum status print_outcome(const struct generation *generation, const char *path, int first,
+                          enum gen_status status);
 
 #endif

@@ -354,7 +354,8 @@ static enum status run_scene(struct scene *scene, const struct options *options,
     enum status status = motion_fit(scene, options, drive);
     if (status == STATUS_DONE && options->inputs) {
         scene->inputs = &inputs;
-        status = inputs_read(&inputs, options->inputs, scene->model) ? STATUS_DONE : STATUS_FAULT;
+        status =
+            inputs_read(&inputs, &scene->memory, options->inputs, scene->model) ? STATUS_DONE : STATUS_FAULT;
         if (status == STATUS_DONE)
             inputs_set(&inputs, scene->state.t, scene->work.x);
     }
@@ -362,7 +363,6 @@ static enum status run_scene(struct scene *scene, const struct options *options,
         status = motion_place(scene, options);
     if (status == STATUS_DONE)
         status = run_task(&task, drive);
-    inputs_release(&inputs);
     scene->inputs = NULL;
     return status;
 }

@@ -13,7 +13,7 @@
  */
 #include "spectrum.h"
 #include "freedom.h"
-#include "output.h"
+#include "base/memory.h"
 
 #include <complex.h>
 #include <lapacke.h>
@@ -42,6 +42,7 @@ static const double low_share = 1e-6;
 static const double shift_share = 0.6180339887498949;
 
 struct pencil {
+    struct memory *memory;
     const struct linear *linear;
     int n, position_count, size; /* of x, y, z */
     double *unit;                /* (n) 1/sqrt(M_jj) */
@@ -66,27 +67,30 @@ static void add_product(double *out, double factor, const double *left, const do
         }
 }
 
-static double *product(const double *left, const double *right, int rows, int inner, int columns) {
-    double *out = allocate((size_t)rows * (size_t)columns, sizeof *out);
+static double *new_matrix(struct memory *memory, int rows, int columns) {
+    return memory_get(memory, (size_t)rows * (size_t)columns * sizeof(double));
+}
+
+static double *product(struct memory *memory, const double *left, const double *right, int rows, int inner,
+                       int columns) {
+    double *out = new_matrix(memory, rows, columns);
     add_product(out, 1, left, right, rows, inner, columns);
     return out;
 }
 
 /* left^T right, both n rows */
-static double *product_of_columns(const double *left, int left_columns, const double *right, int columns,
-                                  int n) {
-    double *turned = allocate((size_t)n * (size_t)left_columns, sizeof *turned);
+static double *product_of_columns(struct memory *memory, const double *left, int left_columns,
+                                  const double *right, int columns, int n) {
+    double *turned = new_matrix(memory, left_columns, n);
     for (int i = 0; i < n; i++)
         for (int j = 0; j < left_columns; j++)
             turned[j * n + i] = left[i * left_columns + j];
-    double *out = product(turned, right, left_columns, n, columns);
-    free(turned);
-    return out;
+    return product(memory, turned, right, left_columns, n, columns);
 }
 
 static double *scaled(const struct pencil *pencil, const double *matrix, int rows, bool both) {
     const int n = pencil->n;
-    double *out = allocate((size_t)rows * (size_t)n, sizeof *out);
+    double *out = new_matrix(pencil->memory, rows, n);
     for (int i = 0; i < rows; i++)
         for (int j = 0; j < n; j++)
             out[i * n + j] = (both ? pencil->unit[i] : 1) * matrix[i * n + j] * pencil->unit[j];
@@ -111,16 +115,13 @@ static void find_freedoms(struct pencil *pencil) {
     const int n = pencil->n;
     double *u = scaled(pencil, linear->u, linear->m, false);
     double *psi_q = scaled(pencil, linear->psi_q, linear->m, false);
-    double *level_q = allocate((size_t)linear->m * (size_t)n, sizeof *level_q);
+    double *level_q = new_matrix(pencil->memory, linear->m, n);
     int count = 0;
     for (int i = 0; i < linear->m; i++)
         if (linear->is_level_q[i])
             memcpy(level_q + count++ * n, u + i * n, (size_t)n * sizeof *u);
-    find_freedom(&pencil->position, level_q, NULL, count, n);
-    find_freedom(&pencil->velocity, u, psi_q, linear->m, n);
-    free(level_q);
-    free(psi_q);
-    free(u);
+    find_freedom(&pencil->position, pencil->memory, level_q, NULL, count, n);
+    find_freedom(&pencil->velocity, pencil->memory, u, psi_q, linear->m, n);
     pencil->position_count = n - pencil->position.rank;
     pencil->size = pencil->position_count + n - pencil->velocity.rank;
 }
@@ -147,42 +148,35 @@ static void put_rates(struct pencil *pencil, const double *drift, int rates) {
 static void put_motion(struct pencil *pencil, const double *drift, int rates) {
     const int n = pencil->n, positions = pencil->position_count;
     const double *N = pencil->velocity.basis, s = pencil->scale;
-    double *damping = product(pencil->M, pencil->velocity.drift, n, n, n);
-    double *stiffness = product(pencil->K, pencil->position.basis, n, n, positions);
+    double *damping = product(pencil->memory, pencil->M, pencil->velocity.drift, n, n, n);
+    double *stiffness = product(pencil->memory, pencil->K, pencil->position.basis, n, n, positions);
     for (int i = 0; i < n * n; i++)
         damping[i] += pencil->D[i];
     add_product(stiffness, 1, damping, drift, n, n, positions);
-    double *on_rates = product(damping, N, n, n, rates), *mass = product(pencil->M, N, n, n, rates);
-    double *mass_part = product_of_columns(N, rates, mass, rates, n);
-    double *stiffness_part = product_of_columns(N, rates, stiffness, positions, n);
-    double *damping_part = product_of_columns(N, rates, on_rates, rates, n);
+    double *on_rates = product(pencil->memory, damping, N, n, n, rates),
+           *mass = product(pencil->memory, pencil->M, N, n, n, rates);
+    double *mass_part = product_of_columns(pencil->memory, N, rates, mass, rates, n);
+    double *stiffness_part = product_of_columns(pencil->memory, N, rates, stiffness, positions, n);
+    double *damping_part = product_of_columns(pencil->memory, N, rates, on_rates, rates, n);
     put_block(pencil, pencil->E, positions, positions, mass_part, rates, rates, 1);
     put_block(pencil, pencil->A, positions, 0, stiffness_part, rates, positions, -1 / (s * s));
     put_block(pencil, pencil->A, positions, positions, damping_part, rates, rates, -1 / s);
-    free(damping_part);
-    free(stiffness_part);
-    free(mass_part);
-    free(mass);
-    free(on_rates);
-    free(stiffness);
-    free(damping);
 }
 
 static int check_mass(const struct pencil *pencil) {
     const int first = pencil->position_count, rates = pencil->size - first;
-    double *mass = allocate((size_t)rates * (size_t)rates, sizeof *mass);
+    double *mass = new_matrix(pencil->memory, rates, rates);
     for (int i = 0; i < rates; i++)
         memcpy(mass + i * rates, pencil->E + (first + i) * pencil->size + first,
                (size_t)rates * sizeof *mass);
     lapack_int info = rates ? LAPACKE_dpotrf(LAPACK_ROW_MAJOR, 'U', rates, mass, rates) : 0;
-    free(mass);
     return info == 0 ? REFDYN_OK : REFDYN_MASS_NOT_POSITIVE;
 }
 
 static int build_pencil(struct pencil *pencil, const struct linear *linear) {
     const int n = linear->n;
-    *pencil = (struct pencil){.linear = linear, .n = n};
-    pencil->unit = allocate((size_t)n, sizeof *pencil->unit);
+    *pencil = (struct pencil){.memory = linear->memory, .linear = linear, .n = n};
+    pencil->unit = new_matrix(pencil->memory, n, 1);
     for (int j = 0; j < n; j++)
         pencil->unit[j] = 1 / sqrt(linear->M[j * (n + 1)]);
     pencil->M = scaled(pencil, linear->M, n, true);
@@ -190,32 +184,13 @@ static int build_pencil(struct pencil *pencil, const struct linear *linear) {
     pencil->K = scaled(pencil, linear->K, n, true);
     choose_scale(pencil);
     find_freedoms(pencil);
-    const size_t size = (size_t)pencil->size;
-    pencil->A = allocate(size * size, sizeof *pencil->A);
-    pencil->E = allocate(size * size, sizeof *pencil->E);
+    pencil->A = new_matrix(pencil->memory, pencil->size, pencil->size);
+    pencil->E = new_matrix(pencil->memory, pencil->size, pencil->size);
     const int positions = pencil->position_count, rates = pencil->size - positions;
-    double *drift = product(pencil->velocity.drift, pencil->position.basis, n, n, positions);
+    double *drift = product(pencil->memory, pencil->velocity.drift, pencil->position.basis, n, n, positions);
     put_rates(pencil, drift, rates);
     put_motion(pencil, drift, rates);
-    free(drift);
     return check_mass(pencil);
-}
-
-static void release_pencil(struct pencil *pencil) {
-    freedom_release(&pencil->velocity);
-    freedom_release(&pencil->position);
-    free(pencil->right);
-    free(pencil->left);
-    free(pencil->tau_im);
-    free(pencil->tau_re);
-    free(pencil->pivots);
-    free(pencil->factor);
-    free(pencil->E);
-    free(pencil->A);
-    free(pencil->K);
-    free(pencil->D);
-    free(pencil->M);
-    free(pencil->unit);
 }
 
 /* ---- Eigenvalues ---- */
@@ -223,13 +198,14 @@ static void release_pencil(struct pencil *pencil) {
 static int solve_pencil(struct pencil *pencil) {
     const int size = pencil->size;
     const size_t room = (size_t)size * (size_t)size;
-    double *T = allocate(room, sizeof *T);
-    pencil->factor = allocate(room, sizeof *pencil->factor);
-    pencil->pivots = allocate((size_t)size, sizeof *pencil->pivots);
-    pencil->tau_re = allocate((size_t)size, sizeof *pencil->tau_re);
-    pencil->tau_im = allocate((size_t)size, sizeof *pencil->tau_im);
-    pencil->left = allocate(room, sizeof *pencil->left);
-    pencil->right = allocate(room, sizeof *pencil->right);
+    struct memory *memory = pencil->memory;
+    double *T = new_matrix(memory, size, size);
+    pencil->factor = new_matrix(memory, size, size);
+    pencil->pivots = memory_get(memory, (size_t)size * sizeof *pencil->pivots);
+    pencil->tau_re = new_matrix(memory, size, 1);
+    pencil->tau_im = new_matrix(memory, size, 1);
+    pencil->left = new_matrix(memory, size, size);
+    pencil->right = new_matrix(memory, size, size);
     for (size_t i = 0; i < room; i++) {
         pencil->factor[i] = pencil->A[i] - pencil->E[i];
         T[i] = pencil->E[i];
@@ -243,7 +219,6 @@ static int solve_pencil(struct pencil *pencil) {
     if (info == 0)
         info = LAPACKE_dgetrs(LAPACK_ROW_MAJOR, 'T', size, size, pencil->factor, size, pencil->pivots,
                               pencil->left, size);
-    free(T);
     return info == 0 ? REFDYN_OK : REFDYN_NOT_FINITE;
 }
 
@@ -305,7 +280,7 @@ static void normalise(double complex *x, int n) {
 /* x = Z y of vector k, in the model's units. */
 static double complex *shape_of(const struct pencil *pencil, int k) {
     const int positions = pencil->position_count;
-    double complex *x = allocate((size_t)pencil->n, sizeof *x);
+    double complex *x = memory_get(pencil->memory, (size_t)pencil->n * sizeof *x);
     for (int i = 0; i < pencil->n; i++) {
         for (int j = 0; j < positions; j++)
             x[i] += pencil->position.basis[i * positions + j] * entry(pencil, pencil->right, j, k);
@@ -319,7 +294,7 @@ static void add_mode(struct spectrum *spectrum, double complex eigenvalue, const
     struct mode *mode = &spectrum->modes[spectrum->count++];
     mode->re = creal(eigenvalue) + 0.0; /* no -0 */
     mode->im = cimag(eigenvalue) + 0.0;
-    mode->shape = allocate(2 * (size_t)n, sizeof *mode->shape);
+    mode->shape = new_matrix(spectrum->memory, 2, n);
     for (int j = 0; j < n; j++) {
         mode->shape[j] = creal(x[j]) + 0.0;
         mode->shape[n + j] = cimag(x[j]) + 0.0;
@@ -378,8 +353,8 @@ static void clear_column(struct resting *resting, int n, int row, int column) {
 
 /* One mode for each coordinate that the vectors leave free, in the order of the coordinates. */
 static void add_resting_modes(struct spectrum *spectrum, struct resting *resting, int n) {
-    int *row_of = allocate((size_t)n, sizeof *row_of), count = 0, row, column;
-    double complex *x = allocate((size_t)n, sizeof *x);
+    int *row_of = memory_get(spectrum->memory, (size_t)n * sizeof *row_of), count = 0, row, column;
+    double complex *x = memory_get(spectrum->memory, (size_t)n * sizeof *x);
     while (count < resting->count && find_largest(resting, n, count, &row, &column) > same_tol) {
         exchange_rows(resting->vectors + row * n, resting->vectors + count * n, n);
         clear_column(resting, n, count, column);
@@ -394,8 +369,6 @@ static void add_resting_modes(struct spectrum *spectrum, struct resting *resting
         normalise(x, n);
         add_mode(spectrum, 0, x, n);
     }
-    free(x);
-    free(row_of);
 }
 
 /* ---- All modes ---- */
@@ -418,7 +391,7 @@ static void sort_modes(struct spectrum *spectrum) {
 
 /* A pair that is real but for rounding: two modes, whose shapes are apart unless the system is defective. */
 static void add_real_pair(struct spectrum *spectrum, double eigenvalue, const double complex *x, int n) {
-    double complex *parts = allocate(2 * (size_t)n, sizeof *parts);
+    double complex *parts = memory_get(spectrum->memory, 2 * (size_t)n * sizeof *parts);
     double apart = 0;
     for (int j = 0; j < n; j++) {
         parts[j] = creal(x[j]);
@@ -429,7 +402,6 @@ static void add_real_pair(struct spectrum *spectrum, double eigenvalue, const do
     normalise(parts + n, n);
     add_mode(spectrum, eigenvalue, parts, n);
     add_mode(spectrum, eigenvalue, apart > same_tol ? parts + n : parts, n);
-    free(parts);
 }
 
 /* dgeev names the tau with the positive imaginary part first; mu = 1 + 1/tau has the negative one. */
@@ -450,45 +422,28 @@ static void add_vector(struct spectrum *spectrum, const struct pencil *pencil, s
         else
             add_mode(spectrum, eigenvalue, x, n);
     }
-    free(x);
 }
 
 static void collect(struct spectrum *spectrum, const struct pencil *pencil) {
     const int n = pencil->n;
-    struct resting resting = {.count = 0};
-    resting.vectors = allocate((size_t)pencil->size * (size_t)n, sizeof *resting.vectors);
-    spectrum->modes = allocate((size_t)pencil->size, sizeof *spectrum->modes);
+    struct resting resting = {.vectors = new_matrix(spectrum->memory, pencil->size, n)};
+    spectrum->modes = memory_get(spectrum->memory, (size_t)pencil->size * sizeof *spectrum->modes);
     for (int k = 0; k < pencil->size; k += pencil->tau_im[k] == 0 ? 1 : 2)
         add_vector(spectrum, pencil, &resting, k);
     add_resting_modes(spectrum, &resting, n);
-    free(resting.vectors);
     sort_modes(spectrum);
-}
-
-static void take_redundant(struct spectrum *spectrum, const struct freedom *freedom) {
-    spectrum->redundant_count = freedom->count - freedom->rank;
-    spectrum->redundant = allocate((size_t)spectrum->redundant_count, sizeof *spectrum->redundant);
-    for (int i = 0; i < spectrum->redundant_count; i++)
-        spectrum->redundant[i] = freedom->row[freedom->rank + i];
 }
 
 int find_spectrum(struct spectrum *spectrum, const struct linear *linear) {
     struct pencil pencil;
-    *spectrum = (struct spectrum){.count = 0};
+    *spectrum = (struct spectrum){.memory = linear->memory};
     int status = build_pencil(&pencil, linear);
     if (status == REFDYN_OK && pencil.size > 0)
         status = solve_pencil(&pencil);
     if (status == REFDYN_OK) {
         collect(spectrum, &pencil);
-        take_redundant(spectrum, &pencil.velocity);
+        spectrum->redundant = pencil.velocity.row + pencil.velocity.rank;
+        spectrum->redundant_count = pencil.velocity.count - pencil.velocity.rank;
     }
-    release_pencil(&pencil);
     return status;
-}
-
-void spectrum_release(struct spectrum *spectrum) {
-    for (int i = 0; i < spectrum->count; i++)
-        free(spectrum->modes[i].shape);
-    free(spectrum->modes);
-    free(spectrum->redundant);
 }

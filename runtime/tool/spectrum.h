@@ -1,5 +1,5 @@
 /*
- * Eigenvalues and shapes of small motions.
+ * Eigenvalues and shapes of small motions (theory, sect. 8.10).
  *
  * Takes the linear equations (linearise.h), gives each x = shape e^(eigenvalue t) once: of a conjugate pair
  * the one with a positive imaginary part.
@@ -15,14 +15,14 @@ struct mode {
 };
 
 struct spectrum {
-    struct mode *modes; /* by |eigenvalue|, ascending; a growing one before a decaying one */
+    struct memory *memory; /* of the linear equations: all lives in it */
+    struct mode *modes;    /* by |eigenvalue|, ascending; a growing one before a decaying one */
     int count;
-    int *redundant; /* (redundant_count) rows that say what others say, or nothing at rest */
+    const int *redundant; /* (redundant_count) rows that say what others say, or nothing at rest */
     int redundant_count;
 };
 
-/* Returns a status of the runtime; spectrum_release in any case. */
+/* Returns a status of the runtime. */
 int find_spectrum(struct spectrum *spectrum, const struct linear *linear);
-void spectrum_release(struct spectrum *spectrum);
 
 #endif

@@ -5,13 +5,13 @@
 #include "output.h"
 
 #include <jansson.h>
-#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 
 struct reading {
     const char *path, *text;
     const struct generation *generation;
+    struct memory *memory;
     int complaints;
 };
 
@@ -23,13 +23,9 @@ static void complain_at(struct reading *reading, int line, const char *format, .
 
 static void complain_at(struct reading *reading, int line, const char *format, ...) {
     va_list list;
-    char *text;
-    size_t size;
-    FILE *out = text_stream(&text, &size);
     va_start(list, format);
-    vfprintf(out, format, list);
+    char *text = text_vformat(format, list);
     va_end(list);
-    fclose(out);
     complain_line(reading->path, line, text);
     free(text);
     reading->complaints++;
@@ -43,7 +39,7 @@ static const char *kind_of(const json_t *value) {
 
 static void unknown_name(struct reading *reading, int line, const char *what, const char *name,
                          const char *const *known, int count) {
-    const char *near = nearest_name(name, known, count);
+    const char *near = message_nearest_name(name, known, count);
     if (near)
         complain_at(reading, line, "%s: no %s is called so, the nearest is %s", name, what, near);
     else
@@ -65,7 +61,7 @@ static double *read_vector(struct reading *reading, const char *key, const json_
                     tree->count ? tree->frames[tree->count - 1].name : "none");
         return NULL;
     }
-    double *values = allocate((size_t)tree->count, sizeof *values);
+    double *values = memory_get(reading->memory, (size_t)tree->count * sizeof *values);
     for (int i = 0; i < tree->count && reading->complaints < COMPLAINTS_MOST; i++) {
         const json_t *value = json_array_get(array, (size_t)i);
         values[i] = json_number_value(value);
@@ -76,18 +72,11 @@ static double *read_vector(struct reading *reading, const char *key, const json_
     return values;
 }
 
-static bool is_among(const char *name, const char *const *known, int count) {
-    for (int i = 0; i < count; i++)
-        if (strcmp(known[i], name) == 0)
-            return true;
-    return false;
-}
-
 /* An object of numbers whose keys are among `known`. */
 static struct named_value *read_values(struct reading *reading, const char *key, const char *what,
                                        json_t *object, const char *const *known, int known_count,
                                        int *count) {
-    struct named_value *values = allocate(json_object_size(object), sizeof *values);
+    struct named_value *values = memory_get(reading->memory, json_object_size(object) * sizeof *values);
     const char *name;
     json_t *value;
     *count = 0;
@@ -98,34 +87,33 @@ static struct named_value *read_values(struct reading *reading, const char *key,
         if (reading->complaints == COMPLAINTS_MOST)
             break;
         int line = locate_line(reading->text, key, name, -1);
-        if (!is_among(name, known, known_count))
+        if (text_index(name, known, known_count) < 0)
             unknown_name(reading, line, what, name, known, known_count);
         else if (!json_is_number(value))
             complain_at(reading, line, "%s: %s, a number is needed", name, kind_of(value));
         else
-            values[(*count)++] = (struct named_value){text_format("%s", name), json_number_value(value)};
+            values[(*count)++] =
+                (struct named_value){memory_text(reading->memory, name), json_number_value(value)};
     }
     return values;
 }
 
 static void read_inputs(struct reading *reading, struct state *state, json_t *object) {
     const struct model *model = &reading->generation->model;
-    const char **names = allocate((size_t)model->input_count, sizeof *names);
+    const char **names = memory_get(reading->memory, (size_t)model->input_count * sizeof *names);
     for (int i = 0; i < model->input_count; i++)
         names[i] = model->inputs[i].name;
     state->inputs =
         read_values(reading, "inputs", "input", object, names, model->input_count, &state->input_count);
-    free(names);
 }
 
 static void read_parameters(struct reading *reading, struct state *state, json_t *object) {
     const struct model *model = &reading->generation->model;
-    const char **names = allocate((size_t)model->parameter_count, sizeof *names);
+    const char **names = memory_get(reading->memory, (size_t)model->parameter_count * sizeof *names);
     for (int i = 0; i < model->parameter_count; i++)
         names[i] = model->parameters[i].name;
     state->parameters = read_values(reading, "parameters", "parameter", object, names, model->parameter_count,
                                     &state->parameter_count);
-    free(names);
 }
 
 static void read_member(struct reading *reading, struct state *state, const char *key, json_t *value) {
@@ -148,12 +136,13 @@ static void read_member(struct reading *reading, struct state *state, const char
                      sizeof keys / sizeof keys[0]);
 }
 
-bool state_read(struct state *state, const char *path, const struct generation *generation) {
+bool state_read(struct state *state, const char *path, const struct generation *generation,
+                struct memory *memory) {
     *state = (struct state){.t = 0};
     char *text = read_text(path, "state");
     if (!text)
         return false;
-    struct reading reading = {.path = path, .text = text, .generation = generation};
+    struct reading reading = {.path = path, .text = text, .generation = generation, .memory = memory};
     json_error_t error;
     json_t *root = json_loads(text, JSON_REJECT_DUPLICATES | JSON_DECODE_INT_AS_REAL, &error);
     const char *key;
@@ -169,21 +158,5 @@ bool state_read(struct state *state, const char *path, const struct generation *
     }
     json_decref(root);
     free(text);
-    if (reading.complaints > 0)
-        state_release(state);
     return reading.complaints == 0;
-}
-
-static void release_values(struct named_value *values, int count) {
-    for (int i = 0; i < count; i++)
-        free(values[i].name);
-    free(values);
-}
-
-void state_release(struct state *state) {
-    free(state->q);
-    free(state->qd);
-    release_values(state->inputs, state->input_count);
-    release_values(state->parameters, state->parameter_count);
-    *state = (struct state){.t = 0};
 }

@@ -11,7 +11,7 @@
 #include <stdbool.h>
 
 struct named_value {
-    char *name;
+    const char *name;
     double value;
 };
 
@@ -22,8 +22,9 @@ struct state {
     int input_count, parameter_count;
 };
 
-/* Complains on stderr with FILE:LINE and returns false when the file is not a state of this model. */
-bool state_read(struct state *state, const char *path, const struct generation *generation);
-void state_release(struct state *state);
+/* Values live in `memory`. Complains on stderr with FILE:LINE and returns false when the file is not a state
+ * of this model. */
+bool state_read(struct state *state, const char *path, const struct generation *generation,
+                struct memory *memory);
 
 #endif

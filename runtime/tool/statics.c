@@ -6,13 +6,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-static enum status unknown_coordinate(const struct options *options, const struct refdyn_model *model,
-                                      const char *name) {
-    const char **names = allocate((size_t)model->n, sizeof *names);
+static enum status unknown_coordinate(struct scene *scene, const struct options *options, const char *name) {
+    const struct refdyn_model *model = scene->model;
+    const char **names = memory_get(&scene->memory, (size_t)model->n * sizeof *names);
     for (int i = 0; i < model->n; i++)
         names[i] = model->coordinates[i].name;
-    const char *near = nearest_name(name, names, model->n);
-    free(names);
+    const char *near = message_nearest_name(name, names, model->n);
     if (near)
         return usage_error(options->command, "--hold: the model has no coordinate '%s', the nearest is %s",
                            name, near);
@@ -20,52 +19,37 @@ static enum status unknown_coordinate(const struct options *options, const struc
 }
 
 /* Marks the coordinates of a list "a,b"; an empty list marks none. */
-static enum status mark_held(const struct options *options, const struct refdyn_model *model, int *held) {
+static enum status mark_held(struct scene *scene, const struct options *options, int *held) {
     for (const char *at = options->hold; *at;) {
         size_t length = strcspn(at, ",");
-        char *name = text_format("%.*s", (int)length, at);
-        int place = refdyn_find_name(model->coordinates, model->n, name);
-        enum status status = STATUS_DONE;
+        const char *name = memory_format(&scene->memory, "%.*s", (int)length, at);
+        int place = refdyn_find_name(scene->model->coordinates, scene->model->n, name);
         if (place < 0)
-            status = unknown_coordinate(options, model, name);
-        else
-            held[place] = 1;
-        free(name);
-        if (status != STATUS_DONE)
-            return status;
+            return unknown_coordinate(scene, options, name);
+        held[place] = 1;
         at += length + (at[length] == ',');
     }
     return STATUS_DONE;
 }
 
-enum status choose_held(const struct scene *scene, const struct options *options, int *held) {
+enum status choose_held(struct scene *scene, const struct options *options, int *held) {
     if (options->hold)
-        return mark_held(options, scene->model, held);
+        return mark_held(scene, options, held);
     for (int i = 0; i < scene->model->held_count; i++)
         held[scene->model->held[i]] = 1;
     return STATUS_DONE;
 }
 
-/* Rows do not act in statics: a loop would fall apart, so a model that closes one is refused. */
-static enum status refuse_loops(struct scene *scene) {
-    struct generation *generation = &scene->generation;
-    const int seen = generation->messages.count;
-    for (int i = 0; i < generation->model.row_count; i++) {
-        const struct row *row = &generation->model.rows[i];
-        if (!row->is_closure)
-            continue;
-        complain(&generation->messages, row->place,
-                 "%s: closes a loop, statics takes trees only (rows do not act in it)", row->name);
-        print_messages(generation, seen);
-        return STATUS_FAULT;
-    }
-    return STATUS_DONE;
+/* Rows do not act in statics: a loop would fall apart. */
+static bool closes_loop(const struct row *row) {
+    return row->is_closure;
 }
 
 /* The largest force that neither the coordinate's spring nor a hold bears. */
-static void print_imbalance(const struct scene *scene, const struct equilibrium *equilibrium) {
+static void print_imbalance(struct scene *scene, const struct equilibrium *equilibrium) {
     const struct refdyn_model *model = scene->model;
-    double *Q = allocate((size_t)model->n, sizeof *Q), *rest = allocate((size_t)model->n, sizeof *rest);
+    const size_t size = (size_t)model->n * sizeof(double);
+    double *Q = memory_get(&scene->memory, size), *rest = memory_get(&scene->memory, size);
     int largest = -1;
     char text[NUMBER_LENGTH];
     model->Q(scene->work.p, scene->work.x, 0, scene->q, rest, Q);
@@ -76,15 +60,13 @@ static void print_imbalance(const struct scene *scene, const struct equilibrium 
         fprintf(stderr, "refdyn: there %s is farthest from balance, by %s %s\n",
                 model->coordinates[largest].name, exact_text(Q[largest], text),
                 strcmp(model->coordinates[largest].unit, "rad") == 0 ? "N m" : "N");
-    free(rest);
-    free(Q);
 }
 
 static enum status solve(struct scene *scene, struct equilibrium *equilibrium) {
     size_t n = (size_t)scene->model->n, size = refdyn_statics_size(scene->model);
     struct refdyn_statics_options options = refdyn_statics_default();
     struct refdyn_statics_result result;
-    int *list = allocate(n, sizeof *list), count = 0;
+    int *list = memory_get(&scene->memory, n * sizeof *list), count = 0;
     for (int i = 0; i < scene->model->n; i++)
         if (equilibrium->held[i])
             list[count++] = i;
@@ -93,7 +75,6 @@ static enum status solve(struct scene *scene, struct equilibrium *equilibrium) {
                                 &result, memory, size);
     equilibrium->residual = result.residual;
     free(memory);
-    free(list);
     if (answer == REFDYN_OK && !result.is_followed)
         fputs("refdyn: warning: this equilibrium is not the one that the growing load leads to: "
               "there is a limit point before\n",
@@ -112,20 +93,16 @@ static enum status solve(struct scene *scene, struct equilibrium *equilibrium) {
 enum status find_equilibrium(struct scene *scene, const struct options *options,
                              struct equilibrium *equilibrium) {
     size_t n = (size_t)scene->model->n;
-    equilibrium->held = allocate(n, sizeof *equilibrium->held);
-    equilibrium->hold_force = allocate(n, sizeof *equilibrium->hold_force);
-    enum status status = refuse_loops(scene);
+    equilibrium->held = memory_get(&scene->memory, n * sizeof *equilibrium->held);
+    equilibrium->hold_force = memory_get(&scene->memory, n * sizeof *equilibrium->hold_force);
+    enum status status = scene_refuse_row(scene, closes_loop,
+                                          "closes a loop, statics takes trees only (rows do not act in it)");
     if (status == STATUS_DONE)
         status = choose_held(scene, options, equilibrium->held);
     if (status == STATUS_DONE)
         status = solve(scene, equilibrium);
     memset(scene->qd, 0, n * sizeof *scene->qd);
     return status;
-}
-
-void equilibrium_release(struct equilibrium *equilibrium) {
-    free(equilibrium->hold_force);
-    free(equilibrium->held);
 }
 
 static enum status print_equilibrium(struct scene *scene, const struct equilibrium *equilibrium) {
@@ -150,12 +127,10 @@ enum status run_statics(const struct options *options) {
     struct scene scene;
     struct equilibrium equilibrium;
     enum status status = scene_open(&scene, options, NEEDS_RESULT | NEEDS_STATICS | NEEDS_POINTS, NULL);
-    if (status == STATUS_DONE) {
+    if (status == STATUS_DONE)
         status = find_equilibrium(&scene, options, &equilibrium);
-        if (status == STATUS_DONE)
-            status = print_equilibrium(&scene, &equilibrium);
-        equilibrium_release(&equilibrium);
-    }
+    if (status == STATUS_DONE)
+        status = print_equilibrium(&scene, &equilibrium);
     scene_close(&scene);
     return status;
 }

@@ -1,23 +1,17 @@
 /* Conditions that end a motion: see stops.h. */
 #include "stops.h"
-#include "message.h"
+#include "base/message.h"
 #include "output.h"
-#include "text.h"
+#include "base/text.h"
 
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-static int find_column(const struct table *table, const char *name) {
-    for (int i = 0; i < table->count; i++)
-        if (strcmp(table->names[i], name) == 0)
-            return i;
-    return -1;
-}
-
 static enum status wrong_column(const struct stops *stops, const struct options *options, const char *name) {
-    const char *near = nearest_name(name, (const char *const *)stops->table.names, stops->table.count);
+    const char *near =
+        message_nearest_name(name, (const char *const *)stops->table.names, stops->table.count);
     return usage_error(options->command, "--stop: the CSV has no column '%s'%s%s", name,
                        near ? ", the nearest is " : "", near ? near : "");
 }
@@ -26,11 +20,11 @@ static enum status read_stop(struct stops *stops, const struct options *options,
     const size_t length = strcspn(text, "<>");
     const char *number = text + length + (text[length] != '\0');
     struct stop stop = {.text = text, .is_below = text[length] == '<'};
-    if (length == 0 || !number_of_text(number, &stop.value))
+    if (length == 0 || !text_to_number(number, &stop.value))
         return usage_error(options->command, "--stop: '%s' is not of the form NAME<VALUE or NAME>VALUE",
                            text);
     char *name = text_format("%.*s", (int)length, text);
-    stop.column = find_column(&stops->table, name);
+    stop.column = text_index(name, (const char *const *)stops->table.names, stops->table.count);
     enum status status = stop.column < 0 ? wrong_column(stops, options, name) : STATUS_DONE;
     free(name);
     stops->list[stops->count++] = stop;

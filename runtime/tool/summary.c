@@ -1,5 +1,6 @@
 /* What `sim` tells of a motion: see summary.h. */
 #include "summary.h"
+#include "table.h"
 
 #include <math.h>
 
@@ -193,6 +194,7 @@ enum status summary_write(const struct summary *summary, struct target *target) 
     document_open(&document);
     put_open(&document, NULL, '{');
     put_summary(&document, summary);
+    table_put_units(summary->trial->motion.scene->model, &document);
     put_close(&document, '}');
     if (!document_close(&document, target->file))
         return STATUS_NUMBERS;

@@ -8,6 +8,7 @@
 
 static const char *const axes[] = {"x", "y", "z"};
 static const char *const rates[] = {"", "d", "dd"};
+static const char *const point_units[] = {"m", "m/s", "m/s^2"};
 
 /* ---- Names ---- */
 
@@ -20,9 +21,10 @@ static int count_columns(const struct refdyn_model *model) {
 
 const char table_input_lead[] = "input_";
 
-/* The columns so far. */
+/* The columns so far; a unit is NULL where the model does not say. */
 struct columns {
     char **names;
+    const char **units;
     int count;
 };
 
@@ -47,13 +49,14 @@ static void settle(struct columns *columns, int first, const char *lead) {
     }
 }
 
-static void add_name(struct columns *columns, char *name) {
+static void add_name(struct columns *columns, char *name, const char *unit) {
+    columns->units[columns->count] = unit;
     columns->names[columns->count++] = name;
 }
 
 /* One column, with its kind before its name where that is taken. */
-static void add_settled(struct columns *columns, const char *lead, char *name) {
-    add_name(columns, name);
+static void add_settled(struct columns *columns, const char *lead, char *name, const char *unit) {
+    add_name(columns, name, unit);
     settle(columns, columns->count - 1, lead);
 }
 
@@ -62,7 +65,8 @@ static void name_points(const struct refdyn_model *model, struct columns *column
         const int first = columns->count;
         for (int rate = 0; rate < 3; rate++)
             for (int axis = 0; axis < 3; axis++)
-                add_name(columns, text_format("%s_%s%s", model->points[point], axes[axis], rates[rate]));
+                add_name(columns, text_format("%s_%s%s", model->points[point], axes[axis], rates[rate]),
+                         point_units[rate]);
         settle(columns, first, "point_");
     }
 }
@@ -70,40 +74,64 @@ static void name_points(const struct refdyn_model *model, struct columns *column
 static void name_residuals(const struct refdyn_model *model, struct columns *columns) {
     for (int i = 0; i < model->m; i++)
         if (model->rows[i].level == REFDYN_POSITION)
-            add_name(columns, text_format("phi_%d", i + 1));
+            add_name(columns, text_format("phi_%d", i + 1), NULL);
     for (int i = 0; i < model->m; i++)
         if (model->rows[i].level != REFDYN_ACCELERATION)
-            add_name(columns, text_format("psi_%d", i + 1));
+            add_name(columns, text_format("psi_%d", i + 1), NULL);
+}
+
+static bool is_slide(const struct refdyn_name *coordinate) {
+    return strcmp(coordinate->unit, "m") == 0;
 }
 
 static void name_columns(const struct refdyn_model *model, struct columns *columns) {
-    add_name(columns, text_format("t"));
+    const size_t count = (size_t)count_columns(model);
+    columns->names = allocate(count, sizeof *columns->names);
+    columns->units = allocate(count, sizeof *columns->units);
+    const struct refdyn_name *q = model->coordinates;
+    add_name(columns, text_format("t"), "s");
     for (int i = 0; i < model->n; i++)
-        add_name(columns, text_format("%s", model->coordinates[i].name));
+        add_name(columns, text_format("%s", q[i].name), q[i].unit);
     for (int i = 0; i < model->n; i++)
-        add_name(columns, text_format("%s_d", model->coordinates[i].name));
+        add_name(columns, text_format("%s_d", q[i].name), is_slide(&q[i]) ? "m/s" : "rad/s");
     name_points(model, columns);
     name_residuals(model, columns);
-    add_name(columns, text_format("energy"));
+    add_name(columns, text_format("energy"), "J");
     const int forces = columns->count;
     for (int i = 0; i < model->n; i++)
-        add_name(columns, text_format("force_%s", model->coordinates[i].name));
+        add_name(columns, text_format("force_%s", q[i].name), is_slide(&q[i]) ? "N" : "N m");
     settle(columns, forces, "force_");
     for (int i = 0; i < model->input_count; i++)
-        add_settled(columns, table_input_lead, text_format("%s", model->inputs[i].name));
+        add_settled(columns, table_input_lead, text_format("%s", model->inputs[i].name),
+                    model->inputs[i].unit);
     for (int i = 0; i < model->course_count; i++)
-        add_settled(columns, "course_", text_format("%s", model->courses[i]));
+        add_settled(columns, "course_", text_format("%s", model->courses[i]), NULL);
 }
 
 void table_start(struct table *table, struct refdyn_integrator *integrator) {
     const struct refdyn_model *model = integrator->work->model;
     size_t n = (size_t)model->n, columns = 3 * (size_t)model->point_count;
     *table = (struct table){.integrator = integrator, .count = count_columns(model)};
-    table->names = allocate((size_t)table->count, sizeof *table->names);
     table->values = allocate((size_t)table->count, sizeof *table->values);
     table->room = allocate(n + columns * (n + 3) + (size_t)model->course_count, sizeof *table->room);
-    struct columns named = {.names = table->names};
+    struct columns named = {.count = 0};
     name_columns(model, &named);
+    table->names = named.names;
+    free(named.units);
+}
+
+void table_put_units(const struct refdyn_model *model, struct document *document) {
+    struct columns columns = {.count = 0};
+    name_columns(model, &columns);
+    put_open(document, "units", '{');
+    for (int i = 0; i < columns.count; i++) {
+        if (columns.units[i])
+            put_text(document, columns.names[i], columns.units[i]);
+        free(columns.names[i]);
+    }
+    put_close(document, '}');
+    free(columns.names);
+    free(columns.units);
 }
 
 /* ---- Values ---- */

@@ -6,6 +6,7 @@
 #ifndef REFDYN_TOOL_TABLE_H
 #define REFDYN_TOOL_TABLE_H
 
+#include "output.h"
 #include "refdyn.h"
 
 #include <stdio.h>
@@ -26,6 +27,8 @@ void table_fill(struct table *table);
 void table_header(const struct table *table, FILE *out);
 /* The first column that is infinite or NaN after table_fill, NULL: none. */
 const char *table_not_finite(const struct table *table);
+/* The units of the columns, as object "units"; those that the model does not say are not there. */
+void table_put_units(const struct refdyn_model *model, struct document *document);
 /* A line of the values. */
 void table_row(struct table *table, FILE *out);
 void table_release(struct table *table);

@@ -154,8 +154,9 @@ def spoil_cases():
         yield f"{command} model", [command, "model.lua", "-o", "model.lua"], "model.lua"
     yield "eval state", ["eval", "model.lua", "--state", "state.json", "-o", "state.json"], "state.json"
     yield "modes state", ["modes", "model.lua", "--at", "state.json", "-o", "link_state.json"], "state.json"
-    yield "plot run", ["plot", "given.csv", "-o", "given.csv"], "given.csv"
-    yield "plot second run", ["plot", "inputs.csv", "given.csv", "-o", "hard_given.csv"], "given.csv"
+    yield "plot run", ["plot", "given.svg", "-o", "given.svg"], "given.svg"
+    yield "plot second run", ["plot", "inputs.csv", "given.svg", "-o", "hard_given.svg"], "given.svg"
+    yield "plot units", ["plot", "inputs.csv", "--units", "given.svg", "-o", "link_given.svg"], "given.svg"
     yield "part", sim + ["-o", "partly", "--from", "partly.part"], "partly.part"
     yield "gen", ["gen", "cart.c", "-o", "."], "cart.c"
     yield "report", ["report", "model.lua", "--until", "1", "--from", "cart.csv", "-o", "."], "cart.csv"
@@ -174,7 +175,7 @@ def project(tmp_path):
     folder = tmp_path / "project"
     (folder / "folder").mkdir(parents=True)
     texts = {"model.lua": CART, "cart.c": CART, "shape.lua": "return { mass = 2 }\n", "state.json": '{"q": [1]}', "partly.part": '{"q": [1]}',
-             "cart.csv": '{"q": [1]}', "inputs.csv": "t,push\n0,1\n", "given.csv": "t,a_psi,a_psi_d,energy\n0,1,2,3\n1,2,3,4\n"}
+             "cart.csv": '{"q": [1]}', "inputs.csv": "t,push\n0,1\n", "given.svg": "t,a_psi,a_psi_d,energy\n0,1,2,3\n1,2,3,4\n"}
     for name, text in texts.items():
         (folder / name).write_text(text)
         (folder / f"link_{name}").symlink_to(name)
@@ -226,6 +227,7 @@ TARGETS = {"no/such/folder/x": "No such file", "folder": "is a folder", "folder/
 LONG = {"sim": ["sim", PENDULUM, "--until", NEVER, "-o"], "summary": ["sim", PENDULUM, "--until", NEVER, "-o", "run.csv", "--summary"],
         "eval": ["eval", PENDULUM, "-o"], "statics": ["statics", PENDULUM, "-o"], "modes": ["modes", PENDULUM, "-o"], "bench": ["bench", PENDULUM, "-o"],
         "plot": ["plot", "given.csv", "-o"]}
+NAMED = ["no/such/folder/x", "n" * 300]  # to which a suffix can be added, as plot needs one
 
 
 @pytest.mark.parametrize("target", TARGETS, ids=lambda name: name[:12])
@@ -235,7 +237,9 @@ def test_said_before_the_work(command, target, tmp_path):
     (work / "folder").mkdir(parents=True)
     (work / "file").write_text("")
     (work / "given.csv").write_text("t,a_psi,a_psi_d,energy\n0,1,2,3\n1,2,3,4\n")
-    done = run(*LONG[command], target, cwd=work, env={**os.environ, "REFDYN_CACHE": str(tmp_path / "cache")})
+    if command == "plot" and target not in NAMED:
+        pytest.skip("has no suffix")
+    done = run(*LONG[command], target + (".svg" if command == "plot" else ""), cwd=work, env={**os.environ, "REFDYN_CACHE": str(tmp_path / "cache")})
     assert done.returncode == 1 and ": output: " in done.stderr and TARGETS[target] in done.stderr, done.stderr
     assert files_in(work) == ["file", "given.csv"] and not (tmp_path / "cache").exists()
 
@@ -495,9 +499,9 @@ def test_names_of_the_cache(name, tmp_path):
 def test_names_of_the_temporary_folder(name, tmp_path):
     (tmp_path / name).mkdir()
     (tmp_path / "given.csv").write_text("t,a_psi,a_psi_d,energy\n0,1,2,3\n1,2,3,4\n")
-    for arguments in (["bench", PENDULUM, "--emit", "M"], ["plot", "given.csv", "-o", "f.svg"]):
+    for arguments in (["bench", PENDULUM, "--emit", "M"], ["plot", "given.csv", "-o", "f.png"]):
         assert run(*arguments, cwd=tmp_path, env={**os.environ, "TMPDIR": name}, stdout=subprocess.DEVNULL).returncode == 0
-    assert files_in(tmp_path) == ["f.svg", "given.csv"] and not list((tmp_path / name).iterdir())
+    assert files_in(tmp_path) == ["f.png", "given.csv"] and not list((tmp_path / name).iterdir())
 
 
 def test_devices_are_appended_to(tmp_path):

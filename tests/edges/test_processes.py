@@ -154,9 +154,9 @@ def test_signals_that_the_caller_ignores(number, place):
 
 @pytest.mark.parametrize("command", ["eval", "plot"])
 def test_a_caller_that_ignores_the_ends_of_its_children(command, place):
-    """As some programs that start others do: the end of a compiler and of gnuplot is seen nevertheless."""
+    """As some programs that start others do: the end of a compiler and of a converter is seen nevertheless."""
     (place.work / "run.csv").write_text("t,a_psi,a_psi_d,energy\n0,1,2,3\n1,2,3,4\n")
-    arguments = ["eval", PENDULUM] if command == "eval" else ["plot", "run.csv", "-o", "figure.svg"]
+    arguments = ["eval", PENDULUM] if command == "eval" else ["plot", "run.csv", "-o", "figure.png"]
     place.run(*arguments, preexec_fn=lambda: signal.signal(signal.SIGCHLD, signal.SIG_IGN))
     assert not place.leftovers()
 
@@ -271,7 +271,7 @@ def test_what_dead_programs_have_left(place):
     place.run("eval", PENDULUM)
     assert sorted(place.leftovers()) == ["build-BBBBBB", "build-DDDDDD", "build-file", "build-notes", "refdyn-plot-CCCCCC"]
     (place.work / "run.csv").write_text("t,a_psi,a_psi_d,energy\n0,1,2,3\n1,2,3,4\n")
-    place.run("plot", "run.csv", "-o", "run.svg")
+    place.run("plot", "run.csv", "-o", "run.png")
     os.close(lock)
     for path in place.cache.glob("*.so"):
         path.unlink()
@@ -347,33 +347,37 @@ def test_many_programs_with_one_cache(place):
     assert not place.leftovers() and len(list(place.cache.iterdir())) == 1
 
 
-# ---- gnuplot ----
+# ---- Drawings ----
+
+RUN = "t,a_psi,a_psi_d,energy\n0,1,2,3\n1,2,3,4\n"
+
 
 @pytest.mark.parametrize("number", KILLING, ids=lambda number: number.name)
 def test_a_drawing_that_is_ended(number, place):
-    numbers = place.program("gnuplot", SLEEPS)
-    (place.work / "run.csv").write_text("t,a_psi,a_psi_d,energy\n0,1,2,3\n1,2,3,4\n")
-    process = place.start("plot", "run.csv", "-o", "run.svg", preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CORE, (0, 0)))
+    numbers = place.program("rsvg-convert", SLEEPS)
+    (place.work / "run.csv").write_text(RUN)
+    process = place.start("plot", "run.csv", "-o", "run.png", preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CORE, (0, 0)))
     end_while_it_works(place, process, numbers, number)
-    assert set(files_in(place.work)) <= {"run.csv", "run.svg.part"}
+    assert set(files_in(place.work)) <= {"run.csv", "run.png.part"}
 
 
-@pytest.mark.parametrize("text", ["exit 1\n", "kill -9 $$\n", "echo nonsense >&2; exit 3\n", "cat >/dev/null\n", "echo '<svg><g>'\n"])
-def test_a_gnuplot_that_fails(text, place):
-    place.program("gnuplot", text)
-    (place.work / "run.csv").write_text("t,a_psi,a_psi_d,energy\n0,1,2,3\n1,2,3,4\n")
-    said = place.run("plot", "run.csv", "-o", "run.svg", status=1)
-    assert "gnuplot failed" in said and ("signal 9" in said) == ("kill" in text)
+@pytest.mark.parametrize("name", ["run.png", "run.pdf"])
+@pytest.mark.parametrize("text", ["exit 1\n", "kill -9 $$\n", "echo nonsense >&2; exit 3\n"])
+def test_a_converter_that_fails(text, name, place):
+    place.program("rsvg-convert", text)
+    (place.work / "run.csv").write_text(RUN)
+    said = place.run("plot", "run.csv", "-o", name, status=1)
+    assert "rsvg-convert failed" in said and ("signal 9" in said) == ("kill" in text) and ("nonsense" in said) == ("nonsense" in text)
     assert files_in(place.work) == ["run.csv"] and not place.leftovers()
 
 
-@pytest.mark.parametrize("command", [["plot", "run.csv", "-o", "run.svg"], ["report", PENDULUM, "--until", "1", "-o", "out"]], ids=lambda words: words[0])
-def test_a_gnuplot_that_is_not_there(command, place):
-    """Said before the motions, not after them."""
-    (place.work / "run.csv").write_text("t,a_psi,a_psi_d,energy\n0,1,2,3\n1,2,3,4\n")
-    said = place.run(*command, status=1, env={"PATH": str(place.bin)})
-    assert said.endswith("gnuplot draws the figures and is not installed (Debian: apt install gnuplot-nox)\n")
-    assert files_in(place.work) == ["run.csv"] and not list(place.cache.iterdir())
+def test_a_converter_that_is_not_there(place):
+    """Said before the run is read; SVG needs none."""
+    said = place.run("plot", "none.csv", "-o", "run.pdf", status=1, env={"PATH": str(place.bin)})
+    assert said == "refdyn: rsvg-convert makes .pdf files and is not installed (Debian: apt install librsvg2-bin)\n"
+    assert files_in(place.work) == []
+    (place.work / "run.csv").write_text(RUN)
+    place.run("plot", "run.csv", "-o", "run.svg", env={"PATH": str(place.bin)})
 
 
 # ---- A report ----

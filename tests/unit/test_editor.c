@@ -1,11 +1,11 @@
 /*
  * models/editor/refdyn.lua, the definitions that an editor's Lua language server reads (the form of LuaLS
- * annotations), says what the tables of fields (gen/fields.def), functions and operators (gen/ops.def) say.
+ * annotations), says what the tables of fields (gen/read/fields.def), functions and operators (gen/graph/ops.def) say.
  * With an argument, prints the file: what to write there when a table has changed.
  */
-#include "fields.h"
-#include "memory.h"
-#include "module.h"
+#include "read/fields.h"
+#include "base/memory.h"
+#include "read/module.h"
 
 #include <ctype.h>
 #include <stdio.h>
@@ -112,8 +112,8 @@ static void put_functions(void) {
     struct memory memory = {.allowance = -1, .fail = stop};
     put("\n---@class refdyn\n---@field pi number\nlocal rd = {}\n\n");
     for (int owner = 0; owner < OWNER_COUNT; owner++)
-        if (owner_tag((enum owner)owner))
-            put_function(owner_tag((enum owner)owner), owner_names[owner], "fields");
+        if (fields_owner_tag((enum owner)owner))
+            put_function(fields_owner_tag((enum owner)owner), owner_names[owner], "fields");
     for (int i = 0; i < 3; i++)
         put_function(rows[i], "row", "fields");
     for (int i = 0; i < module_function_count(); i++)

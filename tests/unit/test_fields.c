@@ -1,8 +1,8 @@
 /*
- * models/README.md says what the table of fields (gen/fields.def) says: each field is a row of its tables.
+ * models/README.md says what the table of fields (gen/read/fields.def) says: each field is a row of its tables.
  * With an argument, prints the rows: what to paste when the table of fields has changed.
  */
-#include "fields.h"
+#include "read/fields.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -35,7 +35,7 @@ static const char *const types[TYPE_COUNT] = {
 };
 
 static void write_row(const struct field_rule *rule, char *row) {
-    const char *range = range_text(rule->range);
+    const char *range = fields_range_text(rule->range);
     char first[64] = "";
     if (rule->item > 0)
         snprintf(first, sizeof first, ", or item %d", rule->item);
@@ -63,7 +63,7 @@ int main(int argc, char **argv) {
         write_row(&field_rules[i], row);
         if (argc > 1 && (i == 0 || field_rules[i].owner != field_rules[i - 1].owner))
             printf("\n%s\n\n| field | type | unit | what it is |\n|---|---|---|---|\n",
-                   owner_text(field_rules[i].owner));
+                   fields_owner_text(field_rules[i].owner));
         if (argc > 1) {
             printf("%s", row);
         } else if (!page || !strstr(page, row)) {

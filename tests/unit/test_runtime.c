@@ -256,7 +256,7 @@ static void check_case(int n, int m, const int *dependent, double tolerance) {
             int place = 0;
             while (work->partition.column[place] != i)
                 place++;
-            const double share = place < m ? work->P[place * (n - m) + b] : place == m + b;
+            const double share = place < m ? work->P[place * (n - m + 1) + b] : place == m + b;
             sum += share * (dense_dot(work->M + i * n, qdd, n) - work->f[i]);
             for (int j = 0; j < n; j++)
                 largest = fmax(largest, fabs(share * work->M[i * n + j] * qdd[j]));

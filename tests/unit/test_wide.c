@@ -1,6 +1,6 @@
 /*
- * The dense kernels of wide.c against plain triple loops in long double, and against themselves compiled for
- * any processor: results do not depend on wide vectors.
+ * The kernels of elimination.c and dense.c against plain triple loops in long double, and against themselves
+ * compiled for any processor: results do not depend on wide vectors.
  *
  * Bounds on rounding are those of Higham, Accuracy and Stability of Numerical Algorithms, 3.1 and 9.3: |P A -
  * L U| <= n eps |L| |U| and |A x - b| <= 3 n eps |L| |U| |x|, entry by entry; of complex numbers four times
@@ -12,20 +12,28 @@
 
 #include "check.h"
 #include "linear/dense.h"
+#include "linear/elimination.h"
 
-/* wide.c once more, without wide vectors, under names of its own. */
+/* Both files once more, without wide vectors, under names of their own. */
 #undef __x86_64__
+#define refdyn_eliminate plain_eliminate
 #define refdyn_lu_factor plain_lu_factor
-#define refdyn_complex_lu_factor plain_complex_lu_factor
 #define refdyn_lu_solve plain_lu_solve
-#define refdyn_complex_lu_solve plain_complex_lu_solve
+#define refdyn_lu_solve_transposed plain_lu_solve_transposed
+#include "linear/elimination.c"
+#undef refdyn_eliminate
+#undef refdyn_lu_factor
+#undef refdyn_lu_solve
+#undef refdyn_lu_solve_transposed
+#define refdyn_largest plain_largest
+#define refdyn_is_finite plain_is_finite
+#define refdyn_factor plain_factor
+#define refdyn_factor_solve plain_factor_solve
+#define refdyn_factor_half_forward plain_factor_half_forward
+#define refdyn_factor_half_backward plain_factor_half_backward
 #define refdyn_times plain_times
 #define refdyn_add_all plain_add_all
-#include "linear/elimination.c"
-#undef refdyn_lu_factor
-#undef refdyn_complex_lu_factor
-#undef refdyn_lu_solve
-#undef refdyn_complex_lu_solve
+#include "linear/dense.c"
 #undef refdyn_times
 #undef refdyn_add_all
 
@@ -137,12 +145,12 @@ static double solution_error(int n, int is_complex, const double *x, const doubl
 
 static int factor_given(int n) {
     memcpy(factors, given, (size_t)(n * n) * sizeof *given);
-    return refdyn_lu_factor(factors, n, pivot, scale);
+    return refdyn_lu_factor(0, factors, n, pivot, scale);
 }
 
 static int factor_given_complex(int n) {
     memcpy(factors, given, (size_t)(2 * n * n) * sizeof *given);
-    return refdyn_complex_lu_factor(factors, n, pivot);
+    return refdyn_lu_factor(1, factors, n, pivot, scale);
 }
 
 static void check_real(int n) {
@@ -152,28 +160,28 @@ static void check_real(int n) {
     memcpy(y, b, sizeof b);
     CHECK(factor_given(n) == -1);
     CHECK(factor_error(n, 0) <= 1);
-    refdyn_lu_solve(factors, n, pivot, x);
+    refdyn_lu_solve(0, factors, n, pivot, x);
     CHECK(solution_error(n, 0, x, b) <= 3);
     memcpy(others, given, (size_t)(n * n) * sizeof *given);
-    CHECK(plain_lu_factor(others, n, pivot_of_other, other_scale) == -1);
-    plain_lu_solve(others, n, pivot_of_other, y);
+    CHECK(plain_lu_factor(0, others, n, pivot_of_other, other_scale) == -1);
+    plain_lu_solve(0, others, n, pivot_of_other, y);
     CHECK(is_equal(factors, others, (size_t)(n * n) * sizeof *factors));
     CHECK(is_equal(pivot, pivot_of_other, (size_t)n * sizeof *pivot));
     CHECK(is_equal(x, y, (size_t)n * sizeof *x));
 }
 
 static void check_complex(int n) {
-    double b[2 * MOST], x[2 * MOST], y[2 * MOST];
+    double b[2 * MOST], x[2 * MOST], y[2 * MOST], other_scale[MOST];
     fill(b, 2 * n);
     memcpy(x, b, sizeof b);
     memcpy(y, b, sizeof b);
     CHECK(factor_given_complex(n) == -1);
     CHECK(factor_error(n, 1) <= 4);
-    refdyn_complex_lu_solve(factors, n, pivot, x);
+    refdyn_lu_solve(1, factors, n, pivot, x);
     CHECK(solution_error(n, 1, x, b) <= 12);
     memcpy(others, given, (size_t)(2 * n * n) * sizeof *given);
-    CHECK(plain_complex_lu_factor(others, n, pivot_of_other) == -1);
-    plain_complex_lu_solve(others, n, pivot_of_other, y);
+    CHECK(plain_lu_factor(1, others, n, pivot_of_other, other_scale) == -1);
+    plain_lu_solve(1, others, n, pivot_of_other, y);
     CHECK(is_equal(factors, others, (size_t)(2 * n * n) * sizeof *factors));
     CHECK(is_equal(pivot, pivot_of_other, (size_t)n * sizeof *pivot));
     CHECK(is_equal(x, y, (size_t)(2 * n) * sizeof *x));
@@ -218,7 +226,7 @@ static void test_pivots(void) {
             x[i] = i + 1;
         }
         CHECK(factor_given(n) == -1);
-        refdyn_lu_solve(factors, n, pivot, x);
+        refdyn_lu_solve(0, factors, n, pivot, x);
         for (int i = 0; i < n; i++)
             CHECK(x[(i + 1) % n] == i + 1);
     }
@@ -231,7 +239,7 @@ static void test_pivots_for_their_size(void) {
     memcpy(given, matrix, sizeof matrix);
     CHECK(factor_given(2) == -1);
     CHECK(pivot[0] == 1);
-    refdyn_lu_solve(factors, 2, pivot, x);
+    refdyn_lu_solve(0, factors, 2, pivot, x);
     CHECK_NEAR(x[0], 1, 4 * DBL_EPSILON);
     CHECK_NEAR(x[1], 1, 4 * DBL_EPSILON);
 }
@@ -245,7 +253,7 @@ static void test_units_of_rows(void) {
         CHECK(factor_given(n) == -1);
         memcpy(pivot_of_other, pivot, sizeof pivot);
         memcpy(x, b, sizeof b);
-        refdyn_lu_solve(factors, n, pivot, x);
+        refdyn_lu_solve(0, factors, n, pivot, x);
         for (int i = 0; i < n; i++) {
             const int unit = (7 * i) % 23 - 11;
             y[i] = ldexp(b[i], unit);
@@ -254,7 +262,7 @@ static void test_units_of_rows(void) {
         }
         CHECK(factor_given(n) == -1);
         CHECK(is_equal(pivot, pivot_of_other, (size_t)n * sizeof *pivot));
-        refdyn_lu_solve(factors, n, pivot, y);
+        refdyn_lu_solve(0, factors, n, pivot, y);
         CHECK(is_equal(x, y, (size_t)n * sizeof *x));
     }
 }
@@ -297,6 +305,65 @@ static void test_not_a_number(void) {
             given[n * n + at] = NAN;
             CHECK(factor_given_complex(n) >= 0);
         }
+}
+
+/* A^T X = B, residuals beside their terms; right sides in rows that are longer. */
+static void test_transposed(void) {
+    enum { COUNT = 3, STRIDE = 5 };
+    double B[MOST * STRIDE], X[MOST * STRIDE], Y[MOST * STRIDE];
+    for (int n = 1; n <= MOST; n += 3) {
+        fill(given, n * n);
+        fill(B, n * STRIDE);
+        memcpy(X, B, sizeof B);
+        memcpy(Y, B, sizeof B);
+        CHECK(factor_given(n) == -1);
+        refdyn_lu_solve_transposed(factors, n, pivot, X, STRIDE, COUNT);
+        plain_lu_solve_transposed(factors, n, pivot, Y, STRIDE, COUNT);
+        CHECK(is_equal(X, Y, sizeof X));
+        for (int j = 0; j < n * STRIDE; j++) {
+            const int i = j / STRIDE, side = j % STRIDE;
+            long double sum = -(long double)B[j], size = fabs(B[j]);
+            for (int k = 0; k < n && side < COUNT; k++) {
+                sum += (long double)given[k * n + i] * X[k * STRIDE + side];
+                size += fabsl((long double)given[k * n + i] * X[k * STRIDE + side]);
+            }
+            CHECK(side < COUNT ? fabsl(sum) <= 3 * n * (long double)DBL_EPSILON * size : X[j] == B[j]);
+        }
+    }
+}
+
+/* Columns of two vectors and their sums: two pivots, the first the largest of all rows that may be one. */
+static void test_full_pivoting(void) {
+    enum { ROWS = 9, COLUMNS = 5, FORBIDDEN = 4 };
+    for (int sample = 0; sample < 50; sample++) {
+        double A[ROWS * COLUMNS], marks[ROWS], largest = 0;
+        int order[COLUMNS], row = 0, column = 0;
+        fill(A, ROWS * COLUMNS);
+        for (int i = 0; i < ROWS * COLUMNS; i++)
+            A[i] = floor(8 * A[i]);
+        for (int j = 0; j < COLUMNS; j++)
+            order[j] = j;
+        for (int i = 0; i < ROWS; i++) {
+            marks[i] = i != FORBIDDEN;
+            A[2 * ROWS + i] = A[i];
+            A[3 * ROWS + i] = -A[ROWS + i];
+            A[4 * ROWS + i] = 0;
+        }
+        for (int j = 0; j < COLUMNS * ROWS; j++)
+            if (fabs(A[j]) * marks[j % ROWS] > largest) {
+                largest = fabs(A[j]);
+                row = j % ROWS;
+                column = j / ROWS;
+            }
+        const int count = refdyn_eliminate(A, ROWS, COLUMNS, pivot, order, marks);
+        CHECK(count >= 2 && count < COLUMNS);
+        for (int k = 2; k < count; k++) /* what rounding leaves */
+            CHECK(fabs(1 / A[k * ROWS + k]) <= 16 * DBL_EPSILON * largest);
+        CHECK(pivot[0] == row && order[0] == column && pivot[1] != FORBIDDEN);
+        CHECK(marks[0] == 1 && marks[1] == 1 && fabs(1 / A[0]) == largest);
+        for (int i = 1; i < ROWS; i++)
+            CHECK(fabs(A[i]) <= 1 || i == FORBIDDEN);
+    }
 }
 
 static void test_times(void) {
@@ -359,6 +426,8 @@ int main(void) {
     test_units_of_rows();
     test_singular();
     test_not_a_number();
+    test_transposed();
+    test_full_pivoting();
     test_times();
     test_add_all();
     return check_summary();

@@ -1,0 +1,233 @@
+/*
+ * Complaints about a model: see message.h. The nearest name is by edit distance with transpositions.
+ * Characters are those of RFC 3629.
+ */
+#include "base/message.h"
+#include "base/memory.h"
+#include "base/text.h"
+#include "base/utf8.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+#include <strings.h>
+
+enum { LONGEST_NAME = 40, LONGEST_TEXT = 2000 };
+
+/* ---- texts of authors ---- */
+
+/* C0, DEL and C1, and the separators of lines and paragraphs. */
+static bool is_control(unsigned code) {
+    return code < 0x20 || (code >= 0x7F && code < 0xA0) || code == 0x2028 || code == 0x2029;
+}
+
+/* Marks, embeddings, overrides and isolates of the bidirectional algorithm: UAX 9. */
+static bool turns_direction(unsigned code) {
+    return code == 0x061C || code == 0x200E || code == 0x200F || (code >= 0x202A && code <= 0x202E) ||
+           (code >= 0x2066 && code <= 0x2069);
+}
+
+/* Bytes at the start of a text that a line may hold. */
+static size_t fit_length(const char *text, size_t length) {
+    unsigned code;
+    size_t at = 0;
+    while (at < length) {
+        const int count = utf8_decode(text + at, length - at, &code);
+        if (count == 0 || is_control(code) || turns_direction(code))
+            break;
+        at += (size_t)count;
+    }
+    return at;
+}
+
+/* The character at `text`, which a line may not hold; gives its bytes. */
+static size_t add_escaped(struct text *safe, const char *text, size_t length) {
+    unsigned code;
+    const int count = utf8_decode(text, length, &code);
+    if (count > 1)
+        text_add(safe, "\\u{%X}", code);
+    else if (*text == '\n')
+        text_add(safe, "\\n");
+    else
+        text_add(safe, "\\x%02X", (unsigned)(unsigned char)*text);
+    return count > 1 ? (size_t)count : 1;
+}
+
+const char *message_safe_text(struct memory *memory, const char *text, size_t length) {
+    struct text safe = {.memory = memory};
+    const size_t shown = length < LONGEST_TEXT ? length : LONGEST_TEXT;
+    if (fit_length(text, shown) == length)
+        return memory_format(memory, "%.*s", (int)length, text);
+    for (size_t at = 0; at < shown;) {
+        const size_t fit = fit_length(text + at, shown - at);
+        text_add(&safe, "%.*s", (int)fit, text + at);
+        at += fit;
+        if (at < shown)
+            at += add_escaped(&safe, text + at, length - at);
+    }
+    if (shown < length)
+        text_add(&safe, " ...");
+    return safe.data;
+}
+
+static void complain_of_character(struct messages *messages, struct place place, const char *what,
+                                  const char *text, size_t length) {
+    unsigned code;
+    if (utf8_decode(text, length, &code) == 0)
+        message_error(messages, place, "%s: contains byte %d, which is not UTF-8, a line of text is needed",
+                      what, (unsigned char)*text);
+    else if (is_control(code))
+        message_error(messages, place, "%s: contains control character %d, a line of text is needed", what,
+                      (int)code);
+    else
+        message_error(
+            messages, place,
+            "%s: contains U+%04X, which turns the direction of reading, a line of plain text is needed", what,
+            code);
+}
+
+bool message_is_one_line(struct messages *messages, struct place place, const char *what, const char *text,
+                         size_t length) {
+    const size_t at = fit_length(text, length);
+    if (at < length)
+        complain_of_character(messages, place, what, text + at, length - at);
+    return at == length;
+}
+
+/* ---- messages ---- */
+
+static void put(struct messages *messages, struct place place, const char *text, bool is_error) {
+    place.file = message_safe_text(messages->memory, place.file, strlen(place.file));
+    messages->list = memory_room(messages->memory, messages->list, messages->count, &messages->capacity,
+                                 sizeof *messages->list);
+    messages->list[messages->count++] = (struct message){.place = place, .text = text, .is_error = is_error};
+}
+
+/* Says that there are more messages. An error ends the reading: the guesses of what was meant alone would
+ * take minutes for a million of them. */
+static void leave_out(struct messages *messages, struct place place, bool is_error) {
+    if (is_error || messages->count == MESSAGES_BOUND)
+        put(messages, (struct place){.file = place.file},
+            memory_format(messages->memory, "%smore than %d messages, the rest is left out",
+                          is_error ? "" : "warning: ", MESSAGES_BOUND),
+            is_error);
+    messages->are_too_many = is_error;
+    if (is_error)
+        messages->memory->fail(messages->memory->context);
+}
+
+static void keep(struct messages *messages, struct place place, bool is_error, const char *format,
+                 va_list list) {
+    char text[LONGEST_TEXT + 2];
+    const char *lead = is_error ? "" : "warning: ";
+    messages->errors += is_error;
+    if (messages->count < MESSAGES_BOUND) {
+        snprintf(text, sizeof text, "%s", lead);
+        vsnprintf(text + strlen(lead), sizeof text - strlen(lead), format, list);
+        put(messages, place, message_safe_text(messages->memory, text, strlen(text)), is_error);
+    } else {
+        leave_out(messages, place, is_error);
+    }
+}
+
+void message_error(struct messages *messages, struct place place, const char *format, ...) {
+    va_list list;
+    va_start(list, format);
+    keep(messages, place, 1, format, list);
+    va_end(list);
+}
+
+void message_warning(struct messages *messages, struct place place, const char *format, ...) {
+    va_list list;
+    va_start(list, format);
+    keep(messages, place, 0, format, list);
+    va_end(list);
+}
+
+bool message_is_first_mention(struct messages *messages, const char *kind, const char *name) {
+    const char *key = memory_format(messages->memory, "%s %s", kind, name);
+    for (int i = 0; i < messages->mentioned_count; i++)
+        if (strcmp(messages->mentioned[i], key) == 0)
+            return false;
+    messages->mentioned = memory_room(messages->memory, messages->mentioned, messages->mentioned_count,
+                                      &messages->mentioned_capacity, sizeof *messages->mentioned);
+    messages->mentioned[messages->mentioned_count++] = key;
+    return true;
+}
+
+void message_sort(struct messages *messages) {
+    for (int i = 1; i < messages->count; i++) {
+        struct message message = messages->list[i];
+        int at = i;
+        for (; at > 0 && messages->list[at - 1].place.line > message.place.line; at--)
+            messages->list[at] = messages->list[at - 1];
+        messages->list[at] = message;
+    }
+}
+
+/* ---- names ---- */
+
+static int smaller(int a, int b) {
+    return a < b ? a : b;
+}
+
+/* What two names begin and end with alike is no part of their distance. */
+static void strip(const char **a, int *length_a, const char **b, int *length_b) {
+    while (*length_a > 0 && *length_b > 0 && **a == **b)
+        ++*a, ++*b, --*length_a, --*length_b;
+    while (*length_a > 0 && *length_b > 0 && (*a)[*length_a - 1] == (*b)[*length_b - 1])
+        --*length_a, --*length_b;
+}
+
+/* Least number of letters put in, left out, replaced or swapped with their neighbour that leads from a to b;
+ * `limit` where it is not less than that. */
+static int edit_distance(const char *a, const char *b, int limit) {
+    int length_a = (int)strlen(a), length_b = (int)strlen(b);
+    strip(&a, &length_a, &b, &length_b);
+    int rows[3][LONGEST_NAME + 1]; /* before the last, last and current row of the table of distances */
+    int *before = rows[0], *last = rows[1], *now = rows[2];
+    for (int j = 0; j <= length_b; j++)
+        last[j] = j;
+    for (int i = 1; i <= length_a; i++) {
+        int least = now[0] = i;
+        for (int j = 1; j <= length_b; j++) {
+            now[j] = smaller(smaller(last[j], now[j - 1]) + 1, last[j - 1] + (a[i - 1] != b[j - 1]));
+            if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+                now[j] = smaller(now[j], before[j - 2] + 1);
+            least = smaller(least, now[j]);
+        }
+        if (least > limit) /* a swap may take 1 from the row before */
+            return limit;
+        int *oldest = before;
+        before = last;
+        last = now;
+        now = oldest;
+    }
+    return smaller(last[length_b], limit);
+}
+
+const char *message_nearest_name(const char *name, const char *const *known, int count) {
+    size_t length = strlen(name);
+    if (length > LONGEST_NAME)
+        return NULL;
+    const char *nearest = NULL;
+    size_t longest = 0;
+    int least = (int)length / 3 + 2; /* farther than a third of the letters and one is no slip of the pen */
+    for (int i = 0; i < count; i++)
+        if (strcasecmp(name, known[i]) == 0)
+            return known[i];
+    for (int i = 0; i < count; i++) {
+        const long apart = (long)strlen(known[i]) - (long)length;
+        const bool is_far = strlen(known[i]) > LONGEST_NAME || apart > least || -apart > least;
+        const int distance = is_far ? least : edit_distance(name, known[i], least + 1);
+        /* the nearest so far has no letter in common with the name */
+        const bool is_other = nearest && least >= (int)length && least >= (int)longest;
+        const bool is_alike = is_other && !is_far && distance == least && distance < (int)strlen(known[i]);
+        if (distance < least || is_alike) {
+            least = distance;
+            nearest = known[i];
+            longest = strlen(known[i]);
+        }
+    }
+    return nearest;
+}

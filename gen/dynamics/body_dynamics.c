@@ -1,0 +1,390 @@
+/* Mass matrix, bias forces, gravity and energy from the tips inward: see body_dynamics.h. */
+#include "dynamics/dynamics.h"
+#include "base/memory.h"
+#include "tree/recursion.h"
+
+#include <string.h>
+
+static expression *new_values(const struct kinematics *k, size_t count) {
+    return memory_get(k->memory, (count + 1) * sizeof(expression));
+}
+
+static struct tensor tensor_of(const expression at[6]) {
+    struct tensor t;
+    memcpy(t.at, at, sizeof t.at);
+    return t;
+}
+
+struct wrench wrench_add(struct graph *g, struct wrench a, struct wrench b) {
+    return (struct wrench){vector_add(g, a.moment, b.moment), vector_add(g, a.force, b.force)};
+}
+
+static struct inertia body_inertia(const struct kinematics *k, int i) {
+    static const char *const moments[3] = {"x", "y", "z"}, *const products[6] = {"xx", "yy", "zz",
+                                                                                 "xy", "xz", "yz"};
+    const struct frame *frame = &k->tree->frames[i];
+    const struct element_run *run = frame->run < 0 ? NULL : &k->tree->runs[frame->run];
+    struct inertia inertia = frame->inertia;
+    if (!run || !run->last)
+        return inertia;
+    const struct inertia *last = &run->last[frame->coordinate - run->first];
+    const expression is_last = expr_symbol(k->g, SYMBOL_LAST, frame->run, 0);
+    inertia.mass = expr_where(k->g, is_last, last->mass, inertia.mass);
+    kinematics_name_scalar(k, i, "mass", inertia.mass);
+    for (int a = 0; a < 3; a++) {
+        inertia.moment[a] = expr_where(k->g, is_last, last->moment[a], inertia.moment[a]);
+        kinematics_name_scalar(k, i, memory_format(k->memory, "moment_%s", moments[a]), inertia.moment[a]);
+    }
+    for (int e = 0; e < 6; e++) {
+        inertia.tensor[e] = expr_where(k->g, is_last, last->tensor[e], inertia.tensor[e]);
+        kinematics_name_scalar(k, i, memory_format(k->memory, "inertia_%s", products[e]), inertia.tensor[e]);
+    }
+    return inertia;
+}
+
+struct inertia dynamics_own_inertia(const struct kinematics *k, int i) {
+    struct inertia inertia = body_inertia(k, i);
+    const struct vector moment = kinematics_from_body(k, i, vector_of(inertia.moment));
+    const struct tensor tensor = kinematics_tensor_from_body(k, i, tensor_of(inertia.tensor));
+    memcpy(inertia.moment, moment.at, sizeof inertia.moment);
+    memcpy(inertia.tensor, tensor.at, sizeof inertia.tensor);
+    return inertia;
+}
+
+/* (n + r x f, f) */
+struct wrench wrench_shift(struct graph *g, struct vector r, struct wrench w) {
+    return (struct wrench){vector_add(g, w.moment, vector_cross(g, r, w.force)), w.force};
+}
+
+/* (E^T n + s x E^T f, E^T f): theory, sect. 4.6. */
+struct wrench wrench_to_parent(const struct kinematics *k, int i, struct wrench w) {
+    const struct wrench turned = {kinematics_to_parent(k, i, w.moment), kinematics_to_parent(k, i, w.force)};
+    return wrench_shift(k->g, k->joints[i].shift, turned);
+}
+
+/* e . wrench: the part that the joint's coordinate feels. */
+static expression on_joint(const struct kinematics *k, int i, struct wrench w) {
+    const struct joint *joint = &k->tree->frames[i].joint;
+    return joint->is_revolute ? w.moment.at[joint->axis] : w.force.at[joint->axis];
+}
+
+struct recursion dynamics_recursion_over(const struct kinematics *k, void *state, size_t size,
+                                         void (*step)(void *context, int i), void *context) {
+    return (struct recursion){k->memory, k->g,   k->tree, state, (int)(size / sizeof(expression)),
+                              step,      context};
+}
+
+/* F_i = own wrench + sum of F of the children, moved to joint i; e_i . F_i: theory, sect. 4.7. */
+struct inward_sum {
+    const struct kinematics *k;
+    struct wrench (*own)(const struct kinematics *k, int i);
+    const char *moment_name, *force_name, *what;
+    struct wrench *sums;
+    expression *felt;
+};
+
+static void add_inward(void *context, int i) {
+    const struct inward_sum *x = context;
+    const struct kinematics *k = x->k;
+    const struct frame *frame = &k->tree->frames[i];
+    graph_remark(k->g, memory_format(k->memory, "%s: %s (4.7)", frame->name, x->what));
+    if (frame->kind == FRAME_JOINT) {
+        x->sums[i] = wrench_add(k->g, x->own(k, i), x->sums[i]);
+        kinematics_name_vector(k, i, x->moment_name, x->sums[i].moment);
+        kinematics_name_vector(k, i, x->force_name, x->sums[i].force);
+        x->felt[i] = on_joint(k, i, x->sums[i]);
+    }
+    if (frame->parent >= 0)
+        x->sums[frame->parent] = wrench_add(k->g, x->sums[frame->parent], wrench_to_parent(k, i, x->sums[i]));
+}
+
+static expression *sum_inward(const struct kinematics *k,
+                              struct wrench (*own)(const struct kinematics *k, int i),
+                              const char *moment_name, const char *force_name, const char *what) {
+    const size_t n = (size_t)k->tree->count + 1;
+    struct inward_sum x = {k, own, moment_name, force_name, what, NULL, NULL};
+    x.sums = memory_get(k->memory, n * sizeof *x.sums);
+    x.felt = new_values(k, n);
+    const struct recursion recursion = dynamics_recursion_over(k, x.sums, sizeof *x.sums, add_inward, &x);
+    recursion_inward(&recursion);
+    return x.felt;
+}
+
+/*
+ * w x J w from products of the components of w, which B has anyway; two equal principal moments leave nothing
+ * behind. Theory, sect. 4.7.
+ */
+static struct vector gyroscopic_moment(struct graph *g, struct tensor J, struct vector w) {
+    struct vector moment;
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, l = (i + 2) % 3;
+        const expression jl = J.at[tensor_index(j, l)], il = J.at[tensor_index(i, l)],
+                         ij = J.at[tensor_index(i, j)];
+        const expression square = expr_sub(g, expr_mul(g, w.at[j], w.at[j]), expr_mul(g, w.at[l], w.at[l]));
+        const expression own = expr_mul(g, expr_sub(g, J.at[l], J.at[j]), expr_mul(g, w.at[j], w.at[l]));
+        const expression products = expr_sub(g, expr_mul(g, il, expr_mul(g, w.at[i], w.at[j])),
+                                             expr_mul(g, ij, expr_mul(g, w.at[i], w.at[l])));
+        moment.at[i] = expr_add(g, expr_add(g, own, expr_mul(g, jl, square)), products);
+    }
+    return moment;
+}
+
+/* n = J wd + w x J w + mc x a, f = m a + B mc: theory, sect. 4.7. */
+struct wrench wrench_of_inertia(const struct kinematics *k, int i, struct vector wd,
+                                const struct matrix *gradient, struct vector a) {
+    struct graph *g = k->g;
+    const struct inertia own = dynamics_own_inertia(k, i), *inertia = &own;
+    const struct vector mc = vector_of(inertia->moment);
+    const struct tensor J = tensor_of(inertia->tensor);
+    const struct vector spin = gyroscopic_moment(g, J, k->frames[i].angular);
+    const struct vector turn = vector_add(g, tensor_times(g, J, wd), spin);
+    const struct vector around = matrix_times(g, gradient->at, mc);
+    return (struct wrench){vector_add(g, turn, vector_cross(g, mc, a)),
+                           vector_add(g, vector_scale(g, inertia->mass, a), around)};
+}
+
+static struct wrench bias_wrench(const struct kinematics *k, int i) {
+    const struct frame_motion *m = &k->frames[i];
+    return wrench_of_inertia(k, i, m->bias_angular, &m->gradient, m->bias_linear);
+}
+
+static struct wrench less_gravity_wrench(const struct kinematics *k, int i) {
+    const struct frame_motion *m = &k->frames[i];
+    return wrench_of_inertia(k, i, m->bias_angular, &m->gradient, m->bias_less_gravity);
+}
+
+struct own_loads {
+    const struct kinematics *k;
+    const struct reference *references;
+    struct wrench *loads;
+};
+
+static void derive_load(void *context, int i) {
+    const struct own_loads *x = context;
+    const struct kinematics *k = x->k;
+    const struct reference *reference = &x->references[i];
+    graph_remark(k->g, memory_format(k->memory, "%s: load l = wrench of I at wdr, ar (4.7, 5.5)",
+                                     k->tree->frames[i].name));
+    x->loads[i] = wrench_of_inertia(k, i, reference->angular, &reference->gradient, reference->linear);
+    kinematics_name_vector(k, i, "load_moment", x->loads[i].moment);
+    kinematics_name_vector(k, i, "load_force", x->loads[i].force);
+}
+
+struct wrench *dynamics_loads(const struct kinematics *k, const struct reference *references) {
+    struct own_loads x = {k, references,
+                          memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *x.loads)};
+    recursion_visit_joints(k->g, k->tree, derive_load, &x);
+    return x.loads;
+}
+
+expression *dynamics_bias_forces(const struct kinematics *k, bool less_gravity) {
+    if (less_gravity)
+        return sum_inward(k, less_gravity_wrench, "carried_moment", "carried_force",
+                          "c + g = e.F, F = wrench of I at wd0, a0 - grav, and all beyond");
+    return sum_inward(k, bias_wrench, "bias_moment", "bias_force",
+                      "c = e.F, F = wrench of I at wd0, a0, and all beyond");
+}
+
+/* About the parent's origin, s away: mc + m s, J + (2 mc.s 1 - mc s^T - s mc^T) + m (s.s 1 - s s^T): theory,
+ * sect. 4.5. */
+static struct inertia inertia_to_parent(const struct kinematics *k, int i, const struct inertia *inner) {
+    struct inertia turned = {.mass = inner->mass};
+    struct placement shift = placement_identity();
+    const struct vector moment = kinematics_to_parent(k, i, vector_of(inner->moment));
+    const struct tensor tensor = kinematics_tensor_to_parent(k, i, tensor_of(inner->tensor));
+    memcpy(turned.moment, moment.at, sizeof turned.moment);
+    memcpy(turned.tensor, tensor.at, sizeof turned.tensor);
+    memcpy(shift.position, k->joints[i].shift.at, sizeof shift.position);
+    return inertia_place(k->g, &shift, turned);
+}
+
+struct composition {
+    const struct kinematics *k;
+    struct inertia *composites;
+    expression *M; /* NULL: it is not asked for */
+};
+
+static void name_composite(const struct kinematics *k, int i, const struct inertia *composite) {
+    static const char *const names[6] = {"inertia_beyond_xx", "inertia_beyond_yy", "inertia_beyond_zz",
+                                         "inertia_beyond_xy", "inertia_beyond_xz", "inertia_beyond_yz"};
+    kinematics_name_scalar(k, i, "mass_beyond", composite->mass);
+    kinematics_name_vector(k, i, "moment_beyond", vector_of(composite->moment));
+    for (int e = 0; e < 6; e++)
+        kinematics_name_scalar(k, i, names[e], composite->tensor[e]);
+}
+
+/* W = (J e, e x mc) of a revolute joint, (mc x e, m e) of a prismatic one: theory, sect. 4.6. */
+struct wrench wrench_of_unit(const struct kinematics *k, int i, const struct inertia *beyond) {
+    struct graph *g = k->g;
+    const struct joint *joint = &k->tree->frames[i].joint;
+    const struct vector axis = vector_unit(g, joint->axis), mc = vector_of(beyond->moment);
+    if (joint->is_revolute)
+        return (struct wrench){tensor_times(g, tensor_of(beyond->tensor), axis), vector_cross(g, axis, mc)};
+    return (struct wrench){vector_cross(g, mc, axis), vector_scale(g, beyond->mass, axis)};
+}
+
+/* M_ij = e_j . W_i, W_i moved from joint to joint (theory, sect. 4.6). Each column follows its composite at
+ * once, since few later values read it and compilers then keep less in registers. */
+static void derive_column(const struct composition *x, int i) {
+    const struct kinematics *k = x->k;
+    const int n = k->tree->count;
+    graph_remark(k->g, memory_format(k->memory, "%s: its column of M, e_j.W, W = Ic e moved to joint j (4.6)",
+                                     k->tree->frames[i].name));
+    struct wrench wrench = wrench_of_unit(k, i, &x->composites[i]);
+    for (int j = i; j >= 0; j = k->tree->frames[j].parent) {
+        x->M[i * n + j] = x->M[j * n + i] = on_joint(k, j, wrench);
+        wrench = wrench_to_parent(k, j, wrench);
+    }
+}
+
+/* Ic_i = I_i + sum of Ic of the children, moved to frame i: theory, sect. 4.5. */
+static void compose(void *context, int i) {
+    const struct composition *x = context;
+    const struct kinematics *k = x->k;
+    const struct frame *frame = &k->tree->frames[i];
+    struct inertia *outer = &x->composites[frame->parent < 0 ? k->tree->count : frame->parent];
+    graph_remark(k->g, memory_format(k->memory, "%s: Ic = I + Ic of all that it carries (4.5)", frame->name));
+    if (frame->kind == FRAME_JOINT) {
+        x->composites[i] = inertia_add(k->g, dynamics_own_inertia(k, i), x->composites[i]);
+        name_composite(k, i, &x->composites[i]);
+    }
+    *outer = inertia_add(k->g, *outer, inertia_to_parent(k, i, &x->composites[i]));
+    if (x->M)
+        derive_column(x, i);
+}
+
+struct inertia *dynamics_composite_inertias(const struct kinematics *k, expression *M) {
+    const size_t count = (size_t)k->tree->count + 1;
+    struct composition x = {k, memory_get(k->memory, count * sizeof *x.composites), M};
+    const struct recursion recursion =
+        dynamics_recursion_over(k, x.composites, sizeof *x.composites, compose, &x);
+    recursion_inward(&recursion);
+    return x.composites;
+}
+
+/* g_i = -e_i . (mc x grav, m grav) with m, mc of the composite: theory, sect. 4.8. */
+struct weights {
+    const struct kinematics *k;
+    const struct inertia *composites;
+    expression *forces;
+};
+
+static void weigh(void *context, int i) {
+    const struct weights *x = context;
+    const struct kinematics *k = x->k;
+    const struct inertia *composite = &x->composites[i];
+    const struct vector field = k->frames[i].gravity;
+    const struct vector moment = vector_cross(k->g, vector_of(composite->moment), field);
+    const struct wrench weight = {moment, vector_scale(k->g, composite->mass, field)};
+    graph_remark(k->g, memory_format(k->memory, "%s: g = -e.(mc x grav, m grav) of Ic (4.8)",
+                                     k->tree->frames[i].name));
+    x->forces[i] = expr_neg(k->g, on_joint(k, i, weight));
+}
+
+expression *dynamics_gravity_forces(const struct kinematics *k, const struct inertia *composites) {
+    struct weights x = {k, composites, new_values(k, (size_t)k->tree->count)};
+    recursion_visit_joints(k->g, k->tree, weigh, &x);
+    return x.forces;
+}
+
+/*
+ * dg_i/dq_j = -(grav x e_i) . Delta_j for a revolute i on the way from j to the ground, Delta_j the change of
+ * the mass moment beyond joint j by q_j: theory, sect. 4.8. In the ground frame nothing is moved from joint
+ * to joint.
+ */
+expression *dynamics_gravity_tangent(const struct kinematics *k, const struct inertia *composites) {
+    struct graph *g = k->g;
+    const int n = k->tree->count;
+    const struct vector gravity = vector_of(k->model->gravity);
+    expression *tangent = new_values(k, (size_t)n * (size_t)n);
+    struct vector *levers = memory_get(k->memory, ((size_t)n + 1) * sizeof *levers);
+    for (int j = 0; j < n; j++) {
+        graph_remark(
+            g, memory_format(k->memory, "%s: dg_i/dq = -(grav x e_i).Delta (4.8)", k->tree->frames[j].name));
+        const struct vector own = wrench_of_unit(k, j, &composites[j]).force;
+        const struct vector change = matrix_times(g, k->frames[j].rotation.at, own);
+        levers[j] = vector_cross(g, gravity, kinematics_joint_axis(k, j));
+        kinematics_name_vector(k, j, "gravity_lever", levers[j]);
+        kinematics_name_vector(k, j, "moment_change", change);
+        for (int i = j; i >= 0; i = k->tree->frames[i].parent)
+            if (k->tree->frames[i].joint.is_revolute)
+                tangent[i * n + j] = tangent[j * n + i] = expr_neg(g, vector_dot(g, levers[i], change));
+    }
+    return tangent;
+}
+
+/* (L, p) about the frame's origin: L = J w + mc x v, p = m v + w x mc. Theory, sect. 4.10. */
+static struct wrench momentum(const struct kinematics *k, int i) {
+    struct graph *g = k->g;
+    const struct inertia own = dynamics_own_inertia(k, i), *inertia = &own;
+    const struct frame_motion *m = &k->frames[i];
+    const struct vector mc = vector_of(inertia->moment);
+    const struct vector turn = tensor_times(g, tensor_of(inertia->tensor), m->angular);
+    return (struct wrench){
+        vector_add(g, turn, vector_cross(g, mc, m->linear)),
+        vector_add(g, vector_scale(g, inertia->mass, m->linear), vector_cross(g, m->angular, mc))};
+}
+
+/*
+ * s_i = dEk/dq_i = (w x e) . L + (v x e) . p of a revolute joint, (w x e) . p of a prismatic one: theory,
+ * sect. 4.11. With the momentum p_i = X_i . L of coordinate i, dp_i/dt = dX_i/dt . L + X_i . dL/dt and, at
+ * qdd = 0, dp_i/dt - dEk/dq_i = c_i = X_i . dL/dt, so that dX_i/dt . L is left for dEk/dq_i.
+ */
+struct printed_sum {
+    const struct kinematics *k;
+    struct wrench *momenta;
+    expression *s;
+};
+
+static void add_momentum(void *context, int i) {
+    const struct printed_sum *x = context;
+    const struct kinematics *k = x->k;
+    struct graph *g = k->g;
+    const struct frame *frame = &k->tree->frames[i];
+    graph_remark(g,
+                 memory_format(k->memory, "%s: s = (w x e).L + (v x e).p of all beyond (4.11)", frame->name));
+    if (frame->kind == FRAME_JOINT) {
+        const struct frame_motion *m = &k->frames[i];
+        const struct vector axis = vector_unit(g, frame->joint.axis);
+        const struct vector turning = vector_cross(g, m->angular, axis);
+        const struct wrench L = x->momenta[i] = wrench_add(g, x->momenta[i], momentum(k, i));
+        if (frame->joint.is_revolute)
+            x->s[i] = expr_add(g, vector_dot(g, turning, L.moment),
+                               vector_dot(g, vector_cross(g, m->linear, axis), L.force));
+        else
+            x->s[i] = vector_dot(g, turning, L.force);
+    }
+    if (frame->parent >= 0)
+        x->momenta[frame->parent] =
+            wrench_add(g, x->momenta[frame->parent], wrench_to_parent(k, i, x->momenta[i]));
+}
+
+expression *dynamics_printed_sum(const struct kinematics *k) {
+    const size_t n = (size_t)k->tree->count + 1;
+    struct printed_sum x = {k, memory_get(k->memory, n * sizeof *x.momenta), new_values(k, n)};
+    const struct recursion recursion =
+        dynamics_recursion_over(k, x.momenta, sizeof *x.momenta, add_momentum, &x);
+    recursion_inward(&recursion);
+    return x.s;
+}
+
+/* v . p + w . L of one body, twice its kinetic energy: theory, sect. 4.10. */
+static expression twice_kinetic(void *context, int i) {
+    const struct kinematics *k = context;
+    const struct wrench L = momentum(k, i);
+    return expr_add(k->g, vector_dot(k->g, k->frames[i].linear, L.force),
+                    vector_dot(k->g, k->frames[i].angular, L.moment));
+}
+
+expression dynamics_kinetic_energy(const struct kinematics *k) {
+    graph_remark(k->g, "2 Ek = sum of v.p + w.L (4.10)");
+    const expression twice = recursion_sum_over_joints(k->g, k->tree, twice_kinetic, (void *)k);
+    return expr_mul(k->g, expr_number(k->g, 0.5), twice);
+}
+
+/* Ep = -grav . mc of all that moves, in the ground frame. */
+expression dynamics_gravity_energy(const struct kinematics *k, const struct inertia *composites) {
+    const struct inertia *all = &composites[k->tree->count];
+    graph_remark(k->g, "Ep = -grav.(mc of all) + springs, zero at the ground's origin (4.10)");
+    return expr_neg(k->g, vector_dot(k->g, vector_of(k->model->gravity), vector_of(all->moment)));
+}

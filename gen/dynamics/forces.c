@@ -1,0 +1,203 @@
+/* Applied forces: see forces.h. */
+#include "dynamics/forces.h"
+#include "base/memory.h"
+#include "tree/recursion.h"
+#include "dynamics/coordinate_derivatives.h"
+
+#include <string.h>
+
+static expression *new_values(const struct kinematics *k, size_t count) {
+    return memory_get(k->memory, (count + 1) * sizeof(expression));
+}
+
+static expression rate(const struct kinematics *k, int i) {
+    return kinematics_coordinate_of(k, i, 1);
+}
+
+static expression stretch(const struct kinematics *k, int i) {
+    return expr_sub(k->g, kinematics_coordinate_of(k, i, 0), k->tree->frames[i].joint.rest);
+}
+
+/* -dV/dq_j and the load -dV/dr at each point: theory, sect. 4.9. */
+static void add_energy(const struct kinematics *k, const struct potential *potential,
+                       struct named_forces *named) {
+    const int n = k->tree->count;
+    const expression *slope = coordinate_derivatives_symbol_gradient(k, potential->energy, 0);
+    for (int j = 0; j < n; j++)
+        if (slope[j])
+            named->forces[named->force_count++] =
+                (struct force){.coordinate = j, .value = expr_neg(k->g, slope[j]), .place = potential->place};
+    for (int p = 0; p < k->model->marker_count; p++) {
+        const struct vector pull =
+            vector_scale(k->g, expr_neg(k->g, expr_one(k->g)), vector_of(slope + n + 3 * p));
+        struct load load = {.point = p, .place = potential->place};
+        memcpy(load.value, pull.at, sizeof load.value);
+        if (!vector_is_zero(pull))
+            named->loads[named->load_count++] = load;
+    }
+}
+
+struct named_forces forces_collect(const struct kinematics *k) {
+    const struct model *model = k->model;
+    const size_t energies = (size_t)model->potential_count;
+    const size_t forces = (size_t)model->force_count + energies * (size_t)k->tree->count;
+    const size_t loads = (size_t)model->load_count + energies * (size_t)model->marker_count;
+    struct named_forces named = {.force_count = model->force_count,
+                                 .load_count = model->load_count,
+                                 .own_forces = model->force_count,
+                                 .own_loads = model->load_count};
+    named.forces = memory_grow(k->memory, model->forces, (size_t)model->force_count * sizeof *named.forces,
+                               (forces + 1) * sizeof *named.forces);
+    named.loads = memory_grow(k->memory, model->loads, (size_t)model->load_count * sizeof *named.loads,
+                              (loads + 1) * sizeof *named.loads);
+    for (int i = 0; i < model->force_count; i++)
+        named.forces[i].coordinate = k->tree->frame_of[model->forces[i].coordinate];
+    for (int i = 0; i < model->potential_count; i++)
+        add_energy(k, &model->potentials[i], &named);
+    return named;
+}
+
+/* C_j of a force's point of attack; e_j of a torque's body. */
+static struct vector load_column(const struct kinematics *k, const struct load *load, int j) {
+    const struct vector still = {{0, 0, 0}}, column = k->points[load->point].columns[j];
+    if (!load->is_torque)
+        return column;
+    for (int i = k->tree->points[load->point].frame; i >= 0; i = k->tree->frames[i].parent)
+        if (i == j && k->tree->frames[i].joint.is_revolute)
+            return kinematics_joint_axis(k, i);
+    return still;
+}
+
+struct application {
+    const struct kinematics *k;
+    struct named_forces named;
+    struct vector *F; /* by load, in terms of the coordinates */
+    struct applied applied;
+};
+
+/* Q_j = -s (q - rest) - d qd + forces that name q_j + sum of F . C_j and of T . e_j: theory, sect. 4.9. */
+static void apply_forces(void *context, int j) {
+    const struct application *x = context;
+    const struct kinematics *k = x->k;
+    struct graph *g = k->g;
+    const struct joint *joint = &k->tree->frames[j].joint;
+    expression *conservative = &x->applied.conservative[j], *others = &x->applied.others[j];
+    *conservative = expr_neg(g, expr_mul(g, joint->stiffness, stretch(k, j)));
+    *others = expr_neg(g, expr_mul(g, joint->damping, rate(k, j)));
+    for (int f = 0; f < x->named.force_count; f++) {
+        expression *into = f < x->named.own_forces ? others : conservative;
+        if (x->named.forces[f].coordinate == j)
+            *into = expr_add(g, *into, coordinate_derivatives_with_points(k, x->named.forces[f].value));
+    }
+    for (int l = 0; l < x->named.load_count; l++) {
+        expression *into = l < x->named.own_loads ? others : conservative;
+        *into = expr_add(g, *into, vector_dot(g, x->F[l], load_column(k, &x->named.loads[l], j)));
+    }
+}
+
+struct applied forces_generalized(const struct kinematics *k) {
+    const size_t n = (size_t)k->tree->count;
+    struct application x = {k, forces_collect(k), NULL, {new_values(k, n), new_values(k, n)}};
+    graph_remark(k->g, "Q = -s (q - rest) - d qd + F.C + T.e (4.9)");
+    x.F = memory_get(k->memory, ((size_t)x.named.load_count + 1) * sizeof *x.F);
+    for (int l = 0; l < x.named.load_count; l++)
+        for (int a = 0; a < 3; a++)
+            x.F[l].at[a] = coordinate_derivatives_with_points(k, x.named.loads[l].value[a]);
+    recursion_visit_joints(k->g, k->tree, apply_forces, &x);
+    return x.applied;
+}
+
+static expression spring_energy(void *context, int i) {
+    const struct kinematics *k = context;
+    const expression half = expr_mul(k->g, expr_number(k->g, 0.5), k->tree->frames[i].joint.stiffness);
+    return expr_mul(k->g, half, expr_mul(k->g, stretch(k, i), stretch(k, i)));
+}
+
+expression forces_energy(const struct kinematics *k) {
+    struct graph *g = k->g;
+    expression energy = recursion_sum_over_joints(g, k->tree, spring_energy, (void *)k);
+    for (int i = 0; i < k->model->potential_count; i++)
+        energy = expr_add(g, energy, coordinate_derivatives_with_points(k, k->model->potentials[i].energy));
+    return energy;
+}
+
+/*
+ * dC_j/dq_i: the joint nearer to the ground, if revolute, turns the column of the farther one, e x C; the
+ * axis of a torque is turned by nearer joints alone. Theory, sect. 7.3.
+ */
+static struct vector column_change(const struct kinematics *k, const struct load *load, int j, int i) {
+    const struct vector still = {{0, 0, 0}};
+    const int near = i < j ? i : j, far = i < j ? j : i;
+    if (!kinematics_is_on_path(k, near, far) || !k->tree->frames[near].joint.is_revolute ||
+        (load->is_torque && i >= j))
+        return still;
+    return vector_cross(k->g, kinematics_joint_axis(k, near), load_column(k, load, far));
+}
+
+/* dQ_j/dq_i += C_j . dF/dq_i + F . dC_j/dq_i: theory, sect. 7.3. */
+static void add_load_tangent(const struct kinematics *k, const struct load *load, expression *tangent) {
+    struct graph *g = k->g;
+    const int n = k->tree->count;
+    struct vector F = vector_of(load->value);
+    for (int a = 0; a < 3; a++) {
+        const expression *change = coordinate_derivatives_coefficients(k, F.at[a], 0, true);
+        F.at[a] = coordinate_derivatives_at_rest(k, F.at[a]);
+        for (int j = 0; j < n; j++)
+            for (int i = 0; i < n; i++) {
+                const expression more = expr_mul(g, load_column(k, load, j).at[a], change[i]);
+                tangent[j * n + i] = expr_add(g, tangent[j * n + i], more);
+            }
+    }
+    for (int j = 0; j < n; j++)
+        for (int i = 0; i < n; i++) {
+            const expression more = vector_dot(g, F, column_change(k, load, j, i));
+            tangent[j * n + i] = expr_add(g, tangent[j * n + i], more);
+        }
+}
+
+expression *forces_tangent(const struct kinematics *k) {
+    struct graph *g = k->g;
+    const int n = k->tree->count;
+    const struct named_forces named = forces_collect(k);
+    expression *tangent = new_values(k, (size_t)n * (size_t)n);
+    graph_remark(g, "dQ/dq of springs and of what the model names, at qd = 0 (4.9, 7.3)");
+    for (int i = 0; i < n; i++)
+        tangent[i * n + i] = expr_neg(g, k->tree->frames[i].joint.stiffness);
+    for (int f = 0; f < named.force_count; f++) {
+        const expression *row = coordinate_derivatives_coefficients(k, named.forces[f].value, 0, true);
+        expression *into = tangent + named.forces[f].coordinate * n;
+        for (int j = 0; j < n; j++)
+            into[j] = expr_add(g, into[j], row[j]);
+    }
+    for (int l = 0; l < named.load_count; l++)
+        add_load_tangent(k, &named.loads[l], tangent);
+    return tangent;
+}
+
+/* extra_i += speed * d(value)/dqd_i: a part of sum_j qd_j dQ_j/dqd_i, theory, sect. 9. */
+static void add_printed_rate(const struct kinematics *k, expression speed, expression value,
+                             expression *extra) {
+    const expression *slope = coordinate_derivatives_coefficients(k, value, 1, false);
+    for (int i = 0; i < k->tree->count; i++)
+        extra[i] = expr_add(k->g, extra[i], expr_mul(k->g, speed, slope[i]));
+}
+
+expression *forces_printed_rates(const struct kinematics *k) {
+    struct graph *g = k->g;
+    const int n = k->tree->count;
+    const struct named_forces named = forces_collect(k);
+    expression *extra = new_values(k, (size_t)n);
+    graph_remark(g, "printed form: sum_j qd_j dQ_j/dqd_i (9)");
+    for (int i = 0; i < n; i++) /* -d_i qd_i is linear in qd_i alone */
+        extra[i] = expr_neg(g, expr_mul(g, k->tree->frames[i].joint.damping, rate(k, i)));
+    for (int f = 0; f < named.force_count; f++)
+        add_printed_rate(k, rate(k, named.forces[f].coordinate), named.forces[f].value, extra);
+    for (int l = 0; l < named.load_count; l++) {
+        struct vector speed = {{0, 0, 0}};
+        for (int j = 0; j < n; j++)
+            speed = vector_add(g, speed, vector_scale(g, rate(k, j), load_column(k, &named.loads[l], j)));
+        for (int a = 0; a < 3; a++)
+            add_printed_rate(k, speed.at[a], named.loads[l].value[a], extra);
+    }
+    return extra;
+}

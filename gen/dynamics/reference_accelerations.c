@@ -1,0 +1,85 @@
+/*
+ * Reference accelerations: those at which the inertia and gravity of each body are taken as loads, while the
+ * recursion for M x = f gives what the true ones differ by.
+ *
+ * Takes kinematics and the elimination, gives accelerations by frame; declared in body_dynamics.h (theory,
+ * sect. 5.5). They are the bias accelerations, but for dw/dt behind a ball joint: no joint holds it, so any
+ * reference serves, and dw/dt = 0 need not be turned from frame to frame. The joint's coordinates take up the
+ * difference (ball_coordinates in articulated_body.c).
+ */
+#include "dynamics/dynamics.h"
+#include "base/memory.h"
+
+struct references {
+    const struct kinematics *k;
+    const struct elimination *elimination;
+    struct reference *list;
+};
+
+/* w of frame i. An ENTRY's motion is that of the element before in its loop, so its w comes from its
+ * parent's. */
+static struct vector angular_velocity(const struct kinematics *k, int i) {
+    const struct frame *frame = &k->tree->frames[i];
+    const struct vector still = {{0, 0, 0}};
+    if (frame->kind == FRAME_JOINT)
+        return k->frames[i].angular;
+    return kinematics_to_child(k, i, frame->parent < 0 ? still : k->frames[frame->parent].angular);
+}
+
+/* wdr = E wdr_p + w x e qd, 0 behind a ball joint; ar = E (ar_p + B_p s) + 2 w x e qd: theory, sect. 5.5. */
+static void refer(void *context, int i) {
+    const struct references *x = context;
+    const struct kinematics *k = x->k;
+    struct graph *g = k->g;
+    const struct frame *frame = &k->tree->frames[i];
+    graph_remark(g, memory_format(k->memory, "%s: reference accelerations wdr, ar (5.5)", frame->name));
+    const struct reference ground = {
+        .linear = vector_scale(g, expr_neg(g, expr_one(g)), vector_of(k->model->gravity))};
+    const struct reference *parent = frame->parent < 0 ? &ground : &x->list[frame->parent];
+    const struct vector across = matrix_times(g, parent->gradient.at, k->joints[i].shift);
+    struct reference own = {.angular = kinematics_to_child(k, i, parent->angular),
+                            .linear = kinematics_to_child(k, i, vector_add(g, parent->linear, across))};
+    const struct vector none = {{0, 0, 0}};
+    if (articulated_body_ends_ball(x->elimination, i))
+        own.angular = none;
+    else if (frame->kind == FRAME_JOINT && frame->joint.is_revolute)
+        own.angular = kinematics_gyroscopic(k, i, own.angular);
+    else if (frame->kind == FRAME_JOINT)
+        own.linear =
+            vector_add(g, own.linear, kinematics_gyroscopic(k, i, kinematics_gyroscopic(k, i, none)));
+    own.gradient = kinematics_acceleration_gradient(g, angular_velocity(k, i), own.angular);
+    kinematics_name_vector(k, i, "reference_wd", own.angular);
+    kinematics_name_vector(k, i, "reference_a", own.linear);
+    x->list[i] = own;
+}
+
+static bool has_ball(const struct kinematics *k, const struct elimination *elimination) {
+    for (int i = 0; i < k->tree->count; i++)
+        if (articulated_body_ends_ball(elimination, i))
+            return true;
+    return false;
+}
+
+static struct reference *new_references(const struct kinematics *k) {
+    return memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof(struct reference));
+}
+
+struct reference *reference_accelerations_bias(const struct kinematics *k) {
+    struct reference *list = new_references(k);
+    for (int i = 0; i < k->tree->count; i++) {
+        const struct frame_motion *m = &k->frames[i];
+        list[i] = (struct reference){m->bias_angular, m->bias_less_gravity, m->gradient};
+    }
+    return list;
+}
+
+struct reference *reference_accelerations_derive(const struct kinematics *k,
+                                                 const struct elimination *elimination) {
+    struct references x = {k, elimination, NULL};
+    if (!has_ball(k, elimination))
+        return reference_accelerations_bias(k);
+    x.list = new_references(k);
+    const struct recursion recursion = dynamics_recursion_over(k, x.list, sizeof *x.list, refer, &x);
+    recursion_outward(&recursion);
+    return x.list;
+}

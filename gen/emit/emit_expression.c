@@ -1,0 +1,243 @@
+/*
+ * The C text of expressions: takes nodes of the plan, gives C in which every rounding stands where the graph
+ * has it.
+ */
+#include "emit/emit.h"
+#include "graph/spline.h"
+
+#include <string.h>
+
+enum { WIDTH = 104 }; /* a line is broken after an operator from here on */
+
+void emit_run_index(struct text *text, int first, int stride) {
+    if (first)
+        text_add(text, "%d + ", first);
+    if (stride > 1)
+        text_add(text, "%d * ", stride);
+    text_add(text, "e");
+}
+
+enum binding binding_of(const struct node *node) {
+    switch (node->operation) {
+    case OP_ADD:
+    case OP_SUB:
+        return BINDS_SUM;
+    case OP_MUL:
+    case OP_DIV:
+    case OP_NEG: /* -a b is (-a) b: the same value */
+        return BINDS_PRODUCT;
+    default:
+        return BINDS_ATOM;
+    }
+}
+
+static bool is_named(const struct emission *x, expression e) {
+    return x->plan->is_statement[e] || x->plan->is_derived[e];
+}
+
+/* What is held in derivatives is the same value. */
+static expression behind_hold(const struct emission *x, expression e) {
+    while (x->g->nodes[e].operation == OP_HOLD)
+        e = x->g->nodes[e].operand[0];
+    return e;
+}
+
+static void emit_operand(struct emission *x, struct text *text, expression e, enum binding at_least) {
+    e = behind_hold(x, e);
+    const bool bare = is_named(x, e) || binding_of(&x->g->nodes[e]) >= at_least;
+    text_add(text, bare ? "" : "(");
+    emit_value(x, text, e);
+    text_add(text, bare ? "" : ")");
+}
+
+static void break_long_line(struct text *text) {
+    text_add(text, "%s", text_column(text) > WIDTH ? "\n        " : " ");
+}
+
+/* a + b + c is (a + b) + c: a right operand of equal binding needs its parentheses. */
+static void emit_infix(struct emission *x, struct text *text, const struct node *node) {
+    const enum binding own = binding_of(node);
+    emit_operand(x, text, node->operand[0], own);
+    text_add(text, " %s", operation_text(node->operation));
+    break_long_line(text);
+    emit_operand(x, text, node->operand[1], own + 1);
+}
+
+static const char *coordinate_array(struct emission *x, int order) {
+    static const char *const arrays[] = {"q", "qd", "qdd"};
+    bool *const uses[] = {&x->uses_q, &x->uses_qd, &x->uses_given[0]};
+    *uses[order] = true;
+    return arrays[order];
+}
+
+static const char *row_array(struct emission *x) {
+    x->uses_given[1] = true;
+    return "lambda";
+}
+
+/* q[4 + 3 * e]: of the element that the loop is at. */
+static void emit_element(struct emission *x, struct text *text, const struct symbol *s) {
+    const struct frame *frame = &x->plan->rolled->frames[s->index];
+    text_add(text, "%s[", coordinate_array(x, s->order));
+    emit_run_index(text, frame->coordinate, x->plan->rolled->runs[frame->run].period);
+    text_add(text, "]");
+}
+
+/* A loop's own variable; in a later loop what was kept of it, in a later piece what was left. */
+static void emit_slot(struct emission *x, struct text *text, expression e) {
+    const struct symbol *s = expr_as_symbol(x->g, e);
+    const bool is_kept =
+        s->kind == SYMBOL_CARRIED && x->function->group_of[x->g->slots[s->index].loop] != x->group;
+    bool *is_carried = is_kept ? &x->is_carried[e] : &x->is_slot_carried[s->index];
+    if (x->slot_piece[s->index] != x->piece)
+        *is_carried = true;
+    if (x->slot_piece[s->index] != x->piece || (is_kept && *is_carried)) {
+        x->uses_carried = true;
+        text_add(text, "s->");
+    }
+    text_add(text, "%s%s", x->slot_names[s->index], is_kept ? "_at[e]" : "");
+}
+
+static void emit_symbol(struct emission *x, struct text *text, expression e) {
+    const struct symbol *s = expr_as_symbol(x->g, e);
+    switch (s->kind) {
+    case SYMBOL_ELEMENT:
+        emit_element(x, text, s);
+        return;
+    case SYMBOL_LAST:
+        text_add(text, "e == %d", x->plan->rolled->runs[s->index].count - 1);
+        return;
+    case SYMBOL_CARRIED:
+    case SYMBOL_FINAL:
+        emit_slot(x, text, e);
+        return;
+    case SYMBOL_PARAMETER:
+        x->uses_p = true;
+        text_add(text, "p->%s", x->plan->model->parameters[s->index].name);
+        return;
+    case SYMBOL_INPUT:
+        x->uses_x = true;
+        text_add(text, "x->%s", x->plan->model->inputs[s->index].name);
+        return;
+    case SYMBOL_TIME:
+        x->uses_t = true;
+        text_add(text, "t");
+        return;
+    case SYMBOL_MULTIPLIER:
+        text_add(text, "%s[%d]", row_array(x), s->index);
+        return;
+    default:
+        text_add(text, "%s[%d]", coordinate_array(x, s->order), s->index);
+    }
+}
+
+static void emit_comparison(struct emission *x, struct text *text, const struct node *node) {
+    emit_operand(x, text, node->operand[0], BINDS_SUM);
+    text_add(text, " < ");
+    emit_operand(x, text, node->operand[1], BINDS_SUM);
+}
+
+static void emit_choice(struct emission *x, struct text *text, const struct node *node) {
+    const expression condition = node->operand[0];
+    const struct node *compared = &x->g->nodes[condition];
+    text_add(text, "(");
+    if (compared->operation == OP_LESS && !is_named(x, condition)) {
+        emit_comparison(x, text, compared);
+    } else if (expr_as_symbol(x->g, condition) && expr_as_symbol(x->g, condition)->kind == SYMBOL_LAST) {
+        emit_value(x, text, condition);
+    } else {
+        emit_operand(x, text, condition, BINDS_SUM);
+        text_add(text, " != 0.0");
+    }
+    text_add(text, " ? ");
+    emit_value(x, text, node->operand[1]);
+    text_add(text, " : ");
+    emit_value(x, text, node->operand[2]);
+    text_add(text, ")");
+}
+
+static void emit_spline(struct emission *x, struct text *text, const struct node *node) {
+    text_add(text, "%s_spline_%u(", x->name, node->operand[1] / SPLINE_ORDERS + 1);
+    emit_value(x, text, node->operand[0]);
+    text_add(text, ", %u)", node->operand[1] % SPLINE_ORDERS);
+}
+
+static void emit_call(struct emission *x, struct text *text, const struct node *node) {
+    text_add(text, "%s(", operation_text(node->operation));
+    for (int k = 0; k < operation_arity(node->operation); k++) {
+        text_add(text, k ? ", " : "");
+        emit_value(x, text, node->operand[k]);
+    }
+    text_add(text, ")");
+}
+
+void emit_definition(struct emission *x, struct text *text, expression e) {
+    const struct node node = x->g->nodes[e];
+    double value;
+    char digits[32];
+    switch (node.operation) {
+    case OP_RATE_GAIN:
+    case OP_POSITION_GAIN:
+        emit_value(x, text, node.operand[0]);
+        return;
+    case OP_NUMBER:
+        expr_is_number(x->g, e, &value);
+        text_add(text, "%s", text_of_number(value, digits));
+        return;
+    case OP_SYMBOL:
+        emit_symbol(x, text, e);
+        return;
+    case OP_ADD:
+    case OP_SUB:
+    case OP_MUL:
+    case OP_DIV:
+        emit_infix(x, text, &node);
+        return;
+    case OP_NEG:
+        text_add(text, "-");
+        emit_operand(x, text, node.operand[0], BINDS_PRODUCT);
+        return;
+    case OP_LESS:
+        text_add(text, "(");
+        emit_comparison(x, text, &node);
+        text_add(text, " ? 1.0 : 0.0)");
+        return;
+    case OP_WHERE:
+        emit_choice(x, text, &node);
+        return;
+    case OP_SPLINE:
+        emit_spline(x, text, &node);
+        return;
+    default:
+        if (!emit_angle(x, text, e))
+            emit_call(x, text, &node);
+    }
+}
+
+void emit_name(struct emission *x, struct text *text, expression e) {
+    if (x->value_names[e])
+        text_add(text, "%s", x->value_names[e]);
+    else
+        text_add(text, "t%d", x->temporary[e]);
+}
+
+void emit_value(struct emission *x, struct text *text, expression e) {
+    e = behind_hold(x, e);
+    if (x->plan->is_derived[e]) {
+        x->uses_p = true;
+        text_add(text, "p->derived.%s", x->value_names[e]);
+    } else if (!x->plan->is_statement[e]) {
+        emit_definition(x, text, e);
+    } else {
+        if (x->piece_of[e] != x->piece)
+            x->is_carried[e] = true;
+        if (x->piece_of[e] != x->piece || (x->is_carried[e] && x->function->is_stored[e])) {
+            x->uses_carried = true;
+            text_add(text, "s->");
+        } else {
+            x->is_read[e] = true;
+        }
+        emit_name(x, text, e);
+        text_add(text, "%s", x->function->is_stored[e] ? "[e]" : "");
+    }
+}

@@ -1,0 +1,352 @@
+/*
+ * The constant tables of a model: names, units, defaults, the tree, and all functions in the one form of
+ * refdyn_model.h.
+ */
+#include "emit/emit.h"
+#include "refdyn_model.h"
+#include "dynamics/constraints.h"
+
+#include <string.h>
+
+static void emit_name_entry(struct text *text, const char *name, const char *unit, double value) {
+    char digits[32];
+    text_add(text, "    {\"%s\", %s, %s},\n", name, text_literal(text->memory, unit),
+             text_of_number(value, digits));
+}
+
+static void open_names(struct emission *x, struct text *text, const char *what) {
+    text_add(text, "static const struct refdyn_name %s_%s[] = {\n", x->name, what);
+}
+
+static void emit_coordinate(struct emission *x, struct text *text, int i) {
+    const struct frame *frame = &x->plan->tree->frames[i];
+    const double start = parameters_evaluate(x->g, x->plan->model->parameters, frame->joint.start);
+    emit_name_entry(text, frame->name, frame->joint.is_revolute ? "rad" : "m", start);
+}
+
+/* One macro for the names of an element. */
+static void emit_run_macro(struct emission *x, struct text *text, const struct element_run *run, int index) {
+    char digits[32];
+    text_add(text, "#define ELEMENT_%d(e)", index + 1);
+    for (int k = 0; k < run->period; k++) {
+        const struct frame *frame = &x->plan->tree->frames[run->first + k];
+        const struct stem stem = emit_name_stem(x, run, k);
+        const double start = parameters_evaluate(x->g, x->plan->model->parameters, frame->joint.start);
+        text_add(text, "%s {\"%.*s\" #e, \"%s\", %s}", k ? "," : "", stem.length, stem.text,
+                 frame->joint.is_revolute ? "rad" : "m", text_of_number(start, digits));
+    }
+    text_add(text, "\n");
+}
+
+static void emit_run_names(struct text *text, const struct element_run *run, int index, int number) {
+    for (int e = 0; e < run->count; e++)
+        text_add(text, "%sELEMENT_%d(%d),%s", e % 8 ? " " : "    ", index + 1, number + e,
+                 e % 8 == 7 || e == run->count - 1 ? "\n" : "");
+}
+
+static void emit_coordinate_names(struct emission *x, struct text *text) {
+    const struct tree *rolled = x->plan->rolled;
+    for (int r = 0; r < rolled->run_count; r++)
+        if (x->run_numbers[r] >= 0)
+            emit_run_macro(x, text, &rolled->runs[r], r);
+    open_names(x, text, "coordinate_names");
+    for (int i = 0; i < x->plan->tree->count;) {
+        const int r = emit_named_run(x, i);
+        if (r >= 0)
+            emit_run_names(text, &rolled->runs[r], r, x->run_numbers[r]);
+        else
+            emit_coordinate(x, text, i);
+        i += r < 0 ? 1 : rolled->runs[r].count * rolled->runs[r].period;
+    }
+    text_add(text, "};\n");
+    for (int r = 0; r < rolled->run_count; r++)
+        if (x->run_numbers[r] >= 0)
+            text_add(text, "#undef ELEMENT_%d\n", r + 1);
+    text_add(text, "\n");
+}
+
+static void emit_names(struct emission *x, struct text *text) {
+    const struct model *model = x->plan->model;
+    emit_coordinate_names(x, text);
+    if (x->plan->parameter_count) {
+        open_names(x, text, "parameter_names");
+        for (int i = 0; i < x->plan->parameter_count; i++) {
+            const struct parameter *p = &model->parameters[x->plan->parameters[i]];
+            emit_name_entry(text, p->name, p->unit, p->is_anchored && !p->is_given ? 0 : p->value);
+        }
+        text_add(text, "};\n\n");
+    }
+    if (model->course_count) {
+        text_add(text, "static const char *const %s_courses[] = {", x->name);
+        for (int i = 0; i < model->course_count; i++)
+            text_add(text, "%s%s", i ? ", " : "", text_literal(text->memory, model->courses[i].name));
+        text_add(text, "};\n\n");
+    }
+    if (model->input_count) {
+        open_names(x, text, "input_names");
+        for (int i = 0; i < model->input_count; i++)
+            emit_name_entry(text, model->inputs[i].name, model->inputs[i].unit, model->inputs[i].value);
+        text_add(text, "};\n\n");
+    }
+}
+
+static void emit_integers(struct emission *x, struct text *text, const char *what, const int *values,
+                          int count) {
+    if (!count)
+        return;
+    text_add(text, "static const int %s_%s[] = {", x->name, what);
+    for (int i = 0; i < count; i++)
+        text_add(text, "%s%d", !i ? "" : i % 20 ? ", " : ",\n    ", values[i]);
+    text_add(text, "};\n\n");
+}
+
+static int *coordinate_indices(struct emission *x, const char **names, int count) {
+    int *indices = memory_get(x->plan->memory, ((size_t)count + 1) * sizeof *indices);
+    for (int i = 0; i < count; i++)
+        indices[i] = tree_find_coordinate(x->plan->tree, names[i]);
+    return indices;
+}
+
+/* Position of each anchored parameter among the emitted ones. */
+static int *anchored_indices(struct emission *x) {
+    const struct plan *plan = x->plan;
+    int *indices = memory_get(plan->memory, ((size_t)plan->anchored_count + 1) * sizeof *indices);
+    for (int i = 0; i < plan->anchored_count; i++)
+        while (plan->parameters[indices[i]] != plan->anchored[i])
+            indices[i]++;
+    return indices;
+}
+
+/* Place in p of a value of parameters alone, -1: no emitted function reads it. */
+static int place_in_parameters(const struct plan *plan, expression e) {
+    for (int i = 0; i < plan->prepare.out_count; i++)
+        if (plan->prepare.arrays->singles[i].value == e)
+            return plan->parameter_count + i;
+    return -1;
+}
+
+static int *gain_places(struct emission *x) {
+    const struct model *model = x->plan->model;
+    int *places = memory_get(x->plan->memory, (2 * (size_t)model->row_count + 1) * sizeof *places);
+    for (int i = 0; i < model->row_count; i++) {
+        places[2 * i] = place_in_parameters(x->plan, constraints_rate_gain(x->g, &model->rows[i]));
+        places[2 * i + 1] = place_in_parameters(x->plan, constraints_position_gain(x->g, &model->rows[i]));
+    }
+    return places;
+}
+
+static void emit_index_tables(struct emission *x, struct text *text) {
+    const struct model *model = x->plan->model;
+    const int n = x->plan->tree->count;
+    int *parents = memory_get(x->plan->memory, ((size_t)n + 1) * sizeof *parents);
+    for (int i = 0; i < n; i++)
+        parents[i] = x->plan->tree->frames[i].parent;
+    emit_integers(x, text, "parent", parents, n);
+    emit_integers(x, text, "dependent", coordinate_indices(x, model->dependent, model->dependent_count),
+                  model->dependent_count);
+    emit_integers(x, text, "held", coordinate_indices(x, model->hold, model->hold_count), model->hold_count);
+    emit_integers(x, text, "gains", gain_places(x), 2 * model->row_count);
+    emit_integers(x, text, "vector_places", x->plan->vector_places,
+                  x->plan->vector_places ? 3 * REFDYN_VECTOR_COUNT : 0);
+    emit_integers(x, text, "anchored", anchored_indices(x), x->plan->anchored_count);
+}
+
+static void emit_rows_and_points(struct emission *x, struct text *text) {
+    static const char *const levels[] = {"REFDYN_POSITION", "REFDYN_VELOCITY", "REFDYN_ACCELERATION"};
+    const struct model *model = x->plan->model;
+    if (model->row_count) {
+        text_add(text, "static const struct refdyn_row %s_rows[] = {\n", x->name);
+        for (int i = 0; i < model->row_count; i++)
+            text_add(text, "    {%s, %s},\n", text_literal(text->memory, model->rows[i].name),
+                     levels[model->rows[i].level]);
+        text_add(text, "};\n\n");
+    }
+    if (model->point_count) {
+        text_add(text, "static const char *const %s_points[] = {", x->name);
+        for (int i = 0; i < model->point_count; i++)
+            text_add(text, "%s\"%s\"", i ? ", " : "", model->points[i].name);
+        text_add(text, "};\n\n");
+    }
+}
+
+/* The same functions behind the one form that the table has. */
+static void emit_adapters(struct emission *x, struct text *text) {
+    if (x->plan->prepare.out_count)
+        text_add(text,
+                 "static void %s_prepare_doubles(double *p) {\n    %s_prepare((struct %s_parameters *)(void "
+                 "*)p);\n}\n\n",
+                 x->name, x->name, x->name);
+    for (int f = 0; f < x->plan->function_count; f++) {
+        const struct function *function = &x->plan->functions[f];
+        struct given_array given[GIVEN_ARRAYS];
+        text_add(text,
+                 "static void %s_%s_doubles(const double *p, const double *x, double t, const double *q,\n"
+                 "        const double *qd, double *out) {\n",
+                 x->name, function->quantity);
+        text_add(text,
+                 "    %s_%s((const struct %s_parameters *)(const void *)p,\n        (const struct %s_inputs "
+                 "*)(const void *)x, t, q, qd, ",
+                 x->name, function->quantity, x->name, x->name);
+        emit_list_given(x->plan, function, given);
+        for (int i = 0; i < GIVEN_ARRAYS; i++)
+            if (given[i].count)
+                text_add(text, "qd + %d, ", given[i].place);
+        if (plan_is_struct_result(function))
+            text_add(text, "(struct %s_%s_result *)(void *)", x->name, function->quantity);
+        text_add(text, "out);\n}\n\n");
+    }
+}
+
+static void emit_defaults(struct emission *x, struct text *text) {
+    const struct plan *plan = x->plan;
+    char digits[32];
+    if (!plan->parameter_count)
+        return;
+    text_add(text, "void %s_defaults(struct %s_parameters *p) {\n", x->name, x->name);
+    for (int i = 0; i < plan->parameter_count; i++) {
+        const struct parameter *parameter = &plan->model->parameters[plan->parameters[i]];
+        const bool waits = parameter->is_anchored && !parameter->is_given;
+        text_add(text, "    p->%s = %s;\n", parameter->name,
+                 text_of_number(waits ? 0 : parameter->value, digits));
+    }
+    if (plan->prepare.out_count)
+        text_add(text, "    %s_prepare(p);\n", x->name);
+    if (plan->anchored_count) {
+        const int n = plan->tree->count;
+        text_add(text, "    double start[%d], anchored[%d];\n", 2 * n, plan->anchored_count);
+        if (plan->model->input_count) {
+            text_add(text, "    static const struct %s_inputs inputs = {", x->name);
+            for (int i = 0; i < plan->model->input_count; i++)
+                text_add(text, "%s%s", i ? ", " : "", text_of_number(plan->model->inputs[i].value, digits));
+            text_add(text, "};\n");
+        }
+        const char *inputs = plan->model->input_count ? "&inputs" : "0";
+        text_add(text, "    static const double zeros[%d] = {0.0};\n", n);
+        text_add(text, "    %s_start(p, %s, 0.0, zeros, zeros, start);\n", x->name, inputs);
+        text_add(text, "    %s_anchor(p, %s, 0.0, start, start + %d, anchored);\n", x->name, inputs, n);
+        for (int i = 0; i < plan->anchored_count; i++)
+            text_add(text, "    p->%s = anchored[%d];\n", plan->model->parameters[plan->anchored[i]].name, i);
+        if (plan->prepare.out_count)
+            text_add(text, "    %s_prepare(p);\n", x->name);
+    }
+    text_add(text, "}\n\n");
+}
+
+static void set_pointer(struct emission *x, struct text *text, const char *array, const char *value,
+                        bool exists) {
+    if (exists)
+        text_add(text, "    SET(%s) %s_%s,\n", array, x->name, value);
+    else
+        text_add(text, "    SET(%s) 0,\n", array);
+}
+
+static void set_functions(struct emission *x, struct text *text) {
+    /* In the order of struct refdyn_model. */
+    static const char *const order[] = {"start",       "anchor",
+                                        "M",           "h",
+                                        "Q",           "u",
+                                        "v",           "phi",
+                                        "psi",         "k",
+                                        "r",           "rd",
+                                        "C",           "d",
+                                        "energy",      "power",
+                                        "Q_q",         "qdd_free",
+                                        "qdd",         "force",
+                                        "equations",   "M_h",
+                                        "f",           "row_terms",
+                                        "point_terms", "constrained",
+                                        "terms",       "accelerations",
+                                        "tangent",     "tangent_vectors",
+                                        "d_qdd",       "d_qdd_free",
+                                        "d_force",     "d_statics",
+                                        "d_rows",      "course",
+                                        "breaks",      "switches"};
+    for (size_t i = 0; i < sizeof order / sizeof *order; i++) {
+        bool exists = false;
+        for (int f = 0; f < x->plan->function_count; f++)
+            exists |= !strcmp(x->plan->functions[f].quantity, order[i]);
+        if (exists)
+            text_add(text, "    SET(%s) %s_%s_doubles,\n", order[i], x->name, order[i]);
+        else
+            text_add(text, "    SET(%s) 0,\n", order[i]);
+    }
+}
+
+/* Operations of one call, a division as four, a function as ten; 0: it is not emitted. */
+static long cost_of(const struct plan *plan, const char *quantity) {
+    for (int f = 0; f < plan->function_count; f++) {
+        const struct operation_count *count = &plan->functions[f].operations;
+        if (!strcmp(plan->functions[f].quantity, quantity))
+            return count->adds + count->muls + 4 * count->divs + 10 * count->functions;
+    }
+    return 0;
+}
+
+/* Is there something that a rate drives to its limit, as friction? */
+static bool saturates(const struct plan *plan) {
+    const struct graph *g = plan->g;
+    const bool *needed = plan_mark_nodes_of_functions(plan);
+    for (expression e = 0; e < g->count; e++) {
+        const uint8_t operation = g->nodes[e].operation;
+        const bool is_bounded =
+            operation == OP_TANH || operation == OP_ATAN || operation == OP_MIN || operation == OP_MAX;
+        if (needed[e] && is_bounded && g->nodes[e].depends & ON_RATE)
+            return true;
+    }
+    return false;
+}
+
+static void emit_model_table(struct emission *x, struct text *text, const char *hash) {
+    const struct plan *plan = x->plan;
+    const struct model *model = plan->model;
+    text_add(text, "/* C checks the names of the fields; C++17 has no designated initialisers, the order is "
+                   "the same. */\n"
+                   "#ifdef __cplusplus\n#define SET(field)\n#else\n#define SET(field) .field =\n#endif\n\n");
+    text_add(
+        text,
+        "#if REFDYN_MODEL_VERSION != %d\n#error \"%s was emitted for version %d of refdyn_model.h, and this "
+        "refdyn_model.h is of another one: emit it again.\"\n#endif\n\n",
+        REFDYN_MODEL_VERSION, x->name, REFDYN_MODEL_VERSION);
+    text_add(text, "const struct refdyn_model %s_model = {\n    SET(interface_version) %d,\n", x->name,
+             REFDYN_MODEL_VERSION);
+    text_add(text, "    SET(name) \"%s\",\n    SET(hash) \"%s\",\n", x->name, hash);
+    text_add(text, "    SET(n) %d,\n    SET(m) %d,\n", plan->tree->count, model->row_count);
+    text_add(text, "    SET(parameter_count) %d,\n    SET(derived_count) %d,\n", plan->parameter_count,
+             plan->prepare.out_count);
+    text_add(text, "    SET(input_count) %d,\n    SET(point_count) %d,\n", model->input_count,
+             model->point_count);
+    text_add(text, "    SET(course_count) %d,\n", model->course_count);
+    text_add(text, "    SET(break_count) %d,\n    SET(switch_count) %d,\n", plan->break_count,
+             plan->switch_count);
+    text_add(text, "    SET(saturates) %d,\n", saturates(plan));
+    text_add(text, "    SET(qdd_cost) %ld,\n    SET(tangent_cost) %ld,\n",
+             cost_of(plan, model->row_count ? "constrained" : "qdd_free"), cost_of(plan, "tangent"));
+    text_add(text, "    SET(tangent_vectors_cost) %ld,\n    SET(coupling_count) %d,\n",
+             cost_of(plan, "tangent_vectors"), plan->coupling_count);
+    set_pointer(x, text, "coordinates", "coordinate_names", true);
+    set_pointer(x, text, "parameters", "parameter_names", plan->parameter_count > 0);
+    set_pointer(x, text, "inputs", "input_names", model->input_count > 0);
+    set_pointer(x, text, "points", "points", model->point_count > 0);
+    set_pointer(x, text, "courses", "courses", model->course_count > 0);
+    set_pointer(x, text, "rows", "rows", model->row_count > 0);
+    set_pointer(x, text, "parent", "parent", true);
+    set_pointer(x, text, "dependent", "dependent", model->dependent_count > 0);
+    set_pointer(x, text, "gains", "gains", model->row_count > 0);
+    set_pointer(x, text, "vector_places", "vector_places", plan->vector_places != NULL);
+    set_pointer(x, text, "held", "held", model->hold_count > 0);
+    text_add(text, "    SET(held_count) %d,\n", model->hold_count);
+    set_pointer(x, text, "anchored", "anchored", plan->anchored_count > 0);
+    text_add(text, "    SET(anchored_count) %d,\n", plan->anchored_count);
+    set_pointer(x, text, "prepare", "prepare_doubles", plan->prepare.out_count > 0);
+    set_functions(x, text);
+    text_add(text, "};\n#undef SET\n");
+}
+
+void emit_tables(struct emission *x, struct text *text, const char *hash) {
+    emit_defaults(x, text);
+    emit_names(x, text);
+    emit_index_tables(x, text);
+    emit_rows_and_points(x, text);
+    emit_adapters(x, text);
+    emit_model_table(x, text, hash);
+}

@@ -1,0 +1,52 @@
+/*
+ * Bytes of local arrays of emitted functions, which a caller with a small stack wants to know. Takes the text
+ * of a function and the functions that it calls, gives bytes; header and summary print them.
+ *
+ * They are counted in the text, where a declaration stands on a line of its own: `double NAME[COUNT], ...;`.
+ * Values that one piece of a long function hands to the next are members of a local struct, and look the
+ * same.
+ */
+#include "emit/emit.h"
+
+#include <ctype.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Numbers of one line "name[count], name;", 0 for a line that gives a value to what it declares. */
+static long declared_numbers(const char *line, const char *end) {
+    long numbers = 0;
+    if (memchr(line, '=', (size_t)(end - line)))
+        return 0;
+    while (line < end) {
+        const size_t length = strcspn(line, ",;[");
+        numbers += line[length] == '[' ? strtol(line + length + 1, NULL, 10) : 1;
+        line += strcspn(line, ",;") + 1;
+    }
+    return numbers;
+}
+
+long local_arrays_count_bytes(const char *text) {
+    static const char type[] = "double ";
+    long numbers = 0;
+    for (const char *end; (end = strchr(text, '\n')); text = end + 1) {
+        while (isblank((unsigned char)*text))
+            text++;
+        if (!strncmp(text, type, sizeof type - 1) && end[-1] == ';')
+            numbers += declared_numbers(text + sizeof type - 1, end);
+    }
+    return numbers * (long)sizeof(double);
+}
+
+/* Of a function and all that it calls; a result that is copied from is an array, too. */
+long local_arrays_bytes(const struct emission *x, const struct function *function) {
+    long bytes = x->own_bytes[function - x->plan->functions];
+    for (int i = 0; i < function->part_count; i++) {
+        const struct function *from = function->parts[i].from;
+        if (i > 0 && function->parts[i - 1].from == from)
+            continue;
+        bytes += local_arrays_bytes(x, from);
+        if (plan_is_struct_result(from))
+            bytes += from->out_count * (long)sizeof(double);
+    }
+    return bytes;
+}

@@ -1,0 +1,208 @@
+/*
+ * The interpreter of the plan: computes what an emitted function would, node by node, with the doubles of the
+ * host. Declared in gen.h. It shares the graph with the printer and nothing else, so that it can judge the C.
+ */
+#include "plan/plan.h"
+
+#include <string.h>
+
+struct arguments {
+    const struct plan *plan;
+    const double *p, *x, *q, *qd;
+    double t;
+};
+
+static double parameter_value(const struct arguments *a, int index) {
+    for (int i = 0; i < a->plan->parameter_count; i++)
+        if (a->plan->parameters[i] == index)
+            return a->p[i];
+    return 0;
+}
+
+/* Values of nodes: of loops those of the iteration that was computed last, and all of them by element. */
+struct state {
+    const struct graph *g;
+    struct arguments arguments;
+    bool *needed;
+    double *values, **by_element;
+    double *slots;
+};
+
+static const struct element_run *run_of(const struct plan *plan, int run) {
+    return &plan->rolled->runs[run];
+}
+
+/* Accelerations stand behind rates: see takes_motion in plan.h. */
+static double coordinate_value(const struct arguments *a, int coordinate, int order) {
+    const int n = a->plan->tree->count;
+    return order == 0 ? a->q[coordinate] : a->qd[(order - 1) * n + coordinate];
+}
+
+static double element_value(const struct arguments *a, const struct symbol *s, int r) {
+    const struct frame *frame = &a->plan->rolled->frames[s->index];
+    const int coordinate = frame->coordinate + r * run_of(a->plan, frame->run)->period;
+    return coordinate_value(a, coordinate, s->order);
+}
+
+static double symbol_value(const struct state *state, const struct symbol *s, int r) {
+    const struct arguments *a = &state->arguments;
+    switch (s->kind) {
+    case SYMBOL_PARAMETER:
+        return parameter_value(a, s->index);
+    case SYMBOL_INPUT:
+        return a->x[s->index];
+    case SYMBOL_TIME:
+        return a->t;
+    case SYMBOL_ELEMENT:
+        return element_value(a, s, r);
+    case SYMBOL_LAST:
+        return r == run_of(a->plan, s->index)->count - 1;
+    case SYMBOL_CARRIED:
+    case SYMBOL_FINAL:
+        return state->slots[s->index];
+    case SYMBOL_MULTIPLIER:
+        return a->qd[2 * a->plan->tree->count + 1 + s->index];
+    default:
+        return coordinate_value(a, s->index, s->order);
+    }
+}
+
+static void compute(struct state *state, expression e, int r) {
+    const struct symbol *s = expr_as_symbol(state->g, e);
+    state->values[e] = s ? symbol_value(state, s, r) : graph_node_value(state->g, e, state->values);
+}
+
+/* The next iteration's values: all are taken before any is changed. */
+static void step_slots(struct state *state, int loop) {
+    const struct graph *g = state->g;
+    for (int s = 0; s < g->slot_count; s++)
+        if (g->slots[s].loop == loop)
+            state->slots[s] = state->values[g->slots[s].next];
+}
+
+/* One element: values of this loop are computed, those of earlier loops over the run are at hand. */
+static void run_iteration(struct state *state, int loop, int r) {
+    const struct graph *g = state->g;
+    for (expression e = 0; e < g->loops[loop].end; e++) {
+        const uint16_t home = g->nodes[e].loop;
+        if (!state->needed[e] || !home)
+            continue;
+        if (home == loop || home == ANY_LOOP)
+            compute(state, e, r);
+        else if (g->loops[home].run == g->loops[loop].run)
+            state->values[e] = state->by_element[e][r];
+        if (home == loop)
+            state->by_element[e][r] = state->values[e];
+    }
+    step_slots(state, loop);
+}
+
+static void run_element_loop(struct state *state, struct memory *memory, int loop) {
+    const struct graph *g = state->g;
+    const int count = run_of(state->arguments.plan, g->loops[loop].run)->count;
+    for (expression e = g->loops[loop].begin; e < g->loops[loop].end; e++)
+        if (state->needed[e] && g->nodes[e].loop == loop)
+            state->by_element[e] = memory_get(memory, (size_t)count * sizeof(double));
+    for (int s = 0; s < g->slot_count; s++)
+        if (g->slots[s].loop == loop)
+            state->slots[s] = state->values[g->slots[s].initial];
+    for (int i = 0; i < count; i++)
+        run_iteration(state, loop, g->loops[loop].inward ? count - 1 - i : i);
+}
+
+static double result_value(const struct state *state, expression e, int r) {
+    const uint16_t home = state->g->nodes[e].loop;
+    if (home == ANY_LOOP)
+        return element_value(&state->arguments, expr_as_symbol(state->g, e), r);
+    return home ? state->by_element[e][r] : state->values[e];
+}
+
+/* And its mirror image. */
+static void write_entry(const struct array *array, int entry, double value, double *out) {
+    const int n = array->symmetric;
+    out[array->offset + entry] = value;
+    if (n)
+        out[array->offset + entry % n * n + entry / n] = value;
+}
+
+static void write_results(const struct state *state, const struct function *function, double *out) {
+    for (int f = 0; f < plan_count_arrays(function); f++) {
+        const struct array *array = &function->arrays[f];
+        for (int i = 0; i < array->single_count; i++)
+            write_entry(array, array->singles[i].entry, state->values[array->singles[i].value], out);
+    }
+    for (int i = 0; i < function->run_result_count; i++) {
+        const struct run_result *result = &function->run_results[i];
+        for (int r = 0; r < run_of(state->arguments.plan, result->run)->count; r++)
+            out[function->arrays[result->array].offset + result->entry + r * result->stride] =
+                result_value(state, result->value, r);
+    }
+}
+
+static const struct function *find_function(const struct plan *plan, const char *quantity) {
+    for (int f = 0; f < plan->function_count; f++)
+        if (!strcmp(plan->functions[f].quantity, quantity))
+            return &plan->functions[f];
+    return NULL;
+}
+
+static void interpret(struct plan *plan, const struct function *function, const struct arguments *arguments,
+                      double *out);
+
+static void interpret_parts(struct plan *plan, const struct function *function,
+                            const struct arguments *arguments, double *out) {
+    double *arrays = memory_get(plan->memory, ((size_t)plan_value_count(function) + 1) * sizeof *arrays);
+    for (int i = 0; i < function->part_count; i++) {
+        const struct part *part = &function->parts[i];
+        const struct array *from = &part->from->arrays[part->from_array];
+        double *values = memory_get(plan->memory, ((size_t)part->from->out_count + 1) * sizeof *values);
+        interpret(plan, part->from, arguments, values);
+        double *array = arrays + function->arrays[part->to_array].offset;
+        for (int k = 0; k < from->count; k++)
+            array[k] = (part->is_added ? array[k] : 0.0) + values[from->offset + k];
+    }
+    for (int i = 0; i < function->loop_count; i++)
+        interpreter_run_loop(function, &function->loops[i], arrays);
+    memcpy(out, arrays, (size_t)function->out_count * sizeof *out);
+}
+
+static void interpret(struct plan *plan, const struct function *function, const struct arguments *arguments,
+                      double *out) {
+    if (function->part_count) {
+        interpret_parts(plan, function, arguments, out);
+        return;
+    }
+    const struct graph *g = plan->g;
+    struct state state = {.g = g, .arguments = *arguments};
+    state.needed = memory_get(plan->memory, g->count * sizeof *state.needed);
+    state.values = memory_get(plan->memory, g->count * sizeof *state.values);
+    state.by_element = memory_get(plan->memory, g->count * sizeof *state.by_element);
+    state.slots = memory_get(plan->memory, ((size_t)g->slot_count + 1) * sizeof *state.slots);
+    plan_mark_results(function, state.needed);
+    rewrite_mark_operands(g, state.needed, g->count);
+    int loop = 1;
+    for (expression e = 0; e < g->count; e++) {
+        for (; loop < g->loop_count && g->loops[loop].end <= e; loop++)
+            run_element_loop(&state, plan->memory, loop);
+        if (state.needed[e] && !g->nodes[e].loop)
+            compute(&state, e, 0);
+    }
+    for (; loop < g->loop_count; loop++)
+        run_element_loop(&state, plan->memory, loop);
+    double *arrays = memory_get(plan->memory, ((size_t)plan_value_count(function) + 1) * sizeof *arrays);
+    write_results(&state, function, arrays);
+    for (int i = 0; i < function->loop_count; i++)
+        interpreter_run_loop(function, &function->loops[i], arrays);
+    memcpy(out, arrays, (size_t)function->out_count * sizeof *out);
+}
+
+int gen_interpret(const struct generation *generation, const char *quantity, const double *p, const double *x,
+                  double t, const double *q, const double *qd, double *out) {
+    struct plan *plan = generation->plan;
+    const struct function *function = find_function(plan, quantity);
+    const struct arguments arguments = {plan, p, x, q, qd, t};
+    if (!function)
+        return 1;
+    interpret(plan, function, &arguments, out);
+    return 0;
+}

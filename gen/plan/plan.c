@@ -1,0 +1,386 @@
+/*
+ * Planning: see plan.h. A node becomes a named value when it has a name for the reader, is used more than
+ * once or would make a line too long; all others stand inside the expression that uses them.
+ */
+#include "plan/plan.h"
+
+#include <string.h>
+
+enum {
+    LONGEST_EXPRESSION = 12, /* operations in one emitted line */
+    LONGEST_MATRIX = 2000, /* statements of a function that gives a matrix: compilers are more than linear */
+    LONGEST_VECTOR =
+        8000, /* of one that gives vectors: whole, its text grows as the scene; cut, a quarter more */
+    LONGEST_PIECE = 400,
+    FEW_ZEROS = 3 /* more zeros than this in a array are written by one loop */
+};
+
+bool plan_is_output_copied(const struct array *array, int entry) {
+    return !array->symmetric || entry / array->symmetric >= entry % array->symmetric;
+}
+
+bool plan_is_struct_result(const struct function *function) {
+    return function->array_count > 1 || function->has_blocks;
+}
+
+int plan_count_arrays(const struct function *function) {
+    return function->array_count + function->local_count;
+}
+
+int plan_value_count(const struct function *function) {
+    return function->out_count + function->local_out_count;
+}
+
+/* The caller counts it among results or locals. */
+static int open_array(struct memory *memory, struct function *function, struct array array) {
+    const int index = plan_count_arrays(function);
+    function->arrays =
+        memory_room(memory, function->arrays, index, &function->array_capacity, sizeof *function->arrays);
+    array.offset = plan_value_count(function);
+    function->arrays[index] = array;
+    return index;
+}
+
+int plan_open_result(struct memory *memory, struct function *function, const char *name, const char *about,
+                     int count, int columns) {
+    const struct array array = {.name = name, .about = about, .count = count, .columns = columns};
+    const int index = open_array(memory, function, array);
+    function->array_count++;
+    function->out_count += count;
+    return index;
+}
+
+int plan_open_local(struct memory *memory, struct function *function, const char *name, int count,
+                    int columns) {
+    const struct array array = {.name = name, .about = "", .count = count, .columns = columns};
+    const int index = open_array(memory, function, array);
+    function->local_count++;
+    function->local_out_count += count;
+    return index;
+}
+
+void plan_set_entry(struct memory *memory, struct function *function, int array, int entry,
+                    expression value) {
+    struct array *of = &function->arrays[array];
+    if (!value)
+        return;
+    of->singles =
+        memory_room(memory, of->singles, of->single_count, &of->single_capacity, sizeof *of->singles);
+    of->singles[of->single_count++] = (struct single){entry, value};
+}
+
+void plan_set_entries(struct memory *memory, struct function *function, int array, int first,
+                      const expression *values, int count) {
+    for (int i = 0; i < count; i++)
+        plan_set_entry(memory, function, array, first + i, values[i]);
+}
+
+void plan_set_frame(struct memory *memory, const struct tree *tree, struct function *f, int array, int first,
+                    int step, int frame, expression value) {
+    const int run = tree->frames[frame].run;
+    if (run < 0)
+        plan_set_entry(memory, f, array, first, value);
+    if (run < 0 || !value)
+        return;
+    f->run_results = memory_room(memory, f->run_results, f->run_result_count, &f->run_result_capacity,
+                                 sizeof *f->run_results);
+    f->run_results[f->run_result_count++] = (struct run_result){value, array, first, step, run, 0};
+}
+
+/* Signs are free: -x, and a value held in derivatives, stand wherever they are used. */
+static bool is_sign(const struct graph *g, expression e) {
+    return g->nodes[e].operation == OP_NEG || g->nodes[e].operation == OP_HOLD;
+}
+
+/* Moved out of all functions but `prepare`; a sign stays where it is. */
+static bool is_parameter_only(const struct graph *g, expression e) {
+    return operation_is_gain(g->nodes[e].operation) ||
+           (g->nodes[e].depends == ON_PARAMETER && operation_arity(g->nodes[e].operation) > 0 &&
+            !is_sign(g, e));
+}
+
+static bool is_moved(const struct plan *plan, const struct function *function, expression e) {
+    return function != &plan->prepare && is_parameter_only(plan->g, e);
+}
+
+/* Entries that are not mirrored ones. */
+static int copied_count(const struct array *array) {
+    return array->symmetric ? array->symmetric * (array->symmetric + 1) / 2 : array->count;
+}
+
+bool plan_is_cleared(const struct plan *plan, const struct function *function, int array) {
+    int zeros = copied_count(&function->arrays[array]) - function->arrays[array].single_count;
+    for (int i = 0; i < function->run_result_count; i++)
+        if (function->run_results[i].array == array)
+            zeros -= plan->rolled->runs[function->run_results[i].run].count;
+    return zeros > FEW_ZEROS;
+}
+
+static int slot_index(const struct graph *g, expression e) {
+    return graph_as_slot(g, e) ? expr_as_symbol(g, e)->index : -1;
+}
+
+/* Marks a node; true when a descending sweep at `at` has passed it. */
+static bool need(bool *needed, expression e, expression at) {
+    const bool passed = !needed[e] && e > at;
+    needed[e] = true;
+    return passed;
+}
+
+/* What a needed node needs: its operands, and what a slot is set to. */
+static bool need_operands(const struct plan *plan, const struct function *function, bool *needed,
+                          expression e) {
+    const struct graph *g = plan->g;
+    const struct slot *slot = graph_as_slot(g, e);
+    bool passed = slot && need(needed, slot->next, e);
+    if (slot)
+        need(needed, slot->initial, e);
+    if (is_moved(plan, function, e))
+        return passed;
+    for (int k = 0; k < operation_arity(g->nodes[e].operation); k++)
+        needed[g->nodes[e].operand[k]] = true;
+    return passed;
+}
+
+/* All nodes of one function; what is moved has its operands in `prepare`, not here. */
+static void mark_function(const struct plan *plan, struct function *function) {
+    struct graph *g = plan->g;
+    bool *needed = function->is_needed = memory_get(plan->memory, g->count * sizeof *needed);
+    plan_mark_results(function, needed);
+    for (bool again = true; again;) {
+        again = false;
+        for (expression e = g->count; e-- > 0;)
+            if (needed[e])
+                again |= need_operands(plan, function, needed, e);
+    }
+}
+
+/* Uses by results and by loops, which set slots. */
+static void use_roots(const struct plan *plan, const struct function *function, uint32_t *uses) {
+    const struct graph *g = plan->g;
+    bool *seen = memory_scratch(plan->memory, (size_t)g->slot_count + 1);
+    for (int f = 0; f < plan_count_arrays(function); f++)
+        for (int i = 0; i < function->arrays[f].single_count; i++)
+            uses[function->arrays[f].singles[i].value]++;
+    for (int i = 0; i < function->run_result_count; i++)
+        uses[function->run_results[i].value]++;
+    for (expression e = 0; e < g->count; e++) {
+        const int slot = function->is_needed[e] ? slot_index(g, e) : -1;
+        if (slot < 0 || seen[slot])
+            continue;
+        seen[slot] = true;
+        uses[g->slots[slot].initial]++;
+        uses[g->slots[slot].next]++;
+    }
+}
+
+static uint32_t *count_uses(const struct plan *plan, const struct function *function) {
+    struct graph *g = plan->g;
+    uint32_t *uses = memory_scratch(plan->memory, g->count * sizeof *uses);
+    use_roots(plan, function, uses);
+    for (expression e = g->count; e-- > 0;) {
+        if (!function->is_needed[e] || is_moved(plan, function, e))
+            continue;
+        for (int k = 0; k < operation_arity(g->nodes[e].operation); k++)
+            uses[g->nodes[e].operand[k]] += is_sign(g, e) ? uses[e] : 1;
+    }
+    return uses;
+}
+
+/* Statements from uses: bottom up, with the length of what stays inside other expressions. */
+static void choose_statements(struct plan *plan, const struct function *function, const uint32_t *uses) {
+    struct graph *g = plan->g;
+    uint8_t *length = memory_scratch(plan->memory, g->count * sizeof *length);
+    memset(plan->is_statement, 0, g->count * sizeof *plan->is_statement);
+    for (expression e = 0; e < g->count; e++) {
+        const struct node *node = &g->nodes[e];
+        const int arity = operation_arity(node->operation);
+        if (!uses[e] || !arity || is_moved(plan, function, e))
+            continue;
+        int total = is_sign(g, e) ? 0 : 1;
+        for (int k = 0; k < arity; k++)
+            total += length[node->operand[k]];
+        plan->is_statement[e] =
+            plan->is_derived[e] ||
+            (!is_sign(g, e) && (uses[e] > 1 || g->names[e].text || total >= LONGEST_EXPRESSION));
+        length[e] = (uint8_t)(plan->is_statement[e] ? 0 : total);
+    }
+}
+
+void plan_mark_statements(struct plan *plan, const struct function *function) {
+    memset(plan->is_statement, 0, plan->g->count * sizeof *plan->is_statement);
+    for (int i = 0; i < function->statement_count; i++)
+        plan->is_statement[function->statements[i]] = true;
+    for (int i = 0; i < function->repeat_count; i++)
+        plan->is_statement[function->repeats[i].value] = true;
+}
+
+long plan_trips_of(const struct plan *plan, expression e) {
+    const struct graph *g = plan->g;
+    const uint16_t loop = g->nodes[e].loop;
+    if (loop == ANY_LOOP)
+        return expr_as_symbol(g, e)->kind == SYMBOL_LAST
+                   ? 0
+                   : plan->rolled->runs[plan->rolled->frames[expr_as_symbol(g, e)->index].run].count;
+    return loop ? plan->rolled->runs[g->loops[loop].run].count : 1;
+}
+
+static void count_operations(const struct plan *plan, struct function *function) {
+    const struct graph *g = plan->g;
+    struct operation_count *count = &function->operations;
+    long values = function->out_count;
+    *count = (struct operation_count){.quantity = function->quantity};
+    for (expression e = 0; e < g->count; e++) {
+        if (!function->is_needed[e])
+            continue;
+        const enum operation operation = g->nodes[e].operation;
+        const long trips = plan_trips_of(plan, e);
+        values += graph_as_slot(g, e) ? 0 : operation == OP_SYMBOL || is_moved(plan, function, e) ? trips : 0;
+        if (is_moved(plan, function, e))
+            continue;
+        count->adds += operation_cost(operation) == COST_ADD ? trips : 0;
+        count->muls += operation_cost(operation) == COST_MUL ? trips : 0;
+        count->divs += operation_cost(operation) == COST_DIV ? trips : 0;
+        count->functions += operation_cost(operation) == COST_FUNCTION ? trips : 0;
+    }
+    for (int i = 0; i < function->loop_count; i++)
+        loops_count_operations(function, &function->loops[i], count);
+    count->bytes = values * (long)sizeof(double);
+}
+
+/* A loop stays whole. */
+static int end_of_loop(const struct function *function, int end) {
+    int begin = 0;
+    for (int b = 0; b < function->block_count; b++) {
+        if (function->blocks[b].run >= 0 && begin < end && end < function->blocks[b].end)
+            return function->blocks[b].end;
+        begin = function->blocks[b].end;
+    }
+    return end;
+}
+
+/* The last statement of a piece: at the end of a section where one ends in time. */
+static int end_of_piece(const struct plan *plan, const struct function *function, int begin,
+                        uint32_t *section) {
+    const struct graph *g = plan->g;
+    int end = begin, at_section = 0;
+    while (end < function->statement_count && end - begin < LONGEST_PIECE) {
+        while (*section < g->remark_count && g->remarks[*section].from <= function->statements[end]) {
+            if (end > begin)
+                at_section = end;
+            ++*section;
+        }
+        end++;
+    }
+    if (end < function->statement_count && at_section > begin + LONGEST_PIECE / 2)
+        end = at_section;
+    return end_of_loop(function, end);
+}
+
+static bool gives_matrix(const struct plan *plan, const struct function *function) {
+    const int n = plan->tree->count;
+    return function->out_count >= n * n;
+}
+
+static void cut_pieces(struct plan *plan, struct function *function) {
+    const int most = function->statement_count / (LONGEST_PIECE / 2) + 2;
+    uint32_t section = 0;
+    function->piece_ends = memory_get(plan->memory, (size_t)most * sizeof *function->piece_ends);
+    if (function->statement_count <= (gives_matrix(plan, function) ? LONGEST_MATRIX : LONGEST_VECTOR)) {
+        function->piece_ends[function->piece_count++] = function->statement_count;
+        return;
+    }
+    for (int begin = 0; begin < function->statement_count;) {
+        begin = end_of_piece(plan, function, begin, &section);
+        function->piece_ends[function->piece_count++] = begin;
+    }
+}
+
+static void plan_function(struct plan *plan, struct function *function) {
+    const struct memory_mark mark = memory_mark(plan->memory);
+    struct graph *g = plan->g;
+    mark_function(plan, function);
+    choose_statements(plan, function, count_uses(plan, function));
+    count_operations(plan, function);
+    for (expression e = 0; e < g->count; e++)
+        if (function->is_needed[e] && is_moved(plan, function, e))
+            plan->is_derived[e] = true;
+    schedule_function(plan, function);
+    cut_pieces(plan, function);
+    memory_back(plan->memory, mark);
+}
+
+/* A composed function costs what it calls, each once. */
+static void add_up_parts(struct function *function) {
+    struct operation_count *sum = &function->operations;
+    if (function->part_count)
+        *sum = (struct operation_count){.quantity = function->quantity};
+    for (int i = 0; i < function->part_count; i++) {
+        const struct operation_count *part = &function->parts[i].from->operations;
+        if (function->parts[i].is_added)
+            sum->adds += function->arrays[function->parts[i].to_array].count;
+        if (i > 0 && function->parts[i - 1].from == function->parts[i].from)
+            continue;
+        sum->adds += part->adds;
+        sum->muls += part->muls;
+        sum->divs += part->divs;
+        sum->functions += part->functions;
+        sum->bytes += part->bytes;
+    }
+    for (int i = 0; function->part_count && i < function->loop_count; i++)
+        loops_count_operations(function, &function->loops[i], sum);
+}
+
+static void plan_prepare(struct plan *plan) {
+    struct function *prepare = &plan->prepare;
+    expression *derived = memory_get(plan->memory, plan->g->count * sizeof *derived);
+    int count = 0;
+    for (expression e = 0; e < plan->g->count; e++)
+        if (plan->is_derived[e])
+            derived[count++] = e;
+    prepare->quantity = "prepare";
+    const int array = plan_open_result(plan->memory, prepare, "derived", "", count, 0);
+    plan_set_entries(plan->memory, prepare, array, 0, derived, count);
+    plan_function(plan, prepare);
+}
+
+void plan_mark_results(const struct function *function, bool *needed) {
+    for (int f = 0; f < plan_count_arrays(function); f++)
+        for (int i = 0; i < function->arrays[f].single_count; i++)
+            needed[function->arrays[f].singles[i].value] = true;
+    for (int i = 0; i < function->run_result_count; i++)
+        needed[function->run_results[i].value] = true;
+}
+
+bool *plan_mark_nodes_of_functions(const struct plan *plan) {
+    bool *needed = memory_get(plan->memory, plan->g->count * sizeof *needed);
+    for (int f = 0; f < plan->function_count; f++)
+        plan_mark_results(&plan->functions[f], needed);
+    rewrite_mark_operands(plan->g, needed, plan->g->count);
+    return needed;
+}
+
+/* Parameters that some function reads, itself or through a derived value. */
+static void list_parameters(struct plan *plan) {
+    struct graph *g = plan->g;
+    const bool *read = plan_mark_nodes_of_functions(plan);
+    plan->parameters =
+        memory_get(plan->memory, ((size_t)plan->model->parameter_count + 1) * sizeof *plan->parameters);
+    for (int i = 0; i < plan->model->parameter_count; i++)
+        if (read[expr_symbol(g, SYMBOL_PARAMETER, i, 0)])
+            plan->parameters[plan->parameter_count++] = i;
+}
+
+void plan_functions(struct plan *plan) {
+    for (int i = 0; i < plan->model->parameter_count; i++)
+        expr_symbol(plan->g, SYMBOL_PARAMETER, i, 0); /* all handles exist before arrays by handle are made */
+    plan->is_statement = memory_get(plan->memory, plan->g->count * sizeof *plan->is_statement);
+    plan->is_derived = memory_get(plan->memory, plan->g->count * sizeof *plan->is_derived);
+    for (int f = 0; f < plan->function_count; f++)
+        if (!plan->functions[f].part_count) /* else it computes nothing itself */
+            plan_function(plan, &plan->functions[f]);
+    for (int f = 0; f < plan->function_count; f++)
+        add_up_parts(&plan->functions[f]);
+    plan_prepare(plan);
+    list_parameters(plan);
+}

@@ -1,0 +1,186 @@
+/*
+ * The plan: which functions are emitted, which nodes each one computes, in which order and in which pieces.
+ *
+ * Takes the outputs of the quantities (quantities.c), gives all that a printer or the interpreter needs. What
+ * depends on parameters alone is moved to `derived`, computed once per parameter set; what nothing needs is
+ * not here.
+ */
+#ifndef REFDYN_GEN_PLAN_H
+#define REFDYN_GEN_PLAN_H
+
+#include "gen.h"
+#include "plan/loops.h"
+
+/* An entry that straight code gives, other than zero. */
+struct single {
+    int entry;
+    expression value;
+};
+
+/* A named part of a function's result: entries [offset, offset + count). */
+struct array {
+    const char *name, *about; /* about: shape, meaning, unit */
+    int offset, count;
+    struct single *singles; /* in no order; other entries are zero until loops or calls add to them */
+    int single_count, single_capacity;
+    int columns;       /* of a matrix, 0: a vector */
+    int symmetric;     /* > 0: a symmetric square of that size; only its lower half is computed */
+    bool by_parameter; /* one column for each of the model's parameters: those not emitted are taken out */
+};
+
+/* Values of all elements of a run: entry + e * stride of a array for element e. */
+struct run_result {
+    expression value;
+    int array, entry, stride, run;
+    int block; /* planned: the loop that writes them */
+};
+
+/* Statements computed one after the other, once or in a loop over the elements of a run. */
+struct code_block {
+    int run;     /* -1: once */
+    int group;   /* of loops of the graph that run as one; 0: once, or a loop that only writes results */
+    bool inward; /* from the last element to the first */
+    int end;     /* of its statements */
+};
+
+/* An entry of a array that stands alone, and how many statements and blocks end before it: it is written as
+ * soon as it is known, which keeps few values waiting. */
+struct write {
+    int array, entry, place;
+    expression value;
+};
+
+/* A value that a group of loops makes anew: see is_repeated. */
+struct repeat {
+    int group;
+    expression value;
+};
+
+struct function;
+
+/* A array of a composed function: that of another one, which is called. */
+struct part {
+    const struct function *from;
+    int from_array, to_array;
+    bool is_added; /* to what that array holds */
+};
+
+struct function {
+    const char *quantity, *about;
+    bool takes_motion;    /* behind qd stands what `constrained` gives: qdd (n), power (1), lambda (m) */
+    bool has_blocks;      /* its result is a struct even with one part, whose name is that of an argument */
+    struct array *arrays; /* parts of the result, then local arrays, which loops read */
+    int array_count, local_count, array_capacity;
+    int out_count, local_out_count; /* entries of all arrays */
+    struct part
+        *parts; /* of a composed function, which computes nothing itself; parts of one function in a row */
+    int part_count, part_capacity;
+    struct run_result *run_results;
+    int run_result_count, run_result_capacity;
+    struct loop *loops;
+    int loop_count, loop_capacity;
+    /* planned */
+    expression *statements; /* nodes that become named values, in order of execution */
+    int statement_count;
+    struct code_block *blocks;
+    int block_count;
+    int *group_of;        /* by loop of the graph; 0: the function has nothing of it */
+    struct write *writes; /* in order of execution */
+    int write_count, write_capacity;
+    struct repeat *repeats;
+    int repeat_count, repeat_capacity;
+    int first_angle, angle_count; /* coordinates in the pass over angles; count 0: there is none */
+    bool *is_stored;              /* by handle: of a loop, kept for all elements, since other loops read it */
+    bool *is_needed;              /* by handle: slots of loops among them */
+    int *piece_ends; /* blocks are cut into piece_count static functions when there are many statements */
+    int piece_count;
+    struct operation_count operations;
+};
+
+struct plan {
+    struct memory *memory;
+    struct graph *g;
+    const struct model *model;
+    const struct tree *tree;   /* a frame a coordinate */
+    const struct tree *rolled; /* runs of equal elements as one: what everything is derived from */
+    struct function *functions;
+    int function_count;
+    int *parameters; /* model's index of each emitted parameter */
+    int parameter_count;
+    int *anchored; /* model's index of each parameter that `anchor` sets */
+    int anchored_count;
+    expression *breaks, *switches; /* times of kinks; what changes sign at others: time_events.h */
+    int break_count, switch_count;
+    struct function prepare;  /* results: values of parameters alone, ascending */
+    bool *is_statement;       /* scratch of the function being planned or printed, by handle */
+    bool *is_derived;         /* by handle */
+    const int *vector_places; /* of `tangent_vectors`: refdyn_model.h, or NULL */
+    int coupling_count;
+    const char *choices;  /* how M x = f is solved and what it costs, for the summary; NULL: not at all */
+    const char *left_out; /* what the scene does not need, for the summary */
+    struct emitted_file *files;
+    int file_count;
+};
+
+/* One more part of a function's result, before any local array: its number. */
+int plan_open_result(struct memory *memory, struct function *function, const char *name, const char *about,
+                     int count, int columns);
+/* One more local array, behind all other arrays: its number. */
+int plan_open_local(struct memory *memory, struct function *function, const char *name, int count,
+                    int columns);
+/* Gives one entry of a array, or `count` of them from `first` on. */
+void plan_set_entry(struct memory *memory, struct function *function, int array, int entry, expression value);
+void plan_set_entries(struct memory *memory, struct function *function, int array, int first,
+                      const expression *values, int count);
+
+/* The value of a frame with a joint, in entry `first` + step * e of a array, e the element in a run, 0 else.
+ */
+void plan_set_frame(struct memory *memory, const struct tree *tree, struct function *function, int array,
+                    int first, int step, int frame, expression value);
+
+/* quantities.c: outputs of every function asked for (`emit` as in gen_plan); false: the scene has none of
+ * them. */
+bool quantities_list_functions(struct plan *plan, const char *emit);
+/* order_of_sums.c: in all functions. */
+void order_of_sums(struct plan *plan);
+/* plan.c: statements, derived values, pieces, counts; when sums are in order. */
+void plan_functions(struct plan *plan);
+enum { FEWEST_ANGLES = 4 }; /* of one pass: as wide as vectors of doubles mostly are */
+/* angles.c: the coordinates in the pass over angles, and whether a node is one of its results. */
+void angles_find(const struct plan *plan, struct function *function);
+bool angles_is_in_pass(const struct plan *plan, const struct function *function, expression e);
+/* A value that every loop makes anew instead of reading it: of the pass, or one of two constants. */
+bool angles_is_repeated(const struct plan *plan, const struct function *function, expression e);
+/* schedule.c: order of execution from is_statement and is_needed; takes scratch that the caller gives back.
+ */
+void schedule_function(struct plan *plan, struct function *function);
+/* How often a call computes a node. */
+long plan_trips_of(const struct plan *plan, expression e);
+/* Marks is_statement for one function: before printing it. */
+void plan_mark_statements(struct plan *plan, const struct function *function);
+bool plan_is_output_copied(const struct array *array, int entry); /* false in the mirrored upper half */
+/* Are there so many zeros in a array that one loop writes all of it before the others are written? */
+bool plan_is_cleared(const struct plan *plan, const struct function *function, int array);
+/* Is the result a struct of its parts, not an array? */
+bool plan_is_struct_result(const struct function *function);
+/* Results and local arrays. */
+int plan_count_arrays(const struct function *function);
+/* Entries of all arrays. */
+int plan_value_count(const struct function *function);
+
+/* Marks a function's results, by handle. */
+void plan_mark_results(const struct function *function, bool *needed);
+/* By handle: all nodes that the functions listed so far are made of. */
+bool *plan_mark_nodes_of_functions(const struct plan *plan);
+
+/* plan_invariants.c: what of the above does not hold of planned functions, with the value at fault; NULL: all
+ * holds. */
+const char *plan_violation(struct plan *plan);
+
+/* emit.c: the text of all files into plan->files, NAME.h first, then the parts NAME.c, NAME_2.c ... */
+void emit_files(struct plan *plan);
+/* The name of a part, from 1, and the line that it begins with. */
+const char *emit_part_name(struct memory *memory, const char *model, int part);
+const char *emit_part_lead(struct memory *memory, const char *model, int part);
+
+#endif

@@ -1,0 +1,253 @@
+/*
+ * Terms that several quantities share: each is derived when first asked for, and kept in the derivation.
+ *
+ * Takes the tree, gives inertias beyond joints, rows, forces and their sums; declared in quantities.h.
+ */
+#include "tree/parallel_axes.h"
+#include "quantities/quantities.h"
+#include "tree/roll.h"
+
+#include <string.h>
+
+expression *derivation_new_values(const struct derivation *d, int count) {
+    return memory_get(d->memory, ((size_t)count + 1) * sizeof(expression));
+}
+
+struct derivation *derivation_start(struct plan *plan, const struct tree *tree) {
+    struct derivation *d = memory_get(plan->memory, sizeof *d);
+    *d = (struct derivation){.plan = plan,
+                             .memory = plan->memory,
+                             .g = plan->g,
+                             .model = plan->model,
+                             .n = plan->tree->count,
+                             .m = plan->model->row_count,
+                             .points = plan->model->point_count,
+                             .frames = tree->count};
+    kinematics_derive(plan->memory, plan->model, tree, &d->kinematics);
+    return d;
+}
+
+/* Operations of M, h and qdd_free in one. */
+static long weigh_equations(struct derivation *d) {
+    const int square = d->n > MOST_WRITTEN_OUT ? 0 : d->n * d->n;
+    expression *values = derivation_new_values(d, 2 * d->frames + square);
+    memcpy(values, accelerations_recursive(d), (size_t)d->frames * sizeof *values);
+    memcpy(values + d->frames, derivation_bias_forces(d), (size_t)d->frames * sizeof *values);
+    if (square)
+        memcpy(values + 2 * d->frames, derivation_mass_matrix(derivation_without_runs(d)),
+               (size_t)square * sizeof *values);
+    return derivation_cost(d, values, 2 * d->frames + square);
+}
+
+/* Derived beside the graph: a trial leaves no names and no nodes. */
+static long weigh_axes(const struct plan *plan, const struct tree *tree) {
+    struct graph graph = graph_copy(plan->g);
+    struct model model = *plan->model;
+    struct plan trial = *plan;
+    model.graph = trial.g = &graph;
+    trial.model = &model;
+    return weigh_equations(derivation_start(&trial, tree));
+}
+
+/* A tree that everything may be derived from, and what that takes. */
+struct candidate {
+    const struct tree *tree;
+    long operations;
+    long turned; /* with axes that turn */
+    long looped; /* of runs that are written out: in loops; 0: none are */
+};
+
+/* Axes are kept where that saves a twentieth. */
+static struct candidate choose_axes(const struct plan *plan, const struct tree *rolled) {
+    struct candidate best = {.tree = rolled, .operations = weigh_axes(plan, rolled)};
+    best.turned = best.operations;
+    for (enum kept_axes axes = AXES_KEPT_BEHIND; axes <= AXES_KEPT; axes++) {
+        const struct tree *tree = parallel_axes_keep(plan->memory, rolled, axes);
+        const long operations = tree == rolled ? best.turned : weigh_axes(plan, tree);
+        if (operations >= best.operations || 20 * operations > 19 * best.turned)
+            continue;
+        best.tree = tree;
+        best.operations = operations;
+    }
+    return best;
+}
+
+static bool has_parallel_turns(const struct plan *plan, const struct tree *tree) {
+    return parallel_axes_keep(plan->memory, tree, AXES_KEPT) != tree;
+}
+
+/* Runs are written out where that saves a quarter: it is more text in all functions, and with less saved here
+ * others, the derivatives among them, take more operations than with loops. */
+enum { WORTH_WRITING = 3 };
+
+static struct candidate choose_runs(struct plan *plan) {
+    const struct candidate rolled = choose_axes(plan, plan->rolled);
+    struct tree *flat = memory_get(plan->memory, sizeof *flat);
+    roll_tree(plan->memory, plan->model, plan->tree, LOOPS_NEVER, flat);
+    struct candidate written = choose_axes(plan, flat);
+    if (WORTH_WRITING * rolled.operations <= (WORTH_WRITING + 1) * written.operations)
+        return rolled;
+    plan->rolled = flat;
+    written.looped = rolled.operations;
+    return written;
+}
+
+static bool may_write_runs(const struct plan *plan) {
+    return plan->model->loops == LOOPS_AUTO && plan->rolled->run_count &&
+           plan->tree->count <= MOST_WRITTEN_OUT;
+}
+
+struct derivation *derivation_choose_tree(struct plan *plan) {
+    static const char *const names[] = {"turned", "kept behind the first", "kept"};
+    struct candidate best = {.tree = plan->rolled};
+    if (may_write_runs(plan))
+        best = choose_runs(plan);
+    else if (has_parallel_turns(plan, plan->rolled))
+        best = choose_axes(plan, plan->rolled);
+    struct derivation *d = derivation_start(plan, best.tree);
+    if (best.looped)
+        derivation_note_choice(d, memory_format(plan->memory, "runs written out, %ld (loops %ld)",
+                                                best.operations, best.looped));
+    if (has_parallel_turns(plan, plan->rolled))
+        derivation_note_choice(d, memory_format(plan->memory, "axes of parallel turns %s, %ld (turned %ld)",
+                                                names[best.tree->axes], best.operations, best.turned));
+    return d;
+}
+
+struct derivation *derivation_without_runs(struct derivation *d) {
+    if (!d->kinematics.tree->run_count)
+        return d;
+    if (!d->flat) {
+        struct tree *tree = memory_get(d->memory, sizeof *tree);
+        roll_tree(d->memory, d->model, d->plan->tree, LOOPS_NEVER, tree);
+        d->flat = derivation_start(d->plan, parallel_axes_keep(d->memory, tree, d->kinematics.tree->axes));
+        d->flat->is_second = true;
+    }
+    return d->flat;
+}
+
+const struct inertia *derivation_composites(struct derivation *d) {
+    if (!d->composites)
+        d->composites = dynamics_composite_inertias(&d->kinematics, NULL);
+    return d->composites;
+}
+
+const struct row_terms *derivation_rows(struct derivation *d) {
+    if (!d->rows)
+        d->rows = constraints_derive(&d->kinematics);
+    return d->rows;
+}
+
+static struct row_terms *rows_at(struct derivation *d, const struct reference *references) {
+    struct kinematics moved = d->kinematics;
+    const size_t size = (size_t)d->model->marker_count * sizeof *moved.points;
+    moved.points = memory_grow(d->memory, moved.points, size, size + sizeof *moved.points);
+    for (int i = 0; i < d->model->marker_count; i++) {
+        const int frame = d->kinematics.tree->points[i].frame;
+        const struct reference *of = &references[frame < 0 ? 0 : frame];
+        moved.points[i].d =
+            kinematics_acceleration_less_gravity(&d->kinematics, i, of->linear, &of->gradient);
+    }
+    return constraints_derive(&moved);
+}
+
+const struct row_terms *derivation_rows_beside_bias(struct derivation *d) {
+    if (d->model->printed_form)
+        return derivation_rows(d);
+    if (!d->rows_beside_bias)
+        d->rows_beside_bias = rows_at(d, reference_accelerations_bias(&d->kinematics));
+    return d->rows_beside_bias;
+}
+
+const struct row_terms *derivation_rows_beside_loads(struct derivation *d,
+                                                     const struct reference *references) {
+    return references ? rows_at(d, references) : derivation_rows(d);
+}
+
+const expression *derivation_mass_matrix(struct derivation *d) {
+    if (!d->M) {
+        d->M = derivation_new_values(d, d->n * d->n);
+        d->composites = dynamics_composite_inertias(&d->kinematics, d->M);
+    }
+    return d->M;
+}
+
+const struct applied *derivation_applied(struct derivation *d) {
+    if (!d->applied.others)
+        d->applied = forces_generalized(&d->kinematics);
+    return &d->applied;
+}
+
+/* sum of up to three lists, by frame; `sign` of the first */
+struct total {
+    struct derivation *d;
+    const expression *first, *second, *third;
+    bool negative;
+    expression *sum;
+};
+
+static void add_up(void *context, int i) {
+    const struct total *x = context;
+    struct graph *g = x->d->g;
+    const expression first = x->negative ? expr_neg(g, x->first[i]) : x->first[i];
+    x->sum[i] = expr_add(g, first, expr_add(g, x->second[i], x->third[i]));
+}
+
+static expression *total_of(struct derivation *d, bool negative, const expression *first,
+                            const expression *second, const expression *third) {
+    const expression *none = derivation_new_values(d, d->frames);
+    struct total x = {d,
+                      first,
+                      second ? second : none,
+                      third ? third : none,
+                      negative,
+                      derivation_new_values(d, d->frames)};
+    recursion_visit_joints(d->g, d->kinematics.tree, add_up, &x);
+    return x.sum;
+}
+
+/* Q without gravity, and the printed form's extra term. */
+const expression *derivation_applied_total(struct derivation *d) {
+    const struct applied *forces = derivation_applied(d);
+    const expression *printed = d->model->printed_form ? forces_printed_rates(&d->kinematics) : NULL;
+    return total_of(d, false, forces->conservative, forces->others, printed);
+}
+
+/* h = -c; the printed form is c + 2 s. */
+expression *derivation_bias_forces(struct derivation *d) {
+    if (!d->bias)
+        d->bias = dynamics_bias_forces(&d->kinematics, false);
+    if (!d->model->printed_form)
+        return total_of(d, true, d->bias, NULL, NULL);
+    const expression *s = dynamics_printed_sum(&d->kinematics);
+    return total_of(d, false, d->bias, s, s);
+}
+
+expression *derivation_generalized_forces(struct derivation *d) {
+    const expression *gravity = dynamics_gravity_forces(&d->kinematics, derivation_composites(d));
+    return total_of(d, true, gravity, derivation_applied_total(d), NULL);
+}
+
+/* f = h + Q in one recursion: gravity stands in the accelerations. The printed h has no such form. */
+expression *derivation_all_forces(struct derivation *d) {
+    if (d->model->printed_form)
+        return total_of(d, false, derivation_bias_forces(d), derivation_generalized_forces(d), NULL);
+    if (!d->less_gravity)
+        d->less_gravity = dynamics_bias_forces(&d->kinematics, true);
+    return total_of(d, true, d->less_gravity, derivation_applied_total(d), NULL);
+}
+
+int derivation_add_array(struct derivation *d, struct function *f, const char *name, const char *about,
+                         int count, int columns) {
+    return plan_open_result(d->memory, f, name, about, count, columns);
+}
+
+void derivation_spread(struct derivation *d, struct function *f, int array, int first, int stride,
+                       const expression *by_frame) {
+    for (int i = 0; i < d->frames; i++) {
+        const struct frame *frame = &d->kinematics.tree->frames[i];
+        if (frame->kind == FRAME_JOINT)
+            plan_set_frame(d->memory, d->kinematics.tree, f, array, first + stride * frame->coordinate,
+                           stride * frame->step, i, by_frame[i]);
+    }
+}

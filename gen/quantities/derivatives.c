@@ -1,0 +1,830 @@
+/*
+ * Quantities that are exact derivatives, emitted on request: the tangent of the motion equations.
+ *
+ * Takes the motion at given qdd and the forces of model and rows (force_and_inertia_vectors.h), gives
+ * functions whose n^2 entries are computed by loops (loops.h): products of vectors of two coordinates, and
+ * products of arrays where forces depend on the state. Theory, sect. 7.4 to 7.8.
+ */
+#include "quantities/force_derivatives.h"
+#include "linear/chain_cost.h"
+#include "refdyn_model.h"
+#include "dynamics/coordinate_derivatives.h"
+
+#include <stddef.h>
+#include <string.h>
+
+/* ---- Pairs ---- */
+
+/* One member of the vectors of all frames. */
+static const struct vector *gather(const struct builder *b, const struct pair_vectors *vectors,
+                                   size_t offset) {
+    struct vector *list = memory_get(b->d->memory, ((size_t)b->d->frames + 1) * sizeof *list);
+    for (int i = 0; i < b->d->frames; i++)
+        memcpy(&list[i], (const char *)&vectors[i] + offset, sizeof *list);
+    return list;
+}
+
+static struct vector_arrays arrays_of(struct builder *b, const struct pair_vectors *vectors, size_t offset,
+                                      const char *name) {
+    return pair_loops_add_arrays(&b->arrays, name, gather(b, vectors, offset));
+}
+
+/* The same of the motion at given qdd. */
+static struct vector_arrays motion_arrays(struct builder *b, const char *name, size_t offset) {
+    struct vector *list = memory_get(b->d->memory, ((size_t)b->d->frames + 1) * sizeof *list);
+    for (int i = 0; i < b->d->frames; i++)
+        memcpy(&list[i], (const char *)&b->given->frames[i] + offset, sizeof *list);
+    return pair_loops_add_arrays(&b->arrays, name, list);
+}
+
+static struct pair_move moved(struct builder *b, const struct vector *moments, struct vector_arrays force,
+                              struct vector_arrays shift, const char *name) {
+    struct pair_move move = {.force = force, .shift = shift};
+    pair_loops_add_moved(&b->arrays, name, moments, &move);
+    return move;
+}
+
+/* Arrays of the vectors of force_and_inertia_vectors.h and given.h, near and far: theory, sect. 7.4. */
+struct near_arrays {
+    struct vector_arrays axis, rate, rate2;
+};
+
+struct far_arrays {
+    struct vector_arrays lever, mass_force, stiffness_force, damping_force; /* lever: near */
+    struct pair_move mass, spin, stiffness, damping;
+};
+
+struct turned_columns {
+    struct graph *g;
+    const struct vector *turned;
+    struct pair_vectors *vectors;
+};
+
+static void add_turned(void *context, int i) {
+    const struct turned_columns *x = context;
+    struct vector *moment = &x->vectors[i].stiffness.moment;
+    *moment = vector_add(x->g, *moment, x->turned[i]);
+}
+
+static struct far_arrays add_far_arrays(struct builder *b, const struct vector *turned) {
+    struct derivation *d = b->d;
+    struct pair_vectors *v = tangent_pair_vectors(b->given, derivation_composites(d));
+    struct far_arrays a;
+    struct turned_columns columns = {d->g, turned, v};
+    recursion_visit_joints(d->g, d->kinematics.tree, add_turned, &columns);
+    a.lever = arrays_of(b, v, offsetof(struct pair_vectors, less_gravity_lever), "lever");
+    const struct vector_arrays shift = pair_loops_add_arrays(&b->arrays, "shift", b->shifts);
+    const struct vector_arrays shift_rate =
+        motion_arrays(b, "shift_rate", offsetof(struct given_frame_rates, way_rate));
+    a.mass_force = arrays_of(b, v, offsetof(struct pair_vectors, mass.force), "mass_force");
+    a.stiffness_force = arrays_of(b, v, offsetof(struct pair_vectors, stiffness.force), "stiffness_force");
+    a.damping_force = arrays_of(b, v, offsetof(struct pair_vectors, damping.force), "damping_force");
+    a.mass = moved(b, gather(b, v, offsetof(struct pair_vectors, mass.moment)), a.mass_force, shift,
+                   "mass_moment");
+    a.spin = moved(b, gather(b, v, offsetof(struct pair_vectors, spin)), a.mass_force, shift_rate, "spin");
+    a.stiffness = moved(b, gather(b, v, offsetof(struct pair_vectors, stiffness.moment)), a.stiffness_force,
+                        shift, "stiffness_moment");
+    a.damping = moved(b, gather(b, v, offsetof(struct pair_vectors, damping.moment)), a.damping_force, shift,
+                      "damping_moment");
+    return a;
+}
+
+/* K_ij = e_j'' . N + 2 e_j' . P + lever_j . A, K_ji = e_j . (stiffness moment of i): theory, sect. 7.4. */
+static struct pair_product stiffness_product(const struct near_arrays *near, const struct far_arrays *a,
+                                             int array) {
+    struct pair_product product = {.array = array};
+    pair_loops_add_term(&product.turn.rows, 1, near->rate2, a->mass.moment);
+    pair_loops_add_term(&product.turn.rows, 2, near->rate, a->spin.moment);
+    pair_loops_add_term(&product.turn.rows, 1, a->lever, a->mass_force);
+    pair_loops_add_term(&product.turn.columns, 1, near->axis, a->stiffness.moment);
+    pair_loops_add_term(&product.slide.rows, 1, near->rate2, a->mass_force);
+    pair_loops_add_term(&product.slide.columns, 1, near->axis, a->stiffness_force);
+    return product;
+}
+
+/* D_ij = 2 e_j' . N + 2 e_j . P, D_ji = 2 e_j . (damping moment of i): theory, sect. 7.4. */
+static struct pair_product damping_product(const struct near_arrays *near, const struct far_arrays *a,
+                                           int array) {
+    struct pair_product product = {.array = array};
+    pair_loops_add_term(&product.turn.rows, 2, near->rate, a->mass.moment);
+    pair_loops_add_term(&product.turn.rows, 2, near->axis, a->spin.moment);
+    pair_loops_add_term(&product.turn.columns, 2, near->axis, a->damping.moment);
+    pair_loops_add_term(&product.slide.rows, 2, near->rate, a->mass_force);
+    pair_loops_add_term(&product.slide.columns, 2, near->axis, a->damping_force);
+    return product;
+}
+
+/* M_ij = M_ji = e_j . N: theory, sect. 7.4. */
+static struct pair_product mass_product(const struct near_arrays *near, const struct far_arrays *a,
+                                        int array) {
+    struct pair_product product = {.array = array, .is_mirrored = true};
+    pair_loops_add_term(&product.turn.rows, 1, near->axis, a->mass.moment);
+    pair_loops_add_term(&product.slide.rows, 1, near->axis, a->mass_force);
+    return product;
+}
+
+static void add_inertia_products(struct pairs *pairs, const struct near_arrays *near,
+                                 const struct far_arrays *a, const struct targets *targets) {
+    const struct pair_move moves[] = {a->mass, a->spin, a->stiffness, a->damping};
+    if (targets->by_q != NOTHING)
+        pairs->products[pairs->product_count++] = stiffness_product(near, a, targets->by_q);
+    if (targets->by_qd != NOTHING)
+        pairs->products[pairs->product_count++] = damping_product(near, a, targets->by_qd);
+    pairs->products[pairs->product_count++] = mass_product(near, a, targets->mass);
+    memcpy(pairs->moves, moves, sizeof moves);
+    for (int i = 0; i < pairs->n; i++)
+        if (pairs->moves_on[i])
+            pairs->move_count = sizeof moves / sizeof *moves;
+}
+
+static void add_inertia_pairs(struct builder *b, const struct turned_applied_forces *turned,
+                              const struct targets *targets) {
+    const struct near_arrays near = {
+        .axis = motion_arrays(b, "axis", offsetof(struct given_frame_rates, axis)),
+        .rate = motion_arrays(b, "axis_rate", offsetof(struct given_frame_rates, axis_rate)),
+        .rate2 = motion_arrays(b, "axis_rate2", offsetof(struct given_frame_rates, axis_rate2))};
+    const struct vector_arrays rows = pair_loops_add_arrays(&b->arrays, "turned_rows", turned->rows);
+    const struct far_arrays far = add_far_arrays(b, turned->columns);
+    struct pairs *pairs =
+        pair_loops_add_pairs(&b->arrays, "pairs of coordinates (7.4): j, and i beyond it, from the tips");
+    add_inertia_products(pairs, &near, &far, targets);
+    if (targets->by_q != NOTHING)
+        pair_loops_add_term(&pairs->products[0].turn.rows, 1, near.axis, rows);
+}
+
+/* ---- The tangent ---- */
+
+/* All loops and straight-line entries of one set of derivatives by q and qd. */
+static void add_derivatives(struct builder *b, const struct targets *targets) {
+    const struct turned_applied_forces turned = force_derivatives_turned_forces(b, targets->sign);
+    force_derivatives_set_coordinate_derivatives(b, targets);
+    b->shifts = kinematics_ground_shifts(&b->d->kinematics);
+    b->arrays = pair_loops_open(b->d->plan, &b->d->kinematics, b->f, b->shifts);
+    if (targets->has_inertia)
+        add_inertia_pairs(b, &turned, targets);
+    else if (targets->by_q != NOTHING)
+        force_derivatives_add_turning_pairs(b, &turned, targets->by_q);
+    force_derivatives_add_loops(b, targets);
+}
+
+/* ---- Blocks: derivatives by q, qd, t, inputs and parameters, side by side in one function ---- */
+
+enum block { BY_Q, BY_QD, BY_T, BY_X, BY_P, BLOCK_COUNT };
+
+struct block_kind {
+    const char *name, *about;
+    enum symbol_kind kind;
+};
+
+static const struct block_kind blocks[BLOCK_COUNT] = {
+    [BY_Q] = {"q", "by the coordinates", SYMBOL_COORDINATE},
+    [BY_QD] = {"qd", "by their rates", SYMBOL_COORDINATE},
+    [BY_T] = {"t", "by time", SYMBOL_TIME},
+    [BY_X] = {"x", "by the inputs", SYMBOL_INPUT},
+    [BY_P] = {"p", "by the parameters, in the order of the table", SYMBOL_PARAMETER},
+};
+
+/* ---- Terms that are differentiated by t, inputs and parameters ---- */
+
+/* Values at given accelerations and multipliers, and their derivatives: one row of `count` for each variable.
+ */
+struct terms {
+    expression *values;
+    int count;
+    expression *derivatives[BLOCK_COUNT];
+};
+
+/* One symbol that terms are differentiated by. */
+struct variable {
+    enum symbol_kind kind;
+    int index;
+};
+
+static expression derivative_by_variable(void *context, struct graph *g, expression e) {
+    const struct variable *by = context;
+    const struct symbol *s = expr_as_symbol(g, e);
+    return s->kind == by->kind && s->index == by->index ? expr_one(g) : expr_zero(g);
+}
+
+/* Sets the derivatives of all blocks of variables that have a width, in one sweep. */
+static void differentiate_terms(struct derivation *d, struct terms *terms, const int widths[BLOCK_COUNT]) {
+    int total = 0;
+    for (int k = BY_T; k < BLOCK_COUNT; k++)
+        total += widths[k];
+    struct variable *variables = memory_get(d->memory, ((size_t)total + 1) * sizeof *variables);
+    void **contexts = memory_get(d->memory, ((size_t)total + 1) * sizeof *contexts);
+    expression *derivatives = derivation_new_values(d, total * terms->count);
+    int at = 0;
+    for (int k = BY_T; k < BLOCK_COUNT; k++) {
+        terms->derivatives[k] = derivatives + at * terms->count;
+        for (int index = 0; index < widths[k]; index++, at++) {
+            variables[at] = (struct variable){blocks[k].kind, index};
+            contexts[at] = &variables[at];
+        }
+    }
+    rewrite_derivatives(d->g, terms->values, derivatives, terms->count, derivative_by_variable, contexts,
+                        total);
+}
+
+static bool reads_parameters(const struct derivation *d, const expression *values, int count) {
+    const struct graph *g = d->g;
+    bool *needed = memory_get(d->memory, g->count * sizeof *needed);
+    for (int i = 0; i < count; i++)
+        needed[values[i]] = true;
+    rewrite_mark_operands(g, needed, g->count);
+    for (expression e = 0; e < g->count; e++)
+        if (needed[e] && expr_as_symbol(g, e) && expr_as_symbol(g, e)->kind == SYMBOL_PARAMETER)
+            return true;
+    return false;
+}
+
+const char *derivatives_block_name(int block) {
+    return block < BLOCK_COUNT ? blocks[block].name : NULL;
+}
+
+/* Columns of a block; 0: it is left out. */
+static int width_of(const struct derivation *d, enum block block, bool has_parameters) {
+    const int widths[BLOCK_COUNT] = {d->n, d->n, 1, d->model->input_count,
+                                     has_parameters ? d->model->parameter_count : 0};
+    return d->wanted_blocks & 1u << block ? widths[block] : 0;
+}
+
+static void mark_block(struct function *f, int array, enum block block) {
+    f->arrays[array].by_parameter = block == BY_P;
+}
+
+static int add_matrix(struct derivation *d, struct function *f, const char *name, int rows, int columns) {
+    return pair_loops_add_local(d->memory, f, name, rows * columns, columns);
+}
+
+/* Results "q", "qd" ... of `rows` rows each. */
+static void add_block_results(struct derivation *d, struct function *f, const char *before, const char *what,
+                              int rows, const int widths[BLOCK_COUNT], int arrays[BLOCK_COUNT]) {
+    static const char *const sizes[BLOCK_COUNT] = {"x n", "x n", "x 1", "x inputs", "x parameters"};
+    for (int k = 0; k < BLOCK_COUNT; k++) {
+        arrays[k] = NOTHING;
+        if (!widths[k])
+            continue;
+        const char *name = memory_format(d->memory, "%s%s", before, blocks[k].name);
+        const char *about = memory_format(d->memory, "(%s %s) %s %s", rows == d->n ? "n" : "m", sizes[k],
+                                          what, blocks[k].about);
+        arrays[k] = derivation_add_array(d, f, name, about, rows * widths[k], widths[k]);
+        mark_block(f, arrays[k], k);
+    }
+}
+
+static void add_block_locals(struct derivation *d, struct function *f, const char *before, int rows,
+                             const int widths[BLOCK_COUNT], int arrays[BLOCK_COUNT]) {
+    for (int k = 0; k < BLOCK_COUNT; k++) {
+        arrays[k] = NOTHING;
+        if (!widths[k])
+            continue;
+        arrays[k] =
+            add_matrix(d, f, memory_format(d->memory, "%s%s", before, blocks[k].name), rows, widths[k]);
+        mark_block(f, arrays[k], k);
+    }
+}
+
+/* Derivatives of terms [first, first + frames), by frame, one column a variable. */
+static void spread_block(struct builder *b, const struct terms *terms, int first, enum block block,
+                         int array) {
+    const int width = array == NOTHING ? 0 : b->f->arrays[array].columns;
+    for (int column = 0; column < width; column++)
+        derivation_spread(b->d, b->f, array, column, width,
+                          terms->derivatives[block] + column * terms->count + first);
+}
+
+/* factor * derivatives of terms [first, first + m), by row. */
+static void fill_block(struct builder *b, const struct terms *terms, int first, enum block block,
+                       double factor, int array) {
+    struct graph *g = b->d->g;
+    const int width = array == NOTHING ? 0 : b->f->arrays[array].columns;
+    for (int column = 0; column < width; column++)
+        for (int i = 0; i < b->d->m; i++)
+            plan_set_entry(b->d->memory, b->f, array, i * width + column,
+                           expr_mul(g, expr_number(g, factor),
+                                    terms->derivatives[block][column * terms->count + first + i]));
+}
+
+/* factor * derivatives of rows by q or qd, m x n. */
+static void spread_row_derivatives(struct builder *b, const expression *rows_in_symbols, int order,
+                                   double factor, int array) {
+    for (int i = 0; i < b->d->m && array != NOTHING; i++)
+        if (rows_in_symbols[i])
+            derivation_spread(
+                b->d, b->f, array, i * b->d->n, 1,
+                force_derivatives_scaled(b->d, factor,
+                                         given_motion_derivatives(b->given, rows_in_symbols[i], order)));
+}
+
+static void spread_u(struct derivation *d, struct function *f, int array) {
+    for (int i = 0; i < d->m; i++)
+        derivation_spread(d, f, array, i * d->n, 1, derivation_rows(d)[i].u);
+}
+
+/* ---- The tangent and what follows from it ---- */
+
+/* Values that every derivative takes for constant. */
+struct holding {
+    struct graph *g;
+    const expression *values;
+    expression *given;
+};
+
+static void hold_value(void *context, int i) {
+    const struct holding *x = context;
+    x->given[i] = expr_apply1(x->g, OP_HOLD, x->values[i]);
+}
+
+static const expression *given_accelerations(struct derivation *d, const expression *by_frame) {
+    struct holding x = {d->g, by_frame, derivation_new_values(d, d->frames)};
+    recursion_visit_joints(d->g, d->kinematics.tree, hold_value, &x);
+    return x.given;
+}
+
+static const expression *given_multipliers(struct derivation *d) {
+    expression *given = derivation_new_values(d, d->m);
+    for (int i = 0; i < d->m; i++)
+        given[i] = expr_apply1(d->g, OP_HOLD, d->solution->lambda[i]);
+    return given;
+}
+
+static struct builder open_builder(struct derivation *d, struct function *f, bool has_rows) {
+    struct applied_forces *applied_forces = tangent_no_forces(&d->kinematics);
+    tangent_add_applied_forces(&d->kinematics, applied_forces);
+    if (has_rows)
+        tangent_add_row_forces(&d->kinematics, applied_forces);
+    return (struct builder){.d = d, .f = f, .applied_forces = applied_forces};
+}
+
+/* At the accelerations that the equations of motion give. */
+static struct builder start(struct derivation *d, struct function *f, bool has_rows) {
+    struct builder b = open_builder(d, f, has_rows);
+    if (has_rows)
+        accelerations_constrained(d);
+    const expression *accelerations =
+        given_accelerations(d, has_rows ? d->solution->qdd : accelerations_free(d));
+    b.given = given_motion_derive(&d->kinematics, accelerations, has_rows ? given_multipliers(d) : NULL);
+    return b;
+}
+
+struct caller_accelerations {
+    const struct kinematics *k;
+    expression *accelerations;
+};
+
+static void take_acceleration(void *context, int i) {
+    const struct caller_accelerations *x = context;
+    x->accelerations[i] = kinematics_coordinate_of(x->k, i, 2);
+}
+
+/* At accelerations and multipliers that the caller gives. */
+static struct builder start_given(struct derivation *d, struct function *f) {
+    struct builder b = open_builder(d, f, d->m > 0);
+    struct caller_accelerations x = {&d->kinematics, derivation_new_values(d, d->frames)};
+    recursion_visit_joints(d->g, d->kinematics.tree, take_acceleration, &x);
+    b.given = given_motion_derive(&d->kinematics, x.accelerations, NULL);
+    f->takes_motion = true;
+    return b;
+}
+
+/* Where the parts of motion_terms begin: M qdd - h - Q - u^T lambda and u^T lambda by frame, u qdd - k by
+ * row. */
+struct parts {
+    int motion, rows, force;
+};
+
+static struct parts parts_of(const struct derivation *d) {
+    return (struct parts){0, d->frames, d->frames + d->m};
+}
+
+struct difference {
+    struct graph *g;
+    expression *into;
+    const expression *minus;
+};
+
+static void subtract(void *context, int i) {
+    const struct difference *x = context;
+    x->into[i] = expr_sub(x->g, x->into[i], x->minus[i]);
+}
+
+static expression *difference(struct derivation *d, const expression *of, const expression *minus) {
+    struct difference x = {d->g, derivation_new_values(d, d->frames), minus};
+    memcpy(x.into, of, (size_t)d->frames * sizeof *of);
+    recursion_visit_joints(d->g, d->kinematics.tree, subtract, &x);
+    return x.into;
+}
+
+static struct terms motion_terms(const struct builder *b) {
+    struct derivation *d = b->d;
+    const struct parts parts = parts_of(d);
+    struct applied_forces *rows_alone = tangent_no_forces(&d->kinematics);
+    struct terms terms = {.values = derivation_new_values(d, 2 * d->frames + d->m),
+                          .count = 2 * d->frames + d->m};
+    tangent_add_row_forces(&d->kinematics, rows_alone);
+    const expression *motion = difference(d, tangent_inertia_forces(b->given),
+                                          tangent_generalized_forces(b->given, b->applied_forces));
+    const expression *row = tangent_row_balances(&d->kinematics),
+                     *force = tangent_generalized_forces(b->given, rows_alone);
+    memcpy(terms.values + parts.motion, motion, (size_t)d->frames * sizeof *motion);
+    memcpy(terms.values + parts.force, force, (size_t)d->frames * sizeof *force);
+    for (int i = 0; i < d->m; i++)
+        terms.values[parts.rows + i] = given_motion_place(b->given, row[i]);
+    return terms;
+}
+
+/* What both forms of the tangent share: derivatives by time, and the rows. */
+static void add_given_results(struct builder *b) {
+    struct derivation *d = b->d;
+    const int n = d->n, m = d->m;
+    const struct parts parts = parts_of(d);
+    struct terms terms = motion_terms(b);
+    const expression *balances = tangent_row_balances(&d->kinematics);
+    differentiate_terms(d, &terms, (const int[BLOCK_COUNT]){[BY_T] = 1});
+    const int f_t = derivation_add_array(d, b->f, "f_t",
+                                         "(n) d(M qdd - h - Q - u^T lambda)/dt at held qdd, lambda", n, 1);
+    spread_block(b, &terms, parts.motion, BY_T, f_t);
+    if (!m)
+        return;
+    const int g_t = derivation_add_array(d, b->f, "g_t", "(m) d(u qdd - k)/dt at held qdd", m, 1);
+    const int G_q = derivation_add_array(d, b->f, "G_q", "(m x n) the same by q", m * n, n);
+    const int G_qd = derivation_add_array(d, b->f, "G_qd", "(m x n) the same by qd", m * n, n);
+    const int u = derivation_add_array(d, b->f, "u", "(m x n) row coefficients", m * n, n);
+    fill_block(b, &terms, parts.rows, BY_T, 1, g_t);
+    spread_row_derivatives(b, balances, 0, 1, G_q);
+    spread_row_derivatives(b, balances, 1, 1, G_qd);
+    spread_u(d, b->f, u);
+}
+
+void derivatives_build_tangent(struct derivation *d, struct function *f) {
+    const int n = d->n;
+    struct builder b = start_given(d, f);
+    add_given_results(&b);
+    const int K = derivation_add_array(
+        d, f, "K", "(n x n) d(M qdd - h - Q - u^T lambda)/dq at held qdd, lambda", n * n, n);
+    const int D = derivation_add_array(d, f, "D", "(n x n) the same by qd", n * n, n);
+    const int M = derivation_add_array(d, f, "M", "(n x n) mass matrix", n * n, n);
+    add_derivatives(&b, &(struct targets){K, D, M, true, -1});
+    pair_loops_drop_unread(d->memory, f);
+}
+
+/* ---- The tangent as vectors of joints: what runtime/chain.c multiplies and eliminates in O(n) ---- */
+
+/* Of the joints that turn, or of those that slide; zero elsewhere. */
+static struct vector *of_joints(const struct builder *b, bool is_revolute, size_t offset) {
+    const struct tree *tree = b->d->kinematics.tree;
+    struct vector *list = memory_get(b->d->memory, ((size_t)b->d->frames + 1) * sizeof *list);
+    for (int i = 0; i < tree->count; i++)
+        if (tree->frames[i].kind == FRAME_JOINT && tree->frames[i].joint.is_revolute == is_revolute)
+            memcpy(&list[i], (const char *)&b->given->frames[i] + offset, sizeof *list);
+    return list;
+}
+
+static void add_joint_vectors(struct builder *b) {
+    static const size_t axes[] = {offsetof(struct given_frame_rates, axis),
+                                  offsetof(struct given_frame_rates, axis_rate),
+                                  offsetof(struct given_frame_rates, axis_rate2)};
+    static const char *const names[2][3] = {{"slide_axis", "slide_rate", "slide_rate2"},
+                                            {"turn_axis", "turn_rate", "turn_rate2"}};
+    struct vector_arrays *all = memory_get(b->d->memory, REFDYN_VECTOR_COUNT * sizeof *all), *at = all;
+    for (int is_revolute = 1; is_revolute >= 0; is_revolute--)
+        for (int order = 0; order < 3; order++)
+            *at++ = pair_loops_add_arrays(&b->arrays, names[is_revolute][order],
+                                          of_joints(b, is_revolute, axes[order]));
+    const struct turned_applied_forces turned = force_derivatives_turned_forces(b, -1);
+    const struct far_arrays a = add_far_arrays(b, turned.columns);
+    const struct vector_arrays inertia[] = {a.lever,
+                                            a.mass.shift,
+                                            a.spin.shift,
+                                            a.mass.moment,
+                                            a.mass_force,
+                                            a.spin.moment,
+                                            a.stiffness.moment,
+                                            a.stiffness_force,
+                                            a.damping.moment,
+                                            a.damping_force,
+                                            pair_loops_add_arrays(&b->arrays, "turned_rows", turned.rows)};
+    memcpy(at, inertia, sizeof inertia);
+    int *places = memory_get(b->d->memory, 3 * REFDYN_VECTOR_COUNT * sizeof *places);
+    for (int i = 0; i < 3 * REFDYN_VECTOR_COUNT; i++) {
+        const int array = all[i / 3].at[i % 3];
+        places[i] = array == NOTHING ? -1 : b->f->arrays[array].offset;
+    }
+    b->d->plan->vector_places = places;
+}
+
+void derivatives_build_tangent_vectors(struct derivation *d, struct function *f) {
+    const int n = d->n;
+    struct builder b = start_given(d, f);
+    add_given_results(&b);
+    const int stiffness =
+        derivation_add_array(d, f, "stiffness", "(n) diagonal of K beside the vectors", n, 0);
+    const int damping = derivation_add_array(d, f, "damping", "(n) diagonal of D beside the vectors", n, 0);
+    force_derivatives_set_own_derivatives(&b, -1, stiffness, damping);
+    b.shifts = kinematics_ground_shifts(&d->kinematics);
+    b.arrays = pair_loops_open_results(d->plan, &d->kinematics, f);
+    add_joint_vectors(&b);
+    d->plan->coupling_count = force_derivatives_add_couplings(&b, -1);
+}
+
+/* All joints turn about one axis of the ground or slide across it. */
+static bool is_planar(const struct builder *b) {
+    const struct vector *turns = of_joints(b, true, offsetof(struct given_frame_rates, axis));
+    const struct vector *slides = of_joints(b, false, offsetof(struct given_frame_rates, axis));
+    for (int axis = 0; axis < 3; axis++) {
+        bool is_normal = true;
+        for (int i = 0; i < b->d->frames; i++)
+            is_normal = is_normal && !turns[i].at[(axis + 1) % 3] && !turns[i].at[(axis + 2) % 3] &&
+                        !slides[i].at[axis];
+        if (is_normal)
+            return true;
+    }
+    return false;
+}
+
+bool derivatives_prefer_vectors(struct derivation *d) {
+    struct function scratch = {.quantity = "", .about = ""};
+    struct builder b = start_given(d, &scratch);
+    const int couplings = force_derivatives_add_couplings(&b, -1);
+    return refdyn_chain_pays(d->n, d->m, couplings, is_planar(&b));
+}
+
+/* Columns of all blocks, and the derivatives that they hold. */
+static void open_blocks(struct derivation *d, struct terms *terms, int widths[BLOCK_COUNT]) {
+    const bool has_parameters = reads_parameters(d, terms->values, terms->count);
+    for (int k = 0; k < BLOCK_COUNT; k++)
+        widths[k] = width_of(d, k, has_parameters);
+    differentiate_terms(d, terms, widths);
+}
+
+/* Straight-line entries of t, inputs and parameters, and the loops of q and qd. */
+static void add_block_derivatives(struct builder *b, const struct terms *terms, int first,
+                                  const int arrays[BLOCK_COUNT], struct targets targets) {
+    for (int k = BY_T; k < BLOCK_COUNT; k++)
+        spread_block(b, terms, first, k, arrays[k]);
+    targets.by_q = arrays[BY_Q];
+    targets.by_qd = arrays[BY_QD];
+    add_derivatives(b, &targets);
+}
+
+/* What the multipliers' derivatives need: arrays by their names in quantities.c. */
+struct row_arrays {
+    int u, responses, inverse; /* m x n; M^-1 u^T, n x m; (u M^-1 u^T)^-1, m x m */
+};
+
+static struct row_arrays add_row_arrays(struct builder *b) {
+    struct derivation *d = b->d;
+    const int n = d->n, m = d->m;
+    struct row_arrays a;
+    a.u = add_matrix(d, b->f, "u", m, n);
+    spread_u(d, b->f, a.u);
+    a.responses = add_matrix(d, b->f, "responses", n, m);
+    for (int i = 0; i < m; i++)
+        derivation_spread(d, b->f, a.responses, i, m, d->solution->responses[i]);
+    a.inverse = add_matrix(d, b->f, "inverse", m, m);
+    for (int row = 0; row < m; row++) {
+        expression *unit = derivation_new_values(d, m);
+        unit[row] = expr_one(d->g);
+        accelerations_solve_rows(d, d->solution->S, unit, memory_format(d->memory, "inverse_%d", row + 1));
+        plan_set_entries(d->memory, b->f, a.inverse, row * m, unit, m);
+    }
+    return a;
+}
+
+/*
+ * d(lambda) of one block from its derivatives r of M qdd - h - Q - u^T lambda and g of u qdd - k at given
+ * qdd, lambda: M dqdd - u^T dlambda = -r and u dqdd = -g give (u M^-1 u^T) dlambda = (M^-1 u^T)^T r - g.
+ * Theory, sect. 7.7.
+ */
+static void add_multiplier_loops(struct builder *b, const struct row_arrays *a, const int r[BLOCK_COUNT],
+                                 const int minus_g[BLOCK_COUNT], const int dlambda[BLOCK_COUNT]) {
+    for (int k = 0; k < BLOCK_COUNT; k++) {
+        if (r[k] == NOTHING)
+            continue;
+        force_derivatives_add_product(
+            b, minus_g[k], a->responses, r[k], 1,
+            memory_format(b->d->memory, "derivatives of lambda %s", blocks[k].about));
+        force_derivatives_add_product(b, dlambda[k], a->inverse, minus_g[k], 1, "(u M^-1 u^T)^-1");
+    }
+}
+
+static void fill_minus_g(struct builder *b, const struct terms *terms, const int minus_g[BLOCK_COUNT]) {
+    const expression *balance = tangent_row_balances(&b->d->kinematics);
+    spread_row_derivatives(b, balance, 0, -1, minus_g[BY_Q]);
+    spread_row_derivatives(b, balance, 1, -1, minus_g[BY_QD]);
+    for (int k = BY_T; k < BLOCK_COUNT; k++)
+        fill_block(b, terms, parts_of(b->d).rows, k, -1, minus_g[k]);
+}
+
+/* Derivatives of lambda, m x width each, from those of the equations of motion in `r`. */
+static struct row_arrays add_multiplier_blocks(struct builder *b, const struct terms *terms,
+                                               const int widths[BLOCK_COUNT], const int r[BLOCK_COUNT],
+                                               int dlambda[BLOCK_COUNT]) {
+    int minus_g[BLOCK_COUNT];
+    const struct row_arrays arrays = add_row_arrays(b);
+    add_block_locals(b->d, b->f, "rows_", b->d->m, widths, minus_g);
+    add_block_locals(b->d, b->f, "lambda_", b->d->m, widths, dlambda);
+    fill_minus_g(b, terms, minus_g);
+    add_multiplier_loops(b, &arrays, r, minus_g, dlambda);
+    return arrays;
+}
+
+/* dqdd = -M^-1 (r - u^T dlambda) in place of r: theory, sect. 7.7. */
+static void build_acceleration_derivatives(struct derivation *d, struct function *f, bool has_rows) {
+    int widths[BLOCK_COUNT], r[BLOCK_COUNT], dlambda[BLOCK_COUNT];
+    struct builder b = start(d, f, has_rows);
+    struct terms terms = motion_terms(&b);
+    open_blocks(d, &terms, widths);
+    add_block_results(d, f, "", "d(qdd)", d->n, widths, r);
+    const int M = add_matrix(d, f, "M", d->n, d->n);
+    add_block_derivatives(&b, &terms, parts_of(d).motion, r,
+                          (struct targets){.mass = M, .has_inertia = true, .sign = -1});
+    if (has_rows) {
+        const struct row_arrays arrays = add_multiplier_blocks(&b, &terms, widths, r, dlambda);
+        for (int k = 0; k < BLOCK_COUNT; k++)
+            if (r[k] != NOTHING)
+                force_derivatives_add_product(&b, r[k], arrays.u, dlambda[k], -1,
+                                              "programme forces u^T dlambda");
+    }
+    pair_loops_add_loop(d->memory, f, LOOP_FACTORING, "M = L^T D L (5.7)")->of.factoring =
+        (struct factoring){M};
+    for (int k = 0; k < BLOCK_COUNT; k++)
+        if (r[k] != NOTHING)
+            pair_loops_add_loop(d->memory, f, LOOP_SOLVING, "accelerations")->of.solving =
+                (struct solving){M, r[k]};
+    pair_loops_drop_unread(d->memory, f);
+}
+
+void derivatives_build_d_qdd(struct derivation *d, struct function *f) {
+    build_acceleration_derivatives(d, f, d->m > 0);
+}
+
+void derivatives_build_d_qdd_free(struct derivation *d, struct function *f) {
+    build_acceleration_derivatives(d, f, false);
+}
+
+/* d(u^T lambda) = its derivatives at given lambda + u^T dlambda: theory, sect. 7.7. */
+void derivatives_build_d_force(struct derivation *d, struct function *f) {
+    int widths[BLOCK_COUNT], force[BLOCK_COUNT], r[BLOCK_COUNT], dlambda[BLOCK_COUNT];
+    struct builder b = start(d, f, true);
+    struct terms terms = motion_terms(&b);
+    struct applied_forces *rows_alone = tangent_no_forces(&d->kinematics);
+    open_blocks(d, &terms, widths);
+    add_block_results(d, f, "", "d(force)", d->n, widths, force);
+    add_block_locals(d, f, "motion_", d->n, widths, r);
+    const int M = add_matrix(d, f, "M", d->n, d->n);
+    add_block_derivatives(&b, &terms, parts_of(d).motion, r,
+                          (struct targets){.mass = M, .has_inertia = true, .sign = -1});
+    const struct row_arrays arrays = add_multiplier_blocks(&b, &terms, widths, r, dlambda);
+    tangent_add_row_forces(&d->kinematics, rows_alone);
+    b.applied_forces = rows_alone;
+    add_block_derivatives(&b, &terms, parts_of(d).force, force, (struct targets){.sign = 1});
+    for (int k = 0; k < BLOCK_COUNT; k++)
+        if (force[k] != NOTHING)
+            force_derivatives_add_product(&b, force[k], arrays.u, dlambda[k], 1,
+                                          "programme forces u^T dlambda");
+    pair_loops_drop_unread(d->memory, f);
+}
+
+/* ---- Statics and rows ---- */
+
+/* Q at qd = 0, by frame. */
+static const expression *resting_forces(struct derivation *d) {
+    struct applied_forces *applied_forces = tangent_no_forces(&d->kinematics);
+    tangent_add_applied_forces(&d->kinematics, applied_forces);
+    const expression *applied =
+        tangent_generalized_forces(given_motion_at_rest(&d->kinematics), applied_forces);
+    return difference(d, applied, dynamics_gravity_forces(&d->kinematics, derivation_composites(d)));
+}
+
+void derivatives_build_d_statics(struct derivation *d, struct function *f) {
+    int widths[BLOCK_COUNT], arrays[BLOCK_COUNT];
+    struct builder b = {.d = d, .f = f};
+    struct terms terms = {.values = (expression *)resting_forces(d), .count = d->frames};
+    open_blocks(d, &terms, widths);
+    widths[BY_QD] = 0;
+    add_block_results(d, f, "", "d(Q)", d->n, widths, arrays);
+    for (int k = BY_T; k < BLOCK_COUNT; k++)
+        spread_block(&b, &terms, 0, k, arrays[k]);
+    if (arrays[BY_Q] != NOTHING)
+        mass_matrix_fill_statics_tangent(d, f, arrays[BY_Q]);
+}
+
+/* Residuals or k of all rows, in symbols. */
+struct row_values {
+    const char *before, *what;
+    expression *in_symbols;
+    int first; /* of its terms */
+};
+
+static void add_row_derivatives(struct builder *b, const struct row_values *row, const struct terms *terms,
+                                const int widths[BLOCK_COUNT]) {
+    struct derivation *d = b->d;
+    int arrays[BLOCK_COUNT];
+    add_block_results(d, b->f, row->before, row->what, d->m, widths, arrays);
+    spread_row_derivatives(b, row->in_symbols, 0, 1, arrays[BY_Q]);
+    spread_row_derivatives(b, row->in_symbols, 1, 1, arrays[BY_QD]);
+    for (int k = BY_T; k < BLOCK_COUNT; k++)
+        fill_block(b, terms, row->first, k, 1, arrays[k]);
+}
+
+void derivatives_build_d_rows(struct derivation *d, struct function *f) {
+    const int m = d->m;
+    int widths[BLOCK_COUNT];
+    struct builder b = {.d = d,
+                        .f = f,
+                        .given =
+                            given_motion_derive(&d->kinematics, derivation_new_values(d, d->frames), NULL)};
+    struct row_values parts[] = {{"phi_", "d(phi)", derivation_new_values(d, m), 0},
+                                 {"psi_", "d(psi)", derivation_new_values(d, m), m},
+                                 {"k_", "d(k)", derivation_new_values(d, m), 2 * m}};
+    struct terms terms = {.values = derivation_new_values(d, 3 * m), .count = 3 * m};
+    for (int i = 0; i < m; i++) {
+        const struct row_symbols symbols = tangent_row_symbols(&d->kinematics, i);
+        const expression in_symbols[] = {symbols.phi, symbols.psi, expr_neg(d->g, symbols.balance)};
+        for (int part = 0; part < 3; part++) {
+            parts[part].in_symbols[i] = in_symbols[part];
+            terms.values[parts[part].first + i] = given_motion_place(b.given, in_symbols[part]);
+        }
+    }
+    open_blocks(d, &terms, widths);
+    add_row_derivatives(&b, &parts[1], &terms, widths);
+    add_row_derivatives(&b, &parts[2], &terms, widths);
+    widths[BY_QD] = 0;
+    add_row_derivatives(&b, &parts[0], &terms, widths);
+}
+
+/* ---- Parameters that are not emitted ---- */
+
+/* Columns before `column` that are emitted. */
+static int columns_before(const bool *is_emitted, int column) {
+    int count = 0;
+    for (int i = 0; i < column; i++)
+        count += is_emitted[i];
+    return count;
+}
+
+/* Results of loops over elements: whole columns. */
+static void keep_run_results(struct function *f, const bool *is_emitted) {
+    int kept = 0;
+    for (int i = 0; i < f->run_result_count; i++) {
+        struct run_result result = f->run_results[i];
+        const struct array *array = &f->arrays[result.array];
+        if (array->by_parameter) {
+            const int row = result.entry / array->columns, column = result.entry % array->columns;
+            const int width = columns_before(is_emitted, array->columns);
+            if (!is_emitted[column])
+                continue;
+            result.entry = row * width + columns_before(is_emitted, column);
+            result.stride = result.stride / array->columns * width;
+        }
+        f->run_results[kept++] = result;
+    }
+    f->run_result_count = kept;
+}
+
+static void keep_singles(struct array *array, const bool *is_emitted, int width) {
+    int kept = 0;
+    for (int i = 0; i < array->single_count; i++) {
+        struct single single = array->singles[i];
+        const int row = single.entry / array->columns, column = single.entry % array->columns;
+        if (!is_emitted[column])
+            continue;
+        single.entry = row * width + columns_before(is_emitted, column);
+        array->singles[kept++] = single;
+    }
+    array->single_count = kept;
+}
+
+static void keep_columns(struct function *f, const bool *is_emitted) {
+    int offset = 0;
+    for (int i = 0; i < plan_count_arrays(f); i++) {
+        struct array *array = &f->arrays[i];
+        array->offset = offset;
+        if (array->by_parameter) {
+            const int rows = array->count / array->columns,
+                      width = columns_before(is_emitted, array->columns);
+            keep_singles(array, is_emitted, width);
+            *(i < f->array_count ? &f->out_count : &f->local_out_count) += rows * width - array->count;
+            array->columns = width;
+            array->count = rows * width;
+        }
+        offset += array->count;
+    }
+}
+
+void derivatives_keep_emitted_parameters(struct plan *plan) {
+    const int count = plan->model->parameter_count;
+    bool *is_emitted = memory_get(plan->memory, ((size_t)count + 1) * sizeof *is_emitted);
+    for (int i = 0; i < count; i++)
+        expr_symbol(plan->g, SYMBOL_PARAMETER, i,
+                    0); /* all handles exist before an array by handle is made */
+    const bool *needed = plan_mark_nodes_of_functions(plan);
+    for (int i = 0; i < count; i++)
+        is_emitted[i] = needed[expr_symbol(plan->g, SYMBOL_PARAMETER, i, 0)];
+    for (int f = 0; f < plan->function_count; f++) {
+        keep_run_results(&plan->functions[f], is_emitted);
+        keep_columns(&plan->functions[f], is_emitted);
+    }
+}

@@ -1,0 +1,318 @@
+/* Derivatives of applied_forces by q and qd: see force_pairs.h. */
+#include "quantities/force_derivatives.h"
+
+#include <string.h>
+
+/* ---- Constant forces while the columns of C turn ---- */
+
+struct turning {
+    const struct kinematics *k;
+    struct vector *forces, *torques; /* by point */
+    struct turned_applied_forces turned;
+};
+
+/* columns_i = sum of C_i x F, rows_i = columns_i + sum of e_i x T: theory, sect. 7.3. */
+static void turn_applied_forces(void *context, int i) {
+    const struct turning *x = context;
+    const struct kinematics *k = x->k;
+    struct graph *g = k->g;
+    struct vector *rows = &x->turned.rows[i], *columns = &x->turned.columns[i];
+    for (int p = 0; p < k->model->marker_count; p++) {
+        if (!kinematics_is_on_path(k, i, k->tree->points[p].frame))
+            continue;
+        *columns = vector_add(g, *columns, vector_cross(g, k->points[p].columns[i], x->forces[p]));
+        if (k->tree->frames[i].joint.is_revolute)
+            *rows = vector_add(g, *rows, vector_cross(g, kinematics_joint_axis(k, i), x->torques[p]));
+    }
+    *rows = vector_add(g, *columns, *rows);
+}
+
+static struct vector *new_vectors(const struct derivation *d, int count) {
+    return memory_get(d->memory, ((size_t)count + 1) * sizeof(struct vector));
+}
+
+struct turned_applied_forces force_derivatives_turned_forces(const struct builder *b, double sign) {
+    const struct derivation *d = b->d;
+    const int markers = d->model->marker_count;
+    const expression factor = expr_number(d->g, sign);
+    struct turning x = {&d->kinematics,
+                        new_vectors(d, markers),
+                        new_vectors(d, markers),
+                        {new_vectors(d, d->frames), new_vectors(d, d->frames)}};
+    for (int p = 0; p < markers; p++) {
+        x.forces[p] =
+            vector_scale(d->g, factor, given_motion_place_vector(b->given, b->applied_forces->points[p]));
+        x.torques[p] =
+            vector_scale(d->g, factor, given_motion_place_vector(b->given, b->applied_forces->torques[p]));
+    }
+    recursion_visit_joints(d->g, d->kinematics.tree, turn_applied_forces, &x);
+    return x.turned;
+}
+
+struct axes {
+    const struct kinematics *k;
+    struct vector *axes;
+};
+
+static void take_joint_axis(void *context, int i) {
+    const struct axes *x = context;
+    x->axes[i] = kinematics_joint_axis(x->k, i);
+}
+
+static const struct vector *joint_axes(const struct derivation *d) {
+    struct axes x = {&d->kinematics, new_vectors(d, d->frames)};
+    recursion_visit_joints(d->g, d->kinematics.tree, take_joint_axis, &x);
+    return x.axes;
+}
+
+static bool has_vector(const struct vector *by_frame, int frames) {
+    for (int i = 0; i < frames; i++)
+        if (!vector_is_zero(by_frame[i]))
+            return true;
+    return false;
+}
+
+void force_derivatives_add_turning_pairs(struct builder *b, const struct turned_applied_forces *turned,
+                                         int array) {
+    const int frames = b->d->frames;
+    struct pair_product product = {.array = array};
+    if (!has_vector(turned->rows, frames) && !has_vector(turned->columns, frames))
+        return;
+    product.is_mirrored = !memcmp(turned->rows, turned->columns, (size_t)frames * sizeof *turned->rows);
+    const struct vector_arrays axis = pair_loops_add_arrays(&b->arrays, "axis", joint_axes(b->d));
+    pair_loops_add_term(&product.turn.rows, 1, axis,
+                        pair_loops_add_arrays(&b->arrays, "turned_rows", turned->rows));
+    if (!product.is_mirrored)
+        pair_loops_add_term(&product.turn.columns, 1, axis,
+                            pair_loops_add_arrays(&b->arrays, "turned_columns", turned->columns));
+    struct pairs *pairs = pair_loops_add_pairs(
+        &b->arrays, "pairs of coordinates (7.3): how j turns what is felt by i beyond it");
+    pairs->products[pairs->product_count++] = product;
+}
+
+/* ---- Forces on coordinates ---- */
+
+struct scaling {
+    struct graph *g;
+    expression factor;
+    const expression *values;
+    expression *scaled;
+};
+
+static void scale(void *context, int i) {
+    const struct scaling *x = context;
+    x->scaled[i] = expr_mul(x->g, x->factor, x->values[i]);
+}
+
+expression *force_derivatives_scaled(struct derivation *d, double factor, const expression *by_frame) {
+    struct scaling x = {d->g, expr_number(d->g, factor), by_frame, derivation_new_values(d, d->frames)};
+    recursion_visit_joints(d->g, d->kinematics.tree, scale, &x);
+    return x.scaled;
+}
+
+/* The row of frame i; without a named force on it, the diagonal term -s or -d alone. */
+static void give_derivatives_of(struct builder *b, int i, int order, double sign, int array) {
+    struct derivation *d = b->d;
+    const struct frame *frame = &d->kinematics.tree->frames[i];
+    const expression force = b->applied_forces->coordinates[i];
+    const expression derivative = order ? frame->joint.damping : frame->joint.stiffness;
+    const expression own =
+        b->applied_forces->has_springs ? expr_mul(d->g, expr_number(d->g, -sign), derivative) : 0;
+    if (!force) {
+        plan_set_frame(d->memory, d->kinematics.tree, b->f, array, frame->coordinate * (d->n + 1),
+                       frame->step * (d->n + 1), i, own);
+        return;
+    }
+    expression *row = force_derivatives_scaled(d, sign, given_motion_derivatives(b->given, force, order));
+    row[i] = expr_add(d->g, row[i], own);
+    derivation_spread(d, b->f, array, frame->coordinate * d->n, 1, row);
+}
+
+void force_derivatives_set_coordinate_derivatives(struct builder *b, const struct targets *targets) {
+    const struct tree *tree = b->d->kinematics.tree;
+    const int arrays[] = {targets->by_q, targets->by_qd};
+    for (int order = 0; order < 2; order++)
+        for (int i = 0; i < tree->count && arrays[order] != NOTHING; i++)
+            if (tree->frames[i].kind == FRAME_JOINT)
+                give_derivatives_of(b, i, order, targets->sign, arrays[order]);
+}
+
+/* ---- Forces at points that depend on the state: C^T dF/dq, theory, sect. 7.3 ---- */
+
+/* One axis of C, and the derivatives of the force along it, by frame. */
+struct derivative {
+    const expression *column, *by[2]; /* by q, by qd */
+};
+
+struct derivatives {
+    struct derivative *list;
+    int count, capacity;
+};
+
+static bool is_all_zero(const expression *values, int count) {
+    for (int i = 0; i < count; i++)
+        if (values[i])
+            return false;
+    return true;
+}
+
+/* One axis of the columns of a point, or of a body's turns. */
+struct column_axis {
+    const struct kinematics *k;
+    int point, axis;
+    bool is_torque;
+    expression *column;
+};
+
+static void take_axis(void *context, int i) {
+    const struct column_axis *x = context;
+    const struct kinematics *k = x->k;
+    if (!x->is_torque)
+        x->column[i] = k->points[x->point].columns[i].at[x->axis];
+    else if (k->tree->frames[i].joint.is_revolute &&
+             kinematics_is_on_path(k, i, k->tree->points[x->point].frame))
+        x->column[i] = kinematics_joint_axis(k, i).at[x->axis];
+}
+
+static void add_derivative(struct builder *b, const struct targets *targets, struct derivatives *derivatives,
+                           struct column_axis of) {
+    const expression force =
+        (of.is_torque ? b->applied_forces->torques : b->applied_forces->points)[of.point].at[of.axis];
+    const int arrays[] = {targets->by_q, targets->by_qd};
+    struct derivative derivative = {.by = {NULL}};
+    if (!force)
+        return;
+    for (int order = 0; order < 2; order++)
+        derivative.by[order] = arrays[order] == NOTHING ? derivation_new_values(b->d, b->d->frames)
+                                                        : given_motion_derivatives(b->given, force, order);
+    if (is_all_zero(derivative.by[0], b->d->frames) && is_all_zero(derivative.by[1], b->d->frames))
+        return;
+    derivative.column = of.column = derivation_new_values(b->d, b->d->frames);
+    recursion_visit_joints(b->d->g, b->d->kinematics.tree, take_axis, &of);
+    derivatives->list = memory_room(b->d->memory, derivatives->list, derivatives->count,
+                                    &derivatives->capacity, sizeof derivative);
+    derivatives->list[derivatives->count++] = derivative;
+}
+
+static struct derivatives derivatives_of_points(struct builder *b, const struct targets *targets) {
+    struct derivatives derivatives = {0};
+    for (int p = 0; p < b->d->model->marker_count; p++)
+        for (int axis = 0; axis < 3; axis++)
+            for (int is_torque = 0; is_torque < 2; is_torque++)
+                add_derivative(b, targets, &derivatives,
+                               (struct column_axis){&b->d->kinematics, p, axis, is_torque, NULL});
+    return derivatives;
+}
+
+/* order -1: the columns. */
+static const expression *values_of(const struct derivative *derivative, int order) {
+    return order < 0 ? derivative->column : derivative->by[order];
+}
+
+static int add_derivative_array(struct builder *b, const struct derivatives *derivatives, const char *name,
+                                int order) {
+    const int n = b->d->n;
+    const int array = pair_loops_add_local(b->d->memory, b->f, name, derivatives->count * n, n);
+    for (int s = 0; s < derivatives->count; s++)
+        derivation_spread(b->d, b->f, array, s * n, 1, values_of(&derivatives->list[s], order));
+    return array;
+}
+
+void force_derivatives_add_product(struct builder *b, int target, int left, int right, double factor,
+                                   const char *about) {
+    pair_loops_add_loop(b->d->memory, b->f, LOOP_PRODUCT, about)->of.product =
+        (struct product){target, left, right, factor};
+}
+
+static bool has_derivative(const struct builder *b, const struct derivatives *derivatives, int order) {
+    for (int s = 0; s < derivatives->count; s++)
+        if (!is_all_zero(derivatives->list[s].by[order], b->d->frames))
+            return true;
+    return false;
+}
+
+void force_derivatives_add_loops(struct builder *b, const struct targets *targets) {
+    static const char *const names[] = {"pull_by_q", "pull_by_qd"};
+    static const char *const about[] = {"forces at points that depend on q",
+                                        "forces at points that depend on qd"};
+    const struct derivatives derivatives = derivatives_of_points(b, targets);
+    const int arrays[] = {targets->by_q, targets->by_qd};
+    const int left = derivatives.count ? add_derivative_array(b, &derivatives, "pulled", -1) : NOTHING;
+    for (int order = 0; order < 2; order++)
+        if (has_derivative(b, &derivatives, order))
+            force_derivatives_add_product(b, arrays[order], left,
+                                          add_derivative_array(b, &derivatives, names[order], order),
+                                          targets->sign, about[order]);
+}
+
+/* ---- Forces in `tangent_vectors` ---- */
+
+static bool is_own(const struct builder *b, const expression *derivatives, int i) {
+    for (int j = 0; j < b->d->frames; j++)
+        if (j != i && derivatives[j])
+            return false;
+    return true;
+}
+
+/* Does the named force on frame i, which stands alone, depend on other coordinates, too? */
+static bool couples(const struct builder *b, int i) {
+    const expression force = b->applied_forces->coordinates[i];
+    return force && !(is_own(b, given_motion_derivatives(b->given, force, 0), i) &&
+                      is_own(b, given_motion_derivatives(b->given, force, 1), i));
+}
+
+static expression own_derivative(const struct builder *b, int i, int order, double sign) {
+    struct graph *g = b->d->g;
+    const struct joint *joint = &b->d->kinematics.tree->frames[i].joint;
+    const expression spring = expr_mul(g, expr_number(g, -sign), order ? joint->damping : joint->stiffness);
+    const expression force = b->applied_forces->coordinates[i];
+    if (!force || couples(b, i))
+        return spring;
+    return expr_add(g, expr_mul(g, expr_number(g, sign), given_motion_derivatives(b->given, force, order)[i]),
+                    spring);
+}
+
+void force_derivatives_set_own_derivatives(struct builder *b, double sign, int stiffness, int damping) {
+    const struct tree *tree = b->d->kinematics.tree;
+    const int arrays[] = {stiffness, damping};
+    for (int order = 0; order < 2; order++)
+        for (int i = 0; i < tree->count; i++)
+            if (tree->frames[i].kind == FRAME_JOINT)
+                plan_set_frame(b->d->memory, tree, b->f, arrays[order], tree->frames[i].coordinate,
+                               tree->frames[i].step, i, own_derivative(b, i, order, sign));
+}
+
+static void add_coupled_coordinates(struct builder *b, struct derivatives *derivatives) {
+    for (int i = 0; i < b->d->frames; i++) {
+        if (!couples(b, i))
+            continue;
+        expression *column = derivation_new_values(b->d, b->d->frames);
+        column[i] = expr_one(b->d->g);
+        const expression force = b->applied_forces->coordinates[i];
+        derivatives->list = memory_room(b->d->memory, derivatives->list, derivatives->count,
+                                        &derivatives->capacity, sizeof *derivatives->list);
+        derivatives->list[derivatives->count++] = (struct derivative){
+            column,
+            {given_motion_derivatives(b->given, force, 0), given_motion_derivatives(b->given, force, 1)}};
+    }
+}
+
+int force_derivatives_add_couplings(struct builder *b, double sign) {
+    static const char *const names[] = {"pulled", "pull_by_q", "pull_by_qd"};
+    static const char *const about[] = {"columns that forces with such a dependence act on",
+                                        "these forces by q, as they stand in K", "the same by qd, in D"};
+    struct derivatives derivatives = derivatives_of_points(b, &(struct targets){0, 0, NOTHING, true, sign});
+    add_coupled_coordinates(b, &derivatives);
+    for (int order = -1; order < 2 && derivatives.count; order++) {
+        const int array =
+            plan_open_result(b->d->memory, b->f, names[order + 1],
+                             memory_format(b->d->memory, "(%d x n) %s", derivatives.count, about[order + 1]),
+                             derivatives.count * b->d->n, b->d->n);
+        for (int s = 0; s < derivatives.count; s++)
+            derivation_spread(
+                b->d, b->f, array, s * b->d->n, 1,
+                order < 0 ? values_of(&derivatives.list[s], order)
+                          : force_derivatives_scaled(b->d, sign, values_of(&derivatives.list[s], order)));
+    }
+    return derivatives.count;
+}

@@ -1,0 +1,48 @@
+/*
+ * The mass matrix as a loop over pairs of coordinates (loops.h): M_ij = e_j . W_i with W_i moved from joint
+ * to joint toward the ground (theory, sect. 4.6). Takes the composites, adds local arrays and the loop to a
+ * function. For trees with runs, and wherever the written-out form (body_dynamics.c) is longer.
+ */
+#include "quantities/pair_loops.h"
+#include "quantities/quantities.h"
+
+struct mass_vectors {
+    struct derivation *d;
+    struct vector *axis, *moment, *force; /* by frame, ground axes */
+};
+
+/* e_i and W_i in the ground frame. */
+static void derive_vectors(void *context, int i) {
+    const struct mass_vectors *x = context;
+    const struct kinematics *k = &x->d->kinematics;
+    const struct wrench wrench = wrench_of_unit(k, i, &x->d->composites[i]);
+    x->axis[i] = kinematics_joint_axis(k, i);
+    x->moment[i] = matrix_times(k->g, k->frames[i].rotation.at, wrench.moment);
+    x->force[i] = matrix_times(k->g, k->frames[i].rotation.at, wrench.force);
+}
+
+static struct mass_vectors mass_vectors(struct derivation *d) {
+    const size_t size = ((size_t)d->frames + 1) * sizeof(struct vector);
+    struct mass_vectors x = {d, memory_get(d->memory, size), memory_get(d->memory, size),
+                             memory_get(d->memory, size)};
+    derivation_composites(d);
+    graph_remark(d->g, "e and W = Ic e of each joint, in the ground's axes (4.6)");
+    recursion_visit_joints(d->g, d->kinematics.tree, derive_vectors, &x);
+    return x;
+}
+
+void mass_matrix_loops_add(struct derivation *d, struct function *f, int array) {
+    const struct vector *shifts = kinematics_ground_shifts(&d->kinematics);
+    const struct mass_vectors vectors = mass_vectors(d);
+    struct pair_arrays p = pair_loops_open(d->plan, &d->kinematics, f, shifts);
+    struct pair_product product = {.array = array, .is_mirrored = true};
+    const struct vector_arrays axis = pair_loops_add_arrays(&p, "axis", vectors.axis);
+    struct pair_move move = {.force = pair_loops_add_arrays(&p, "mass_force", vectors.force),
+                             .shift = pair_loops_add_arrays(&p, "shift", shifts)};
+    pair_loops_add_moved(&p, "mass_moment", vectors.moment, &move);
+    pair_loops_add_term(&product.turn.rows, 1, axis, move.moment);
+    pair_loops_add_term(&product.slide.rows, 1, axis, move.force);
+    struct pairs *pairs = pair_loops_add_pairs(&p, "M_ij = e_j.W_i (4.6): i beyond j, from the tips");
+    pairs->products[pairs->product_count++] = product;
+    pairs->moves[pairs->move_count++] = move;
+}

@@ -1,0 +1,392 @@
+/*
+ * Checks of a model that need no Lua: names, doubles, bodies that can exist, rows that say something.
+ *
+ * check_scene before the tree is built, check_programme when forces and rows are known. Numbers out of range
+ * have been found by the reader, field by field.
+ */
+#include "base/memory.h"
+#include "read/names.h"
+#include "read/warnings.h"
+#include "read/read_model.h"
+#include "base/text.h"
+
+#include <math.h>
+#include <string.h>
+
+struct check {
+    const struct model *model;
+    const struct tree *tree;
+    struct messages *messages;
+};
+
+/* ---- names ---- */
+
+static struct named *new_list(const struct check *check, int count) {
+    return memory_get(check->messages->memory, ((size_t)count + 1) * sizeof(struct named));
+}
+
+static void refuse_ground(const struct check *check, const char *kind, const struct named *list, int count) {
+    for (int i = 0; i < count; i++)
+        if (strcmp(list[i].name, "ground") == 0)
+            message_error(check->messages, list[i].place,
+                          "%s ground: the name of what stands still, another is needed", kind);
+}
+
+static void check_link_names(const struct check *check) {
+    const struct model *model = check->model;
+    struct named *list = new_list(check, model->link_count);
+    int count = 0;
+    for (int i = 0; i < model->link_count; i++)
+        if (*model->links[i].name) /* the reader has complained about what is missing */
+            list[count++] = (struct named){model->links[i].name, model->links[i].place};
+    refuse_ground(check, "link", list, count);
+    names_check(check->messages, "link", list, count);
+}
+
+static void check_point_names(const struct check *check) {
+    const struct model *model = check->model;
+    struct named *list = new_list(check, model->point_count);
+    for (int i = 0; i < model->point_count; i++)
+        list[i] = (struct named){model->points[i].name, model->points[i].place};
+    refuse_ground(check, "point", list, model->point_count);
+    names_check(check->messages, "point", list, model->point_count);
+}
+
+static void check_options(const struct check *check) {
+    const struct model *model = check->model;
+    struct named *list = new_list(check, model->option_count);
+    for (int i = 0; i < model->option_count; i++)
+        list[i] = (struct named){model->options[i].name, model->options[i].place};
+    names_check(check->messages, "option", list, model->option_count);
+}
+
+static void check_parameters(const struct check *check) {
+    const struct model *model = check->model;
+    struct named *list = new_list(check, model->parameter_count);
+    for (int i = 0; i < model->parameter_count; i++) {
+        const struct parameter *parameter = &model->parameters[i];
+        list[i] = (struct named){parameter->name, parameter->place};
+        if (strcmp(parameter->name, "derived") == 0)
+            message_error(
+                check->messages, parameter->place,
+                "parameter derived: the struct of parameters has what prepare computes there, another "
+                "name is needed");
+    }
+    names_check_members(check->messages, "parameter", list, model->parameter_count);
+}
+
+static void check_inputs(const struct check *check) {
+    const struct model *model = check->model;
+    struct named *list = new_list(check, model->input_count);
+    for (int i = 0; i < model->input_count; i++) {
+        const struct input *input = &model->inputs[i];
+        list[i] = (struct named){input->name, input->place};
+        if (!isfinite(input->value))
+            message_error(check->messages, input->place, "input %s: value %s, a finite number is needed",
+                          input->name, text_not_finite(input->value));
+    }
+    names_check_members(check->messages, "input", list, model->input_count);
+}
+
+/* ---- bodies ---- */
+
+static double value_of(const struct model *model, expression e) {
+    return parameters_evaluate(model->graph, model->parameters, e);
+}
+
+/* No principal minor of the symmetric tensor xx yy zz xy xz yz is negative, but for rounding. */
+static bool is_positive_semidefinite(const double J[6]) {
+    const double scale = fmax(fabs(J[0]), fmax(fabs(J[1]), fabs(J[2]))), slack = 1e-9;
+    const double xy = J[0] * J[1] - J[3] * J[3], xz = J[0] * J[2] - J[4] * J[4],
+                 yz = J[1] * J[2] - J[5] * J[5];
+    const double all = J[0] * yz - J[3] * (J[3] * J[2] - J[5] * J[4]) + J[4] * (J[3] * J[5] - J[1] * J[4]);
+    return fmin(J[0], fmin(J[1], J[2])) >= -slack * scale &&
+           fmin(xy, fmin(xz, yz)) >= -slack * scale * scale && all >= -slack * scale * scale * scale;
+}
+
+/*
+ * A body has int x^2 dm = (yy + zz - xx) / 2 and so on: that tensor of second moments must not be negative,
+ * which contains the triangle inequality. Where a moment is left out, since the link never turns so, only
+ * what is given is looked at.
+ */
+static void check_inertia(const struct check *check, const struct link *link, const struct solid *solid) {
+    double I[6], second[6];
+    for (int i = 0; i < 6; i++) {
+        I[i] = value_of(check->model, solid->inertia[i]);
+        second[i] = -I[i];
+    }
+    const double half = (I[0] + I[1] + I[2]) / 2;
+    for (int i = 0; i < 3; i++)
+        second[i] += half;
+    const bool is_complete = I[0] > 0 && I[1] > 0 && I[2] > 0;
+    const double largest = fmax(I[0], fmax(I[1], I[2]));
+    if (is_complete && largest > half * (1 + 1e-9))
+        message_error(check->messages, link->place,
+                      "link %s: inertia %.6g %.6g %.6g, none may be larger than the sum of the others",
+                      link->name, I[0], I[1], I[2]);
+    else if (!is_positive_semidefinite(is_complete ? second : I))
+        message_error(
+            check->messages, link->place,
+            "link %s: inertia: products %.6g %.6g %.6g are too large for its moments, no body has such",
+            link->name, I[3], I[4], I[5]);
+}
+
+/* ---- lists of coordinates ---- */
+
+static void check_coordinates(const struct check *check, const char *what, struct place place,
+                              const char *const *names, int count) {
+    const char **known = tree_coordinate_names(check->messages->memory, check->tree);
+    for (int i = 0; i < count; i++) {
+        if (tree_find_coordinate(check->tree, names[i]) >= 0 ||
+            !message_is_first_mention(check->messages, "coordinate", names[i]))
+            continue;
+        const char *nearest = message_nearest_name(names[i], known, check->tree->count);
+        message_error(check->messages, place,
+                      "%s[%d]: unknown coordinate \"%s\", the nearest known one is \"%s\"", what, i + 1,
+                      names[i], nearest ? nearest : known[0]);
+    }
+}
+
+/* Loops may have more rows than a plane mechanism needs: the runtime finds out. */
+static int count_written_rows(const struct model *model) {
+    int count = 0;
+    for (int i = 0; i < model->row_count; i++)
+        count += !model->rows[i].is_closure;
+    return count;
+}
+
+static void check_dependent(const struct check *check) {
+    const struct model *model = check->model;
+    check_coordinates(check, "dependent", model->dependent_place, model->dependent, model->dependent_count);
+    check_coordinates(check, "hold", model->hold_place, model->hold, model->hold_count);
+    if (model->dependent_count > 0 && model->dependent_count != model->row_count)
+        message_error(check->messages, model->dependent_place,
+                      "dependent: number of coordinates is %d, that of constraint rows, %d, is needed",
+                      model->dependent_count, model->row_count);
+    if (count_written_rows(model) > check->tree->count)
+        message_error(check->messages, model->place,
+                      "constraints: %d rows, at most as many as coordinates, %d, can hold",
+                      count_written_rows(model), check->tree->count);
+}
+
+/* ---- forces and rows ---- */
+
+/* What an expression depends on that moves, by order of the time derivative. */
+struct moving {
+    const struct check *check;
+    int symbols[3];
+    expression *accelerations;
+    int capacity;
+};
+
+static void note_symbol(void *context, expression e) {
+    struct moving *moving = context;
+    const struct check *check = moving->check;
+    const struct symbol *symbol = expr_as_symbol(check->model->graph, e);
+    bool is_point = symbol->kind == SYMBOL_POINT && check->tree->points[symbol->index / 3].frame >= 0;
+    if (symbol->kind != SYMBOL_COORDINATE && !is_point)
+        return;
+    int order = symbol->order;
+    if (order == 2) {
+        moving->accelerations =
+            memory_room(check->messages->memory, moving->accelerations, moving->symbols[2], &moving->capacity,
+                        sizeof *moving->accelerations);
+        moving->accelerations[moving->symbols[2]] = e;
+    }
+    moving->symbols[order]++;
+}
+
+static struct moving moving_of(const struct check *check, expression e) {
+    struct moving moving = {.check = check};
+    rewrite_visit_symbols(check->model->graph, e, note_symbol, &moving);
+    return moving;
+}
+
+/* A number in e that is not finite, a division by 0 too; 0 where there is none. */
+static double find_not_finite(const struct check *check, expression e) {
+    const struct graph *graph = check->model->graph;
+    bool *reached = memory_get(check->messages->memory, (size_t)e + 1);
+    reached[e] = true;
+    for (expression i = e + 1; i-- > 0;) {
+        double value;
+        if (!reached[i])
+            continue;
+        if (expr_is_number(graph, i, &value) && !isfinite(value))
+            return value;
+        if (graph->nodes[i].operation == OP_DIV && graph->nodes[i].operand[1] == expr_zero(graph))
+            return INFINITY;
+        int arity = operation_arity((enum operation)graph->nodes[i].operation);
+        for (int operand = 0; operand < arity; operand++)
+            reached[graph->nodes[i].operand[operand]] = true;
+    }
+    return 0;
+}
+
+/* What holds for forces and rows alike. */
+static void check_formula(const struct check *check, struct place place, const char *path, expression e) {
+    double value = find_not_finite(check, e);
+    if (value != 0)
+        message_error(check->messages, place, "%s: contains %s, finite numbers are needed", path,
+                      text_not_finite(value));
+    if (check->model->graph->nodes[e].depends & ON_START)
+        message_error(check->messages, place, "%s: s.start is known in the value of an rd.parameter only",
+                      path);
+}
+
+static void check_force(const struct check *check, const struct force *force) {
+    const char *path =
+        memory_format(check->messages->memory, "forces.%s", check->tree->frames[force->coordinate].name);
+    check_formula(check, force->place, path, force->value);
+    if (moving_of(check, force->value).symbols[2] > 0)
+        message_error(check->messages, force->place,
+                      "%s: depends on accelerations, a force has t, q, qd and inputs", path);
+}
+
+static void check_load(const struct check *check, const struct load *load) {
+    for (int i = 0; i < 3; i++) {
+        check_formula(check, load->place, load->path, load->value[i]);
+        if (moving_of(check, load->value[i]).symbols[2] > 0)
+            message_error(check->messages, load->place,
+                          "%s: depends on accelerations, a force has t, q, qd and inputs", load->path);
+    }
+}
+
+/* Energy that counts as potential: it changes with the configuration alone. */
+static void check_potential(const struct check *check, const struct potential *potential) {
+    const struct moving moving = moving_of(check, potential->energy);
+    const unsigned depends = check->model->graph->nodes[potential->energy].depends;
+    check_formula(check, potential->place, potential->path, potential->energy);
+    if (moving.symbols[1] > 0 || moving.symbols[2] > 0 || (depends & (ON_TIME | ON_INPUT)))
+        message_error(check->messages, potential->place,
+                      "%s: depends on more than coordinates and positions, such forces are no energy",
+                      potential->path);
+}
+
+/* It names a column of a motion, as those who read that find it. */
+static void check_course_name(const struct check *check, const struct course *course, const char *path) {
+    const size_t length = strlen(course->name);
+    if (length == 0)
+        message_error(check->messages, course->place, "courses: an empty name, that of a column is needed");
+    else if (course->name[0] == ' ' || course->name[length - 1] == ' ')
+        message_error(
+            check->messages, course->place,
+            "courses.'%s': a blank at an end, which readers of a motion leave out, another name is needed",
+            course->name);
+    if (strchr(course->name, ','))
+        message_error(check->messages, course->place,
+                      "%s: a comma, which parts the columns of a motion, another name is needed", path);
+}
+
+static void check_course(const struct check *check, const struct course *course) {
+    const char *path = memory_format(check->messages->memory, "courses.%s", course->name);
+    check_course_name(check, course, path);
+    check_formula(check, course->place, path, course->value);
+    if (moving_of(check, course->value).symbols[2] > 0)
+        message_error(check->messages, course->place,
+                      "%s: depends on accelerations, a course has t, q, qd and inputs", path);
+    for (int i = 0; i < check->model->input_count; i++)
+        if (strcmp(check->model->inputs[i].name, course->name) == 0)
+            message_error(check->messages, course->place, "%s: an input has this name too, another is needed",
+                          path);
+}
+
+static void check_linear(const struct check *check, const struct row *row, const char *path,
+                         const struct moving *moving) {
+    int count = moving->symbols[2];
+    expression *slopes = memory_get(check->messages->memory, (size_t)count * sizeof *slopes);
+    rewrite_gradient(check->model->graph, row->residual, moving->accelerations, slopes, count);
+    for (int i = 0; i < count; i++) {
+        if (moving_of(check, slopes[i]).symbols[2] == 0)
+            continue;
+        message_error(check->messages, row->place, "%s: not linear in the accelerations, a qdd + b is needed",
+                      path);
+        return;
+    }
+}
+
+static void check_row(const struct check *check, const struct row *row) {
+    static const char *const needed[] = {"a coordinate or the position of a point that moves",
+                                         "a rate or the velocity of a point that moves", "an acceleration"};
+    const char *path = row->path;
+    struct moving moving = moving_of(check, row->residual);
+    check_formula(check, row->place, path, row->residual);
+    if (row->level == ROW_POSITION && moving.symbols[1] > 0)
+        message_error(check->messages, row->place, "%s: depends on velocities, rd.velocity is for such rows",
+                      path);
+    else if (row->level != ROW_ACCELERATION && moving.symbols[2] > 0)
+        message_error(check->messages, row->place,
+                      "%s: depends on accelerations, rd.acceleration is for such rows", path);
+    else if (moving.symbols[row->level] > 0 && row->level == ROW_ACCELERATION)
+        check_linear(check, row, path, &moving);
+    else if (moving.symbols[row->level] == 0 && message_is_first_mention(check->messages, "still", path))
+        message_error(check->messages, row->place, "%s: depends on no coordinate, %s is needed", path,
+                      needed[row->level]); /* once for all rows of one entry */
+}
+
+static void check_row_names(const struct check *check) {
+    const struct model *model = check->model;
+    for (int i = 0; i < model->row_count; i++) {
+        int first = 0;
+        while (strcmp(model->rows[first].name, model->rows[i].name) != 0)
+            first++;
+        if (first < i)
+            message_error(check->messages, model->rows[i].place,
+                          "%s.name: \"%s\" is taken by line %d, each row needs its own", model->rows[i].path,
+                          model->rows[i].name, model->rows[first].place.line);
+    }
+}
+
+void check_scene(const struct model *model, struct messages *messages) {
+    const struct check check = {.model = model, .messages = messages};
+    if (*model->name) /* else the reader has complained */
+        names_check_model(messages, (struct named){model->name, model->place});
+    check_options(&check);
+    check_parameters(&check);
+    check_inputs(&check);
+    check_link_names(&check);
+    check_point_names(&check);
+    for (int i = 0; i < model->link_count; i++)
+        for (int k = 0; k < model->links[i].solid_count && !model->links[i].is_wrong; k++)
+            check_inertia(&check, &model->links[i], &model->links[i].solids[k]);
+}
+
+/* A motion's columns POINT_x ... and those of the slides LINK_x ... have to differ. */
+static void warn_of_columns(const struct check *check) {
+    static const char *const axes[] = {"x", "y", "z"};
+    for (int i = 0; i < check->model->point_count; i++)
+        for (int axis = 0; axis < 3; axis++) {
+            const struct point *point = &check->model->points[i];
+            const char *column = memory_format(check->messages->memory, "%s_%s", point->name, axes[axis]);
+            if (tree_find_coordinate(check->tree, column) >= 0)
+                message_warning(
+                    check->messages, point->place,
+                    "points.%s: its columns in a motion are called point_%s ..., since a coordinate is "
+                    "called so",
+                    point->name, column);
+        }
+}
+
+void check_programme(const struct model *model, const struct tree *tree, struct messages *messages) {
+    const struct check check = {.model = model, .tree = tree, .messages = messages};
+    if (tree->count == 0) {
+        message_error(messages, model->place,
+                      "links: no link has a joint, at least one coordinate is needed");
+        return;
+    }
+    check_parameters(&check); /* those that functions have declared are new */
+    check_inputs(&check);
+    for (int i = 0; i < model->force_count; i++)
+        check_force(&check, &model->forces[i]);
+    for (int i = 0; i < model->load_count; i++)
+        check_load(&check, &model->loads[i]);
+    for (int i = 0; i < model->potential_count; i++)
+        check_potential(&check, &model->potentials[i]);
+    for (int i = 0; i < model->course_count; i++)
+        check_course(&check, &model->courses[i]);
+    for (int i = 0; i < model->row_count; i++)
+        check_row(&check, &model->rows[i]);
+    warn_of_columns(&check);
+    check_row_names(&check);
+    check_dependent(&check);
+    warnings_of_values(model, tree, messages);
+}

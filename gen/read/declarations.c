@@ -1,0 +1,338 @@
+/* Options, parameters, inputs and settings: see declarations.h. */
+#include "read/declarations.h"
+#include "base/text.h"
+
+#include <math.h>
+#include <string.h>
+
+void declarations_start(struct declarations *declarations, struct memory *memory, struct graph *graph,
+                        const struct read_request *request, struct messages *messages) {
+    *declarations =
+        (struct declarations){.memory = memory, .graph = graph, .messages = messages, .request = request};
+    declarations->setting_kind =
+        memory_get(memory, ((size_t)request->setting_count + 1) * sizeof *declarations->setting_kind);
+}
+
+static struct place command_line(const struct declarations *declarations) {
+    return (struct place){.file = declarations->request->file};
+}
+
+static void complain_of_setting(const struct declarations *declarations, const char *name, const char *value,
+                                const char *needed) {
+    message_error(declarations->messages, command_line(declarations), "--set %s: value \"%s\", %s is needed",
+                  name, value, needed);
+}
+
+/* The last setting of that name counts, NULL: none. A name of two kinds would set more than was meant. */
+static const char *setting_of(struct declarations *declarations, const char *kind, const char *name) {
+    const struct setting *settings = declarations->request->settings;
+    const char *value = NULL;
+    for (int i = 0; i < declarations->request->setting_count; i++) {
+        if (strcmp(settings[i].name, name) != 0)
+            continue;
+        const char *other = declarations->setting_kind[i];
+        if (other && strcmp(other, kind) != 0)
+            message_error(declarations->messages, command_line(declarations),
+                          "--set %s: the model has this name as %s and as %s, names of their own are needed",
+                          name, other, kind);
+        declarations->setting_kind[i] = kind;
+        value = settings[i].value;
+    }
+    return value;
+}
+
+/* Is the number one that Lua and C both hold as a whole one? */
+static bool is_whole(double value) {
+    const double largest = 9007199254740992; /* 2^53 */
+    return value == floor(value) && fabs(value) <= largest;
+}
+
+static struct value option_from_text(struct declarations *declarations, const char *name,
+                                     const struct value *standard, const char *text) {
+    struct value value = *standard;
+    if (standard->kind == VALUE_NUMBER) {
+        bool is_number = text_to_number(text, &value.number);
+        if (!is_number || (standard->is_whole && !is_whole(value.number))) {
+            complain_of_setting(declarations, name, text, standard->is_whole ? "a whole number" : "a number");
+            return *standard;
+        }
+    } else if (standard->kind == VALUE_BOOLEAN) {
+        value.truth = strcmp(text, "true") == 0;
+        if (!value.truth && strcmp(text, "false") != 0)
+            complain_of_setting(declarations, name, text, "true or false");
+    } else {
+        value.text = memory_text(declarations->memory, text);
+    }
+    return value;
+}
+
+static const char *value_text(struct memory *memory, const struct value *value) {
+    if (value->kind == VALUE_TEXT)
+        return value->text;
+    if (value->kind == VALUE_BOOLEAN)
+        return value->truth ? "true" : "false";
+    return memory_format(memory, "%.15g", value->number);
+}
+
+static bool is_choice(struct memory *memory, const struct value *value, const struct value *allowed) {
+    for (int i = 0; i < allowed->item_count; i++)
+        if (strcmp(value_text(memory, value), value_text(memory, &allowed->items[i])) == 0)
+            return true;
+    return allowed->item_count == 0;
+}
+
+/* What is wrong with the values that an option may have, or NULL. */
+static const char *fault_of_list(struct memory *memory, const struct value *standard,
+                                 const struct value *allowed) {
+    for (int i = 0; i < allowed->item_count; i++) {
+        const struct value *item = &allowed->items[i];
+        if (item->kind == VALUE_NOTHING)
+            continue; /* a gap, said before */
+        if (item->kind != standard->kind)
+            return memory_format(memory, "value %d is %s, %s as the default is needed", i + 1,
+                                 value_kind_text(item->kind), value_kind_text(standard->kind));
+        for (int j = 0; j < i; j++)
+            if (strcmp(value_text(memory, item), value_text(memory, &allowed->items[j])) == 0)
+                return memory_format(memory, "\"%s\" is there twice, once is enough",
+                                     value_text(memory, item));
+    }
+    return allowed->item_count > 0 ? NULL : "nothing, a list of values or { from = 1, to = 9 } is needed";
+}
+
+static const char *fault_of_range(struct memory *memory, const struct value *standard,
+                                  const struct value *allowed) {
+    const struct value *from = value_find_field(allowed, "from"), *to = value_find_field(allowed, "to");
+    if (standard->kind != VALUE_NUMBER)
+        return memory_format(memory, "from or to, for %s a list of values is needed",
+                             value_kind_text(standard->kind));
+    if ((from && from->kind != VALUE_NUMBER) || (to && to->kind != VALUE_NUMBER))
+        return "from or to is no number, { from = 1, to = 9 } is needed";
+    if (from && to && !(from->number <= to->number))
+        return memory_format(memory, "from %.15g to %.15g, a range that ascends is needed", from->number,
+                             to->number);
+    return NULL;
+}
+
+/* `allowed` is a list of values of the default's kind, or { from = least, to = largest }. */
+static bool is_range_or_list(struct declarations *declarations, const char *name,
+                             const struct value *standard, const struct value *allowed) {
+    static const char *const bounds[] = {"from", "to"};
+    struct memory *memory = declarations->memory;
+    const char *fault = NULL;
+    for (int i = 0; i < allowed->field_count && !fault; i++) {
+        const char *bound = allowed->fields[i].name, *nearest = message_nearest_name(bound, bounds, 2);
+        if (text_index(bound, bounds, 2) < 0)
+            fault = memory_format(memory, "unknown field \"%s\"%s%s%s, { from = 1, to = 9 } is needed", bound,
+                                  nearest ? ", the nearest known one is \"" : "", nearest ? nearest : "",
+                                  nearest ? "\"" : "");
+    }
+    if (!fault && allowed->field_count > 0 && allowed->item_count > 0)
+        fault = "both a list of values and a range, one of them is needed";
+    if (!fault)
+        fault = allowed->field_count > 0 ? fault_of_range(memory, standard, allowed)
+                                         : fault_of_list(memory, standard, allowed);
+    if (fault)
+        message_error(declarations->messages, allowed->place, "option %s: allowed: %s", name, fault);
+    return !fault;
+}
+
+static bool is_allowed(struct memory *memory, const struct value *value, const struct value *allowed) {
+    const struct value *from = value_find_field(allowed, "from"), *to = value_find_field(allowed, "to");
+    bool is_within = (!from || value->number >= from->number) && (!to || value->number <= to->number);
+    return is_within && is_choice(memory, value, allowed);
+}
+
+static const char *allowed_text(struct memory *memory, const struct value *allowed) {
+    const struct value *from = value_find_field(allowed, "from"), *to = value_find_field(allowed, "to");
+    const char *text = allowed->item_count > 0 ? "one of" : "a number";
+    for (int i = 0; i < allowed->item_count; i++)
+        text =
+            memory_format(memory, "%s%s %s", text, i > 0 ? "," : "", value_text(memory, &allowed->items[i]));
+    if (from)
+        text = memory_format(memory, "%s from %s", text, value_text(memory, from));
+    if (to)
+        text = memory_format(memory, "%s up to %s", text, value_text(memory, to));
+    return text;
+}
+
+struct value declarations_add_option(struct declarations *declarations, struct place place, const char *name,
+                                     const struct value *standard, const struct value *allowed) {
+    struct memory *memory = declarations->memory;
+    const char *text = setting_of(declarations, "option", name);
+    struct value value = text ? option_from_text(declarations, name, standard, text) : *standard;
+    if (standard->kind == VALUE_NUMBER && !isfinite(standard->number)) {
+        message_error(declarations->messages, place, "option %s: value %s, a finite number is needed", name,
+                      text_not_finite(standard->number));
+        value.number = text ? value.number : 1; /* what follows from it is not told again */
+    } else if (allowed && is_range_or_list(declarations, name, standard, allowed) &&
+               !is_allowed(memory, &value, allowed)) {
+        message_error(declarations->messages, text ? command_line(declarations) : place,
+                      "option %s: value \"%s\", %s is needed", name, value_text(memory, &value),
+                      allowed_text(memory, allowed));
+        value = *standard;
+    }
+    declarations->options = memory_room(memory, declarations->options, declarations->option_count,
+                                        &declarations->option_capacity, sizeof *declarations->options);
+    declarations->options[declarations->option_count++] =
+        (struct option){.name = name, .value = value_text(memory, &value), .place = place};
+    return value;
+}
+
+/* Values at the start of a motion become the values that they are taken of. */
+static expression base_of_start(void *context, struct graph *graph, expression e) {
+    (void)context;
+    const struct symbol *symbol = expr_as_symbol(graph, e);
+    return symbol->kind == SYMBOL_START ? (expression)symbol->index : e;
+}
+
+/* Does a value wait for a parameter that is known at the start of a motion only? */
+struct waiting {
+    const struct declarations *declarations;
+    bool waits;
+};
+
+static void note_waiting(void *context, expression e) {
+    struct waiting *waiting = context;
+    const struct declarations *declarations = waiting->declarations;
+    const struct symbol *symbol = expr_as_symbol(declarations->graph, e);
+    waiting->waits |= symbol->kind == SYMBOL_PARAMETER && declarations->parameters[symbol->index].is_late;
+}
+
+static bool waits_for_start(const struct declarations *declarations, expression e) {
+    struct waiting waiting = {.declarations = declarations};
+    rewrite_visit_symbols(declarations->graph, e, note_waiting, &waiting);
+    return waiting.waits;
+}
+
+bool parameters_are_known(const struct declarations *declarations, expression e, double *value) {
+    if (declarations->graph->nodes[e].depends & ~ON_PARAMETER || waits_for_start(declarations, e))
+        return false;
+    *value = parameters_evaluate(declarations->graph, declarations->parameters, e);
+    return true;
+}
+
+static void set_standard(struct declarations *declarations, struct parameter *parameter,
+                         const struct value *standard) {
+    struct graph *graph = declarations->graph;
+    expression e;
+    if (!value_expression(graph, standard, &e)) {
+        if (standard->kind != VALUE_NOTHING) /* a gap, said before */
+            message_error(declarations->messages, parameter->place,
+                          "parameter %s: %s, a number or an expression is needed", parameter->name,
+                          value_kind_text(standard->kind));
+        parameter->value = 1;
+    } else if (expr_is_number(graph, e, &parameter->value)) {
+        return;
+    } else if (graph->nodes[e].depends & (ON_TIME | ON_INPUT | ON_STATE | ON_RATE)) {
+        message_error(declarations->messages, parameter->place,
+                      "parameter %s: depends on the motion, s.start gives values at its start",
+                      parameter->name);
+    } else {
+        parameter->is_anchored = true;
+        rewrite_substitute(graph, base_of_start, NULL, &e, &parameter->anchor, 1);
+        parameter->is_late = !parameters_are_known(declarations, e, &parameter->value);
+    }
+}
+
+expression declarations_parameter_expression(const struct declarations *declarations, int index) {
+    const struct parameter *parameter = &declarations->parameters[index];
+    if (declarations->request->fold && (!parameter->is_anchored || parameter->is_given))
+        return expr_number(declarations->graph, parameter->value);
+    return expr_symbol(declarations->graph, SYMBOL_PARAMETER, index, 0);
+}
+
+expression declarations_add_parameter(struct declarations *declarations, struct place place, const char *name,
+                                      const struct value *standard, const char *unit) {
+    struct parameter parameter = {.name = name, .unit = unit, .place = place};
+    set_standard(declarations, &parameter, standard);
+    const char *text = setting_of(declarations, "parameter", name);
+    if (text && text_to_number(text, &parameter.value))
+        parameter.is_given = true;
+    else if (text)
+        complain_of_setting(declarations, name, text, "a number");
+    parameter.is_late = parameter.is_late && !parameter.is_given;
+    if (!isfinite(parameter.value)) {
+        message_error(declarations->messages, place, "parameter %s: value %s, a finite number is needed",
+                      name, text_not_finite(parameter.value));
+        parameter.value = 1; /* so that nothing follows from it */
+    }
+    declarations->parameters =
+        memory_room(declarations->memory, declarations->parameters, declarations->parameter_count,
+                    &declarations->parameter_capacity, sizeof *declarations->parameters);
+    declarations->parameters[declarations->parameter_count++] = parameter;
+    return declarations_parameter_expression(declarations, declarations->parameter_count - 1);
+}
+
+static void declare_entry(struct declarations *declarations, const struct value *entry, int index) {
+    const struct value *part = entry->items;
+    const bool has_name = entry->kind == VALUE_TABLE && entry->item_count >= 2 && part[0].kind == VALUE_TEXT;
+    const bool has_unit = has_name && entry->item_count == 3 && part[2].kind == VALUE_TEXT;
+    if (has_name && (entry->item_count == 2 || has_unit) && entry->field_count == 0) {
+        declarations_add_parameter(declarations, entry->place, part[0].text, &part[1],
+                                   has_unit ? part[2].text : "");
+        return;
+    }
+    declarations->lacks_parameters = true;
+    if (entry->kind != VALUE_NOTHING) /* a gap, said before */
+        message_error(declarations->messages, entry->place,
+                      "parameters[%d]: %s, { \"name\", value, \"unit\" } is needed", index + 1,
+                      entry->kind == VALUE_TABLE ? "not of that form" : value_kind_text(entry->kind));
+}
+
+void declarations_add_parameters(struct declarations *declarations, const struct value *list) {
+    if (list->item_count > 1 && list->items[0].kind == VALUE_TEXT && list->items[1].kind == VALUE_NUMBER) {
+        declarations->lacks_parameters = true;
+        message_error(
+            declarations->messages, list->place,
+            "parameters: one parameter by itself, a list of { \"name\", value, \"unit\" } is needed");
+        return;
+    }
+    for (int i = 0; i < list->item_count; i++)
+        declare_entry(declarations, &list->items[i], i);
+    declarations->lacks_parameters = declarations->lacks_parameters || list->field_count > 0;
+    for (int i = 0; i < list->field_count; i++)
+        message_error(declarations->messages, list->fields[i].value.place,
+                      "parameters.%s: a named entry, { \"%s\", value, \"unit\" } is needed",
+                      list->fields[i].name, list->fields[i].name);
+}
+
+expression declarations_add_input(struct declarations *declarations, struct place place, const char *name,
+                                  double standard, const char *unit) {
+    struct input input = {.name = name, .unit = unit, .place = place, .value = standard};
+    const char *text = setting_of(declarations, "input", name);
+    if (text && !text_to_number(text, &input.value))
+        complain_of_setting(declarations, name, text, "a number");
+    declarations->inputs = memory_room(declarations->memory, declarations->inputs, declarations->input_count,
+                                       &declarations->input_capacity, sizeof *declarations->inputs);
+    declarations->inputs[declarations->input_count++] = input;
+    return expr_symbol(declarations->graph, SYMBOL_INPUT, declarations->input_count - 1, 0);
+}
+
+static const char *nearest_declared(const struct declarations *declarations, const char *name) {
+    int count = declarations->option_count + declarations->parameter_count + declarations->input_count;
+    const char **names = memory_get(declarations->memory, ((size_t)count + 1) * sizeof *names);
+    int at = 0;
+    for (int i = 0; i < declarations->option_count; i++)
+        names[at++] = declarations->options[i].name;
+    for (int i = 0; i < declarations->parameter_count; i++)
+        names[at++] = declarations->parameters[i].name;
+    for (int i = 0; i < declarations->input_count; i++)
+        names[at++] = declarations->inputs[i].name;
+    return message_nearest_name(name, names, count);
+}
+
+void declarations_refuse_unknown_settings(const struct declarations *declarations) {
+    for (int i = 0; i < declarations->request->setting_count; i++) {
+        const char *name = declarations->request->settings[i].name;
+        if (declarations->setting_kind[i] || declarations->lacks_parameters)
+            continue;
+        const char *nearest = nearest_declared(declarations, name);
+        if (nearest)
+            message_error(declarations->messages, command_line(declarations),
+                          "--set %s: unknown option or parameter, the nearest known one is \"%s\"", name,
+                          nearest);
+        else
+            message_error(declarations->messages, command_line(declarations),
+                          "--set %s: the model has no option or parameter of that name", name);
+    }
+}

@@ -1,0 +1,375 @@
+/* Checks of fields, one value by its type and all of a table: see fields.h. */
+#include "read/field_types.h"
+#include "base/text.h"
+
+#include <math.h>
+#include <string.h>
+
+typedef void check_value_of_type(const struct checker *checker, const struct value *value,
+                                 const struct field_rule *rule, const char *path);
+
+static check_value_of_type check_whole, check_number, check_vector, check_turns, check_names, check_by_joint,
+    check_direction, check_free_vector, check_points, check_list;
+
+/* What is to be said of a value beside its type. */
+static check_value_of_type *const checks[TYPE_COUNT] = {
+    [TYPE_WHOLE] = check_whole,         [TYPE_VALUE] = check_number,
+    [TYPE_VECTOR] = check_vector,       [TYPE_TURNS] = check_turns,
+    [TYPE_NAMES] = check_names,         [TYPE_BY_JOINT] = check_by_joint,
+    [TYPE_DIRECTION] = check_direction, [TYPE_FREE_VECTOR] = check_free_vector,
+    [TYPE_POINTS] = check_points,       [TYPE_LIST] = check_list,
+};
+
+void field_types_refuse_kind(const struct checker *checker, const struct value *value, const char *path,
+                             const char *needed) {
+    if (value->kind != VALUE_NOTHING)
+        message_error(checker->messages, value->place, "%s: %s, %s is needed", path,
+                      is_empty_text(value) ? "an empty text" : value_kind_text(value->kind), needed);
+}
+
+static void check_field(const struct checker *checker, const struct value *value,
+                        const struct field_rule *rule, const char *path) {
+    const enum owner owner = type_rules[rule->type].owner;
+    if (is_made_otherwise(value, rule->type))
+        message_error(checker->messages, value->place, "%s: made by rd.%s, %s is needed", path, value->tag,
+                      type_rules[rule->type].text);
+    else if (!field_types_matches(value, rule->type))
+        field_types_refuse_kind(checker, value, path, type_rules[rule->type].text);
+    else if (value->kind == VALUE_TABLE && owner != OWNER_COUNT)
+        fields_check(checker, value, owner, path);
+    else if (checks[rule->type])
+        checks[rule->type](checker, value, rule, path);
+}
+
+/* ---- lists without names, names without items ---- */
+
+bool field_types_has_no_names(const struct checker *checker, const struct value *value, const char *path,
+                              const char *needed) {
+    const char *names = "";
+    for (int i = 0; i < value->field_count; i++)
+        names = memory_format(checker->memory, "%s%s%s", names, i ? " " : "", value->fields[i].name);
+    if (value->field_count > 0)
+        message_error(checker->messages, value->fields[0].value.place,
+                      "%s: has named entries (%s), %s is needed", path, names, needed);
+    return value->field_count == 0;
+}
+
+bool field_types_has_no_items(const struct checker *checker, const struct value *value, const char *path,
+                              const char *needed) {
+    if (value->item_count > 0)
+        message_error(checker->messages, value->items[0].place,
+                      "%s: has entries without a name, %s is needed", path, needed);
+    return value->item_count == 0;
+}
+
+/* ---- numbers ---- */
+
+static bool is_of_parameters(const struct checker *checker, expression e) {
+    return (checker->graph->nodes[e].depends & ~ON_PARAMETER) == 0;
+}
+
+void field_types_check_value(const struct checker *checker, const struct value *value, enum field_range range,
+                             const char *path) {
+    expression e;
+    if (!value_expression(checker->graph, value, &e)) {
+        field_types_refuse_kind(checker, value, path, "a number or an expression");
+        return;
+    }
+    if (!is_of_parameters(checker, e)) {
+        message_error(checker->messages, value->place,
+                      "%s: depends on the motion, a number or an expression of parameters is needed", path);
+        return;
+    }
+    double x = parameters_evaluate(checker->graph, checker->declarations->parameters, e);
+    if (!isfinite(x))
+        message_error(checker->messages, value->place, "%s: value %s, a finite number is needed", path,
+                      text_not_finite(x));
+    else if (range == RANGE_POSITIVE && x <= 0)
+        message_error(checker->messages, value->place, "%s: value %.6g, a positive number is needed", path,
+                      x);
+    else if (range == RANGE_NOT_NEGATIVE && x < 0)
+        message_error(checker->messages, value->place, "%s: value %.6g, a number not below 0 is needed", path,
+                      x);
+    else if (range == RANGE_POISSON && !(x > -1 && x <= 0.5))
+        message_error(checker->messages, value->place,
+                      "%s: value %.6g, a number above -1 and up to 0.5 is needed", path, x);
+}
+
+static void check_number(const struct checker *checker, const struct value *value,
+                         const struct field_rule *rule, const char *path) {
+    field_types_check_value(checker, value, rule->range, path);
+}
+
+static void check_whole(const struct checker *checker, const struct value *value,
+                        const struct field_rule *rule, const char *path) {
+    enum { LARGEST = 10000 };
+    (void)rule;
+    if (!(value->number >= 1 && value->number <= LARGEST) || value->number != floor(value->number))
+        message_error(checker->messages, value->place,
+                      "%s: value %.6g, a whole number from 1 to %d is needed", path, value->number, LARGEST);
+}
+
+/* ---- vectors ---- */
+
+static bool has_three_items(const struct checker *checker, const struct value *value, const char *path,
+                            enum field_type type) {
+    if (!field_types_has_no_names(checker, value, path, type_rules[type].text))
+        return false;
+    if (value->item_count != 3)
+        message_error(checker->messages, value->place, "%s: %d numbers, 3 are needed", path,
+                      value->item_count);
+    return value->item_count == 3;
+}
+
+static void check_vector(const struct checker *checker, const struct value *value,
+                         const struct field_rule *rule, const char *path) {
+    if (!has_three_items(checker, value, path, TYPE_VECTOR))
+        return;
+    for (int i = 0; i < 3; i++)
+        field_types_check_value(checker, &value->items[i], rule->range, fields_path_item(checker, path, i));
+}
+
+static void check_free_vector(const struct checker *checker, const struct value *value,
+                              const struct field_rule *rule, const char *path) {
+    expression e;
+    (void)rule;
+    if (!has_three_items(checker, value, path, TYPE_FREE_VECTOR))
+        return;
+    for (int i = 0; i < 3; i++)
+        if (!value_expression(checker->graph, &value->items[i], &e))
+            field_types_refuse_kind(checker, &value->items[i], fields_path_item(checker, path, i),
+                                    "a number or an expression");
+}
+
+static double size_of(const struct checker *checker, const struct value *value) {
+    expression e;
+    if (!value_expression(checker->graph, value, &e) || !is_of_parameters(checker, e))
+        return INFINITY; /* said already */
+    return fabs(parameters_evaluate(checker->graph, checker->declarations->parameters, e));
+}
+
+/* A direction has a length: one of its components is not 0. */
+static void check_direction(const struct checker *checker, const struct value *value,
+                            const struct field_rule *rule, const char *path) {
+    double largest = 0;
+    if (value->kind == VALUE_TEXT) {
+        if (strlen(value->text) != 1 || !strchr("xyz", *value->text))
+            message_error(checker->messages, value->place, "%s: \"%s\" is no axis, x y z are", path,
+                          value->text);
+        return;
+    }
+    check_vector(checker, value, rule, path);
+    for (int i = 0; i < value->item_count; i++)
+        largest = fmax(largest, size_of(checker, &value->items[i]));
+    if (value->item_count == 3 && largest == 0)
+        message_error(checker->messages, value->place, "%s: of length 0, a direction is needed", path);
+}
+
+/* ---- turns ---- */
+
+/* More than a whole turn is hardly meant. */
+static void warn_of_degrees(const struct checker *checker, const struct value *value, const char *path) {
+    expression e;
+    if (!value_expression(checker->graph, value, &e) || !is_of_parameters(checker, e))
+        return;
+    const double x = parameters_evaluate(checker->graph, checker->declarations->parameters, e);
+    if (fabs(x) > 6.3)
+        message_warning(checker->messages, value->place,
+                        "%s: an angle of %.6g rad: in degrees? rd.pi / 180 makes radians of them", path, x);
+}
+
+static void check_turn(const struct checker *checker, const struct value *turn, const char *path) {
+    if (turn->kind != VALUE_TABLE) {
+        field_types_refuse_kind(checker, turn, path, "{ \"x\", angle }");
+        return;
+    }
+    if (turn->item_count != 2 || turn->field_count > 0 || turn->items[0].kind != VALUE_TEXT) {
+        message_error(checker->messages, turn->place, "%s: not of that form, { \"x\", angle } is needed",
+                      path);
+        return;
+    }
+    const char *axis = turn->items[0].text;
+    if (strlen(axis) != 1 || !strchr("xyz", *axis))
+        message_error(checker->messages, turn->place, "%s: \"%s\" is no axis, x y z are", path, axis);
+    field_types_check_value(checker, &turn->items[1], RANGE_ANY, path);
+    warn_of_degrees(checker, &turn->items[1], path);
+}
+
+static void check_turns(const struct checker *checker, const struct value *value,
+                        const struct field_rule *rule, const char *path) {
+    if (!field_types_has_no_names(checker, value, path, type_rules[rule->type].text))
+        return;
+    if (value->item_count > 0 && value->items[0].kind == VALUE_TEXT) {
+        message_error(checker->messages, value->place, "%s: one turn by itself, %s is needed", path,
+                      type_rules[rule->type].text);
+        return;
+    }
+    for (int i = 0; i < value->item_count; i++)
+        check_turn(checker, &value->items[i], fields_path_item(checker, path, i));
+}
+
+/* ---- names ---- */
+
+/* Between two commas, and before and behind them, stands a name. */
+static bool has_empty_name(const char *text) {
+    if (!strchr(text, ','))
+        return false;
+    for (; text; text = strchr(text, ',')) {
+        text += *text == ',';
+        if (strchr(",", text[strspn(text, " ")])) /* the end of the text, too */
+            return true;
+    }
+    return false;
+}
+
+static void check_names(const struct checker *checker, const struct value *value,
+                        const struct field_rule *rule, const char *path) {
+    const char **names;
+    if (value->kind == VALUE_TEXT && has_empty_name(value->text))
+        message_error(checker->messages, value->place,
+                      "%s: \"%s\" has an empty name, names between commas are needed", path, value->text);
+    if (value->kind == VALUE_TABLE &&
+        !field_types_has_no_names(checker, value, path, type_rules[rule->type].text))
+        return;
+    for (int i = 0; i < value->item_count; i++)
+        if (value->items[i].kind != VALUE_TEXT)
+            field_types_refuse_kind(checker, &value->items[i], fields_path_item(checker, path, i), "a text");
+    const int count = fields_get_names(checker, value, &names);
+    for (int i = 0; i < count; i++) {
+        int first = 0;
+        while (strcmp(names[first], names[i]) != 0)
+            first++;
+        if (first < i)
+            message_error(checker->messages, value->kind == VALUE_TEXT ? value->place : value->items[i].place,
+                          "%s: \"%s\" is there twice, once is enough", fields_path_item(checker, path, i),
+                          names[i]);
+    }
+}
+
+/* ---- tables and lists ---- */
+
+static void check_by_joint(const struct checker *checker, const struct value *value,
+                           const struct field_rule *rule, const char *path) {
+    field_types_has_no_items(checker, value, path, type_rules[rule->type].text);
+    for (int i = 0; i < value->field_count; i++)
+        field_types_check_value(checker, &value->fields[i].value, rule->range,
+                                fields_path_name(checker, path, value->fields[i].name));
+}
+
+/* Each is a place, which may name no other point. */
+static void check_points(const struct checker *checker, const struct value *value,
+                         const struct field_rule *rule, const char *path) {
+    field_types_has_no_items(checker, value, path, type_rules[rule->type].text);
+    for (int i = 0; i < value->field_count; i++) {
+        const struct value *place = &value->fields[i].value;
+        const char *own_path = fields_path_name(checker, path, value->fields[i].name);
+        if (place->kind == VALUE_TABLE)
+            fields_check(checker, place, OWNER_POINT, own_path);
+        else if (place->kind != VALUE_TEXT)
+            field_types_refuse_kind(checker, place, own_path, "the name of a link or { on = ..., at = ... }");
+    }
+}
+
+static void check_list(const struct checker *checker, const struct value *value,
+                       const struct field_rule *rule, const char *path) {
+    field_types_has_no_names(checker, value, path, type_rules[rule->type].text);
+    for (int i = 0; i < value->item_count; i++)
+        if (value->items[i].kind != VALUE_TABLE)
+            field_types_refuse_kind(checker, &value->items[i], fields_path_item(checker, path, i), "a table");
+}
+
+/* ---- all fields of a table ---- */
+
+/* What such a table looks like, with the function of the module that has made this one. */
+static const char *form_of(const struct checker *checker, const struct value *table, enum owner owner) {
+    const char *form = owner_form(owner);
+    return table->tag ? memory_format(checker->memory, "rd.%s %s", table->tag, form) : form;
+}
+
+static void check_unknown(const struct checker *checker, const struct value *table, enum owner owner,
+                          const char *path) {
+    const char *known[FIELD_COUNT];
+    const int items = item_room(owner), count = owner_names(owner, known);
+    for (int i = 0; i < table->field_count; i++) {
+        const char *name = table->fields[i].name;
+        if (text_index(name, known, count) < 0)
+            fields_refuse_name(checker, table->fields[i].value.place, fields_path_name(checker, path, name),
+                               "unknown field", name, known, count);
+    }
+    if (items < table->item_count && table->items[items].kind != VALUE_NOTHING)
+        message_error(checker->messages, table->items[items].place, "%s: %s without a name, %s is needed",
+                      fields_path_item(checker, path, items), value_kind_text(table->items[items].kind),
+                      form_of(checker, table, owner));
+}
+
+/* A field by its name and as an item: one of them would be passed over. */
+static void check_doubles(const struct checker *checker, const struct value *table,
+                          const struct field_rule *rule, const char *path) {
+    const struct value *named = value_find_field(table, rule->name);
+    if (named && rule->item > 0 && rule->item <= table->item_count &&
+        table->items[rule->item - 1].kind != VALUE_NOTHING)
+        message_error(checker->messages, named->place,
+                      "%s: given twice, by name and as item %d, once is enough", path, rule->item);
+}
+
+/* What a field says nothing without. */
+static const struct {
+    enum field field, beside;
+} pairs[] = {{FIELD_LINK_rest, FIELD_LINK_spring},          {FIELD_LINK_center, FIELD_LINK_mass},
+             {FIELD_LINK_inertia, FIELD_LINK_mass},         {FIELD_LINK_along, FIELD_LINK_on},
+             {FIELD_DAMPING_mode, FIELD_DAMPING_ratio},     {FIELD_DAMPING_tip_mass, FIELD_DAMPING_ratio},
+             {FIELD_DAMPING_frequency, FIELD_DAMPING_ratio}};
+
+static void check_pairs(const struct checker *checker, const struct value *table, enum owner owner,
+                        const char *path) {
+    enum field told = FIELD_COUNT; /* as missing: one message is enough */
+    for (size_t i = 0; i < sizeof pairs / sizeof *pairs; i++) {
+        const char *beside = field_rules[pairs[i].beside].name;
+        const struct value *value = given_field(table, pairs[i].field);
+        if (field_rules[pairs[i].field].owner != owner || !value || given_field(table, pairs[i].beside) ||
+            pairs[i].beside == told || fields_is_misspelled(table, owner, beside))
+            continue;
+        told = pairs[i].beside;
+        message_error(checker->messages, value->place, "%s: given without %s, %s is needed",
+                      fields_path_name(checker, path, field_rules[pairs[i].field].name), beside, beside);
+    }
+}
+
+static void complain_of_stranger(const struct checker *checker, const struct value *table, enum owner owner,
+                                 const char *path) {
+    const char *names = "";
+    for (int i = 0; i < table->field_count && i < 5; i++)
+        names = memory_format(checker->memory, "%s%s%s", names, i ? " " : "", table->fields[i].name);
+    message_error(checker->messages, table->place, "%s: no field of %s%s%s%s, %s is needed", path,
+                  fields_owner_text(owner), *names ? " (" : "", names, *names ? ")" : "",
+                  form_of(checker, table, owner));
+}
+
+void fields_check(const struct checker *checker, const struct value *table, enum owner owner,
+                  const char *path) {
+    if (!fields_is_made_for(table, owner)) {
+        message_error(checker->messages, table->place, "%s: made by rd.%s, %s such as %s is needed", path,
+                      table->tag, fields_owner_text(owner), owner_form(owner));
+        return;
+    }
+    if (fields_is_stranger(table, owner)) {
+        complain_of_stranger(checker, table, owner, path);
+        return;
+    }
+    const bool has_stray = table->item_count > item_room(owner); /* what is missing may stand there */
+    for (int i = 0; i < FIELD_COUNT; i++) {
+        const struct field_rule *rule = &field_rules[i];
+        if (rule->owner != owner)
+            continue;
+        const struct value *value = given_field(table, (enum field)i);
+        const char *own_path = fields_path_name(checker, path, rule->name);
+        check_doubles(checker, table, rule, own_path);
+        if (value)
+            check_field(checker, value, rule, own_path);
+        else if (rule->need == NEED_NEEDED && !has_stray && !fields_is_misspelled(table, owner, rule->name))
+            message_error(checker->messages, table->place, "%s: missing, %s needs it", own_path,
+                          fields_owner_text(owner));
+    }
+    check_pairs(checker, table, owner, path);
+    check_unknown(checker, table, owner, path);
+}

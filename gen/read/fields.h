@@ -1,0 +1,165 @@
+/*
+ * The table of fields (fields.def) and the checks that follow from it: fields.c has the
+ * table and look-ups in it, field_types.c the checks.
+ *
+ * Takes a value of the model file and what it is to be; complains about unknown, missing and ill-typed
+ * fields, and gives the good ones.
+ */
+#ifndef REFDYN_GEN_FIELDS_H
+#define REFDYN_GEN_FIELDS_H
+
+#include "read/declarations.h"
+#include "read/value.h"
+
+/*
+ * Tables with fields: OWNER(name, text in messages, name of the function of the module that makes one, or
+ * NULL, what one looks like)
+ */
+#define OWNERS                                                                                          \
+    OWNER(MODEL, "the model", "model", "{ name = \"arm\", links = { ... } }")                           \
+    OWNER(LINK, "a link", NULL, "{ \"arm\", joint = \"z\" }")                                           \
+    OWNER(INERTIA, "an inertia", NULL, "{ zz = 0.05 }")                                                 \
+    OWNER(BODY, "a body", NULL, "rd.box { ... } or { mass = 1 }")                                       \
+    OWNER(BOX, "a box", "box", "{ { 1, 1, 1 }, mass = 1 }")                                             \
+    OWNER(CYLINDER, "a cylinder", "cylinder", "{ diameter = 0.1, length = 1, mass = 1 }")               \
+    OWNER(TUBE, "a tube", "tube", "{ outer = 0.1, inner = 0.08, length = 1, mass = 1 }")                \
+    OWNER(SPHERE, "a sphere", "sphere", "{ diameter = 0.1, mass = 1 }")                                 \
+    OWNER(BEAM, "a beam", NULL, "{ length = 1, section = rd.round(0.014), ... }")                       \
+    OWNER(SEGMENT, "a segment", NULL, "{ length = 1 }")                                                 \
+    OWNER(SECTION, "a section", NULL, "rd.round(0.014)")                                                \
+    OWNER(DAMPING, "a damping", NULL, "{ ratio = 0.01 }")                                               \
+    OWNER(CURVATURE, "a curvature", NULL, "{ psi = 0.1 }")                                              \
+    OWNER(POINT, "a point", NULL, "{ on = \"arm\", at = { 0, 0, 1 } }")                                 \
+    OWNER(AXIS, "an axis", NULL, "{ \"arm\", \"z\" }")                                                  \
+    OWNER(SPRING, "a spring", "spring", "{ \"a\", \"b\", stiffness = 100 }")                            \
+    OWNER(DAMPER, "a damper", "damper", "{ \"a\", \"b\", damping = 1 }")                                \
+    OWNER(ACTUATOR, "an actuator", "actuator", "{ \"a\", \"b\", expression }")                          \
+    OWNER(FORCE, "a force", "force", "{ \"arm\", { 0, 0, 1 } }")                                        \
+    OWNER(TORQUE, "a torque", "torque", "{ \"arm\", { 0, 0, 1 } }")                                     \
+    OWNER(ENERGY, "an energy", "energy", "{ expression }")                                              \
+    OWNER(ROW, "a row", NULL, "{ expression } for each row")                                            \
+    OWNER(LOOP, "rd.loop", "loop", "{ \"a\", \"b\" }")                                                  \
+    OWNER(PARALLEL, "rd.parallel", "parallel", "{ { \"a\", \"z\" }, { \"b\", \"z\" } }")                \
+    OWNER(PERPENDICULAR, "rd.perpendicular", "perpendicular", "{ { \"a\", \"z\" }, { \"b\", \"z\" } }") \
+    OWNER(ON_LINE, "rd.on_line", "on_line", "{ \"a\", { \"b\", \"z\" } }")                              \
+    OWNER(ON_PLANE, "rd.on_plane", "on_plane", "{ \"a\", { \"b\", \"z\" } }")                           \
+    OWNER(DISTANCE, "rd.distance", "distance", "{ \"a\", \"b\", expression }")                          \
+    OWNER(CLOSE, "rd.close", "close", "{ \"a\", \"b\", joint = \"psi\" }")                              \
+    OWNER(DRIVE, "rd.drive", "drive", "{ \"arm_psi\", expression }")                                    \
+    OWNER(LOCK, "rd.lock", "lock", "{ \"arm_psi\" }")
+
+enum owner {
+#define OWNER(name, text, tag, form) OWNER_##name,
+    OWNERS
+#undef OWNER
+        OWNER_COUNT
+};
+
+enum field {
+#define FIELD(owner, name, item, type, need, range, unit, text) FIELD_##owner##_##name,
+#include "read/fields.def"
+#undef FIELD
+    FIELD_COUNT
+};
+
+enum field_type {
+    TYPE_TEXT,
+    TYPE_WHOLE,    /* a whole number */
+    TYPE_VALUE,    /* a number or an expression of parameters */
+    TYPE_FREE,     /* a number or any expression */
+    TYPE_VECTOR,   /* three values */
+    TYPE_TURNS,    /* list of { axis, value } */
+    TYPE_NAMES,    /* list of texts, or one text with commas */
+    TYPE_BY_JOINT, /* table of values by joint */
+    TYPE_PLACE,    /* the name of a link or of a point of interest, or a table of OWNER_POINT */
+    TYPE_AXIS,     /* a table of that owner, as the next five */
+    TYPE_INERTIA,
+    TYPE_BEAM,
+    TYPE_SECTION,
+    TYPE_DAMPING,
+    TYPE_CURVATURE,
+    TYPE_DIRECTION,   /* "x", "y", "z" or three values */
+    TYPE_FREE_VECTOR, /* three expressions */
+    TYPE_POINTS,      /* table of places by name */
+    TYPE_LIST,        /* list of tables */
+    TYPE_FUNCTION,
+    TYPE_COUNT
+};
+
+enum field_need { NEED_OPTIONAL, NEED_NEEDED, NEED_SHARED };
+
+enum field_range { RANGE_ANY, RANGE_POSITIVE, RANGE_NOT_NEGATIVE, RANGE_POISSON };
+
+struct field_rule {
+    enum owner owner;
+    const char *name;
+    int item;
+    enum field_type type;
+    enum field_need need;
+    enum field_range range;
+    const char *unit, *text;
+};
+
+extern const struct field_rule field_rules[FIELD_COUNT];
+
+/* What the checks need of the reader. */
+struct checker {
+    struct memory *memory;
+    struct graph *graph;
+    struct messages *messages;
+    struct declarations *declarations;
+};
+
+const char *fields_owner_text(enum owner owner); /* "a link" */
+const char *owner_form(enum owner owner);        /* "{ \"arm\", joint = \"z\" }" */
+/* The function of the module that makes such a table, or NULL; rd.position and its like make rows. */
+const char *fields_owner_tag(enum owner owner);
+/* All such functions; there is room for OWNER_COUNT + 3. */
+int fields_list_tags(const char **tags);
+bool fields_has_tag(const struct value *value, const char *tag);
+const char *fields_range_text(enum field_range range); /* "positive", or "" */
+
+/* Complains about all that is wrong with the fields of `table`, which messages call `path` ("" for the
+ * model). */
+void fields_check(const struct checker *checker, const struct value *table, enum owner owner,
+                  const char *path);
+/* Has the author made the table, or the function of the module that makes such? OWNER_COUNT: none does. */
+bool fields_is_made_for(const struct value *table, enum owner owner);
+/* Nothing in the table is a field of the owner, and it would be told of each: something else was meant.
+ * check_fields says so. */
+bool fields_is_stranger(const struct value *table, enum owner owner);
+/* Was a field of the table meant to be `name`, and misspelled? check_fields has said so. */
+bool fields_is_misspelled(const struct value *table, enum owner owner, const char *name);
+/* The field's value, or NULL when it is missing or not of its type. */
+const struct value *fields_get(const struct value *table, enum field field);
+/* Is there such a field, of whatever type? */
+bool fields_has(const struct value *table, enum field field);
+/* A number or expression; `standard` when the field is missing, 1 when it is needed but missing or wrong. */
+expression fields_get_value(const struct checker *checker, const struct value *table, enum field field);
+void fields_get_vector(const struct checker *checker, const struct value *table, enum field field,
+                       expression *vector);
+/* Names of a list or of a text with commas; the number of names. */
+int fields_get_names(const struct checker *checker, const struct value *value, const char ***names);
+
+/* What messages call a value that is not what is needed: "a number", "made by rd.box". */
+const char *fields_made_text(const struct checker *checker, const struct value *value);
+/* `path.name` and `path[index]`. */
+const char *fields_path_name(const struct checker *checker, const char *path, const char *name);
+const char *fields_path_item(const struct checker *checker, const char *path, int index);
+/* Complains about a value that is not of the kind which is needed. A gap in a list has been told before. */
+void field_types_refuse_kind(const struct checker *checker, const struct value *value, const char *path,
+                             const char *needed);
+/* Complains about named entries where a list is needed, and about items where names are; true: there are
+ * none. */
+bool field_types_has_no_names(const struct checker *checker, const struct value *value, const char *path,
+                              const char *needed);
+bool field_types_has_no_items(const struct checker *checker, const struct value *value, const char *path,
+                              const char *needed);
+/* A number within its range, an expression of parameters alone. */
+void field_types_check_value(const struct checker *checker, const struct value *value, enum field_range range,
+                             const char *path);
+/* Complains about an unknown name, with the nearest known one, or else all of them. */
+void fields_refuse_name(const struct checker *checker, struct place place, const char *path, const char *fact,
+                        const char *name, const char *const *known, int count);
+
+#endif

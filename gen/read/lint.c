@@ -1,0 +1,152 @@
+/* Conditions that Lua decides while the model is read: see lint.h. */
+#include "read/lint.h"
+#include "read/scanner.h"
+
+#include <stdint.h>
+#include <string.h>
+
+/* A name that stands for an expression, or for a group of them. */
+struct known {
+    const struct token *name;
+    bool is_group;
+};
+
+struct search {
+    struct memory *memory;
+    struct messages *messages;
+    const char *file;
+    struct token *tokens; /* the last is TOKEN_END */
+    int count, capacity;
+    struct known *known; /* a hash table, twice as long as there are tokens; without a name: empty */
+    size_t known_size;
+};
+
+static bool is(const struct search *search, int index, const char *text) {
+    return index >= 0 && index < search->count && scanner_token_is(&search->tokens[index], text);
+}
+
+static bool is_name(const struct search *search, int index) {
+    return index >= 0 && index < search->count && search->tokens[index].kind == TOKEN_NAME;
+}
+
+static bool same_text(const struct token *a, const struct token *b) {
+    size_t length = (size_t)(a->end - a->start);
+    return length == (size_t)(b->end - b->start) && memcmp(a->start, b->start, length) == 0;
+}
+
+/* Where the name stands in the table, or would. */
+static struct known *place_of(const struct search *search, const struct token *name) {
+    uint32_t hash = 2166136261u; /* FNV-1a */
+    for (const char *c = name->start; c < name->end; c++)
+        hash = (hash ^ (unsigned char)*c) * 16777619u;
+    size_t place = hash % search->known_size;
+    while (search->known[place].name && !same_text(search->known[place].name, name))
+        place = (place + 1) % search->known_size;
+    return &search->known[place];
+}
+
+static const struct known *find_known(const struct search *search, int index) {
+    const struct known *known = is_name(search, index) ? place_of(search, &search->tokens[index]) : NULL;
+    return known && known->name ? known : NULL;
+}
+
+static void add_known(struct search *search, int index, bool is_group) {
+    if (!is_name(search, index) || find_known(search, index))
+        return;
+    *place_of(search, &search->tokens[index]) =
+        (struct known){.name = &search->tokens[index], .is_group = is_group};
+}
+
+/* Last token of the chain a.b.c that begins at `index`. */
+static int chain_end(const struct search *search, int index) {
+    while (is(search, index + 1, ".") && is_name(search, index + 2))
+        index += 2;
+    return index;
+}
+
+static int chain_start(const struct search *search, int index) {
+    while (is(search, index - 1, ".") && is_name(search, index - 2))
+        index -= 2;
+    return index;
+}
+
+/* The chain from `first` to `last` is an expression by itself. */
+static bool is_expression(const struct search *search, int first, int last) {
+    const struct known *known = find_known(search, first);
+    bool is_called = is(search, last + 1, "(") || is(search, last + 1, "[");
+    return known && !is_called && (last > first || !known->is_group);
+}
+
+/* `name = ...` and `forces = function(name)` at token `index`. */
+static void learn(struct search *search, int index) {
+    if (!is_name(search, index) || !is(search, index + 1, "="))
+        return;
+    bool is_author = is(search, index, "forces") || is(search, index, "constraints");
+    if (is_author && is(search, index + 2, "function") && is(search, index + 3, "("))
+        add_known(search, index + 4, true);
+    bool is_module = is(search, index + 2, "rd") && is(search, index + 3, ".");
+    if (is_module && is(search, index + 4, "parameters"))
+        add_known(search, index, true);
+    else if (is_module && (is(search, index + 4, "parameter") || is(search, index + 4, "input")))
+        add_known(search, index, false);
+    else if (find_known(search, index + 2) && is(search, index + 3, "."))
+        add_known(search, index, true);
+}
+
+static const char *chain_text(const struct search *search, int first, int last) {
+    return memory_format(search->memory, "%.*s",
+                         (int)(search->tokens[last].end - search->tokens[first].start),
+                         search->tokens[first].start);
+}
+
+static void look_at_comparison(const struct search *search, int index) {
+    bool is_equal = is(search, index, "==");
+    if (!is_equal && !is(search, index, "~="))
+        return;
+    int left = chain_start(search, index - 1), right_end = chain_end(search, index + 1);
+    bool is_left = is_expression(search, left, index - 1);
+    bool is_right = is_expression(search, index + 1, right_end);
+    if (is_left == is_right) /* two expressions: an error of its own */
+        return;
+    message_warning(
+        search->messages, (struct place){.file = search->file, .line = search->tokens[index].line},
+        "%s: compared with %s while the model is read: always %s, rd.where chooses during the motion",
+        is_left ? chain_text(search, left, index - 1) : chain_text(search, index + 1, right_end),
+        is_equal ? "==" : "~=", is_equal ? "false" : "true");
+}
+
+static void look_at_condition(const struct search *search, int index) {
+    static const char *const leads[] = {"if", "elseif", "while", "until", "not"};
+    static const char *const ends[] = {"then", "do", "and", "or"};
+    bool leads_in = false, ends_it = is(search, index, "until");
+    for (int i = 0; i < 5; i++)
+        leads_in = leads_in || is(search, index, leads[i]);
+    int last = chain_end(search, index + 1);
+    for (int i = 0; i < 4; i++)
+        ends_it = ends_it || is(search, last + 1, ends[i]);
+    if (leads_in && ends_it && is_expression(search, index + 1, last))
+        message_warning(
+            search->messages, (struct place){.file = search->file, .line = search->tokens[index].line},
+            "%s: a condition while the model is read: always true, rd.where chooses during the motion",
+            chain_text(search, index + 1, last));
+}
+
+void lint_source(struct memory *memory, struct messages *messages, const char *file, const char *source,
+                 size_t length) {
+    const struct memory_mark mark = memory_mark(memory);
+    struct search search = {.memory = memory, .messages = messages, .file = file};
+    struct scanner scanner = scanner_start(source, length);
+    do {
+        search.tokens =
+            memory_room(memory, search.tokens, search.count, &search.capacity, sizeof *search.tokens);
+        search.tokens[search.count] = scanner_next(&scanner);
+    } while (search.tokens[search.count++].kind != TOKEN_END);
+    search.known_size = 2 * (size_t)search.count;
+    search.known = memory_scratch(memory, search.known_size * sizeof *search.known);
+    for (int i = 0; i < search.count; i++) {
+        learn(&search, i);
+        look_at_comparison(&search, i);
+        look_at_condition(&search, i);
+    }
+    memory_back(memory, mark);
+}

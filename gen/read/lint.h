@@ -1,0 +1,17 @@
+/*
+ * Looks in a Lua source for what Lua decides at once and no error can catch: `==` between an expression and a
+ * number (always false), and an expression as a condition (always true).
+ *
+ * Knows as expressions: fields of what `forces` and `constraints` take, of rd.parameters, results of
+ * rd.parameter and rd.input, and of names that are set to one of these. Gives warnings.
+ */
+#ifndef REFDYN_GEN_LINT_H
+#define REFDYN_GEN_LINT_H
+
+#include "base/memory.h"
+#include "base/message.h"
+
+void lint_source(struct memory *memory, struct messages *messages, const char *file, const char *source,
+                 size_t length);
+
+#endif

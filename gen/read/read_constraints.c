@@ -1,0 +1,488 @@
+/*
+ * What the author's function `constraints` returns: rows, one by one or as loops, axes and joints that are
+ * closed. See reader.h.
+ *
+ * Loops and their like are position rows in symbols of points and directions. Two axes are kept parallel by
+ * two products with directions at right angles to one of them and fixed to its body, so that the rows stay
+ * independent near every closed position.
+ */
+#include "read/reader.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* What all rows of one entry share. */
+struct group {
+    const struct reader *reader;
+    const struct value *value;
+    const char *path, *name;
+    expression alpha, beta;
+};
+
+/* The number in a name such as "loop 2 x" of a row of that kind, 0 in any other name. */
+static long number_in(const char *name, const char *kind) {
+    const size_t length = strlen(kind);
+    if (strncmp(name, kind, length) != 0 || name[length] != ' ')
+        return 0;
+    char *end;
+    const long found = strtol(name + length + 1, &end, 10);
+    return *end == '\0' || *end == ' ' ? found : 0;
+}
+
+/* "loop 1", "loop 2" ...: the first number that no row has. */
+static const char *next_name(const struct reader *reader, const char *kind) {
+    const struct model *model = reader->model;
+    struct memory *memory = reader->check.memory;
+    const struct memory_mark mark = memory_mark(memory);
+    bool *is_taken = memory_scratch(memory, (size_t)model->row_count + 2);
+    for (int i = 0; i < model->row_count; i++) {
+        const long taken = number_in(model->rows[i].name, kind);
+        if (taken > 0 && taken <= model->row_count)
+            is_taken[taken] = true;
+    }
+    int first = 1;
+    while (is_taken[first])
+        first++;
+    memory_back(memory, mark);
+    return memory_format(memory, "%s %d", kind, first);
+}
+
+static struct group start_group(const struct reader *reader, const struct value *value, const char *path,
+                                const enum field gains[3], const char *name) {
+    const struct checker *check = &reader->check;
+    const struct value *given = fields_get(value, gains[2]);
+    return (struct group){.reader = reader,
+                          .value = value,
+                          .path = path,
+                          .name = given ? given->text : name,
+                          .alpha = fields_get_value(check, value, gains[0]),
+                          .beta = fields_get_value(check, value, gains[1])};
+}
+
+/* One row; `part` tells it from the others of its entry, NULL: it is the only one. */
+static void add_row(const struct group *group, enum row_level level, expression residual, const char *part) {
+    const struct checker *check = &group->reader->check;
+    struct model *model = group->reader->model;
+    model->rows =
+        memory_room(check->memory, model->rows, model->row_count, &model->row_capacity, sizeof *model->rows);
+    model->rows[model->row_count++] = (struct row){
+        .level = level,
+        .residual = residual,
+        .alpha = group->alpha,
+        .beta = group->beta,
+        .name = part ? memory_format(check->memory, "%s %s", group->name, part) : group->name,
+        .path = group->path,
+        .is_closure = part != NULL,
+        .place = group->value->place,
+    };
+}
+
+#define GAINS(owner) \
+    ((const enum field[3]){FIELD_##owner##_alpha, FIELD_##owner##_beta, FIELD_##owner##_name})
+
+/* ---- rows that the author writes ---- */
+
+/* A gain that has nothing to act on is a mistake of the author. */
+static void check_gains(const struct reader *reader, const struct value *value, enum row_level level,
+                        const char *path) {
+    const struct value *alpha = fields_get(value, FIELD_ROW_alpha), *beta = fields_get(value, FIELD_ROW_beta);
+    if (level == ROW_ACCELERATION && alpha)
+        message_error(reader->check.messages, alpha->place,
+                      "%s.alpha: an acceleration row has no residual to stabilise", path);
+    if (level != ROW_POSITION && beta)
+        message_error(reader->check.messages, beta->place,
+                      "%s.beta: only a position row has a residual of position", path);
+}
+
+static void read_written_row(const struct reader *reader, const struct value *value, const char *path,
+                             enum row_level level) {
+    const struct checker *check = &reader->check;
+    fields_check(check, value, OWNER_ROW, path);
+    const struct value *residual = fields_get(value, FIELD_ROW_residual);
+    expression e = expr_zero(check->graph);
+    if (!residual)
+        return;
+    check_gains(reader, value, level, path);
+    value_expression(check->graph, residual, &e);
+    const char *name = memory_format(check->memory, "row %d", reader->model->row_count + 1);
+    const struct group group = start_group(reader, value, path, GAINS(ROW), name);
+    add_row(&group, level, e, NULL);
+}
+
+static void read_position(const struct reader *reader, const struct value *value, const char *path) {
+    read_written_row(reader, value, path, ROW_POSITION);
+}
+
+static void read_velocity(const struct reader *reader, const struct value *value, const char *path) {
+    read_written_row(reader, value, path, ROW_VELOCITY);
+}
+
+static void read_acceleration(const struct reader *reader, const struct value *value, const char *path) {
+    read_written_row(reader, value, path, ROW_ACCELERATION);
+}
+
+/* ---- vectors ---- */
+
+static struct vector unit_of(struct graph *g, struct vector v) {
+    return vector_scale(g, expr_div(g, expr_one(g), expr_sqrt(g, vector_dot(g, v, v))), v);
+}
+
+/* Two unit vectors at right angles to `along` and to each other: the next axes when it is an axis, else those
+ * made with the axis that it is farthest from. */
+static void normals_of(const struct reader *reader, struct vector along, struct vector normal[2]) {
+    struct graph *g = reader->check.graph;
+    int farthest = 0, zeros = 0;
+    double size[3];
+    for (int i = 0; i < 3; i++) {
+        size[i] = fabs(read_value_now(reader, along.at[i]));
+        zeros += !along.at[i];
+        farthest = size[i] < size[farthest] ? i : farthest;
+    }
+    for (int i = 0; zeros == 2 && i < 3; i++) {
+        if (!along.at[i])
+            continue;
+        normal[0] = vector_unit(g, (i + 1) % 3);
+        normal[1] = vector_unit(g, (i + 2) % 3);
+        return;
+    }
+    normal[0] = unit_of(g, vector_cross(g, along, vector_unit(g, farthest)));
+    normal[1] = unit_of(g, vector_cross(g, along, normal[0]));
+}
+
+static struct vector axis_of(const struct reader *reader, const struct attachment *at, int axis) {
+    return markers_direction_vector(reader->model, at, vector_unit(reader->check.graph, axis));
+}
+
+static struct vector gap(const struct reader *reader, const struct attachment *a,
+                         const struct attachment *b) {
+    return vector_sub(reader->check.graph, markers_point_vector(reader->model, a, 0),
+                      markers_point_vector(reader->model, b, 0));
+}
+
+static expression dot(const struct reader *reader, struct vector a, struct vector b) {
+    return vector_dot(reader->check.graph, a, b);
+}
+
+/* An axis of the model: where it is, and its direction there, of length 1. */
+struct axis {
+    struct attachment at;
+    struct vector direction;
+};
+
+static bool read_axis(const struct reader *reader, const struct value *value, enum field field,
+                      const char *path, struct axis *axis) {
+    const struct value *table = fields_get(value, field);
+    const struct value *direction = table ? fields_get(table, FIELD_AXIS_direction) : NULL;
+    if (!read_place_field(reader, value, field, path, &axis->at) || !direction)
+        return false;
+    axis->direction = read_direction(reader, direction);
+    if (direction->kind == VALUE_TABLE)
+        axis->direction = unit_of(reader->check.graph, axis->direction);
+    return true;
+}
+
+/* ---- loops and axes ---- */
+
+static const char *const component_names[3] = {"x", "y", "z"};
+
+static void read_loop(const struct reader *reader, const struct value *value, const char *path) {
+    struct attachment a, b;
+    const char **names;
+    const struct value *keep = fields_get(value, FIELD_LOOP_keep);
+    const int count = fields_get_names(&reader->check, keep, &names);
+    bool keeps[3] = {!keep, !keep, !keep};
+    for (int i = 0; i < count; i++) {
+        if (strlen(names[i]) == 1 && strchr("xyz", *names[i]))
+            keeps[*names[i] - 'x'] = true;
+        else
+            message_error(reader->check.messages, keep->place, "%s.keep: \"%s\" is no axis, x y z are", path,
+                          names[i]);
+    }
+    if (keep && count == 0 && keep->item_count + keep->field_count == 0)
+        message_error(reader->check.messages, keep->place, "%s.keep: empty, x y z or some of them are needed",
+                      path);
+    const bool has_a = read_place_field(reader, value, FIELD_LOOP_a, path, &a);
+    if (!read_place_field(reader, value, FIELD_LOOP_b, path, &b) || !has_a)
+        return;
+    const struct group group = start_group(reader, value, path, GAINS(LOOP), next_name(reader, "loop"));
+    const struct vector apart = gap(reader, &a, &b);
+    for (int i = 0; i < 3; i++)
+        if (keeps[i])
+            add_row(&group, ROW_POSITION, apart.at[i], component_names[i]);
+}
+
+/* Two rows: `direction`, fixed to a, is at right angles to the normals of the axis b. */
+static void add_parallel(const struct group *group, struct vector direction, const struct axis *b,
+                         const char *const parts[2]) {
+    struct vector normal[2];
+    normals_of(group->reader, b->direction, normal);
+    for (int i = 0; i < 2; i++) {
+        const struct vector across = markers_direction_vector(group->reader->model, &b->at, normal[i]);
+        add_row(group, ROW_POSITION, dot(group->reader, direction, across), parts[i]);
+    }
+}
+
+static void read_parallel(const struct reader *reader, const struct value *value, const char *path) {
+    static const char *const parts[2] = {"1", "2"};
+    struct axis a, b;
+    const bool has_a = read_axis(reader, value, FIELD_PARALLEL_a, path, &a);
+    if (!read_axis(reader, value, FIELD_PARALLEL_b, path, &b) || !has_a)
+        return;
+    const struct group group =
+        start_group(reader, value, path, GAINS(PARALLEL), next_name(reader, "parallel"));
+    add_parallel(&group, markers_direction_vector(reader->model, &a.at, a.direction), &b, parts);
+}
+
+static void read_perpendicular(const struct reader *reader, const struct value *value, const char *path) {
+    struct axis a, b;
+    const bool has_a = read_axis(reader, value, FIELD_PERPENDICULAR_a, path, &a);
+    if (!read_axis(reader, value, FIELD_PERPENDICULAR_b, path, &b) || !has_a)
+        return;
+    const struct group group =
+        start_group(reader, value, path, GAINS(PERPENDICULAR), next_name(reader, "perpendicular"));
+    const struct vector first = markers_direction_vector(reader->model, &a.at, a.direction);
+    add_row(&group, ROW_POSITION,
+            dot(reader, first, markers_direction_vector(reader->model, &b.at, b.direction)), NULL);
+}
+
+static void read_on_line(const struct reader *reader, const struct value *value, const char *path) {
+    static const char *const parts[2] = {"1", "2"};
+    struct attachment point;
+    struct axis line;
+    const bool has_point = read_place_field(reader, value, FIELD_ON_LINE_point, path, &point);
+    if (!read_axis(reader, value, FIELD_ON_LINE_line, path, &line) || !has_point)
+        return;
+    const struct group group = start_group(reader, value, path, GAINS(ON_LINE), next_name(reader, "on_line"));
+    add_parallel(&group, gap(reader, &point, &line.at), &line, parts);
+}
+
+static void read_on_plane(const struct reader *reader, const struct value *value, const char *path) {
+    struct attachment point;
+    struct axis plane;
+    const bool has_point = read_place_field(reader, value, FIELD_ON_PLANE_point, path, &point);
+    if (!read_axis(reader, value, FIELD_ON_PLANE_plane, path, &plane) || !has_point)
+        return;
+    const struct group group =
+        start_group(reader, value, path, GAINS(ON_PLANE), next_name(reader, "on_plane"));
+    const struct vector normal = markers_direction_vector(reader->model, &plane.at, plane.direction);
+    add_row(&group, ROW_POSITION, dot(reader, gap(reader, &point, &plane.at), normal), NULL);
+}
+
+static void read_distance(const struct reader *reader, const struct value *value, const char *path) {
+    struct graph *g = reader->check.graph;
+    struct attachment a, b;
+    const struct value *length = fields_get(value, FIELD_DISTANCE_length);
+    const bool has_a = read_place_field(reader, value, FIELD_DISTANCE_a, path, &a);
+    expression e;
+    if (!read_place_field(reader, value, FIELD_DISTANCE_b, path, &b) || !has_a || !length)
+        return;
+    value_expression(g, length, &e);
+    if (expr_is_number(g, e, NULL) && read_value_now(reader, e) <= 0)
+        message_error(reader->check.messages, length->place,
+                      "%s.length: value %.6g, a positive number is needed (rd.loop makes points coincide)",
+                      path, read_value_now(reader, e));
+    const struct group group =
+        start_group(reader, value, path, GAINS(DISTANCE), next_name(reader, "distance"));
+    const struct vector apart = gap(reader, &a, &b);
+    add_row(&group, ROW_POSITION, expr_sub(g, expr_sqrt(g, dot(reader, apart, apart)), e), NULL);
+}
+
+/* ---- joints ---- */
+
+/* Kinds of joints that are closed; turns about x, y, z behind slides along them. */
+enum closing_kind { CLOSING_X, CLOSING_Z = 2, CLOSING_PHI, CLOSING_BALL = 6, CLOSING_WELD, CLOSING_COUNT };
+
+/* What a joint that is closed leaves free. */
+struct closing {
+    bool slides[3];
+    int turns[3], turn_count; /* axes, in order */
+};
+
+/* What is wrong with the kind of joint `kind` behind those that are noted, or NULL. */
+static const char *closing_fault(const struct closing *closing, int kind, int count) {
+    if (kind == CLOSING_COUNT)
+        return "is no joint, x y z phi theta psi ball weld are";
+    if (kind == CLOSING_WELD && count > 1)
+        return "leaves nothing free, it stands alone";
+    if (kind <= CLOSING_Z && closing->turn_count > 0)
+        return "slides after a turn, slides come first";
+    if (kind > CLOSING_Z && kind != CLOSING_WELD && closing->turn_count + (kind == CLOSING_BALL ? 3 : 1) > 3)
+        return "is a turn too many, ball has all three";
+    return NULL;
+}
+
+static bool read_closing(const struct reader *reader, const struct value *joint, const char *path,
+                         struct closing *closing) {
+    static const char *const kinds[] = {"x", "y", "z", "phi", "theta", "psi", "ball", "weld"};
+    const struct checker *check = &reader->check;
+    const char **names;
+    const int count = fields_get_names(check, joint, &names);
+    *closing = (struct closing){.turn_count = 0};
+    for (int i = 0; i < count; i++) {
+        int kind = CLOSING_X;
+        while (kind < CLOSING_COUNT && strcmp(kinds[kind], names[i]) != 0)
+            kind++;
+        const char *fault = closing_fault(closing, kind, count);
+        if (fault) {
+            message_error(check->messages, joint->place, "%s: \"%s\" %s", path, names[i], fault);
+            return false;
+        }
+        if (kind <= CLOSING_Z)
+            closing->slides[kind] = true;
+        else if (kind == CLOSING_BALL)
+            closing->turn_count = 3;
+        else if (kind != CLOSING_WELD)
+            closing->turns[closing->turn_count++] = kind - CLOSING_PHI;
+    }
+    if (closing->turn_count < 3 || !closing->slides[0] || !closing->slides[1] || !closing->slides[2])
+        return true;
+    message_error(check->messages, joint->place, "%s: leaves all free, something to close is needed", path);
+    return false;
+}
+
+static void add_closed_positions(const struct group *group, const struct closing *closing,
+                                 const struct attachment *a, const struct attachment *b) {
+    const struct vector apart = gap(group->reader, a, b);
+    const bool slides = closing->slides[0] || closing->slides[1] || closing->slides[2];
+    for (int i = 0; i < 3; i++)
+        if (!closing->slides[i])
+            add_row(group, ROW_POSITION,
+                    slides ? dot(group->reader, apart, axis_of(group->reader, b, i)) : apart.at[i],
+                    component_names[i]);
+}
+
+/* One axis stays parallel; two turns keep the first axis of b and the second of a at right angles. */
+static void add_closed_turns(const struct group *group, const struct closing *closing,
+                             const struct attachment *a, const struct attachment *b) {
+    static const char *const parts[3] = {"turn 1", "turn 2", "turn 3"};
+    const struct reader *reader = group->reader;
+    const int first = closing->turns[0], second = closing->turns[1];
+    if (closing->turn_count == 1) {
+        const struct axis axis = {.at = *b, .direction = vector_unit(reader->check.graph, first)};
+        add_parallel(group, axis_of(reader, a, first), &axis, parts);
+    } else if (closing->turn_count == 2) {
+        add_row(group, ROW_POSITION, dot(reader, axis_of(reader, a, second), axis_of(reader, b, first)),
+                "turn");
+    }
+    for (int i = 0; closing->turn_count == 0 && i < 3; i++)
+        add_row(group, ROW_POSITION, dot(reader, axis_of(reader, a, i), axis_of(reader, b, (i + 1) % 3)),
+                parts[i]);
+}
+
+static void read_close(const struct reader *reader, const struct value *value, const char *path) {
+    const struct value *joint = fields_get(value, FIELD_CLOSE_joint);
+    struct attachment a, b;
+    struct closing closing;
+    const bool has_a = read_place_field(reader, value, FIELD_CLOSE_a, path, &a);
+    const bool has_b = read_place_field(reader, value, FIELD_CLOSE_b, path, &b);
+    if (!joint || !read_closing(reader, joint, fields_path_name(&reader->check, path, "joint"), &closing) ||
+        !has_a || !has_b)
+        return;
+    const struct group group = start_group(reader, value, path, GAINS(CLOSE), next_name(reader, "close"));
+    add_closed_positions(&group, &closing, &a, &b);
+    add_closed_turns(&group, &closing, &a, &b);
+}
+
+/* ---- coordinates as functions of time ---- */
+
+static int find_named_coordinate(const struct reader *reader, const struct value *name, const char *path) {
+    const struct checker *check = &reader->check;
+    const int found = name ? tree_find_coordinate(reader->tree, name->text) : -1;
+    if (name && found < 0)
+        read_refuse_coordinate(reader, name->place, fields_path_name(check, path, "coordinate"),
+                               memory_format(check->memory, "unknown coordinate \"%s\"", name->text),
+                               name->text);
+    return found;
+}
+
+static void add_driven(const struct group *group, int coordinate, expression value) {
+    struct graph *g = group->reader->check.graph;
+    add_row(group, ROW_POSITION, expr_sub(g, expr_symbol(g, SYMBOL_COORDINATE, coordinate, 0), value), NULL);
+}
+
+static void read_drive(const struct reader *reader, const struct value *value, const char *path) {
+    const struct checker *check = &reader->check;
+    const struct value *course = fields_get(value, FIELD_DRIVE_value);
+    const int coordinate = find_named_coordinate(reader, fields_get(value, FIELD_DRIVE_coordinate), path);
+    expression e;
+    if (coordinate < 0 || !course)
+        return;
+    value_expression(check->graph, course, &e);
+    const char *name = memory_format(check->memory, "drive %s", reader->tree->frames[coordinate].name);
+    const struct group group = start_group(reader, value, path, GAINS(DRIVE), name);
+    add_driven(&group, coordinate, e);
+}
+
+/* Where it stays, when the model does not say so: at the start of the motion, an anchored parameter. */
+static expression start_parameter(const struct reader *reader, const struct value *value, int coordinate) {
+    const struct checker *check = &reader->check;
+    struct graph *g = check->graph;
+    const struct frame *frame = &reader->tree->frames[coordinate];
+    const expression now = expr_symbol(g, SYMBOL_COORDINATE, coordinate, 0);
+    const struct value start = {.kind = VALUE_EXPRESSION,
+                                .place = value->place,
+                                .expression = expr_symbol(g, SYMBOL_START, (int)now, 0)};
+    return declarations_add_parameter(check->declarations, value->place,
+                                      memory_format(check->memory, "lock_%s", frame->name), &start,
+                                      frame->joint.is_revolute ? "rad" : "m");
+}
+
+static void read_lock(const struct reader *reader, const struct value *value, const char *path) {
+    const struct checker *check = &reader->check;
+    const int coordinate = find_named_coordinate(reader, fields_get(value, FIELD_LOCK_coordinate), path);
+    if (coordinate < 0)
+        return;
+    const expression e = fields_has(value, FIELD_LOCK_value)
+                             ? fields_get_value(check, value, FIELD_LOCK_value)
+                             : start_parameter(reader, value, coordinate);
+    const char *name = memory_format(check->memory, "lock %s", reader->tree->frames[coordinate].name);
+    const struct group group = start_group(reader, value, path, GAINS(LOCK), name);
+    add_driven(&group, coordinate, e);
+}
+
+/* ---- all entries ---- */
+
+static const struct {
+    const char *tag;
+    enum owner owner;
+    read_entry *read;
+} entries[] = {
+    {"position", OWNER_ROW, read_position},
+    {"velocity", OWNER_ROW, read_velocity},
+    {"acceleration", OWNER_ROW, read_acceleration},
+    {"loop", OWNER_LOOP, read_loop},
+    {"parallel", OWNER_PARALLEL, read_parallel},
+    {"perpendicular", OWNER_PERPENDICULAR, read_perpendicular},
+    {"on_line", OWNER_ON_LINE, read_on_line},
+    {"on_plane", OWNER_ON_PLANE, read_on_plane},
+    {"distance", OWNER_DISTANCE, read_distance},
+    {"close", OWNER_CLOSE, read_close},
+    {"drive", OWNER_DRIVE, read_drive},
+    {"lock", OWNER_LOCK, read_lock},
+};
+
+enum { ENTRY_COUNT = sizeof entries / sizeof *entries };
+
+static void read_row(const struct reader *reader, const struct value *value, const char *path) {
+    for (int i = 0; i < ENTRY_COUNT; i++) {
+        if (!fields_has_tag(value, entries[i].tag))
+            continue;
+        if (entries[i].owner != OWNER_ROW)
+            fields_check(&reader->check, value, entries[i].owner, path);
+        entries[i].read(reader, value, path);
+        return;
+    }
+    message_error(
+        reader->check.messages, value->place,
+        "%s: %s, rd.position, velocity, acceleration, loop, parallel, perpendicular, on_line, on_plane, "
+        "distance, close, drive or lock { ... } is needed",
+        path, fields_made_text(&reader->check, value));
+}
+
+void read_constraints(const struct reader *reader, const struct value *result) {
+    static const char needed[] = "a list of rows such as { rd.position { expression } }, {} for none,";
+    if (read_is_result(reader, result, "constraints", needed) &&
+        field_types_has_no_names(&reader->check, result, "constraints", needed))
+        read_entries(reader, result, "constraints", read_row);
+}

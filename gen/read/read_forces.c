@@ -1,0 +1,248 @@
+/*
+ * What the author's functions `forces` and `courses` return: forces on coordinates, loads at points,
+ * energies, and values to record. See reader.h.
+ */
+#include "read/reader.h"
+
+#include <string.h>
+
+/* ---- on coordinates ---- */
+
+static void read_coordinate_force(const struct reader *reader, const struct named_value *named) {
+    const struct checker *check = &reader->check;
+    struct model *model = reader->model;
+    const char *path = fields_path_name(check, "forces", named->name);
+    struct force force = {.coordinate = tree_find_coordinate(reader->tree, named->name),
+                          .place = named->value.place};
+    if (force.coordinate < 0)
+        read_refuse_coordinate(reader, force.place, path, "unknown coordinate", named->name);
+    else if (!value_expression(check->graph, &named->value, &force.value))
+        message_error(check->messages, force.place, "%s: %s, a number or an expression is needed", path,
+                      value_kind_text(named->value.kind));
+    else if (!expr_is_number(check->graph, force.value, NULL) || force.value != expr_zero(check->graph))
+        model->forces[model->force_count++] = force;
+}
+
+/* ---- between two points ---- */
+
+static void add_load(const struct reader *reader, const struct attachment *at, bool is_torque,
+                     struct vector value, const struct value *source, const char *path) {
+    struct model *model = reader->model;
+    if (at->link < 0 || vector_is_zero(value))
+        return; /* the ground bears all */
+    struct load load = {
+        .point = markers_point(model, at), .is_torque = is_torque, .path = path, .place = source->place};
+    memcpy(load.value, value.at, sizeof load.value);
+    model->loads = memory_room(reader->check.memory, model->loads, model->load_count, &model->load_capacity,
+                               sizeof *model->loads);
+    model->loads[model->load_count++] = load;
+}
+
+static void add_potential(const struct reader *reader, expression energy, const struct value *source,
+                          const char *path) {
+    struct model *model = reader->model;
+    model->potentials = memory_room(reader->check.memory, model->potentials, model->potential_count,
+                                    &model->potential_capacity, sizeof *model->potentials);
+    model->potentials[model->potential_count++] =
+        (struct potential){.energy = energy, .path = path, .place = source->place};
+}
+
+/* The line between two places: what springs, dampers and actuators act along. */
+struct line {
+    struct attachment from, to;
+    struct vector apart, rate; /* to - from */
+};
+
+/* Nothing moves between them; the elements of a beam do. */
+static bool is_one_link(const struct attachment *a, const struct attachment *b) {
+    return a->link == b->link && a->where == AT_FRAME && b->where == AT_FRAME;
+}
+
+static bool read_line(const struct reader *reader, const struct value *value, enum field from, enum field to,
+                      const char *path, struct line *line) {
+    struct graph *g = reader->check.graph;
+    struct model *model = reader->model;
+    const bool has_from = read_place_field(reader, value, from, path, &line->from);
+    const bool has_to = read_place_field(reader, value, to, path, &line->to);
+    if (!has_from || !has_to)
+        return false;
+    if (is_one_link(&line->from, &line->to))
+        message_error(reader->check.messages, value->place, "%s: both ends on one link, two are needed",
+                      path);
+    line->apart =
+        vector_sub(g, markers_point_vector(model, &line->to, 0), markers_point_vector(model, &line->from, 0));
+    line->rate =
+        vector_sub(g, markers_point_vector(model, &line->to, 1), markers_point_vector(model, &line->from, 1));
+    return true;
+}
+
+/* `push` times the vector from one to the other, on both ends. */
+static void add_push(const struct reader *reader, const struct line *line, expression push,
+                     const struct value *source, const char *path) {
+    struct graph *g = reader->check.graph;
+    add_load(reader, &line->to, false, vector_scale(g, push, line->apart), source, path);
+    add_load(reader, &line->from, false, vector_scale(g, expr_neg(g, push), line->apart), source, path);
+}
+
+/* 1/2 s (length - rest)^2 */
+static void read_spring(const struct reader *reader, const struct value *value, const char *path) {
+    const struct checker *check = &reader->check;
+    struct graph *g = check->graph;
+    struct line line;
+    if (!read_line(reader, value, FIELD_SPRING_from, FIELD_SPRING_to, path, &line))
+        return;
+    const expression half =
+        expr_mul(g, expr_number(g, 0.5), fields_get_value(check, value, FIELD_SPRING_stiffness));
+    const expression rest = fields_get_value(check, value, FIELD_SPRING_rest);
+    expression square = vector_dot(g, line.apart, line.apart);
+    if (rest) {
+        const expression stretch = expr_sub(g, expr_sqrt(g, square), rest);
+        square = expr_mul(g, stretch, stretch);
+    }
+    add_potential(reader, expr_mul(g, half, square), value, path);
+}
+
+static void read_damper(const struct reader *reader, const struct value *value, const char *path) {
+    const struct checker *check = &reader->check;
+    struct graph *g = check->graph;
+    struct line line;
+    if (!read_line(reader, value, FIELD_DAMPER_from, FIELD_DAMPER_to, path, &line))
+        return;
+    const expression speed = vector_dot(g, line.apart, line.rate),
+                     square = vector_dot(g, line.apart, line.apart);
+    const expression damping = fields_get_value(check, value, FIELD_DAMPER_damping);
+    add_push(reader, &line, expr_neg(g, expr_div(g, expr_mul(g, damping, speed), square)), value, path);
+}
+
+static expression free_value(const struct reader *reader, const struct value *table, enum field field) {
+    const struct value *value = fields_get(table, field);
+    expression e = expr_zero(reader->check.graph);
+    if (value)
+        value_expression(reader->check.graph, value, &e);
+    return e;
+}
+
+static void read_actuator(const struct reader *reader, const struct value *value, const char *path) {
+    struct graph *g = reader->check.graph;
+    struct line line;
+    if (!read_line(reader, value, FIELD_ACTUATOR_from, FIELD_ACTUATOR_to, path, &line))
+        return;
+    const expression length = expr_sqrt(g, vector_dot(g, line.apart, line.apart));
+    add_push(reader, &line, expr_div(g, free_value(reader, value, FIELD_ACTUATOR_force), length), value,
+             path);
+}
+
+/* ---- at a point ---- */
+
+/* The components of a load in the ground frame; they are given there or along the axes of a link or point. */
+static struct vector ground_components(const struct reader *reader, const struct value *value,
+                                       enum field components, enum field axes, const char *path) {
+    struct graph *g = reader->check.graph;
+    const struct value *given = fields_get(value, components), *frame = fields_get(value, axes);
+    struct vector own = {{0, 0, 0}}, sum = {{0, 0, 0}};
+    struct attachment at;
+    for (int i = 0; given && i < given->item_count && i < 3; i++)
+        value_expression(g, &given->items[i], &own.at[i]);
+    if (!frame)
+        return own;
+    read_place(reader, frame, fields_path_name(&reader->check, path, "axes"), true, &at);
+    for (int i = 0; i < 3; i++) {
+        if (!own.at[i])
+            continue;
+        const struct vector axis = markers_direction_vector(reader->model, &at, vector_unit(g, i));
+        sum = vector_add(g, sum, vector_scale(g, own.at[i], axis));
+    }
+    return sum;
+}
+
+static void read_force(const struct reader *reader, const struct value *value, const char *path) {
+    struct attachment at;
+    const struct vector F = ground_components(reader, value, FIELD_FORCE_value, FIELD_FORCE_axes, path);
+    if (!read_place_field(reader, value, FIELD_FORCE_at, path, &at))
+        return;
+    if (at.link < 0)
+        message_error(reader->check.messages, value->place,
+                      "%s: acts on the ground, a link that moves is needed", path);
+    add_load(reader, &at, false, F, value, path);
+}
+
+static void read_torque(const struct reader *reader, const struct value *value, const char *path) {
+    struct graph *g = reader->check.graph;
+    struct attachment on, against;
+    const struct vector T = ground_components(reader, value, FIELD_TORQUE_value, FIELD_TORQUE_axes, path);
+    const bool has_on = read_place_field(reader, value, FIELD_TORQUE_on, path, &on);
+    const bool has_against = read_place_field(reader, value, FIELD_TORQUE_against, path, &against);
+    if (has_on && on.link < 0 && against.link < 0 && has_against == fields_has(value, FIELD_TORQUE_against))
+        message_error(reader->check.messages, value->place,
+                      "%s: acts on the ground, a link that moves is needed", path);
+    if (has_on && has_against && on.link >= 0 && is_one_link(&on, &against))
+        message_error(reader->check.messages, value->place,
+                      "%s: against the link on which it acts, another one is needed", path);
+    if (has_on)
+        add_load(reader, &on, true, T, value, path);
+    if (has_against)
+        add_load(reader, &against, true, vector_scale(g, expr_neg(g, expr_one(g)), T), value, path);
+}
+
+static void read_energy(const struct reader *reader, const struct value *value, const char *path) {
+    const expression energy = free_value(reader, value, FIELD_ENERGY_value);
+    if (energy)
+        add_potential(reader, energy, value, path);
+}
+
+/* ---- what the functions return ---- */
+
+static const struct {
+    enum owner owner;
+    read_entry *read;
+} listed[] = {{OWNER_SPRING, read_spring}, {OWNER_DAMPER, read_damper}, {OWNER_ACTUATOR, read_actuator},
+              {OWNER_FORCE, read_force},   {OWNER_TORQUE, read_torque}, {OWNER_ENERGY, read_energy}};
+
+static void read_listed(const struct reader *reader, const struct value *value, const char *path) {
+    for (size_t i = 0; i < sizeof listed / sizeof *listed; i++) {
+        if (!fields_has_tag(value, fields_owner_tag(listed[i].owner)))
+            continue;
+        fields_check(&reader->check, value, listed[i].owner, path);
+        listed[i].read(reader, value, path);
+        return;
+    }
+    message_error(
+        reader->check.messages, value->place,
+        "%s: %s, the name of a coordinate before it, or rd.spring damper actuator force torque energy { "
+        "... } "
+        "is needed",
+        path, fields_made_text(&reader->check, value));
+}
+
+void read_forces(const struct reader *reader, const struct value *result) {
+    struct model *model = reader->model;
+    if (!read_is_result(reader, result, "forces", "a table such as { arm_psi = 1 }, {} for none,"))
+        return;
+    model->forces = memory_get(reader->check.memory, (size_t)result->field_count * sizeof *model->forces);
+    for (int i = 0; i < result->field_count; i++)
+        read_coordinate_force(reader, &result->fields[i]);
+    read_entries(reader, result, "forces", read_listed);
+}
+
+static void read_course(const struct reader *reader, const struct named_value *named) {
+    const struct checker *check = &reader->check;
+    struct model *model = reader->model;
+    struct course *course = &model->courses[model->course_count];
+    *course = (struct course){.name = named->name, .place = named->value.place};
+    if (value_expression(check->graph, &named->value, &course->value))
+        model->course_count++;
+    else
+        message_error(check->messages, course->place, "%s: %s, a number or an expression is needed",
+                      fields_path_name(check, "courses", named->name), value_kind_text(named->value.kind));
+}
+
+void read_courses(const struct reader *reader, const struct value *table) {
+    static const char needed[] = "a table of values by name such as { speed = s.qd.arm_psi }";
+    if (!read_is_result(reader, table, "courses", needed) ||
+        !field_types_has_no_items(&reader->check, table, "courses", needed))
+        return;
+    reader->model->courses =
+        memory_get(reader->check.memory, (size_t)table->field_count * sizeof *reader->model->courses);
+    for (int i = 0; i < table->field_count; i++)
+        read_course(reader, &table->fields[i]);
+}

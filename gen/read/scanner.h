@@ -1,0 +1,25 @@
+/* Tokens of a Lua source: Lua 5.4 manual, sect. 3.1. The source must be free of syntax errors. */
+#ifndef REFDYN_GEN_SCANNER_H
+#define REFDYN_GEN_SCANNER_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+enum token_kind { TOKEN_END, TOKEN_NAME, TOKEN_WORD, TOKEN_STRING, TOKEN_NUMBER, TOKEN_SYMBOL };
+
+struct token {
+    enum token_kind kind;
+    const char *start, *end;
+    int line;
+};
+
+struct scanner {
+    const char *next, *end;
+    int line;
+};
+
+struct scanner scanner_start(const char *source, size_t length);
+struct token scanner_next(struct scanner *scanner);
+bool scanner_token_is(const struct token *token, const char *text);
+
+#endif

@@ -1,0 +1,457 @@
+/*
+ * Lua as a server: see script.h. The module, the sandbox, and the calls into it.
+ *
+ * Every entry of Lua is one protected call. Inside it a shortage of memory is a Lua error, outside it becomes
+ * memory.fail again. All that Lua does is counted (work.h): by a hook at every few steps and at every call,
+ * by the allocator, and by the library functions that do more. Stack effects stand beside the functions as
+ * (-popped, +pushed).
+ */
+#include "read/script_state.h"
+#include "read/lint.h"
+#include "read/fields.h"
+#include "read/module.h"
+#include "read/sandbox.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <lualib.h>
+
+/* What one model may take while it is read, beside its work and memory: see script_value.c, too. */
+enum {
+    STEPS_BETWEEN_CHECKS = 100,
+    TEXT_MEGABYTES = 4,
+    ARGUMENTS_BOUND = 250 /* of a function with `...`, which any step may copy */
+};
+
+/* __at(number, table) in the rewritten source: remembers where the table was written. */
+static int mark_table(lua_State *L) {
+    lua_settop(L, 2);
+    lua_pushvalue(L, 1);
+    script_set_note(L, script_of(L)->marks, 2);
+    return 1;
+}
+
+/* ---- the module "refdyn" ---- */
+
+/* Gives the table itself, with a tag. */
+static int tag_argument(lua_State *L, const char *tag) {
+    if (lua_type(L, 1) != LUA_TTABLE)
+        return luaL_error(L, "rd.%s: argument 1 is %s, a table is needed", tag, luaL_typename(L, 1));
+    if (lua_gettop(L) > 1)
+        return luaL_error(L, "rd.%s: number of arguments is %d, 1 is needed", tag, lua_gettop(L));
+    script_get_note(L, script_of(L)->tags, 1);
+    if (!lua_isnil(L, -1))
+        return luaL_error(L, "rd.%s: argument 1 is made by rd.%s, a table of its own is needed", tag,
+                          lua_tostring(L, -1));
+    lua_pushstring(L, tag);
+    script_set_note(L, script_of(L)->tags, 1);
+    lua_settop(L, 1);
+    return 1;
+}
+
+/* rd.model, rd.position ... */
+static int tag_table(lua_State *L) {
+    return tag_argument(L, lua_tostring(L, lua_upvalueindex(1)));
+}
+
+/* Upvalues: number of the function, and whether a function of that name makes tables, too (rd.tube: a section
+ * or a body). */
+static int call_module(lua_State *L) {
+    const int function = (int)lua_tointeger(L, lua_upvalueindex(1));
+    if (lua_istable(L, 1) && lua_toboolean(L, lua_upvalueindex(2)))
+        return tag_argument(L, module_function_name(script_of(L)->memory, function));
+    enum { MOST_ARGUMENTS = 8 };
+    struct value arguments[MOST_ARGUMENTS];
+    struct module_call call = {.declarations = &script_of(L)->declarations,
+                               .place = script_place(L),
+                               .function = function,
+                               .arguments = arguments,
+                               .argument_count = lua_gettop(L)};
+    struct script *script = script_of(L);
+    script->has_samples = module_takes_samples(call.function);
+    for (int i = 0; i < call.argument_count && i < MOST_ARGUMENTS; i++)
+        script_convert(L, i + 1, call.place, 0, &arguments[i]);
+    script->has_samples = false;
+    const int names = script_name_count(script);
+    module_run(&call);
+    work_add(&script->work, (1.0 + script_name_count(script) - names) * script_names_in(script));
+    work_add(&script->work, module_evaluates(call.function) ? script->graph->count / 8.0 : 0);
+    script_stop_at_bound(L);
+    if (call.fault)
+        return luaL_error(L, "%s", call.fault);
+    script_push_value(L, &call.result);
+    return 1;
+}
+
+static int refuse_field(lua_State *L) {
+    const char *name = lua_type(L, 2) == LUA_TSTRING ? script_name_at(L, 2) : "?";
+    return luaL_error(L, "%s", module_unknown(script_of(L)->memory, name));
+}
+
+/* A field that nobody reads, such as rd.gravity, would be passed over. */
+static int refuse_new_field(lua_State *L) {
+    const char *name = lua_type(L, 2) == LUA_TSTRING ? script_name_at(L, 2) : "?";
+    return luaL_error(L, "rd.%s: assignment, what rd has is read only, a local has values of your own", name);
+}
+
+/* Builds the module. (-0, +1) */
+static void push_module(lua_State *L) {
+    const char *tags[OWNER_COUNT + 3];
+    struct memory *memory = script_of(L)->memory;
+    lua_newtable(L);
+    for (int i = fields_list_tags(tags) - 1; i >= 0; i--) {
+        lua_pushstring(L, tags[i]);
+        lua_pushcclosure(L, tag_table, 1);
+        lua_setfield(L, -2, tags[i]);
+    }
+    for (int i = 0; i < module_function_count(); i++) {
+        const char *name = module_function_name(memory, i);
+        lua_pushinteger(L, i);
+        lua_pushboolean(L, lua_getfield(L, -2, name) != LUA_TNIL);
+        lua_remove(L, -2);
+        lua_pushcclosure(L, call_module, 2);
+        lua_setfield(L, -2, name);
+    }
+    lua_pushnumber(L, 3.14159265358979323846);
+    lua_setfield(L, -2, "pi");
+    lua_pushcfunction(L, refuse_field);
+    script_guard_table(L, "rd");
+    lua_getmetatable(L, -1);
+    lua_pushcfunction(L, refuse_new_field);
+    lua_setfield(L, -2, "__newindex");
+    lua_pop(L, 1);
+}
+
+/* ---- work ---- */
+
+/* Each call counts by its arguments, each return by its results. Any step of a function with `...` may copy
+ * those. */
+static void count_call(lua_State *L, lua_Debug *event) {
+    lua_getinfo(L, "r", event);
+    work_add_call(&script_of(L)->work, event->ntransfer);
+    if (event->event == LUA_HOOKRET || !lua_getlocal(L, event, -ARGUMENTS_BOUND - 1))
+        return;
+    lua_pop(L, 1);
+    lua_pushfstring(L, "a function is called with more than %d arguments for `...`, a table can hold them",
+                    ARGUMENTS_BOUND);
+    lua_error(L);
+}
+
+static void watch(lua_State *L, lua_Debug *event) {
+    if (event->event != LUA_HOOKCOUNT) {
+        count_call(L, event);
+        return;
+    }
+    work_add_steps(&script_of(L)->work, STEPS_BETWEEN_CHECKS);
+    script_stop_at_bound(L);
+}
+
+/* ---- the sandbox ---- */
+
+static int compile_beside(lua_State *L);
+
+/* Lua's own libraries in tables that the model never sees, and our functions in Lua beside them. */
+static void open_originals(lua_State *L) {
+    luaL_requiref(L, LUA_GNAME, luaopen_base, 1);
+    luaL_requiref(L, LUA_STRLIBNAME, luaopen_string, 1);
+    luaL_requiref(L, LUA_TABLIBNAME, luaopen_table, 1);
+    luaL_requiref(L, LUA_MATHLIBNAME, luaopen_math, 1);
+    lua_pop(L, 4);
+    if (luaL_loadbufferx(L, sandbox_source, sizeof sandbox_source - 1, "=sandbox", "t") != LUA_OK)
+        lua_error(L);
+    push_module(L);
+    lua_pushcfunction(L, compile_beside);
+    lua_pushcfunction(L, mark_table);
+    lua_pushcfunction(L, script_sort_table);
+    lua_call(L, 4, 0);
+}
+
+static void open_sandbox(lua_State *L) {
+    static const char *const names[] = {LUA_STRLIBNAME, LUA_TABLIBNAME, LUA_MATHLIBNAME};
+    open_originals(L);
+    script_push_library(L, LUA_GNAME);
+    lua_pushvalue(L, -1);
+    lua_setfield(L, -2, LUA_GNAME);
+    for (int i = 0; i < 3; i++) {
+        script_push_library(L, names[i]);
+        lua_setfield(L, -2, names[i]);
+    }
+    lua_pushcfunction(L, script_refuse_global);
+    script_guard_table(L, "the globals");
+    lua_pushliteral(L, "");
+    lua_getmetatable(L, -1);
+    lua_getfield(L, -3, LUA_STRLIBNAME);
+    lua_setfield(L, -2, "__index");
+    lua_pushliteral(L, "texts");
+    lua_setfield(L, -2, "__metatable");
+    lua_pop(L, 2);
+    lua_rawseti(L, LUA_REGISTRYINDEX, LUA_RIDX_GLOBALS);
+}
+
+/* A table whose keys do not keep tables alive. */
+static int weak_table(lua_State *L) {
+    lua_newtable(L);
+    lua_createtable(L, 0, 1);
+    lua_pushliteral(L, "k");
+    lua_setfield(L, -2, "__mode");
+    lua_setmetatable(L, -2);
+    return luaL_ref(L, LUA_REGISTRYINDEX);
+}
+
+/* ---- protected calls ---- */
+
+/* Lua tells what a new piece is for in place of its old size. */
+static void *allocate(void *context, void *data, size_t old, size_t size) {
+    struct script *script = context;
+    work_add_memory(&script->work, size);
+    if (!data && old == LUA_TSTRING) {
+        work_add_text(&script->work, size);
+        script->is_text_too_long = size > (size_t)TEXT_MEGABYTES << 20;
+        if (script->is_text_too_long)
+            return NULL;
+    }
+    void *piece = pool_resize(&script->pool, data, data ? old : 0, size);
+    if (!piece && size > 0) /* Lua now looks for unused memory in all of it */
+        work_add_memory(&script->work, script->memory->taken);
+    return piece;
+}
+
+/* memory.fail while Lua runs. */
+static void fail_in_lua(void *context) {
+    struct script *script = context;
+    script->is_short_of_memory = true;
+    lua_pushnil(script->L);
+    lua_error(script->L);
+}
+
+/* What Lua's own message leaves open. */
+static const char *hint_for(const char *text) {
+    if (strncmp(text, "bad 'for' ", 10) == 0 && strstr(text, "got " EXPRESSION))
+        return ": its value is not known while the model is read, that of an option (rd.option) is";
+    if (strncmp(text, "C stack overflow", 16) == 0)
+        return ": calls, parentheses, tables or blocks are nested too deep";
+    return "";
+}
+
+/*
+ * Where an error arose: the place that its text begins with, else the innermost line of the model's files.
+ * Texts of our own Lua lose the place there.
+ */
+static void report(struct script *script, const char *text, size_t length) {
+    struct place place = script->error_place;
+    const char *rest = text;
+    if (!source_file_place(&script->sources, text, &place, &rest) && strncmp(text, "sandbox:", 8) == 0) {
+        rest = strchr(text + 8, ':');
+        rest = rest ? rest + 2 : text;
+    }
+    const char *safe = message_safe_text(script->memory, rest, length - (size_t)(rest - text));
+    message_error(script->messages, place, "%s%s", safe, hint_for(safe));
+}
+
+/* Lua calls it with an error before it leaves the functions that were running. */
+static int note_place(lua_State *L) {
+    struct script *script = script_of(L);
+    lua_Debug frame;
+    const char *rest;
+    script->error_place = (struct place){.file = script->file};
+    for (int level = 0; lua_getstack(L, level, &frame); level++) {
+        lua_getinfo(L, "Sl", &frame);
+        if (!source_file_place(&script->sources,
+                               memory_format(script->memory, "%s:%d", frame.short_src, frame.currentline),
+                               &script->error_place, &rest))
+            continue;
+        break;
+    }
+    return 1;
+}
+
+/* An error that is no text, or memory. */
+static void report_error(struct script *script, int status) {
+    lua_State *L = script->L;
+    size_t length;
+    const char *text = lua_tolstring(L, -1, &length); /* also of a number */
+    if (script->is_text_too_long)
+        message_error(script->messages, (struct place){.file = script->file},
+                      "a text of more than %d MB, shorter ones are needed", TEXT_MEGABYTES);
+    else if (script->is_short_of_memory || status == LUA_ERRMEM)
+        script->memory->fail(script->memory->context);
+    else if (text)
+        report(script, text, length);
+    else if (!script->is_told)
+        message_error(script->messages, script->error_place,
+                      "error(...) with a value of type %s, a text is needed", luaL_typename(L, -1));
+    script->is_told = false;
+}
+
+struct job {
+    struct script *script;
+    const struct value *function;
+    const char *name; /* of the function */
+    struct value *result;
+};
+
+static bool run_protected(struct job *job, lua_CFunction function) {
+    struct script *script = job->script;
+    struct memory *memory = script->memory;
+    void (*fail)(void *) = memory->fail;
+    void *context = memory->context;
+    memory->fail = fail_in_lua;
+    memory->context = script;
+    lua_pushcfunction(script->L, note_place);
+    lua_pushcfunction(script->L, function);
+    lua_pushlightuserdata(script->L, job);
+    const int status = lua_pcall(script->L, 1, 0, 1);
+    memory->fail = fail;
+    memory->context = context;
+    if (status != LUA_OK)
+        report_error(script, status);
+    lua_settop(script->L, 0);
+    return status == LUA_OK;
+}
+
+static struct job *job_of(lua_State *L) {
+    struct job *job = lua_touserdata(L, 1);
+    lua_settop(L, 0);
+    return job;
+}
+
+/* Pushes the compiled source; the source as written goes first, so that syntax errors show it. (-0, +1) */
+static void load_source(lua_State *L, int number) {
+    struct script *script = script_of(L);
+    const struct source_file *source = &script->sources.list[number];
+    char chunk[32];
+    work_add_source(&script->work, source->text, source->length);
+    script_stop_at_bound(L);
+    snprintf(chunk, sizeof chunk, "=" SOURCE_CHUNK "%d", number);
+    if (luaL_loadbufferx(L, source->text, source->length, chunk, "t") != LUA_OK)
+        lua_error(L);
+    lua_pop(L, 1);
+    lint_source(script->memory, script->messages, source->path, source->text, source->length);
+    source_lines_mark_tables(script->memory, script->messages, source->path, source->text, source->length,
+                             &script->lines);
+    if (luaL_loadbufferx(L, script->lines.text, script->lines.length, chunk, "t") != LUA_OK)
+        lua_error(L);
+}
+
+/* The function of the file NAME.lua beside the model. */
+static int compile_beside(lua_State *L) {
+    struct script *script = script_of(L);
+    const char *name = luaL_checkstring(L, 1);
+    const char *fault = source_file_add(script->memory, &script->sources,
+                                        source_file_path(script->memory, script->file, name));
+    if (fault) {
+        lua_settop(L, 0);
+        return luaL_error(L, "require: %s.lua beside the model cannot be read: %s", name, fault);
+    }
+    load_source(L, script->sources.count - 1);
+    return 1;
+}
+
+/* The one value on the stack, nil when there is none. */
+static void convert_result(lua_State *L, struct place place, const char *what, struct value *result) {
+    const int count = lua_gettop(L);
+    if (count > 1)
+        message_error(script_of(L)->messages, place, "%s %d values, one is needed", what, count);
+    lua_settop(L, 1);
+    script_convert(L, 1, place, 0, result);
+}
+
+static int run_file(lua_State *L) {
+    struct job *job = job_of(L);
+    struct script *script = job->script;
+    script_make_expressions(L);
+    script_make_views(L);
+    open_sandbox(L);
+    script->marks = weak_table(L);
+    script->tags = weak_table(L);
+    lua_newtable(L);
+    script->events = luaL_ref(L, LUA_REGISTRYINDEX);
+    load_source(L, 0);
+    lua_sethook(L, watch, LUA_MASKCOUNT | LUA_MASKCALL | LUA_MASKRET, STEPS_BETWEEN_CHECKS);
+    lua_pushcfunction(L, mark_table);
+    lua_call(L, 1, LUA_MULTRET);
+    script_check_events(L);
+    convert_result(L, (struct place){.file = script->file}, "the file returns", &script->result);
+    return 0;
+}
+
+static int run_function(lua_State *L) {
+    struct job *job = job_of(L);
+    lua_rawgeti(L, LUA_REGISTRYINDEX, job->function->function);
+    script_push_view(L, (struct view){.kind = VIEW_STATE});
+    lua_call(L, 1, LUA_MULTRET);
+    script_check_events(L);
+    const char *what = memory_format(job->script->memory, "%s: the function gives", job->name);
+    convert_result(L, job->function->place, what, job->result);
+    return 0;
+}
+
+/* ---- what the rest of the reader calls ---- */
+
+static bool read_main(struct script *script) {
+    const char *fault = source_file_add(script->memory, &script->sources, script->file);
+    if (fault)
+        message_error(script->messages, (struct place){.file = script->file}, "cannot be read: %s", fault);
+    return !fault;
+}
+
+/* Values of --set are texts of the model, too. */
+static bool check_settings(const struct read_request *request, struct messages *messages) {
+    bool are_lines = true;
+    for (int i = 0; i < request->setting_count; i++) {
+        const struct setting *setting = &request->settings[i];
+        const char *shown = message_safe_text(messages->memory, setting->value, strlen(setting->value));
+        const char *what = memory_format(messages->memory, "--set %s \"%s\"", setting->name, shown);
+        are_lines &= message_is_one_line(messages, (struct place){.file = request->file}, what,
+                                         setting->value, strlen(setting->value));
+    }
+    return are_lines;
+}
+
+struct script *script_open(struct memory *memory, struct graph *graph, const struct read_request *request,
+                           struct messages *messages) {
+    struct script *script = memory_get(memory, sizeof *script);
+    *script = (struct script){.memory = memory, .graph = graph, .messages = messages, .file = request->file};
+    script->pool = (struct pool){.memory = memory};
+    declarations_start(&script->declarations, memory, graph, request, messages);
+    script->names.declarations = &script->declarations;
+    if (!check_settings(request, messages) || !read_main(script))
+        return NULL;
+    script->L = lua_newstate(allocate, script);
+    if (!script->L)
+        memory->fail(memory->context);
+    *(struct script **)lua_getextraspace(script->L) = script;
+    struct job job = {.script = script};
+    return run_protected(&job, run_file) ? script : NULL;
+}
+
+const struct value *script_result(const struct script *script) {
+    return &script->result;
+}
+
+const struct sources *script_sources(const struct script *script) {
+    return &script->sources;
+}
+
+struct declarations *script_declarations(struct script *script) {
+    return &script->declarations;
+}
+
+struct messages *script_messages(struct script *script) {
+    return script->messages;
+}
+
+void script_set_names(struct script *script, struct model *model, const char *const *coordinates,
+                      int coordinate_count) {
+    script->names.model = model;
+    script->names.coordinates = coordinates;
+    script->names.coordinate_count = coordinate_count;
+}
+
+bool script_call(struct script *script, const struct value *function, const char *name,
+                 struct value *result) {
+    struct job job = {.script = script, .function = function, .name = name, .result = result};
+    return run_protected(&job, run_function);
+}

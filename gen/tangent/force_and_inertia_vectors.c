@@ -1,0 +1,393 @@
+/* Exact derivatives by coordinates and rates: see force_and_inertia_vectors.h. */
+#include "tangent/force_and_inertia_vectors.h"
+#include "dynamics/constraints.h"
+#include "dynamics/forces.h"
+#include "base/memory.h"
+#include "dynamics/coordinate_derivatives.h"
+
+#include <string.h>
+
+/* ---- Pulls ---- */
+
+struct applied_forces *tangent_no_forces(const struct kinematics *k) {
+    struct applied_forces *applied_forces = memory_get(k->memory, sizeof *applied_forces);
+    const size_t markers = (size_t)k->model->marker_count + 1;
+    applied_forces->coordinates = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof(expression));
+    applied_forces->points = memory_get(k->memory, markers * sizeof *applied_forces->points);
+    applied_forces->torques = memory_get(k->memory, markers * sizeof *applied_forces->torques);
+    return applied_forces;
+}
+
+void tangent_add_applied_forces(const struct kinematics *k, struct applied_forces *applied_forces) {
+    struct graph *g = k->g;
+    const struct named_forces named = forces_collect(k);
+    applied_forces->has_springs = true;
+    for (int f = 0; f < named.force_count; f++) {
+        expression *into = &applied_forces->coordinates[named.forces[f].coordinate];
+        *into = expr_add(g, *into, named.forces[f].value);
+    }
+    for (int l = 0; l < named.load_count; l++) {
+        const struct load *load = &named.loads[l];
+        struct vector *into =
+            (load->is_torque ? applied_forces->torques : applied_forces->points) + load->point;
+        *into = vector_add(g, *into, vector_of(load->value));
+    }
+}
+
+void tangent_add_row_forces(const struct kinematics *k, struct applied_forces *applied_forces) {
+    struct graph *g = k->g;
+    const int n = k->tree->count;
+    for (int row = 0; row < k->model->row_count; row++) {
+        const struct row *given = &k->model->rows[row];
+        const expression lambda = expr_symbol(g, SYMBOL_MULTIPLIER, row, 0);
+        const expression *derivative =
+            coordinate_derivatives_symbol_gradient(k, given->residual, (int)given->level);
+        for (int i = 0; i < n; i++)
+            applied_forces->coordinates[i] =
+                expr_add(g, applied_forces->coordinates[i], expr_mul(g, lambda, derivative[i]));
+        for (int p = 0; p < k->model->marker_count; p++) {
+            const struct vector force = vector_scale(g, lambda, vector_of(derivative + n + 3 * p));
+            applied_forces->points[p] = vector_add(g, applied_forces->points[p], force);
+        }
+    }
+}
+
+/* d/dt of a symbol, accelerations being symbols, too. */
+static expression rate_of_symbol(void *context, struct graph *g, expression e) {
+    const struct symbol s = *expr_as_symbol(g, e);
+    (void)context;
+    if (s.kind == SYMBOL_TIME)
+        return expr_one(g);
+    if ((s.kind == SYMBOL_COORDINATE || s.kind == SYMBOL_POINT) && s.order < 2)
+        return expr_symbol(g, s.kind, s.index, s.order + 1);
+    return expr_zero(g);
+}
+
+/* Acceleration rows have no residual to stabilise, velocity rows no phi. */
+struct row_symbols tangent_row_symbols(const struct kinematics *k, int index) {
+    struct graph *g = k->g;
+    const struct row *row = &k->model->rows[index];
+    const expression damping = constraints_rate_gain(g, row), stiffness = constraints_position_gain(g, row);
+    if (row->level == ROW_ACCELERATION)
+        return (struct row_symbols){.balance = row->residual};
+    struct row_symbols s = {.psi = row->residual};
+    if (row->level == ROW_POSITION) {
+        s.phi = row->residual;
+        s.psi = rewrite_derivative(g, s.phi, rate_of_symbol, NULL);
+    }
+    s.balance = rewrite_derivative(g, s.psi, rate_of_symbol, NULL);
+    s.balance =
+        expr_add(g, s.balance, expr_add(g, expr_mul(g, damping, s.psi), expr_mul(g, stiffness, s.phi)));
+    return s;
+}
+
+expression *tangent_row_balances(const struct kinematics *k) {
+    expression *balances = memory_get(k->memory, ((size_t)k->model->row_count + 1) * sizeof *balances);
+    for (int row = 0; row < k->model->row_count; row++)
+        balances[row] = tangent_row_symbols(k, row).balance;
+    return balances;
+}
+
+/* Q_j += -s (q - rest) - d qd + sum of F . C_j and of T . e_j: theory, sect. 7.3. */
+struct pulling {
+    const struct given_motion *given;
+    const struct applied_forces *applied_forces;
+    struct vector *forces, *torques; /* by point, in terms of the motion */
+    expression *Q;
+};
+
+static expression spring_and_damper(const struct given_motion *given, int i) {
+    const struct kinematics *k = given->k;
+    struct graph *g = k->g;
+    const struct joint *joint = &k->tree->frames[i].joint;
+    const expression stretch = expr_sub(g, kinematics_coordinate_of(k, i, 0), joint->rest);
+    const expression damper =
+        given->is_resting ? 0 : expr_mul(g, joint->damping, kinematics_coordinate_of(k, i, 1));
+    return expr_neg(g, expr_add(g, expr_mul(g, joint->stiffness, stretch), damper));
+}
+
+static void force(void *context, int j) {
+    const struct pulling *x = context;
+    const struct kinematics *k = x->given->k;
+    struct graph *g = k->g;
+    if (x->applied_forces->has_springs)
+        x->Q[j] = expr_add(g, x->Q[j], spring_and_damper(x->given, j));
+    for (int p = 0; p < k->model->marker_count; p++) {
+        x->Q[j] = expr_add(g, x->Q[j], vector_dot(g, x->forces[p], k->points[p].columns[j]));
+        if (k->tree->frames[j].joint.is_revolute && kinematics_is_on_path(k, j, k->tree->points[p].frame))
+            x->Q[j] = expr_add(g, x->Q[j], vector_dot(g, x->torques[p], kinematics_joint_axis(k, j)));
+    }
+}
+
+expression *tangent_generalized_forces(const struct given_motion *given,
+                                       const struct applied_forces *applied_forces) {
+    const struct kinematics *k = given->k;
+    const size_t markers = (size_t)k->model->marker_count + 1;
+    struct pulling x = {.given = given, .applied_forces = applied_forces};
+    x.forces = memory_get(k->memory, markers * sizeof *x.forces);
+    x.torques = memory_get(k->memory, markers * sizeof *x.torques);
+    x.Q = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *x.Q);
+    for (int p = 0; p < k->model->marker_count; p++) {
+        x.forces[p] = given_motion_place_vector(given, applied_forces->points[p]);
+        x.torques[p] = given_motion_place_vector(given, applied_forces->torques[p]);
+    }
+    for (int i = 0; i < k->tree->count; i++)
+        x.Q[i] = given_motion_place(given, applied_forces->coordinates[i]);
+    recursion_visit_joints(k->g, k->tree, force, &x);
+    return x.Q;
+}
+
+/* ---- What lies beyond a joint ---- */
+
+/* Sums over all mass beyond a joint, own axes, arms rho from its origin (theory, sect. 7.5); its inertia
+ * stands in the composites. */
+struct flow {
+    struct vector momentum; /* b = int rho' dm */
+    struct matrix growth;   /* E = int rho' rho^T dm */
+    struct wrench load;     /* L = (int rho x (rdd - grav) dm, int (rdd - grav) dm) */
+};
+
+/* a b^T */
+static struct matrix outer(struct graph *g, struct vector a, struct vector b) {
+    struct matrix m;
+    for (int i = 0; i < 9; i++)
+        m.at[i] = expr_mul(g, a.at[i / 3], b.at[i % 3]);
+    return m;
+}
+
+static struct matrix matrix_add(struct graph *g, struct matrix a, struct matrix b) {
+    for (int i = 0; i < 9; i++)
+        a.at[i] = expr_add(g, a.at[i], b.at[i]);
+    return a;
+}
+
+/* int rho rho^T dm = tr(J)/2 1 - J */
+static struct matrix second_moments(struct graph *g, const expression J[6]) {
+    struct matrix s;
+    const expression half = expr_number(g, 0.5);
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, l = (i + 2) % 3;
+        s.at[4 * i] = expr_mul(g, half, expr_sub(g, expr_add(g, J[j], J[l]), J[i]));
+        s.at[3 * i + j] = s.at[3 * j + i] = expr_neg(g, J[tensor_index(i, j)]);
+    }
+    return s;
+}
+
+/* w x each column */
+static struct matrix cross_columns(struct graph *g, struct vector w, const struct matrix *m) {
+    struct matrix c;
+    for (int column = 0; column < 3; column++) {
+        const struct vector v =
+            vector_cross(g, w, (struct vector){{m->at[column], m->at[3 + column], m->at[6 + column]}});
+        for (int row = 0; row < 3; row++)
+            c.at[3 * row + column] = v.at[row];
+    }
+    return c;
+}
+
+static struct wrench own_load(const struct given_motion *given, int i) {
+    const struct given_frame_motion *motion = &given->motions[i];
+    const struct matrix gradient = given_motion_gradient(given, i);
+    return wrench_of_inertia(given->k, i, motion->angular, &gradient, motion->less_gravity);
+}
+
+/* b = w x mc, E = [w]x int rho rho^T dm, L the inertia wrench at the given accelerations. */
+static struct flow own_flow(const struct given_motion *given, int i) {
+    struct graph *g = given->k->g;
+    const struct inertia own = dynamics_own_inertia(given->k, i), *inertia = &own;
+    const struct vector w = given->k->frames[i].angular;
+    const struct matrix moments = second_moments(g, inertia->tensor);
+    return (struct flow){.momentum = vector_cross(g, w, vector_of(inertia->moment)),
+                         .growth = cross_columns(g, w, &moments),
+                         .load = own_load(given, i)};
+}
+
+static struct flow flow_add(struct graph *g, struct flow a, struct flow b) {
+    return (struct flow){.momentum = vector_add(g, a.momentum, b.momentum),
+                         .growth = matrix_add(g, a.growth, b.growth),
+                         .load = wrench_add(g, a.load, b.load)};
+}
+
+/* rho + s, rho' + s' instead of rho, rho': E + b s^T + s' (mc + m s)^T, b + m s'. Theory, sect. 7.5. */
+static struct flow flow_to_parent(const struct given_motion *given, int i, const struct inertia *beyond,
+                                  struct flow flow) {
+    const struct kinematics *k = given->k;
+    struct graph *g = k->g;
+    const struct vector s = k->joints[i].shift, rate = given->frames[i].shift_rate;
+    const struct vector mc = kinematics_to_parent(k, i, vector_of(beyond->moment));
+    const struct vector moved = vector_add(g, mc, vector_scale(g, beyond->mass, s));
+    struct flow out = {.momentum = kinematics_to_parent(k, i, flow.momentum),
+                       .growth = articulated_body_matrix_to_parent(k, i, flow.growth),
+                       .load = wrench_to_parent(k, i, flow.load)};
+    out.growth = matrix_add(g, out.growth, outer(g, out.momentum, s));
+    out.growth = matrix_add(g, out.growth, outer(g, rate, moved));
+    out.momentum = vector_add(g, out.momentum, vector_scale(g, beyond->mass, rate));
+    return out;
+}
+
+static void name_flow(const struct kinematics *k, int i, const struct flow *flow) {
+    static const char *const rows[3] = {"growth_x", "growth_y", "growth_z"};
+    kinematics_name_vector(k, i, "momentum", flow->momentum);
+    for (int row = 0; row < 3; row++)
+        kinematics_name_vector(k, i, rows[row], vector_of(flow->growth.at + 3 * row));
+    kinematics_name_vector(k, i, "held_moment", flow->load.moment);
+    kinematics_name_vector(k, i, "held_force", flow->load.force);
+}
+
+/* ---- Vectors of one coordinate ---- */
+
+/* int rho x (a x rho') dm = (tr(E) 1 - E) a; transposed: int rho' x (a x rho) dm, with E^T. Diagonal terms
+ * are sums of two entries, not differences from the trace. */
+static struct vector around(struct graph *g, const struct matrix *E, bool is_transposed, struct vector a) {
+    struct vector b;
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, l = (i + 2) % 3;
+        const expression ij = is_transposed ? E->at[3 * j + i] : E->at[3 * i + j];
+        const expression il = is_transposed ? E->at[3 * l + i] : E->at[3 * i + l];
+        const expression off = expr_add(g, expr_mul(g, ij, a.at[j]), expr_mul(g, il, a.at[l]));
+        b.at[i] = expr_sub(g, expr_mul(g, expr_add(g, E->at[4 * j], E->at[4 * l]), a.at[i]), off);
+    }
+    return b;
+}
+
+static struct vector twice(struct graph *g, struct vector a) {
+    return vector_add(g, a, a);
+}
+
+struct axis_motion {
+    struct vector e, rate, rate2; /* own axes */
+};
+
+static struct axis_motion axis_motion(const struct given_motion *given, int i) {
+    const struct given_frame_rates *frame = &given->frames[i];
+    const struct vector e = vector_unit(given->k->g, given->k->tree->frames[i].joint.axis);
+    return (struct axis_motion){e, frame->own_rate, frame->own_rate2};
+}
+
+/* Prismatic, C_i = e: theory, sect. 7.5. */
+static void slide_vectors(struct graph *g, const struct inertia *beyond, const struct flow *flow,
+                          const struct axis_motion *a, struct pair_vectors *v) {
+    const struct vector mc = vector_of(beyond->moment);
+    v->spin = vector_cross(g, flow->momentum, a->e);
+    v->stiffness.force = vector_scale(g, beyond->mass, a->rate2);
+    v->stiffness.moment =
+        vector_add(g, vector_cross(g, mc, a->rate2), vector_cross(g, a->e, flow->load.force));
+    v->damping.force = vector_scale(g, beyond->mass, a->rate);
+    v->damping.moment = vector_cross(g, mc, a->rate);
+}
+
+/*
+ * Revolute, C_i = e x rho: theory, sect. 7.5. In the stiffness the load that turns with i and e x rho'' of
+ * C_i'' add up, with lever = (a - grav) x e and a the acceleration of the origin:
+ *     int rho x (e x rho'') + (e x rho) x (rdd - grav) dm = e x int rho x (rdd - grav) dm + mc x lever.
+ */
+static void turn_vectors(struct graph *g, const struct inertia *beyond, const struct flow *flow,
+                         const struct axis_motion *a, struct vector lever, struct pair_vectors *v) {
+    const struct vector mc = vector_of(beyond->moment);
+    struct tensor J;
+    memcpy(J.at, beyond->tensor, sizeof J.at);
+    const struct vector lifted = vector_scale(g, beyond->mass, lever);
+    const struct vector swung =
+        vector_add(g, vector_cross(g, a->rate2, mc), twice(g, vector_cross(g, a->rate, flow->momentum)));
+    const struct vector turned =
+        vector_add(g, tensor_times(g, J, a->rate2), twice(g, around(g, &flow->growth, false, a->rate)));
+    v->spin = around(g, &flow->growth, true, a->e);
+    v->stiffness.force = vector_add(g, vector_add(g, swung, vector_cross(g, a->e, flow->load.force)), lifted);
+    v->stiffness.moment = vector_add(g, vector_add(g, turned, vector_cross(g, a->e, flow->load.moment)),
+                                     vector_cross(g, mc, lever));
+    v->damping.force = vector_add(g, vector_cross(g, a->rate, mc), vector_cross(g, a->e, flow->momentum));
+    v->damping.moment = vector_add(g, tensor_times(g, J, a->rate), around(g, &flow->growth, false, a->e));
+}
+
+static void turn_to_ground(const struct kinematics *k, int i, struct vector *v) {
+    *v = matrix_times(k->g, k->frames[i].rotation.at, *v);
+}
+
+static void vectors_to_ground(const struct kinematics *k, int i, struct pair_vectors *v) {
+    struct vector *const own[] = {
+        &v->less_gravity_lever, &v->mass.moment,     &v->mass.force,     &v->spin,
+        &v->stiffness.moment,   &v->stiffness.force, &v->damping.moment, &v->damping.force};
+    for (size_t a = 0; a < sizeof own / sizeof *own; a++)
+        turn_to_ground(k, i, own[a]);
+}
+
+static struct pair_vectors vectors_of_joint(const struct given_motion *given, int i,
+                                            const struct inertia *beyond, const struct flow *flow) {
+    const struct kinematics *k = given->k;
+    struct graph *g = k->g;
+    const struct axis_motion axis = axis_motion(given, i);
+    struct pair_vectors v = {.mass = wrench_of_unit(k, i, beyond)};
+    if (k->tree->frames[i].joint.is_revolute) {
+        v.less_gravity_lever = vector_cross(g, given->motions[i].less_gravity, axis.e);
+        turn_vectors(g, beyond, flow, &axis, v.less_gravity_lever, &v);
+    } else {
+        slide_vectors(g, beyond, flow, &axis, &v);
+    }
+    vectors_to_ground(k, i, &v);
+    return v;
+}
+
+/* b, E and L inward, and from them the vectors of each joint: theory, sect. 7.5. */
+struct flow_sum {
+    const struct given_motion *given;
+    const struct inertia *composites;
+    struct flow *flows;
+    struct pair_vectors *vectors;
+};
+
+static void flow_inward(void *context, int i) {
+    const struct flow_sum *x = context;
+    const struct kinematics *k = x->given->k;
+    const struct frame *frame = &k->tree->frames[i];
+    graph_remark(k->g, memory_format(k->memory, "%s: momentum b, growth E and load L of all beyond (7.5)",
+                                     frame->name));
+    if (frame->kind == FRAME_JOINT) {
+        x->flows[i] = flow_add(k->g, own_flow(x->given, i), x->flows[i]);
+        name_flow(k, i, &x->flows[i]);
+        x->vectors[i] = vectors_of_joint(x->given, i, &x->composites[i], &x->flows[i]);
+    }
+    if (frame->parent >= 0)
+        x->flows[frame->parent] = flow_add(k->g, x->flows[frame->parent],
+                                           flow_to_parent(x->given, i, &x->composites[i], x->flows[i]));
+}
+
+struct pair_vectors *tangent_pair_vectors(const struct given_motion *given,
+                                          const struct inertia *composites) {
+    const struct kinematics *k = given->k;
+    const size_t n = (size_t)k->tree->count + 1;
+    struct flow_sum x = {given, composites, memory_get(k->memory, n * sizeof *x.flows),
+                         memory_get(k->memory, n * sizeof *x.vectors)};
+    const struct recursion recursion = dynamics_recursion_over(k, x.flows, sizeof *x.flows, flow_inward, &x);
+    recursion_inward(&recursion);
+    return x.vectors;
+}
+
+struct load_sum {
+    const struct given_motion *given;
+    struct wrench *sums;
+    expression *forces;
+};
+
+/* F_i = own load + sum of F of the children, e_i . F_i: theory, sect. 4.7 at the given accelerations. */
+static void carry_inward(void *context, int i) {
+    const struct load_sum *x = context;
+    const struct kinematics *k = x->given->k;
+    const struct frame *frame = &k->tree->frames[i];
+    struct wrench *sum = &x->sums[i];
+    if (frame->kind == FRAME_JOINT) {
+        *sum = wrench_add(k->g, *sum, own_load(x->given, i));
+        x->forces[i] = (frame->joint.is_revolute ? sum->moment : sum->force).at[frame->joint.axis];
+    }
+    if (frame->parent >= 0)
+        x->sums[frame->parent] = wrench_add(k->g, x->sums[frame->parent], wrench_to_parent(k, i, *sum));
+}
+
+expression *tangent_inertia_forces(const struct given_motion *given) {
+    const struct kinematics *k = given->k;
+    const size_t n = (size_t)k->tree->count + 1;
+    struct load_sum x = {given, memory_get(k->memory, n * sizeof *x.sums),
+                         memory_get(k->memory, n * sizeof *x.forces)};
+    const struct recursion recursion = dynamics_recursion_over(k, x.sums, sizeof *x.sums, carry_inward, &x);
+    recursion_inward(&recursion);
+    return x.forces;
+}

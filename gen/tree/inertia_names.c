@@ -1,0 +1,72 @@
+/*
+ * Names of inertias among the derived parameters of the emitted C.
+ *
+ * Takes the expanded tree. Equal values are one value, so a name has to be true for all whose inertia it is:
+ * that of the frame, of the beam's elements, or "shared" by several links. Declared in frames.h.
+ */
+#include "base/memory.h"
+#include "tree/frames.h"
+
+/* Whose inertia a value is, by handle. */
+struct owners {
+    const struct frame *first;
+    int link;
+    bool has_frames, has_links; /* more than one */
+};
+
+static void own(struct owners *of, int link, const struct frame *frame) {
+    if (!of->first)
+        *of = (struct owners){.first = frame, .link = link};
+    of->has_frames |= of->first != frame;
+    of->has_links |= of->link != link;
+}
+
+static void own_inertia(struct owners *owners, int link, const struct frame *frame,
+                        const struct inertia *inertia) {
+    own(&owners[inertia->mass], link, frame);
+    for (int i = 0; i < 3; i++)
+        own(&owners[inertia->moment[i]], link, frame);
+    for (int i = 0; i < 6; i++)
+        own(&owners[inertia->tensor[i]], link, frame);
+}
+
+/* "arm_psi"; "arm_element" or "arm_half_element" of several elements of one beam; "shared" of several links.
+ */
+static const char *owner_name(const struct expansion *x, const struct owners *of) {
+    const char *link = x->model->links[of->link].name;
+    if (of->has_links)
+        return "shared";
+    if (!of->has_frames)
+        return of->first->name;
+    return memory_format(x->memory, "%s_%selement", link, of->first->element ? "" : "half_");
+}
+
+static void name_owned(const struct expansion *x, const struct owners *owners, expression e,
+                       const char *what) {
+    if (e)
+        graph_name_value(x->g, e, memory_format(x->memory, "%s_%s", owner_name(x, &owners[e]), what), 0);
+}
+
+/* "arm_psi_mass", "arm_psi_moment_x", "arm_psi_inertia_xx" */
+static void name_inertia(const struct expansion *x, const struct owners *owners,
+                         const struct inertia *inertia) {
+    static const char *const moments[3] = {"moment_x", "moment_y", "moment_z"};
+    static const char *const tensors[6] = {"inertia_xx", "inertia_yy", "inertia_zz",
+                                           "inertia_xy", "inertia_xz", "inertia_yz"};
+    name_owned(x, owners, inertia->mass, "mass");
+    for (int i = 0; i < 3; i++)
+        name_owned(x, owners, inertia->moment[i], moments[i]);
+    for (int i = 0; i < 6; i++)
+        name_owned(x, owners, inertia->tensor[i], tensors[i]);
+}
+
+void inertia_names_give(const struct expansion *x) {
+    const struct tree *tree = x->tree;
+    struct owners *owners = memory_get(x->memory, x->g->count * sizeof *owners);
+    for (int i = 0; i < x->part_count; i++)
+        own_inertia(owners, x->parts[i].link, &tree->frames[x->parts[i].frame], &x->parts[i].inertia);
+    for (int i = 0; i < tree->count; i++)
+        own_inertia(owners, tree->frames[i].link, &tree->frames[i], &tree->frames[i].inertia);
+    for (int i = 0; i < tree->count; i++)
+        name_inertia(x, owners, &tree->frames[i].inertia);
+}

@@ -1,0 +1,260 @@
+/* Runs of equal elements: see roll.h. */
+#include "tree/roll.h"
+#include "base/memory.h"
+#include "tree/vector.h"
+
+#include <limits.h>
+#include <string.h>
+
+enum {
+    LONGEST_PERIOD = 12, /* frames of one element */
+    LEAST_SAVED = 3 /* frames that a loop need not write out: with fewer it is no faster than straight code */
+};
+
+struct rolling {
+    struct memory *memory;
+    const struct model *model;
+    const struct tree *tree;
+    struct tree *rolled;
+    int least;      /* frames that a run must save */
+    bool *is_named; /* by frame of the tree: the author's formulas or a point ask for it */
+    int *children;  /* by frame */
+    int *image;     /* by frame: its frame in the rolled tree, or the EXIT of the run that it ends */
+};
+
+/* ---- What the author's formulas name ---- */
+
+static void mark_load(bool *marks, const struct load *load) {
+    for (int a = 0; a < 3; a++)
+        marks[load->value[a]] = true;
+}
+
+static void mark_formulas(const struct model *model, bool *marks) {
+    for (int i = 0; i < model->force_count; i++)
+        marks[model->forces[i].value] = true;
+    for (int i = 0; i < model->load_count; i++)
+        mark_load(marks, &model->loads[i]);
+    for (int i = 0; i < model->potential_count; i++)
+        marks[model->potentials[i].energy] = true;
+    for (int i = 0; i < model->course_count; i++)
+        marks[model->courses[i].value] = true;
+    for (int i = 0; i < model->row_count; i++)
+        marks[model->rows[i].residual] = marks[model->rows[i].alpha] = marks[model->rows[i].beta] = true;
+    for (int i = 0; i < model->parameter_count; i++)
+        marks[model->parameters[i].anchor] = true;
+}
+
+static void find_named(struct rolling *x) {
+    const struct graph *g = x->model->graph;
+    bool *marks = memory_get(x->memory, g->count * sizeof *marks);
+    mark_formulas(x->model, marks);
+    rewrite_mark_operands(g, marks, g->count);
+    for (expression e = g->count; e-- > 0;) {
+        const struct symbol *s = marks[e] ? expr_as_symbol(g, e) : NULL;
+        if (s && s->kind == SYMBOL_START)
+            marks[s->index] = true; /* made before what is taken at the start of a motion */
+        else if (s && s->kind == SYMBOL_COORDINATE)
+            x->is_named[s->index] = true;
+    }
+    for (int i = 0; i < x->model->force_count; i++)
+        x->is_named[x->model->forces[i].coordinate] = true;
+    for (int i = 0; i < x->model->marker_count; i++)
+        if (x->tree->points[i].frame >= 0)
+            x->is_named[x->tree->points[i].frame] = true;
+}
+
+/* ---- Where elements are equal ---- */
+
+static bool same_joint(const struct joint *a, const struct joint *b) {
+    return a->is_revolute == b->is_revolute && a->axis == b->axis && a->stiffness == b->stiffness &&
+           a->rest == b->rest && a->damping == b->damping && a->start == b->start &&
+           a->start_rate == b->start_rate;
+}
+
+/* Entries of a are zero where those of b are. */
+static bool is_within(const struct inertia *a, const struct inertia *b) {
+    bool within = !a->mass || b->mass;
+    for (int i = 0; i < 6; i++)
+        within = within && (!a->tensor[i] || b->tensor[i]) && (!a->moment[i / 2] || b->moment[i / 2]);
+    return within;
+}
+
+static bool same_inertia(const struct inertia *a, const struct inertia *b, bool is_last) {
+    return is_last ? is_within(a, b) : !memcmp(a, b, sizeof *a);
+}
+
+/* Alike but for the place of the first frame of the first element. */
+static bool same_but_inertia(const struct frame *a, const struct frame *b, bool any_place) {
+    return same_joint(&a->joint, &b->joint) &&
+           !memcmp(a->placement.rotation, b->placement.rotation, sizeof a->placement.rotation) &&
+           (any_place || !memcmp(a->placement.position, b->placement.position, sizeof a->placement.position));
+}
+
+/* Is frame i carried by the frame before it, which carries nothing else? */
+static bool continues_chain(const struct rolling *x, int i) {
+    return x->tree->frames[i].parent == i - 1 && x->children[i - 1] == 1;
+}
+
+/* Does the element that begins at `at` repeat the one before it, but for its inertia if it is the last? */
+static bool repeats(const struct rolling *x, int first, int at, int period, bool is_last) {
+    const struct frame *frames = x->tree->frames;
+    if (at + period > x->tree->count)
+        return false;
+    for (int k = 0; k < period; k++)
+        if (!continues_chain(x, at + k) || x->is_named[at + k] ||
+            !same_but_inertia(&frames[at + k], &frames[at + k - period], at - period == first && k == 0) ||
+            !same_inertia(&frames[at + k].inertia, &frames[at + k - period].inertia, is_last))
+            return false;
+    return true;
+}
+
+/* Number of equal elements of `period` frames from frame `first` on. */
+static int count_elements(const struct rolling *x, int first, int period) {
+    int count = 1;
+    for (int k = 0; k < period; k++)
+        if (first + k >= x->tree->count || x->is_named[first + k] || (k && !continues_chain(x, first + k)))
+            return 0;
+    while (repeats(x, first, first + count * period, period, false))
+        count++;
+    count += count > 1 && repeats(x, first, first + count * period, period, true);
+    return count;
+}
+
+/* The run that begins at frame `first` and covers most: count 0 when there is none. */
+static struct element_run find_run(const struct rolling *x, int first) {
+    struct element_run best = {.first = first};
+    for (int period = 1; period <= LONGEST_PERIOD; period++) {
+        const int count = count_elements(x, first, period);
+        if (count > 1 && (count - 1) * period >= x->least && count * period > best.count * best.period)
+            best = (struct element_run){NULL, first, period, count, NULL};
+    }
+    return best;
+}
+
+/* ---- The rolled tree ---- */
+
+static struct frame *append(struct rolling *x, const struct frame *frame) {
+    struct frame *copy = &x->rolled->frames[x->rolled->count++];
+    *copy = *frame;
+    return copy;
+}
+
+static int image_of_parent(const struct rolling *x, int frame) {
+    const int parent = x->tree->frames[frame].parent;
+    return parent < 0 ? -1 : x->image[parent];
+}
+
+static void append_single(struct rolling *x, int i) {
+    struct frame *copy = append(x, &x->tree->frames[i]);
+    copy->parent = image_of_parent(x, i);
+    x->image[i] = x->rolled->frame_of[i] = x->rolled->count - 1;
+}
+
+/* "arm_psi_1" -> "arm_psi_e": e counts the elements in the emitted loops. */
+static const char *name_in_run(const struct rolling *x, const char *name) {
+    size_t length = strlen(name);
+    while (length > 0 && name[length - 1] >= '0' && name[length - 1] <= '9')
+        length--;
+    return memory_format(x->memory, "%.*s%se", (int)length, name,
+                         length && name[length - 1] == '_' ? "" : "_");
+}
+
+/* How the ENTRY stands on the run's carrier: placement of the first element without that of the others. */
+static struct placement entry_placement(const struct rolling *x, const struct element_run *run) {
+    static const char *const axes[3] = {"entry_x", "entry_y", "entry_z"};
+    struct graph *g = x->model->graph;
+    const struct placement *first = &x->tree->frames[run->first].placement;
+    const struct placement *others = &x->tree->frames[run->first + run->period].placement;
+    struct placement entry = placement_identity();
+    for (int a = 0; a < 3; a++) {
+        entry.position[a] = expr_sub(g, first->position[a], others->position[a]);
+        graph_name_shared(g, entry.position[a], run->name, axes[a]);
+    }
+    return entry;
+}
+
+/* Inertia of the last element where it is another one than that of the first. */
+static const struct inertia *last_inertia(const struct rolling *x, const struct element_run *run) {
+    const struct frame *first = &x->tree->frames[run->first];
+    const struct frame *last = first + (run->count - 1) * run->period;
+    struct inertia *inertia = memory_get(x->memory, (size_t)run->period * sizeof *inertia);
+    bool differs = false;
+    for (int k = 0; k < run->period; k++) {
+        inertia[k] = last[k].inertia;
+        differs |= memcmp(&first[k].inertia, &last[k].inertia, sizeof *inertia) != 0;
+    }
+    return differs ? inertia : NULL;
+}
+
+static void append_run(struct rolling *x, struct element_run run) {
+    struct tree *rolled = x->rolled;
+    const int index = rolled->run_count, entry = rolled->count, exit = entry + run.period + 1;
+    const struct frame *elements = &x->tree->frames[run.first];
+    run.name = name_in_run(x, elements->name);
+    run.last = last_inertia(x, &run);
+    rolled->runs[rolled->run_count++] = run;
+    append(x, &(struct frame){.name = run.name,
+                              .parent = image_of_parent(x, run.first),
+                              .kind = FRAME_ENTRY,
+                              .run = index,
+                              .partner = exit,
+                              .placement = entry_placement(x, &run)});
+    for (int k = 0; k < run.period; k++) {
+        struct frame *frame = append(x, &elements[k]);
+        frame->parent = entry + k;
+        frame->run = index;
+        frame->step = run.period;
+        frame->name = name_in_run(x, elements[k].name);
+        frame->placement = elements[run.period + k].placement;
+    }
+    append(x, &(struct frame){.name = run.name,
+                              .parent = exit - 1,
+                              .kind = FRAME_EXIT,
+                              .run = index,
+                              .partner = entry,
+                              .placement = placement_identity()});
+    x->image[run.first + run.count * run.period - 1] = exit;
+}
+
+static void place_rolled_points(struct rolling *x) {
+    const int count = x->model->marker_count;
+    x->rolled->points = memory_get(x->memory, ((size_t)count + 1) * sizeof *x->rolled->points);
+    for (int i = 0; i < count; i++) {
+        x->rolled->points[i] = x->tree->points[i];
+        if (x->tree->points[i].frame >= 0)
+            x->rolled->points[i].frame = x->image[x->tree->points[i].frame];
+    }
+}
+
+static void count_children(struct rolling *x) {
+    for (int i = 0; i < x->tree->count; i++)
+        if (x->tree->frames[i].parent >= 0)
+            x->children[x->tree->frames[i].parent]++;
+}
+
+void roll_tree(struct memory *memory, const struct model *model, const struct tree *tree, enum loops loops,
+               struct tree *rolled) {
+    static const int least[] = {[LOOPS_AUTO] = LEAST_SAVED, [LOOPS_ALWAYS] = 1, [LOOPS_NEVER] = INT_MAX};
+    const size_t n = (size_t)tree->count + 1;
+    struct rolling x = {
+        .memory = memory, .model = model, .tree = tree, .rolled = rolled, .least = least[loops]};
+    *rolled = (struct tree){.frames = memory_get(memory, 3 * n * sizeof *rolled->frames),
+                            .runs = memory_get(memory, n * sizeof *rolled->runs)};
+    x.is_named = memory_get(memory, n * sizeof *x.is_named);
+    x.children = memory_get(memory, n * sizeof *x.children);
+    x.image = memory_get(memory, n * sizeof *x.image);
+    rolled->frame_of = memory_get(memory, n * sizeof *rolled->frame_of);
+    for (int i = 0; i < tree->count; i++)
+        x.image[i] = rolled->frame_of[i] = -1;
+    count_children(&x);
+    find_named(&x);
+    for (int i = 0; i < tree->count;) {
+        const struct element_run run = find_run(&x, i);
+        if (run.count)
+            append_run(&x, run);
+        else
+            append_single(&x, i);
+        i += run.count ? run.count * run.period : 1;
+    }
+    place_rolled_points(&x);
+}

@@ -1,0 +1,26 @@
+/*
+ * The one style of all figures: which colour, line and mark stands for what. A quantity and a method are told
+ * by their colour, a run and a stabilisation by the line. Neighbours differ to the colour-blind and in grey
+ * print, by lightness.
+ */
+#ifndef REFDYN_TOOL_STYLE_H
+#define REFDYN_TOOL_STYLE_H
+
+/* How a curve is drawn. */
+struct stroke {
+    unsigned colour;  /* 0xRRGGBB */
+    double width;     /* pixels */
+    const char *dash; /* as in SVG: lengths of line and gap; "": none */
+    const char *mark; /* a path of SVG about the point, NULL: none */
+};
+
+/* Quantity number `index` of `count` in a panel, in run number `run` of `runs`. */
+struct stroke style_quantity(int index, int count, int run, int runs);
+/* What stands for a run in the heading of a figure. */
+struct stroke style_run(int run, int runs);
+/* A method, by its number, 0 for the automatic choice; the same in every figure. */
+struct stroke style_method(int method, int stabilisation);
+/* What is no result: limits, floors. */
+struct stroke style_limit(void);
+
+#endif
