@@ -1,6 +1,6 @@
 /* clang-format off */
 /*
- * The constrained equations of motion, linearised about a state, and the matrix of a linearly implicit step.
+ * The constrained equations of motion, linearised about a state, and the matrix of a linearly implicit step: theory, sect. 8.4.
  *
  * At the accelerations and multipliers of a state the emitted `tangent` gives K, D and f_t of M qdd - h - Q - u^T lambda and
  * G_q, G_qd and g_t of u qdd - k. Accelerations then change with positions, velocities and time by
