@@ -91,7 +91,7 @@ static int look_into(struct refdyn_step *step, const struct refdyn_rosenbrock_ta
 
 static int hermite(struct refdyn_step *step, double theta, double *state) {
     const double *rates_end = step->rates_new;
-    if (step->t_end >= step->t_limit) { /* at a break, on its left side */
+    if (step->t_end >= step->t_limit) { /* at a time event, on its left side */
         const int status = refdyn_rates(&step->evaluation, step->t_limit, step->state_new, step->side);
         if (status)
             return status;

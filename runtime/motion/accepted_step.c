@@ -18,7 +18,7 @@
 #include "motion/statistics.h"
 #include "motion/work_done.h"
 
-static const double passage_reach = 8, passage_reach_fixed = 4; /* steps ahead, in which a state where the
+static const double crossing_reach = 8, crossing_reach_fixed = 4; /* steps ahead, in which a state where the
                                                                    rows lose rank is looked for */
 
 void refdyn_motion_failed(struct refdyn_motion *motion, int cause, double t) {
@@ -127,7 +127,7 @@ static int attempt(struct refdyn_motion *motion, double t_new, double h) {
 /* ---- Through a state where the rows lose rank ---- */
 
 /* One attempt, from t_begin to t_new. */
-static int attempt_passage(struct refdyn_motion *motion, double t_new) {
+static int attempt_crossing(struct refdyn_motion *motion, double t_new) {
     const double h = t_new - motion->step.t_begin;
     double error;
     int status = refdyn_crossing_enter(motion);
@@ -150,7 +150,7 @@ int refdyn_pass_singular(struct refdyn_motion *motion, double h, double t_bound,
     struct refdyn_partition *partition = &motion->work->partition;
     const struct refdyn_options *options = &motion->options;
     const int is_fixed = options->tol == 0, rank = partition->rank;
-    const double reach = (is_fixed ? passage_reach_fixed : passage_reach) * h;
+    const double reach = (is_fixed ? crossing_reach_fixed : crossing_reach) * h;
     *t = INFINITY;
     if (options->singular != REFDYN_PASS || !refdyn_crossing_is_ahead(motion, reach, t))
         return 0;
@@ -160,7 +160,7 @@ int refdyn_pass_singular(struct refdyn_motion *motion, double h, double t_bound,
     if (!is_fixed && options->step_max > 0 && isfinite(t_new) &&
         t_new - motion->step.t_begin > options->step_max)
         return 0;
-    const int status = isfinite(t_new) ? attempt_passage(motion, t_new) : REFDYN_NO_CONVERGENCE;
+    const int status = isfinite(t_new) ? attempt_crossing(motion, t_new) : REFDYN_NO_CONVERGENCE;
     if (!status)
         return 1;
     refdyn_motion_failed(motion, status, motion->failure.t);
