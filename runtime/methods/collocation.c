@@ -70,10 +70,12 @@ static int memory_size(const struct refdyn_method_definition *method, const stru
     return (int)(sizeof(struct memory) / sizeof(double)) + table->stages * (4 * model->n + 1);
 }
 
-static void begin(struct refdyn_step *step) {
+static void begin(struct refdyn_step *step, int is_new) {
     struct memory *memory = memory_of(step);
     memory->tried_t = INFINITY;
-    memory->last_h = memory->rate = 0;
+    memory->last_h = 0;
+    if (is_new)
+        memory->rate = 0;
 }
 
 /* Weight of node j among those that are continued, at theta. */

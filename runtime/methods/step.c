@@ -26,9 +26,9 @@ void refdyn_step_lay_out(struct refdyn_step *step, const struct refdyn_model *mo
     step->memory = room_doubles(room, memory_size);
 }
 
-void refdyn_step_break_off(struct refdyn_step *step) {
+void refdyn_step_break_off(struct refdyn_step *step, int is_new) {
     if (step->method->kind->begin)
-        step->method->kind->begin(step);
+        step->method->kind->begin(step, is_new);
 }
 
 void refdyn_step_guide(struct refdyn_step *step, const struct refdyn_stage_guide *guide) {

@@ -31,8 +31,9 @@ struct refdyn_method_kind {
     int ends_at_outputs;   /* between its ends a state has a lower order */
     /* Doubles of `memory`. */
     int (*memory_size)(const struct refdyn_method_definition *method, const struct refdyn_model *model);
-    /* Nothing of earlier steps is continued; NULL: nothing ever is. */
-    void (*begin)(struct refdyn_step *step);
+    /* Nothing of earlier steps is continued, and with is_new nothing that they told of the motion is kept;
+     * NULL: nothing ever is. */
+    void (*begin)(struct refdyn_step *step, int is_new);
     /* From `state` to `state_new`, and `error`. Errors: those of refdyn_rates, MATRIX_SINGULAR,
      * NO_CONVERGENCE; then failed_t tells where. */
     int (*take)(struct refdyn_step *step, double h);
@@ -84,8 +85,8 @@ void refdyn_step_lay_out(struct refdyn_step *step, const struct refdyn_model *mo
                          struct room *room);
 /* Stages are brought onto the programme from now on, and rates taken by the index partition; NULL: not. */
 void refdyn_step_guide(struct refdyn_step *step, const struct refdyn_stage_guide *guide);
-/* The method continues nothing of earlier steps. */
-void refdyn_step_break_off(struct refdyn_step *step);
+/* The method continues nothing of earlier steps; with is_new it keeps nothing of what they told, either. */
+void refdyn_step_break_off(struct refdyn_step *step, int is_new);
 /* A motion begins at `state` at t, or goes on from it: both ends of the step are there. */
 void refdyn_step_place(struct refdyn_step *step, double t, const double *state);
 /* The end of the last step becomes the begin of the next one, at t_begin, which is right of a time event. */

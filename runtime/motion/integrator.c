@@ -192,7 +192,7 @@ static int begin_here(struct refdyn_integrator *integrator) {
     struct refdyn_workspace *work = integrator->work;
     struct refdyn_step *step = &motion->step;
     refdyn_crossing_leave(motion);
-    refdyn_step_break_off(step);
+    refdyn_step_break_off(step, 0);
     refdyn_linear_leave_begin(&motion->linear);
     refdyn_linear_drop_factors(&motion->linear);
     refdyn_programme_forget(&motion->programme);

@@ -112,7 +112,7 @@ double refdyn_events_ahead(struct refdyn_time_events *events, struct refdyn_step
                            const struct refdyn_reach *reach) {
     const int samples = reach->step > 0 ? SAMPLES : SAMPLES_AT_START;
     if (pass_by(events, step->t_begin, reach->t_least))
-        refdyn_step_break_off(step);
+        refdyn_step_break_off(step, 1);
     const double known = events->next < events->count ? events->times[events->next] : INFINITY;
     const double until = farthest(reach, step->t_begin, known);
     const double found = find_switch(events, step, reach->t_least, until, samples);
