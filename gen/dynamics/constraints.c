@@ -34,8 +34,8 @@ static void stabilise(const struct kinematics *k, int index, struct row_terms *t
     const struct row *row = &k->model->rows[index];
     const expression rate = constraints_rate_gain(g, row), position = constraints_position_gain(g, row);
     const char *name = memory_format(k->memory, "row_%d", index + 1);
-    name_shared(g, rate, name, "rate_gain");
-    name_shared(g, position, name, "position_gain");
+    graph_name_shared(g, rate, name, "rate_gain");
+    graph_name_shared(g, position, name, "position_gain");
     const expression damping = expr_mul(g, rate, terms->psi), stiffness = expr_mul(g, position, terms->phi);
     terms->k = expr_neg(g, expr_add(g, expr_add(g, terms->v, damping), stiffness));
 }
@@ -44,7 +44,7 @@ static void name_row(const struct kinematics *k, int index, const struct row_ter
     const char *const names[] = {"v", "phi", "psi", "k"};
     const expression values[] = {terms->v, terms->phi, terms->psi, terms->k};
     for (int i = 0; i < 4; i++)
-        graph_name_value(k->g, values[i], memory_format(k->memory, "row_%d_%s", index + 1, names[i]), 0);
+        graph_name_value(k->g, values[i], memory_format(k->memory, "row_%d_%s", index + 1, names[i]));
 }
 
 /* A coefficient that is the entry of a point's C is called after the point: other rows may have it, too. */
@@ -85,7 +85,7 @@ static struct row_terms derive_row(const struct kinematics *k, int index) {
     stabilise(k, index, &terms);
     name_row(k, index, &terms);
     for (int j = 0; j < k->tree->count; j++)
-        graph_name_value(k->g, terms.u[j], coefficient_name(k, index, j, terms.u[j]), 0);
+        graph_name_value(k->g, terms.u[j], coefficient_name(k, index, j, terms.u[j]));
     return terms;
 }
 

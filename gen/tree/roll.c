@@ -168,7 +168,7 @@ static struct placement entry_placement(const struct rolling *x, const struct el
     struct placement entry = placement_identity();
     for (int a = 0; a < 3; a++) {
         entry.position[a] = expr_sub(g, first->position[a], others->position[a]);
-        name_shared(g, entry.position[a], run->name, axes[a]);
+        graph_name_shared(g, entry.position[a], run->name, axes[a]);
     }
     return entry;
 }

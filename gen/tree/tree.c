@@ -130,8 +130,8 @@ static struct joint element_joint(struct expansion *x, const struct link *link, 
     joint.damping = expr_add(g, expr_mul(g, segment->eta, joint.stiffness), segment->damping[turn]);
     joint.rest = joint.start = expr_mul(g, segment->curvature[turn], dl);
     const char *deformation = deformation_name(segment, turn);
-    name_shared(g, joint.stiffness, link->name, memory_format(x->memory, "stiffness_%s", deformation));
-    name_shared(g, joint.damping, link->name, memory_format(x->memory, "damping_%s", deformation));
+    graph_name_shared(g, joint.stiffness, link->name, memory_format(x->memory, "stiffness_%s", deformation));
+    graph_name_shared(g, joint.damping, link->name, memory_format(x->memory, "damping_%s", deformation));
     return joint;
 }
 
@@ -167,7 +167,7 @@ static void add_segment(struct expansion *x, const struct link *link, const stru
     struct graph *g = x->g;
     const expression dl = spacing(g, segment);
     const expression half = segment->rfe > 1 ? expr_mul(g, expr_number(g, 0.5), dl) : dl;
-    name_shared(g, dl, link->name, "element_length");
+    graph_name_shared(g, dl, link->name, "element_length");
     for (int r = 0; r < segment->rfe; r++) {
         if (r > 0)
             add_element_joints(x, link, segment, ++*number_of_sde, &carrier->tip);
@@ -281,7 +281,7 @@ static const char *owner_name(const struct expansion *x, const struct owners *of
 static void name_owned(const struct expansion *x, const struct owners *owners, expression e,
                        const char *what) {
     if (e)
-        graph_name_value(x->g, e, memory_format(x->memory, "%s_%s", owner_name(x, &owners[e]), what), 0);
+        graph_name_value(x->g, e, memory_format(x->memory, "%s_%s", owner_name(x, &owners[e]), what));
 }
 
 /* "arm_psi_mass", "arm_psi_moment_x", "arm_psi_inertia_xx" */

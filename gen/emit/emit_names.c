@@ -61,13 +61,13 @@ static bool is_value(const struct emission *x, expression e, double value) {
     return expr_is_number(x->g, e, &number) && number == value;
 }
 
-/* a + a is 2 a. */
 static const char *name_of_sum(const struct emission *x, const struct node *node) {
     const expression a = node->operand[0], b = node->operand[1];
     const char *first = name_of_operand(x, a, BINDS_PRODUCT), *second = name_of_operand(x, b, BINDS_PRODUCT);
-    if (a == b)
-        return affixed(x->plan->memory, "twice_", first, "");
-    return joined(x->plan->memory, first, node->operation == OP_ADD ? "plus" : "minus", second);
+    if (node->operation == OP_SUB)
+        return joined(x->plan->memory, first, "minus", second);
+    return a == b ? affixed(x->plan->memory, "twice_", first, "")
+                  : joined(x->plan->memory, first, "plus", second);
 }
 
 static const char *name_of_product(const struct emission *x, expression a, expression b) {
@@ -162,7 +162,7 @@ void emit_name_values(struct emission *x) {
     const bool *needed = plan_mark_nodes_of_functions(x->plan);
     plan_mark_statements(x->plan, &x->plan->prepare);
     for (expression e = 0; e < x->g->count; e++) {
-        const char *name = needed[e] ? x->g->names[e].text : NULL;
+        const char *name = needed[e] ? x->g->names[e] : NULL;
         if (!name && x->plan->is_derived[e])
             name = name_of_definition(x, e);
         if (name && !*name)
@@ -172,7 +172,7 @@ void emit_name_values(struct emission *x) {
     }
     x->slot_names = memory_get(memory, ((size_t)x->g->slot_count + 1) * sizeof *x->slot_names);
     for (int s = 0; s < x->g->slot_count; s++) {
-        const char *name = x->g->names[x->g->slots[s].next].text;
+        const char *name = x->g->names[x->g->slots[s].next];
         name = name ? memory_format(memory, "last_%s", name) : memory_format(memory, "carried_%d", s);
         x->slot_names[s] = unique_name(x, table, size, name);
     }
