@@ -62,8 +62,8 @@ void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
     /* base_z: Ic = I + Ic of all that it carries (4.5) */
     p->derived.base_z_mass_beyond_2 = p->m_base + column_psi_mass_beyond_2;
     /* arm_psi: c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7) */
-    p->derived.arm_half_element_inertia_xx_minus_yy = p->derived.arm_half_element_inertia_xx - p->derived.arm_half_element_inertia_yy;
-    p->derived.arm_half_element_inertia_yy_minus_xx = p->derived.arm_half_element_inertia_yy - p->derived.arm_half_element_inertia_xx;
+    p->derived.constant_1 = p->derived.arm_half_element_inertia_xx - p->derived.arm_half_element_inertia_yy;
+    p->derived.constant_2 = p->derived.arm_half_element_inertia_yy - p->derived.arm_half_element_inertia_xx;
     /* row 1, of positions: psi' = u qdd + v, k = -v - 2 alpha psi - beta^2 phi (6.1, 6.3) */
     p->derived.a_inverse = 1.0 / p->a;
     p->derived.b_inverse = 1.0 / p->b;
@@ -709,7 +709,7 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
         const double t5 = last_arm_theta_e_bias_a_x + p->derived.arm_element_length * carried_15;
         const double t6 = last_arm_phi_e_bias_a_y + p->derived.arm_element_length * carried_18;
         const double arm_psi_e_bias_a_z_2 = last_arm_phi_e_bias_a_z + p->derived.arm_element_length * carried_21;
-        const double arm_psi_e_bias_a_x = arm_psi_e_cos * t5 + arm_psi_e_sin * t6;
+        const double arm_psi_e_bias_a_x_2 = arm_psi_e_cos * t5 + arm_psi_e_sin * t6;
         const double arm_psi_e_bias_a_y_2 = arm_psi_e_cos * t6 - arm_psi_e_sin * t5;
         const double arm_psi_e_bias_wd_x = arm_psi_e_cos * last_arm_theta_e_bias_wd_x + arm_psi_e_sin * last_arm_phi_e_bias_wd_y +
         qd[3 + 3 * e] * arm_psi_e_w_y;
@@ -719,8 +719,8 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
         /* arm_theta_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
         const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
-        const double arm_theta_e_bias_a_z = arm_theta_e_sin * arm_psi_e_bias_a_x + arm_theta_e_cos * arm_psi_e_bias_a_z_2;
-        arm_theta_e_bias_a_x[e] = arm_theta_e_cos * arm_psi_e_bias_a_x - arm_theta_e_sin * arm_psi_e_bias_a_z_2;
+        const double arm_theta_e_bias_a_z = arm_theta_e_sin * arm_psi_e_bias_a_x_2 + arm_theta_e_cos * arm_psi_e_bias_a_z_2;
+        arm_theta_e_bias_a_x[e] = arm_theta_e_cos * arm_psi_e_bias_a_x_2 - arm_theta_e_sin * arm_psi_e_bias_a_z_2;
         arm_theta_e_bias_wd_x[e] = arm_theta_e_cos * arm_psi_e_bias_wd_x - arm_theta_e_sin * last_arm_phi_e_bias_wd_z -
         qd[4 + 3 * e] * arm_theta_e_w_z;
         const double arm_theta_e_bias_wd_z = arm_theta_e_sin * arm_psi_e_bias_wd_x + arm_theta_e_cos * last_arm_phi_e_bias_wd_z +
@@ -770,7 +770,7 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
     h[12] = -effector_z_bias_force_z;
     /* arm_psi: c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7) */
     const double arm_psi_load_moment_x = p->derived.arm_half_element_inertia_xx * arm_psi_bias_wd_x;
-    const double arm_psi_load_moment_y = t1 * p->derived.arm_half_element_inertia_xx_minus_yy - p->derived.arm_half_element_inertia_yy *
+    const double arm_psi_load_moment_y = t1 * p->derived.constant_1 - p->derived.arm_half_element_inertia_yy *
         t1;
     double carried_52 = 0.0;
     double carried_53 = effector_z_shift_x * effector_z_bias_force_x;
@@ -841,7 +841,7 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_bias_moment_x = arm_psi_load_moment_x + carried_52;
     const double arm_psi_bias_moment_y = carried_53 - p->derived.arm_psi_e_entry_x * last_arm_psi_e_bias_force_z +
         arm_psi_load_moment_y;
-    const double arm_psi_bias_moment_z = carried_54 + p->derived.arm_psi_e_entry_x * carried_56 + t2 * p->derived.arm_half_element_inertia_yy_minus_xx;
+    const double arm_psi_bias_moment_z = carried_54 + p->derived.arm_psi_e_entry_x * carried_56 + t2 * p->derived.constant_2;
     h[2] = -arm_psi_bias_moment_z;
     const double arm_psi_bias_force_x = carried_55 - p->derived.arm_half_element_moment_x * t3;
     const double arm_psi_bias_force_y = p->derived.arm_half_element_moment_x * t2 + carried_56;
@@ -1069,13 +1069,13 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
         const double arm_psi_e_w_x = arm_psi_e_cos * last_arm_phi_e_w_x + arm_psi_e_sin * last_arm_phi_e_w_y;
         const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
         const double t7 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
-        const double arm_psi_e_v_z = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
+        const double arm_psi_e_v_z_2 = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
         const double arm_psi_e_v_x = arm_psi_e_sin * t7 + arm_psi_e_cos * last_arm_theta_e_v_x;
         const double arm_psi_e_v_y_2 = arm_psi_e_cos * t7 - arm_psi_e_sin * last_arm_theta_e_v_x;
         const double t8 = last_arm_theta_e_bias_a_x + p->derived.arm_element_length * carried_15;
         const double t9 = last_arm_phi_e_bias_a_y + p->derived.arm_element_length * carried_18;
         const double arm_psi_e_bias_a_z_2 = last_arm_phi_e_bias_a_z + p->derived.arm_element_length * carried_21;
-        const double arm_psi_e_bias_a_x = arm_psi_e_cos * t8 + arm_psi_e_sin * t9;
+        const double arm_psi_e_bias_a_x_2 = arm_psi_e_cos * t8 + arm_psi_e_sin * t9;
         const double arm_psi_e_bias_a_y_2 = arm_psi_e_cos * t9 - arm_psi_e_sin * t8;
         const double arm_psi_e_bias_wd_x = arm_psi_e_cos * last_arm_theta_e_bias_wd_x + arm_psi_e_sin * last_arm_phi_e_bias_wd_y +
         qd[3 + 3 * e] * arm_psi_e_w_y;
@@ -1091,10 +1091,10 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
         arm_theta_e_ground_z_x[e] = arm_theta_e_cos * arm_psi_e_ground_z_x - arm_theta_e_sin * last_arm_phi_e_ground_z_z;
         const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
         const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
-        const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z;
-        const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z;
-        const double arm_theta_e_bias_a_z = arm_theta_e_sin * arm_psi_e_bias_a_x + arm_theta_e_cos * arm_psi_e_bias_a_z_2;
-        const double arm_theta_e_bias_a_x = arm_theta_e_cos * arm_psi_e_bias_a_x - arm_theta_e_sin * arm_psi_e_bias_a_z_2;
+        const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z_2;
+        const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z_2;
+        const double arm_theta_e_bias_a_z = arm_theta_e_sin * arm_psi_e_bias_a_x_2 + arm_theta_e_cos * arm_psi_e_bias_a_z_2;
+        const double arm_theta_e_bias_a_x = arm_theta_e_cos * arm_psi_e_bias_a_x_2 - arm_theta_e_sin * arm_psi_e_bias_a_z_2;
         const double arm_theta_e_bias_wd_x = arm_theta_e_cos * arm_psi_e_bias_wd_x - arm_theta_e_sin * last_arm_phi_e_bias_wd_z -
         qd[4 + 3 * e] * arm_theta_e_w_z;
         const double arm_theta_e_bias_wd_z = arm_theta_e_sin * arm_psi_e_bias_wd_x + arm_theta_e_cos * last_arm_phi_e_bias_wd_z +
@@ -1380,15 +1380,15 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
         const double arm_psi_e_w_x = arm_psi_e_cos * last_arm_phi_e_w_x + arm_psi_e_sin * last_arm_phi_e_w_y;
         const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
         const double t3 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
-        const double arm_psi_e_v_z = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
+        const double arm_psi_e_v_z_2 = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
         const double arm_psi_e_v_x = arm_psi_e_sin * t3 + arm_psi_e_cos * last_arm_theta_e_v_x;
         const double arm_psi_e_v_y_2 = arm_psi_e_cos * t3 - arm_psi_e_sin * last_arm_theta_e_v_x;
         const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
         /* arm_theta_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
         const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
-        const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z;
-        const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z;
+        const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z_2;
+        const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z_2;
         const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y;
         /* arm_phi_e from arm_theta_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         const double arm_phi_e_w_y = arm_phi_e_sin * arm_theta_e_w_z + arm_phi_e_cos * arm_theta_e_w_y;
@@ -1722,7 +1722,7 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     const double t7 = p->m_E * effector_z_shift_x;
     /* arm_psi: c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7) */
     const double arm_psi_load_moment_x = p->derived.arm_half_element_inertia_xx * arm_psi_bias_wd_x;
-    const double arm_psi_load_moment_y = t3 * p->derived.arm_half_element_inertia_xx_minus_yy - p->derived.arm_half_element_inertia_yy *
+    const double arm_psi_load_moment_y = t3 * p->derived.constant_1 - p->derived.arm_half_element_inertia_yy *
         t3;
     /* row 2, of velocities: psi' = u qdd + v, k = -v - 2 alpha psi (6.1, 6.3) */
     const double t8 = t2 * (p->derived.T_inverse_times_pi * cos(t1));
@@ -1732,7 +1732,7 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     const double t10 = arm_psi_sin * arm_psi_cos;
     /* arm_psi: load l = wrench of I at wdr, ar (4.7, 5.5) */
     const double arm_psi_load_moment_z = p->derived.arm_half_element_moment_x * arm_psi_bias_a_falling_y +
-        t4 * p->derived.arm_half_element_inertia_yy_minus_xx;
+        t4 * p->derived.constant_2;
     const double arm_psi_load_force_x = p->derived.arm_half_element_mass * arm_psi_bias_a_falling_x - p->derived.arm_half_element_moment_x *
         t5;
     const double arm_psi_load_force_y = p->derived.arm_half_element_mass * arm_psi_bias_a_falling_y + p->derived.arm_half_element_moment_x *
@@ -1799,7 +1799,7 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         arm_psi_e_w_x[e] = arm_psi_e_cos * last_arm_phi_e_w_x + arm_psi_e_sin * last_arm_phi_e_w_y;
         arm_psi_e_w_y[e] = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
         const double t11 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
-        const double arm_psi_e_v_z = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
+        const double arm_psi_e_v_z_2 = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
         const double arm_psi_e_v_x = arm_psi_e_sin * t11 + arm_psi_e_cos * last_arm_theta_e_v_x;
         const double arm_psi_e_v_y_2 = arm_psi_e_cos * t11 - arm_psi_e_sin * last_arm_theta_e_v_x;
         const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
@@ -1812,8 +1812,8 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double arm_theta_e_ground_z_x = arm_theta_e_cos * arm_psi_e_ground_z_x - arm_theta_e_sin * last_arm_phi_e_ground_z_z;
         arm_theta_e_w_z[e] = arm_theta_e_sin * arm_psi_e_w_x[e] + arm_theta_e_cos * arm_psi_e_w_z;
         arm_theta_e_w_x[e] = arm_theta_e_cos * arm_psi_e_w_x[e] - arm_theta_e_sin * arm_psi_e_w_z;
-        const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z;
-        const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z;
+        const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z_2;
+        const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z_2;
         const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y[e];
         /* arm_phi_e from arm_theta_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y;
@@ -2815,7 +2815,7 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 const struct refdyn_model manipulator_flexible_model = {
     SET(interface_version) 2,
     SET(name) "manipulator_flexible",
-    SET(hash) "b226c776ae63370b",
+    SET(hash) "5f121ac785720246",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,

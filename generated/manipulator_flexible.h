@@ -171,8 +171,8 @@ struct manipulator_flexible_parameters {
         double arm_element_length_times_arm_phi_2_mass_beyond;
         double half_arm_element_length_times_arm_phi_1_mass_beyond;
         double base_z_mass_beyond_2;
-        double arm_half_element_inertia_xx_minus_yy;
-        double arm_half_element_inertia_yy_minus_xx;
+        double constant_1;
+        double constant_2;
         double a_inverse;
         double b_inverse;
         double shared_rate_gain;

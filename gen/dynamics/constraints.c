@@ -45,7 +45,7 @@ static void name_row(const struct kinematics *k, int index, const struct row_ter
     const char *const names[] = {"v", "phi", "psi", "k"};
     const expression values[] = {terms->v, terms->phi, terms->psi, terms->k};
     for (int i = 0; i < 4; i++)
-        graph_name_value(k->g, values[i], memory_format(k->memory, "row_%d_%s", index + 1, names[i]), 0);
+        graph_name_value(k->g, values[i], memory_format(k->memory, "row_%d_%s", index + 1, names[i]));
 }
 
 /* A coefficient that is the entry of a point's C is called after the point: other rows may have it, too. */
@@ -88,7 +88,7 @@ static struct row_terms derive_row(const struct kinematics *k, int index) {
     stabilise(k, index, &terms);
     name_row(k, index, &terms);
     for (int j = 0; j < k->tree->count; j++)
-        graph_name_value(k->g, terms.u[j], coefficient_name(k, index, j, terms.u[j]), 0);
+        graph_name_value(k->g, terms.u[j], coefficient_name(k, index, j, terms.u[j]));
     return terms;
 }
 

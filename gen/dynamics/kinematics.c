@@ -18,20 +18,22 @@ static bool are_apart(const struct kinematics *k, int i, int j) {
     return !kinematics_is_on_path(k, i, j) && !kinematics_is_on_path(k, j, i);
 }
 
-/* What frames of one path have in common is called after the first one, what others have, after none; so
- * is x where -x is theirs. */
+/* What frames of one path have in common is called after the first one, what others have, after none; so is
+ * x where -x is theirs. */
 void kinematics_name_scalar(const struct kinematics *k, int i, const char *what, expression e) {
     struct graph *g = k->g;
     const struct frame *frame = &k->tree->frames[i];
-    const int owner = frame->kind == FRAME_JOINT ? frame->coordinate + 1 : 0;
-    const bool is_negated = g->nodes[e].operation == OP_NEG;
-    struct value_name *name = &g->names[is_negated ? g->nodes[e].operand[0] : e];
-    if (name->owner && owner && are_apart(k, frame_of(k->tree, name->owner - 1), i))
-        *name = (struct value_name){memory_format(k->memory, "shared_%s", what), 0};
-    else if (is_negated && !name->text)
-        name->owner = owner;
-    else
-        graph_name_value(g, e, memory_format(k->memory, "%s_%s", frame->name, what), owner);
+    const expression value = g->nodes[e].operation == OP_NEG ? g->nodes[e].operand[0] : e;
+    int *owner = &g->name_owners[value];
+    if (operation_arity(g->nodes[value].operation) == 0)
+        return;
+    if (*owner && frame->kind == FRAME_JOINT && are_apart(k, frame_of(k->tree, *owner - 1), i)) {
+        g->names[value] = memory_format(k->memory, "shared_%s", what);
+        *owner = 0;
+    } else if (!g->names[value]) {
+        *owner = frame->kind == FRAME_JOINT ? frame->coordinate + 1 : 0;
+        graph_name_value(g, e, memory_format(k->memory, "%s_%s", frame->name, what));
+    }
 }
 
 void kinematics_name_vector(const struct kinematics *k, int i, const char *what, struct vector a) {
@@ -321,10 +323,9 @@ static void name_point(struct kinematics *k, int index) {
     const struct point_motion *point = &k->points[index];
     const char *name = k->model->points[index].name;
     for (int a = 0; a < 3; a++) {
-        graph_name_value(k->g, point->r.at[a], memory_format(k->memory, "point_%s_%c", name, axes[a]), 0);
-        graph_name_value(k->g, point->rd.at[a], memory_format(k->memory, "point_%s_%cd", name, axes[a]), 0);
-        graph_name_value(k->g, point->d.at[a], memory_format(k->memory, "point_%s_bias_%c", name, axes[a]),
-                         0);
+        graph_name_value(k->g, point->r.at[a], memory_format(k->memory, "point_%s_%c", name, axes[a]));
+        graph_name_value(k->g, point->rd.at[a], memory_format(k->memory, "point_%s_%cd", name, axes[a]));
+        graph_name_value(k->g, point->d.at[a], memory_format(k->memory, "point_%s_bias_%c", name, axes[a]));
     }
 }
 

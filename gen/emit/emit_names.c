@@ -29,24 +29,11 @@ static const char *digits_of(struct memory *memory, double value) {
     return digits;
 }
 
-/* Characters of b that are leading words of both, as "arm_" of arm_mass and arm_moment_x; none before a
- * digit. */
-static size_t common_lead(const char *a, const char *b) {
-    size_t lead = 0;
-    for (size_t i = 0; a[i] && a[i] == b[i]; i++)
-        lead = a[i] == '_' && !isdigit((unsigned char)b[i + 1]) ? i + 1 : lead;
-    return lead;
-}
-
-/* "A_times_B", words that both begin with only once where that is long; "" where either has no name, or it is
- * long all the same. A name begins with no digit. */
+/* "A_times_B"; "" where either has no name, or it is long. A name begins with no digit. */
 static const char *joined(struct memory *memory, const char *a, const char *word, const char *b) {
-    if (!*a || !*b || isdigit((unsigned char)*a))
-        return "";
-    if (strlen(a) + strlen(word) + strlen(b) + 2 > LONGEST_NAME)
-        b += common_lead(a, b);
-    const char *name = memory_format(memory, "%s_%s_%s", a, word, b);
-    return strlen(name) > LONGEST_NAME ? "" : name;
+    const bool is_none = !*a || !*b || isdigit((unsigned char)*a);
+    const bool is_long = strlen(a) + strlen(word) + strlen(b) + 2 > LONGEST_NAME;
+    return is_none || is_long ? "" : memory_format(memory, "%s_%s_%s", a, word, b);
 }
 
 static const char *affixed(struct memory *memory, const char *before, const char *name, const char *behind) {
@@ -56,36 +43,23 @@ static const char *affixed(struct memory *memory, const char *before, const char
 /* What an operand is called where only what binds as tightly as `at_least` has an unambiguous name. */
 static const char *name_of_operand(const struct emission *x, expression e, enum binding at_least);
 
-static bool is_value(const struct emission *x, expression e, double value) {
-    double number;
-    return expr_is_number(x->g, e, &number) && number == value;
-}
-
-/* a + a is 2 a. */
-static const char *name_of_sum(const struct emission *x, const struct node *node) {
-    const expression a = node->operand[0], b = node->operand[1];
-    const char *first = name_of_operand(x, a, BINDS_PRODUCT), *second = name_of_operand(x, b, BINDS_PRODUCT);
-    if (a == b)
-        return affixed(x->plan->memory, "twice_", first, "");
-    return joined(x->plan->memory, first, node->operation == OP_ADD ? "plus" : "minus", second);
-}
-
-static const char *name_of_product(const struct emission *x, expression a, expression b) {
+static const char *name_of_operation(const struct emission *x, const struct node *node) {
+    static const char *const words[] = {
+        [OP_ADD] = "plus", [OP_SUB] = "minus", [OP_MUL] = "times", [OP_DIV] = "over"};
     struct memory *memory = x->plan->memory;
-    const char *first = name_of_operand(x, a, BINDS_PRODUCT), *second = name_of_operand(x, b, BINDS_PRODUCT);
-    if (a == b)
+    const bool is_product = node->operation == OP_MUL, is_quotient = node->operation == OP_DIV;
+    const bool is_turned =
+        expr_is_number(x->g, node->operand[0], NULL) && (is_product || node->operation == OP_ADD);
+    const expression a = node->operand[is_turned], b = node->operand[!is_turned];
+    const char *first = name_of_operand(x, a, BINDS_PRODUCT);
+    const char *second = name_of_operand(x, b, is_quotient ? BINDS_ATOM : BINDS_PRODUCT);
+    if (is_product && a == b)
         return affixed(memory, "", first, "_squared");
-    if (is_value(x, b, 0.5) || is_value(x, b, 2))
-        return affixed(memory, is_value(x, b, 2) ? "twice_" : "half_", first, "");
-    return joined(memory, first, "times", second);
-}
-
-static const char *name_of_quotient(const struct emission *x, const struct node *node) {
-    struct memory *memory = x->plan->memory;
-    const char *divisor = name_of_operand(x, node->operand[1], BINDS_ATOM);
-    if (is_value(x, node->operand[0], 1))
-        return affixed(memory, "", divisor, "_inverse");
-    return joined(memory, name_of_operand(x, node->operand[0], BINDS_PRODUCT), "over", divisor);
+    if (is_product && !strcmp(second, "0_5"))
+        return affixed(memory, "half_", first, "");
+    if (is_quotient && a == expr_one(x->g))
+        return affixed(memory, "", second, "_inverse");
+    return joined(memory, first, words[node->operation], second);
 }
 
 static const char *name_of_definition(const struct emission *x, expression e) {
@@ -96,24 +70,10 @@ static const char *name_of_definition(const struct emission *x, expression e) {
         return digits_of(x->plan->memory, value);
     if (s)
         return s->kind == SYMBOL_PARAMETER ? x->plan->model->parameters[s->index].name : "";
-    switch (node->operation) {
-    case OP_ADD:
-    case OP_SUB:
-        return name_of_sum(x, node);
-    case OP_MUL:
-        return expr_is_number(x->g, node->operand[0], NULL)
-                   ? name_of_product(x, node->operand[1], node->operand[0])
-                   : name_of_product(x, node->operand[0], node->operand[1]);
-    case OP_DIV:
-        return name_of_quotient(x, node);
-    case OP_SIN:
-    case OP_COS:
-    case OP_SQRT:
+    if (node->operation == OP_SIN || node->operation == OP_COS)
         return joined(x->plan->memory, operation_text(node->operation), "of",
                       name_of_operand(x, node->operand[0], BINDS_ATOM));
-    default:
-        return "";
-    }
+    return binding_of(node) < BINDS_ATOM && node->operation != OP_NEG ? name_of_operation(x, node) : "";
 }
 
 static const char *name_of_operand(const struct emission *x, expression e, enum binding at_least) {
@@ -162,7 +122,7 @@ void emit_name_values(struct emission *x) {
     const bool *needed = plan_mark_nodes_of_functions(x->plan);
     plan_mark_statements(x->plan, &x->plan->prepare);
     for (expression e = 0; e < x->g->count; e++) {
-        const char *name = needed[e] ? x->g->names[e].text : NULL;
+        const char *name = needed[e] ? x->g->names[e] : NULL;
         if (!name && x->plan->is_derived[e])
             name = name_of_definition(x, e);
         if (name && !*name)
@@ -172,7 +132,7 @@ void emit_name_values(struct emission *x) {
     }
     x->slot_names = memory_get(memory, ((size_t)x->g->slot_count + 1) * sizeof *x->slot_names);
     for (int s = 0; s < x->g->slot_count; s++) {
-        const char *name = x->g->names[x->g->slots[s].next].text;
+        const char *name = x->g->names[x->g->slots[s].next];
         name = name ? memory_format(memory, "last_%s", name) : memory_format(memory, "carried_%d", s);
         x->slot_names[s] = unique_name(x, table, size, name);
     }

@@ -76,6 +76,8 @@ static void grow_nodes(struct graph *g) {
     uint32_t capacity = g->capacity ? 2 * g->capacity : 512;
     g->nodes = memory_grow(g->memory, g->nodes, g->count * sizeof *g->nodes, capacity * sizeof *g->nodes);
     g->names = memory_grow(g->memory, g->names, g->count * sizeof *g->names, capacity * sizeof *g->names);
+    g->name_owners = memory_grow(g->memory, g->name_owners, g->count * sizeof *g->name_owners,
+                                 capacity * sizeof *g->name_owners);
     g->capacity = capacity;
 }
 
@@ -137,6 +139,8 @@ struct graph graph_copy(const struct graph *g) {
     struct graph copy = *g;
     copy.names =
         memory_grow(g->memory, g->names, g->count * sizeof *g->names, g->capacity * sizeof *g->names);
+    copy.name_owners = memory_grow(g->memory, g->name_owners, g->count * sizeof *g->name_owners,
+                                   g->capacity * sizeof *g->name_owners);
     copy.table =
         memory_grow(g->memory, g->table, g->table_size * sizeof *g->table, g->table_size * sizeof *g->table);
     /* Lists without room move before they grow. */
@@ -215,16 +219,16 @@ const struct symbol *expr_as_symbol(const struct graph *g, expression e) {
     return g->nodes[e].operation == OP_SYMBOL ? &g->symbols[g->nodes[e].operand[0]] : NULL;
 }
 
-void graph_name_value(struct graph *g, expression e, const char *text, int owner) {
-    if (operators[g->nodes[e].operation].arity && !g->names[e].text)
-        g->names[e] = (struct value_name){text, owner};
+void graph_name_value(struct graph *g, expression e, const char *text) {
+    if (operators[g->nodes[e].operation].arity && !g->names[e])
+        g->names[e] = text;
 }
 
 void graph_name_shared(struct graph *g, expression e, const char *owner, const char *what) {
     const char *name = memory_format(g->memory, "%s_%s", owner, what);
-    if (g->names[e].text && strcmp(g->names[e].text, name))
-        g->names[e] = (struct value_name){memory_format(g->memory, "shared_%s", what), 0};
-    graph_name_value(g, e, name, 0);
+    if (g->names[e] && strcmp(g->names[e], name))
+        g->names[e] = memory_format(g->memory, "shared_%s", what);
+    graph_name_value(g, e, name);
 }
 
 void graph_remark(struct graph *g, const char *text) {

@@ -96,12 +96,6 @@ struct remark {
     const char *text;
 };
 
-/* What a value is called in the emitted C. */
-struct value_name {
-    const char *text; /* NULL: it has no name */
-    int owner;        /* 1 + the coordinate whose frame it is named after; 0: none */
-};
-
 struct graph {
     struct memory *memory;
     struct remark *remarks; /* in ascending order */
@@ -115,9 +109,10 @@ struct graph {
     struct element_loop *loops; /* loops[0] stands for no loop */
     struct slot *slots;
     int loop_count, loop_capacity, slot_count, slot_capacity;
-    uint16_t open;            /* the loop that is being built, 0: none */
-    struct value_name *names; /* by handle */
-    expression *table;        /* hash table of handles, a power of two long, 0 empty */
+    uint16_t open;      /* the loop that is being built, 0: none */
+    const char **names; /* by handle: what the value is called in the emitted C, or NULL */
+    int *name_owners;   /* by handle: 1 + the coordinate whose frame the value is named after, 0: none */
+    expression *table;  /* hash table of handles, a power of two long, 0 empty */
     uint32_t table_size;
 };
 
@@ -172,7 +167,7 @@ expression graph_find_node(const struct graph *g, const struct node *node);
 bool expr_is_number(const struct graph *g, expression e, double *value);  /* value may be NULL */
 const struct symbol *expr_as_symbol(const struct graph *g, expression e); /* NULL when e is no symbol */
 /* The first name given stays. `text` must live as long as the graph. */
-void graph_name_value(struct graph *g, expression e, const char *text, int owner);
+void graph_name_value(struct graph *g, expression e, const char *text);
 
 /* "OWNER_WHAT", or "shared_WHAT" where the value has another owner already: what several bodies, links or
  * rows have in common is called after none of them. */

@@ -105,7 +105,7 @@ static bool is_sum(const struct orderer *x, expression e) {
 
 /* Nothing but the sum reads it, and no reader of the text looks for it. */
 static bool is_inner(const struct orderer *x, expression e, expression sum) {
-    return x->uses[e] == 1 && !x->g->names[e].text && x->g->nodes[e].loop == x->g->nodes[sum].loop;
+    return x->uses[e] == 1 && !x->g->names[e] && x->g->nodes[e].loop == x->g->nodes[sum].loop;
 }
 
 static void collect(struct orderer *x, struct sum *sum, expression e, bool is_negative) {

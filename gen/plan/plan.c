@@ -202,7 +202,7 @@ static void choose_statements(struct plan *plan, const struct function *function
             total += length[node->operand[k]];
         plan->is_statement[e] =
             plan->is_derived[e] ||
-            (!is_sign(g, e) && (uses[e] > 1 || g->names[e].text || total >= LONGEST_EXPRESSION));
+            (!is_sign(g, e) && (uses[e] > 1 || g->names[e] || total >= LONGEST_EXPRESSION));
         length[e] = (uint8_t)(plan->is_statement[e] ? 0 : total);
     }
 }

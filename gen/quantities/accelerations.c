@@ -81,7 +81,7 @@ void accelerations_solve_rows(struct derivation *d, const expression *matrix, ex
     memcpy(S, matrix, (size_t)(m * m) * sizeof *S);
     for (int p = 0; p < m; p++) {
         inverse[p] = pivot_inverse(d, S[p * m + p], matrix[p * m + p]);
-        graph_name_value(g, inverse[p], memory_format(d->memory, "row_%d_pivot_inverse", p + 1), 0);
+        graph_name_value(g, inverse[p], memory_format(d->memory, "row_%d_pivot_inverse", p + 1));
         for (int i = p + 1; i < m; i++) {
             const expression factor = expr_mul(g, S[i * m + p], inverse[p]);
             for (int j = p + 1; j < m; j++)
@@ -93,7 +93,7 @@ void accelerations_solve_rows(struct derivation *d, const expression *matrix, ex
         for (int j = i + 1; j < m; j++)
             rest[i] = expr_sub(g, rest[i], expr_mul(g, S[i * m + j], rest[j]));
         rest[i] = expr_mul(g, rest[i], inverse[i]);
-        graph_name_value(g, rest[i], memory_format(d->memory, "row_%d_%s", i + 1, what), 0);
+        graph_name_value(g, rest[i], memory_format(d->memory, "row_%d_%s", i + 1, what));
     }
 }
 

@@ -21,13 +21,14 @@ static void own(struct owners *of, int link, const struct frame *frame) {
     of->has_links |= of->link != link;
 }
 
+/* mass, moments and tensor in the order of struct inertia */
+enum { INERTIA_VALUES = sizeof(struct inertia) / sizeof(expression) };
+
 static void own_inertia(struct owners *owners, int link, const struct frame *frame,
                         const struct inertia *inertia) {
-    own(&owners[inertia->mass], link, frame);
-    for (int i = 0; i < 3; i++)
-        own(&owners[inertia->moment[i]], link, frame);
-    for (int i = 0; i < 6; i++)
-        own(&owners[inertia->tensor[i]], link, frame);
+    const expression *values = (const expression *)inertia;
+    for (int i = 0; i < INERTIA_VALUES; i++)
+        own(&owners[values[i]], link, frame);
 }
 
 /* "arm_psi"; "arm_element" or "arm_half_element" of several elements of one beam; "shared" of several links.
@@ -41,23 +42,16 @@ static const char *owner_name(const struct expansion *x, const struct owners *of
     return memory_format(x->memory, "%s_%selement", link, of->first->element ? "" : "half_");
 }
 
-static void name_owned(const struct expansion *x, const struct owners *owners, expression e,
-                       const char *what) {
-    if (e)
-        graph_name_value(x->g, e, memory_format(x->memory, "%s_%s", owner_name(x, &owners[e]), what), 0);
-}
-
 /* "arm_psi_mass", "arm_psi_moment_x", "arm_psi_inertia_xx" */
 static void name_inertia(const struct expansion *x, const struct owners *owners,
                          const struct inertia *inertia) {
-    static const char *const moments[3] = {"moment_x", "moment_y", "moment_z"};
-    static const char *const tensors[6] = {"inertia_xx", "inertia_yy", "inertia_zz",
-                                           "inertia_xy", "inertia_xz", "inertia_yz"};
-    name_owned(x, owners, inertia->mass, "mass");
-    for (int i = 0; i < 3; i++)
-        name_owned(x, owners, inertia->moment[i], moments[i]);
-    for (int i = 0; i < 6; i++)
-        name_owned(x, owners, inertia->tensor[i], tensors[i]);
+    static const char *const names[INERTIA_VALUES] = {"mass",       "moment_x",   "moment_y",   "moment_z",
+                                                      "inertia_xx", "inertia_yy", "inertia_zz", "inertia_xy",
+                                                      "inertia_xz", "inertia_yz"};
+    const expression *values = (const expression *)inertia;
+    for (int i = 0; i < INERTIA_VALUES; i++)
+        graph_name_value(x->g, values[i],
+                         memory_format(x->memory, "%s_%s", owner_name(x, &owners[values[i]]), names[i]));
 }
 
 void inertia_names_give(const struct expansion *x) {
