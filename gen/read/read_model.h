@@ -6,7 +6,7 @@
 #define REFDYN_GEN_READ_MODEL_H
 
 #include "model/model.h"
-#include "setting.h"
+#include "read/setting.h"
 #include "tree/tree.h"
 
 struct read_request {

@@ -6,7 +6,7 @@
  * by the allocator, and by the library functions that do more. Stack effects stand beside the functions as
  * (-popped, +pushed).
  */
-#include "script_state.h"
+#include "read/script_state.h"
 #include "read/lint.h"
 #include "read/fields.h"
 #include "read/module.h"

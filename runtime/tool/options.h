@@ -7,7 +7,7 @@
 #ifndef REFDYN_TOOL_OPTIONS_H
 #define REFDYN_TOOL_OPTIONS_H
 
-#include "setting.h"
+#include "read/setting.h"
 
 #include <stdbool.h>
 

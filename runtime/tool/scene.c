@@ -6,7 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-void print_messages(const struct generation *generation, int first) {
+/* The generator's messages from number `first` on. */
+static void print_messages(const struct generation *generation, int first) {
     for (int i = first; i < generation->messages.count; i++) {
         const struct message *message = &generation->messages.list[i];
         fputs(message->place.file, stderr);
