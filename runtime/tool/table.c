@@ -3,8 +3,6 @@
 #include "output.h"
 
 #include <math.h>
-#include <stdlib.h>
-#include <string.h>
 
 static const char *const axes[] = {"x", "y", "z"};
 static const char *const rates[] = {"", "d", "dd"};
@@ -22,37 +20,28 @@ const char table_input_lead[] = "input_";
 
 /* The columns so far. */
 struct columns {
-    char **names;
+    struct memory *memory;
+    const char **names;
     int count;
 };
-
-static bool is_taken(const struct columns *columns, int before, const char *name) {
-    for (int i = 0; i < before; i++)
-        if (strcmp(columns->names[i], name) == 0)
-            return true;
-    return false;
-}
 
 /* Columns from `first` on get their kind before their names, all of them, until no column before has one. */
 static void settle(struct columns *columns, int first, const char *lead) {
     for (int i = first; i < columns->count;) {
-        if (!is_taken(columns, first, columns->names[i++]))
+        if (text_index(columns->names[i++], columns->names, first) < 0)
             continue;
-        for (int j = first; j < columns->count; j++) {
-            char *name = text_format("%s%s", lead, columns->names[j]);
-            free(columns->names[j]);
-            columns->names[j] = name;
-        }
+        for (int j = first; j < columns->count; j++)
+            columns->names[j] = memory_format(columns->memory, "%s%s", lead, columns->names[j]);
         i = first;
     }
 }
 
-static void add_name(struct columns *columns, char *name) {
+static void add_name(struct columns *columns, const char *name) {
     columns->names[columns->count++] = name;
 }
 
 /* One column, with its kind before its name where that is taken. */
-static void add_settled(struct columns *columns, const char *lead, char *name) {
+static void add_settled(struct columns *columns, const char *lead, const char *name) {
     add_name(columns, name);
     settle(columns, columns->count - 1, lead);
 }
@@ -62,7 +51,8 @@ static void name_points(const struct refdyn_model *model, struct columns *column
         const int first = columns->count;
         for (int rate = 0; rate < 3; rate++)
             for (int axis = 0; axis < 3; axis++)
-                add_name(columns, text_format("%s_%s%s", model->points[point], axes[axis], rates[rate]));
+                add_name(columns, memory_format(columns->memory, "%s_%s%s", model->points[point], axes[axis],
+                                                rates[rate]));
         settle(columns, first, "point_");
     }
 }
@@ -70,39 +60,41 @@ static void name_points(const struct refdyn_model *model, struct columns *column
 static void name_residuals(const struct refdyn_model *model, struct columns *columns) {
     for (int i = 0; i < model->m; i++)
         if (model->rows[i].level == REFDYN_POSITION)
-            add_name(columns, text_format("phi_%d", i + 1));
+            add_name(columns, memory_format(columns->memory, "phi_%d", i + 1));
     for (int i = 0; i < model->m; i++)
         if (model->rows[i].level != REFDYN_ACCELERATION)
-            add_name(columns, text_format("psi_%d", i + 1));
+            add_name(columns, memory_format(columns->memory, "psi_%d", i + 1));
 }
 
 static void name_columns(const struct refdyn_model *model, struct columns *columns) {
-    add_name(columns, text_format("t"));
+    add_name(columns, "t");
     for (int i = 0; i < model->n; i++)
-        add_name(columns, text_format("%s", model->coordinates[i].name));
+        add_name(columns, model->coordinates[i].name);
     for (int i = 0; i < model->n; i++)
-        add_name(columns, text_format("%s_d", model->coordinates[i].name));
+        add_name(columns, memory_format(columns->memory, "%s_d", model->coordinates[i].name));
     name_points(model, columns);
     name_residuals(model, columns);
-    add_name(columns, text_format("energy"));
+    add_name(columns, "energy");
     const int forces = columns->count;
     for (int i = 0; i < model->n; i++)
-        add_name(columns, text_format("force_%s", model->coordinates[i].name));
+        add_name(columns, memory_format(columns->memory, "force_%s", model->coordinates[i].name));
     settle(columns, forces, "force_");
     for (int i = 0; i < model->input_count; i++)
-        add_settled(columns, table_input_lead, text_format("%s", model->inputs[i].name));
+        add_settled(columns, table_input_lead, model->inputs[i].name);
     for (int i = 0; i < model->course_count; i++)
-        add_settled(columns, "course_", text_format("%s", model->courses[i]));
+        add_settled(columns, "course_", model->courses[i]);
 }
 
 void table_start(struct table *table, struct refdyn_drive *drive) {
     const struct refdyn_model *model = drive->work->model;
     size_t n = (size_t)model->n, columns = 3 * (size_t)model->point_count;
     *table = (struct table){.drive = drive, .count = count_columns(model)};
-    table->names = allocate((size_t)table->count, sizeof *table->names);
-    table->values = allocate((size_t)table->count, sizeof *table->values);
-    table->room = allocate(n + columns * (n + 3) + (size_t)model->course_count, sizeof *table->room);
-    struct columns named = {.names = table->names};
+    table->memory = arena_start();
+    table->names = memory_get(&table->memory, (size_t)table->count * sizeof *table->names);
+    table->values = memory_get(&table->memory, (size_t)table->count * sizeof *table->values);
+    table->room = memory_get(&table->memory,
+                             (n + columns * (n + 3) + (size_t)model->course_count) * sizeof *table->room);
+    struct columns named = {.memory = &table->memory, .names = table->names};
     name_columns(model, &named);
 }
 
@@ -208,10 +200,6 @@ void table_row(struct table *table, FILE *out) {
 }
 
 void table_release(struct table *table) {
-    for (int i = 0; i < table->count; i++)
-        free(table->names[i]);
-    free(table->names);
-    free(table->values);
-    free(table->room);
+    memory_release(&table->memory);
     *table = (struct table){.count = 0};
 }

@@ -6,14 +6,16 @@
 #ifndef REFDYN_TOOL_TABLE_H
 #define REFDYN_TOOL_TABLE_H
 
+#include "base/memory.h"
 #include "refdyn.h"
 
 #include <stdio.h>
 
 struct table {
     struct refdyn_drive *drive;
-    char **names;   /* (count) */
-    double *values; /* (count) of the last table_fill */
+    struct memory memory; /* of all below */
+    const char **names;   /* (count) */
+    double *values;       /* (count) of the last table_fill */
     int count, filled;
     double *room; /* for points, their columns and the programme force */
 };
