@@ -60,8 +60,8 @@ static enum status read_with(struct scene *scene, const struct options *options,
         gen_release(&scene->generation);
     scene->is_read = true;
     enum gen_status status = gen_read(&scene->generation, &request, -1);
-    return print_outcome(&scene->generation, path, scene->generation.messages.count,
-                         status); /* no message yet */
+    /* the caller knows which messages are to be told */
+    return print_outcome(&scene->generation, path, scene->generation.messages.count, status);
 }
 
 static enum status read_as_set(struct scene *scene, const struct options *options) {
