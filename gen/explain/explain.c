@@ -130,7 +130,7 @@ static void mark_shared(struct explanation *x) {
     for (expression e = 0; e < x->g->count; e++)
         for (int k = 0; x->needed[e] && k < operation_arity(x->g->nodes[e].operation); k++) {
             const expression operand = x->g->nodes[e].operand[k];
-            x->is_marked[operand] |= is_read[operand] || x->g->names[operand].text;
+            x->is_marked[operand] |= is_read[operand] || x->g->names[operand];
             is_read[operand] = true;
         }
     memory_back(x->plan->memory, mark);

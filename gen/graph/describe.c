@@ -74,7 +74,7 @@ void describe_value(struct text *text, const struct graph *g, expression e, cons
     const enum operation operation = g->nodes[e].operation;
     const bool is_leaf = operation == OP_NUMBER || operation == OP_SYMBOL;
     if (!is_leaf && (!is_marked || is_marked[e])) {
-        text_add(text, "%s#%u", g->names[e].text ? g->names[e].text : "", e);
+        text_add(text, "%s#%u", g->names[e] ? g->names[e] : "", e);
         return;
     }
     text_add(text, is_infix(operation) ? "(" : "");

@@ -107,7 +107,7 @@ static bool reads_its_run_alone(const struct graph *g, expression e) {
 
 /* An identifier of C; reading it here, a sanitizer tells one that is gone. */
 static bool is_called_by_identifier(const struct graph *g, expression e) {
-    const char *name = g->names[e].text;
+    const char *name = g->names[e];
     if (!name)
         return true;
     for (const char *at = name; *at; at++)
@@ -217,7 +217,7 @@ static const char *violation_at(const struct graph *g, const char *entry, uint32
     struct text text = {.memory = g->memory};
     text_add(&text, "%s %u", entry, index);
     if (!strcmp(entry, "node") && is_known_operation(g, index)) {
-        text_add(&text, " %s = ", g->names[index].text ? g->names[index].text : "");
+        text_add(&text, " %s = ", g->names[index] ? g->names[index] : "");
         describe_definition(&text, g, index, NULL);
         text_add(&text, " of loop %d", g->nodes[index].loop);
     }

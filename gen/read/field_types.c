@@ -20,8 +20,9 @@ static check_value_of_type *const checks[TYPE_COUNT] = {
     [TYPE_POINTS] = check_points,       [TYPE_LIST] = check_list,
 };
 
-void field_types_refuse_kind(const struct checker *checker, const struct value *value, const char *path,
-                             const char *needed) {
+/* Complains about a value that is not of the kind which is needed. A gap in a list has been told before. */
+static void refuse_kind(const struct checker *checker, const struct value *value, const char *path,
+                        const char *needed) {
     if (value->kind != VALUE_NOTHING)
         message_error(checker->messages, value->place, "%s: %s, %s is needed", path,
                       is_empty_text(value) ? "an empty text" : value_kind_text(value->kind), needed);
@@ -34,7 +35,7 @@ static void check_field(const struct checker *checker, const struct value *value
         message_error(checker->messages, value->place, "%s: made by rd.%s, %s is needed", path, value->tag,
                       type_rules[rule->type].text);
     else if (!field_types_matches(value, rule->type))
-        field_types_refuse_kind(checker, value, path, type_rules[rule->type].text);
+        refuse_kind(checker, value, path, type_rules[rule->type].text);
     else if (value->kind == VALUE_TABLE && owner != OWNER_COUNT)
         fields_check(checker, value, owner, path);
     else if (checks[rule->type])
@@ -68,11 +69,12 @@ static bool is_of_parameters(const struct checker *checker, expression e) {
     return (checker->graph->nodes[e].depends & ~ON_PARAMETER) == 0;
 }
 
-void field_types_check_value(const struct checker *checker, const struct value *value, enum field_range range,
-                             const char *path) {
+/* A number within its range, an expression of parameters alone. */
+static void check_value(const struct checker *checker, const struct value *value, enum field_range range,
+                        const char *path) {
     expression e;
     if (!value_expression(checker->graph, value, &e)) {
-        field_types_refuse_kind(checker, value, path, "a number or an expression");
+        refuse_kind(checker, value, path, "a number or an expression");
         return;
     }
     if (!is_of_parameters(checker, e)) {
@@ -97,7 +99,7 @@ void field_types_check_value(const struct checker *checker, const struct value *
 
 static void check_number(const struct checker *checker, const struct value *value,
                          const struct field_rule *rule, const char *path) {
-    field_types_check_value(checker, value, rule->range, path);
+    check_value(checker, value, rule->range, path);
 }
 
 static void check_whole(const struct checker *checker, const struct value *value,
@@ -126,7 +128,7 @@ static void check_vector(const struct checker *checker, const struct value *valu
     if (!has_three_items(checker, value, path, TYPE_VECTOR))
         return;
     for (int i = 0; i < 3; i++)
-        field_types_check_value(checker, &value->items[i], rule->range, fields_path_item(checker, path, i));
+        check_value(checker, &value->items[i], rule->range, fields_path_item(checker, path, i));
 }
 
 static void check_free_vector(const struct checker *checker, const struct value *value,
@@ -137,8 +139,8 @@ static void check_free_vector(const struct checker *checker, const struct value 
         return;
     for (int i = 0; i < 3; i++)
         if (!value_expression(checker->graph, &value->items[i], &e))
-            field_types_refuse_kind(checker, &value->items[i], fields_path_item(checker, path, i),
-                                    "a number or an expression");
+            refuse_kind(checker, &value->items[i], fields_path_item(checker, path, i),
+                        "a number or an expression");
 }
 
 static double size_of(const struct checker *checker, const struct value *value) {
@@ -180,7 +182,7 @@ static void warn_of_degrees(const struct checker *checker, const struct value *v
 
 static void check_turn(const struct checker *checker, const struct value *turn, const char *path) {
     if (turn->kind != VALUE_TABLE) {
-        field_types_refuse_kind(checker, turn, path, "{ \"x\", angle }");
+        refuse_kind(checker, turn, path, "{ \"x\", angle }");
         return;
     }
     if (turn->item_count != 2 || turn->field_count > 0 || turn->items[0].kind != VALUE_TEXT) {
@@ -191,7 +193,7 @@ static void check_turn(const struct checker *checker, const struct value *turn, 
     const char *axis = turn->items[0].text;
     if (strlen(axis) != 1 || !strchr("xyz", *axis))
         message_error(checker->messages, turn->place, "%s: \"%s\" is no axis, x y z are", path, axis);
-    field_types_check_value(checker, &turn->items[1], RANGE_ANY, path);
+    check_value(checker, &turn->items[1], RANGE_ANY, path);
     warn_of_degrees(checker, &turn->items[1], path);
 }
 
@@ -233,7 +235,7 @@ static void check_names(const struct checker *checker, const struct value *value
         return;
     for (int i = 0; i < value->item_count; i++)
         if (value->items[i].kind != VALUE_TEXT)
-            field_types_refuse_kind(checker, &value->items[i], fields_path_item(checker, path, i), "a text");
+            refuse_kind(checker, &value->items[i], fields_path_item(checker, path, i), "a text");
     const int count = fields_get_names(checker, value, &names);
     for (int i = 0; i < count; i++) {
         int first = 0;
@@ -252,8 +254,8 @@ static void check_by_joint(const struct checker *checker, const struct value *va
                            const struct field_rule *rule, const char *path) {
     field_types_has_no_items(checker, value, path, type_rules[rule->type].text);
     for (int i = 0; i < value->field_count; i++)
-        field_types_check_value(checker, &value->fields[i].value, rule->range,
-                                fields_path_name(checker, path, value->fields[i].name));
+        check_value(checker, &value->fields[i].value, rule->range,
+                    fields_path_name(checker, path, value->fields[i].name));
 }
 
 /* Each is a place, which may name no other point. */
@@ -266,7 +268,7 @@ static void check_points(const struct checker *checker, const struct value *valu
         if (place->kind == VALUE_TABLE)
             fields_check(checker, place, OWNER_POINT, own_path);
         else if (place->kind != VALUE_TEXT)
-            field_types_refuse_kind(checker, place, own_path, "the name of a link or { on = ..., at = ... }");
+            refuse_kind(checker, place, own_path, "the name of a link or { on = ..., at = ... }");
     }
 }
 
@@ -275,7 +277,7 @@ static void check_list(const struct checker *checker, const struct value *value,
     field_types_has_no_names(checker, value, path, type_rules[rule->type].text);
     for (int i = 0; i < value->item_count; i++)
         if (value->items[i].kind != VALUE_TABLE)
-            field_types_refuse_kind(checker, &value->items[i], fields_path_item(checker, path, i), "a table");
+            refuse_kind(checker, &value->items[i], fields_path_item(checker, path, i), "a table");
 }
 
 /* ---- all fields of a table ---- */

@@ -146,18 +146,12 @@ const char *fields_made_text(const struct checker *checker, const struct value *
 /* `path.name` and `path[index]`. */
 const char *fields_path_name(const struct checker *checker, const char *path, const char *name);
 const char *fields_path_item(const struct checker *checker, const char *path, int index);
-/* Complains about a value that is not of the kind which is needed. A gap in a list has been told before. */
-void field_types_refuse_kind(const struct checker *checker, const struct value *value, const char *path,
-                             const char *needed);
 /* Complains about named entries where a list is needed, and about items where names are; true: there are
  * none. */
 bool field_types_has_no_names(const struct checker *checker, const struct value *value, const char *path,
                               const char *needed);
 bool field_types_has_no_items(const struct checker *checker, const struct value *value, const char *path,
                               const char *needed);
-/* A number within its range, an expression of parameters alone. */
-void field_types_check_value(const struct checker *checker, const struct value *value, enum field_range range,
-                             const char *path);
 /* Complains about an unknown name, with the nearest known one, or else all of them. */
 void fields_refuse_name(const struct checker *checker, struct place place, const char *path, const char *fact,
                         const char *name, const char *const *known, int count);

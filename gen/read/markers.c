@@ -56,7 +56,7 @@ int markers_direction(struct model *model, const struct attachment *at, struct v
     return add_marker(model, &fixed, true);
 }
 
-struct vector markers_vector(const struct model *model, int marker, int order) {
+static struct vector marker_vector(const struct model *model, int marker, int order) {
     struct vector v;
     for (int axis = 0; axis < 3; axis++)
         v.at[axis] = expr_symbol(model->graph, SYMBOL_POINT, 3 * marker + axis, order);
@@ -67,12 +67,12 @@ struct vector markers_point_vector(struct model *model, const struct attachment 
     const struct vector still = {{0, 0, 0}};
     if (at->link < 0)
         return order == 0 ? vector_of(at->placement.position) : still;
-    return markers_vector(model, markers_point(model, at), order);
+    return marker_vector(model, markers_point(model, at), order);
 }
 
 struct vector markers_direction_vector(struct model *model, const struct attachment *at,
                                        struct vector components) {
     if (at->link < 0)
         return matrix_times(model->graph, at->placement.rotation, components);
-    return markers_vector(model, markers_direction(model, at, components), 0);
+    return marker_vector(model, markers_direction(model, at, components), 0);
 }

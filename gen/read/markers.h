@@ -16,7 +16,6 @@ int markers_point(struct model *model, const struct attachment *at);
 int markers_direction(struct model *model, const struct attachment *at, struct vector components);
 
 /* The marker's components in the ground frame: order 0 position, 1 velocity, 2 acceleration. */
-struct vector markers_vector(const struct model *model, int marker, int order);
 struct vector markers_point_vector(struct model *model, const struct attachment *at, int order);
 struct vector markers_direction_vector(struct model *model, const struct attachment *at,
                                        struct vector components);

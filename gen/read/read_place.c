@@ -6,8 +6,10 @@
 #include <string.h>
 
 const struct place_fields link_place = {FIELD_LINK_on, FIELD_LINK_along, FIELD_LINK_at, FIELD_LINK_turn};
-const struct place_fields point_place = {FIELD_POINT_on, FIELD_POINT_along, FIELD_POINT_at, FIELD_POINT_turn};
-const struct place_fields axis_place = {FIELD_AXIS_on, FIELD_AXIS_along, FIELD_AXIS_at, FIELD_AXIS_turn};
+static const struct place_fields point_place = {FIELD_POINT_on, FIELD_POINT_along, FIELD_POINT_at,
+                                                FIELD_POINT_turn};
+static const struct place_fields axis_place = {FIELD_AXIS_on, FIELD_AXIS_along, FIELD_AXIS_at,
+                                               FIELD_AXIS_turn};
 
 double read_value_now(const struct reader *reader, expression e) {
     return parameters_evaluate(reader->check.graph, reader->check.declarations->parameters, e);

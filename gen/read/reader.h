@@ -23,7 +23,7 @@ struct reader {
 struct place_fields {
     enum field on, along, at, turn;
 };
-extern const struct place_fields link_place, point_place, axis_place;
+extern const struct place_fields link_place;
 
 /* Place of a table with such fields; `may_be_point`: `on` may name a point of interest. False when what
  * carries it is not known, as these two. */

@@ -5,6 +5,8 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+struct memory;
+
 enum token_kind { TOKEN_END, TOKEN_NAME, TOKEN_WORD, TOKEN_STRING, TOKEN_NUMBER, TOKEN_SYMBOL };
 
 struct token {
@@ -21,5 +23,8 @@ struct scanner {
 struct scanner scanner_start(const char *source, size_t length);
 struct token scanner_next(struct scanner *scanner);
 bool scanner_token_is(const struct token *token, const char *text);
+/* Names of locals, functions and their arguments, in the order of the source; at most `room`. */
+int local_variables_list(struct memory *memory, const char *source, size_t length, const char **names,
+                         int room);
 
 #endif

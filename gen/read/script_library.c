@@ -2,8 +2,8 @@
  * What a model may use of Lua's libraries, what that costs, and names that are not there: see script_state.h.
  */
 #include "read/script_state.h"
-#include "read/local_variables.h"
 #include "read/module.h"
+#include "read/scanner.h"
 #include "base/text.h"
 
 #include <stdlib.h>

@@ -48,8 +48,6 @@ struct script {
 struct script *script_of(lua_State *L);
 /* Ends the script once it has done more than a model may. */
 void script_stop_at_bound(lua_State *L);
-/* Ends the script with a message about a bound that was passed at `place`. */
-void script_stop_at(lua_State *L, struct place place, const char *what, int bound);
 /* Where the Lua function that called us stands. */
 struct place script_place(lua_State *L);
 /* The text at `index`, which is one; a name with a byte 0 would be cut there. */

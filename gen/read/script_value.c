@@ -38,7 +38,8 @@ struct place script_place(lua_State *L) {
     return place;
 }
 
-void script_stop_at(lua_State *L, struct place place, const char *what, int bound) {
+/* Ends the script with a message about a bound that was passed at `place`. */
+static void stop_at(lua_State *L, struct place place, const char *what, int bound) {
     message_error(script_of(L)->messages, place, "%s %d", what, bound);
     script_of(L)->is_told = true;
     lua_pushnil(L);
@@ -84,7 +85,7 @@ static int table_number(lua_State *L, int index) {
 
 void script_push_expression(lua_State *L, expression e) {
     if (script_of(L)->graph->count > EXPRESSION_BOUND)
-        script_stop_at(L, script_place(L), "more different expressions in the model than", EXPRESSION_BOUND);
+        stop_at(L, script_place(L), "more different expressions in the model than", EXPRESSION_BOUND);
     expression *handle = lua_newuserdatauv(L, sizeof *handle, 0);
     *handle = e;
     luaL_setmetatable(L, EXPRESSION);
@@ -241,7 +242,7 @@ static void convert_table(lua_State *L, int index, int depth, struct value *valu
     struct script *script = script_of(L);
     int table = table_number(L, index);
     if (depth > DEPTH_BOUND)
-        script_stop_at(L, value->place, "tables nested deeper than", DEPTH_BOUND);
+        stop_at(L, value->place, "tables nested deeper than", DEPTH_BOUND);
     luaL_checkstack(L, 8, "tables nested too deeply");
     value->kind = VALUE_TABLE;
     if (table >= 0)
@@ -252,7 +253,7 @@ static void convert_table(lua_State *L, int index, int depth, struct value *valu
     lua_pop(L, 1);
     count_entries(L, index, value);
     if (value->item_count + value->field_count > ENTRY_BOUND && !script->has_samples)
-        script_stop_at(L, value->place, "more entries in a table than", ENTRY_BOUND);
+        stop_at(L, value->place, "more entries in a table than", ENTRY_BOUND);
     convert_items(L, index, table, depth + 1, value);
     convert_fields(L, index, table, depth + 1, value);
 }
@@ -262,7 +263,7 @@ void script_convert(lua_State *L, int index, struct place place, int depth, stru
     index = lua_absindex(L, index);
     *value = (struct value){.place = place};
     if (++script->value_count > VALUE_BOUND)
-        script_stop_at(L, place, "more values in the model than", VALUE_BOUND);
+        stop_at(L, place, "more values in the model than", VALUE_BOUND);
     switch (lua_type(L, index)) {
     case LUA_TNUMBER:
         value->kind = VALUE_NUMBER;

@@ -15,6 +15,9 @@ extern const size_t refdyn_model_header_size;
 
 struct memory;
 
+/* What emitted C is compiled with, by every compiler, and by gcc beside that; both end with NULL. */
+extern const char *const compile_flags[], *const gcc_flags[];
+
 /* $CC: its words and the program's file. */
 struct toolchain {
     const char *program;
@@ -29,7 +32,7 @@ struct build {
     struct memory *memory;
     struct scratch scratch; /* all that is made lies in it */
     const char *library;    /* the linked library in it */
-    bool is_gcc;            /* what compiles it: see flags.h */
+    bool is_gcc;            /* what compiles it */
 };
 
 /* Its folder is PREFIXxxxxxx in `parent`. Complains on stderr when it cannot be made; else build_release in

@@ -40,9 +40,9 @@ enum status choose_held(struct scene *scene, const struct options *options, int 
  * It lives as long as the scene. Complains on stderr when it fails.
  */
 struct equilibrium {
-    int *held; /* (n) non-zero: held */
-    double *hold_force;
-    double residual; /* largest |Q| of the coordinates not held */
+    int *held;          /* (n) non-zero: held */
+    double *hold_force; /* (n) */
+    double residual;    /* largest |Q| of the coordinates not held */
 };
 
 enum status find_equilibrium(struct scene *scene, const struct options *options,

@@ -2,7 +2,6 @@
 #include "compile.h"
 #include "build.h"
 #include "cache.h"
-#include "flags.h"
 #include "output.h"
 
 #include <dlfcn.h>

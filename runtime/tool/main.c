@@ -4,7 +4,6 @@
 
 #include <fcntl.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <unistd.h>
 
 static const struct command commands[] = {
@@ -123,30 +122,21 @@ static const struct command commands[] = {
     {.name = NULL},
 };
 
-/* The target of file `name` in the folder of -o. */
-static struct target *open_in_folder(struct targets *targets, const char *folder, const char *name) {
-    char *path = text_format("%s/%s", folder, name);
-    struct target *target = target_open(targets, path);
-    free(path);
-    return target;
-}
-
 /* All files are written before the first one gets its name. */
-static bool write_files(const struct generation *generation, const char *folder, struct targets *targets) {
-    const struct emitted_file *files = gen_files(generation);
-    const int count = gen_file_count(generation);
-    struct target **open = allocate((size_t)count, sizeof *open);
+static bool write_files(struct scene *scene, const char *folder) {
+    const struct emitted_file *files = gen_files(&scene->generation);
+    const int count = gen_file_count(&scene->generation);
+    struct target **open = memory_get(&scene->memory, (size_t)count * sizeof *open);
     sigset_t before;
     bool is_good = true;
     for (int i = 0; i < count && is_good; i++) {
-        open[i] = open_in_folder(targets, folder, files[i].name);
+        open[i] = target_open(&scene->targets, memory_format(&scene->memory, "%s/%s", folder, files[i].name));
         is_good = open[i] && target_write(open[i], files[i].text, files[i].length);
     }
     interrupt_hold(&before); /* all or none */
     for (int i = 0; i < count && is_good; i++)
         is_good = target_finish(open[i]);
     interrupt_release(&before);
-    free(open);
     return is_good;
 }
 
@@ -159,7 +149,7 @@ static enum status emit_into_folder(struct scene *scene, const struct options *o
         print_outcome(generation, *options->operands, seen, gen_check_folder(generation, folder));
     if (status != STATUS_DONE)
         return status;
-    if (!write_files(generation, folder, &scene->targets))
+    if (!write_files(scene, folder))
         return STATUS_FAULT;
     return print_outcome(generation, *options->operands, seen, gen_remove_stale_parts(generation, folder));
 }

@@ -198,7 +198,8 @@ int motion_by_gsl(struct motion *motion, const char *method) {
     return by_gsl_open(&motion->gsl, &motion->integrator, method);
 }
 
-double motion_time(const struct motion *motion, long i) {
+/* Time of output number i, 0 to outputs - 1: a multiple of `every`, or the end. */
+static double motion_time(const struct motion *motion, long i) {
     return i >= motion->outputs - 1 ? motion->until : motion->from + (double)i * motion->every;
 }
 

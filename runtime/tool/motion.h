@@ -57,8 +57,6 @@ int motion_start(struct motion *motion, struct scene *scene, const struct refdyn
                  double every);
 /* After motion_start: the steps by a method of GSL. Returns a status of the runtime. */
 int motion_by_gsl(struct motion *motion, const char *method);
-/* Time of output number i, 0 to outputs - 1: a multiple of `every`, or the end. */
-double motion_time(const struct motion *motion, long i);
 /* How much of the way from the start to the end is done. */
 double motion_fraction(const struct motion *motion);
 /* Goes on to output i, or to where one of the stops is reached; progress may be NULL. Returns a status of the

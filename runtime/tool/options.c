@@ -422,19 +422,12 @@ bool options_read(const struct command *commands, int argc, char **argv, struct 
         *status = unknown_command(commands, argv[1]);
         return false;
     }
-    options->settings = calloc((size_t)argc, sizeof *options->settings);
-    options->stops = calloc((size_t)argc, sizeof *options->stops);
-    if (!options->settings || !options->stops) {
-        fputs("refdyn: out of memory\n", stderr);
-        *status = STATUS_FAULT;
-        return false;
-    }
+    options->settings = allocate((size_t)argc, sizeof *options->settings);
+    options->stops = allocate((size_t)argc, sizeof *options->stops);
     return read_command(argc - 1, argv + 1, options, status);
 }
 
 void options_release(struct options *options) {
     free(options->settings);
     free(options->stops);
-    options->settings = NULL;
-    options->stops = NULL;
 }

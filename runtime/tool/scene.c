@@ -6,7 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-void print_messages(const struct generation *generation, int first) {
+/* The generator's messages from number `first` on. */
+static void print_messages(const struct generation *generation, int first) {
     for (int i = first; i < generation->messages.count; i++) {
         const struct message *message = &generation->messages.list[i];
         fputs(message->place.file, stderr);
@@ -59,8 +60,8 @@ static enum status read_with(struct scene *scene, const struct options *options,
         gen_release(&scene->generation);
     scene->is_read = true;
     enum gen_status status = gen_read(&scene->generation, &request, -1);
-    return print_outcome(&scene->generation, path, scene->generation.messages.count,
-                         status); /* no message yet */
+    /* the caller knows which messages are to be told */
+    return print_outcome(&scene->generation, path, scene->generation.messages.count, status);
 }
 
 static enum status read_as_set(struct scene *scene, const struct options *options) {

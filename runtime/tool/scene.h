@@ -62,8 +62,6 @@ enum status scene_finish(struct scene *scene, struct document *document);
 
 /* Complains of the first row that is `wrong`, with `fact`; STATUS_DONE when there is none. */
 enum status scene_refuse_row(struct scene *scene, bool (*wrong)(const struct row *row), const char *fact);
-/* Prints the generator's messages from number `first` on. */
-void print_messages(const struct generation *generation, int first);
 /* What a step of the generator with the model's file `path` ended with, after its messages from `first` on.
  */
 enum status print_outcome(const struct generation *generation, const char *path, int first,

@@ -10,8 +10,7 @@
 #include <string.h>
 
 static enum status wrong_column(const struct stops *stops, const struct options *options, const char *name) {
-    const char *near =
-        message_nearest_name(name, (const char *const *)stops->table.names, stops->table.count);
+    const char *near = message_nearest_name(name, stops->table.names, stops->table.count);
     return usage_error(options->command, "--stop: the CSV has no column '%s'%s%s", name,
                        near ? ", the nearest is " : "", near ? near : "");
 }
@@ -24,7 +23,7 @@ static enum status read_stop(struct stops *stops, const struct options *options,
         return usage_error(options->command, "--stop: '%s' is not of the form NAME<VALUE or NAME>VALUE",
                            text);
     char *name = text_format("%.*s", (int)length, text);
-    stop.column = text_index(name, (const char *const *)stops->table.names, stops->table.count);
+    stop.column = text_index(name, stops->table.names, stops->table.count);
     enum status status = stop.column < 0 ? wrong_column(stops, options, name) : STATUS_DONE;
     free(name);
     stops->list[stops->count++] = stop;

@@ -23,39 +23,29 @@ const char table_input_lead[] = "input_";
 
 /* The columns so far; a unit is NULL where the model does not say. */
 struct columns {
-    char **names;
-    const char **units;
+    struct memory *memory;
+    const char **names, **units;
     int count;
 };
-
-static bool is_taken(const struct columns *columns, int before, const char *name) {
-    for (int i = 0; i < before; i++)
-        if (strcmp(columns->names[i], name) == 0)
-            return true;
-    return false;
-}
 
 /* Columns from `first` on get their kind before their names, all of them, until no column before has one. */
 static void settle(struct columns *columns, int first, const char *lead) {
     for (int i = first; i < columns->count;) {
-        if (!is_taken(columns, first, columns->names[i++]))
+        if (text_index(columns->names[i++], columns->names, first) < 0)
             continue;
-        for (int j = first; j < columns->count; j++) {
-            char *name = text_format("%s%s", lead, columns->names[j]);
-            free(columns->names[j]);
-            columns->names[j] = name;
-        }
+        for (int j = first; j < columns->count; j++)
+            columns->names[j] = memory_format(columns->memory, "%s%s", lead, columns->names[j]);
         i = first;
     }
 }
 
-static void add_name(struct columns *columns, char *name, const char *unit) {
+static void add_name(struct columns *columns, const char *name, const char *unit) {
     columns->units[columns->count] = unit;
     columns->names[columns->count++] = name;
 }
 
 /* One column, with its kind before its name where that is taken. */
-static void add_settled(struct columns *columns, const char *lead, char *name, const char *unit) {
+static void add_settled(struct columns *columns, const char *lead, const char *name, const char *unit) {
     add_name(columns, name, unit);
     settle(columns, columns->count - 1, lead);
 }
@@ -65,8 +55,10 @@ static void name_points(const struct refdyn_model *model, struct columns *column
         const int first = columns->count;
         for (int rate = 0; rate < 3; rate++)
             for (int axis = 0; axis < 3; axis++)
-                add_name(columns, text_format("%s_%s%s", model->points[point], axes[axis], rates[rate]),
-                         point_units[rate]);
+                add_name(
+                    columns,
+                    memory_format(columns->memory, "%s_%s%s", model->points[point], axes[axis], rates[rate]),
+                    point_units[rate]);
         settle(columns, first, "point_");
     }
 }
@@ -74,10 +66,10 @@ static void name_points(const struct refdyn_model *model, struct columns *column
 static void name_residuals(const struct refdyn_model *model, struct columns *columns) {
     for (int i = 0; i < model->m; i++)
         if (model->rows[i].level == REFDYN_POSITION)
-            add_name(columns, text_format("phi_%d", i + 1), NULL);
+            add_name(columns, memory_format(columns->memory, "phi_%d", i + 1), NULL);
     for (int i = 0; i < model->m; i++)
         if (model->rows[i].level != REFDYN_ACCELERATION)
-            add_name(columns, text_format("psi_%d", i + 1), NULL);
+            add_name(columns, memory_format(columns->memory, "psi_%d", i + 1), NULL);
 }
 
 static bool is_slide(const struct refdyn_name *coordinate) {
@@ -86,52 +78,52 @@ static bool is_slide(const struct refdyn_name *coordinate) {
 
 static void name_columns(const struct refdyn_model *model, struct columns *columns) {
     const size_t count = (size_t)count_columns(model);
-    columns->names = allocate(count, sizeof *columns->names);
-    columns->units = allocate(count, sizeof *columns->units);
+    columns->names = memory_get(columns->memory, count * sizeof *columns->names);
+    columns->units = memory_get(columns->memory, count * sizeof *columns->units);
     const struct refdyn_name *q = model->coordinates;
-    add_name(columns, text_format("t"), "s");
+    add_name(columns, "t", "s");
     for (int i = 0; i < model->n; i++)
-        add_name(columns, text_format("%s", q[i].name), q[i].unit);
+        add_name(columns, q[i].name, q[i].unit);
     for (int i = 0; i < model->n; i++)
-        add_name(columns, text_format("%s_d", q[i].name), is_slide(&q[i]) ? "m/s" : "rad/s");
+        add_name(columns, memory_format(columns->memory, "%s_d", q[i].name),
+                 is_slide(&q[i]) ? "m/s" : "rad/s");
     name_points(model, columns);
     name_residuals(model, columns);
-    add_name(columns, text_format("energy"), "J");
+    add_name(columns, "energy", "J");
     const int forces = columns->count;
     for (int i = 0; i < model->n; i++)
-        add_name(columns, text_format("force_%s", q[i].name), is_slide(&q[i]) ? "N" : "N m");
+        add_name(columns, memory_format(columns->memory, "force_%s", q[i].name),
+                 is_slide(&q[i]) ? "N" : "N m");
     settle(columns, forces, "force_");
     for (int i = 0; i < model->input_count; i++)
-        add_settled(columns, table_input_lead, text_format("%s", model->inputs[i].name),
-                    model->inputs[i].unit);
+        add_settled(columns, table_input_lead, model->inputs[i].name, model->inputs[i].unit);
     for (int i = 0; i < model->course_count; i++)
-        add_settled(columns, "course_", text_format("%s", model->courses[i]), NULL);
+        add_settled(columns, "course_", model->courses[i], NULL);
 }
 
 void table_start(struct table *table, struct refdyn_integrator *integrator) {
     const struct refdyn_model *model = integrator->work->model;
     size_t n = (size_t)model->n, columns = 3 * (size_t)model->point_count;
     *table = (struct table){.integrator = integrator, .count = count_columns(model)};
-    table->values = allocate((size_t)table->count, sizeof *table->values);
-    table->room = allocate(n + columns * (n + 3) + (size_t)model->course_count, sizeof *table->room);
-    struct columns named = {.count = 0};
+    table->memory = arena_start();
+    table->values = memory_get(&table->memory, (size_t)table->count * sizeof *table->values);
+    table->room = memory_get(&table->memory,
+                             (n + columns * (n + 3) + (size_t)model->course_count) * sizeof *table->room);
+    struct columns named = {.memory = &table->memory};
     name_columns(model, &named);
     table->names = named.names;
-    free(named.units);
 }
 
 void table_put_units(const struct refdyn_model *model, struct document *document) {
-    struct columns columns = {.count = 0};
+    struct memory memory = arena_start();
+    struct columns columns = {.memory = &memory};
     name_columns(model, &columns);
     put_open(document, "units", '{');
-    for (int i = 0; i < columns.count; i++) {
+    for (int i = 0; i < columns.count; i++)
         if (columns.units[i])
             put_text(document, columns.names[i], columns.units[i]);
-        free(columns.names[i]);
-    }
     put_close(document, '}');
-    free(columns.names);
-    free(columns.units);
+    memory_release(&memory);
 }
 
 /* ---- Values ---- */
@@ -237,10 +229,6 @@ void table_row(struct table *table, FILE *out) {
 }
 
 void table_release(struct table *table) {
-    for (int i = 0; i < table->count; i++)
-        free(table->names[i]);
-    free(table->names);
-    free(table->values);
-    free(table->room);
+    memory_release(&table->memory);
     *table = (struct table){.count = 0};
 }

@@ -6,6 +6,7 @@
 #ifndef REFDYN_TOOL_TABLE_H
 #define REFDYN_TOOL_TABLE_H
 
+#include "base/memory.h"
 #include "output.h"
 #include "refdyn.h"
 
@@ -13,8 +14,9 @@
 
 struct table {
     struct refdyn_integrator *integrator;
-    char **names;   /* (count) */
-    double *values; /* (count) of the last table_fill */
+    struct memory memory; /* of all below */
+    const char **names;   /* (count) */
+    double *values;       /* (count) of the last table_fill */
     int count, filled;
     double *room; /* for points, their columns and the programme force */
 };

@@ -289,7 +289,7 @@ static void test_broken_nodes(void) {
     struct graph *g = v.g;
     const expression sum = expr_add(g, v.x, v.y), product = expr_mul(g, sum, v.z);
     const struct node kept = g->nodes[product];
-    graph_name_value(g, product, "area", 0);
+    graph_name_value(g, product, "area");
     CHECK(!graph_violation(g));
     g->nodes[product].operand[1] = product + 1;
     CHECK(tells(g, "operands have smaller handles"));
@@ -302,9 +302,9 @@ static void test_broken_nodes(void) {
     g->nodes[product].loop = 1;
     CHECK(tells(g, "while it was open"));
     g->nodes[product] = kept;
-    g->names[product].text = "an area";
+    g->names[product] = "an area";
     CHECK(tells(g, "names are identifiers"));
-    g->names[product].text = NULL;
+    g->names[product] = NULL;
     g->symbols[0].order = 7;
     CHECK(tells(g, "symbols are of a known kind"));
     expressions_release(&v.own);
