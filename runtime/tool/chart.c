@@ -93,9 +93,8 @@ static void put_stroke(FILE *out, const struct stroke *stroke, double width) {
     fprintf(out, "\" fill=\"none\" stroke=\"#%06x\" stroke-width=\"%.2g\" stroke-linejoin=\"round\"",
             stroke->colour, width);
     if (*stroke->dash)
-        fprintf(out, " stroke-dasharray=\"%s\"/>\n", stroke->dash);
-    else
-        fputs(" stroke-linecap=\"round\"/>\n", out);
+        fprintf(out, " stroke-dasharray=\"%s\"", stroke->dash);
+    fputs("/>\n", out);
 }
 
 /* Begins the path of marks in that colour. */
@@ -236,7 +235,7 @@ static void put_way(FILE *out, const struct box *box, const struct chart *chart,
 
 static void put_curve(FILE *out, const struct box *box, const struct chart *chart,
                       const struct curve *curve) {
-    fputs("<path d=\"", out);
+    fputs(*curve->stroke.dash ? "<path d=\"" : "<path stroke-linecap=\"round\" d=\"", out);
     put_way(out, box, chart, curve);
     put_stroke(out, &curve->stroke, curve->stroke.width);
     if (!curve->stroke.mark)
