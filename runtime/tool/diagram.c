@@ -91,7 +91,7 @@ void diagram_draw(FILE *out, char *title, const struct study *studies, int count
         else
             chart_release(&charts[figure.count]);
     }
-    figure_draw(out, &figure);
+    chart_draw_figure(out, &figure);
     for (int i = 0; i < figure.count; i++)
         chart_release(&charts[i]);
     free(charts);
