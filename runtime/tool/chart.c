@@ -90,7 +90,7 @@ static void put_line(FILE *out, double x, double y, double x_end, double y_end, 
 }
 
 static void put_stroke(FILE *out, const struct stroke *stroke, double width) {
-    fprintf(out, "\" fill=\"none\" stroke=\"#%06x\" stroke-width=\"%.2g\" stroke-linejoin=\"round\"",
+    fprintf(out, "\" fill=\"none\" stroke=\"#%06x\" stroke-width=\"%.3g\" stroke-linejoin=\"round\"",
             stroke->colour, width);
     if (*stroke->dash)
         fprintf(out, " stroke-dasharray=\"%s\"", stroke->dash);

@@ -198,6 +198,7 @@ def test_each_method_has_its_own_colour_and_mark(tmp_path):
                 if float(place.split()[1]) == float(line.get("d").split()[1].split("h")[0])}
 
     every = marks()
+    assert not any(line.get("stroke-dasharray") for name, line in Figure(tmp_path / "double_pendulum.svg").key().items() if name != "floor")
     assert len(every) > 6 and len({colour for colour, _ in every.values()}) == len({mark for _, mark in every.values()}) == len(every), every
     assert all(every[name] == mark for name, mark in marks("--methods", "rk8,rodas5p").items())
 
