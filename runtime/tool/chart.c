@@ -90,12 +90,11 @@ static void put_line(FILE *out, double x, double y, double x_end, double y_end, 
 }
 
 static void put_stroke(FILE *out, const struct stroke *stroke, double width) {
-    fprintf(out, "\" fill=\"none\" stroke=\"#%06x\" stroke-width=\"%.2g\" stroke-linejoin=\"round\"",
+    fprintf(out, "\" fill=\"none\" stroke=\"#%06x\" stroke-width=\"%.3g\" stroke-linejoin=\"round\"",
             stroke->colour, width);
     if (*stroke->dash)
-        fprintf(out, " stroke-dasharray=\"%s\"/>\n", stroke->dash);
-    else
-        fputs(" stroke-linecap=\"round\"/>\n", out);
+        fprintf(out, " stroke-dasharray=\"%s\"", stroke->dash);
+    fputs("/>\n", out);
 }
 
 /* Begins the path of marks in that colour. */
@@ -236,7 +235,7 @@ static void put_way(FILE *out, const struct box *box, const struct chart *chart,
 
 static void put_curve(FILE *out, const struct box *box, const struct chart *chart,
                       const struct curve *curve) {
-    fputs("<path d=\"", out);
+    fputs(*curve->stroke.dash ? "<path d=\"" : "<path stroke-linecap=\"round\" d=\"", out);
     put_way(out, box, chart, curve);
     put_stroke(out, &curve->stroke, curve->stroke.width);
     if (!curve->stroke.mark)
@@ -298,24 +297,25 @@ static void put_chart(FILE *out, const struct figure *figure, int place, int top
     put_key(out, &box, chart);
 }
 
-void figure_draw(FILE *out, const struct figure *figure) {
-    const int top = MARGIN + figure->head_count * HEAD_HEIGHT;
-    const int width = figure->columns * figure->width,
-              rows = (figure->count + figure->columns - 1) / figure->columns;
-    fprintf(
-        out,
-        "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%d\" "
-        "height=\"%d\" viewBox=\"0 0 %d %d\" font-family=\"Helvetica, Arial, sans-serif\" "
-        "font-size=\"%d\" "
-        "fill=\"%s\">\n<rect width=\"100%%\" height=\"100%%\" fill=\"#ffffff\"/>\n",
-        width, top + rows * figure->height, width, top + rows * figure->height, TEXT, ink);
-    for (int i = 0; i < figure->head_count; i++) {
-        const struct key *head = &figure->heads[i];
-        const double y = (i + 1) * HEAD_HEIGHT, left = head->stroke.width > 0 ? SAMPLE + KEY_GAP : 0;
-        if (left > 0)
-            put_sample(out, MARGIN, y - 4, &head->stroke, head->stroke.width);
-        put_label(out, MARGIN + left, y, "font-size=\"13\"", head->name, TEXT_MOST);
-    }
+/* Number `line` of those along the top. */
+static void put_head(FILE *out, const struct key *head, int line) {
+    const int y = (line + 1) * HEAD_HEIGHT, left = head->stroke.width > 0 ? SAMPLE + 6 : 0;
+    if (left > 0)
+        put_sample(out, MARGIN, y - 4, &head->stroke, head->stroke.width);
+    put_label(out, MARGIN + left, y, "font-size=\"13\"", head->name, TEXT_MOST);
+}
+
+void chart_draw_figure(FILE *out, const struct figure *figure) {
+    const int top = MARGIN + figure->head_count * HEAD_HEIGHT, width = figure->columns * figure->width;
+    const int height = top + (figure->count + figure->columns - 1) / figure->columns * figure->height;
+    fputs("<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\" "
+          "font-family=\"Helvetica, Arial, sans-serif\"",
+          out);
+    fprintf(out, " width=\"%d\" height=\"%d\" viewBox=\"0 0 %d %d\" font-size=\"%d\" fill=\"%s\">\n", width,
+            height, width, height, TEXT, ink);
+    fputs("<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n", out);
+    for (int i = 0; i < figure->head_count; i++)
+        put_head(out, &figure->heads[i], i);
     for (int i = 0; i < figure->count; i++)
         put_chart(out, figure, i, top);
     fputs("</svg>\n", out);

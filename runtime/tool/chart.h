@@ -53,6 +53,6 @@ int chart_key(struct chart *chart, const char *name, size_t length);
 void chart_add_curve(struct chart *chart, struct curve curve);
 void chart_release(struct chart *chart);
 
-void figure_draw(FILE *out, const struct figure *figure);
+void chart_draw_figure(FILE *out, const struct figure *figure);
 
 #endif

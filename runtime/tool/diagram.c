@@ -38,14 +38,21 @@ static void add_curve(struct chart *chart, const char *name, const struct points
             .x = points->cpu_s, .y = points->error, .count = points->count, .stride = 1, .stroke = stroke});
 }
 
+/* How many series of the same method, each with another stabilisation, come before. */
+static int line_of(const struct study *study, const struct series *series) {
+    int before = 0;
+    for (const struct series *other = study->series; other < series; other++)
+        before += other->method == series->method;
+    return before;
+}
+
 static void add_series(struct chart *chart, const struct study *study, const struct series *series,
                        struct points *points) {
     take_points(points, study, series);
     if (points->count == 0)
         return;
     char *name = series_name(study, series);
-    add_curve(chart, name, points,
-              style_method((int)series->method, REFDYN_PROJECT - (int)series->stabilise));
+    add_curve(chart, name, points, style_method((int)series->method, line_of(study, series)));
     free(name);
 }
 
@@ -91,7 +98,7 @@ void diagram_draw(FILE *out, char *title, const struct study *studies, int count
         else
             chart_release(&charts[figure.count]);
     }
-    figure_draw(out, &figure);
+    chart_draw_figure(out, &figure);
     for (int i = 0; i < figure.count; i++)
         chart_release(&charts[i]);
     free(charts);

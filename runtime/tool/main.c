@@ -83,8 +83,8 @@ static const struct command commands[] = {
      .run = run_plot,
      .operands = "RUN.csv...",
      .options = "output! panel units",
-     .output = "FILE.svg|.png|.pdf",
-     .purpose = "figures of motions, as one SVG, PNG or PDF",
+     .output = "FILE.svg",
+     .purpose = "figures of motions, as one SVG, PNG or PDF by the suffix of FILE",
      .help =
          "Coordinates, paths, heights and vertical velocities of points, forces, inputs, courses, residuals "
          "and energy.\n"

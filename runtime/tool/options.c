@@ -280,7 +280,7 @@ enum status check_list(const struct command *command, const char *name, const ch
     }
 }
 
-char *list_item(const char *list, int index) {
+char *options_list_item(const char *list, int index) {
     for (; index > 0 && list; index--)
         list = strchr(list, ',') ? strchr(list, ',') + 1 : NULL;
     return list ? text_format("%.*s", (int)strcspn(list, ","), list) : NULL;

@@ -146,11 +146,14 @@ static void put_trials(FILE *out, const struct study *study) {
     fputs("</table>\n", out);
 }
 
-/* One row a method. */
-static void put_findings_row(FILE *out, char *cells[static FINDING_COLUMNS]) {
+/* kind: "th" or "td". */
+static void put_findings_row(FILE *out, char *cells[static FINDING_COLUMNS], const char *kind) {
     fputs("<tr>", out);
-    for (int i = 0; i < FINDING_COLUMNS; i++)
-        put_cell(out, cells[i]);
+    for (int i = 0; i < FINDING_COLUMNS; i++) {
+        fprintf(out, "<%s>", kind);
+        put_xml_text(out, cells[i]);
+        fprintf(out, "</%s>", kind);
+    }
     fputs("</tr>\n", out);
     findings_release(cells);
 }
@@ -159,10 +162,10 @@ static void put_findings(FILE *out, const struct study *study) {
     char *cells[FINDING_COLUMNS];
     fputs("<table>\n", out);
     findings_heads(study, cells);
-    put_findings_row(out, cells);
+    put_findings_row(out, cells, "th");
     for (int i = 0; i < study->series_count; i++) {
         findings_row(study, &study->series[i], cells);
-        put_findings_row(out, cells);
+        put_findings_row(out, cells, "td");
     }
     fputs("</table>\n", out);
 }

@@ -247,7 +247,7 @@ char *panels_choose(struct panels *panels, const char *names) {
     char *name;
     for (int i = 0; i < VIEW_COUNT; i++)
         panels->is_wanted[i] = !names;
-    for (int i = 0; (name = list_item(names, i)); i++) {
+    for (int i = 0; (name = options_list_item(names, i)); i++) {
         const int view = find_view(name);
         if (view == VIEW_COUNT)
             return name;

@@ -67,7 +67,7 @@ static void draw(const struct panels *panels, FILE *out) {
         if (panels->run_count > 1)
             figure.heads[i].stroke = style_run(i, panels->run_count);
     }
-    figure_draw(out, &figure);
+    chart_draw_figure(out, &figure);
     for (int i = 0; i < panels->run_count; i++)
         free(figure.heads[i].name);
     free(figure.heads);

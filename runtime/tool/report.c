@@ -39,7 +39,7 @@ static int by_descent(const void *a, const void *b) {
 static enum status read_numbers(const struct options *options, const char *name, const char *text,
                                 double most, double numbers[static SETTINGS_MAX], int *count) {
     char *item;
-    for (int i = 0; (item = list_item(text, i)); i++) {
+    for (int i = 0; (item = options_list_item(text, i)); i++) {
         double number = 0;
         const bool is_good = text_to_number(item, &number) && number > 0 && number < most && i < SETTINGS_MAX;
         free(item);
@@ -67,7 +67,7 @@ static enum status read_methods(const struct options *options, struct study_plan
     for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
         plan->methods[method] = !options->methods;
     char *name;
-    for (int i = 0; options->methods && (name = list_item(options->methods, i)); i++) {
+    for (int i = 0; options->methods && (name = options_list_item(options->methods, i)); i++) {
         const int method = refdyn_method_find(name);
         free(name);
         if (method < 0)
@@ -104,7 +104,7 @@ static enum status read_vary(struct report *report) {
             return usage_error(report->options->command, "--vary: --set gives a value to %s, too",
                                report->vary_name);
     char *value;
-    for (int i = 0; (value = list_item(equals + 1, i)); i++) {
+    for (int i = 0; (value = options_list_item(equals + 1, i)); i++) {
         if (i == VARIANTS_MAX) {
             free(value);
             return usage_error(report->options->command, "--vary: more than %d values", VARIANTS_MAX);

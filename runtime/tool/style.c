@@ -70,8 +70,8 @@ struct stroke style_run(int run, int runs) {
     return in_run((struct stroke){0x000000, plain_width, dashes[0], NULL}, run, runs);
 }
 
-struct stroke style_method(int method, int stabilisation) {
-    struct stroke stroke = {colours[method % COLOURS], plain_width, dashes[stabilisation % DASHES],
+struct stroke style_method(int method, int line) {
+    struct stroke stroke = {colours[method % COLOURS], plain_width, dashes[line % DASHES],
                             marks[method % MARKS]};
     return method == 0 ? band(stroke) : stroke;
 }

@@ -18,8 +18,9 @@ struct stroke {
 struct stroke style_quantity(int index, int count, int run, int runs);
 /* What stands for a run in the heading of a figure. */
 struct stroke style_run(int run, int runs);
-/* A method, by its number, 0 for the automatic choice; the same in every figure. */
-struct stroke style_method(int method, int stabilisation);
+/* A method, by its number, 0 for the automatic choice; the same in every figure. line: 0, or that of another
+ * stabilisation. */
+struct stroke style_method(int method, int line);
 /* What is no result: limits, floors. */
 struct stroke style_limit(void);
 

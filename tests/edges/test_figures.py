@@ -87,6 +87,8 @@ def test_the_key_stands_beside_the_curves(count, tmp_path):
     places = sorted((y, x, x + LETTER * len(text.text)) for x, y, text in figure.texts if text.text.startswith("arm_psi"))
     assert all(x > right and y > title + 10 and end < float(figure.root.get("width")) for y, x, end in places)
     assert all(b[0] - a[0] >= 11 for a, b in itertools.pairwise(places))
+    samples = [re.match(r"M(\S+) \S+h(\d+)", line.get("d")) for line in figure.samples().values() if not line.get("stroke-linecap")]
+    assert len(samples) == count and all(float(place[1]) + float(place[2]) < x for place in samples for _, x, _ in places)
 
 
 RANGES = {"small": [1e-9, 3e-9], "large": [1e8, 3e9], "far": [1e6, 1e6 + 1], "narrow": [20067.1, 20067.2], "around": [-1e-3, 1e-3], "still": [5, 5],
@@ -196,6 +198,7 @@ def test_each_method_has_its_own_colour_and_mark(tmp_path):
                 if float(place.split()[1]) == float(line.get("d").split()[1].split("h")[0])}
 
     every = marks()
+    assert not any(line.get("stroke-dasharray") for name, line in Figure(tmp_path / "double_pendulum.svg").key().items() if name != "floor")
     assert len(every) > 6 and len({colour for colour, _ in every.values()}) == len({mark for _, mark in every.values()}) == len(every), every
     assert all(every[name] == mark for name, mark in marks("--methods", "rk8,rodas5p").items())
 
