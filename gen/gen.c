@@ -3,7 +3,7 @@
  * print.
  */
 #include "gen.h"
-#include "explain.h"
+#include "explain/explain.h"
 #include "plan/plan.h"
 #include "tree/roll.h"
 

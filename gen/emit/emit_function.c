@@ -71,7 +71,7 @@ void emit_signature(struct emission *x, struct text *text, const struct function
 }
 
 static void emit_remark(struct writer *w, expression e) {
-    const char *remark = remark_of(w->x->g, e);
+    const char *remark = graph_remark_of(w->x->g, e);
     if (remark && remark != w->last_remark)
         text_add(w->text, "%s/* %s */\n", w->indent, remark);
     w->last_remark = remark;

@@ -100,7 +100,7 @@ static uint32_t slot_of_node(const struct graph *g, const struct node *node) {
     return slot;
 }
 
-expression find_node(const struct graph *g, const struct node *node) {
+expression graph_find_node(const struct graph *g, const struct node *node) {
     return g->table[slot_of_node(g, node)];
 }
 
@@ -227,7 +227,7 @@ void graph_remark(struct graph *g, const char *text) {
     g->remarks[g->remark_count++] = (struct remark){g->count, text};
 }
 
-const char *remark_of(const struct graph *g, expression e) {
+const char *graph_remark_of(const struct graph *g, expression e) {
     uint32_t low = 0, high = g->remark_count;
     while (low < high) {
         const uint32_t middle = (low + high) / 2;

@@ -162,7 +162,7 @@ expression expr_spline(struct graph *g, int table, expression at);
 expression expr_spline_derivative(struct graph *g, expression e);
 
 /* The handle of an equal node; 0: there is none. */
-expression find_node(const struct graph *g, const struct node *node);
+expression graph_find_node(const struct graph *g, const struct node *node);
 bool expr_is_number(const struct graph *g, expression e, double *value);  /* value may be NULL */
 const struct symbol *expr_as_symbol(const struct graph *g, expression e); /* NULL when e is no symbol */
 /* The first name given stays. `text` must live as long as the graph. */
@@ -171,7 +171,7 @@ void graph_name_value(struct graph *g, expression e, const char *text);
 /* Starts a section of the graph. `text` must live as long as the graph. */
 void graph_remark(struct graph *g, const char *text);
 /* The section that e belongs to: the last remark before it, or NULL. */
-const char *remark_of(const struct graph *g, expression e);
+const char *graph_remark_of(const struct graph *g, expression e);
 
 int operation_arity(enum operation operation);
 /* RATE_GAIN or POSITION_GAIN. */

@@ -4,7 +4,7 @@
  * not as a distant digit of an acceleration.
  */
 #include "check.h"
-#include "describe.h"
+#include "graph/describe.h"
 #include "expressions.h"
 #include "graph/spline.h"
 

@@ -1,5 +1,5 @@
 /* Expressions as text: see describe.h. */
-#include "describe.h"
+#include "graph/describe.h"
 #include "graph/spline.h"
 
 #include <string.h>

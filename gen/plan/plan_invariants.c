@@ -5,7 +5,7 @@
  * The walk knows at each statement what has been computed, in which loop it stands, and what loops have kept;
  * it shares the meaning of the plan with the printer, and no code.
  */
-#include "describe.h"
+#include "graph/describe.h"
 #include "base/memory.h"
 #include "plan/plan.h"
 
@@ -18,8 +18,8 @@ struct walk {
     bool *is_known;    /* by handle: a statement that has been passed */
     bool *is_counted;  /* by handle: its operation has been counted */
     bool *has_ended;   /* by group: its loop has been passed */
-    expression *value; /* by entry of all fields: what straight code is to put there */
-    bool *is_filled;   /* by entry of all fields */
+    expression *value; /* by entry of all arrays: what straight code is to put there */
+    bool *is_filled;   /* by entry of all arrays */
     int group, run;    /* of the loop that the walk is in; 0 and -1: in none */
     int written;       /* writes that have been passed */
     struct operation_count count;
@@ -144,16 +144,16 @@ static void compute(struct walk *w, expression e) {
         read_value(w, w->g->nodes[e].operand[k]);
 }
 
-/* ---- Entries of fields ---- */
+/* ---- Entries of arrays ---- */
 
-static void fill(struct walk *w, int field, int entry) {
-    const struct field *of = &w->function->fields[field];
-    const bool is_there = field < plan_count_arrays(w->function) && entry >= 0 && entry < of->count &&
+static void fill(struct walk *w, int array, int entry) {
+    const struct array *of = &w->function->arrays[array];
+    const bool is_there = array < plan_count_arrays(w->function) && entry >= 0 && entry < of->count &&
                           plan_is_output_copied(of, entry);
-    require_of(w, is_there, "field", field, "what is written lies within its field");
+    require_of(w, is_there, "field", array, "what is written lies within its field");
     if (!is_there)
         return;
-    require_of(w, !w->is_filled[of->offset + entry], "field", field, "an entry is written once");
+    require_of(w, !w->is_filled[of->offset + entry], "field", array, "an entry is written once");
     w->is_filled[of->offset + entry] = true;
 }
 
@@ -164,9 +164,9 @@ static void pass_writes(struct walk *w, int place) {
         if (write->place > place)
             return;
         read_value(w, write->value);
-        fill(w, write->field, write->entry);
+        fill(w, write->array, write->entry);
         require(
-            w, w->broken || w->value[w->function->fields[write->field].offset + write->entry] == write->value,
+            w, w->broken || w->value[w->function->arrays[write->array].offset + write->entry] == write->value,
             write->value, "an entry is what the quantity has there");
     }
 }
@@ -179,12 +179,12 @@ static void pass_run_results(struct walk *w, int block) {
         require(w, result->run == w->run, result->value, "a loop over its run writes a result of elements");
         read_value(w, result->value);
         for (int e = 0; e < w->plan->rolled->runs[result->run].count; e++)
-            fill(w, result->field, result->entry + e * result->stride);
+            fill(w, result->array, result->entry + e * result->stride);
     }
 }
 
-static void note_singles(struct walk *w, int field) {
-    const struct field *of = &w->function->fields[field];
+static void note_singles(struct walk *w, int array) {
+    const struct array *of = &w->function->arrays[array];
     for (int i = 0; i < of->single_count; i++) {
         const struct single *single = &of->singles[i];
         require(w, single->entry >= 0 && single->entry < of->count && !w->value[of->offset + single->entry],
@@ -194,24 +194,24 @@ static void note_singles(struct walk *w, int field) {
     }
 }
 
-/* Offsets are those of one array; straight code leaves no entry out, unless one loop clears the field. */
-static void check_field(struct walk *w, int field, int offset) {
-    const struct field *of = &w->function->fields[field];
+/* Offsets are those of one array; straight code leaves no entry out, unless one loop clears the array. */
+static void check_array(struct walk *w, int array, int offset) {
+    const struct array *of = &w->function->arrays[array];
     const bool is_matrix = !of->columns || of->count % of->columns == 0;
-    require_of(w, of->offset == offset, "field", field, "fields stand one behind the other");
-    require_of(w, is_matrix && (!of->symmetric || of->symmetric * of->symmetric == of->count), "field", field,
+    require_of(w, of->offset == offset, "field", array, "fields stand one behind the other");
+    require_of(w, is_matrix && (!of->symmetric || of->symmetric * of->symmetric == of->count), "field", array,
                "rows and columns are those of its entries");
-    for (int i = 0; i < of->count && !is_prepare(w) && !plan_is_cleared(w->plan, w->function, field); i++)
-        require_of(w, w->is_filled[of->offset + i] || !plan_is_output_copied(of, i), "field", field,
+    for (int i = 0; i < of->count && !is_prepare(w) && !plan_is_cleared(w->plan, w->function, array); i++)
+        require_of(w, w->is_filled[of->offset + i] || !plan_is_output_copied(of, i), "field", array,
                    "each entry is written");
 }
 
-static void check_fields(struct walk *w) {
+static void check_arrays(struct walk *w) {
     int offset = 0;
-    for (int f = 0; f < plan_count_arrays(w->function); offset += w->function->fields[f++].count) {
-        check_field(w, f, offset);
-        if (f + 1 == w->function->field_count)
-            require_of(w, offset + w->function->fields[f].count == w->function->out_count, "field", f,
+    for (int f = 0; f < plan_count_arrays(w->function); offset += w->function->arrays[f++].count) {
+        check_array(w, f, offset);
+        if (f + 1 == w->function->array_count)
+            require_of(w, offset + w->function->arrays[f].count == w->function->out_count, "field", f,
                        "results are counted");
     }
     require_of(w, offset == plan_value_count(w->function), "field", plan_count_arrays(w->function),
@@ -307,14 +307,14 @@ static void check_counts(struct walk *w) {
 /* ---- Loops over arrays ---- */
 
 /* Is it an array of `count` entries, or none where none is allowed? */
-static bool is_array(const struct walk *w, int field, int count) {
-    return field == NOTHING || (field >= 0 && field < plan_count_arrays(w->function) &&
-                                w->function->fields[field].count == count);
+static bool is_array_of(const struct walk *w, int array, int count) {
+    return array == NOTHING || (array >= 0 && array < plan_count_arrays(w->function) &&
+                                w->function->arrays[array].count == count);
 }
 
 static bool are_arrays(const struct walk *w, const struct vector_arrays *arrays, int count) {
-    return is_array(w, arrays->at[0], count) && is_array(w, arrays->at[1], count) &&
-           is_array(w, arrays->at[2], count);
+    return is_array_of(w, arrays->at[0], count) && is_array_of(w, arrays->at[1], count) &&
+           is_array_of(w, arrays->at[2], count);
 }
 
 static bool are_terms(const struct walk *w, const struct pair_terms *terms, int n) {
@@ -331,7 +331,7 @@ static bool are_pairs(const struct walk *w, const struct pairs *pairs) {
         holds = pairs->order[j] >= 0 && pairs->order[j] < n && j < pairs->end[j] && pairs->end[j] <= n;
     for (int p = 0; p < pairs->product_count; p++) {
         const struct pair_product *product = &pairs->products[p];
-        holds &= product->field != NOTHING && is_array(w, product->field, n * n) &&
+        holds &= product->array != NOTHING && is_array_of(w, product->array, n * n) &&
                  are_terms(w, &product->turn.rows, n) && are_terms(w, &product->turn.columns, n) &&
                  are_terms(w, &product->slide.rows, n) && are_terms(w, &product->slide.columns, n);
     }
@@ -341,30 +341,30 @@ static bool are_pairs(const struct walk *w, const struct pairs *pairs) {
     return holds;
 }
 
-static bool is_field(const struct walk *w, int field) {
-    return field >= 0 && field < plan_count_arrays(w->function);
+static bool is_array(const struct walk *w, int array) {
+    return array >= 0 && array < plan_count_arrays(w->function);
 }
 
-static int columns_of(const struct walk *w, int field) {
-    const struct field *of = &w->function->fields[field];
+static int columns_of(const struct walk *w, int array) {
+    const struct array *of = &w->function->arrays[array];
     return of->columns ? of->columns : of->count;
 }
 
-static bool is_square(const struct walk *w, int field) {
-    return is_field(w, field) && is_array(w, field, columns_of(w, field) * columns_of(w, field));
+static bool is_square(const struct walk *w, int array) {
+    return is_array(w, array) && is_array_of(w, array, columns_of(w, array) * columns_of(w, array));
 }
 
 static bool is_product(const struct walk *w, const struct product *product) {
-    if (!is_field(w, product->target) || !is_field(w, product->left) || !is_field(w, product->right))
+    if (!is_array(w, product->target) || !is_array(w, product->left) || !is_array(w, product->right))
         return false;
     const int height = columns_of(w, product->left), width = columns_of(w, product->right);
-    const int sum = w->function->fields[product->left].count / height;
-    return is_array(w, product->target, height * width) && is_array(w, product->right, sum * width);
+    const int sum = w->function->arrays[product->left].count / height;
+    return is_array_of(w, product->target, height * width) && is_array_of(w, product->right, sum * width);
 }
 
 static bool is_solving(const struct walk *w, const struct solving *solving) {
-    return is_square(w, solving->matrix) && is_field(w, solving->field) &&
-           is_array(w, solving->field, columns_of(w, solving->matrix) * columns_of(w, solving->field));
+    return is_square(w, solving->matrix) && is_array(w, solving->array) &&
+           is_array_of(w, solving->array, columns_of(w, solving->matrix) * columns_of(w, solving->array));
 }
 
 static bool has_its_arrays(const struct walk *w, const struct loop *loop) {
@@ -387,13 +387,13 @@ static void check_part(struct walk *w, int index) {
     const struct part *part = &w->function->parts[index];
     const int called = (int)(part->from - w->plan->functions);
     const bool is_there = called >= 0 && called < w->plan->function_count && part->from != w->function &&
-                          part->from_field < part->from->field_count &&
-                          part->to_field < plan_count_arrays(w->function);
+                          part->from_array < part->from->array_count &&
+                          part->to_array < plan_count_arrays(w->function);
     require_of(w, is_there, "part", index, "a part is a result of another function");
     if (!is_there)
         return;
-    const struct field *to = &w->function->fields[part->to_field];
-    require_of(w, to->count == part->from->fields[part->from_field].count, "part", index,
+    const struct array *to = &w->function->arrays[part->to_array];
+    require_of(w, to->count == part->from->arrays[part->from_array].count, "part", index,
                "a part has as many entries as its place");
     require_of(w, to->count == 0 || w->is_filled[to->offset] == part->is_added, "part", index,
                "a part is the first of its place or is added to it");
@@ -413,11 +413,11 @@ static void check_computed(struct walk *w) {
     for (int f = 0; f < plan_count_arrays(w->function); f++)
         note_singles(w, f);
     pass_blocks(w);
-    for (int i = 0; is_prepare(w) && i < w->function->fields[0].single_count; i++)
-        read_value(w, w->function->fields[0].singles[i].value);
+    for (int i = 0; is_prepare(w) && i < w->function->arrays[0].single_count; i++)
+        read_value(w, w->function->arrays[0].singles[i].value);
     check_pieces(w);
     check_counts(w);
-    check_fields(w);
+    check_arrays(w);
 }
 
 static const char *function_violation(struct plan *plan, const struct function *function) {

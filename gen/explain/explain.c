@@ -1,6 +1,6 @@
 /* A pass at work: see explain.h. */
-#include "explain.h"
-#include "describe.h"
+#include "explain/explain.h"
+#include "graph/describe.h"
 #include "plan/plan.h"
 
 #include <string.h>
@@ -54,7 +54,7 @@ struct explanation {
 
 /* The section of the graph that e belongs to, where another one begins. */
 static void tell_section(struct explanation *x, expression e) {
-    const char *section = remark_of(x->g, e);
+    const char *section = graph_remark_of(x->g, e);
     if (section && section != x->section)
         text_add(x->text, "  /* %s */\n", section);
     x->section = section;
@@ -71,8 +71,8 @@ static void explain_value(struct explanation *x, expression e) {
     text_add(x->text, "\n");
 }
 
-static void explain_entry(struct explanation *x, int field, int entry, int stride, expression value) {
-    text_add(x->text, "    %s.%s[%d", x->function->quantity, x->function->fields[field].name, entry);
+static void explain_entry(struct explanation *x, int array, int entry, int stride, expression value) {
+    text_add(x->text, "    %s.%s[%d", x->function->quantity, x->function->arrays[array].name, entry);
     if (stride)
         text_add(x->text, " + %d e", stride);
     text_add(x->text, "] = ");
@@ -84,15 +84,15 @@ static void explain_run_results(struct explanation *x, int block) {
     for (int i = 0; i < x->function->run_result_count; i++) {
         const struct run_result *result = &x->function->run_results[i];
         if (block < 0 || result->block == block)
-            explain_entry(x, result->field, result->entry, result->stride, result->value);
+            explain_entry(x, result->array, result->entry, result->stride, result->value);
     }
 }
 
 static void explain_results(struct explanation *x) {
     for (int f = 0; f < plan_count_arrays(x->function); f++) {
-        const struct field *field = &x->function->fields[f];
-        for (int i = 0; i < field->single_count; i++)
-            explain_entry(x, f, field->singles[i].entry, 0, field->singles[i].value);
+        const struct array *array = &x->function->arrays[f];
+        for (int i = 0; i < array->single_count; i++)
+            explain_entry(x, f, array->singles[i].entry, 0, array->singles[i].value);
     }
     explain_run_results(x, -1);
 }
@@ -146,8 +146,8 @@ static struct explanation start_explanation(const struct generation *gen, struct
     explain_counts(&x);
     for (int i = 0; i < x.function->part_count; i++)
         text_add(text, "    %s.%s is %s.%s\n", x.function->quantity,
-                 x.function->fields[x.function->parts[i].to_field].name, x.function->parts[i].from->quantity,
-                 x.function->parts[i].from->fields[x.function->parts[i].from_field].name);
+                 x.function->arrays[x.function->parts[i].to_array].name, x.function->parts[i].from->quantity,
+                 x.function->parts[i].from->arrays[x.function->parts[i].from_array].name);
     return x;
 }
 
@@ -177,7 +177,7 @@ static void explain_writes(struct explanation *x, int place, int *written) {
         const struct write *write = &x->function->writes[*written];
         if (write->place > place)
             return;
-        explain_entry(x, write->field, write->entry, 0, write->value);
+        explain_entry(x, write->array, write->entry, 0, write->value);
     }
 }
 

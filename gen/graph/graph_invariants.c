@@ -4,7 +4,7 @@
  * Takes a graph between two passes, gives the first promise that it breaks, with the entry at fault as text.
  * gen.c asks after each pass, in builds that have assertions.
  */
-#include "describe.h"
+#include "graph/describe.h"
 #include "base/memory.h"
 #include "graph/spline.h"
 
@@ -39,7 +39,7 @@ static bool has_smaller_operands(const struct graph *g, expression e) {
 /* Handle 0 stands in no place of the table. */
 static bool is_found(const struct graph *g, expression e) {
     double value = 0;
-    return e == 0 ? expr_is_number(g, 0, &value) && value == 0 : find_node(g, &g->nodes[e]) == e;
+    return e == 0 ? expr_is_number(g, 0, &value) && value == 0 : graph_find_node(g, &g->nodes[e]) == e;
 }
 
 static bool is_one_at_1(const struct graph *g, expression e) {
