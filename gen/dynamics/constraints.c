@@ -48,6 +48,7 @@ static void name_row(const struct kinematics *k, int index, const struct row_ter
 
 static struct row_terms derive_row(const struct kinematics *k, int index) {
     static const char *const levels[] = {"position", "velocity", "acceleration"};
+    _Static_assert(sizeof levels / sizeof *levels == ROW_ACCELERATION + 1, "each level has a name");
     const struct row *row = &k->model->rows[index];
     struct row_terms terms = {0};
     graph_remark(k->g,

@@ -6,6 +6,7 @@
 #include "base/memory.h"
 #include "tree/vector.h"
 
+#include <assert.h>
 #include <string.h>
 
 /* An element of a beam: the frame that carries it, and where it begins along the beam. */
@@ -46,6 +47,7 @@ static struct frame *new_frame(struct expansion *x) {
 /* A new frame with one joint, standing where `at` is; `at` becomes that frame. */
 static struct frame *add_joint(struct expansion *x, struct fixed_frame *at, const struct joint *joint) {
     struct frame *frame = new_frame(x);
+    assert(at->frame < x->tree->count - 1);
     frame->parent = at->frame;
     frame->run = -1;
     frame->coordinate = x->tree->count - 1;
