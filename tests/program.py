@@ -20,12 +20,33 @@ SCALE = float(os.environ.get("REFDYN_TOLERANCE_SCALE", "1"))
 REFERENCE = MODELS / "manipulator.lua"
 
 
+def some(paths):
+    """All of them in order; there has to be one, so that no test passes on no file."""
+    paths = sorted(paths)
+    assert paths, "no file of that name"
+    return paths
+
+
+def sources(folder, *patterns):
+    """Files of a folder of the project and of all folders in it."""
+    return some(path for pattern in patterns or ("*.[ch]",) for path in (SOURCE / folder).rglob(pattern))
+
+
+# Of the runtime core, without its users in folders beside it.
+CORE_FILES = some(path for path in sources("runtime") if path.relative_to(SOURCE / "runtime").parts[0] not in ("tool", "gsl"))
+CORE_SOURCES = some(path for path in CORE_FILES if path.suffix == ".c")
+
+
 def oracle(name):
     return json.loads((TESTS / "oracle" / (name + ".json")).read_text())
 
 
 def all_models():
-    return sorted(MODELS.glob("*.lua"))
+    return some(MODELS.glob("*.lua"))
+
+
+def models_of_tests():
+    return some((TESTS / "models").glob("*.lua"))
 
 
 def refdyn(*arguments, status=0, env=None, cwd=None, timeout=300):

@@ -12,11 +12,11 @@ import subprocess
 
 import pytest
 
-from program import BUILD, SOURCE
+from program import BUILD, SOURCE, some
 
 ELSEWHERE = re.compile(r"\s*(#.*)?$|(sudo |git |export |cmake |ctest |cpack |tests/run|models/run|\.ci/run)")
 TUTORIAL = SOURCE / "docs" / "tutorial.md"
-DOCUMENTS = sorted(path for path in SOURCE.rglob("*.md") if not {"build", ".git"} & set(path.relative_to(SOURCE).parts))
+DOCUMENTS = some(path for path in SOURCE.rglob("*.md") if not {"build", ".git"} & set(path.relative_to(SOURCE).parts))
 
 
 def commands(document):

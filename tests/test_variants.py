@@ -5,11 +5,11 @@ import re
 import numpy
 import pytest
 
-from program import REFERENCE, TESTS, all_models, check, close, evaluate, oracle, refdyn, settings
+from program import REFERENCE, TESTS, all_models, check, close, evaluate, models_of_tests, oracle, refdyn, settings
 from random_models import random_state
 
 METHODS = ["recursive", "dense"]
-MODELS = all_models() + sorted((TESTS / "models").glob("*.lua"))
+MODELS = all_models() + models_of_tests()
 
 
 def choice(folder, model, *options):

@@ -66,6 +66,7 @@ static struct row_terms derive_row(const struct kinematics *k, int index) {
         "row %d, of positions: psi' = u qdd + v, k = -v - 2 alpha psi - beta^2 phi (6.1, 6.3)",
         "row %d, of velocities: psi' = u qdd + v, k = -v - 2 alpha psi (6.1, 6.3)",
         "row %d, of accelerations: u qdd + v = 0, k = -v (6.1)"};
+    _Static_assert(sizeof formulas / sizeof *formulas == ROW_ACCELERATION + 1, "each level has a formula");
     const struct row *row = &k->model->rows[index];
     struct row_terms terms = {0};
     graph_remark(k->g, memory_format(k->memory, formulas[row->level], index + 1));

@@ -153,6 +153,7 @@ static void emit_index_tables(struct emission *x, struct text *text) {
 
 static void emit_rows_and_points(struct emission *x, struct text *text) {
     static const char *const levels[] = {"REFDYN_POSITION", "REFDYN_VELOCITY", "REFDYN_ACCELERATION"};
+    _Static_assert(sizeof levels / sizeof *levels == ROW_ACCELERATION + 1, "each level has a name");
     const struct model *model = x->plan->model;
     if (model->row_count) {
         text_add(text, "static const struct refdyn_row %s_rows[] = {\n", x->name);

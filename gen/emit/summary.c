@@ -88,6 +88,7 @@ static void print_coordinates(const struct generation *gen, FILE *out) {
 
 static void print_programme(const struct generation *gen, FILE *out) {
     static const char *const levels[] = {"position", "velocity", "acceleration"};
+    _Static_assert(sizeof levels / sizeof *levels == ROW_ACCELERATION + 1, "each level has a name");
     const struct model *model = &gen->model;
     if (model->row_count)
         fprintf(out, "constraints:\n");

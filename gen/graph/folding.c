@@ -5,9 +5,11 @@
 #include "graph/graph.h"
 #include "graph/spline.h"
 
+#include <assert.h>
 #include <math.h>
 
 static expression raw(struct graph *g, enum operation operation, expression a, expression b, expression c) {
+    assert(a < g->count && b < g->count && c < g->count);
     uint8_t depends = g->nodes[a].depends;
     if (operation_arity(operation) > 1)
         depends |= g->nodes[b].depends;

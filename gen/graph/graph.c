@@ -153,6 +153,8 @@ struct graph graph_copy(const struct graph *g) {
     return copy;
 }
 
+_Static_assert(sizeof(double) == 2 * sizeof(expression), "the bits of a number are two operands");
+
 expression expr_number(struct graph *g, double value) {
     if (value == 0)
         return 0; /* -0.0 too: the sign of a zero is not kept */
@@ -268,6 +270,7 @@ uint16_t graph_open_loop(struct graph *g, int run, bool inward) {
 
 void graph_close_loop(struct graph *g) {
     const uint16_t loop = g->open;
+    assert(loop);
     g->loops[loop].end = g->count;
     g->open = 0;
     for (int s = g->slot_count; s-- > 0 && g->slots[s].loop == loop;)
@@ -275,6 +278,7 @@ void graph_close_loop(struct graph *g) {
 }
 
 int graph_new_slot(struct graph *g, expression initial) {
+    assert(g->open && !g->nodes[initial].loop);
     g->slots = memory_room(g->memory, g->slots, g->slot_count, &g->slot_capacity, sizeof *g->slots);
     const int slot = g->slot_count++;
     g->slots[slot] = (struct slot){g->open, initial, initial, 0, 0};
@@ -283,6 +287,7 @@ int graph_new_slot(struct graph *g, expression initial) {
 }
 
 void graph_set_next(struct graph *g, int slot, expression next) {
+    assert(g->open && g->slots[slot].loop == g->open);
     g->slots[slot].next = next;
 }
 

@@ -7,6 +7,7 @@
 #include "graph/graph.h"
 #include "base/memory.h"
 
+#include <assert.h>
 #include <math.h>
 
 expression operation_partial(struct graph *g, expression r, int which) {
@@ -162,6 +163,7 @@ static bool end_rates(struct sweep *x, int slot) {
     for (int d = 0; d < x->directions; d++) {
         int *own = &x->slots[slot * x->directions + d];
         const expression initial = rates_of(x, s.initial)[d], next = rates_of(x, s.next)[d];
+        assert(*own < x->g->slot_count);
         if (*own >= 0) {
             graph_set_next(x->g, *own, next);
         } else if (next != initial) {
@@ -231,6 +233,7 @@ static void differentiate_needed(struct sweep *x) {
 
 void rewrite_derivatives(struct graph *g, const expression *from, expression *to, int count, leaf_rule *leaf,
                          void *const *contexts, int directions) {
+    assert(!g->open);
     const struct memory_mark mark = memory_mark(g->memory);
     struct sweep x = {g, leaf, contexts, directions, g->count, NULL, NULL, NULL};
     const size_t width = (size_t)directions;
@@ -267,6 +270,7 @@ void rewrite_gradient(struct graph *g, expression root_of, const expression *by,
         const struct node node = g->nodes[e];
         for (int k = 0; k < operation_arity(node.operation); k++) {
             const expression into = node.operand[k];
+            assert(into < e);
             if (g->nodes[into].depends) /* numbers have no derivative */
                 weight[into] = expr_add(g, weight[into], expr_mul(g, weight[e], operation_partial(g, e, k)));
         }

@@ -4,6 +4,7 @@
  */
 #include "plan/plan.h"
 
+#include <assert.h>
 #include <string.h>
 
 struct arguments {
@@ -63,6 +64,7 @@ static double symbol_value(const struct state *state, const struct symbol *s, in
     case SYMBOL_MULTIPLIER:
         return a->qd[2 * a->plan->tree->count + 1 + s->index];
     default:
+        assert(s->kind == SYMBOL_COORDINATE); /* no function reads points and starts */
         return coordinate_value(a, s->index, s->order);
     }
 }

@@ -1,7 +1,10 @@
 /* Loops of a plan: how many operations they take. See loops.h. */
 #include "plan/plan.h"
 
+#include <assert.h>
+
 static int rows_of(const struct array *array) {
+    assert(!array->columns || array->count % array->columns == 0);
     return array->columns ? array->count / array->columns : 1;
 }
 

@@ -4,6 +4,7 @@
  */
 #include "plan/plan.h"
 
+#include <assert.h>
 #include <string.h>
 
 enum {
@@ -62,6 +63,7 @@ int plan_open_local(struct memory *memory, struct function *function, const char
 void plan_set_entry(struct memory *memory, struct function *function, int array, int entry,
                     expression value) {
     struct array *of = &function->arrays[array];
+    assert(array < plan_count_arrays(function) && entry >= 0 && entry < of->count);
     if (!value)
         return;
     of->singles =
@@ -200,6 +202,7 @@ static void choose_statements(struct plan *plan, const struct function *function
         int total = is_sign(g, e) ? 0 : 1;
         for (int k = 0; k < arity; k++)
             total += length[node->operand[k]];
+        assert(total <= UINT8_MAX);
         plan->is_statement[e] =
             plan->is_derived[e] ||
             (!is_sign(g, e) && (uses[e] > 1 || g->names[e] || total >= LONGEST_EXPRESSION));
@@ -292,6 +295,7 @@ static void cut_pieces(struct plan *plan, struct function *function) {
     }
     for (int begin = 0; begin < function->statement_count;) {
         begin = end_of_piece(plan, function, begin, &section);
+        assert(function->piece_count < most);
         function->piece_ends[function->piece_count++] = begin;
     }
 }

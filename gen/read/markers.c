@@ -23,6 +23,7 @@ static int find_marker(const struct model *model, const struct attachment *at, b
 /* "arm_tip_axis_x" for an axis of a link, "arm_direction_7" and "arm_marker_7" for what has no name. */
 static const char *marker_name(const struct model *model, const struct attachment *at, bool is_direction) {
     static const char *const wheres[] = {"", "_tip", "_along"};
+    _Static_assert(sizeof wheres / sizeof *wheres == AT_ALONG + 1, "each place has a name");
     struct memory *memory = model->graph->memory;
     const char *link = model->links[at->link].name;
     const expression *c = at->placement.position;

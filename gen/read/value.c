@@ -7,6 +7,7 @@ const char *value_kind_text(enum value_kind kind) {
     static const char *const texts[] = {"nothing",       "a number",      "a text",
                                         "true or false", "an expression", "a function",
                                         "a curve",       "a table",       "a group of values"};
+    _Static_assert(sizeof texts / sizeof *texts == VALUE_GROUP + 1, "each kind has a text");
     return texts[kind];
 }
 

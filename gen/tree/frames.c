@@ -3,6 +3,8 @@
 #include "base/memory.h"
 #include "tree/vector.h"
 
+#include <assert.h>
+
 static struct frame *new_frame(struct expansion *x) {
     struct tree *tree = x->tree;
     if (tree->count == x->capacity) {
@@ -16,6 +18,7 @@ static struct frame *new_frame(struct expansion *x) {
 
 struct frame *frames_add_joint(struct expansion *x, struct fixed_frame *at, const struct joint *joint) {
     struct frame *frame = new_frame(x);
+    assert(at->frame < x->tree->count - 1);
     frame->parent = at->frame;
     frame->run = -1;
     frame->coordinate = x->tree->count - 1;

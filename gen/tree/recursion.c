@@ -2,6 +2,7 @@
 #include "tree/recursion.h"
 #include "base/memory.h"
 
+#include <assert.h>
 #include <string.h>
 
 /* What one loop carries. */
@@ -50,6 +51,7 @@ static expression *state_of(const struct recursion *x, int frame) {
 
 static void loop_outward(const struct recursion *x, int entry) {
     const int exit = x->tree->frames[entry].partner;
+    assert(x->tree->frames[exit].kind == FRAME_EXIT && exit > entry + 1);
     struct carry carry = start_carry(x, state_of(x, entry));
     graph_open_loop(x->g, x->tree->frames[entry].run, false);
     do {
@@ -63,6 +65,7 @@ static void loop_outward(const struct recursion *x, int entry) {
 
 void recursion_outward(const struct recursion *x) {
     for (int i = 0; i < x->tree->count; i++) {
+        assert(x->tree->frames[i].parent < i);
         x->step(x->context, i);
         if (x->tree->frames[i].kind != FRAME_ENTRY)
             continue;
@@ -73,6 +76,7 @@ void recursion_outward(const struct recursion *x) {
 
 static void loop_inward(const struct recursion *x, int exit) {
     const int entry = x->tree->frames[exit].partner;
+    assert(x->tree->frames[entry].kind == FRAME_ENTRY && exit > entry + 1);
     struct carry carry = start_carry(x, state_of(x, exit));
     graph_open_loop(x->g, x->tree->frames[exit].run, true);
     do {

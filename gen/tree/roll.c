@@ -3,6 +3,7 @@
 #include "base/memory.h"
 #include "tree/vector.h"
 
+#include <assert.h>
 #include <limits.h>
 #include <string.h>
 
@@ -141,6 +142,7 @@ static struct frame *append(struct rolling *x, const struct frame *frame) {
 
 static int image_of_parent(const struct rolling *x, int frame) {
     const int parent = x->tree->frames[frame].parent;
+    assert(parent < 0 || x->image[parent] >= 0); /* nothing stands on a run but on its last frame */
     return parent < 0 ? -1 : x->image[parent];
 }
 
@@ -187,6 +189,7 @@ static const struct inertia *last_inertia(const struct rolling *x, const struct 
 }
 
 static void append_run(struct rolling *x, struct element_run run) {
+    assert(run.count > 1 && run.first + run.count * run.period <= x->tree->count);
     struct tree *rolled = x->rolled;
     const int index = rolled->run_count, entry = rolled->count, exit = entry + run.period + 1;
     const struct frame *elements = &x->tree->frames[run.first];
@@ -235,6 +238,7 @@ static void count_children(struct rolling *x) {
 void roll_tree(struct memory *memory, const struct model *model, const struct tree *tree, enum loops loops,
                struct tree *rolled) {
     static const int least[] = {[LOOPS_AUTO] = LEAST_SAVED, [LOOPS_ALWAYS] = 1, [LOOPS_NEVER] = INT_MAX};
+    _Static_assert(sizeof least / sizeof *least == LOOPS_NEVER + 1, "each choice has its least saving");
     const size_t n = (size_t)tree->count + 1;
     struct rolling x = {
         .memory = memory, .model = model, .tree = tree, .rolled = rolled, .least = least[loops]};

@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from program import TESTS, all_models, refdyn
+from program import all_models, models_of_tests, refdyn
 
 MODEL = """local rd = require "refdyn"
 local n, wide = rd.option("n_rfe", 2, { from = 1, to = 64 }), rd.option("wide", true)
@@ -232,6 +232,6 @@ return rd.model { name = "plane", gravity = { 0, 0, -9.81 }, links = { { "rod", 
         f"{tmp_path}/model.lua:7: warning: links[1].beam.segments[2].curvature.psi: " + told.format("psi")]
 
 
-@pytest.mark.parametrize("path", all_models() + sorted((TESTS / "models").glob("*.lua")), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", all_models() + models_of_tests(), ids=lambda path: path.stem)
 def test_good_models_are_taken(path):
     refdyn("check", path)
