@@ -62,7 +62,7 @@ static struct reference *new_references(const struct kinematics *k) {
     return memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof(struct reference));
 }
 
-struct reference *reference_accelerations_bias(const struct kinematics *k) {
+static struct reference *bias_references(const struct kinematics *k) {
     struct reference *list = new_references(k);
     for (int i = 0; i < k->tree->count; i++) {
         const struct frame_motion *m = &k->frames[i];
@@ -75,7 +75,7 @@ struct reference *reference_accelerations_derive(const struct kinematics *k,
                                                  const struct elimination *elimination) {
     struct references x = {k, elimination, NULL};
     if (!has_ball(k, elimination))
-        return reference_accelerations_bias(k);
+        return bias_references(k);
     x.list = new_references(k);
     const struct recursion recursion = dynamics_recursion_over(k, x.list, sizeof *x.list, refer, &x);
     recursion_outward(&recursion);

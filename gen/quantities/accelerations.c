@@ -187,7 +187,7 @@ static void respond_to_loads(struct derivation *d, struct solution *solution) {
 /* The same by the coefficients u. */
 static void respond_to_coefficients(struct derivation *d, struct solution *solution) {
     const int m = d->m;
-    const struct row_terms *row = derivation_rows_beside_bias(d);
+    const struct row_terms *row = derivation_rows(d);
     for (int i = 0; i < m; i++)
         solution->responses[i] = solve(d, solution, row[i].u);
     for (int i = 0; i < m; i++) {

@@ -151,14 +151,6 @@ static struct row_terms *rows_at(struct derivation *d, const struct reference *r
     return constraints_derive(&moved);
 }
 
-const struct row_terms *derivation_rows_beside_bias(struct derivation *d) {
-    if (d->model->printed_form)
-        return derivation_rows(d);
-    if (!d->rows_beside_bias)
-        d->rows_beside_bias = rows_at(d, reference_accelerations_bias(&d->kinematics));
-    return d->rows_beside_bias;
-}
-
 const struct row_terms *derivation_rows_beside_loads(struct derivation *d,
                                                      const struct reference *references) {
     return references ? rows_at(d, references) : derivation_rows(d);
