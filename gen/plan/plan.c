@@ -374,6 +374,7 @@ static void list_parameters(struct plan *plan) {
 void plan_functions(struct plan *plan) {
     for (int i = 0; i < plan->model->parameter_count; i++)
         expr_symbol(plan->g, SYMBOL_PARAMETER, i, 0); /* all handles exist before arrays by handle are made */
+    graph_close(plan->g);
     order_of_sums(plan);
     plan->is_statement = memory_get(plan->memory, plan->g->count * sizeof *plan->is_statement);
     plan->is_derived = memory_get(plan->memory, plan->g->count * sizeof *plan->is_derived);
