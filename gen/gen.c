@@ -110,6 +110,7 @@ static bool derive_quantities(struct generation *gen) {
 }
 
 static bool order_all_sums(struct generation *gen) {
+    plan_close_graph(gen->plan);
     order_of_sums(gen->plan);
     return true;
 }

@@ -87,9 +87,7 @@ bool articulated_body_ends_ball(const struct elimination *elimination, int i);
 /* By frame; for bodies behind ball joints dw/dt is not that at qdd = 0. */
 struct reference *reference_accelerations_derive(const struct kinematics *k,
                                                  const struct elimination *elimination);
-/* Those at qdd = 0, behind ball joints, too. */
-struct reference *reference_accelerations_bias(const struct kinematics *k);
-/* Can a load act on frame i? It cannot act between the turns of a ball joint. */
+/* Can a load act on frame i? Not on one between the turns that are eliminated together. */
 bool articulated_body_takes_load(const struct elimination *elimination, int i);
 
 /*

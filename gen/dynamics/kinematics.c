@@ -108,7 +108,8 @@ static struct tensor tensor_turn_axis(struct graph *g, int axis, expression c, e
     return turned;
 }
 
-/* The same by the double angle: four operations more, of which two fewer wait for each other. */
+/* The same by the double angle: four operations more, but a recursion waits for two less. Without it qdd of
+ * the manipulator with 16 elements took up to a fifth longer. */
 static struct tensor tensor_turn_axis_quickly(struct graph *g, int axis, expression c, expression s,
                                               struct tensor t) {
     const int j = (axis + 1) % 3, l = (axis + 2) % 3, jl = tensor_index(j, l);

@@ -124,18 +124,6 @@ static bool is_slot_needed(const struct writer *w, int slot) {
     return needed[g->slots[slot].carried] || needed[g->slots[slot].final];
 }
 
-/*
- * The size of a local array for `count` numbers. Arrays of about a kilobyte or a multiple of it would stand
- * one behind the other so that entries of several have the same last bits in their addresses, which
- * processors take for one place until they know better, so these are longer: a loop over 511 elements takes a
- * tenth to a third less.
- */
-static int room_for(int count) {
-    enum { KILOBYTE = 128, APART = 16 }; /* in numbers */
-    const bool is_close = count > KILOBYTE - APART && (count + APART) % KILOBYTE < 2 * APART;
-    return is_close ? count + 2 * APART : count;
-}
-
 /* Of all elements, what the loop carried into them, when other loops read it. */
 static void emit_kept_slots(struct writer *w, const struct code_block *block, int count, bool declare) {
     struct emission *x = w->x;
@@ -148,7 +136,7 @@ static void emit_kept_slots(struct writer *w, const struct code_block *block, in
         if (!declare)
             text_add(w->text, "        %s%s_at[e] = %s;\n", place, name, name);
         else if (!x->is_carried[e])
-            text_add(w->text, "    double %s_at[%d];\n", name, room_for(count));
+            text_add(w->text, "    double %s_at[%d];\n", name, count);
     }
 }
 
@@ -161,7 +149,7 @@ static void emit_loop_variables(struct writer *w, const struct code_block *block
             continue;
         text_add(w->text, "    double ");
         emit_name(x, w->text, e);
-        text_add(w->text, "[%d];\n", room_for(count));
+        text_add(w->text, "[%d];\n", count);
     }
     emit_kept_slots(w, block, count, true);
     for (int s = 0; s < x->g->slot_count; s++) {
@@ -386,8 +374,7 @@ static void number_statements(struct writer *w) {
 
 static void emit_locals(struct writer *w) {
     for (int f = w->function->array_count; f < plan_count_arrays(w->function); f++)
-        text_add(w->text, "    double %s[%d];\n", w->function->arrays[f].name,
-                 room_for(w->function->arrays[f].count));
+        text_add(w->text, "    double %s[%d];\n", w->function->arrays[f].name, w->function->arrays[f].count);
 }
 
 static void emit_short_function(struct writer *w) {

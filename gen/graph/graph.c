@@ -117,6 +117,7 @@ expression graph_intern(struct graph *g, struct node node) {
     const uint32_t slot = slot_of_node(g, &node);
     if (g->table[slot])
         return g->table[slot];
+    assert(!g->is_closed);
     if (g->count == g->capacity)
         grow_nodes(g);
     node.loop = loop_of(g, &node);
@@ -133,6 +134,10 @@ void graph_start(struct graph *g, struct memory *memory) {
     /* The number 0 is handle 0; it stands in no slot of the table, where 0 means empty. */
     g->nodes[g->count++] = (struct node){.operation = OP_NUMBER};
     expr_number(g, 1);
+}
+
+void graph_close(struct graph *g) {
+    g->is_closed = true;
 }
 
 struct graph graph_copy(const struct graph *g) {

@@ -5,6 +5,10 @@
  * operands of a node have smaller indices than the node, so that a plain loop over indices is an order of
  * evaluation. Handle 0 is the number 0, handle 1 the number 1. Building folds what is exactly safe: 0 and 1,
  * signs, numbers on both sides; x*0 -> 0 and x-x -> 0 assume that x is finite.
+ *
+ * Nodes do not change while the graph grows. Once it is closed nothing is added, and the planner alone puts
+ * summands into another order (order_of_sums.c): a node then still stands for the same value, rounded
+ * otherwise.
  */
 #ifndef REFDYN_GEN_GRAPH_H
 #define REFDYN_GEN_GRAPH_H
@@ -110,6 +114,7 @@ struct graph {
     struct slot *slots;
     int loop_count, loop_capacity, slot_count, slot_capacity;
     uint16_t open;      /* the loop that is being built, 0: none */
+    bool is_closed;     /* no node is added any more */
     const char **names; /* by handle: what the value is called in the emitted C, or NULL */
     int *name_owners;   /* by handle: 1 + the coordinate whose frame the value is named after, 0: none */
     expression *table;  /* hash table of handles, a power of two long, 0 empty */
@@ -119,6 +124,8 @@ struct graph {
 void graph_start(struct graph *g, struct memory *memory);
 /* A graph of the same nodes that grows apart from g: for trials. No loop may be open. */
 struct graph graph_copy(const struct graph *g);
+/* From now on only nodes that are there are asked for. */
+void graph_close(struct graph *g);
 
 /* The handle of a node; a new one where no node is equal to it. Only folding.c and graph.c build nodes. */
 expression graph_intern(struct graph *g, struct node node);

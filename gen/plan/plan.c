@@ -375,9 +375,13 @@ static void list_parameters(struct plan *plan) {
             plan->parameters[plan->parameter_count++] = i;
 }
 
-void plan_functions(struct plan *plan) {
+void plan_close_graph(struct plan *plan) {
     for (int i = 0; i < plan->model->parameter_count; i++)
-        expr_symbol(plan->g, SYMBOL_PARAMETER, i, 0); /* all handles exist before arrays by handle are made */
+        expr_symbol(plan->g, SYMBOL_PARAMETER, i, 0);
+    graph_close(plan->g);
+}
+
+void plan_functions(struct plan *plan) {
     plan->is_statement = memory_get(plan->memory, plan->g->count * sizeof *plan->is_statement);
     plan->is_derived = memory_get(plan->memory, plan->g->count * sizeof *plan->is_derived);
     for (int f = 0; f < plan->function_count; f++)

@@ -141,6 +141,8 @@ void plan_set_frame(struct memory *memory, const struct tree *tree, struct funct
 /* quantities.c: outputs of every function asked for (`emit` as in gen_plan); false: the scene has none of
  * them. */
 bool quantities_list_functions(struct plan *plan, const char *emit);
+/* All handles exist from here on: arrays by handle can be made. */
+void plan_close_graph(struct plan *plan);
 /* order_of_sums.c: in all functions. */
 void order_of_sums(struct plan *plan);
 /* plan.c: statements, derived values, pieces, counts; when sums are in order. */

