@@ -9,14 +9,6 @@
 
 enum { WIDTH = 104 }; /* a line is broken after an operator from here on */
 
-void emit_run_index(struct text *text, int first, int stride) {
-    if (first)
-        text_add(text, "%d + ", first);
-    if (stride > 1)
-        text_add(text, "%d * ", stride);
-    text_add(text, "e");
-}
-
 enum binding binding_of(const struct node *node) {
     switch (node->operation) {
     case OP_ADD:

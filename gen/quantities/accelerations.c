@@ -223,56 +223,12 @@ static const expression *constrained_by(struct derivation *d, struct solution *s
 
 /* ---- Which way of solving M x = f ---- */
 
-/* A division keeps its unit busy for four to five cycles, in which as many products or sums begin and more.
- */
-enum { DIVISION_WEIGHT = 4 };
-
-/* Of what the marked nodes are made of. */
-static long weigh_marked(const struct derivation *d, bool *needed) {
-    const struct graph *g = d->g;
-    long operations = 0;
-    rewrite_mark_operands(g, needed, g->count);
-    for (expression e = 0; e < g->count; e++) {
-        const enum cost cost = operation_cost(g->nodes[e].operation);
-        if (needed[e] && (g->nodes[e].depends & ~ON_PARAMETER) != 0)
-            operations += plan_trips_of(d->plan, e) *
-                          (cost == COST_DIV ? DIVISION_WEIGHT : cost == COST_ADD || cost == COST_MUL);
-    }
-    return operations;
-}
-
-long derivation_cost(const struct derivation *d, const expression *values, int count) {
-    const struct memory_mark mark = memory_mark(d->memory);
-    bool *needed = memory_scratch(d->memory, d->g->count * sizeof *needed);
-    for (int i = 0; i < count; i++)
-        needed[values[i]] = true;
-    const long operations = weigh_marked(d, needed);
-    memory_back(d->memory, mark);
-    return operations;
-}
-
-long derivation_cost_of_results(const struct derivation *d, const struct function *function) {
-    const struct memory_mark mark = memory_mark(d->memory);
-    bool *needed = memory_scratch(d->memory, d->g->count * sizeof *needed);
-    plan_mark_results(function, needed);
-    const long operations = weigh_marked(d, needed);
-    memory_back(d->memory, mark);
-    return operations;
-}
-
 typedef const expression *solve_by(struct derivation *d, struct solution *solution);
-
-void derivation_note_choice(struct derivation *d, const char *choice) {
-    struct plan *plan = d->plan;
-    if (d->is_second)
-        return;
-    plan->choices = plan->choices ? memory_format(plan->memory, "%s; %s", plan->choices, choice) : choice;
-}
 
 /* "qdd_free recursive, 1055 operations (dense 1512)" */
 static void say_choice(struct derivation *d, const char *quantity, const struct solution *chosen,
                        const char *costs) {
-    derivation_note_choice(
+    operation_cost_note_choice(
         d, memory_format(d->memory, "%s %s%s", quantity, chosen->is_dense ? "dense" : "recursive", costs));
 }
 
@@ -286,11 +242,11 @@ static struct solution *cheaper(struct derivation *d, const char *quantity, solv
     struct solution *recursive = &d->by_method[0], *dense = &d->by_method[1];
     const struct tree *tree = d->kinematics.tree;
     if (tree->run_count) {
-        const long operations = derivation_cost(d, by(d, recursive), d->frames);
+        const long operations = operation_cost_of_values(d, by(d, recursive), d->frames);
         say_choice(d, quantity, recursive, memory_format(d->memory, ", %ld operations", operations));
         return recursive;
     }
-    const long own = derivation_cost(d, by(d, recursive), d->frames),
+    const long own = operation_cost_of_values(d, by(d, recursive), d->frames),
                factoring = mass_factor_operations(tree);
     if (factoring >= own) {
         say_choice(d, quantity, recursive,
@@ -298,7 +254,7 @@ static struct solution *cheaper(struct derivation *d, const char *quantity, solv
                                  factoring));
         return recursive;
     }
-    const long other = derivation_cost(d, by(d, dense), d->frames);
+    const long other = operation_cost_of_values(d, by(d, dense), d->frames);
     if (10 * other <= 9 * own) {
         say_choice(d, quantity, dense,
                    memory_format(d->memory, ", %ld operations (recursive %ld)", other, own));

@@ -18,7 +18,7 @@ static long weigh_loops(const struct derivation *d, const struct function *f) {
     struct operation_count count = {.quantity = f->quantity};
     for (int i = 0; i < f->loop_count; i++)
         loops_count_operations(f, &f->loops[i], &count);
-    return derivation_cost_of_results(d, f) + (count.adds + count.muls) / LOOP_ADVANTAGE;
+    return operation_cost_of_results(d, f) + (count.adds + count.muls) / LOOP_ADVANTAGE;
 }
 
 /* A matrix, n x n, in both forms. */
@@ -36,17 +36,18 @@ static enum matrix_form cheaper_form(struct derivation *d, const struct chosen_m
     pair_loops_drop_unread(d->memory, &trial);
     const long loops = weigh_loops(d, &trial);
     if (d->n > MOST_WRITTEN_OUT) {
-        derivation_note_choice(d, memory_format(d->memory, "%s in loops, %ld", name, loops));
+        operation_cost_note_choice(d, memory_format(d->memory, "%s in loops, %ld", name, loops));
         return FORM_LOOPS;
     }
-    const long written = derivation_cost(d, matrix->write_out(derivation_without_runs(d)), d->n * d->n);
+    const long written =
+        operation_cost_of_values(d, matrix->write_out(derivation_without_runs(d)), d->n * d->n);
     if (WORTH_TEXT * loops < (WORTH_TEXT + 1) * written) {
-        derivation_note_choice(
+        operation_cost_note_choice(
             d, memory_format(d->memory, "%s in loops, %ld (written out %ld)", name, loops, written));
         return FORM_LOOPS;
     }
-    derivation_note_choice(d,
-                           memory_format(d->memory, "%s written out, %ld (loops %ld)", name, written, loops));
+    operation_cost_note_choice(
+        d, memory_format(d->memory, "%s written out, %ld (loops %ld)", name, written, loops));
     return FORM_WRITTEN;
 }
 

@@ -714,7 +714,7 @@ static bool has_asked_for(const struct derivation *d) {
 }
 
 bool quantities_list_functions(struct plan *plan, const char *emit) {
-    struct derivation *d = derivation_choose_tree(plan);
+    struct derivation *d = choice_of_tree(plan);
     const char *last_reason = NULL;
     d->emit = emit;
     d->has_vectors = emit && is_in_list(emit, implicit) && is_corrected(d) && derivatives_prefer_vectors(d);

@@ -54,7 +54,7 @@ struct derivation {
 struct derivation *derivation_start(struct plan *plan, const struct tree *tree);
 /* From the rolled tree or, where it is short, one without runs, its axes turned or kept (parallel_axes.h):
  * what is cheaper. */
-struct derivation *derivation_choose_tree(struct plan *plan);
+struct derivation *choice_of_tree(struct plan *plan);
 /* The same with every frame alone; d itself when it has no runs. */
 struct derivation *derivation_without_runs(struct derivation *d);
 expression *derivation_new_values(const struct derivation *d, int count);
@@ -82,11 +82,11 @@ const struct solution *accelerations_constrained(struct derivation *d);
 void accelerations_solve_rows(struct derivation *d, const expression *S, expression *rest, const char *what);
 /* Operations of a call that computes these values and nothing else; what depends on parameters alone is free.
  */
-long derivation_cost(const struct derivation *d, const expression *values, int count);
+long operation_cost_of_values(const struct derivation *d, const expression *values, int count);
 /* The same of all results and local arrays of a function, without its loops. */
-long derivation_cost_of_results(const struct derivation *d, const struct function *function);
+long operation_cost_of_results(const struct derivation *d, const struct function *function);
 /* One more choice for the summary and the header. */
-void derivation_note_choice(struct derivation *d, const char *choice);
+void operation_cost_note_choice(struct derivation *d, const char *choice);
 
 /* mass_matrix.c: a array for M, filled when all other arrays are there. */
 int mass_matrix_add(struct derivation *d, struct function *f);

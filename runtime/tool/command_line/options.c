@@ -1,0 +1,433 @@
+/* The command line of `refdyn`: see options.h. A table of options; each command names those it knows. */
+#include "command_line/options.h"
+#include "simulate/gsl_motion.h"
+#include "base/message.h"
+#include "text/output.h"
+#include "refdyn.h"
+#include "base/text.h"
+
+#include <errno.h>
+#include <getopt.h>
+#include <math.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* A list has names or numbers between commas, each once; one that frees may be empty. */
+enum kind {
+    KIND_FLAG,
+    KIND_TEXT,
+    KIND_LIST,
+    KIND_FREEING_LIST,
+    KIND_POSITIVE,
+    KIND_COUNT,
+    KIND_SETTING,
+    KIND_STOP,
+    KIND_HELP
+};
+
+struct rule {
+    const char *name, *argument;
+    enum kind kind;
+    size_t offset;    /* of the field in struct options */
+    const char *help; /* NULL: the methods */
+};
+
+#define FIELD(name) offsetof(struct options, name)
+
+static const struct rule rules[] = {
+    {"output", "FILE", KIND_TEXT, FIELD(output), "where results go"},
+    {"emit", "M,h,...", KIND_LIST, FIELD(emit),
+     "these quantities only; all: every one but derivatives; implicit: the tangent of implicit steps"},
+    {"explain", "PASS", KIND_TEXT, FIELD(explain),
+     "without -o: print what the generator holds behind a pass: expand, roll, derive, sums or plan"},
+    {"state", "STATE.json", KIND_TEXT, FIELD(state),
+     "t, q, qd, inputs, parameters; what is left out is the model's"},
+    {"until", "T", KIND_POSITIVE, FIELD(until), "end of the motion [s]"},
+    {"method", "NAME", KIND_TEXT, FIELD(method), NULL},
+    {"step", "H", KIND_POSITIVE, FIELD(step), "fixed steps of this size [s]"},
+    {"tol", "TOL", KIND_POSITIVE, FIELD(tolerance), "steps are found: error of each [rad, m] (default 1e-6)"},
+    {"step-max", "H", KIND_POSITIVE, FIELD(step_max), "largest step that is found [s] (default: no bound)"},
+    {"accuracy", "ERROR", KIND_POSITIVE, FIELD(accuracy),
+     "the error of the whole motion [m, rad]: the tolerance is found"},
+    {"verify", NULL, KIND_FLAG, FIELD(verify), "estimate the error of the whole motion by a finer one"},
+    {"inputs", "FILE.csv", KIND_TEXT, FIELD(inputs), "samples of inputs over t, each held until the next"},
+    {"stop", "NAME<VALUE", KIND_STOP, 0,
+     "end where a column of the CSV falls below a value, or with > exceeds it (repeatable)"},
+    {"every", "DT", KIND_POSITIVE, FIELD(every), "time between outputs [s] (default T/200)"},
+    {"from", "WHERE", KIND_TEXT, FIELD(from), "initial (default), statics, or a STATE.json"},
+    {"at", "WHERE", KIND_TEXT, FIELD(at), "statics (default), initial, or a STATE.json; rates are 0"},
+    {"modes", "K", KIND_COUNT, FIELD(modes), "the K slowest modes only"},
+    {"stabilise", "HOW", KIND_TEXT, FIELD(stabilise),
+     "none, baumgarte (default with rk4), baumgarte-auto (gains from the step) or project (default with the "
+     "others)"},
+    {"singular", "HOW", KIND_TEXT, FIELD(singular),
+     "where the constraint rows lose rank: stop (default), or pass where a branch can be followed"},
+    {"start", "HOW", KIND_TEXT, FIELD(start), "as-is (default) or project: moved onto the programme first"},
+    {"hold", "a,b", KIND_FREEING_LIST, FIELD(hold),
+     "coordinates held in statics and modes, instead of the model's ('' frees all)"},
+    {"summary", "FILE.json", KIND_TEXT, FIELD(summary), "the summary as JSON"},
+    {"panel", "a,b", KIND_LIST, FIELD(panel),
+     "these panels only: angles, slides, bending-psi, bending-theta, torsion, others, path, side, height, "
+     "velocity, "
+     "forces, torques, inputs, phi, psi, energy"},
+    {"units", "FILE.json", KIND_TEXT, FIELD(units), "units of columns, from the summary of refdyn sim"},
+    {"methods", "a,b,c", KIND_LIST, FIELD(methods), "methods to compare (default: all)"},
+    {"tols", "a,b,c", KIND_LIST, FIELD(tols),
+     "tolerances of the methods that find their steps (default: each power of ten from 1e-2 to 1e-12)"},
+    {"steps", "a,b,c", KIND_LIST, FIELD(steps),
+     "steps of those with fixed ones [s] (default: from the largest stable one downward)"},
+    {"seconds", "S", KIND_POSITIVE, FIELD(seconds), "time for all runs together [s] (default 60)"},
+    {"vary", "OPTION=V1,V2", KIND_TEXT, FIELD(vary),
+     "repeat the study for these values of a structural option"},
+    {"set", "NAME=VALUE", KIND_SETTING, 0, "set an option or a parameter of the model (repeatable)"},
+    {"loops", "WHEN", KIND_TEXT, FIELD(loops),
+     "auto (default), always or never: loops over equal elements instead of code for each"},
+    {"accelerations", "HOW", KIND_TEXT, FIELD(accelerations),
+     "auto (default), recursive or dense: how the C solves M qdd = f"},
+    {"fold", NULL, KIND_FLAG, FIELD(fold), "turn parameters into numbers in the C"},
+    {"help", NULL, KIND_HELP, 0, "this text"},
+};
+
+enum { RULE_OUTPUT, RULE_COUNT = sizeof rules / sizeof rules[0] };
+
+/* Whether `list` (blanks between, '!' behind needed ones) has `name`; *needed tells of the mark. */
+static bool list_has(const char *list, const char *name, bool *needed) {
+    size_t length = strlen(name);
+    for (const char *at = list; (at = strstr(at, name)); at += length) {
+        bool starts = at == list || at[-1] == ' ';
+        if (starts && strchr(" !", at[length])) { /* the end of the text counts as a blank */
+            *needed = at[length] == '!';
+            return true;
+        }
+    }
+    return false;
+}
+
+static bool knows(const struct command *command, const struct rule *rule, bool *needed) {
+    *needed = false;
+    return rule->kind == KIND_HELP || list_has(command->options, rule->name, needed);
+}
+
+static const char *shown_name(const struct rule *rule) {
+    return strcmp(rule->name, "output") == 0 ? "-o" : rule->name;
+}
+
+static void print_usage(const struct command *command, FILE *out) {
+    fprintf(out, "usage: refdyn %s %s", command->name, command->operands);
+    for (int i = 0; i < RULE_COUNT; i++) {
+        bool needed;
+        if (!knows(command, &rules[i], &needed) || rules[i].kind == KIND_HELP)
+            continue;
+        bool is_short = strcmp(rules[i].name, "output") == 0;
+        fprintf(out, needed ? " %s%s" : " [%s%s", is_short ? "" : "--", shown_name(&rules[i]));
+        if (rules[i].argument)
+            fprintf(out, " %s", is_short ? command->output : rules[i].argument);
+        fputs(needed ? "" : "]", out);
+    }
+    fputc('\n', out);
+}
+
+/* The methods that the runtime has, and which one is taken. */
+static void print_methods(void) {
+    for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
+        printf("%s%s", method ? ", " : "", refdyn_method_name(method));
+    puts(by_gsl_is_built ? ", msbdf, bsimp (default: rk4 with --step, auto without)"
+                         : " (default: rk4 with --step, auto without)");
+}
+
+static void print_rule_help(const struct rule *rule) {
+    if (rule->help)
+        puts(rule->help);
+    else
+        print_methods();
+}
+
+static void print_command_help(const struct command *command) {
+    print_usage(command, stdout);
+    printf("\n%s\n\n%s\noptions:\n", command->purpose, command->help);
+    for (int i = 0; i < RULE_COUNT; i++) {
+        bool needed;
+        if (!knows(command, &rules[i], &needed))
+            continue;
+        const char *argument = rules[i].argument ? rules[i].argument : "";
+        bool is_short = strcmp(rules[i].name, "output") == 0;
+        int width = printf("  %s%s %s", is_short ? "-o, --" : "--", rules[i].name,
+                           is_short ? command->output : argument);
+        printf("%*s", width < 28 ? 28 - width : 1, "");
+        print_rule_help(&rules[i]);
+    }
+    puts("\nexit status: 0 done; 1 model, state or file at fault; 2 wrong usage; 3 the numbers failed");
+}
+
+static void print_commands(const struct command *commands, FILE *out) {
+    for (const struct command *command = commands; command->name; command++)
+        fprintf(out, "  %-9s%s\n", command->name, command->purpose);
+}
+
+static void print_help(const struct command *commands) {
+    puts("usage: refdyn COMMAND ARGUMENTS\n\n"
+         "Refdyn turns a Lua model of a robot with flexible links into C code of its dynamics,\n"
+         "and computes its equilibria, frequencies and programme-constrained motions.\n\ncommands:");
+    print_commands(commands, stdout);
+    puts("\nrefdyn COMMAND --help tells more; --version prints the version.");
+}
+
+enum status usage_error(const struct command *command, const char *format, ...) {
+    va_list list;
+    va_start(list, format);
+    fprintf(stderr, "refdyn %s: ", command->name);
+    vfprintf(stderr, format, list);
+    fputc('\n', stderr);
+    va_end(list);
+    print_usage(command, stderr);
+    return STATUS_USAGE;
+}
+
+static enum status unknown_command(const struct command *commands, const char *name) {
+    fprintf(stderr, "refdyn: unknown command '%s', the commands are", name);
+    for (const struct command *command = commands; command->name; command++)
+        fprintf(stderr, "%s %s", command == commands ? "" : ",", command->name);
+    fputs("\nusage: refdyn COMMAND ARGUMENTS\n", stderr);
+    return STATUS_USAGE;
+}
+
+static const struct command *find_command(const struct command *commands, const char *name) {
+    for (const struct command *command = commands; command->name; command++)
+        if (strcmp(command->name, name) == 0)
+            return command;
+    return NULL;
+}
+
+/* getopt_long's tables: the long options of this command; each option's value is its place in `rules`, plus
+ * one. */
+static void option_table(const struct command *command, struct option *table) {
+    for (int i = 0; i < RULE_COUNT; i++) {
+        bool needed;
+        if (knows(command, &rules[i], &needed))
+            *table++ = (struct option){.name = rules[i].name,
+                                       .has_arg = rules[i].argument ? required_argument : no_argument,
+                                       .val = i + 1};
+    }
+    *table = (struct option){.name = NULL};
+}
+
+static const char *nearest_option(const struct option *table, const char *given) {
+    const char *names[RULE_COUNT];
+    int count = 0;
+    for (; table->name; table++)
+        names[count++] = table->name;
+    return message_nearest_name(given, names, count);
+}
+
+/* getopt_long answered `answer`, '?' or ':'; optopt is a letter, or at most RULE_COUNT for a long option. */
+static enum status wrong_option(const struct command *command, const struct option *table, char **argv,
+                                int answer) {
+    char letter[] = {'-', (char)optopt, '\0'};
+    bool is_letter = optopt > RULE_COUNT;
+    const char *given = is_letter ? letter : argv[optind - 1];
+    if (answer == ':')
+        return usage_error(command, "%s needs a value", given);
+    const char *near = is_letter || optopt ? NULL : nearest_option(table, given + 2);
+    if (near)
+        return usage_error(command, "unknown option %s, the nearest is --%s", given, near);
+    return usage_error(command, optopt && !is_letter ? "%s: this option takes no value" : "unknown option %s",
+                       given);
+}
+
+static enum status read_positive(const struct command *command, const char *name, const char *text,
+                                 double *value) {
+    if (!text_to_number(text, value) || *value <= 0)
+        return usage_error(command, "--%s: '%s' is no positive number", name, text);
+    return STATUS_DONE;
+}
+
+static enum status read_count(const struct command *command, const char *name, const char *text,
+                              double *value) {
+    enum { LARGEST = 1000000 };
+    const enum status status = read_positive(command, name, text, value);
+    if (status != STATUS_DONE || (*value <= LARGEST && *value == floor(*value)))
+        return status;
+    return usage_error(command, "--%s: %s is no whole number up to %d", name, text, LARGEST);
+}
+
+static enum status read_text(const struct command *command, const char *name, const char *text,
+                             const char **value) {
+    *value = text;
+    return *text ? STATUS_DONE : usage_error(command, "--%s: the value is empty", name);
+}
+
+/* Is item `item` of the list, which has `length` letters, the same as one before it? */
+static bool is_repeated(const char *list, const char *item, size_t length) {
+    for (const char *at = list; at < item; at += strcspn(at, ",") + 1)
+        if (strcspn(at, ",") == length && strncmp(at, item, length) == 0)
+            return true;
+    return false;
+}
+
+enum status check_list(const struct command *command, const char *name, const char *list) {
+    for (const char *at = list;; at++) {
+        const size_t length = strcspn(at, ",");
+        if (length == 0)
+            return usage_error(command, "--%s: '%s' has an empty item", name, list);
+        if (is_repeated(list, at, length))
+            return usage_error(command, "--%s: '%.*s' is there twice, once is enough", name, (int)length, at);
+        at += length;
+        if (!*at)
+            return STATUS_DONE;
+    }
+}
+
+char *options_list_item(const char *list, int index) {
+    for (; index > 0 && list; index--)
+        list = strchr(list, ',') ? strchr(list, ',') + 1 : NULL;
+    return list ? text_format("%.*s", (int)strcspn(list, ","), list) : NULL;
+}
+
+static enum status add_setting(struct options *options, char *text) {
+    char *equals = strchr(text, '=');
+    if (!equals || equals == text)
+        return usage_error(options->command, "--set: '%s' is not of the form NAME=VALUE", text);
+    *equals = '\0'; /* argv may be changed; the name ends here */
+    for (int i = 0; i < options->setting_count; i++)
+        if (strcmp(options->settings[i].name, text) == 0)
+            return usage_error(options->command, "--set %s: given twice, as '%s' and as '%s'", text,
+                               options->settings[i].value, equals + 1);
+    options->settings[options->setting_count++] = (struct setting){.name = text, .value = equals + 1};
+    return STATUS_DONE;
+}
+
+static enum status add_stop(struct options *options, const char *text) {
+    for (int i = 0; i < options->stop_count; i++)
+        if (strcmp(options->stops[i], text) == 0)
+            return usage_error(options->command, "--stop: '%s' is there twice, once is enough", text);
+    options->stops[options->stop_count++] = text;
+    return STATUS_DONE;
+}
+
+static enum status take_value(struct options *options, const struct rule *rule) {
+    const struct command *command = options->command;
+    char *field = (char *)options + rule->offset;
+    enum status status = STATUS_DONE;
+    switch (rule->kind) {
+    case KIND_FLAG:
+        *(bool *)field = true;
+        return STATUS_DONE;
+    case KIND_LIST:
+        status = check_list(command, rule->name, optarg);
+        break;
+    case KIND_FREEING_LIST:
+        status = *optarg ? check_list(command, rule->name, optarg) : STATUS_DONE;
+        break;
+    case KIND_TEXT:
+        return read_text(command, rule->name, optarg, (const char **)field);
+    case KIND_POSITIVE:
+        return read_positive(command, rule->name, optarg, (double *)field);
+    case KIND_COUNT:
+        return read_count(command, rule->name, optarg, (double *)field);
+    case KIND_STOP:
+        return add_stop(options, optarg);
+    default:
+        return add_setting(options, optarg);
+    }
+    *(const char **)field = optarg;
+    return status;
+}
+
+/* An option that is no list of its own counts once. */
+static enum status take_option(struct options *options, const struct rule *rule, bool *is_taken) {
+    const bool may_repeat = rule->kind == KIND_SETTING || rule->kind == KIND_STOP;
+    if (*is_taken && !may_repeat)
+        return usage_error(options->command, "%s%s is given twice", strlen(shown_name(rule)) == 2 ? "" : "--",
+                           shown_name(rule));
+    *is_taken = true;
+    return take_value(options, rule);
+}
+
+static bool is_given(const struct options *options, const struct rule *rule) {
+    const char *field = (const char *)options + rule->offset;
+    return rule->kind == KIND_POSITIVE ? *(const double *)field > 0 : *(const char *const *)field != NULL;
+}
+
+/* Operands and needed options; what explains a pass writes nothing. */
+static enum status check_complete(const struct options *options) {
+    const struct command *command = options->command;
+    bool many = strstr(command->operands, "...") != NULL;
+    if (options->operand_count == 0)
+        return usage_error(command, "%s is missing", command->operands);
+    for (int i = 0; i < options->operand_count; i++)
+        if (!*options->operands[i])
+            return usage_error(command, "%s is an empty text", command->operands);
+    if (options->operand_count > 1 && !many)
+        return usage_error(command, "'%s' is too much, one %s is taken", options->operands[1],
+                           command->operands);
+    for (int i = 0; i < RULE_COUNT; i++) {
+        bool needed;
+        if (knows(command, &rules[i], &needed) && needed && !options->explain &&
+            !is_given(options, &rules[i]))
+            return usage_error(command, "%s%s is missing",
+                               strcmp(shown_name(&rules[i]), "-o") == 0 ? "" : "--", shown_name(&rules[i]));
+    }
+    return STATUS_DONE;
+}
+
+/* Reads the options behind the command's name; true when the command is to run. */
+static bool read_command(int argc, char **argv, struct options *options, enum status *status) {
+    struct option table[RULE_COUNT + 1];
+    bool is_taken[RULE_COUNT] = {false};
+    option_table(options->command, table);
+    bool needed, has_output = list_has(options->command->options, "output", &needed);
+    *status = STATUS_DONE;
+    opterr = 0;
+    while (*status == STATUS_DONE) {
+        int answer = getopt_long(argc, argv, has_output ? ":o:" : ":", table, NULL);
+        if (answer == -1)
+            break;
+        if (answer == 'o')
+            answer = RULE_OUTPUT + 1;
+        if (answer == '?' || answer == ':')
+            *status = wrong_option(options->command, table, argv, answer);
+        else if (rules[answer - 1].kind == KIND_HELP) {
+            print_command_help(options->command);
+            return false;
+        } else
+            *status = take_option(options, &rules[answer - 1], &is_taken[answer - 1]);
+    }
+    options->operands = (const char **)argv + optind;
+    options->operand_count = argc - optind;
+    if (*status == STATUS_DONE)
+        *status = check_complete(options);
+    return *status == STATUS_DONE;
+}
+
+bool options_read(const struct command *commands, int argc, char **argv, struct options *options,
+                  enum status *status) {
+    *options = (struct options){.command = NULL};
+    *status = argc < 2 ? STATUS_USAGE : STATUS_DONE;
+    if (argc < 2 || strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "help") == 0) {
+        if (argc < 2)
+            fputs("usage: refdyn COMMAND ARGUMENTS; refdyn --help lists the commands\n", stderr);
+        else
+            print_help(commands);
+        return false;
+    }
+    if (strcmp(argv[1], "--version") == 0) {
+        puts("refdyn " REFDYN_VERSION);
+        return false;
+    }
+    options->command = find_command(commands, argv[1]);
+    if (!options->command) {
+        *status = unknown_command(commands, argv[1]);
+        return false;
+    }
+    options->settings = allocate((size_t)argc, sizeof *options->settings);
+    options->stops = allocate((size_t)argc, sizeof *options->stops);
+    return read_command(argc - 1, argv + 1, options, status);
+}
+
+void options_release(struct options *options) {
+    free(options->settings);
+    free(options->stops);
+}

@@ -1,0 +1,262 @@
+/* One build of emitted C: see build_job.h. No shell is involved, so any path will do. */
+#include "compile/build_job.h"
+#include "base/memory.h"
+#include "system/process.h"
+#include "system/timing.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+enum { PROCESSES = 2, FIXED_WORDS = 40 };
+
+/*
+ * -ffp-contract=off: a multiplication and an addition are two roundings on every machine and with every
+ * compiler, as in the generator's interpreter. -fno-math-errno: sqrt is one instruction; nothing reads errno.
+ * Neither -ffast-math nor -march=native: the first changes results, the second breaks a cache that two
+ * machines share.
+ */
+const char *const compile_flags[] = {"-std=c11",        "-O2", "-fPIC", "-ffp-contract=off",
+                                     "-fno-math-errno", NULL};
+
+/*
+ * Passes of gcc that find nothing in emitted C, which shares its common values already: without them it
+ * compiles in 0.6 of the time, and what comes out is as fast. Vectors in long blocks of scalars take -O3
+ * minutes to find and are slower; loops over arrays stay vectors.
+ */
+const char *const gcc_flags[] = {"-fno-tree-slp-vectorize",
+                                 "-fno-tree-pre",
+                                 "-fno-gcse",
+                                 "-fno-rerun-cse-after-loop",
+                                 "-fno-tree-dominator-opts",
+                                 "-fno-tree-vrp",
+                                 "-fno-code-hoisting",
+                                 "-fno-schedule-insns2",
+                                 "-fno-ivopts",
+                                 "-fno-tree-ccp",
+                                 "-fno-dse",
+                                 "-fno-cprop-registers",
+                                 "-fno-forward-propagate",
+                                 "-fira-region=one",
+                                 "-fno-lra-remat",
+                                 "-fno-caller-saves",
+                                 "-fno-peephole2",
+                                 "-fno-ree",
+                                 "-fno-tree-dse",
+                                 "-fno-ipa-cp",
+                                 "-fno-ipa-icf",
+                                 "-fno-ipa-sra",
+                                 NULL};
+
+/* clang says that it is a GNU compiler, too. */
+static const char gcc_question[] = "#if !defined(__GNUC__) || defined(__clang__)\n#error not gcc\n#endif\n";
+
+static const char blanks[] = " \t\n";
+
+/* $CC is a program's file, blanks included, or a command of words apart by blanks ("ccache gcc"). */
+bool toolchain_find(struct toolchain *chain, struct memory *memory) {
+    const char *command = getenv("CC");
+    if (!command || command[strspn(command, blanks)] == '\0')
+        command = "cc";
+    char *text = memory_text(memory, command);
+    chain->words = memory_get(memory, (strlen(command) / 2 + 2) * sizeof *chain->words);
+    chain->word_count = 0;
+    if (strchr(command, '/') && access(command, X_OK) == 0) {
+        chain->words[chain->word_count++] = text;
+    } else {
+        char *rest = NULL;
+        for (char *word = strtok_r(text, blanks, &rest); word; word = strtok_r(NULL, blanks, &rest))
+            chain->words[chain->word_count++] = word;
+    }
+    char *program = process_find(chain->words[0]);
+    chain->program = program ? memory_text(memory, program) : NULL;
+    free(program);
+    if (!chain->program)
+        fprintf(stderr, "refdyn: no C compiler '%s' is installed; $CC names another one\n", chain->words[0]);
+    return chain->program;
+}
+
+bool build_start(struct build *build, struct memory *memory, const char *parent, const char *prefix) {
+    build->memory = memory;
+    return scratch_open(&build->scratch, parent, prefix);
+}
+
+static const char *in_folder(const struct build *build, const char *name) {
+    return memory_format(build->memory, "%s/%s", build->scratch.path, name);
+}
+
+static bool write_text(const struct build *build, const char *name, const char *text, size_t length) {
+    const char *path = in_folder(build, name);
+    FILE *file = fopen(path, "w");
+    bool is_good = file && fwrite(text, 1, length, file) == length;
+    is_good = file && fclose(file) == 0 && is_good;
+    if (!is_good)
+        fprintf(stderr, "refdyn: %s: cannot be written: %s\n", path, strerror(errno));
+    return is_good;
+}
+
+/* One run of the compiler: the words of $CC, flags, then what it is to do. */
+struct job {
+    const char **argv;
+    int argc;
+    const char *source, *object, *log;
+};
+
+static void add_word(struct job *job, const char *word) {
+    job->argv[job->argc++] = word;
+}
+
+static void start_job(struct job *job, const struct toolchain *chain, const struct build *build, int extra) {
+    const size_t most = (size_t)(chain->word_count + FIXED_WORDS + extra);
+    *job = (struct job){.argv = memory_get(build->memory, most * sizeof *job->argv)};
+    for (int i = 0; i < chain->word_count; i++)
+        add_word(job, chain->words[i]);
+}
+
+static void add_words(struct job *job, const char *const *words) {
+    for (; *words; words++)
+        add_word(job, *words);
+}
+
+static void object_job(struct job *job, const struct toolchain *chain, const struct build *build,
+                       const char *name) {
+    start_job(job, chain, build, 0);
+    job->source = in_folder(build, name);
+    job->object = memory_format(build->memory, "%.*s.o", (int)strlen(job->source) - 2, job->source);
+    job->log = memory_format(build->memory, "%s.log", job->object);
+    add_words(job, compile_flags);
+    if (build->is_gcc)
+        add_words(job, gcc_flags);
+    add_word(job, "-c");
+    add_word(job, job->source);
+    add_word(job, "-o");
+    add_word(job, job->object);
+}
+
+/* For gcc alone, and for one that knows all of its flags. */
+static void question_job(struct job *job, const struct toolchain *chain, const struct build *build) {
+    start_job(job, chain, build, 0);
+    job->source = in_folder(build, "question.c");
+    job->log = memory_format(build->memory, "%s.log", job->source);
+    add_words(job, gcc_flags);
+    add_word(job, "-fsyntax-only");
+    add_word(job, job->source);
+}
+
+static void link_job(struct job *job, const struct toolchain *chain, const struct build *build,
+                     const struct job *objects, int count) {
+    start_job(job, chain, build, count);
+    job->log = memory_format(build->memory, "%s.log", build->library);
+    add_word(job, "-shared");
+    for (int i = 0; i < count; i++)
+        add_word(job, objects[i].object);
+    add_word(job, "-o");
+    add_word(job, build->library);
+    add_word(job, "-lm");
+}
+
+static void show_log(const struct job *job) {
+    FILE *file = fopen(job->log, "r");
+    fputs("refdyn: the compiler failed:", stderr);
+    for (int i = 0; i < job->argc; i++)
+        fprintf(stderr, " %s", job->argv[i]);
+    fputc('\n', stderr);
+    for (int c; file && (c = getc(file)) != EOF;)
+        fputc(c, stderr);
+    if (file)
+        fclose(file);
+}
+
+static bool start(struct process *process, const struct scratch *scratch, const struct job *job) {
+    const int error = process_start(process, scratch, job->argv, NULL, job->log, NULL);
+    if (error)
+        fprintf(stderr, "refdyn: the compiler '%s' could not be started: %s\n", job->argv[0],
+                strerror(error));
+    return error == 0;
+}
+
+/* Runs all jobs, PROCESSES at a time; after a failure no new one is started. Have all gone well? */
+static bool run_jobs(const struct scratch *scratch, const struct job *jobs, int count, long *peak_kb) {
+    struct process running[PROCESSES] = {{.pid = 0}};
+    const struct job *of[PROCESSES] = {NULL};
+    bool is_good = true;
+    for (int next = 0, active = 0; active > 0 || (is_good && next < count);) {
+        while (is_good && next < count && active < PROCESSES) {
+            int free_place = running[0].pid == 0 ? 0 : 1;
+            of[free_place] = &jobs[next++];
+            is_good = start(&running[free_place], scratch, of[free_place]);
+            active += is_good;
+        }
+        int done = active ? process_wait(running, PROCESSES) : -1;
+        if (done < 0)
+            return false;
+        active--;
+        if (running[done].result != 0) {
+            show_log(of[done]);
+            is_good = false;
+        }
+        if (running[done].peak_kb > *peak_kb)
+            *peak_kb = running[done].peak_kb;
+    }
+    return is_good;
+}
+
+/* Is $CC gcc? What it says to the question is not shown. */
+static bool is_gcc(const struct toolchain *chain, const struct build *build) {
+    struct job job;
+    struct process process;
+    question_job(&job, chain, build);
+    return write_text(build, "question.c", gcc_question, strlen(gcc_question)) &&
+           process_start(&process, &build->scratch, job.argv, NULL, job.log, NULL) == 0 &&
+           process_wait(&process, 1) == 0 && process.result == 0;
+}
+
+static long file_size(const char *path) {
+    struct stat status;
+    return stat(path, &status) == 0 ? (long)status.st_size : 0;
+}
+
+static bool compile_and_link(struct build *build, const struct toolchain *chain, struct job *jobs, int count,
+                             struct build_cost *cost) {
+    struct job link;
+    double start = wall_seconds();
+    if (!run_jobs(&build->scratch, jobs, count, &cost->peak_kb))
+        return false;
+    link_job(&link, chain, build, jobs, count);
+    bool is_good = run_jobs(&build->scratch, &link, 1, &cost->peak_kb);
+    cost->seconds = wall_seconds() - start;
+    for (int i = 0; i < count; i++)
+        cost->object_bytes += file_size(jobs[i].object);
+    return is_good;
+}
+
+static bool is_source(const char *name) {
+    size_t length = strlen(name);
+    return length > 2 && strcmp(name + length - 2, ".c") == 0;
+}
+
+bool build_run(struct build *build, const struct toolchain *chain, const struct emitted_file *files,
+               int count, struct build_cost *cost) {
+    struct build_cost own = {.seconds = 0};
+    struct job *jobs = memory_get(build->memory, (size_t)count * sizeof *jobs);
+    int job_count = 0;
+    bool is_good = write_text(build, "refdyn_model.h", refdyn_model_header, refdyn_model_header_size);
+    build->library = in_folder(build, "model.so");
+    build->is_gcc = is_gcc(chain, build);
+    for (int i = 0; i < count && is_good; i++) {
+        is_good = write_text(build, files[i].name, files[i].text, files[i].length);
+        if (is_good && is_source(files[i].name))
+            object_job(&jobs[job_count++], chain, build, files[i].name);
+    }
+    is_good = is_good && compile_and_link(build, chain, jobs, job_count, &own);
+    if (cost)
+        *cost = own;
+    return is_good;
+}
+
+void build_release(struct build *build) {
+    scratch_close(&build->scratch);
+}

@@ -1,0 +1,46 @@
+/*
+ * One build of emitted C in a folder of its own: files written, objects compiled two at a time, linked.
+ */
+#ifndef REFDYN_TOOL_BUILD_JOB_H
+#define REFDYN_TOOL_BUILD_JOB_H
+
+#include "compile/compile.h"
+#include "system/temporary_folder.h"
+
+#include <stddef.h>
+
+/* The text of runtime/refdyn_model.h, put in at build time. */
+extern const char refdyn_model_header[];
+extern const size_t refdyn_model_header_size;
+
+struct memory;
+
+/* What emitted C is compiled with, by every compiler, and by gcc beside that; both end with NULL. */
+extern const char *const compile_flags[], *const gcc_flags[];
+
+/* $CC: its words and the program's file. */
+struct toolchain {
+    const char *program;
+    const char **words;
+    int word_count;
+};
+
+/* Lives in `memory`. */
+bool toolchain_find(struct toolchain *chain, struct memory *memory);
+
+struct build {
+    struct memory *memory;
+    struct scratch scratch; /* all that is made lies in it */
+    const char *library;    /* the linked library in it */
+    bool is_gcc;            /* what compiles it */
+};
+
+/* Its folder is PREFIXxxxxxx in `parent`. Complains on stderr when it cannot be made; else build_release in
+ * any case. */
+bool build_start(struct build *build, struct memory *memory, const char *parent, const char *prefix);
+/* Complains on stderr, with the compiler's own output, and returns false when it fails. cost may be NULL. */
+bool build_run(struct build *build, const struct toolchain *chain, const struct emitted_file *files,
+               int count, struct build_cost *cost);
+void build_release(struct build *build);
+
+#endif

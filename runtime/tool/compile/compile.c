@@ -1,0 +1,129 @@
+/* From emitted C to a loaded library: see compile.h. build_job.c compiles, compiled_cache.c keeps what is
+ * compiled. */
+#include "compile/compile.h"
+#include "compile/build_job.h"
+#include "compile/compiled_cache.h"
+#include "text/output.h"
+
+#include <dlfcn.h>
+#include <sha2.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static void hash_text(SHA2_CTX *sha, const char *text, size_t length) {
+    uint64_t size = length; /* first, so that neighbours cannot trade letters */
+    SHA256Update(sha, (const uint8_t *)&size, sizeof size);
+    SHA256Update(sha, (const uint8_t *)text, length);
+}
+
+/* The compiler's file by name, size and time: a newer compiler of the same name is another one. */
+static void hash_program(SHA2_CTX *sha, const char *path) {
+    struct stat status;
+    hash_text(sha, path, strlen(path));
+    if (stat(path, &status) != 0)
+        return;
+    int64_t facts[] = {status.st_size, status.st_mtim.tv_sec, status.st_mtim.tv_nsec};
+    hash_text(sha, (const char *)facts, sizeof facts);
+}
+
+static void hash_words(SHA2_CTX *sha, const char *const *words) {
+    for (; *words; words++)
+        hash_text(sha, *words, strlen(*words));
+}
+
+static void hash_build(const struct toolchain *chain, const struct emitted_file *files, int count,
+                       char key[SHA256_DIGEST_STRING_LENGTH]) {
+    SHA2_CTX sha;
+    SHA256Init(&sha);
+    hash_program(&sha, chain->program);
+    for (int i = 0; i < chain->word_count; i++)
+        hash_text(&sha, chain->words[i], strlen(chain->words[i]));
+    hash_words(&sha, compile_flags);
+    hash_words(&sha, gcc_flags);
+    hash_text(&sha, refdyn_model_header, refdyn_model_header_size);
+    for (int i = 0; i < count; i++) {
+        hash_text(&sha, files[i].name, strlen(files[i].name));
+        hash_text(&sha, files[i].text, files[i].length);
+    }
+    SHA256End(&sha, key);
+}
+
+static bool find_model(struct compiled *compiled, const char *name) {
+    if (!compiled->library)
+        return false;
+    char *symbol = text_format("%s_model", name);
+    compiled->model = dlsym(compiled->library, symbol);
+    free(symbol);
+    if (!compiled->model)
+        compile_release(compiled);
+    return compiled->model != NULL;
+}
+
+static bool load(struct compiled *compiled, const char *name, const struct cache *cache, const char *key) {
+    compiled->library = cache_load(cache, key, &compiled->file);
+    return find_model(compiled, name);
+}
+
+static bool build_into(const struct toolchain *chain, const struct emitted_file *files, int count,
+                       const struct cache *cache, const char *key) {
+    struct build build;
+    if (!build_start(&build, cache->memory, cache->path, "build-"))
+        return false;
+    const bool is_good = build_run(&build, chain, files, count, NULL) && cache_add(cache, key, build.library);
+    build_release(&build);
+    return is_good;
+}
+
+static bool load_or_build(struct compiled *compiled, const char *name, const struct cache *cache,
+                          const struct toolchain *chain, const struct emitted_file *files, int count) {
+    char key[SHA256_DIGEST_STRING_LENGTH];
+    hash_build(chain, files, count, key);
+    if (load(compiled, name, cache, key))
+        return true;
+    if (!build_into(chain, files, count, cache, key))
+        return false;
+    if (load(compiled, name, cache, key))
+        return true;
+    const char *reason = dlerror();
+    fprintf(stderr, "refdyn: %s/%s.so: cannot be loaded: %s\n", cache->path, key,
+            reason ? reason : "it is not as it was written");
+    return false;
+}
+
+bool compile_load(struct compiled *compiled, const char *name, const struct emitted_file *files, int count) {
+    struct memory memory = arena_start();
+    struct toolchain chain;
+    struct cache cache;
+    *compiled = (struct compiled){.file = -1};
+    const bool is_loaded = cache_open(&cache, &memory) && toolchain_find(&chain, &memory) &&
+                           load_or_build(compiled, name, &cache, &chain, files, count);
+    cache_close(&cache);
+    memory_release(&memory);
+    return is_loaded;
+}
+
+void compile_release(struct compiled *compiled) {
+    if (compiled->library) {
+        dlclose(compiled->library);
+        close(compiled->file);
+    }
+    *compiled = (struct compiled){.file = -1};
+}
+
+bool compile_measure(const struct emitted_file *files, int count, struct build_cost *cost) {
+    struct memory memory = arena_start();
+    struct toolchain chain;
+    struct build build;
+    bool is_good =
+        toolchain_find(&chain, &memory) && build_start(&build, &memory, scratch_parent(), "refdyn-build-");
+    if (is_good) {
+        is_good = build_run(&build, &chain, files, count, cost);
+        build_release(&build);
+    }
+    memory_release(&memory);
+    return is_good;
+}

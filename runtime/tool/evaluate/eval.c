@@ -1,0 +1,164 @@
+/* `refdyn eval`: every quantity of the equations at one state, as one JSON object. */
+#include "command_line/commands.h"
+#include "scene/scene_json.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+/* One residual a row, null for rows of the levels in `without` (a set of bits). */
+static void put_residual(struct document *document, const char *key, const struct refdyn_model *model,
+                         const double *values, unsigned without) {
+    put_open(document, key, '[');
+    for (int i = 0; i < model->m; i++) {
+        if (without >> model->rows[i].level & 1)
+            put_null(document, NULL);
+        else
+            put_number(document, NULL, values[i]);
+    }
+    put_close(document, ']');
+}
+
+static void put_point(struct document *document, const struct scene *scene, int point, double *room) {
+    const struct refdyn_model *model = scene->model;
+    const struct refdyn_workspace *work = &scene->work;
+    int n = model->n;
+    put_open(document, model->points[point], '{');
+    model->r(work->p, work->x, scene->state.t, scene->q, scene->qd, room);
+    put_array(document, "r", room + 3 * point, 3);
+    model->rd(work->p, work->x, scene->state.t, scene->q, scene->qd, room);
+    put_array(document, "rd", room + 3 * point, 3);
+    model->C(work->p, work->x, scene->state.t, scene->q, scene->qd, room);
+    put_matrix(document, "C", room + 3 * point * n, 3, n);
+    model->d(work->p, work->x, scene->state.t, scene->q, scene->qd, room);
+    put_array(document, "d", room + 3 * point, 3);
+    put_close(document, '}');
+}
+
+static void put_points(struct document *document, const struct scene *scene) {
+    const struct refdyn_model *model = scene->model;
+    double *room = allocate(3 * (size_t)model->point_count * (size_t)(model->n + 1), sizeof *room);
+    put_open(document, "points", '{');
+    for (int i = 0; i < model->point_count; i++)
+        put_point(document, scene, i, room);
+    put_close(document, '}');
+    free(room);
+}
+
+static void put_equations(struct document *document, const struct scene *scene, double *room) {
+    const struct refdyn_model *model = scene->model;
+    const struct refdyn_workspace *work = &scene->work;
+    int n = model->n, m = model->m;
+    put_matrix(document, "M", work->M, n, n);
+    model->h(work->p, work->x, scene->state.t, scene->q, scene->qd, room);
+    put_array(document, "h", room, n);
+    model->Q(work->p, work->x, scene->state.t, scene->q, scene->qd, room);
+    put_array(document, "Q", room, n);
+    put_matrix(document, "u", work->u, m, n);
+    put_array(document, "v", work->v, m);
+    put_residual(document, "phi", model, work->phi, 1u << REFDYN_VELOCITY | 1u << REFDYN_ACCELERATION);
+    put_residual(document, "psi", model, work->psi, 1u << REFDYN_ACCELERATION);
+    put_array(document, "k", work->k, m);
+}
+
+/* In the order of the coordinates; the partition has them in the order of elimination. */
+static void put_dependent(struct document *document, const struct scene *scene) {
+    const struct refdyn_partition *partition = &scene->work.partition;
+    put_open(document, "dependent", '[');
+    for (int i = 0; i < scene->model->n; i++)
+        for (int j = 0; j < partition->rank; j++)
+            if (partition->column[j] == i)
+                put_text(document, NULL, scene->model->coordinates[i].name);
+    put_close(document, ']');
+}
+
+/* M qdd = h + Q as a motion without rows has it. */
+static int free_accelerations(const struct scene *scene, double *qdd) {
+    const struct refdyn_workspace *work = &scene->work;
+    if (scene->model->qdd_free) {
+        scene->model->qdd_free(work->p, work->x, scene->state.t, scene->q, scene->qd, qdd);
+        for (int i = 0; i < scene->model->n; i++)
+            if (!isfinite(qdd[i]))
+                return REFDYN_NOT_FINITE;
+        return REFDYN_OK;
+    }
+    struct refdyn_model bare = *scene->model;
+    struct refdyn_workspace other;
+    bare.m = 0;
+    bare.dependent = NULL;
+    bare.equations = NULL;
+    size_t size = refdyn_workspace_size(&bare), values = (size_t)(bare.parameter_count + bare.derived_count);
+    void *memory = allocate(1, size);
+    int status = refdyn_workspace_init(&other, &bare, memory, size);
+    for (size_t i = 0; i < values && status == REFDYN_OK; i++)
+        other.p[i] = work->p[i];
+    for (int i = 0; i < bare.input_count && status == REFDYN_OK; i++)
+        other.x[i] = work->x[i];
+    if (status == REFDYN_OK)
+        status = refdyn_accelerate(&other, scene->state.t, scene->q, scene->qd, REFDYN_NONE, qdd);
+    free(memory);
+    return status;
+}
+
+static void put_accelerations(struct document *document, struct scene *scene, const double *qdd,
+                              double *room) {
+    int n = scene->model->n;
+    put_dependent(document, scene);
+    put_array(document, "qdd", qdd, n);
+    if (free_accelerations(scene, room) == REFDYN_OK)
+        put_array(document, "qdd_free", room, n);
+    else
+        put_null(document, "qdd_free");
+    double *lambda = allocate((size_t)scene->model->m, sizeof *lambda);
+    refdyn_multipliers(&scene->work, qdd, lambda);
+    refdyn_programme_force(&scene->work, lambda, room);
+    put_array(document, "force", room, n);
+    free(lambda);
+}
+
+static void put_energy(struct document *document, const struct scene *scene) {
+    double energy[2];
+    put_open(document, "energy", '{');
+    if (refdyn_energies(&scene->work, scene->state.t, scene->q, scene->qd, energy) == REFDYN_OK) {
+        put_number(document, "kinetic", energy[0]);
+        put_number(document, "potential", energy[1]);
+    }
+    put_close(document, '}');
+}
+
+static enum status print_state(struct scene *scene, const double *qdd) {
+    struct document document;
+    document_open(&document);
+    double *room = allocate((size_t)scene->model->n, sizeof *room);
+    put_open(&document, NULL, '{');
+    put_text(&document, "name", scene->model->name);
+    put_coordinates(&document, "coordinates", scene->model, NULL);
+    put_equations(&document, scene, room);
+    put_points(&document, scene);
+    put_accelerations(&document, scene, qdd, room);
+    put_energy(&document, scene);
+    put_close(&document, '}');
+    free(room);
+    return scene_finish(scene, &document);
+}
+
+static enum status evaluate_state(struct scene *scene) {
+    double *qdd = allocate((size_t)scene->model->n, sizeof *qdd);
+    int result = refdyn_accelerate(&scene->work, scene->state.t, scene->q, scene->qd, REFDYN_BAUMGARTE, qdd);
+    const enum status status = result == REFDYN_OK
+                                   ? print_state(scene, qdd)
+                                   : numbers_failed(scene, result, scene->state.t, scene->q, scene->qd);
+    if (status == STATUS_DONE)
+        print_redundant_rows(&scene->work);
+    free(qdd);
+    return status;
+}
+
+enum status run_eval(const struct options *options) {
+    struct scene scene;
+    enum status status = scene_open(
+        &scene, options, NEEDS_RESULT | NEEDS_STATE | NEEDS_POINTS | NEEDS_POINT_RATES, options->state);
+    if (status == STATUS_DONE)
+        status = evaluate_state(&scene);
+    scene_close(&scene);
+    return status;
+}

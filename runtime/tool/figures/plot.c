@@ -1,0 +1,123 @@
+/* `refdyn plot`: the figures of some motions over each other, in one file. */
+#include "command_line/commands.h"
+#include "text/csv.h"
+#include "text/output.h"
+#include "figures/panels.h"
+#include "figures/picture.h"
+#include "system/output_file.h"
+
+#include <stdlib.h>
+
+/* One call. */
+struct drawing {
+    const struct options *options;
+    const struct picture_format *format;
+    struct panels panels;
+    struct targets targets;
+    struct target *target;
+};
+
+static enum status check_usage(struct drawing *drawing) {
+    const struct options *options = drawing->options;
+    char *unknown = panels_choose(&drawing->panels, options->panel), *names = panels_names();
+    enum status status = STATUS_DONE;
+    drawing->format = picture_format_of(options->output);
+    if (unknown)
+        status = usage_error(options->command, "--panel: '%s' is none of %s", unknown, names);
+    else if (!drawing->format)
+        status = usage_error(options->command, "-o: '%s' ends in none of .svg, .png, .pdf", options->output);
+    free(unknown);
+    free(names);
+    return status;
+}
+
+/* The object "units" of a summary. */
+static bool read_units(struct panels *panels, const char *path) {
+    char *text = read_text(path, "units");
+    json_error_t error;
+    json_t *root = text ? json_loads(text, JSON_REJECT_DUPLICATES, &error) : NULL;
+    panels->units = json_incref(json_object_get(root, "units"));
+    const bool is_good = json_is_object(panels->units);
+    if (text && !is_good) {
+        char *said = text_format("units: %s, a summary of refdyn sim is needed",
+                                 root ? "no object 'units'" : error.text);
+        complain_line(path, root ? 1 : error.line, said);
+        free(said);
+    }
+    json_decref(root);
+    free(text);
+    return is_good;
+}
+
+/* Heads are the names of the runs. */
+static void draw(const struct panels *panels, FILE *out) {
+    enum { WIDTH = 480, HEIGHT = 300, COLUMNS_MAX = 3 };
+    const int count = panels->count;
+    struct figure figure = {.heads = allocate((size_t)panels->run_count, sizeof *figure.heads),
+                            .head_count = panels->run_count,
+                            .charts = panels->charts,
+                            .count = count,
+                            .columns = count > 2 * COLUMNS_MAX ? COLUMNS_MAX
+                                       : count > 1             ? 2
+                                                               : 1,
+                            .width = WIDTH,
+                            .height = HEIGHT};
+    for (int i = 0; i < panels->run_count; i++) {
+        figure.heads[i].name = text_format("%s", panels->runs[i].name);
+        if (panels->run_count > 1)
+            figure.heads[i].stroke = style_run(i, panels->run_count);
+    }
+    chart_draw_figure(out, &figure);
+    for (int i = 0; i < panels->run_count; i++)
+        free(figure.heads[i].name);
+    free(figure.heads);
+}
+
+static bool write_drawing(struct drawing *drawing) {
+    char *svg;
+    size_t size;
+    FILE *out = text_stream(&svg, &size);
+    panels_make(&drawing->panels);
+    draw(&drawing->panels, out);
+    fclose(out);
+    bool is_good = drawing->panels.count > 0;
+    if (!is_good)
+        complain_line(drawing->options->operands[0], 1,
+                      "run: no column that these panels draw, a CSV file of refdyn sim is needed");
+    is_good = is_good && picture_write(drawing->format, svg, drawing->target->file) &&
+              target_finish(drawing->target);
+    panels_release(&drawing->panels);
+    free(svg);
+    return is_good;
+}
+
+/* Opens the target and reads all files. */
+static bool open_files(struct drawing *drawing) {
+    const struct options *options = drawing->options;
+    for (int i = 0; i < options->operand_count; i++)
+        targets_spare(&drawing->targets, options->operands[i]);
+    if (options->units)
+        targets_spare(&drawing->targets, options->units);
+    drawing->target =
+        picture_can_write(drawing->format) ? target_open(&drawing->targets, options->output) : NULL;
+    bool is_good = drawing->target && (!options->units || read_units(&drawing->panels, options->units));
+    for (int i = 0; i < options->operand_count && is_good; i++)
+        is_good = run_read(&drawing->panels.runs[i], options->operands[i]);
+    return is_good;
+}
+
+enum status run_plot(const struct options *options) {
+    struct drawing drawing = {.options = options, .panels = {.run_count = options->operand_count}};
+    struct panels *panels = &drawing.panels;
+    const enum status status = check_usage(&drawing);
+    if (status != STATUS_DONE)
+        return status;
+    panels->runs = allocate((size_t)panels->run_count, sizeof *panels->runs);
+    const bool is_good = open_files(&drawing) && write_drawing(&drawing);
+    targets_release(&drawing.targets);
+    json_decref(panels->units);
+    for (int i = 0; i < panels->run_count; i++)
+        run_release(&panels->runs[i]);
+    free(panels->runs);
+    return is_good ? STATUS_DONE : STATUS_FAULT;
+}

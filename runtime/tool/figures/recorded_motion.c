@@ -1,0 +1,140 @@
+/* A finished motion's columns: see recorded_motion.h. */
+#include "figures/recorded_motion.h"
+#include "text/output.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { POINT_COLUMNS = 9 };
+
+int run_column(const struct run *run, const char *name) {
+    return csv_column(&run->csv, name);
+}
+
+static bool is_named(const struct run *run, int column, const char *stem, size_t length, const char *ending) {
+    if (column < 0 || column >= run->column_count)
+        return false;
+    const char *name = run->columns[column];
+    return strlen(name) == length + strlen(ending) && strncmp(name, stem, length) == 0 &&
+           strcmp(name + length, ending) == 0;
+}
+
+/* Coordinates stand behind t, as many as there are columns before the first one's rate. */
+static void find_coordinates(struct run *run) {
+    run->coordinates = 1;
+    for (int i = 2; i < run->column_count && run->coordinate_count == 0; i++)
+        if (is_named(run, i, run->columns[1], strlen(run->columns[1]), "_d"))
+            run->coordinate_count = i - 1;
+}
+
+/* A point is NAME_x with NAME_xd three columns on and NAME_xdd six. */
+static void find_points(struct run *run) {
+    run->points = allocate((size_t)run->column_count / POINT_COLUMNS + 1, sizeof *run->points);
+    for (int i = 1 + 2 * run->coordinate_count; i + POINT_COLUMNS <= run->column_count; i += POINT_COLUMNS) {
+        size_t length = strlen(run->columns[i]);
+        if (length < 3 || strcmp(run->columns[i] + length - 2, "_x") != 0 ||
+            !is_named(run, i + 3, run->columns[i], length, "d") ||
+            !is_named(run, i + 6, run->columns[i], length, "dd"))
+            return;
+        run->points[run->point_count++] = i;
+    }
+}
+
+static void find_columns(struct run *run) {
+    find_coordinates(run);
+    find_points(run);
+    run->energy = run_column(run, "energy");
+    run->forces = run->energy < 0 ? run->column_count : run->energy + 1;
+    while (run->forces + run->force_count < run->column_count &&
+           strncmp(run->columns[run->forces + run->force_count], "force_", 6) == 0)
+        run->force_count++;
+    run->inputs = run->forces + run->force_count;
+    run->input_count = run->column_count - run->inputs;
+}
+
+/* ---- Rows ---- */
+
+/* Every second of the rows that are kept goes. */
+static void thin_out(struct run *run) {
+    const size_t width = (size_t)run->column_count;
+    for (long i = 1; 2 * i < run->kept_count; i++)
+        memcpy(run->kept + (size_t)i * width, run->kept + 2 * (size_t)i * width, width * sizeof *run->kept);
+    run->kept_count = (run->kept_count + 1) / 2;
+    run->stride *= 2;
+}
+
+/* The row stands behind those that are kept; it counts when it is one of the equally spaced ones. */
+static void take_row(struct run *run, const double *row) {
+    for (int i = 0; i < run->column_count; i++)
+        run->largest[i] = fmax(run->largest[i], fabs(row[i]));
+    if (run->rows++ % run->stride == 0 && ++run->kept_count == run->room)
+        thin_out(run);
+}
+
+/* The last line of an interrupted run may be cut short in the middle of a number. */
+static bool warn_of_cut(const struct csv *csv) {
+    complain_line(csv->path, csv->line, "warning: run: the last line has no end, it is left out");
+    return true;
+}
+
+static bool read_rows(struct run *run) {
+    struct csv *csv = &run->csv;
+    const size_t width = (size_t)run->column_count;
+    double *last = allocate(width, sizeof *last);
+    bool is_good = true;
+    for (int answer; is_good && (answer = csv_next(csv)) != 0;) {
+        if (answer > 0 && csv->is_cut && warn_of_cut(csv))
+            break;
+        is_good = answer > 0;
+        for (int i = 0; i < run->column_count && is_good; i++)
+            is_good = csv_number(csv, i, &last[i]);
+        if (!is_good)
+            break;
+        memcpy(run->kept + (size_t)run->kept_count * width, last, width * sizeof *last);
+        take_row(run, last);
+    }
+    if (is_good && run->rows > 0 && (run->rows - 1) % run->stride != 0)
+        memcpy(run->kept + (size_t)run->kept_count++ * width, last, width * sizeof *last);
+    free(last);
+    return is_good;
+}
+
+/* ---- The file ---- */
+
+static void get_room(struct run *run) {
+    const size_t width = (size_t)run->csv.count;
+    run->columns = run->csv.names;
+    run->column_count = run->csv.count;
+    run->stride = 1;
+    run->largest = allocate(width, sizeof *run->largest);
+    run->room = RUN_NUMBERS_MOST / run->column_count;
+    run->room = run->room > RUN_ROWS_MOST    ? RUN_ROWS_MOST
+                : run->room < RUN_ROWS_LEAST ? RUN_ROWS_LEAST
+                                             : run->room;
+    run->kept = allocate((size_t)(run->room + 1) * width, sizeof *run->kept);
+}
+
+bool run_read(struct run *run, const char *path) {
+    const char *slash = strrchr(path, '/');
+    *run = (struct run){.path = path, .name = slash ? slash + 1 : path, .energy = -1};
+    if (!csv_open(&run->csv, path, "run"))
+        return false;
+    if (strcmp(run->csv.names[0], "t") != 0 || run->csv.count < 2)
+        return csv_complain(
+            &run->csv, "the header does not begin with t and a name, a CSV file of refdyn sim is needed");
+    get_room(run);
+    find_columns(run);
+    if (!read_rows(run))
+        return false;
+    run->csv.line += run->csv.line == 1;
+    return run->rows > 0 || csv_complain(&run->csv, "there are no rows, a CSV file of refdyn sim is needed");
+}
+
+void run_release(struct run *run) {
+    csv_close(&run->csv);
+    free(run->points);
+    free(run->kept);
+    free(run->largest);
+    *run = (struct run){.path = NULL};
+}

@@ -1,0 +1,227 @@
+/* `refdyn modes`: frequencies, damping ratios and shapes of small motions about a state at rest. */
+#include "command_line/commands.h"
+#include "scene/scene_json.h"
+#include "modes/spectrum.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double pi = 3.14159265358979323846;
+/* [rad, m] as far from an equilibrium as goes without a word */
+static const double programme_tol = 1e-6;
+
+/* What is printed. */
+struct analysis {
+    struct scene *scene;
+    const char *at;
+    int *held;  /* (n) */
+    double phi; /* largest |phi| */
+    double *C;  /* (points x 3 x n) */
+    int count;  /* modes to print */
+    struct linear linear;
+    struct spectrum spectrum;
+};
+
+static const char *place_of(const struct options *options) {
+    return options->at ? options->at : "statics";
+}
+
+static const char *state_path(const struct options *options) {
+    const char *at = place_of(options);
+    return strcmp(at, "initial") != 0 && strcmp(at, "statics") != 0 ? at : NULL;
+}
+
+/* Small motions of such a row would need derivatives of v. */
+static bool is_in_accelerations(const struct row *row) {
+    return row->level == ROW_ACCELERATION;
+}
+
+static enum status check(struct scene *scene) {
+    if (!scene->model->tangent) {
+        fprintf(stderr, "refdyn: %s: modes takes the corrected form only\n", scene->model->name);
+        return STATUS_FAULT;
+    }
+    return scene_refuse_row(scene, is_in_accelerations,
+                            "is a row in accelerations, modes takes rows of positions and velocities only");
+}
+
+/* What a state says of its rates is passed over. */
+static void warn_of_rates(const struct scene *scene, const char *path) {
+    for (int i = 0; scene->state.qd && i < scene->model->n; i++) {
+        if (scene->state.qd[i] == 0)
+            continue;
+        fprintf(stderr, "%s: warning: qd: modes are those of small motions from rest, rates are taken as 0\n",
+                path);
+        return;
+    }
+}
+
+/* q of --at, qd = 0, parameters as in a motion that starts there. */
+static enum status place(struct analysis *analysis, const struct options *options) {
+    struct scene *scene = analysis->scene;
+    enum status status = STATUS_DONE;
+    if (strcmp(analysis->at, "statics") == 0) {
+        struct equilibrium equilibrium;
+        status = find_equilibrium(scene, options, &equilibrium);
+        memcpy(analysis->held, equilibrium.held, (size_t)scene->model->n * sizeof *analysis->held);
+    } else
+        status = choose_held(scene, options, analysis->held);
+    warn_of_rates(scene, options->at);
+    memset(scene->qd, 0, (size_t)scene->model->n * sizeof *scene->qd);
+    refdyn_anchor(&scene->work, scene->state.t, scene->q, scene->qd, scene->given);
+    return status;
+}
+
+/* ---- Warnings ---- */
+
+static void print_warnings(const struct analysis *analysis) {
+    const struct linear *linear = &analysis->linear;
+    const int off = linear_out_of_balance(linear);
+    print_rows_left_out(analysis->scene->model, analysis->spectrum.redundant,
+                        analysis->spectrum.redundant_count);
+    if (off >= 0)
+        fprintf(stderr, "refdyn: warning: this is no equilibrium: %s is out of balance by %.4g\n",
+                analysis->scene->model->coordinates[linear->place[off]].name, fabs(linear->force[off]));
+    if (analysis->phi > programme_tol)
+        fprintf(stderr, "refdyn: warning: the state is off the programme: largest |phi| %.4g\n",
+                analysis->phi);
+}
+
+static void print_table(const struct analysis *analysis) {
+    fputs("mode  frequency [Hz]  omega [rad/s]  damping ratio\n", stderr);
+    for (int i = 0; i < analysis->count; i++) {
+        const struct mode *mode = &analysis->spectrum.modes[i];
+        const double omega = hypot(mode->re, mode->im);
+        fprintf(stderr, "%4d  %14.6g  %13.6g  %13.6g%s\n", i + 1, mode->im / (2 * pi), omega,
+                omega > 0 ? 0 - mode->re / omega : 0, mode->re > 0 ? "  unstable" : "");
+    }
+}
+
+/* ---- JSON ---- */
+
+static void put_complex(struct document *document, const char *key, const double *re, const double *im,
+                        int count) {
+    put_open(document, key, '{');
+    put_array(document, "re", re, count);
+    put_array(document, "im", im, count);
+    put_close(document, '}');
+}
+
+/* C shape of one point; re (3), then im (3). */
+static void displacement(const struct analysis *analysis, int point, const double *shape, double out[6]) {
+    const int n = analysis->scene->model->n;
+    for (int part = 0; part < 2; part++)
+        for (int axis = 0; axis < 3; axis++) {
+            double sum = 0;
+            for (int j = 0; j < n; j++)
+                sum += analysis->C[(3 * point + axis) * n + j] * shape[part * n + j];
+            out[3 * part + axis] = sum;
+        }
+}
+
+static void put_shape(struct document *document, const struct analysis *analysis, const struct mode *mode) {
+    const struct refdyn_model *model = analysis->scene->model;
+    const struct linear *linear = &analysis->linear;
+    const int n = model->n;
+    double *shape = memory_get(&analysis->scene->memory, 2 * (size_t)n * sizeof *shape), moved[6];
+    for (int j = 0; j < linear->n; j++) {
+        shape[linear->place[j]] = mode->shape[j];
+        shape[n + linear->place[j]] = mode->shape[linear->n + j];
+    }
+    put_complex(document, "shape", shape, shape + n, n);
+    put_open(document, "points", '{');
+    for (int i = 0; i < model->point_count; i++) {
+        displacement(analysis, i, shape, moved);
+        put_complex(document, model->points[i], moved, moved + 3, 3);
+    }
+    put_close(document, '}');
+}
+
+static void put_mode(struct document *document, const struct analysis *analysis, const struct mode *mode) {
+    const double omega = hypot(mode->re, mode->im);
+    put_open(document, NULL, '{');
+    put_number(document, "frequency", mode->im / (2 * pi));
+    put_number(document, "omega", omega);
+    put_number(document, "damping", omega > 0 ? 0 - mode->re / omega : 0); /* no -0 */
+    put_array(document, "eigenvalue", (const double[]){mode->re, mode->im}, 2);
+    put_shape(document, analysis, mode);
+    put_close(document, '}');
+}
+
+static enum status print_analysis(const struct analysis *analysis) {
+    struct scene *scene = analysis->scene;
+    const struct spectrum *spectrum = &analysis->spectrum;
+    struct document document;
+    int unstable = 0;
+    document_open(&document);
+    for (int i = 0; i < spectrum->count; i++)
+        unstable += spectrum->modes[i].re > 0;
+    put_open(&document, NULL, '{');
+    put_text(&document, "name", scene->model->name);
+    put_coordinates(&document, "coordinates", scene->model, NULL);
+    put_text(&document, "at", analysis->at);
+    put_number(&document, "t", scene->state.t);
+    put_array(&document, "q", scene->q, scene->model->n);
+    put_positions(&document, scene);
+    put_coordinates(&document, "held", scene->model, analysis->held);
+    put_number(&document, "phi", analysis->phi);
+    put_number(&document, "residual", analysis->linear.residual);
+    put_whole(&document, "unstable", unstable);
+    put_open(&document, "modes", '[');
+    for (int i = 0; i < analysis->count; i++)
+        put_mode(&document, analysis, &spectrum->modes[i]);
+    put_close(&document, ']');
+    put_close(&document, '}');
+    return scene_finish(scene, &document);
+}
+
+/* ---- The command ---- */
+
+static int compute(struct analysis *analysis, const struct options *options) {
+    struct scene *scene = analysis->scene;
+    const struct refdyn_model *model = scene->model;
+    int result = linearise(&analysis->linear, scene, analysis->held);
+    if (result == REFDYN_OK)
+        result = find_spectrum(&analysis->spectrum, &analysis->linear);
+    if (result != REFDYN_OK)
+        return result;
+    analysis->phi = refdyn_residuals(&scene->work).phi;
+    analysis->count = analysis->spectrum.count;
+    if (options->modes > 0 && options->modes < analysis->count)
+        analysis->count = (int)options->modes;
+    if (model->point_count)
+        model->C(scene->work.p, scene->work.x, scene->state.t, scene->q, scene->qd, analysis->C);
+    return REFDYN_OK;
+}
+
+static enum status analyse(struct scene *scene, const struct options *options) {
+    const size_t n = (size_t)scene->model->n, points = (size_t)scene->model->point_count;
+    struct analysis analysis = {.scene = scene, .at = place_of(options)};
+    analysis.held = memory_get(&scene->memory, n * sizeof *analysis.held);
+    analysis.C = memory_get(&scene->memory, 3 * points * n * sizeof *analysis.C);
+    enum status status = place(&analysis, options);
+    int result = status == STATUS_DONE ? compute(&analysis, options) : REFDYN_OK;
+    if (result != REFDYN_OK)
+        status = numbers_failed(scene, result, scene->state.t, scene->q, NULL);
+    if (status == STATUS_DONE && result == REFDYN_OK)
+        status = print_analysis(&analysis);
+    if (status == STATUS_DONE) {
+        print_warnings(&analysis);
+        print_table(&analysis);
+    }
+    return status;
+}
+
+enum status run_modes(const struct options *options) {
+    struct scene scene;
+    enum status status = scene_open(
+        &scene, options, NEEDS_RESULT | NEEDS_STATICS | NEEDS_POINTS | NEEDS_TANGENT | NEEDS_LINEAR,
+        state_path(options));
+    if (status == STATUS_DONE)
+        status = check(&scene);
+    if (status == STATUS_DONE)
+        status = analyse(&scene, options);
+    scene_close(&scene);
+    return status;
+}

@@ -1,0 +1,150 @@
+/* Sampled inputs from a CSV file: see sampled_inputs.h. */
+#include "scene/sampled_inputs.h"
+#include "text/csv.h"
+#include "base/memory.h"
+#include "base/message.h"
+#include "text/output.h"
+#include "simulate/motion_table.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* A file being read: what each of its columns is. */
+struct reading {
+    struct inputs *inputs;
+    struct memory *memory;
+    const struct refdyn_model *model;
+    struct csv csv;
+    int *role; /* (csv.count) number among the inputs' columns, or one of: */
+};
+
+enum { ROLE_NONE = -1, ROLE_TIME = -2 };
+
+static bool no_input(const struct reading *reading) {
+    const struct refdyn_model *model = reading->model;
+    if (model->input_count == 0)
+        return csv_complain(&reading->csv, "the model has no inputs");
+    const char *names = model->inputs[0].name;
+    for (int i = 1; i < model->input_count; i++)
+        names = memory_format(reading->memory, "%s, %s", names, model->inputs[i].name);
+    return csv_complain(&reading->csv, "no column is an input, those of the model are %s", names);
+}
+
+/* The column of an input: in the CSV of a motion that has another column of its name, the one with the kind
+ * before it (motion_table.h). `t` is the time alone. */
+static int find_input(const struct reading *reading, const char *name) {
+    const struct csv *csv = &reading->csv;
+    int column = csv_column(csv, memory_format(reading->memory, "%s%s", table_input_lead, name));
+    if (column < 0 && strcmp(name, "t") != 0)
+        column = csv_column(csv, name);
+    return column;
+}
+
+/* A column that is no input is passed over; one that was meant to be an input is told of. */
+static void warn_of_passed(const struct reading *reading) {
+    const struct refdyn_model *model = reading->model;
+    const struct csv *csv = &reading->csv;
+    const char **missing = memory_get(reading->memory, (size_t)model->input_count * sizeof *missing);
+    int count = 0;
+    for (int i = 0; i < model->input_count; i++)
+        if (find_input(reading, model->inputs[i].name) < 0)
+            missing[count++] = model->inputs[i].name;
+    for (int i = 0; i < csv->count; i++) {
+        const char *near =
+            reading->role[i] == ROLE_NONE ? message_nearest_name(csv->names[i], missing, count) : NULL;
+        if (near)
+            complain_line(csv->path, csv->line,
+                          memory_format(reading->memory,
+                                        "warning: inputs: column %s is passed over, the nearest input is %s",
+                                        csv->names[i], near));
+    }
+}
+
+static bool assign_columns(struct reading *reading) {
+    struct inputs *inputs = reading->inputs;
+    const struct csv *csv = &reading->csv;
+    const struct refdyn_model *model = reading->model;
+    reading->role = memory_get(reading->memory, (size_t)csv->count * sizeof *reading->role);
+    inputs->place = memory_get(reading->memory, (size_t)model->input_count * sizeof *inputs->place);
+    for (int i = 0; i < csv->count; i++)
+        reading->role[i] = strcmp(csv->names[i], "t") == 0 ? ROLE_TIME : ROLE_NONE;
+    for (int i = 0; i < model->input_count; i++) {
+        const int column = find_input(reading, model->inputs[i].name);
+        if (column < 0)
+            continue;
+        reading->role[column] = inputs->width;
+        inputs->place[inputs->width++] = i;
+    }
+    if (csv_column(csv, "t") < 0)
+        return csv_complain(csv, "no column is called t, the time of each sample is needed");
+    if (inputs->width == 0)
+        return no_input(reading);
+    warn_of_passed(reading);
+    return true;
+}
+
+/* The time of a sample and the values behind it. */
+static double *row_of(const struct inputs *inputs, int sample) {
+    return inputs->rows + (size_t)sample * (size_t)(inputs->width + 1);
+}
+
+static double time_of(const struct inputs *inputs, int sample) {
+    return *row_of(inputs, sample);
+}
+
+static bool take_row(struct reading *reading) {
+    struct inputs *inputs = reading->inputs;
+    const struct csv *csv = &reading->csv;
+    inputs->rows = memory_room(reading->memory, inputs->rows, inputs->count, &inputs->room,
+                               (size_t)(inputs->width + 1) * sizeof *inputs->rows);
+    double *row = row_of(inputs, inputs->count);
+    for (int i = 0; i < csv->count; i++) {
+        const int role = reading->role[i];
+        double value;
+        if (role == ROLE_NONE)
+            continue;
+        if (!csv_number(csv, i, &value))
+            return false;
+        row[role == ROLE_TIME ? 0 : 1 + role] = value;
+    }
+    if (inputs->count > 0 && !(*row > time_of(inputs, inputs->count - 1)))
+        return csv_complain(csv, "t = %g does not lie behind the sample before", *row);
+    inputs->count++;
+    return true;
+}
+
+static bool take_rows(struct reading *reading) {
+    int answer = 1;
+    while (answer > 0 && (answer = csv_next(&reading->csv)) > 0)
+        answer = take_row(reading) ? 1 : -1;
+    if (answer == 0 && reading->inputs->count == 0)
+        return csv_complain(&reading->csv, "no sample, a header and at least one line of numbers are needed");
+    return answer == 0;
+}
+
+bool inputs_read(struct inputs *inputs, struct memory *memory, const char *path,
+                 const struct refdyn_model *model) {
+    struct reading reading = {.inputs = inputs, .memory = memory, .model = model};
+    *inputs = (struct inputs){.path = path};
+    const bool is_good =
+        csv_open(&reading.csv, path, "inputs") && assign_columns(&reading) && take_rows(&reading);
+    csv_close(&reading.csv);
+    return is_good;
+}
+
+void inputs_set(struct inputs *inputs, double t, double *x) {
+    if (inputs->next > 0 && t < time_of(inputs, inputs->next - 1))
+        inputs->next = 0; /* another motion begins */
+    while (inputs->next < inputs->count && time_of(inputs, inputs->next) <= t)
+        inputs->next++;
+    const double *row = row_of(inputs, inputs->next > 0 ? inputs->next - 1 : 0);
+    for (int i = 0; i < inputs->width; i++)
+        x[inputs->place[i]] = row[1 + i];
+    if (inputs->next == 0)
+        inputs->next = 1; /* the first value holds before it, too: nothing changes there */
+}
+
+double inputs_next(const struct inputs *inputs) {
+    return inputs->next < inputs->count ? time_of(inputs, inputs->next) : INFINITY;
+}

@@ -1,0 +1,309 @@
+/* One model made ready: see scene.h. */
+#include "scene/scene.h"
+#include "command_line/commands.h"
+#include "read/source_file.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* The generator's messages from number `first` on. */
+static void print_messages(const struct generation *generation, int first) {
+    for (int i = first; i < generation->messages.count; i++) {
+        const struct message *message = &generation->messages.list[i];
+        fputs(message->place.file, stderr);
+        if (message->place.line > 0)
+            fprintf(stderr, ":%d", message->place.line);
+        fprintf(stderr, ": %s\n", message->text);
+    }
+}
+
+enum status print_outcome(const struct generation *generation, const char *path, int first,
+                          enum gen_status status) {
+    print_messages(generation, first);
+    if (status == GEN_NO_MEMORY)
+        fprintf(stderr, "refdyn: %s: out of memory\n", path);
+    return status == GEN_OK ? STATUS_DONE : STATUS_FAULT;
+}
+
+/* The place of `word` among three names; the first one's without a word, -1 with a complaint. */
+static int place_of(const struct options *options, const char *option, const char *word,
+                    const char *const names[3]) {
+    const int place = word ? text_index(word, names, 3) : 0;
+    if (place < 0)
+        usage_error(options->command, "--%s: '%s' is none of %s, %s, %s", option, word, names[0], names[1],
+                    names[2]);
+    return place;
+}
+
+static bool read_variant(const struct options *options, struct read_request *request) {
+    static const char *const methods[] = {[ACCELERATIONS_AUTO] = "auto",
+                                          [ACCELERATIONS_RECURSIVE] = "recursive",
+                                          [ACCELERATIONS_DENSE] = "dense"};
+    static const char *const loops[] = {
+        [LOOPS_AUTO] = "auto", [LOOPS_ALWAYS] = "always", [LOOPS_NEVER] = "never"};
+    const int method = place_of(options, "accelerations", options->accelerations, methods);
+    const int loop = method < 0 ? -1 : place_of(options, "loops", options->loops, loops);
+    if (loop < 0)
+        return false;
+    request->accelerations = (enum accelerations)method;
+    request->loops = (enum loops)loop;
+    return true;
+}
+
+static enum status read_with(struct scene *scene, const struct options *options,
+                             const struct setting *settings, int count, bool fold) {
+    const char *path = options->operands[0];
+    struct read_request request = {.file = path, .settings = settings, .setting_count = count, .fold = fold};
+    if (!read_variant(options, &request))
+        return STATUS_USAGE;
+    if (scene->is_read)
+        gen_release(&scene->generation);
+    scene->is_read = true;
+    enum gen_status status = gen_read(&scene->generation, &request, -1);
+    /* the caller knows which messages are to be told */
+    return print_outcome(&scene->generation, path, scene->generation.messages.count, status);
+}
+
+static enum status read_as_set(struct scene *scene, const struct options *options) {
+    *scene = (struct scene){.memory = arena_start(), .compiled = {.file = -1}};
+    return read_with(scene, options, options->settings, options->setting_count, options->fold);
+}
+
+enum status scene_read(struct scene *scene, const struct options *options) {
+    enum status status = read_as_set(scene, options);
+    if (scene->is_read)
+        print_messages(&scene->generation, 0);
+    return status;
+}
+
+enum status scene_read_again(struct scene *scene, const struct options *options) {
+    enum status status = read_as_set(scene, options);
+    if (scene->is_read && status != STATUS_DONE)
+        print_messages(&scene->generation, 0);
+    return status;
+}
+
+/* Values that are applied at run time, later ones win: the STATE.json's parameters, then --set. */
+struct values {
+    struct named_value *list;
+    int count;
+};
+
+static struct values given_values(struct scene *scene) {
+    const struct model *model = &scene->generation.model;
+    const struct state *state = &scene->state;
+    const size_t most = (size_t)(state->parameter_count + model->parameter_count);
+    struct values values = {.list = memory_get(&scene->memory, most * sizeof *values.list)};
+    for (int i = 0; i < state->parameter_count; i++)
+        values.list[values.count++] = state->parameters[i];
+    for (int i = 0; i < model->parameter_count; i++)
+        if (model->parameters[i].is_given) /* a name that lives on when the model is read again */
+            values.list[values.count++] = (struct named_value){
+                memory_text(&scene->memory, model->parameters[i].name), model->parameters[i].value};
+    return values;
+}
+
+static bool is_given(const struct values *values, const char *name) {
+    for (int i = 0; i < values->count; i++)
+        if (strcmp(values->list[i].name, name) == 0)
+            return true;
+    return false;
+}
+
+/* All values become settings: the model's checks see them, and with --fold they are numbers in the C. */
+static enum status read_valued(struct scene *scene, const struct options *options,
+                               const struct values *values) {
+    int count = options->setting_count;
+    const size_t most = (size_t)(count + values->count);
+    struct setting *settings = memory_grow(&scene->memory, options->settings,
+                                           (size_t)count * sizeof *settings, most * sizeof *settings);
+    for (int i = 0; i < values->count; i++)
+        settings[count++] =
+            (struct setting){values->list[i].name,
+                             exact_text(values->list[i].value, memory_get(&scene->memory, NUMBER_LENGTH))};
+    enum status status = read_with(scene, options, settings, count, options->fold);
+    if (status != STATUS_DONE)
+        print_messages(&scene->generation, 0);
+    return status;
+}
+
+/* Without --fold the C is that of the default parameters: the same text, and the same library, for all
+ * values. */
+static enum status read_structure(struct scene *scene, const struct options *options,
+                                  const struct values *values) {
+    struct setting *settings = memory_get(&scene->memory, (size_t)options->setting_count * sizeof *settings);
+    int count = 0;
+    for (int i = 0; i < options->setting_count; i++)
+        if (!is_given(values, options->settings[i].name))
+            settings[count++] = options->settings[i];
+    return read_with(scene, options, settings, count, false);
+}
+
+/* The model's values checked with everything that is given, then the C's text made ready. */
+static enum status read_for_values(struct scene *scene, const struct options *options,
+                                   const struct values *values) {
+    enum status status = STATUS_DONE;
+    if (scene->state.parameter_count > 0)
+        status = read_valued(scene, options, values);
+    if (status != STATUS_DONE || options->fold || values->count == 0)
+        return status;
+    return read_structure(scene, options, values);
+}
+
+/* The list of quantities for gen_plan, with only those that the scene has. */
+static char *emit_list(struct scene *scene, const struct options *options, unsigned needs) {
+    const struct model *model = &scene->generation.model;
+    if (needs & NEEDS_ALL)
+        return memory_format(&scene->memory, "%s%s", options->emit ? "start,equations," : "all",
+                             options->emit ? options->emit : "");
+    bool rows = model->row_count > 0, points = model->point_count > 0;
+    return memory_format(
+        &scene->memory, "%s%s%s%s%s%s%s%s%s%s",
+        needs & NEEDS_STATE ? "start,M,h,Q,qdd_free" : "start,equations",
+        needs & NEEDS_STATE && rows ? ",u,v,phi,psi,k" : "", needs & NEEDS_STATICS ? ",Q,Q_q" : "",
+        needs & (NEEDS_STATE | NEEDS_MOTION) ? ",energy,power,course" : "",
+        !(needs & NEEDS_MOTION) ? ""
+        : rows                  ? ",constrained"
+                                : ",qdd_free",
+        !(needs & NEEDS_TANGENT) ? ""
+        : needs & NEEDS_LINEAR   ? ",tangent"
+                                 : ",implicit",
+        needs & NEEDS_POINTS && points ? ",r" : "", needs & NEEDS_POINT_RATES && points ? ",rd,C,d" : "",
+        needs & NEEDS_LINEAR && rows ? ",d_rows" : "", needs & NEEDS_LINEAR && points ? ",C" : "");
+}
+
+static enum status emit_and_load(struct scene *scene, const struct options *options, unsigned needs) {
+    struct generation *generation = &scene->generation;
+    int seen = generation->messages.count;
+    const char *wrong = options->emit ? gen_wrong_emit(generation, options->emit) : NULL;
+    if (wrong)
+        return usage_error(options->command, "--emit: %s", wrong);
+    enum gen_status status = gen_plan(generation, emit_list(scene, options, needs));
+    const enum status planned = print_outcome(generation, options->operands[0], seen, status);
+    if (planned != STATUS_DONE)
+        return planned;
+    if (!compile_load(&scene->compiled, generation->model.name, gen_files(generation),
+                      gen_file_count(generation)))
+        return STATUS_FAULT;
+    scene->model = scene->compiled.model;
+    return STATUS_DONE;
+}
+
+static enum status start_workspace(struct scene *scene) {
+    size_t size = refdyn_workspace_size(scene->model), n = (size_t)scene->model->n;
+    scene->workspace = allocate(1, size);
+    scene->q = memory_get(&scene->memory, n * sizeof *scene->q);
+    scene->qd = memory_get(&scene->memory, n * sizeof *scene->qd);
+    scene->given = memory_get(&scene->memory, (size_t)scene->model->anchored_count * sizeof *scene->given);
+    int status = refdyn_workspace_init(&scene->work, scene->model, scene->workspace, size);
+    if (status == REFDYN_OK)
+        return STATUS_DONE;
+    fprintf(stderr, "refdyn: %s: %s\n", scene->model->name, refdyn_status_text(status));
+    return STATUS_FAULT;
+}
+
+/* Names that the C does not have belong to parameters and inputs that this scene does not read. */
+static void apply_values(struct scene *scene, const struct values *values) {
+    const struct refdyn_model *model = scene->model;
+    for (int i = 0; i < values->count; i++) {
+        int place = refdyn_find_name(model->parameters, model->parameter_count, values->list[i].name);
+        if (place < 0)
+            continue;
+        scene->work.p[place] = values->list[i].value;
+        for (int j = 0; j < model->anchored_count; j++)
+            if (model->anchored[j] == place)
+                scene->given[j] = 1;
+    }
+    for (int i = 0; i < scene->state.input_count; i++) {
+        int place = refdyn_find_name(model->inputs, model->input_count, scene->state.inputs[i].name);
+        if (place >= 0)
+            scene->work.x[place] = scene->state.inputs[i].value;
+    }
+}
+
+static void set_state(struct scene *scene) {
+    size_t size = (size_t)scene->model->n * sizeof(double);
+    refdyn_prepare(&scene->work);
+    refdyn_initial_state(&scene->work, scene->q, scene->qd);
+    refdyn_anchor(&scene->work, 0, scene->q, scene->qd, scene->given);
+    if (scene->state.q)
+        memcpy(scene->q, scene->state.q, size);
+    if (scene->state.qd)
+        memcpy(scene->qd, scene->state.qd, size);
+}
+
+static enum status make_ready(struct scene *scene, const struct options *options, unsigned needs,
+                              const struct values *values) {
+    enum status status = read_for_values(scene, options, values);
+    if (status == STATUS_DONE)
+        status = emit_and_load(scene, options, needs);
+    if (status == STATUS_DONE)
+        status = start_workspace(scene);
+    if (status != STATUS_DONE)
+        return status;
+    apply_values(scene, values);
+    set_state(scene);
+    return STATUS_DONE;
+}
+
+enum status scene_refuse_row(struct scene *scene, bool (*wrong)(const struct row *row), const char *fact) {
+    struct generation *generation = &scene->generation;
+    const int seen = generation->messages.count;
+    for (int i = 0; i < generation->model.row_count; i++) {
+        const struct row *row = &generation->model.rows[i];
+        if (!wrong(row))
+            continue;
+        message_error(&generation->messages, row->place, "%s: %s", row->name, fact);
+        print_messages(generation, seen);
+        return STATUS_FAULT;
+    }
+    return STATUS_DONE;
+}
+
+void scene_spare_sources(const struct scene *scene, struct targets *targets) {
+    const struct sources *sources = scene->generation.model.sources;
+    for (int i = 0; i < sources->count; i++)
+        targets_spare(targets, sources->list[i].path);
+}
+
+/* The files of -o and --summary, which must not be those that are read. */
+static enum status open_targets(struct scene *scene, const struct options *options, const char *state_path) {
+    struct targets *targets = &scene->targets;
+    scene_spare_sources(scene, targets);
+    if (state_path)
+        targets_spare(targets, state_path);
+    if (options->inputs)
+        targets_spare(targets, options->inputs);
+    scene->result = target_open(targets, options->output);
+    if (scene->result && options->summary)
+        scene->summary = target_open(targets, options->summary);
+    return scene->result && (scene->summary || !options->summary) ? STATUS_DONE : STATUS_FAULT;
+}
+
+enum status scene_finish(struct scene *scene, struct document *document) {
+    if (!document_close(document, scene->result->file))
+        return numbers_failed(scene, REFDYN_NOT_FINITE, scene->state.t, scene->q, scene->qd);
+    return target_finish(scene->result) ? STATUS_DONE : STATUS_FAULT;
+}
+
+enum status scene_open(struct scene *scene, const struct options *options, unsigned needs,
+                       const char *state_path) {
+    enum status status = scene_read(scene, options);
+    if (status == STATUS_DONE && needs & NEEDS_RESULT)
+        status = open_targets(scene, options, state_path);
+    if (status != STATUS_DONE)
+        return status;
+    if (state_path && !state_read(&scene->state, state_path, &scene->generation, &scene->memory))
+        return STATUS_FAULT;
+    struct values values = given_values(scene);
+    return make_ready(scene, options, needs, &values);
+}
+
+void scene_close(struct scene *scene) {
+    free(scene->workspace);
+    compile_release(&scene->compiled);
+    targets_release(&scene->targets);
+    if (scene->is_read)
+        gen_release(&scene->generation);
+    memory_release(&scene->memory);
+}

@@ -1,0 +1,70 @@
+/*
+ * One model made ready to compute with: read, emitted, compiled, its parameters and inputs set.
+ *
+ * Values of parameters do not change the emitted C (unless --fold): --set of a parameter, and the parameters
+ * of a STATE.json, are applied at run time, so that another value compiles nothing.
+ */
+#ifndef REFDYN_TOOL_SCENE_H
+#define REFDYN_TOOL_SCENE_H
+
+#include "compile/compile.h"
+#include "scene/sampled_inputs.h"
+#include "command_line/options.h"
+#include "text/output.h"
+#include "refdyn.h"
+#include "scene/state_file.h"
+#include "system/output_file.h"
+
+struct scene {
+    struct generation generation;
+    bool is_read; /* generation is to be released */
+    struct compiled compiled;
+    const struct refdyn_model *model;
+    struct refdyn_workspace work;
+    void *workspace;       /* of `work` */
+    struct memory memory;  /* of all else that lives as long as the scene */
+    struct state state;    /* as the STATE.json gave it; empty without one */
+    double *q, *qd;        /* (n) the model's initial state, or the STATE.json's where it gave one */
+    struct inputs *inputs; /* sampled inputs of motions, the caller's; NULL: none */
+    int *given;            /* (anchored_count) anchored parameters that --set or the STATE.json gave */
+    struct targets targets;
+    struct target *result, *summary; /* of -o, or stdout; of --summary; NULL: none */
+};
+
+enum {
+    NEEDS_MOTION = 1,       /* equations, accelerations, energy, power */
+    NEEDS_STATICS = 2,      /* Q, Q_q and what the workspace needs */
+    NEEDS_STATE = 4,        /* each quantity of the equations for itself, qdd_free, energy */
+    NEEDS_POINTS = 8,       /* r */
+    NEEDS_POINT_RATES = 16, /* rd, C, d */
+    NEEDS_ALL = 32,         /* all that the scene has */
+    NEEDS_TANGENT = 64,     /* tangent */
+    NEEDS_LINEAR = 128,     /* d_rows, C */
+    NEEDS_RESULT = 256      /* the files of -o and --summary, opened before anything is computed */
+};
+
+/* Reads the model for `gen` and `check`; messages go to stderr. */
+enum status scene_read(struct scene *scene, const struct options *options);
+/* The same beside a call that tells its warnings: those of a model at fault alone. */
+enum status scene_read_again(struct scene *scene, const struct options *options);
+/*
+ * Everything: `needs` chooses what is emitted. state_path may be NULL. Anchored parameters are set from the
+ * model's initial state. scene_close in any case.
+ */
+enum status scene_open(struct scene *scene, const struct options *options, unsigned needs,
+                       const char *state_path);
+void scene_close(struct scene *scene);
+
+/* No target may be a file that the command has read until now: the model with all that it requires. */
+void scene_spare_sources(const struct scene *scene, struct targets *targets);
+/* The document, which ends here, becomes the result: STATUS_NUMBERS when a number of it is not finite. */
+enum status scene_finish(struct scene *scene, struct document *document);
+
+/* Complains of the first row that is `wrong`, with `fact`; STATUS_DONE when there is none. */
+enum status scene_refuse_row(struct scene *scene, bool (*wrong)(const struct row *row), const char *fact);
+/* What a step of the generator with the model's file `path` ended with, after its messages from `first` on.
+ */
+enum status print_outcome(const struct generation *generation, const char *path, int first,
+                          enum gen_status status);
+
+#endif

@@ -1,0 +1,230 @@
+/* STATE.json: see state_file.h. */
+#include "scene/state_file.h"
+#include "text/csv.h"
+#include "text/output.h"
+
+#include <jansson.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- lines of the text: one walk over its letters with the depth and the key at depth 1 ---- */
+
+struct walk {
+    const char *at;
+    int line, depth;
+    bool is_inside; /* in the value of the wanted key */
+    int element;    /* of the array at depth 2 */
+};
+
+static const char *end_of_string(const char *quote) {
+    const char *at = quote + 1;
+    while (*at && *at != '"')
+        at += *at == '\\' && at[1] ? 2 : 1;
+    return at;
+}
+
+/* Whether the string at `quote` is this key of an object. */
+static bool is_key(const char *quote, const char *key) {
+    const char *end = end_of_string(quote);
+    size_t length = (size_t)(end - quote) - 1;
+    if (strlen(key) != length || strncmp(quote + 1, key, length) != 0 || !*end)
+        return false;
+    return end[1 + strspn(end + 1, " \t\r\n")] == ':';
+}
+
+static bool at_string(struct walk *walk, const char *key, const char *member, int index) {
+    if (walk->depth == 1) {
+        walk->is_inside = is_key(walk->at, key) || (walk->is_inside && !is_key(walk->at, key));
+        if (walk->is_inside && !member && index < 0)
+            return true;
+    }
+    bool found = walk->depth == 2 && walk->is_inside && member && is_key(walk->at, member);
+    if (!found)
+        walk->at = end_of_string(walk->at);
+    return found;
+}
+
+static void step(struct walk *walk) {
+    char c = *walk->at;
+    walk->line += c == '\n';
+    walk->depth += (c == '{' || c == '[') - (c == '}' || c == ']');
+    if (c == ',' && walk->depth == 2)
+        walk->element++;
+    if (walk->depth == 1) {
+        walk->element = 0;
+        if (c == ',')
+            walk->is_inside = false;
+    }
+}
+
+/*
+ * Line of member `key` of the outermost object; with `member`, of that member of the object it holds; with
+ * index >= 0, of that element of the array it holds. Line 1 when it is not there. `text` is correct JSON.
+ */
+static int locate_line(const char *text, const char *key, const char *member, int index) {
+    struct walk walk = {.at = text, .line = 1};
+    for (; *walk.at; walk.at++) {
+        if (*walk.at == '"' && at_string(&walk, key, member, index))
+            return walk.line;
+        bool is_value = !strchr(" \t\r\n[,", *walk.at);
+        if (index >= 0 && walk.is_inside && walk.depth == 2 && walk.element == index && is_value)
+            return walk.line;
+        step(&walk);
+    }
+    return 1;
+}
+
+/* ---- values ---- */
+
+struct reading {
+    const char *path, *text;
+    const struct generation *generation;
+    struct memory *memory;
+    int complaints;
+};
+
+/* More would not help; and each of them looks for its line. */
+enum { COMPLAINTS_MOST = 20 };
+
+static void complain_at(struct reading *reading, int line, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
+static void complain_at(struct reading *reading, int line, const char *format, ...) {
+    va_list list;
+    va_start(list, format);
+    char *text = text_vformat(format, list);
+    va_end(list);
+    complain_line(reading->path, line, text);
+    free(text);
+    reading->complaints++;
+}
+
+static const char *kind_of(const json_t *value) {
+    static const char *const kinds[] = {"an object", "an array", "a text", "a number",
+                                        "a number",  "true",     "false",  "null"};
+    return kinds[json_typeof(value)];
+}
+
+static void unknown_name(struct reading *reading, int line, const char *what, const char *name,
+                         const char *const *known, int count) {
+    const char *near = message_nearest_name(name, known, count);
+    if (near)
+        complain_at(reading, line, "%s: no %s is called so, the nearest is %s", name, what, near);
+    else
+        complain_at(reading, line, "%s: no %s is called so%s", name, what,
+                    count ? "" : ", the model has none");
+}
+
+static double *read_vector(struct reading *reading, const char *key, const json_t *array) {
+    const struct tree *tree = &reading->generation->tree;
+    int line = locate_line(reading->text, key, NULL, -1);
+    if (!json_is_array(array)) {
+        complain_at(reading, line, "%s: %s, an array of %d numbers is needed", key, kind_of(array),
+                    tree->count);
+        return NULL;
+    }
+    if (json_array_size(array) != (size_t)tree->count) {
+        complain_at(reading, line, "%s: has %zu values, %d are needed, one per coordinate from %s to %s", key,
+                    json_array_size(array), tree->count, tree->count ? tree->frames[0].name : "none",
+                    tree->count ? tree->frames[tree->count - 1].name : "none");
+        return NULL;
+    }
+    double *values = memory_get(reading->memory, (size_t)tree->count * sizeof *values);
+    for (int i = 0; i < tree->count && reading->complaints < COMPLAINTS_MOST; i++) {
+        const json_t *value = json_array_get(array, (size_t)i);
+        values[i] = json_number_value(value);
+        if (!json_is_number(value))
+            complain_at(reading, locate_line(reading->text, key, NULL, i),
+                        "%s[%d] (%s): %s, a number is needed", key, i, tree->frames[i].name, kind_of(value));
+    }
+    return values;
+}
+
+/* An object of numbers whose keys are among `known`. */
+static struct named_value *read_values(struct reading *reading, const char *key, const char *what,
+                                       json_t *object, const char *const *known, int known_count,
+                                       int *count) {
+    struct named_value *values = memory_get(reading->memory, json_object_size(object) * sizeof *values);
+    const char *name;
+    json_t *value;
+    *count = 0;
+    if (!json_is_object(object))
+        complain_at(reading, locate_line(reading->text, key, NULL, -1),
+                    "%s: %s, an object of numbers is needed", key, kind_of(object));
+    json_object_foreach(object, name, value) {
+        if (reading->complaints == COMPLAINTS_MOST)
+            break;
+        int line = locate_line(reading->text, key, name, -1);
+        if (text_index(name, known, known_count) < 0)
+            unknown_name(reading, line, what, name, known, known_count);
+        else if (!json_is_number(value))
+            complain_at(reading, line, "%s: %s, a number is needed", name, kind_of(value));
+        else
+            values[(*count)++] =
+                (struct named_value){memory_text(reading->memory, name), json_number_value(value)};
+    }
+    return values;
+}
+
+static void read_inputs(struct reading *reading, struct state *state, json_t *object) {
+    const struct model *model = &reading->generation->model;
+    const char **names = memory_get(reading->memory, (size_t)model->input_count * sizeof *names);
+    for (int i = 0; i < model->input_count; i++)
+        names[i] = model->inputs[i].name;
+    state->inputs =
+        read_values(reading, "inputs", "input", object, names, model->input_count, &state->input_count);
+}
+
+static void read_parameters(struct reading *reading, struct state *state, json_t *object) {
+    const struct model *model = &reading->generation->model;
+    const char **names = memory_get(reading->memory, (size_t)model->parameter_count * sizeof *names);
+    for (int i = 0; i < model->parameter_count; i++)
+        names[i] = model->parameters[i].name;
+    state->parameters = read_values(reading, "parameters", "parameter", object, names, model->parameter_count,
+                                    &state->parameter_count);
+}
+
+static void read_member(struct reading *reading, struct state *state, const char *key, json_t *value) {
+    static const char *const keys[] = {"t", "q", "qd", "inputs", "parameters"};
+    int line = locate_line(reading->text, key, NULL, -1);
+    if (strcmp(key, "t") == 0) {
+        state->t = json_number_value(value);
+        if (!json_is_number(value))
+            complain_at(reading, line, "t: %s, a number is needed", kind_of(value));
+    } else if (strcmp(key, "q") == 0)
+        state->q = read_vector(reading, key, value);
+    else if (strcmp(key, "qd") == 0)
+        state->qd = read_vector(reading, key, value);
+    else if (strcmp(key, "inputs") == 0)
+        read_inputs(reading, state, value);
+    else if (strcmp(key, "parameters") == 0)
+        read_parameters(reading, state, value);
+    else
+        unknown_name(reading, line, "key of a state (t, q, qd, inputs, parameters)", key, keys,
+                     sizeof keys / sizeof keys[0]);
+}
+
+bool state_read(struct state *state, const char *path, const struct generation *generation,
+                struct memory *memory) {
+    *state = (struct state){.t = 0};
+    char *text = read_text(path, "state");
+    if (!text)
+        return false;
+    struct reading reading = {.path = path, .text = text, .generation = generation, .memory = memory};
+    json_error_t error;
+    json_t *root = json_loads(text, JSON_REJECT_DUPLICATES | JSON_DECODE_INT_AS_REAL, &error);
+    const char *key;
+    json_t *value;
+    if (!root)
+        complain_at(&reading, error.line > 0 ? error.line : 1,
+                    "state: %s, one JSON object of finite numbers is needed", error.text);
+    else if (!json_is_object(root))
+        complain_at(&reading, 1, "state: %s, an object is needed", kind_of(root));
+    json_object_foreach(root, key, value) {
+        if (reading.complaints < COMPLAINTS_MOST)
+            read_member(&reading, state, key, value);
+    }
+    json_decref(root);
+    free(text);
+    return reading.complaints == 0;
+}

@@ -1,0 +1,273 @@
+/* One motion: see motion.h. */
+#include "simulate/motion.h"
+#include "system/interrupt.h"
+#include "text/output.h"
+#include "system/timing.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* A multiple of --every this near to the end (as a part of --every) is the end. */
+static const double end_slack = 1e-9;
+
+/* alpha h = beta h of --stabilise baumgarte-auto: larger ones let the stages of a step disturb each other. */
+static const double automatic_share = 0.05;
+
+static const double steps_max = 1e10; /* some hours of the smallest model */
+
+enum {
+    DEFAULT_OUTPUTS = 200,
+    OUTPUTS_MAX = 10000000,
+    STEPS_PER_LOOK = 64 /* between looks at signals and the clock */
+};
+
+/* GSL's methods work in the room of an implicit method. */
+static enum status choose_gsl(const struct options *options, struct refdyn_options *drive) {
+    if (!by_gsl_is_built)
+        return usage_error(options->command, "--method: '%s' needs a refdyn that is built with GSL",
+                           options->method);
+    if (options->step > 0)
+        return usage_error(options->command, "--step: %s finds its steps, it takes --tol", options->method);
+    *drive = refdyn_options_default(REFDYN_RODAS5P);
+    drive->stabilise = by_gsl_stabilise(options->method);
+    if (options->tolerance > 0)
+        drive->tol = options->tolerance;
+    return STATUS_DONE;
+}
+
+/* "rk4, rk54, ...": all, or those that need no tangent. */
+const char *known_methods(char text[static METHODS_LENGTH], bool is_explicit) {
+    size_t length = 0;
+    text[0] = '\0';
+    for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
+        if (!is_explicit || !refdyn_method_is_implicit((enum refdyn_method)method))
+            length += (size_t)snprintf(text + length, METHODS_LENGTH - length, "%s%s", length ? ", " : "",
+                                       refdyn_method_name(method));
+    return text;
+}
+
+static enum status choose_method(const struct options *options, struct refdyn_options *drive) {
+    char known[METHODS_LENGTH];
+    int method = options->step > 0 ? REFDYN_RK4 : REFDYN_AUTO;
+    if (by_gsl_has(options->method))
+        return choose_gsl(options, drive);
+    if (options->method)
+        method = refdyn_method_find(options->method);
+    if (method < 0)
+        return usage_error(options->command, "--method: '%s' is none of %s", options->method,
+                           known_methods(known, false));
+    if (options->tolerance > 0 && options->step > 0)
+        return usage_error(options->command, "--step is for fixed steps, --tol for steps that are found");
+    if (options->step_max > 0 && options->step > 0)
+        return usage_error(options->command,
+                           "--step is for fixed steps, --step-max for steps that are found");
+    *drive = refdyn_options_default((enum refdyn_method)method);
+    if ((options->tolerance > 0 || options->step_max > 0) && drive->tol == 0)
+        return usage_error(options->command, "--%s: %s has fixed steps, it takes --step",
+                           options->tolerance > 0 ? "tol" : "step-max", refdyn_method_name(method));
+    drive->step_max = options->step_max;
+    if (options->step > 0) {
+        drive->step = options->step;
+        drive->tol = 0;
+    }
+    if (options->tolerance > 0)
+        drive->tol = options->tolerance;
+    return STATUS_DONE;
+}
+
+const char *const stabilise_names[STABILISE_COUNT] = {
+    [REFDYN_NONE] = "none", [REFDYN_BAUMGARTE] = "baumgarte", [REFDYN_PROJECT] = "project"};
+
+static const char *const singular_names[SINGULAR_COUNT] = {[REFDYN_STOP] = "stop", [REFDYN_PASS] = "pass"};
+
+enum status motion_options(const struct options *options, struct refdyn_options *drive) {
+    const char *fact;
+    enum status status = choose_method(options, drive);
+    if (status != STATUS_DONE)
+        return status;
+    if (options->stabilise && strcmp(options->stabilise, "baumgarte-auto") == 0) {
+        drive->stabilise = REFDYN_BAUMGARTE;
+        drive->gain_share = automatic_share;
+    } else if (options->stabilise) {
+        int found = text_index(options->stabilise, stabilise_names, STABILISE_COUNT);
+        if (found < 0)
+            return usage_error(options->command,
+                               "--stabilise: '%s' is none of none, baumgarte, baumgarte-auto, project",
+                               options->stabilise);
+        drive->stabilise = (enum refdyn_stabilise)found;
+        if (found == REFDYN_PROJECT && by_gsl_has(options->method) &&
+            by_gsl_stabilise(options->method) != REFDYN_PROJECT)
+            return usage_error(options->command,
+                               "--stabilise: a projection would make %s start again after each step",
+                               options->method);
+    }
+    if (options->start && strcmp(options->start, "as-is") != 0 && strcmp(options->start, "project") != 0)
+        return usage_error(options->command, "--start: '%s' is none of as-is, project", options->start);
+    if (options->singular) {
+        int found = text_index(options->singular, singular_names, SINGULAR_COUNT);
+        if (found < 0)
+            return usage_error(options->command, "--singular: '%s' is none of stop, pass", options->singular);
+        drive->singular = (enum refdyn_singular)found;
+    }
+    drive->project_start = options->start && strcmp(options->start, "project") == 0;
+    drive->balance = 1;
+    if (refdyn_options_validate(drive, &fact) != REFDYN_OK)
+        return usage_error(options->command, "%s", fact);
+    return STATUS_DONE;
+}
+
+enum status motion_fit(const struct scene *scene, const struct options *options,
+                       const struct refdyn_options *drive) {
+    char known[METHODS_LENGTH];
+    if (refdyn_can_run(scene->model, drive->method))
+        return STATUS_DONE;
+    fprintf(stderr,
+            "refdyn: %s: --method %s needs the exact tangent, which the printed form does not have; without "
+            "it go "
+            "%s\n",
+            scene->model->name, options->method, known_methods(known, true));
+    return STATUS_FAULT;
+}
+
+const char *motion_state_path(const struct options *options) {
+    const char *from = options->from;
+    return from && strcmp(from, "initial") != 0 && strcmp(from, "statics") != 0 ? from : NULL;
+}
+
+enum status motion_place(struct scene *scene, const struct options *options) {
+    enum status status = STATUS_DONE;
+    if (options->from && strcmp(options->from, "statics") == 0) {
+        struct equilibrium equilibrium;
+        status = find_equilibrium(scene, options, &equilibrium);
+    } else if (options->hold)
+        return usage_error(options->command, "--hold goes with --from statics");
+    refdyn_anchor(&scene->work, scene->state.t, scene->q, scene->qd, scene->given);
+    return status;
+}
+
+enum status motion_check_times(const struct scene *scene, const struct options *options) {
+    const double from = scene->state.t, span = options->until - from;
+    if (span <= 0)
+        return usage_error(options->command, "--until %g: the motion starts at t = %g", options->until, from);
+    if (options->every > 0 && span / options->every > OUTPUTS_MAX)
+        return usage_error(options->command, "--every %g: %.3g outputs, at most %d are taken", options->every,
+                           span / options->every, OUTPUTS_MAX);
+    if (options->step > 0 && span / options->step > steps_max)
+        return usage_error(options->command, "--step %g: %.3g steps, at most %.3g are taken", options->step,
+                           span / options->step, steps_max);
+    return STATUS_DONE;
+}
+
+/* Multiples of `every` up to the end, and the end itself. */
+static long count_outputs(const struct motion *motion) {
+    double span = (motion->until - motion->from) / motion->every;
+    return (long)ceil(span - end_slack) + 1;
+}
+
+/* When the inputs change next, INFINITY: never. */
+static double next_sample(const struct motion *motion) {
+    return motion->scene->inputs ? inputs_next(motion->scene->inputs) : INFINITY;
+}
+
+int motion_start(struct motion *motion, struct scene *scene, const struct refdyn_options *drive, double until,
+                 double every) {
+    double span = until - scene->state.t;
+    *motion =
+        (struct motion){.scene = scene, .from = scene->state.t, .until = until, .started = wall_seconds()};
+    motion->method = refdyn_method_name((int)drive->method);
+    motion->every = every > 0 ? every : span / DEFAULT_OUTPUTS;
+    motion->outputs = count_outputs(motion);
+    size_t size = refdyn_integrator_size(scene->model, drive);
+    motion->memory = allocate(1, size);
+    int status = refdyn_integrator_init(&motion->integrator, &scene->work, drive, motion->memory, size);
+    double begin = cpu_seconds();
+    if (scene->inputs)
+        inputs_set(scene->inputs, motion->from, scene->work.x);
+    if (status == REFDYN_OK)
+        status = refdyn_integrator_start(&motion->integrator, motion->from, scene->q, scene->qd);
+    refdyn_integrator_until(&motion->integrator, until);
+    refdyn_integrator_limit(&motion->integrator, next_sample(motion));
+    motion->cpu_s = cpu_seconds() - begin;
+    return status == REFDYN_OK ? refdyn_energy_start(&motion->energy, &motion->integrator) : status;
+}
+
+int motion_by_gsl(struct motion *motion, const char *method) {
+    motion->method = method;
+    return by_gsl_open(&motion->gsl, &motion->integrator, method);
+}
+
+/* Time of output number i, 0 to outputs - 1: a multiple of `every`, or the end. */
+static double motion_time(const struct motion *motion, long i) {
+    return i >= motion->outputs - 1 ? motion->until : motion->from + (double)i * motion->every;
+}
+
+double motion_fraction(const struct motion *motion) {
+    return (motion->integrator.t - motion->from) / (motion->until - motion->from);
+}
+
+/* Beyond its limit, or on the way there: at a tenth of it, twice as fast would still be too slow. */
+static bool is_too_slow(const struct motion *motion, double cpu_s) {
+    const double limit = motion->cpu_limit;
+    return limit > 0 && motion->integrator.t < motion->until &&
+           (cpu_s > limit || (cpu_s > limit / 10 && cpu_s > 2 * limit * motion_fraction(motion)));
+}
+
+bool motion_is_stopped(const struct motion *motion) {
+    return motion->stops && motion->stops->reached;
+}
+
+/* The inputs of the sample at the drive's time, from which the state is met anew. */
+static int take_sample(struct motion *motion) {
+    struct refdyn_integrator *integrator = &motion->integrator;
+    inputs_set(motion->scene->inputs, integrator->t, integrator->work->x);
+    refdyn_integrator_limit(integrator, next_sample(motion));
+    const int status = refdyn_integrator_refresh(integrator);
+    if (status == REFDYN_OK && motion->stops)
+        stops_hold(motion->stops);
+    return status;
+}
+
+/* Some steps towards `goal`; with stops to watch, to the next end of a step and no further. */
+static int go_on(struct motion *motion, double goal) {
+    struct refdyn_integrator *integrator = &motion->integrator;
+    const double before = integrator->t, sample = next_sample(motion);
+    double bound = fmin(goal, sample);
+    if (motion->stops && before < integrator->t_end)
+        bound = fmin(bound, integrator->t_end);
+    const long steps = motion->stops ? 1 : STEPS_PER_LOOK;
+    int status = motion->gsl ? by_gsl_step(motion->gsl, bound, steps)
+                             : refdyn_integrator_step(integrator, bound, steps);
+    if (status == REFDYN_OK && motion->stops)
+        status = stops_meet(motion->stops, before);
+    if (status == REFDYN_OK && integrator->t == sample && !motion_is_stopped(motion))
+        status = take_sample(motion);
+    return status;
+}
+
+int motion_to(struct motion *motion, long i, struct progress *progress) {
+    double goal = motion_time(motion, i), begin = cpu_seconds();
+    int status = REFDYN_OK;
+    while (status == REFDYN_OK && motion->integrator.t < goal && !motion_is_stopped(motion)) {
+        status = go_on(motion, goal);
+        if (progress)
+            progress_show(progress, motion_fraction(motion));
+        if (interrupted && status == REFDYN_OK)
+            status = MOTION_INTERRUPTED;
+        if (status == REFDYN_OK && is_too_slow(motion, motion->cpu_s + cpu_seconds() - begin))
+            status = MOTION_TOO_SLOW;
+    }
+    motion->cpu_s += cpu_seconds() - begin;
+    motion->wall_s = wall_seconds() - motion->started;
+    if (status == REFDYN_OK)
+        status = refdyn_energy_add(&motion->energy, &motion->integrator);
+    return status == REFDYN_OK && interrupted ? MOTION_INTERRUPTED : status;
+}
+
+void motion_release(struct motion *motion) {
+    by_gsl_close(motion->gsl);
+    free(motion->memory);
+    motion->gsl = NULL;
+    motion->memory = NULL;
+}

@@ -1,0 +1,38 @@
+/*
+ * The columns of a motion, by name, and the motion as CSV: one header line, one line an output. Columns as
+ * the README of this folder tells. A name that a column before has gets the kind of its column before it:
+ * point_, input_, course_ ...
+ */
+#ifndef REFDYN_TOOL_MOTION_TABLE_H
+#define REFDYN_TOOL_MOTION_TABLE_H
+
+#include "base/memory.h"
+#include "text/output.h"
+#include "refdyn.h"
+
+#include <stdio.h>
+
+struct table {
+    struct refdyn_integrator *integrator;
+    struct memory memory; /* of all below */
+    const char **names;   /* (count) */
+    double *values;       /* (count) of the last table_fill */
+    int count, filled;
+    double *room; /* for points, their columns and the programme force */
+};
+
+extern const char table_input_lead[]; /* before the name of an input whose name is taken */
+
+void table_start(struct table *table, struct refdyn_integrator *integrator);
+/* The values of the integrator's state. */
+void table_fill(struct table *table);
+void table_header(const struct table *table, FILE *out);
+/* The first column that is infinite or NaN after table_fill, NULL: none. */
+const char *table_not_finite(const struct table *table);
+/* The units of the columns, as object "units"; those that the model does not say are not there. */
+void table_put_units(const struct refdyn_model *model, struct document *document);
+/* A line of the values. */
+void table_row(struct table *table, FILE *out);
+void table_release(struct table *table);
+
+#endif

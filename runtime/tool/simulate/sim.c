@@ -1,0 +1,386 @@
+/* `refdyn sim`: one motion, written as it goes, with a summary; its error, or the tolerance that an error
+ * needs. */
+#include "simulate/accuracy.h"
+#include "system/interrupt.h"
+#include "simulate/summary.h"
+
+#include <errno.h>
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* Of the tolerance, in the run that tells the error of the other one. */
+static const double verify_part = 0.1;
+
+static const char *level_name(enum refdyn_row_level level) {
+    static const char *const names[] = {"position", "velocity", "acceleration"};
+    return names[level];
+}
+
+static void print_remedies(const struct options *options, const struct refdyn_options *chosen) {
+    static const char *const what[] = {
+        [REFDYN_NONE] = "with --stabilise none it stays off, --stabilise baumgarte would pull it in",
+        [REFDYN_BAUMGARTE] = "the stabilisation (baumgarte) pulls it in",
+        [REFDYN_PROJECT] = "the projection at the end of the first step moves it onto the programme, so that "
+                           "the motion hangs on the length of that step; baumgarte would pull it in"};
+    fprintf(
+        stderr,
+        "  Two remedies: solve for a consistent start with --start project,\n"
+        "  or start off the programme: %s.\n  This motion runs from the start as it is%s.\n",
+        chosen->gain_share > 0 && chosen->tol > 0
+            ? "gains from the step (baumgarte-auto) let no step begin there whose error is judged; those of "
+              "the rows (baumgarte), or --step, pull it in"
+            : what[chosen->stabilise],
+        options->start ? ", as asked" : "");
+}
+
+/* A start off the programme: the residual of each row, and what can be done. */
+static void print_start(const struct options *options, const struct refdyn_integrator *integrator) {
+    const struct refdyn_workspace *work = integrator->work;
+    char text[2][NUMBER_LENGTH];
+    if (!integrator->start_is_off)
+        return;
+    if (integrator->options.project_start) {
+        fprintf(stderr,
+                "refdyn: the start was off the programme (largest |phi| %.4g, |psi| %.4g) and was projected "
+                "onto it\n",
+                integrator->start.phi, integrator->start.psi);
+        return;
+    }
+    fprintf(stderr, "refdyn: warning: the start is off the programme:\n");
+    for (int i = 0; i < work->m; i++) {
+        enum refdyn_row_level level = work->model->rows[i].level;
+        if (level == REFDYN_ACCELERATION)
+            continue;
+        fprintf(stderr, "  %s (%s): ", work->model->rows[i].name, level_name(level));
+        if (level == REFDYN_POSITION)
+            fprintf(stderr, "phi = %s, ", exact_text(work->phi[i], text[0]));
+        fprintf(stderr, "psi = %s\n", exact_text(work->psi[i], text[1]));
+    }
+    print_remedies(options, &integrator->options);
+}
+
+/* ---- Runs ---- */
+
+static void on_start(const struct task *task, const struct motion *motion) {
+    target_keep_part(task->scene->result);
+    print_start(task->options, &motion->integrator);
+    print_redundant_rows(&task->scene->work);
+}
+
+/* The partial file stays, under its own name, if there are rows in it. */
+static bool keep_part(struct target *target, bool has_rows, bool has_last) {
+    if (!has_rows) {
+        target_drop_part(target);
+        return true;
+    }
+    if (!target_close_part(target))
+        return false;
+    if (target->part)
+        fprintf(stderr, "refdyn: what was computed until then is in %s%s\n", target->part,
+                has_last ? "; its last row is the whole last state" : "");
+    return true;
+}
+
+/* That a way through a state where the rows lose rank was looked for, and what came of it. */
+static void print_refused(const struct refdyn_refused_crossing *refused) {
+    char text[NUMBER_LENGTH];
+    if (refused->tries == 0)
+        return;
+    fprintf(stderr, "refdyn: passing was tried %d time%s, last through t = %s s", refused->tries,
+            refused->tries > 1 ? "s" : "", exact_text(refused->t, text));
+    if (isfinite(refused->stretch))
+        fprintf(stderr, " by a step of %.3g s", refused->stretch);
+    fprintf(stderr, ": %s\n", refdyn_refusal_text(refused->why));
+}
+
+/* How far the start is from the programme, and how near its projection came. */
+static void print_start_residuals(const struct trial *trial) {
+    const struct scene *scene = trial->motion.scene;
+    const struct refdyn_integrator *integrator = &trial->motion.integrator;
+    if (trial->result != REFDYN_NO_CONVERGENCE && trial->result != REFDYN_ROWS_INCONSISTENT)
+        return;
+    print_residuals(integrator->work, scene->state.t, scene->q, scene->qd, "the start");
+    if (memcmp(scene->q, integrator->q, (size_t)scene->model->n * sizeof *integrator->q) != 0)
+        print_residuals(integrator->work, scene->state.t, integrator->q, integrator->qd,
+                        "where the projection ended");
+}
+
+static void print_failure(const struct trial *trial) {
+    const struct motion *motion = &trial->motion;
+    const struct refdyn_integrator *integrator = &motion->integrator;
+    const struct scene *scene = motion->scene;
+    char text[NUMBER_LENGTH];
+    if (trial->unfit)
+        fprintf(stderr, "refdyn: column %s is infinite or no number\n", trial->unfit);
+    if (!trial->is_started) {
+        numbers_failed(scene, trial->result, scene->state.t, scene->q, scene->qd);
+        print_start_residuals(trial);
+    } else if (trial->result == MOTION_INTERRUPTED || trial->result == MOTION_NOT_WRITTEN)
+        fprintf(stderr, "refdyn: %s at t = %s s\n",
+                trial->result == MOTION_INTERRUPTED ? "interrupted" : "the rows could no longer be written",
+                exact_text(integrator->t, text));
+    else {
+        if (integrator->cause > 0 && integrator->cause != trial->result)
+            fprintf(stderr, "refdyn: at t = %s s: %s\n", exact_text(integrator->failed_t, text),
+                    refdyn_status_text(integrator->cause));
+        numbers_failed(scene, trial->result, integrator->t, integrator->q, integrator->qd);
+        if (print_condition(integrator->work, integrator->t, integrator->q, integrator->qd) &&
+            integrator->options.singular == REFDYN_STOP)
+            fputs("refdyn: --singular pass leads through where a branch can be followed\n", stderr);
+        print_refused(&integrator->refused);
+        if (trial->result > REFDYN_OK && !trial->unfit)
+            fputs("refdyn: a smaller --step or --tol may help\n", stderr);
+    }
+}
+
+static enum status stop(const struct trial *trial, struct target *target) {
+    const struct summary summary = {.trial = trial};
+    print_failure(trial);
+    if (trial->is_started)
+        summary_print(&summary);
+    const bool is_kept = keep_part(target, trial->is_started, !trial->unfit);
+    return is_kept && trial->result != MOTION_NOT_WRITTEN ? STATUS_NUMBERS : STATUS_FAULT;
+}
+
+/* The complete file and the summary. */
+static enum status finish(const struct summary *summary, const struct scene *scene) {
+    summary_print(summary);
+    enum status status = target_finish(scene->result) ? STATUS_DONE : STATUS_FAULT;
+    if (scene->summary) {
+        const enum status written = summary_write(summary, scene->summary);
+        status = status == STATUS_DONE ? written : status;
+    }
+    return status;
+}
+
+/* ---- --verify ---- */
+
+/* A tenth of the tolerance, or half the step; where not the tolerance rules the steps they are shorter, too,
+ * and where it does not rule iterations, a tenth of what does. */
+static struct refdyn_options finer(const struct refdyn_integrator *integrator) {
+    struct refdyn_options options = integrator->options;
+    if (options.tol > 0) {
+        const int order = refdyn_method_order(integrator->method);
+        const long *steps_by = integrator->statistics.steps_by;
+        if (steps_by[REFDYN_RADAU9] > 0 || steps_by[REFDYN_GAUSS12] > 0)
+            options.tol = refdyn_settled_tolerance(options.tol);
+        options.tol *= verify_part;
+        options.step_max = integrator->statistics.step_largest * pow(verify_part, 1.0 / order);
+    } else
+        options.step /= 2;
+    return options;
+}
+
+/* The same motion once more, to the same end, and the error of the first one. */
+static enum status verify(const struct trial *trial, const struct task *task, struct summary *summary,
+                          struct estimate *estimate) {
+    const struct refdyn_integrator *integrator = &trial->motion.integrator;
+    const struct refdyn_options options = finer(integrator);
+    struct task again = *task;
+    struct trial second;
+    again.until = integrator->t;
+    again.has_stops = false;
+    again.on_start = NULL;
+    trial_run(&second, &again, &options, NULL);
+    enum status status = second.result == REFDYN_OK ? STATUS_DONE : STATUS_NUMBERS;
+    if (status == STATUS_DONE) {
+        const int order = refdyn_method_order(integrator->method);
+        estimate_make(estimate, &trial->track, &second.track,
+                      options.tol > 0 ? verify_part : pow(0.5, order));
+        summary->estimate = estimate;
+        summary->cpu_total_s += second.motion.cpu_s;
+    } else {
+        fputs("refdyn: the finer motion of --verify:\n", stderr);
+        print_failure(&second);
+    }
+    trial_release(&second);
+    return status;
+}
+
+static enum status simulate(const struct task *task, const struct refdyn_options *drive) {
+    struct target *target = task->scene->result;
+    struct trial trial;
+    struct estimate estimate = {.count = 0};
+    struct summary summary = {.trial = &trial};
+    trial_run(&trial, task, drive, target->file);
+    enum status status = trial.usage;
+    if (status != STATUS_DONE)
+        keep_part(target, false, false);
+    else if (trial.result != REFDYN_OK)
+        status = stop(&trial, target);
+    else {
+        summary.cpu_total_s = trial.motion.cpu_s;
+        enum status verified = STATUS_DONE;
+        if (task->options->verify && trial.motion.integrator.t > trial.motion.from)
+            verified = verify(&trial, task, &summary, &estimate);
+        status = finish(&summary, task->scene);
+        status = status == STATUS_DONE ? verified : status;
+    }
+    estimate_release(&estimate);
+    trial_release(&trial);
+    return status;
+}
+
+/* ---- --accuracy ---- */
+
+/* False: they are not all in the temporary file, as is told. */
+static bool copy_rows(FILE *from, struct target *to) {
+    char text[BUFSIZ];
+    size_t length;
+    if (fflush(from) != 0) {
+        fprintf(stderr, "refdyn: a temporary file: not all could be written: %s\n", strerror(errno));
+        keep_part(to, false, false);
+        return false;
+    }
+    rewind(from);
+    while ((length = fread(text, 1, sizeof text, from)) > 0)
+        fwrite(text, 1, length, to->file);
+    return true;
+}
+
+static enum status not_reached(const struct search *search, const struct options *options,
+                               struct target *target) {
+    const struct candidate *best = search->taken ? search->taken : search->last;
+    const struct trial *trial = &best->trial;
+    const struct summary summary = {.trial = trial,
+                                    .estimate = best->has_estimate ? &best->estimate : NULL,
+                                    .accuracy = options->accuracy,
+                                    .cpu_total_s = search->cpu_total_s};
+    if (!copy_rows(best->rows, target))
+        return STATUS_FAULT;
+    if (trial->result != REFDYN_OK)
+        return stop(trial, target);
+    summary_print(&summary);
+    fprintf(stderr, "refdyn: --accuracy %g cannot be reached", options->accuracy);
+    if (best->has_estimate)
+        fprintf(stderr, ", the best estimated error is %.2g", best->estimate.largest.error);
+    fputs("\n", stderr);
+    return keep_part(target, true, false) ? STATUS_NUMBERS : STATUS_FAULT;
+}
+
+static enum status search(const struct task *task, const struct refdyn_options *drive) {
+    struct target *target = task->scene->result;
+    struct search search;
+    enum status status = search_run(&search, task, drive);
+    if (status == STATUS_DONE) {
+        const struct summary summary = {.trial = &search.taken->trial,
+                                        .estimate = &search.taken->estimate,
+                                        .accuracy = task->options->accuracy,
+                                        .cpu_total_s = search.cpu_total_s};
+        status = copy_rows(search.taken->rows, target) ? finish(&summary, task->scene) : STATUS_FAULT;
+    } else if (status == STATUS_NUMBERS)
+        status = not_reached(&search, task->options, target);
+    else
+        keep_part(target, false, false);
+    search_release(&search);
+    return status;
+}
+
+/* ---- The command ---- */
+
+/* Rows that have gains, as the model was told. */
+static bool has_gains(const struct scene *scene) {
+    const struct refdyn_model *model = scene->model;
+    for (int i = 0; i < 2 * model->m; i++)
+        if (model->gains && model->gains[i] >= 0 && scene->work.p[model->gains[i]] != 0)
+            return true;
+    return false;
+}
+
+/* Gains that the runtime may set from the step need a place that `k` reads. */
+static bool has_places_of_gains(const struct refdyn_model *model) {
+    for (int i = 0; i < 2 * model->m; i++)
+        if (model->gains && model->gains[i] >= 0)
+            return true;
+    return false;
+}
+
+static void print_gains(const struct scene *scene, const struct refdyn_options *drive) {
+    if (drive->stabilise != REFDYN_BAUMGARTE || scene->model->m == 0)
+        return;
+    if (drive->gain_share > 0 ? has_places_of_gains(scene->model) : has_gains(scene))
+        return;
+    fputs("refdyn: warning: no row has gains (alpha, beta), so that baumgarte leaves the residuals to drift; "
+          "--stabilise project holds them\n",
+          stderr);
+}
+
+/* A signal ends the motion and leaves its rows in order. */
+static enum status run_task(const struct task *task, const struct refdyn_options *drive) {
+    const struct options *options = task->options;
+    const enum status status = motion_check_times(task->scene, options);
+    if (status != STATUS_DONE)
+        return status;
+    print_gains(task->scene, drive);
+    interrupt_defer(true);
+    return options->accuracy > 0 ? search(task, drive) : simulate(task, drive);
+}
+
+static bool has_ending(const char *path, const char *ending) {
+    size_t length = strlen(path), end = strlen(ending);
+    return length >= end && strcmp(path + length - end, ending) == 0;
+}
+
+/* Which options of the error go together. */
+static enum status check_error_options(const struct options *options, const struct refdyn_options *drive) {
+    if (options->accuracy > 0 && (options->tolerance > 0 || drive->tol == 0))
+        return usage_error(options->command, "--accuracy finds the tolerance: %s does not go with it",
+                           options->tolerance > 0 ? "--tol"
+                           : options->step > 0    ? "--step"
+                                                  : "a method with fixed steps");
+    if (options->verify && drive->tol > 0 && drive->tol * verify_part < DBL_EPSILON)
+        return usage_error(options->command, "--verify needs --tol %g or larger", DBL_EPSILON / verify_part);
+    return STATUS_DONE;
+}
+
+static unsigned find_needs(const struct options *options, const struct refdyn_options *drive) {
+    unsigned needs = NEEDS_RESULT | NEEDS_MOTION | NEEDS_POINTS | NEEDS_POINT_RATES;
+    if (options->from && strcmp(options->from, "statics") == 0)
+        needs |= NEEDS_STATICS;
+    if (refdyn_method_is_implicit(drive->method))
+        needs |= NEEDS_TANGENT;
+    return needs;
+}
+
+static enum status run_scene(struct scene *scene, const struct options *options,
+                             struct refdyn_options *drive) {
+    struct inputs inputs = {.count = 0};
+    const struct task task = {.scene = scene,
+                              .options = options,
+                              .until = options->until,
+                              .has_stops = options->stop_count > 0,
+                              .on_start = on_start};
+    enum status status = motion_fit(scene, options, drive);
+    if (status == STATUS_DONE && options->inputs) {
+        scene->inputs = &inputs;
+        status =
+            inputs_read(&inputs, &scene->memory, options->inputs, scene->model) ? STATUS_DONE : STATUS_FAULT;
+        if (status == STATUS_DONE)
+            inputs_set(&inputs, scene->state.t, scene->work.x);
+    }
+    if (status == STATUS_DONE)
+        status = motion_place(scene, options);
+    if (status == STATUS_DONE)
+        status = run_task(&task, drive);
+    scene->inputs = NULL;
+    return status;
+}
+
+enum status run_sim(const struct options *options) {
+    struct refdyn_options drive;
+    struct scene scene;
+    if (options->output && (has_ending(options->output, ".h5") || has_ending(options->output, ".hdf5")))
+        return usage_error(options->command, "-o %s: this version writes CSV, name a .csv file",
+                           options->output);
+    enum status status = motion_options(options, &drive);
+    if (status == STATUS_DONE)
+        status = check_error_options(options, &drive);
+    if (status != STATUS_DONE)
+        return status;
+    status = scene_open(&scene, options, find_needs(options, &drive), motion_state_path(options));
+    if (status == STATUS_DONE)
+        status = run_scene(&scene, options, &drive);
+    scene_close(&scene);
+    return status;
+}

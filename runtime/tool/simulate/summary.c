@@ -1,0 +1,202 @@
+/* What `sim` tells of a motion: see summary.h. */
+#include "simulate/summary.h"
+#include "simulate/motion_table.h"
+
+#include <math.h>
+
+static bool is_automatic(const struct refdyn_options *options) {
+    return options->stabilise == REFDYN_BAUMGARTE && options->gain_share > 0;
+}
+
+static const char *row_name(const struct refdyn_model *model, int row) {
+    return row < 0 ? "none" : model->rows[row].name;
+}
+
+/* What the automatic choice took, and why. */
+static void print_choice(const struct refdyn_integrator *integrator) {
+    const struct refdyn_choice *choice = &integrator->choice;
+    const char *before = "";
+    fputs("chosen       ", stderr);
+    for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
+        if (integrator->statistics.steps_by[method] > 0) {
+            fprintf(stderr, "%s%s for %ld steps", before, refdyn_method_name(method),
+                    integrator->statistics.steps_by[method]);
+            before = ", ";
+        }
+    if (choice->rate > 0)
+        fprintf(stderr, "; fastest mode %.3g rad/s, damping ratio %.2g", choice->rate, choice->damping);
+    before = "; motion an operation [s]: ";
+    for (int i = 0; i < REFDYN_CANDIDATES; i++)
+        if (choice->progress[i] > 0) {
+            fprintf(stderr, "%s%s %.2g", before, refdyn_method_name((int)choice->candidates[i]),
+                    choice->progress[i]);
+            before = ", ";
+        }
+    fputc('\n', stderr);
+}
+
+static void print_method(const struct motion *motion) {
+    const struct refdyn_integrator *integrator = &motion->integrator;
+    const struct refdyn_options *o = &integrator->options;
+    char text[NUMBER_LENGTH];
+    fprintf(stderr, "method       %s, %s %s, stabilised by %s%s\n", motion->method,
+            o->tol > 0 ? "tolerance" : "step [s]", exact_text(o->tol > 0 ? o->tol : o->step, text),
+            stabilise_names[o->stabilise], is_automatic(o) ? ", gains from the step" : "");
+    if (o->method == REFDYN_AUTO && integrator->statistics.steps > 0)
+        print_choice(integrator);
+}
+
+static void print_rows(const struct refdyn_model *model, const struct refdyn_statistics *s) {
+    fprintf(stderr, "residuals    largest |phi| %.3g (%s), |psi| %.3g (%s)\n", s->phi_max,
+            row_name(model, s->phi_row), s->psi_max, row_name(model, s->psi_row));
+    fprintf(
+        stderr,
+        "rows         smallest pivot %.3g, largest condition %.3g; dependent coordinates changed %d times\n",
+        s->pivot_min, s->condition_max, s->partition_changes);
+}
+
+/* States where the rows lose rank, with the step that led through each. */
+static void print_passages(const struct refdyn_statistics *s) {
+    const int kept = s->crossings < REFDYN_CROSSINGS_KEPT ? s->crossings : REFDYN_CROSSINGS_KEPT;
+    if (s->crossings == 0)
+        return;
+    fprintf(stderr, "passed       %d state%s where the rows lose rank, error of each step at most %.2g;",
+            s->crossings, s->crossings > 1 ? "s" : "", s->crossing_error);
+    for (int i = 0; i < kept; i++)
+        fprintf(stderr, "%s t = %.9g s by %.3g s", i ? "," : "", s->crossing[i].t,
+                s->crossing[i].t_end - s->crossing[i].t_begin);
+    fputs(s->crossings > kept ? ", ...\n" : "\n", stderr);
+}
+
+/* Errors of less than these parts, of the largest change and of all energy, are none to speak of. */
+static const double balance_part = 0.02, energy_part = 1e-4;
+
+/* A motion that is stable, but not resolved, shows in its energy. */
+static void warn_of_balance(const struct refdyn_energy *energy) {
+    const double all = fabs(energy->kinetic) + fabs(energy->potential);
+    if (refdyn_energy_error(energy) > balance_part && energy->largest_error > energy_part * all)
+        fputs("refdyn: warning: energy and work do not balance: the motion is not resolved, try a smaller "
+              "--tol "
+              "or --step\n",
+              stderr);
+}
+
+void summary_print(const struct summary *summary) {
+    const struct motion *motion = &summary->trial->motion;
+    const struct refdyn_statistics *s = &motion->integrator.statistics;
+    char text[NUMBER_LENGTH];
+    print_method(motion);
+    fprintf(stderr, "steps        %ld taken, %ld rejected, from %.3g to %.3g s\n", s->steps, s->rejected,
+            s->step_smallest, s->step_largest);
+    fprintf(stderr, "evaluations  %ld, tangents %ld%s\n", s->evaluations, s->tangents,
+            s->tangents && motion->integrator.solves_by_joints ? ", solved joint by joint" : "");
+    if (motion->scene->model->m > 0)
+        print_rows(motion->scene->model, s);
+    print_passages(s);
+    fprintf(stderr, "energy       balance error %.3g of the largest change\n",
+            refdyn_energy_error(&motion->energy));
+    warn_of_balance(&motion->energy);
+    fprintf(stderr, "time         %.3g s CPU for the integration, %.3g s wall\n", motion->cpu_s,
+            motion->wall_s);
+    if (summary->estimate)
+        fprintf(stderr, "all runs     %.3g s CPU\n", summary->cpu_total_s);
+    if (motion_is_stopped(motion))
+        fprintf(stderr, "stopped      %s at t = %s s\n", motion->stops->reached->text,
+                exact_text(motion->stops->t, text));
+    if (summary->estimate)
+        estimate_print(summary->estimate);
+}
+
+static void put_rows(struct document *document, const struct refdyn_model *model,
+                     const struct refdyn_statistics *s) {
+    if (s->phi_row >= 0)
+        put_text(document, "phi_row", row_name(model, s->phi_row));
+    if (s->psi_row >= 0)
+        put_text(document, "psi_row", row_name(model, s->psi_row));
+    put_number(document, "pivot_min", s->pivot_min);
+    put_number(document, "condition_max", s->condition_max);
+    put_whole(document, "partition_changes", s->partition_changes);
+}
+
+static void put_passages(struct document *document, const struct refdyn_statistics *s) {
+    double t[REFDYN_CROSSINGS_KEPT], stretch[REFDYN_CROSSINGS_KEPT], error[REFDYN_CROSSINGS_KEPT];
+    const int kept = s->crossings < REFDYN_CROSSINGS_KEPT ? s->crossings : REFDYN_CROSSINGS_KEPT;
+    for (int i = 0; i < kept; i++) {
+        t[i] = s->crossing[i].t;
+        stretch[i] = s->crossing[i].t_end - s->crossing[i].t_begin;
+        error[i] = s->crossing[i].error;
+    }
+    put_open(document, "passed", '{');
+    put_whole(document, "count", s->crossings);
+    put_array(document, "t", t, kept);
+    put_array(document, "stretch", stretch, kept);
+    put_array(document, "error", error, kept);
+    put_number(document, "error_max", s->crossing_error);
+    put_close(document, '}');
+}
+
+static void put_method(struct document *document, const struct motion *motion) {
+    const struct refdyn_options *options = &motion->integrator.options;
+    put_text(document, "method", motion->method);
+    if (options->method == REFDYN_AUTO) {
+        put_open(document, "chosen", '{');
+        for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
+            if (motion->integrator.statistics.steps_by[method] > 0)
+                put_whole(document, refdyn_method_name(method),
+                          motion->integrator.statistics.steps_by[method]);
+        put_close(document, '}');
+    }
+    put_text(document, "stabilise",
+             is_automatic(options) ? "baumgarte-auto" : stabilise_names[options->stabilise]);
+    put_number(document, options->tol > 0 ? "tol" : "step", options->tol > 0 ? options->tol : options->step);
+    if (options->step_max > 0)
+        put_number(document, "step_max", options->step_max);
+}
+
+static void put_stop(struct document *document, const struct motion *motion) {
+    put_open(document, "stop", '{');
+    put_text(document, "condition", motion->stops->reached->text);
+    put_number(document, "t", motion->stops->t);
+    put_close(document, '}');
+}
+
+static void put_summary(struct document *document, const struct summary *summary) {
+    const struct motion *motion = &summary->trial->motion;
+    const struct refdyn_statistics *s = &motion->integrator.statistics;
+    put_method(document, motion);
+    put_whole(document, "steps", s->steps);
+    put_whole(document, "rejected", s->rejected);
+    put_number(document, "step_smallest", s->step_smallest);
+    put_number(document, "step_largest", s->step_largest);
+    put_whole(document, "evaluations", s->evaluations);
+    put_whole(document, "tangents", s->tangents);
+    put_number(document, "phi_max", s->phi_max);
+    put_number(document, "psi_max", s->psi_max);
+    if (motion->scene->model->m > 0)
+        put_rows(document, motion->scene->model, s);
+    if (motion->integrator.options.singular == REFDYN_PASS)
+        put_passages(document, s);
+    put_number(document, "energy_error", refdyn_energy_error(&motion->energy));
+    put_number(document, "cpu_s", motion->cpu_s);
+    put_number(document, "wall_s", motion->wall_s);
+    if (motion_is_stopped(motion))
+        put_stop(document, motion);
+    if (summary->accuracy > 0)
+        put_number(document, "accuracy", summary->accuracy);
+    if (summary->estimate) {
+        put_number(document, "cpu_total_s", summary->cpu_total_s);
+        estimate_put(summary->estimate, document);
+    }
+}
+
+enum status summary_write(const struct summary *summary, struct target *target) {
+    struct document document;
+    document_open(&document);
+    put_open(&document, NULL, '{');
+    put_summary(&document, summary);
+    table_put_units(summary->trial->motion.scene->model, &document);
+    put_close(&document, '}');
+    if (!document_close(&document, target->file))
+        return STATUS_NUMBERS;
+    return target_finish(target) ? STATUS_DONE : STATUS_FAULT;
+}

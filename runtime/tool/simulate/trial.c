@@ -1,0 +1,93 @@
+/* One run of a motion: see trial.h. */
+#include "simulate/trial.h"
+#include "text/output.h"
+
+#include <stdlib.h>
+
+/* A row is written when all of it is finite; else the motion ends there. */
+static void add_output(struct trial *trial, struct table *table, FILE *rows) {
+    struct refdyn_integrator *integrator = &trial->motion.integrator;
+    if (rows) {
+        table_fill(table);
+        const char *unfit = table_not_finite(table);
+        if (unfit) {
+            trial->unfit = text_format("%s", unfit);
+            trial->result = REFDYN_NOT_FINITE;
+            integrator->work->fault = (struct refdyn_fault){.row = -1, .coordinate = -1};
+            return;
+        }
+        table_row(table, rows);
+        if (ferror(rows))
+            trial->result = MOTION_NOT_WRITTEN;
+    }
+    track_add(&trial->track, integrator);
+}
+
+/* The state in which the motion ended before its time, as one more row. What is told of the failure stays. */
+static void add_last(struct trial *trial, struct table *table, FILE *rows) {
+    struct refdyn_integrator *integrator = &trial->motion.integrator;
+    const struct refdyn_fault fault = integrator->work->fault;
+    const int cause = integrator->cause;
+    const double failed_t = integrator->failed_t;
+    if (trial->track.count == 0 || integrator->t > trial->track.t[trial->track.count - 1]) {
+        const bool is_seen = refdyn_integrator_refresh(integrator) == REFDYN_OK;
+        if (is_seen)
+            table_fill(table);
+        if (is_seen && !table_not_finite(table))
+            table_row(table, rows);
+    }
+    integrator->work->fault = fault;
+    integrator->cause = cause;
+    integrator->failed_t = failed_t;
+}
+
+/* From the start to the end, output by output. */
+static void go(struct trial *trial, struct table *table, FILE *rows) {
+    struct motion *motion = &trial->motion;
+    struct progress progress;
+    if (motion->stops)
+        stops_hold(motion->stops);
+    if (rows)
+        table_header(table, rows);
+    add_output(trial, table, rows);
+    progress_start(&progress, "motion");
+    for (long i = 1; i < motion->outputs && trial->result == REFDYN_OK && !motion_is_stopped(motion); i++) {
+        trial->result = motion_to(motion, i, &progress);
+        if (trial->result == REFDYN_OK)
+            add_output(trial, table, rows);
+    }
+    progress_end(&progress);
+    if (rows && trial->result != REFDYN_OK && trial->result != MOTION_NOT_WRITTEN && !trial->unfit)
+        add_last(trial, table, rows);
+}
+
+void trial_run(struct trial *trial, const struct task *task, const struct refdyn_options *drive, FILE *rows) {
+    struct motion *motion = &trial->motion;
+    struct table table;
+    *trial = (struct trial){.usage = STATUS_DONE};
+    trial->result = motion_start(motion, task->scene, drive, task->until, task->options->every);
+    if (trial->result == REFDYN_OK && by_gsl_has(task->options->method))
+        trial->result = motion_by_gsl(motion, task->options->method);
+    trial->is_started = trial->result == REFDYN_OK;
+    if (!trial->is_started)
+        return;
+    if (task->has_stops) {
+        trial->usage = stops_read(&trial->stops, task->options, &motion->integrator);
+        motion->stops = &trial->stops;
+    }
+    if (trial->usage != STATUS_DONE)
+        return;
+    if (task->on_start)
+        task->on_start(task, motion);
+    table_start(&table, &motion->integrator);
+    track_start(&trial->track, task->scene->model, motion->outputs);
+    go(trial, &table, rows);
+    table_release(&table);
+}
+
+void trial_release(struct trial *trial) {
+    free(trial->unfit);
+    track_release(&trial->track);
+    stops_release(&trial->stops);
+    motion_release(&trial->motion);
+}

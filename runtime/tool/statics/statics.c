@@ -1,0 +1,136 @@
+/* `refdyn statics`: the equilibrium of a model under its loads, with some coordinates held. */
+#include "command_line/commands.h"
+#include "scene/scene_json.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static enum status unknown_coordinate(struct scene *scene, const struct options *options, const char *name) {
+    const struct refdyn_model *model = scene->model;
+    const char **names = memory_get(&scene->memory, (size_t)model->n * sizeof *names);
+    for (int i = 0; i < model->n; i++)
+        names[i] = model->coordinates[i].name;
+    const char *near = message_nearest_name(name, names, model->n);
+    if (near)
+        return usage_error(options->command, "--hold: the model has no coordinate '%s', the nearest is %s",
+                           name, near);
+    return usage_error(options->command, "--hold: the model has no coordinate '%s'", name);
+}
+
+/* Marks the coordinates of a list "a,b"; an empty list marks none. */
+static enum status mark_held(struct scene *scene, const struct options *options, int *held) {
+    for (const char *at = options->hold; *at;) {
+        size_t length = strcspn(at, ",");
+        const char *name = memory_format(&scene->memory, "%.*s", (int)length, at);
+        int place = refdyn_find_name(scene->model->coordinates, scene->model->n, name);
+        if (place < 0)
+            return unknown_coordinate(scene, options, name);
+        held[place] = 1;
+        at += length + (at[length] == ',');
+    }
+    return STATUS_DONE;
+}
+
+enum status choose_held(struct scene *scene, const struct options *options, int *held) {
+    if (options->hold)
+        return mark_held(scene, options, held);
+    for (int i = 0; i < scene->model->held_count; i++)
+        held[scene->model->held[i]] = 1;
+    return STATUS_DONE;
+}
+
+/* Rows do not act in statics: a loop would fall apart. */
+static bool closes_loop(const struct row *row) {
+    return row->is_closure;
+}
+
+/* The largest force that neither the coordinate's spring nor a hold bears. */
+static void print_imbalance(struct scene *scene, const struct equilibrium *equilibrium) {
+    const struct refdyn_model *model = scene->model;
+    const size_t size = (size_t)model->n * sizeof(double);
+    double *Q = memory_get(&scene->memory, size), *rest = memory_get(&scene->memory, size);
+    int largest = -1;
+    char text[NUMBER_LENGTH];
+    model->Q(scene->work.p, scene->work.x, 0, scene->q, rest, Q);
+    for (int i = 0; i < model->n; i++)
+        if (!equilibrium->held[i] && (largest < 0 || fabs(Q[i]) > fabs(Q[largest])))
+            largest = i;
+    if (largest >= 0)
+        fprintf(stderr, "refdyn: there %s is farthest from balance, by %s %s\n",
+                model->coordinates[largest].name, exact_text(Q[largest], text),
+                strcmp(model->coordinates[largest].unit, "rad") == 0 ? "N m" : "N");
+}
+
+static enum status solve(struct scene *scene, struct equilibrium *equilibrium) {
+    size_t n = (size_t)scene->model->n, size = refdyn_statics_size(scene->model);
+    struct refdyn_statics_options options = refdyn_statics_default();
+    struct refdyn_statics_result result;
+    int *list = memory_get(&scene->memory, n * sizeof *list), count = 0;
+    for (int i = 0; i < scene->model->n; i++)
+        if (equilibrium->held[i])
+            list[count++] = i;
+    void *memory = allocate(1, size);
+    int answer = refdyn_statics(&scene->work, &options, list, count, scene->q, equilibrium->hold_force,
+                                &result, memory, size);
+    equilibrium->residual = result.residual;
+    free(memory);
+    if (answer == REFDYN_OK && !result.is_followed)
+        fputs("refdyn: warning: this equilibrium is not the one that the growing load leads to: "
+              "there is a limit point before\n",
+              stderr);
+    if (answer == REFDYN_OK)
+        return STATUS_DONE;
+    const enum status status = numbers_failed(scene, answer, 0, scene->q, NULL);
+    if (answer != REFDYN_NOT_FINITE)
+        print_imbalance(scene, equilibrium);
+    fprintf(stderr, "refdyn: equilibrium reached under %.3g of the load only\n", result.load);
+    if (answer == REFDYN_TANGENT_SINGULAR)
+        fputs("refdyn: --hold keeps coordinates at their start\n", stderr);
+    return status;
+}
+
+enum status find_equilibrium(struct scene *scene, const struct options *options,
+                             struct equilibrium *equilibrium) {
+    size_t n = (size_t)scene->model->n;
+    equilibrium->held = memory_get(&scene->memory, n * sizeof *equilibrium->held);
+    equilibrium->hold_force = memory_get(&scene->memory, n * sizeof *equilibrium->hold_force);
+    enum status status = scene_refuse_row(scene, closes_loop,
+                                          "closes a loop, statics takes trees only (rows do not act in it)");
+    if (status == STATUS_DONE)
+        status = choose_held(scene, options, equilibrium->held);
+    if (status == STATUS_DONE)
+        status = solve(scene, equilibrium);
+    memset(scene->qd, 0, n * sizeof *scene->qd);
+    return status;
+}
+
+static enum status print_equilibrium(struct scene *scene, const struct equilibrium *equilibrium) {
+    const struct refdyn_model *model = scene->model;
+    struct document document;
+    document_open(&document);
+    put_open(&document, NULL, '{');
+    put_coordinates(&document, "coordinates", model, NULL);
+    put_array(&document, "q", scene->q, model->n);
+    put_positions(&document, scene);
+    put_open(&document, "hold_force", '[');
+    for (int i = 0; i < model->n; i++)
+        if (equilibrium->held[i])
+            put_number(&document, NULL, equilibrium->hold_force[i]);
+    put_close(&document, ']');
+    put_number(&document, "residual", equilibrium->residual);
+    put_close(&document, '}');
+    return scene_finish(scene, &document);
+}
+
+enum status run_statics(const struct options *options) {
+    struct scene scene;
+    struct equilibrium equilibrium;
+    enum status status = scene_open(&scene, options, NEEDS_RESULT | NEEDS_STATICS | NEEDS_POINTS, NULL);
+    if (status == STATUS_DONE)
+        status = find_equilibrium(&scene, options, &equilibrium);
+    if (status == STATUS_DONE)
+        status = print_equilibrium(&scene, &equilibrium);
+    scene_close(&scene);
+    return status;
+}

@@ -1,0 +1,231 @@
+/* CSV files, and other texts of users: see csv.h. */
+#include "text/csv.h"
+#include "text/escape.h"
+#include "text/output.h"
+#include "base/text.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* What is larger is no file of this kind, but might take all memory. */
+enum { LINE_MOST = 16 << 20, TEXT_MOST = 256 << 20, FIRST_ROOM = 4096, SHOWN_MOST = 40, SHOWN_TEXT = 300 };
+
+static const char byte_order_mark[] = "\xEF\xBB\xBF"; /* UTF-8's, which spreadsheets write */
+
+void complain_line(const char *path, long line, const char *text) {
+    put_plain_text(stderr, path);
+    if (line > 0)
+        fprintf(stderr, ":%ld", line);
+    fputs(": ", stderr);
+    if (strlen(text) > 2 * SHOWN_TEXT) {
+        char *begin = text_format("%.*s", SHOWN_TEXT, text);
+        put_plain_text(stderr, begin);
+        fputs(" ... ", stderr);
+        text += strlen(text) - SHOWN_TEXT;
+        free(begin);
+    }
+    put_plain_text(stderr, text);
+    fputc('\n', stderr);
+}
+
+bool csv_complain(const struct csv *csv, const char *format, ...) {
+    va_list list;
+    va_start(list, format);
+    char *fact = text_vformat(format, list), *text = text_format("%s: %s", csv->what, fact);
+    va_end(list);
+    complain_line(csv->path, csv->line, text);
+    free(text);
+    free(fact);
+    return false;
+}
+
+static bool complain_file(const char *path, const char *what) {
+    char *text = text_format("%s: %s, a readable file is needed", what, strerror(errno));
+    complain_line(path, 0, text);
+    free(text);
+    return false;
+}
+
+/* ---- Lines ---- */
+
+static void grow(char **text, size_t *size, size_t length) {
+    if (length < *size)
+        return;
+    const size_t larger = *size ? 2 * *size : FIRST_ROOM;
+    char *grown = allocate(larger, 1);
+    if (length)
+        memcpy(grown, *text, length);
+    free(*text);
+    *text = grown;
+    *size = larger;
+}
+
+static int failed(bool is_said) {
+    return is_said ? 1 : -1;
+}
+
+/* The next line into csv->text, without its end: 1, 0 at the end of the file, -1 with a complaint. */
+static int read_line(struct csv *csv) {
+    size_t length = 0;
+    int c = getc_unlocked(csv->file);
+    if (c == EOF)
+        return ferror(csv->file) ? failed(complain_file(csv->path, csv->what)) : 0;
+    csv->line++;
+    for (; c != EOF && c != '\n'; c = getc_unlocked(csv->file)) {
+        if (c == '\0')
+            return failed(csv_complain(csv, "a byte is 0, a text is needed"));
+        if (length == LINE_MOST)
+            return failed(csv_complain(csv, "the line has more than %d bytes", LINE_MOST));
+        grow(&csv->text, &csv->size, length);
+        csv->text[length++] = (char)c;
+    }
+    csv->is_cut = c == EOF;
+    if (length > 0 && csv->text[length - 1] == '\r')
+        length--;
+    grow(&csv->text, &csv->size, length);
+    csv->text[length] = '\0';
+    return 1;
+}
+
+/* The next field of a line, cut off and without the blanks around it; *rest is NULL behind the last one. */
+static char *next_field(char **rest) {
+    char *field = *rest, *comma = strchr(field, ',');
+    *rest = comma ? comma + 1 : NULL;
+    if (comma)
+        *comma = '\0';
+    field += strspn(field, " \t");
+    size_t length = strlen(field);
+    while (length > 0 && strchr(" \t", field[length - 1]))
+        field[--length] = '\0';
+    return field;
+}
+
+static int count_fields(const char *line) {
+    int count = 1;
+    for (; *line; line++)
+        count += *line == ',';
+    return count;
+}
+
+static bool is_blank(const char *line) {
+    return line[strspn(line, " \t")] == '\0';
+}
+
+int csv_next(struct csv *csv) {
+    int answer;
+    do
+        answer = read_line(csv);
+    while (answer > 0 && is_blank(csv->text));
+    if (answer <= 0)
+        return answer;
+    const int count = count_fields(csv->text);
+    if (count != csv->count)
+        return failed(csv_complain(csv, "%d fields under %d names", count, csv->count));
+    char *rest = csv->text;
+    for (int i = 0; i < count; i++)
+        csv->fields[i] = next_field(&rest);
+    return 1;
+}
+
+/* ---- Names ---- */
+
+static int by_text(const void *a, const void *b) {
+    return strcmp(*(char *const *)a, *(char *const *)b);
+}
+
+static bool check_names(struct csv *csv) {
+    bool is_good = true;
+    memcpy(csv->fields, csv->names, (size_t)csv->count * sizeof *csv->fields);
+    qsort(csv->fields, (size_t)csv->count, sizeof *csv->fields, by_text);
+    for (int i = 1; i < csv->count && is_good; i++)
+        if (strcmp(csv->fields[i - 1], csv->fields[i]) == 0)
+            is_good = csv_complain(csv, "two columns are called '%s', each needs a name of its own",
+                                   csv->fields[i]);
+    for (int i = 0; i < csv->count && is_good; i++)
+        for (const char *at = csv->names[i]; *at && is_good; at++)
+            if ((unsigned char)*at < ' ' || *at == 0x7F)
+                is_good =
+                    csv_complain(csv, "column %d: a control character in its name, a text is needed", i + 1);
+    return is_good;
+}
+
+static bool read_names(struct csv *csv) {
+    const int answer = read_line(csv);
+    if (answer < 0)
+        return false;
+    csv->line = 1;
+    if (answer == 0)
+        return csv_complain(csv, "the file is empty, a header and at least one line of numbers are needed");
+    const bool is_marked = strncmp(csv->text, byte_order_mark, strlen(byte_order_mark)) == 0;
+    csv->header = text_format("%s", csv->text + (is_marked ? strlen(byte_order_mark) : 0));
+    csv->count = count_fields(csv->header);
+    csv->names = allocate((size_t)csv->count, sizeof *csv->names);
+    csv->fields = allocate((size_t)csv->count, sizeof *csv->fields);
+    char *rest = csv->header;
+    for (int i = 0; i < csv->count; i++)
+        csv->names[i] = next_field(&rest);
+    return check_names(csv);
+}
+
+bool csv_open(struct csv *csv, const char *path, const char *what) {
+    *csv = (struct csv){.path = path, .what = what};
+    csv->file = fopen(path, "r");
+    return csv->file ? read_names(csv) : complain_file(path, what);
+}
+
+int csv_column(const struct csv *csv, const char *name) {
+    return text_index(name, (const char *const *)csv->names, csv->count);
+}
+
+bool csv_number(const struct csv *csv, int i, double *value) {
+    const char *field = csv->fields[i];
+    if (text_to_number(field, value))
+        return true;
+    if (!*field)
+        return csv_complain(csv, "%.*s: the field is empty, a finite number is needed", SHOWN_MOST,
+                            csv->names[i]);
+    return csv_complain(csv, "%.*s: '%.*s' is no finite number", SHOWN_MOST, csv->names[i], SHOWN_MOST,
+                        field);
+}
+
+void csv_close(struct csv *csv) {
+    if (csv->file)
+        fclose(csv->file);
+    free(csv->fields);
+    free(csv->names);
+    free(csv->header);
+    free(csv->text);
+    *csv = (struct csv){.path = NULL};
+}
+
+/* ---- Whole files ---- */
+
+static bool read_all(FILE *file, char **text, const char *path, const char *what) {
+    size_t size = 0, length = 0;
+    for (int c; (c = getc_unlocked(file)) != EOF; (*text)[length++] = (char)c) {
+        grow(text, &size, length);
+        if (c != '\0' && length < TEXT_MOST)
+            continue;
+        char *fact = c ? text_format("%s: more than %d bytes, no such file is read", what, TEXT_MOST)
+                       : text_format("%s: a byte is 0, a text is needed", what);
+        complain_line(path, 0, fact);
+        free(fact);
+        return false;
+    }
+    grow(text, &size, length);
+    (*text)[length] = '\0';
+    return !ferror(file) || complain_file(path, what);
+}
+
+char *read_text(const char *path, const char *what) {
+    char *text = NULL;
+    FILE *file = fopen(path, "r");
+    const bool is_read = file ? read_all(file, &text, path, what) : complain_file(path, what);
+    if (file)
+        fclose(file);
+    if (is_read)
+        return text;
+    free(text);
+    return NULL;
+}
