@@ -36,9 +36,10 @@ void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
     p->derived.arm_damping_phi = p->eta * p->derived.arm_stiffness_phi;
     const double t7 = p->rho * p->derived.arm_element_length;
     p->derived.arm_element_mass = t4 * t7;
+    p->derived.arm_element_length_squared = p->derived.arm_element_length * p->derived.arm_element_length;
     p->derived.arm_element_moment_x = 0.5 * (p->derived.arm_element_length * p->derived.arm_element_mass);
     p->derived.arm_element_inertia_xx = t6 * t7;
-    p->derived.arm_element_inertia_yy = p->derived.arm_element_mass * (p->derived.arm_element_length * p->derived.arm_element_length) /
+    p->derived.arm_element_inertia_yy = p->derived.arm_element_mass * p->derived.arm_element_length_squared /
         3.0 + t3 * t7;
     p->derived.arm_psi_e_entry_x = p->derived.half_arm_element_length - p->derived.arm_element_length;
     /* arm_phi_3: Ic = I + Ic of all that it carries (4.5) */
@@ -76,6 +77,11 @@ void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
     p->derived.half_arm_stiffness_phi = 0.5 * p->derived.arm_stiffness_phi;
     /* effector_z: U = IA e, D = e.U, IA - U U^T/D is passed on (5.2) */
     p->derived.effector_z_D_inverse = 1.0 / p->m_E;
+    /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H is passed on (5.3) */
+    p->derived.arm_element_inertia_xx_inverse = 1.0 / p->derived.arm_element_inertia_xx;
+    p->derived.arm_half_element_inertia_xx_inverse = 1.0 / p->derived.arm_half_element_inertia_xx;
+    /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H is passed on (5.3) */
+    p->derived.arm_psi_e_entry_x_squared = p->derived.arm_psi_e_entry_x * p->derived.arm_psi_e_entry_x;
     /* arm_psi: U = IA e, D = e.U, IA - U U^T/D is passed on (5.2) */
     p->derived.m_base_plus_m_col = p->m_base + p->m_col;
     /* base_z: load l = wrench of I at wdr, ar (4.7, 5.5) */
@@ -1714,13 +1720,14 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     const double effector_z_shift_x = q[12] + p->derived.half_arm_element_length;
     /* effector_z: Ic = I + Ic of all that it carries (4.5) */
     const double t7 = p->m_E * effector_z_shift_x;
-    const double t8 = effector_z_shift_x * t7;
     /* arm_psi: c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7) */
     const double arm_psi_load_moment_x = p->derived.arm_half_element_inertia_xx * arm_psi_bias_wd_x;
     const double arm_psi_load_moment_y = t3 * p->derived.constant_1 - p->derived.arm_half_element_inertia_yy *
         t3;
     /* row 2, of velocities: psi' = u qdd + v, k = -v - 2 alpha psi (6.1, 6.3) */
-    const double t9 = t2 * (p->derived.T_inverse_times_pi * cos(t1));
+    const double t8 = t2 * (p->derived.T_inverse_times_pi * cos(t1));
+    /* effector_z: U = IA e, D = e.U, IA - U U^T/D is passed on (5.2) */
+    const double t9 = p->m_E * (effector_z_shift_x * effector_z_shift_x);
     /* arm_psi: U = IA e, D = e.U, IA - U U^T/D is passed on (5.2) */
     const double t10 = arm_psi_sin * arm_psi_cos;
     /* arm_psi: load l = wrench of I at wdr, ar (4.7, 5.5) */
@@ -1919,26 +1926,26 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         last_arm_phi_e_ground_y_z * effector_z_reference_a_x + last_arm_theta_e_ground_y_x * effector_z_reference_a_z));
     const double row_1_v_2 = t27 + t27 + t28 + t28;
     /* row 2, of velocities: psi' = u qdd + v, k = -v - 2 alpha psi (6.1, 6.3) */
-    const double row_2_v_2 = last_arm_phi_e_ground_z_y * effector_z_reference_a_y - p->g - p->v0 * (t9 + t9) +
+    const double row_2_v_2 = last_arm_phi_e_ground_z_y * effector_z_reference_a_y - p->g - p->v0 * (t8 + t8) +
         last_arm_theta_e_ground_z_x * effector_z_reference_a_z - last_arm_phi_e_ground_z_z * effector_z_reference_a_x;
     const double t29 = last_arm_phi_e_ground_x_z * t26 + last_arm_phi_e_ground_y_z * t25;
     const double t30 = last_arm_phi_e_ground_x_y * t26 + last_arm_phi_e_ground_y_y * t25;
     double arm_theta_e_cos_inverse[3];
-    double t46[3];
     double t47[3];
-    double t50[3];
+    double t48[3];
     double t51[3];
-    double t54[3];
+    double t52[3];
     double t55[3];
+    double t56[3];
+    double t88[3];
     double t89[3];
     double t90[3];
-    double t91[3];
+    double t99[3];
     double t100[3];
-    double t101[3];
+    double t109[3];
     double t110[3];
-    double t111[3];
-    double carried_61 = t8;
-    double carried_62 = t8;
+    double carried_61 = t9;
+    double carried_62 = t9;
     double carried_63 = 0.0;
     double carried_64 = 0.0;
     double carried_65 = 0.0;
@@ -1975,10 +1982,9 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double arm_theta_e_sin = sine[3 + 3 * e];
         const double arm_psi_e_sin = sine[2 + 3 * e];
         const double arm_psi_e_cos = cosine[2 + 3 * e];
-        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_half_element_moment_x : p->derived.arm_element_moment_x);
         const double arm_phi_e_inertia_yy = (e == 2 ? p->derived.arm_half_element_inertia_yy : p->derived.arm_element_inertia_yy);
+        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_half_element_moment_x : p->derived.arm_element_moment_x);
         const double arm_phi_e_mass = (e == 2 ? p->derived.arm_half_element_mass : p->derived.arm_element_mass);
-        const double arm_phi_e_inertia_xx = (e == 2 ? p->derived.arm_half_element_inertia_xx : p->derived.arm_element_inertia_xx);
         /* Q = -s (q - rest) - d qd + F.C + T.e (4.9) */
         const double t31 = p->derived.arm_stiffness_bending * q[4 + 3 * e] + p->derived.arm_damping_bending *
         qd[4 + 3 * e];
@@ -1992,112 +1998,113 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double t37 = arm_psi_e_sin * arm_psi_e_sin;
         const double t38 = arm_psi_e_sin * arm_psi_e_cos;
         /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H is passed on (5.3) */
-        const double t39 = carried_66 - arm_phi_e_moment_x;
-        const double t40 = arm_phi_e_moment_x + carried_68;
-        const double t41 = 1.0 / (arm_phi_e_inertia_yy + carried_61);
-        const double t42 = carried_63 * t41;
-        const double t43 = 1.0 / (arm_phi_e_inertia_yy + carried_62 - carried_63 * t42);
-        const double t44 = carried_67 - carried_64 * t42;
-        const double t45 = carried_64 * t41;
-        t46[e] = t43 * t44;
-        t47[e] = t45 - t42 * t46[e];
-        const double t48 = t40 - carried_65 * t42;
-        const double t49 = carried_65 * t41;
-        t50[e] = t43 * t48;
-        t51[e] = t49 - t42 * t50[e];
-        const double t52 = carried_69 - t39 * t42;
-        const double t53 = t39 * t41;
-        t54[e] = t43 * t52;
-        t55[e] = t53 - t42 * t54[e];
-        const double t56 = arm_phi_e_mass + carried_70 - carried_64 * t45 - t44 * t46[e];
-        const double t57 = carried_73 - carried_64 * t49 - t44 * t50[e];
-        const double t58 = carried_74 - carried_64 * t53 - t44 * t54[e];
-        const double t59 = arm_phi_e_mass + carried_71 - carried_65 * t49 - t48 * t50[e];
-        const double t60 = carried_75 - carried_65 * t53 - t48 * t54[e];
-        const double t61 = arm_phi_e_mass + carried_72 - t39 * t53 - t52 * t54[e];
-        const double t62 = t59 - t61;
-        const double t63 = t33 * t62 + (t34 + t34) * t60;
-        const double t64 = arm_phi_e_cos * t57 - arm_phi_e_sin * t58;
-        const double t65 = arm_phi_e_sin * t57 + arm_phi_e_cos * t58;
-        const double t66 = t59 - t63;
-        const double t67 = t61 + t63;
-        const double t68 = t34 * t62 + (1.0 - t33 - t33) * t60;
-        const double t69 = t67 - t56;
-        const double t70 = t35 * t69 + (t36 + t36) * t65;
-        const double t71 = arm_theta_e_cos * t68 - arm_theta_e_sin * t64;
-        const double t72 = arm_theta_e_sin * t68 + arm_theta_e_cos * t64;
-        const double t73 = t67 - t70;
-        const double t74 = t56 + t70;
-        const double t75 = t36 * t69 + (1.0 - t35 - t35) * t65;
-        const double t76 = t74 - t66;
-        const double t77 = t37 * t76 + (t38 + t38) * t72;
-        const double t78 = arm_psi_e_cos * t75 - arm_psi_e_sin * t71;
-        const double t79 = arm_psi_e_sin * t75 + arm_psi_e_cos * t71;
-        const double t80 = t66 + t77;
-        const double t81 = t38 * t76 + (1.0 - t37 - t37) * t72;
-        const double t82 = p->derived.arm_element_length * t79;
+        const double t39 = arm_phi_e_inertia_yy + carried_61;
+        const double t40 = carried_66 - arm_phi_e_moment_x;
+        const double t41 = arm_phi_e_moment_x + carried_68;
+        const double t42 = 1.0 / t39;
+        const double t43 = carried_63 * t42;
+        const double t44 = t39 * (1.0 / (t39 * (arm_phi_e_inertia_yy + carried_62) - carried_63 * carried_63));
+        const double t45 = carried_67 - carried_64 * t43;
+        const double t46 = carried_64 * t42;
+        t47[e] = t44 * t45;
+        t48[e] = t46 - t43 * t47[e];
+        const double t49 = t41 - carried_65 * t43;
+        const double t50 = carried_65 * t42;
+        t51[e] = t44 * t49;
+        t52[e] = t50 - t43 * t51[e];
+        const double t53 = carried_69 - t40 * t43;
+        const double t54 = t40 * t42;
+        t55[e] = t44 * t53;
+        t56[e] = t54 - t43 * t55[e];
+        const double t57 = arm_phi_e_mass + carried_70 - carried_64 * t46 - t45 * t47[e];
+        const double t58 = carried_73 - carried_64 * t50 - t45 * t51[e];
+        const double t59 = carried_74 - carried_64 * t54 - t45 * t55[e];
+        const double t60 = arm_phi_e_mass + carried_71 - carried_65 * t50 - t49 * t51[e];
+        const double t61 = carried_75 - carried_65 * t54 - t49 * t55[e];
+        const double t62 = arm_phi_e_mass + carried_72 - t40 * t54 - t53 * t55[e];
+        const double t63 = t60 - t62;
+        const double t64 = t33 * t63 + (t34 + t34) * t61;
+        const double t65 = arm_phi_e_cos * t58 - arm_phi_e_sin * t59;
+        const double t66 = arm_phi_e_sin * t58 + arm_phi_e_cos * t59;
+        const double t67 = t60 - t64;
+        const double t68 = t62 + t64;
+        const double t69 = t34 * t63 + (1.0 - t33 - t33) * t61;
+        const double t70 = t68 - t57;
+        const double t71 = t35 * t70 + (t36 + t36) * t66;
+        const double t72 = arm_theta_e_cos * t69 - arm_theta_e_sin * t65;
+        const double t73 = arm_theta_e_sin * t69 + arm_theta_e_cos * t65;
+        const double t74 = t68 - t71;
+        const double t75 = t57 + t71;
+        const double t76 = t36 * t70 + (1.0 - t35 - t35) * t66;
+        const double t77 = t75 - t67;
+        const double t78 = t37 * t77 + (t38 + t38) * t73;
+        const double t79 = arm_psi_e_cos * t76 - arm_psi_e_sin * t72;
+        const double t80 = arm_psi_e_sin * t76 + arm_psi_e_cos * t72;
+        const double t81 = t67 + t78;
+        const double t82 = t38 * t77 + (1.0 - t37 - t37) * t73;
         const double t83 = p->derived.arm_element_length * t80;
-        const double t84 = p->derived.arm_element_length * t73;
         /* arm_phi_e: m and f_p + H^T J^-1 (m - n_p) are passed on (5.3) */
-        const double t85 = arm_theta_e_sin * t32;
-        const double t86 = arm_theta_e_cos_inverse[e] * (p->derived.arm_stiffness_bending * q[3 + 3 * e] +
-        p->derived.arm_damping_bending * qd[3 + 3 * e] + t85);
-        const double t87 = arm_theta_e_cos * t32 + arm_theta_e_sin * t86;
+        const double t84 = arm_theta_e_sin * t32;
+        const double t85 = arm_theta_e_cos_inverse[e] * (p->derived.arm_stiffness_bending * q[3 + 3 * e] +
+        p->derived.arm_damping_bending * qd[3 + 3 * e] + t84);
+        const double t86 = arm_theta_e_cos * t32 + arm_theta_e_sin * t85;
         /* arm_phi_e: m and f_p + H^T J^-1 (m - n_p) are passed on (5.3) */
-        const double t88 = arm_phi_e_load_moment_y[e] + arm_phi_e_sin * t86 + arm_phi_e_cos * t31 + carried_91;
-        t89[e] = 1.0 / arm_phi_e_inertia_xx * (t32 + carried_90);
-        t90[e] = t43 * (arm_phi_e_sin * t31 - arm_phi_e_cos * t86 - arm_phi_e_load_moment_z[e] - carried_92 +
-        t42 * t88);
-        t91[e] = t42 * t90[e] + t41 * t88;
-        const double t92 = arm_phi_e_load_force_x[e] + carried_93 + carried_67 * t90[e] - carried_64 * t91[e];
-        const double t93 = arm_phi_e_load_force_y[e] + carried_94 + t40 * t90[e] - carried_65 * t91[e];
-        const double t94 = arm_phi_e_load_force_z[e] + carried_95 + carried_69 * t90[e] - t39 * t91[e];
-        const double t95 = arm_phi_e_cos * t93 - arm_phi_e_sin * t94;
-        const double t96 = arm_phi_e_cos * t94 + arm_phi_e_sin * t93;
-        const double t97 = arm_theta_e_cos * t96 - arm_theta_e_sin * t92;
-        const double t98 = arm_theta_e_sin * t96 + arm_theta_e_cos * t92;
-        const double t99 = arm_psi_e_sin * t98 + arm_psi_e_cos * t95;
+        const double t87 = arm_phi_e_load_moment_y[e] + arm_phi_e_sin * t85 + arm_phi_e_cos * t31 + carried_91;
+        t88[e] = (e == 2 ? p->derived.arm_half_element_inertia_xx_inverse : p->derived.arm_element_inertia_xx_inverse) *
+        (t32 + carried_90);
+        t89[e] = t44 * (arm_phi_e_sin * t31 - arm_phi_e_cos * t85 - arm_phi_e_load_moment_z[e] - carried_92 +
+        t43 * t87);
+        t90[e] = t43 * t89[e] + t42 * t87;
+        const double t91 = arm_phi_e_load_force_x[e] + carried_93 + carried_67 * t89[e] - carried_64 * t90[e];
+        const double t92 = arm_phi_e_load_force_y[e] + carried_94 + t41 * t89[e] - carried_65 * t90[e];
+        const double t93 = arm_phi_e_load_force_z[e] + carried_95 + carried_69 * t89[e] - t40 * t90[e];
+        const double t94 = arm_phi_e_cos * t92 - arm_phi_e_sin * t93;
+        const double t95 = arm_phi_e_cos * t93 + arm_phi_e_sin * t92;
+        const double t96 = arm_theta_e_cos * t95 - arm_theta_e_sin * t91;
+        const double t97 = arm_theta_e_sin * t95 + arm_theta_e_cos * t91;
+        const double t98 = arm_psi_e_sin * t97 + arm_psi_e_cos * t94;
         /* arm_phi_e: m and f_p + H^T J^-1 (m - n_p) are passed on (5.3) */
-        t100[e] = t43 * (t42 * carried_105 - carried_106);
-        t101[e] = t42 * t100[e] + t41 * carried_105;
-        const double t102 = carried_107 + carried_67 * t100[e] - carried_64 * t101[e];
-        const double t103 = carried_108 + t40 * t100[e] - carried_65 * t101[e];
-        const double t104 = carried_109 + carried_69 * t100[e] - t39 * t101[e];
-        const double t105 = arm_phi_e_cos * t103 - arm_phi_e_sin * t104;
-        const double t106 = arm_phi_e_cos * t104 + arm_phi_e_sin * t103;
-        const double t107 = arm_theta_e_cos * t106 - arm_theta_e_sin * t102;
-        const double t108 = arm_theta_e_sin * t106 + arm_theta_e_cos * t102;
-        const double t109 = arm_psi_e_sin * t108 + arm_psi_e_cos * t105;
+        t99[e] = t44 * (t43 * carried_105 - carried_106);
+        t100[e] = t43 * t99[e] + t42 * carried_105;
+        const double t101 = carried_107 + carried_67 * t99[e] - carried_64 * t100[e];
+        const double t102 = carried_108 + t41 * t99[e] - carried_65 * t100[e];
+        const double t103 = carried_109 + carried_69 * t99[e] - t40 * t100[e];
+        const double t104 = arm_phi_e_cos * t102 - arm_phi_e_sin * t103;
+        const double t105 = arm_phi_e_cos * t103 + arm_phi_e_sin * t102;
+        const double t106 = arm_theta_e_cos * t105 - arm_theta_e_sin * t101;
+        const double t107 = arm_theta_e_sin * t105 + arm_theta_e_cos * t101;
+        const double t108 = arm_psi_e_sin * t107 + arm_psi_e_cos * t104;
         /* arm_phi_e: m and f_p + H^T J^-1 (m - n_p) are passed on (5.3) */
-        t110[e] = t43 * (t42 * carried_118 - carried_119);
-        t111[e] = t42 * t110[e] + t41 * carried_118;
-        const double t112 = carried_120 + carried_67 * t110[e] - carried_64 * t111[e];
-        const double t113 = carried_121 + t40 * t110[e] - carried_65 * t111[e];
-        const double t114 = carried_122 + carried_69 * t110[e] - t39 * t111[e];
-        const double t115 = arm_phi_e_cos * t113 - arm_phi_e_sin * t114;
-        const double t116 = arm_phi_e_cos * t114 + arm_phi_e_sin * t113;
-        const double t117 = arm_theta_e_cos * t116 - arm_theta_e_sin * t112;
-        const double t118 = arm_theta_e_sin * t116 + arm_theta_e_cos * t112;
-        const double t119 = arm_psi_e_sin * t118 + arm_psi_e_cos * t115;
-        const double next_carried_61 = p->derived.arm_element_length * t84;
-        const double next_carried_62 = p->derived.arm_element_length * t83;
-        const double next_carried_63 = -p->derived.arm_element_length * t82;
-        const double next_carried_64 = -p->derived.arm_element_length * t78;
-        const double next_carried_65 = -t82;
-        const double next_carried_66 = -t84;
-        const double next_carried_67 = p->derived.arm_element_length * t81;
-        const double next_carried_70 = t74 - t77;
-        const double next_carried_90 = arm_psi_e_sin * t31 - arm_psi_e_cos * t87;
-        const double next_carried_91 = -(arm_psi_e_cos * t31 + arm_psi_e_sin * t87 + p->derived.arm_element_length *
-        t97);
-        const double next_carried_92 = t85 - arm_theta_e_cos * t86 + p->derived.arm_element_length * t99;
-        const double next_carried_93 = arm_psi_e_cos * t98 - arm_psi_e_sin * t95;
-        const double next_carried_105 = -p->derived.arm_element_length * t107;
-        const double next_carried_106 = p->derived.arm_element_length * t109;
-        const double next_carried_107 = arm_psi_e_cos * t108 - arm_psi_e_sin * t105;
-        const double next_carried_118 = -p->derived.arm_element_length * t117;
-        const double next_carried_119 = p->derived.arm_element_length * t119;
-        const double next_carried_120 = arm_psi_e_cos * t118 - arm_psi_e_sin * t115;
+        t109[e] = t44 * (t43 * carried_118 - carried_119);
+        t110[e] = t43 * t109[e] + t42 * carried_118;
+        const double t111 = carried_120 + carried_67 * t109[e] - carried_64 * t110[e];
+        const double t112 = carried_121 + t41 * t109[e] - carried_65 * t110[e];
+        const double t113 = carried_122 + carried_69 * t109[e] - t40 * t110[e];
+        const double t114 = arm_phi_e_cos * t112 - arm_phi_e_sin * t113;
+        const double t115 = arm_phi_e_cos * t113 + arm_phi_e_sin * t112;
+        const double t116 = arm_theta_e_cos * t115 - arm_theta_e_sin * t111;
+        const double t117 = arm_theta_e_sin * t115 + arm_theta_e_cos * t111;
+        const double t118 = arm_psi_e_sin * t117 + arm_psi_e_cos * t114;
+        const double next_carried_61 = p->derived.arm_element_length_squared * t74;
+        const double next_carried_62 = p->derived.arm_element_length_squared * t81;
+        const double next_carried_63 = -p->derived.arm_element_length_squared * t80;
+        const double next_carried_64 = -p->derived.arm_element_length * t79;
+        const double next_carried_65 = -t83;
+        const double next_carried_66 = -p->derived.arm_element_length * t74;
+        const double next_carried_67 = p->derived.arm_element_length * t82;
+        const double next_carried_68 = p->derived.arm_element_length * t81;
+        const double next_carried_70 = t75 - t78;
+        const double next_carried_90 = arm_psi_e_sin * t31 - arm_psi_e_cos * t86;
+        const double next_carried_91 = -(arm_psi_e_cos * t31 + arm_psi_e_sin * t86 + p->derived.arm_element_length *
+        t96);
+        const double next_carried_92 = t84 - arm_theta_e_cos * t85 + p->derived.arm_element_length * t98;
+        const double next_carried_93 = arm_psi_e_cos * t97 - arm_psi_e_sin * t94;
+        const double next_carried_105 = -p->derived.arm_element_length * t106;
+        const double next_carried_106 = p->derived.arm_element_length * t108;
+        const double next_carried_107 = arm_psi_e_cos * t107 - arm_psi_e_sin * t104;
+        const double next_carried_118 = -p->derived.arm_element_length * t116;
+        const double next_carried_119 = p->derived.arm_element_length * t118;
+        const double next_carried_120 = arm_psi_e_cos * t117 - arm_psi_e_sin * t114;
         carried_61 = next_carried_61;
         carried_62 = next_carried_62;
         carried_63 = next_carried_63;
@@ -2105,152 +2112,151 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         carried_65 = next_carried_65;
         carried_66 = next_carried_66;
         carried_67 = next_carried_67;
-        carried_68 = t83;
-        carried_69 = t82;
+        carried_68 = next_carried_68;
+        carried_69 = t83;
         carried_70 = next_carried_70;
-        carried_71 = t80;
-        carried_72 = t73;
-        carried_73 = t81;
-        carried_74 = t78;
-        carried_75 = t79;
+        carried_71 = t81;
+        carried_72 = t74;
+        carried_73 = t82;
+        carried_74 = t79;
+        carried_75 = t80;
         carried_90 = next_carried_90;
         carried_91 = next_carried_91;
         carried_92 = next_carried_92;
         carried_93 = next_carried_93;
-        carried_94 = t99;
-        carried_95 = t97;
+        carried_94 = t98;
+        carried_95 = t96;
         carried_105 = next_carried_105;
         carried_106 = next_carried_106;
         carried_107 = next_carried_107;
-        carried_108 = t109;
-        carried_109 = t107;
+        carried_108 = t108;
+        carried_109 = t106;
         carried_118 = next_carried_118;
         carried_119 = next_carried_119;
         carried_120 = next_carried_120;
-        carried_121 = t119;
-        carried_122 = t117;
+        carried_121 = t118;
+        carried_122 = t116;
     }
     /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H is passed on (5.3) */
     const double arm_psi_U_force_x = carried_67 + p->derived.arm_psi_e_entry_x * carried_73;
-    const double t120 = p->derived.arm_psi_e_entry_x * carried_75;
-    const double t121 = carried_68 + p->derived.arm_psi_e_entry_x * carried_71;
-    const double arm_psi_U_force_z = carried_69 + t120;
-    const double arm_psi_U_moment_y = carried_63 + p->derived.arm_psi_e_entry_x * carried_65 - p->derived.arm_psi_e_entry_x *
-        arm_psi_U_force_z;
+    const double t119 = p->derived.arm_psi_e_entry_x * carried_66;
+    const double t120 = p->derived.arm_psi_e_entry_x * carried_68;
+    const double arm_psi_U_moment_y = carried_63 - carried_75 * p->derived.arm_psi_e_entry_x_squared - p->derived.arm_psi_e_entry_x *
+        carried_69 + p->derived.arm_psi_e_entry_x * carried_65;
     /* arm_psi: U = IA e, D = e.U, IA - U U^T/D is passed on (5.2) */
-    const double arm_psi_U_moment_z = p->derived.arm_half_element_inertia_yy + carried_62 + p->derived.arm_psi_e_entry_x *
-        carried_68 + p->derived.arm_psi_e_entry_x * t121;
-    const double arm_psi_U_force_y = p->derived.arm_half_element_moment_x + t121;
+    const double arm_psi_U_moment_z = p->derived.arm_half_element_inertia_yy + carried_62 + t120 + carried_71 *
+        p->derived.arm_psi_e_entry_x_squared + t120;
+    const double arm_psi_U_force_y = p->derived.arm_half_element_moment_x + carried_68 + p->derived.arm_psi_e_entry_x *
+        carried_71;
     const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
-    const double t122 = arm_psi_U_moment_y * arm_psi_D_inverse;
-    const double t123 = arm_psi_U_force_x * arm_psi_D_inverse;
-    const double t124 = arm_psi_U_force_y * arm_psi_D_inverse;
-    const double t125 = p->derived.arm_half_element_inertia_yy + carried_61 - p->derived.arm_psi_e_entry_x *
-        carried_66 - p->derived.arm_psi_e_entry_x * (carried_66 - p->derived.arm_psi_e_entry_x * carried_72) -
-        arm_psi_U_moment_y * t122;
-    const double t126 = p->derived.arm_half_element_mass + carried_71 - arm_psi_U_force_y * t124;
-    const double column_psi_U_force_z = arm_psi_cos * (arm_psi_cos * (carried_65 - t120 - arm_psi_U_moment_y *
-        t124)) + arm_psi_sin * (arm_psi_cos * (carried_64 - p->derived.arm_psi_e_entry_x * carried_74 - arm_psi_U_moment_y *
-        t123));
+    const double t121 = arm_psi_U_moment_y * arm_psi_D_inverse;
+    const double t122 = arm_psi_U_force_x * arm_psi_D_inverse;
+    const double t123 = arm_psi_U_force_y * arm_psi_D_inverse;
+    const double t124 = p->derived.arm_half_element_inertia_yy + carried_61 - t119 - t119 + carried_72 * p->derived.arm_psi_e_entry_x_squared -
+        arm_psi_U_moment_y * t121;
+    const double t125 = p->derived.arm_half_element_mass + carried_71 - arm_psi_U_force_y * t123;
+    const double column_psi_U_force_z = arm_psi_cos * (arm_psi_cos * (carried_65 - p->derived.arm_psi_e_entry_x *
+        carried_75 - arm_psi_U_moment_y * t123)) + arm_psi_sin * (arm_psi_cos * (carried_64 - p->derived.arm_psi_e_entry_x *
+        carried_74 - arm_psi_U_moment_y * t122));
     /* column_psi: U = IA e, D = e.U, IA - U U^T/D is passed on (5.2) */
-    const double column_psi_U_moment_z = p->Izz_col + t125 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_half_element_inertia_xx -
-        t125));
+    const double column_psi_U_moment_z = p->Izz_col + t124 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_half_element_inertia_xx -
+        t124));
     const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
-    const double t127 = column_psi_U_force_z * column_psi_D_inverse;
-    const double t128 = p->derived.m_base_plus_m_col + t126 + (carried_73 - arm_psi_U_force_x * t124) * (t10 +
+    const double t126 = column_psi_U_force_z * column_psi_D_inverse;
+    const double t127 = p->derived.m_base_plus_m_col + t125 + (carried_73 - arm_psi_U_force_x * t123) * (t10 +
         t10) + arm_psi_sin * arm_psi_sin * (p->derived.arm_half_element_mass + carried_70 - arm_psi_U_force_x *
-        t123 - t126);
+        t122 - t125);
     /* base_z: U = IA e, D = e.U, IA - U U^T/D is passed on (5.2) */
-    const double base_z_U_force_z = t128 - column_psi_U_force_z * t127;
+    const double base_z_U_force_z = t127 - column_psi_U_force_z * t126;
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
     /* arm_phi_e: m and f_p + H^T J^-1 (m - n_p) are passed on (5.3) */
-    const double t129 = arm_psi_load_moment_z + carried_92 + p->derived.arm_psi_e_entry_x * carried_94;
+    const double t128 = arm_psi_load_moment_z + carried_92 + p->derived.arm_psi_e_entry_x * carried_94;
     /* arm_psi: u = f - e.p, p + U u/D is passed on (5.4) */
-    const double t130 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
+    const double t129 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
         qd[1] - arm_psi_sin * (arm_psi_load_moment_x + carried_90);
     /* column_psi: u = f - e.p, p + U u/D is passed on (5.4) */
-    const double t131 = t130 - arm_psi_cos * (arm_psi_load_moment_y + carried_91 - p->derived.arm_psi_e_entry_x *
-        carried_95 - t122 * t129);
-    const double t132 = p->derived.base_z_load_force_z_plus_column_psi_load_force_z + (p->s_sup * q[0] + p->d_sup *
-        qd[0]) + arm_psi_sin * (arm_psi_load_force_x + carried_93 - t123 * t129) + arm_psi_cos * (arm_psi_load_force_y +
-        carried_94 - t124 * t129);
+    const double t130 = t129 - arm_psi_cos * (arm_psi_load_moment_y + carried_91 - p->derived.arm_psi_e_entry_x *
+        carried_95 - t121 * t128);
+    const double t131 = p->derived.base_z_load_force_z_plus_column_psi_load_force_z + (p->s_sup * q[0] + p->d_sup *
+        qd[0]) + arm_psi_sin * (arm_psi_load_force_x + carried_93 - t122 * t128) + arm_psi_cos * (arm_psi_load_force_y +
+        carried_94 - t123 * t128);
     /* base_z: x = (u - U.a')/D, a = a' + e x (5.4) */
-    const double t133 = base_z_D_inverse * (t132 + t127 * t131);
-    out->qdd_free[0] = -t133;
+    const double t132 = base_z_D_inverse * (t131 + t126 * t130);
+    out->qdd_free[0] = -t132;
     /* column_psi: x = (u - U.a')/D, a = a' + e x (5.4) */
-    const double t134 = t127 * t133 + column_psi_D_inverse * t131;
-    out->qdd_free[1] = t134;
+    const double t133 = t126 * t132 + column_psi_D_inverse * t130;
+    out->qdd_free[1] = t133;
     /* arm_psi: x = (u - U.a')/D, a = a' + e x (5.4) */
-    const double t135 = arm_psi_cos * t134;
-    const double t136 = arm_psi_sin * t133;
-    const double t137 = arm_psi_cos * t133;
-    const double t138 = t122 * t135 - (t123 * t136 + t124 * t137) + arm_psi_D_inverse * t129;
-    out->qdd_free[2] = -t138;
+    const double t134 = arm_psi_cos * t133;
+    const double t135 = arm_psi_sin * t132;
+    const double t136 = arm_psi_cos * t132;
+    const double t137 = t121 * t134 - (t122 * t135 + t123 * t136) + arm_psi_D_inverse * t128;
+    out->qdd_free[2] = -t137;
     /* arm_phi_e: m and f_p + H^T J^-1 (m - n_p) are passed on (5.3) */
-    const double t139 = carried_106 + p->derived.arm_psi_e_entry_x * carried_108;
+    const double t138 = carried_106 + p->derived.arm_psi_e_entry_x * carried_108;
     /* arm_psi: u = f - e.p, p + U u/D is passed on (5.4) */
-    const double t140 = arm_psi_cos * (carried_105 - p->derived.arm_psi_e_entry_x * carried_109 - t122 * t139);
+    const double t139 = arm_psi_cos * (carried_105 - p->derived.arm_psi_e_entry_x * carried_109 - t121 * t138);
     /* base_z: x = (u - U.a')/D, a = a' + e x (5.4) */
-    const double t141 = base_z_D_inverse * (t127 * t140 - (arm_psi_sin * (carried_107 - t123 * t139) + arm_psi_cos *
-        (carried_108 - t124 * t139)));
+    const double t140 = base_z_D_inverse * (t126 * t139 - (arm_psi_sin * (carried_107 - t122 * t138) + arm_psi_cos *
+        (carried_108 - t123 * t138)));
     /* column_psi: x = (u - U.a')/D, a = a' + e x (5.4) */
-    const double t142 = t127 * t141 + column_psi_D_inverse * t140;
+    const double t141 = t126 * t140 + column_psi_D_inverse * t139;
     /* arm_psi: x = (u - U.a')/D, a = a' + e x (5.4) */
-    const double t143 = arm_psi_cos * t142;
-    const double t144 = arm_psi_sin * t141;
-    const double t145 = arm_psi_cos * t141;
-    const double t146 = t124 * t145 + t123 * t144 - t122 * t143 + arm_psi_D_inverse * t139;
+    const double t142 = arm_psi_cos * t141;
+    const double t143 = arm_psi_sin * t140;
+    const double t144 = arm_psi_cos * t140;
+    const double t145 = t123 * t144 + t122 * t143 - t121 * t142 + arm_psi_D_inverse * t138;
     /* arm_phi_e: m and f_p + H^T J^-1 (m - n_p) are passed on (5.3) */
-    const double t147 = carried_119 + p->derived.arm_psi_e_entry_x * carried_121;
+    const double t146 = carried_119 + p->derived.arm_psi_e_entry_x * carried_121;
     /* arm_psi: u = f - e.p, p + U u/D is passed on (5.4) */
-    const double t148 = arm_psi_cos * (carried_118 - p->derived.arm_psi_e_entry_x * carried_122 - t122 * t147);
+    const double t147 = arm_psi_cos * (carried_118 - p->derived.arm_psi_e_entry_x * carried_122 - t121 * t146);
     /* base_z: x = (u - U.a')/D, a = a' + e x (5.4) */
-    const double t149 = base_z_D_inverse * (t127 * t148 - (arm_psi_sin * (carried_120 - t123 * t147) + arm_psi_cos *
-        (carried_121 - t124 * t147)));
+    const double t148 = base_z_D_inverse * (t126 * t147 - (arm_psi_sin * (carried_120 - t122 * t146) + arm_psi_cos *
+        (carried_121 - t123 * t146)));
     /* column_psi: x = (u - U.a')/D, a = a' + e x (5.4) */
-    const double t150 = t127 * t149 + column_psi_D_inverse * t148;
+    const double t149 = t126 * t148 + column_psi_D_inverse * t147;
     /* arm_psi: x = (u - U.a')/D, a = a' + e x (5.4) */
-    const double t151 = arm_psi_cos * t150;
-    const double t152 = arm_psi_sin * t149;
-    const double t153 = arm_psi_cos * t149;
-    const double t154 = t124 * t153 + t123 * t152 - t122 * t151 + arm_psi_D_inverse * t147;
+    const double t150 = arm_psi_cos * t149;
+    const double t151 = arm_psi_sin * t148;
+    const double t152 = arm_psi_cos * t148;
+    const double t153 = t123 * t152 + t122 * t151 - t121 * t150 + arm_psi_D_inverse * t146;
+    double t167[3];
     double t168[3];
     double t169[3];
     double t170[3];
-    double t171[3];
+    double t179[3];
     double t180[3];
     double t181[3];
     double t182[3];
-    double t183[3];
+    double t191[3];
     double t192[3];
     double t193[3];
-    double t194[3];
     double carried_110_at[3];
     double carried_111_at[3];
     double carried_112_at[3];
     double carried_123_at[3];
     double carried_124_at[3];
     double carried_125_at[3];
-    double carried_97 = t135;
-    double carried_98 = -t138;
-    double carried_99 = -t136;
-    double carried_100 = -(t137 + p->derived.arm_psi_e_entry_x * t138);
-    double carried_101 = -p->derived.arm_psi_e_entry_x * t135;
-    double carried_102 = arm_psi_bias_wd_x + arm_psi_sin * t134;
-    double carried_103 = t135 - t3;
-    double carried_104 = -t138;
-    double carried_110 = -arm_psi_sin * t142;
-    double carried_111 = -t143;
-    double carried_112 = -t146;
-    double carried_113 = t144;
-    double carried_114 = t145 - p->derived.arm_psi_e_entry_x * t146;
-    double carried_115 = p->derived.arm_psi_e_entry_x * t143;
-    double carried_123 = -arm_psi_sin * t150;
-    double carried_124 = -t151;
-    double carried_125 = -t154;
-    double carried_126 = t152;
-    double carried_127 = t153 - p->derived.arm_psi_e_entry_x * t154;
-    double carried_128 = p->derived.arm_psi_e_entry_x * t151;
+    double carried_97 = t134;
+    double carried_98 = -t137;
+    double carried_99 = -t135;
+    double carried_100 = -(t136 + p->derived.arm_psi_e_entry_x * t137);
+    double carried_101 = -p->derived.arm_psi_e_entry_x * t134;
+    double carried_102 = arm_psi_bias_wd_x + arm_psi_sin * t133;
+    double carried_103 = t134 - t3;
+    double carried_104 = -t137;
+    double carried_110 = -arm_psi_sin * t141;
+    double carried_111 = -t142;
+    double carried_112 = -t145;
+    double carried_113 = t143;
+    double carried_114 = t144 - p->derived.arm_psi_e_entry_x * t145;
+    double carried_115 = p->derived.arm_psi_e_entry_x * t142;
+    double carried_123 = -arm_psi_sin * t149;
+    double carried_124 = -t150;
+    double carried_125 = -t153;
+    double carried_126 = t151;
+    double carried_127 = t152 - p->derived.arm_psi_e_entry_x * t153;
+    double carried_128 = p->derived.arm_psi_e_entry_x * t150;
     for (int e = 0; e < 3; e++) { /* arm_psi_e */
         const double arm_psi_e_sin = sine[2 + 3 * e];
         const double arm_psi_e_cos = cosine[2 + 3 * e];
@@ -2265,121 +2271,121 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         carried_124_at[e] = carried_124;
         carried_125_at[e] = carried_125;
         /* arm_phi_e: wd = J^-1 (m - n_p) - J^-1 H a (5.3) */
-        const double t155 = carried_100 + p->derived.arm_element_length * carried_98;
-        const double t156 = carried_101 - p->derived.arm_element_length * carried_97;
-        const double t157 = arm_psi_e_sin * t155 + arm_psi_e_cos * carried_99;
-        const double t158 = arm_psi_e_cos * t155 - arm_psi_e_sin * carried_99;
-        const double t159 = arm_theta_e_sin * t157 + arm_theta_e_cos * t156;
-        const double t160 = arm_theta_e_cos * t157 - arm_theta_e_sin * t156;
+        const double t154 = carried_100 + p->derived.arm_element_length * carried_98;
+        const double t155 = carried_101 - p->derived.arm_element_length * carried_97;
+        const double t156 = arm_psi_e_sin * t154 + arm_psi_e_cos * carried_99;
+        const double t157 = arm_psi_e_cos * t154 - arm_psi_e_sin * carried_99;
+        const double t158 = arm_theta_e_sin * t156 + arm_theta_e_cos * t155;
+        const double t159 = arm_theta_e_cos * t156 - arm_theta_e_sin * t155;
         /* arm_phi_e: wd = J^-1 (m - n_p) - J^-1 H a (5.3) */
-        const double t161 = arm_phi_e_sin * t159 + arm_phi_e_cos * t158;
-        const double t162 = arm_phi_e_cos * t159 - arm_phi_e_sin * t158;
-        const double t163 = t91[e] + t47[e] * t160 + t55[e] * t162 + t51[e] * t161;
-        const double t164 = t90[e] - t46[e] * t160 - t54[e] * t162 - t50[e] * t161;
-        const double t165 = arm_psi_e_cos * carried_102 + arm_psi_e_sin * carried_103 + qd[3 + 3 * e] * arm_psi_e_w_y[e];
-        const double t166 = qd[5 + 3 * e] * arm_phi_e_w_z[e] + t163;
-        const double t167 = qd[5 + 3 * e] * arm_phi_e_w_y[e] + t164;
-        t168[e] = arm_psi_e_cos * carried_103 - arm_psi_e_sin * carried_102 - qd[3 + 3 * e] * arm_psi_e_w_x[e] +
-        arm_phi_e_cos * t166 + arm_phi_e_sin * t167;
-        t169[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t167 - arm_phi_e_sin * t166 - (qd[4 + 3 * e] *
-        arm_theta_e_w_x[e] + (arm_theta_e_cos * carried_104 + arm_theta_e_sin * t165)));
-        t170[e] = qd[4 + 3 * e] * arm_theta_e_w_z[e] + arm_theta_e_sin * carried_104 - t89[e] - arm_theta_e_cos *
-        t165 + arm_theta_e_sin * t169[e];
+        const double t160 = arm_phi_e_sin * t158 + arm_phi_e_cos * t157;
+        const double t161 = arm_phi_e_cos * t158 - arm_phi_e_sin * t157;
+        const double t162 = t90[e] + t48[e] * t159 + t56[e] * t161 + t52[e] * t160;
+        const double t163 = t89[e] - t47[e] * t159 - t55[e] * t161 - t51[e] * t160;
+        const double t164 = arm_psi_e_cos * carried_102 + arm_psi_e_sin * carried_103 + qd[3 + 3 * e] * arm_psi_e_w_y[e];
+        const double t165 = qd[5 + 3 * e] * arm_phi_e_w_z[e] + t162;
+        const double t166 = qd[5 + 3 * e] * arm_phi_e_w_y[e] + t163;
+        t167[e] = arm_psi_e_cos * carried_103 - arm_psi_e_sin * carried_102 - qd[3 + 3 * e] * arm_psi_e_w_x[e] +
+        arm_phi_e_cos * t165 + arm_phi_e_sin * t166;
+        t168[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t166 - arm_phi_e_sin * t165 - (qd[4 + 3 * e] *
+        arm_theta_e_w_x[e] + (arm_theta_e_cos * carried_104 + arm_theta_e_sin * t164)));
+        t169[e] = qd[4 + 3 * e] * arm_theta_e_w_z[e] + arm_theta_e_sin * carried_104 - t88[e] - arm_theta_e_cos *
+        t164 + arm_theta_e_sin * t168[e];
         /* arm_phi_e: wd = J^-1 (m - n_p) - J^-1 H a (5.3) */
-        t171[e] = arm_psi_e_cos * carried_110 + arm_psi_e_sin * carried_111;
-        const double t172 = carried_114 + p->derived.arm_element_length * carried_112;
-        const double t173 = carried_115 - p->derived.arm_element_length * carried_111;
-        const double t174 = arm_psi_e_sin * t172 + arm_psi_e_cos * carried_113;
-        const double t175 = arm_psi_e_cos * t172 - arm_psi_e_sin * carried_113;
-        const double t176 = arm_theta_e_sin * t174 + arm_theta_e_cos * t173;
-        const double t177 = arm_theta_e_cos * t174 - arm_theta_e_sin * t173;
+        t170[e] = arm_psi_e_cos * carried_110 + arm_psi_e_sin * carried_111;
+        const double t171 = carried_114 + p->derived.arm_element_length * carried_112;
+        const double t172 = carried_115 - p->derived.arm_element_length * carried_111;
+        const double t173 = arm_psi_e_sin * t171 + arm_psi_e_cos * carried_113;
+        const double t174 = arm_psi_e_cos * t171 - arm_psi_e_sin * carried_113;
+        const double t175 = arm_theta_e_sin * t173 + arm_theta_e_cos * t172;
+        const double t176 = arm_theta_e_cos * t173 - arm_theta_e_sin * t172;
         /* arm_phi_e: wd = J^-1 (m - n_p) - J^-1 H a (5.3) */
-        const double t178 = arm_phi_e_sin * t176 + arm_phi_e_cos * t175;
-        const double t179 = arm_phi_e_cos * t176 - arm_phi_e_sin * t175;
-        t180[e] = t101[e] + t47[e] * t177 + t55[e] * t179 + t51[e] * t178;
-        t181[e] = t100[e] - t46[e] * t177 - t54[e] * t179 - t50[e] * t178;
-        t182[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t181[e] - arm_phi_e_sin * t180[e] - (arm_theta_e_sin *
-        t171[e] + arm_theta_e_cos * carried_112));
+        const double t177 = arm_phi_e_sin * t175 + arm_phi_e_cos * t174;
+        const double t178 = arm_phi_e_cos * t175 - arm_phi_e_sin * t174;
+        t179[e] = t100[e] + t48[e] * t176 + t56[e] * t178 + t52[e] * t177;
+        t180[e] = t99[e] - t47[e] * t176 - t55[e] * t178 - t51[e] * t177;
+        t181[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t180[e] - arm_phi_e_sin * t179[e] - (arm_theta_e_sin *
+        t170[e] + arm_theta_e_cos * carried_112));
         /* arm_phi_e: wd = J^-1 (m - n_p) - J^-1 H a (5.3) */
-        t183[e] = arm_psi_e_cos * carried_123 + arm_psi_e_sin * carried_124;
-        const double t184 = carried_127 + p->derived.arm_element_length * carried_125;
-        const double t185 = carried_128 - p->derived.arm_element_length * carried_124;
-        const double t186 = arm_psi_e_sin * t184 + arm_psi_e_cos * carried_126;
-        const double t187 = arm_psi_e_cos * t184 - arm_psi_e_sin * carried_126;
-        const double t188 = arm_theta_e_sin * t186 + arm_theta_e_cos * t185;
-        const double t189 = arm_theta_e_cos * t186 - arm_theta_e_sin * t185;
+        t182[e] = arm_psi_e_cos * carried_123 + arm_psi_e_sin * carried_124;
+        const double t183 = carried_127 + p->derived.arm_element_length * carried_125;
+        const double t184 = carried_128 - p->derived.arm_element_length * carried_124;
+        const double t185 = arm_psi_e_sin * t183 + arm_psi_e_cos * carried_126;
+        const double t186 = arm_psi_e_cos * t183 - arm_psi_e_sin * carried_126;
+        const double t187 = arm_theta_e_sin * t185 + arm_theta_e_cos * t184;
+        const double t188 = arm_theta_e_cos * t185 - arm_theta_e_sin * t184;
         /* arm_phi_e: wd = J^-1 (m - n_p) - J^-1 H a (5.3) */
-        const double t190 = arm_phi_e_sin * t188 + arm_phi_e_cos * t187;
-        const double t191 = arm_phi_e_cos * t188 - arm_phi_e_sin * t187;
-        t192[e] = t111[e] + t47[e] * t189 + t55[e] * t191 + t51[e] * t190;
-        t193[e] = t110[e] - t46[e] * t189 - t54[e] * t191 - t50[e] * t190;
-        t194[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t193[e] - arm_phi_e_sin * t192[e] - (arm_theta_e_sin *
-        t183[e] + arm_theta_e_cos * carried_125));
-        out->qdd_free[3 + 3 * e] = t169[e];
-        out->qdd_free[4 + 3 * e] = -t168[e];
-        out->qdd_free[5 + 3 * e] = t170[e];
-        const double next_carried_97 = -t163;
-        const double next_carried_102 = -t89[e];
-        const double next_carried_103 = -t163;
+        const double t189 = arm_phi_e_sin * t187 + arm_phi_e_cos * t186;
+        const double t190 = arm_phi_e_cos * t187 - arm_phi_e_sin * t186;
+        t191[e] = t110[e] + t48[e] * t188 + t56[e] * t190 + t52[e] * t189;
+        t192[e] = t109[e] - t47[e] * t188 - t55[e] * t190 - t51[e] * t189;
+        t193[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t192[e] - arm_phi_e_sin * t191[e] - (arm_theta_e_sin *
+        t182[e] + arm_theta_e_cos * carried_125));
+        out->qdd_free[3 + 3 * e] = t168[e];
+        out->qdd_free[4 + 3 * e] = -t167[e];
+        out->qdd_free[5 + 3 * e] = t169[e];
+        const double next_carried_97 = -t162;
+        const double next_carried_102 = -t88[e];
+        const double next_carried_103 = -t162;
         const double next_carried_110 = 0.0;
-        const double next_carried_111 = -t180[e];
+        const double next_carried_111 = -t179[e];
         const double next_carried_123 = 0.0;
-        const double next_carried_124 = -t192[e];
+        const double next_carried_124 = -t191[e];
         carried_97 = next_carried_97;
-        carried_98 = t164;
-        carried_99 = t160;
-        carried_100 = t161;
-        carried_101 = t162;
+        carried_98 = t163;
+        carried_99 = t159;
+        carried_100 = t160;
+        carried_101 = t161;
         carried_102 = next_carried_102;
         carried_103 = next_carried_103;
-        carried_104 = t164;
+        carried_104 = t163;
         carried_110 = next_carried_110;
         carried_111 = next_carried_111;
-        carried_112 = t181[e];
-        carried_113 = t177;
-        carried_114 = t178;
-        carried_115 = t179;
+        carried_112 = t180[e];
+        carried_113 = t176;
+        carried_114 = t177;
+        carried_115 = t178;
         carried_123 = next_carried_123;
         carried_124 = next_carried_124;
-        carried_125 = t193[e];
-        carried_126 = t189;
-        carried_127 = t190;
-        carried_128 = t191;
+        carried_125 = t192[e];
+        carried_126 = t188;
+        carried_127 = t189;
+        carried_128 = t190;
     }
     /* effector_z: x = (u - U.a')/D, a = a' + e x (5.4) */
-    const double t195 = carried_100 + effector_z_shift_x * carried_98;
-    const double t196 = effector_z_shift_x * carried_97 - carried_101;
-    const double t197 = carried_99 + p->derived.effector_z_D_inverse * effector_z_load_force_z;
-    out->qdd_free[12] = -t197;
-    const double t198 = carried_99 - t197;
+    const double t194 = carried_100 + effector_z_shift_x * carried_98;
+    const double t195 = effector_z_shift_x * carried_97 - carried_101;
+    const double t196 = carried_99 + p->derived.effector_z_D_inverse * effector_z_load_force_z;
+    out->qdd_free[12] = -t196;
+    const double t197 = carried_99 - t196;
     /* effector_z: x = (u - U.a')/D, a = a' + e x (5.4) */
-    const double t199 = row_1_u_effector_z * p->derived.effector_z_D_inverse - carried_113;
-    const double t200 = t30 * (carried_114 + effector_z_shift_x * carried_112) - t29 * (effector_z_shift_x *
-        carried_111 - carried_115) + row_1_u_effector_z * (carried_113 + t199);
+    const double t198 = row_1_u_effector_z * p->derived.effector_z_D_inverse - carried_113;
+    const double t199 = t30 * (carried_114 + effector_z_shift_x * carried_112) - t29 * (effector_z_shift_x *
+        carried_111 - carried_115) + row_1_u_effector_z * (carried_113 + t198);
     /* effector_z: x = (u - U.a')/D, a = a' + e x (5.4) */
-    const double t201 = carried_127 + effector_z_shift_x * carried_125;
-    const double t202 = effector_z_shift_x * carried_124 - carried_128;
-    const double t203 = last_arm_theta_e_ground_z_x * p->derived.effector_z_D_inverse - carried_126;
-    const double t204 = carried_126 + t203;
-    const double t205 = t30 * t201 - t29 * t202 + row_1_u_effector_z * t204;
-    const double t206 = last_arm_phi_e_ground_z_y * t201 - last_arm_phi_e_ground_z_z * t202 + last_arm_theta_e_ground_z_x *
-        t204;
-    const double t207 = row_1_phi * p->derived.row_1_position_gain + row_1_psi * p->derived.shared_rate_gain +
-        row_1_v_2 + t195 * t30 + row_1_u_effector_z * t198 - t196 * t29;
-    const double row_1_pivot_inverse = (t200 * 1e-12 < t200 ? 1.0 / t200 : 0.0);
-    const double t208 = t205 * row_1_pivot_inverse;
-    const double t209 = t206 - t205 * t208;
-    const double row_2_pivot_inverse = (t206 * 1e-12 < t209 ? 1.0 / t209 : 0.0);
-    const double row_2_lambda = (t207 * t208 - (p->derived.shared_rate_gain * row_2_psi + row_2_v_2 + (last_arm_theta_e_ground_z_x *
-        t198 - (last_arm_phi_e_ground_z_z * t196 - last_arm_phi_e_ground_z_y * t195)))) * row_2_pivot_inverse;
+    const double t200 = carried_127 + effector_z_shift_x * carried_125;
+    const double t201 = effector_z_shift_x * carried_124 - carried_128;
+    const double t202 = last_arm_theta_e_ground_z_x * p->derived.effector_z_D_inverse - carried_126;
+    const double t203 = carried_126 + t202;
+    const double t204 = t30 * t200 - t29 * t201 + row_1_u_effector_z * t203;
+    const double t205 = last_arm_phi_e_ground_z_y * t200 - last_arm_phi_e_ground_z_z * t201 + last_arm_theta_e_ground_z_x *
+        t203;
+    const double t206 = row_1_phi * p->derived.row_1_position_gain + row_1_psi * p->derived.shared_rate_gain +
+        row_1_v_2 + t194 * t30 + row_1_u_effector_z * t197 - t195 * t29;
+    const double row_1_pivot_inverse = (t199 * 1e-12 < t199 ? 1.0 / t199 : 0.0);
+    const double t207 = t204 * row_1_pivot_inverse;
+    const double t208 = t205 - t204 * t207;
+    const double row_2_pivot_inverse = (t205 * 1e-12 < t208 ? 1.0 / t208 : 0.0);
+    const double row_2_lambda = (t206 * t207 - (p->derived.shared_rate_gain * row_2_psi + row_2_v_2 + (last_arm_theta_e_ground_z_x *
+        t197 - (last_arm_phi_e_ground_z_z * t195 - last_arm_phi_e_ground_z_y * t194)))) * row_2_pivot_inverse;
     out->lambda[1] = row_2_lambda;
-    const double t210 = row_1_pivot_inverse * (t207 + t205 * row_2_lambda);
-    out->qdd[0] = t149 * row_2_lambda - (t133 + t141 * t210);
-    out->qdd[1] = t134 + t142 * t210 - t150 * row_2_lambda;
-    out->qdd[2] = t146 * t210 - t138 - t154 * row_2_lambda;
-    out->qdd[12] = t203 * row_2_lambda - (t197 + t199 * t210);
-    out->power[0] = point_E_zd * row_2_lambda - t210 * (point_E_xd * t26 + point_E_yd * t25);
-    out->lambda[0] = -t210;
+    const double t209 = row_1_pivot_inverse * (t206 + t204 * row_2_lambda);
+    out->qdd[0] = t148 * row_2_lambda - (t132 + t140 * t209);
+    out->qdd[1] = t133 + t141 * t209 - t149 * row_2_lambda;
+    out->qdd[2] = t145 * t209 - t137 - t153 * row_2_lambda;
+    out->qdd[12] = t202 * row_2_lambda - (t196 + t198 * t209);
+    out->power[0] = point_E_zd * row_2_lambda - t209 * (point_E_xd * t26 + point_E_yd * t25);
+    out->lambda[0] = -t209;
     for (int e = 0; e < 3; e++) { /* arm_psi_e */
         const double arm_psi_e_cos = cosine[2 + 3 * e];
         const double arm_psi_e_sin = sine[2 + 3 * e];
@@ -2388,15 +2394,15 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double arm_theta_e_sin = sine[3 + 3 * e];
         const double arm_theta_e_cos = cosine[3 + 3 * e];
         /* qdd = qdd_free + M^-1 u^T lambda (5.6) */
-        const double t211 = (arm_psi_e_cos * carried_111_at[e] - arm_psi_e_sin * carried_110_at[e] + arm_phi_e_cos *
-        t180[e] + arm_phi_e_sin * t181[e]) * t210 - t168[e] - (arm_psi_e_cos * carried_124_at[e] - arm_psi_e_sin *
-        carried_123_at[e] + arm_phi_e_cos * t192[e] + arm_phi_e_sin * t193[e]) * row_2_lambda;
-        const double t212 = t170[e] - (arm_theta_e_sin * carried_112_at[e] - arm_theta_e_cos * t171[e] + arm_theta_e_sin *
-        t182[e]) * t210 + (arm_theta_e_sin * carried_125_at[e] - arm_theta_e_cos * t183[e] + arm_theta_e_sin *
-        t194[e]) * row_2_lambda;
-        out->qdd[3 + 3 * e] = t169[e] - t182[e] * t210 + t194[e] * row_2_lambda;
-        out->qdd[4 + 3 * e] = t211;
-        out->qdd[5 + 3 * e] = t212;
+        const double t210 = (arm_psi_e_cos * carried_111_at[e] - arm_psi_e_sin * carried_110_at[e] + arm_phi_e_cos *
+        t179[e] + arm_phi_e_sin * t180[e]) * t209 - t167[e] - (arm_psi_e_cos * carried_124_at[e] - arm_psi_e_sin *
+        carried_123_at[e] + arm_phi_e_cos * t191[e] + arm_phi_e_sin * t192[e]) * row_2_lambda;
+        const double t211 = t169[e] - (arm_theta_e_sin * carried_112_at[e] - arm_theta_e_cos * t170[e] + arm_theta_e_sin *
+        t181[e]) * t209 + (arm_theta_e_sin * carried_125_at[e] - arm_theta_e_cos * t182[e] + arm_theta_e_sin *
+        t193[e]) * row_2_lambda;
+        out->qdd[3 + 3 * e] = t168[e] - t181[e] * t209 + t193[e] * row_2_lambda;
+        out->qdd[4 + 3 * e] = t210;
+        out->qdd[5 + 3 * e] = t211;
     }
 }
 
@@ -2612,7 +2618,7 @@ static const int manipulator_flexible_dependent[] = {2, 12};
 
 static const int manipulator_flexible_held[] = {1, 2, 12};
 
-static const int manipulator_flexible_gains[] = {45, 46, 45, -1};
+static const int manipulator_flexible_gains[] = {46, 47, 46, -1};
 
 static const int manipulator_flexible_anchored[] = {20};
 
@@ -2809,18 +2815,18 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 const struct refdyn_model manipulator_flexible_model = {
     SET(interface_version) 2,
     SET(name) "manipulator_flexible",
-    SET(hash) "213541d33f62f42e",
+    SET(hash) "5f121ac785720246",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,
-    SET(derived_count) 33,
+    SET(derived_count) 37,
     SET(input_count) 0,
     SET(point_count) 1,
     SET(course_count) 2,
     SET(break_count) 2,
     SET(switch_count) 0,
     SET(saturates) 0,
-    SET(qdd_cost) 2629,
+    SET(qdd_cost) 2625,
     SET(tangent_cost) 0,
     SET(tangent_vectors_cost) 0,
     SET(coupling_count) 0,

@@ -35,17 +35,17 @@
  *   energy        144    225    0   20     256
  *   power          12     25    1    3       0
  *   Q_q           246    343    0   22    1080
- *   qdd_free      939   1336   21   27    1512
- *   accelerations    939   1336   21   27    1280
- *   qdd           939   1336   21   27    1512
- *   constrained    939   1336   21   27    1512
- *   force        1251   1822   24   51    2952
+ *   qdd_free      940   1343   18   27    1512
+ *   accelerations    940   1343   18   27    1280
+ *   qdd           940   1343   18   27    1512
+ *   constrained    940   1343   18   27    1512
+ *   force        1252   1829   21   51    2952
  *   equations     886   1343    4   85    2480
  *   course          2      7    2    4       0
  *   breaks          0      0    0    0       0
  *   anchor         24     43    0   22     272
  *   start           0      0    0    0       0
- * Choices by counted operations: M written out, 754 (loops 1198); Q_q in loops, 435 (written out 360); qdd recursive, 2355 operations; qdd_free recursive, 1242 operations.
+ * Choices by counted operations: M written out, 754 (loops 1198); Q_q in loops, 435 (written out 360); qdd recursive, 2351 operations; qdd_free recursive, 1238 operations.
  */
 #ifndef REFDYN_GENERATED_manipulator_flexible_H
 #define REFDYN_GENERATED_manipulator_flexible_H
@@ -60,11 +60,11 @@ enum {
     manipulator_flexible_n = 13, /* coordinates */
     manipulator_flexible_m = 2, /* constraint rows */
     manipulator_flexible_parameter_count = 21, /* parameters that are read */
-    manipulator_flexible_derived_count = 33, /* values behind them that prepare computes */
+    manipulator_flexible_derived_count = 37, /* values behind them that prepare computes */
     manipulator_flexible_input_count = 0, /* inputs */
     manipulator_flexible_point_count = 1, /* points of interest */
     manipulator_flexible_course_count = 2, /* values to record with a motion */
-    manipulator_flexible_parameter_bytes = 432 /* of struct manipulator_flexible_parameters */
+    manipulator_flexible_parameter_bytes = 464 /* of struct manipulator_flexible_parameters */
 };
 
 /* Places in q and qd, and in rows and columns of matrices. */
@@ -162,6 +162,7 @@ struct manipulator_flexible_parameters {
         double arm_stiffness_phi;
         double arm_damping_phi;
         double arm_element_mass;
+        double arm_element_length_squared;
         double arm_element_moment_x;
         double arm_element_inertia_xx;
         double arm_element_inertia_yy;
@@ -181,6 +182,9 @@ struct manipulator_flexible_parameters {
         double half_arm_stiffness_bending;
         double half_arm_stiffness_phi;
         double effector_z_D_inverse;
+        double arm_element_inertia_xx_inverse;
+        double arm_half_element_inertia_xx_inverse;
+        double arm_psi_e_entry_x_squared;
         double m_base_plus_m_col;
         double base_z_load_force_z_plus_column_psi_load_force_z;
     } derived; /* what depends on parameters alone, set by manipulator_flexible_prepare */

@@ -469,14 +469,8 @@ void manipulator_rigid_accelerations(const struct manipulator_rigid_parameters *
     const double point_E_yd = column_psi_cos * effector_z_v_x - t4 * effector_z_v_y + arm_psi_ground_y_x *
         effector_z_v_z;
     const double point_E_zd = arm_psi_sin * effector_z_v_z + arm_psi_cos * effector_z_v_y;
-    /* effector_z: Ic = I + Ic of all that it carries (4.5) */
-    const double t10 = p->m_E * effector_z_shift_x;
     /* arm_psi: Ic = I + Ic of all that it carries (4.5) */
-    const double arm_psi_moment_beyond_x = t10 + p->derived.arm_psi_moment_x;
-    const double arm_psi_inertia_beyond_yy = effector_z_shift_x * t10 + p->derived.arm_psi_inertia_yy;
-    /* column_psi: Ic = I + Ic of all that it carries (4.5) */
-    const double column_psi_inertia_beyond_zz = p->Izz_col + arm_psi_inertia_beyond_yy + arm_psi_sin * (arm_psi_sin *
-        (p->derived.arm_psi_inertia_xx - arm_psi_inertia_beyond_yy));
+    const double arm_psi_moment_beyond_x = p->m_E * effector_z_shift_x + p->derived.arm_psi_moment_x;
     /* effector_z: c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7) */
     const double effector_z_bias_force_x = p->m_E * effector_z_bias_a_x;
     /* arm_psi: c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7) */
@@ -486,29 +480,32 @@ void manipulator_rigid_accelerations(const struct manipulator_rigid_parameters *
     const double arm_psi_bias_moment_y = arm_psi_load_moment_y + effector_z_shift_x * effector_z_bias_force_x;
     const double column_psi_bias_moment_z = arm_psi_cos * arm_psi_bias_moment_y + arm_psi_sin * arm_psi_bias_moment_x;
     /* row 1, of positions: psi' = u qdd + v, k = -v - 2 alpha psi - beta^2 phi (6.1, 6.3) */
-    const double t11 = (effector_z_position_x - p->xc) / p->a;
-    const double t12 = effector_z_position_y / p->b;
-    const double row_1_phi = t12 * t12 - 1.0 + t11 * t11;
-    const double t13 = point_E_xd * p->derived.a_inverse;
-    const double t14 = t11 * t13;
-    const double t15 = point_E_yd * p->derived.b_inverse;
-    const double t16 = t12 * t15;
-    const double row_1_psi = t14 + t14 + t16 + t16;
-    const double t17 = p->derived.b_inverse * (t12 + t12);
-    const double t18 = p->derived.a_inverse * (t11 + t11);
-    const double row_1_u_effector_z = arm_psi_ground_x_x * t18 + arm_psi_ground_y_x * t17;
+    const double t10 = (effector_z_position_x - p->xc) / p->a;
+    const double t11 = effector_z_position_y / p->b;
+    const double row_1_phi = t11 * t11 - 1.0 + t10 * t10;
+    const double t12 = point_E_xd * p->derived.a_inverse;
+    const double t13 = t10 * t12;
+    const double t14 = point_E_yd * p->derived.b_inverse;
+    const double t15 = t11 * t14;
+    const double row_1_psi = t13 + t13 + t15 + t15;
+    const double t16 = p->derived.b_inverse * (t11 + t11);
+    const double t17 = p->derived.a_inverse * (t10 + t10);
+    const double row_1_u_effector_z = arm_psi_ground_x_x * t17 + arm_psi_ground_y_x * t16;
     /* row 2, of velocities: psi' = u qdd + v, k = -v - 2 alpha psi (6.1, 6.3) */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t19 = t2 * (p->derived.T_inverse_times_pi * cos(t1));
+    const double t18 = t2 * (p->derived.T_inverse_times_pi * cos(t1));
     /* arm_psi: U = IA e, D = e.U, IA - U U^T/D is passed on (5.2) */
-    const double arm_psi_D_inverse = 1.0 / arm_psi_inertia_beyond_yy;
-    const double t20 = arm_psi_moment_beyond_x * arm_psi_D_inverse;
-    const double t21 = p->derived.arm_psi_mass_beyond - arm_psi_moment_beyond_x * t20;
+    const double arm_psi_U_moment_z = p->m_E * (effector_z_shift_x * effector_z_shift_x) + p->derived.arm_psi_inertia_yy;
+    const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
+    const double t19 = arm_psi_moment_beyond_x * arm_psi_D_inverse;
+    const double t20 = p->derived.arm_psi_mass_beyond - arm_psi_moment_beyond_x * t19;
     /* column_psi: U = IA e, D = e.U, IA - U U^T/D is passed on (5.2) */
-    const double column_psi_D_inverse = 1.0 / column_psi_inertia_beyond_zz;
+    const double column_psi_U_moment_z = p->Izz_col + arm_psi_U_moment_z + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
+        arm_psi_U_moment_z));
+    const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
     /* base_z: U = IA e, D = e.U, IA - U U^T/D is passed on (5.2) */
-    const double base_z_U_force_z = p->derived.m_base_plus_m_col + t21 + arm_psi_sin * arm_psi_sin * (p->derived.arm_psi_mass -
-        t21);
+    const double base_z_U_force_z = p->derived.m_base_plus_m_col + t20 + arm_psi_sin * arm_psi_sin * (p->derived.arm_psi_mass -
+        t20);
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
     /* arm_psi: load l = wrench of I at wdr, ar (4.7, 5.5) */
     const double arm_psi_load_moment_z = p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y + t6 * p->derived.arm_psi_inertia_yy_minus_arm_psi_inertia_xx;
@@ -523,81 +520,81 @@ void manipulator_rigid_accelerations(const struct manipulator_rigid_parameters *
     const double arm_psi_carried_moment_z = arm_psi_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
     const double arm_psi_carried_force_y = arm_psi_load_force_y + effector_z_load_force_y;
     /* base_z: x = (u - U.a')/D, a = a' + e x (5.4) */
-    const double t22 = base_z_D_inverse * (p->derived.base_z_load_force_z_plus_column_psi_load_force_z + (p->s_sup *
+    const double t21 = base_z_D_inverse * (p->derived.base_z_load_force_z_plus_column_psi_load_force_z + (p->s_sup *
         q[0] + p->d_sup * qd[0]) + arm_psi_sin * arm_psi_load_force_x + arm_psi_cos * (arm_psi_carried_force_y -
-        t20 * arm_psi_carried_moment_z));
-    out->qdd_free[0] = -t22;
+        t19 * arm_psi_carried_moment_z));
+    out->qdd_free[0] = -t21;
     /* column_psi: x = (u - U.a')/D, a = a' + e x (5.4) */
-    const double t23 = column_psi_D_inverse * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
+    const double t22 = column_psi_D_inverse * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
         0.5 * qd[1] - column_psi_bias_moment_z);
-    out->qdd_free[1] = t23;
+    out->qdd_free[1] = t22;
     /* arm_psi: x = (u - U.a')/D, a = a' + e x (5.4) */
-    const double t24 = arm_psi_sin * t22;
-    const double t25 = arm_psi_cos * t22;
-    const double t26 = t20 * t25 - arm_psi_D_inverse * arm_psi_carried_moment_z;
-    out->qdd_free[2] = t26;
+    const double t23 = arm_psi_sin * t21;
+    const double t24 = arm_psi_cos * t21;
+    const double t25 = t19 * t24 - arm_psi_D_inverse * arm_psi_carried_moment_z;
+    out->qdd_free[2] = t25;
     /* effector_z: x = (u - U.a')/D, a = a' + e x (5.4) */
-    const double t27 = effector_z_shift_x * t26 - t25;
-    const double t28 = t24 - p->derived.effector_z_D_inverse * effector_z_load_force_z;
-    out->qdd_free[3] = t28;
-    const double t29 = t28 - t24;
+    const double t26 = effector_z_shift_x * t25 - t24;
+    const double t27 = t23 - p->derived.effector_z_D_inverse * effector_z_load_force_z;
+    out->qdd_free[3] = t27;
+    const double t28 = t27 - t23;
     /* row 1, of positions: psi' = u qdd + v, k = -v - 2 alpha psi - beta^2 phi (6.1, 6.3) */
-    const double t30 = t13 * t13 + t11 * (p->derived.a_inverse * (arm_psi_ground_x_x * effector_z_bias_a_falling_z -
+    const double t29 = t12 * t12 + t10 * (p->derived.a_inverse * (arm_psi_ground_x_x * effector_z_bias_a_falling_z -
         (column_psi_sin * effector_z_bias_a_x + t3 * effector_z_bias_a_falling_y)));
-    const double t31 = t15 * t15 + t12 * (p->derived.b_inverse * (column_psi_cos * effector_z_bias_a_x - t4 *
+    const double t30 = t14 * t14 + t11 * (p->derived.b_inverse * (column_psi_cos * effector_z_bias_a_x - t4 *
         effector_z_bias_a_falling_y + arm_psi_ground_y_x * effector_z_bias_a_falling_z));
-    const double row_1_v_2 = t30 + t30 + t31 + t31;
+    const double row_1_v_2 = t29 + t29 + t30 + t30;
     /* row 2, of velocities: psi' = u qdd + v, k = -v - 2 alpha psi (6.1, 6.3) */
     const double row_2_v_2 = arm_psi_cos * effector_z_bias_a_falling_y - p->g + arm_psi_sin * effector_z_bias_a_falling_z -
-        p->v0 * (t19 + t19);
-    const double t32 = column_psi_sin * t18;
-    const double t33 = column_psi_cos * t17;
-    const double t34 = t3 * t18 + t4 * t17;
-    const double t35 = t32 - t33;
+        p->v0 * (t18 + t18);
+    const double t31 = column_psi_sin * t17;
+    const double t32 = column_psi_cos * t16;
+    const double t33 = t3 * t17 + t4 * t16;
+    const double t34 = t31 - t32;
     /* effector_z: u = f - e.p, p + U u/D is passed on (5.4) */
-    const double t36 = effector_z_shift_x * t34;
+    const double t35 = effector_z_shift_x * t33;
     /* base_z: x = (u - U.a')/D, a = a' + e x (5.4) */
-    const double t37 = base_z_D_inverse * (arm_psi_cos * (t34 - t20 * t36));
+    const double t36 = base_z_D_inverse * (arm_psi_cos * (t33 - t19 * t35));
     /* column_psi: x = (u - U.a')/D, a = a' + e x (5.4) */
-    const double t38 = column_psi_D_inverse * (arm_psi_cos * (effector_z_shift_x * (t33 - t32)));
+    const double t37 = column_psi_D_inverse * (arm_psi_cos * (effector_z_shift_x * (t32 - t31)));
     /* arm_psi: x = (u - U.a')/D, a = a' + e x (5.4) */
-    const double t39 = arm_psi_sin * t37;
-    const double t40 = arm_psi_cos * t37;
-    const double t41 = t20 * t40 - arm_psi_D_inverse * t36;
+    const double t38 = arm_psi_sin * t36;
+    const double t39 = arm_psi_cos * t36;
+    const double t40 = t19 * t39 - arm_psi_D_inverse * t35;
     /* effector_z: x = (u - U.a')/D, a = a' + e x (5.4) */
-    const double t42 = row_1_u_effector_z * p->derived.effector_z_D_inverse + t39;
-    const double t43 = row_1_u_effector_z * (t42 - t39) - (t35 * (effector_z_shift_x * (arm_psi_cos * t38)) +
-        t34 * (effector_z_shift_x * t41 - t40));
+    const double t41 = row_1_u_effector_z * p->derived.effector_z_D_inverse + t38;
+    const double t42 = row_1_u_effector_z * (t41 - t38) - (t34 * (effector_z_shift_x * (arm_psi_cos * t37)) +
+        t33 * (effector_z_shift_x * t40 - t39));
     /* effector_z: u = f - e.p, p + U u/D is passed on (5.4) */
-    const double t44 = arm_psi_cos * effector_z_shift_x;
+    const double t43 = arm_psi_cos * effector_z_shift_x;
     /* base_z: x = (u - U.a')/D, a = a' + e x (5.4) */
-    const double t45 = base_z_D_inverse * (arm_psi_cos * (t20 * t44 - arm_psi_cos));
+    const double t44 = base_z_D_inverse * (arm_psi_cos * (t19 * t43 - arm_psi_cos));
     /* arm_psi: x = (u - U.a')/D, a = a' + e x (5.4) */
-    const double t46 = arm_psi_sin * t45;
-    const double t47 = arm_psi_cos * t45;
-    const double t48 = t20 * t47 + arm_psi_D_inverse * t44;
+    const double t45 = arm_psi_sin * t44;
+    const double t46 = arm_psi_cos * t44;
+    const double t47 = t19 * t46 + arm_psi_D_inverse * t43;
     /* effector_z: x = (u - U.a')/D, a = a' + e x (5.4) */
-    const double t49 = effector_z_shift_x * t48 - t47;
-    const double t50 = arm_psi_sin * p->derived.effector_z_D_inverse + t46;
-    const double t51 = t50 - t46;
-    const double t52 = row_1_u_effector_z * t51 - t34 * t49;
-    const double t53 = arm_psi_cos * t49 + arm_psi_sin * t51;
-    const double t54 = row_1_phi * p->derived.row_1_position_gain + row_1_psi * p->derived.shared_rate_gain +
-        row_1_v_2 - effector_z_shift_x * (arm_psi_cos * t23) * t35 + row_1_u_effector_z * t29 - t27 * t34;
-    const double row_1_pivot_inverse = (t43 * 1e-12 < t43 ? 1.0 / t43 : 0.0);
-    const double t55 = t52 * row_1_pivot_inverse;
-    const double t56 = t53 - t52 * t55;
-    const double row_2_pivot_inverse = (t53 * 1e-12 < t56 ? 1.0 / t56 : 0.0);
-    const double row_2_lambda = (t54 * t55 - (p->derived.shared_rate_gain * row_2_psi + row_2_v_2 + (arm_psi_cos *
-        t27 + arm_psi_sin * t29))) * row_2_pivot_inverse;
+    const double t48 = effector_z_shift_x * t47 - t46;
+    const double t49 = arm_psi_sin * p->derived.effector_z_D_inverse + t45;
+    const double t50 = t49 - t45;
+    const double t51 = row_1_u_effector_z * t50 - t33 * t48;
+    const double t52 = arm_psi_cos * t48 + arm_psi_sin * t50;
+    const double t53 = row_1_phi * p->derived.row_1_position_gain + row_1_psi * p->derived.shared_rate_gain +
+        row_1_v_2 - effector_z_shift_x * (arm_psi_cos * t22) * t34 + row_1_u_effector_z * t28 - t26 * t33;
+    const double row_1_pivot_inverse = (t42 * 1e-12 < t42 ? 1.0 / t42 : 0.0);
+    const double t54 = t51 * row_1_pivot_inverse;
+    const double t55 = t52 - t51 * t54;
+    const double row_2_pivot_inverse = (t52 * 1e-12 < t55 ? 1.0 / t55 : 0.0);
+    const double row_2_lambda = (t53 * t54 - (p->derived.shared_rate_gain * row_2_psi + row_2_v_2 + (arm_psi_cos *
+        t26 + arm_psi_sin * t28))) * row_2_pivot_inverse;
     out->lambda[1] = row_2_lambda;
-    const double t57 = row_1_pivot_inverse * (t54 + t52 * row_2_lambda);
-    out->qdd[0] = t37 * t57 - t22 - t45 * row_2_lambda;
-    out->qdd[1] = t23 - t38 * t57;
-    out->qdd[2] = t26 - t41 * t57 + t48 * row_2_lambda;
-    out->qdd[3] = t28 - t42 * t57 + t50 * row_2_lambda;
-    out->power[0] = point_E_zd * row_2_lambda - t57 * (point_E_xd * t18 + point_E_yd * t17);
-    out->lambda[0] = -t57;
+    const double t56 = row_1_pivot_inverse * (t53 + t51 * row_2_lambda);
+    out->qdd[0] = t36 * t56 - t21 - t44 * row_2_lambda;
+    out->qdd[1] = t22 - t37 * t56;
+    out->qdd[2] = t25 - t40 * t56 + t47 * row_2_lambda;
+    out->qdd[3] = t27 - t41 * t56 + t49 * row_2_lambda;
+    out->power[0] = point_E_zd * row_2_lambda - t56 * (point_E_xd * t17 + point_E_yd * t16);
+    out->lambda[0] = -t56;
 }
 
 void manipulator_rigid_qdd(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -966,7 +963,7 @@ static void manipulator_rigid_start_doubles(const double *p, const double *x, do
 const struct refdyn_model manipulator_rigid_model = {
     SET(interface_version) 2,
     SET(name) "manipulator_rigid",
-    SET(hash) "5d4e9fce993238ae",
+    SET(hash) "2ca1475c3d1eff4d",
     SET(n) 4,
     SET(m) 2,
     SET(parameter_count) 18,
@@ -977,7 +974,7 @@ const struct refdyn_model manipulator_rigid_model = {
     SET(break_count) 2,
     SET(switch_count) 0,
     SET(saturates) 0,
-    SET(qdd_cost) 399,
+    SET(qdd_cost) 400,
     SET(tangent_cost) 0,
     SET(tangent_vectors_cost) 0,
     SET(coupling_count) 0,

@@ -31,17 +31,17 @@
  *   energy         19     37    0    2       0
  *   power           3      7    1    3       0
  *   Q_q             4     15    0    4       0
- *   qdd_free      105    168    9    9      88
- *   accelerations    105    168    9    9       0
- *   qdd           105    168    9    9      88
- *   constrained    105    168    9    9      88
- *   force         158    247   12   15     464
+ *   qdd_free      105    169    9    9      88
+ *   accelerations    105    169    9    9       0
+ *   qdd           105    169    9    9      88
+ *   constrained    105    169    9    9      88
+ *   force         158    248   12   15     464
  *   equations      75    115    4   15     328
  *   course          2      7    2    4       0
  *   breaks          0      0    0    0       0
  *   anchor          2      2    0    2       0
  *   start           0      0    0    0       0
- * Choices by counted operations: M written out, 12 (loops 80); Q_q written out, 19 (loops 30); qdd recursive, 305 operations (dense 299); qdd_free recursive, 108 operations (dense 109).
+ * Choices by counted operations: M written out, 12 (loops 80); Q_q written out, 19 (loops 30); qdd recursive, 306 operations (dense 299); qdd_free recursive, 109 operations (dense 109).
  */
 #ifndef REFDYN_GENERATED_manipulator_rigid_H
 #define REFDYN_GENERATED_manipulator_rigid_H

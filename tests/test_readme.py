@@ -67,7 +67,8 @@ def test_commands(document, tmp_path):
     copy = tmp_path / "refdyn"
     shutil.copytree(SOURCE, copy, ignore=shutil.ignore_patterns("build", ".git", "__pycache__"))
     (copy / "build" / "release" / "bin").mkdir(parents=True)
-    (copy / "build" / "release" / "bin" / "refdyn").symlink_to(BUILD / "bin" / "refdyn")
+    for program in ("refdyn", "test_editor"):
+        (copy / "build" / "release" / "bin" / program).symlink_to(BUILD / "bin" / program)
     for line in commands(document):
         done = run(line, copy, 300)
         assert done.returncode == 0, f"{line}\n{done.stdout[-2000:]}\n{done.stderr[-2000:]}"

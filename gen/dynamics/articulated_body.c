@@ -31,6 +31,7 @@ struct pivot {
 struct ball {
     expression D_inverse[3], L[3]; /* L: yx zx zy */
     struct matrix H, J_inverse_H;
+    struct matrix turn; /* from the last frame's axes to those of what carries the first */
     expression tilt,
         cos_inverse; /* in the middle frame the first axis is cos along itself, tilt along the last axis */
 };
@@ -78,6 +79,17 @@ static struct vector tensor_column(const struct tensor *t, int column) {
     return c;
 }
 
+/* 1 / e. Where e chooses one of two constants for the last element of a run, the same choice of their
+ * reciprocals: then no iteration divides. */
+static expression reciprocal(struct graph *g, expression e) {
+    const struct node node = g->nodes[e];
+    const struct symbol *s = node.operation == OP_WHERE ? expr_as_symbol(g, node.operand[0]) : NULL;
+    if (s && s->kind == SYMBOL_LAST)
+        return expr_where(g, node.operand[0], expr_div(g, expr_one(g), node.operand[1]),
+                          expr_div(g, expr_one(g), node.operand[2]));
+    return expr_div(g, expr_one(g), e);
+}
+
 /* U = IA e is column `axis` of [J; H^T] for a revolute joint, of [H; M] for a prismatic one. */
 static struct pivot pivot_of(struct graph *g, const struct joint *joint, const struct articulated *a) {
     struct pivot p;
@@ -90,7 +102,7 @@ static struct pivot pivot_of(struct graph *g, const struct joint *joint, const s
         p.U = (struct wrench){column_of(&a->H, axis), tensor_column(&a->M, axis)};
         D = a->M.at[axis];
     }
-    p.D_inverse = expr_div(g, expr_one(g), D);
+    p.D_inverse = reciprocal(g, D);
     p.U_over_D.moment = vector_scale(g, p.D_inverse, p.U.moment);
     p.U_over_D.force = vector_scale(g, p.D_inverse, p.U.force);
     /* Along the joint's own axis U is D. */
@@ -142,9 +154,31 @@ struct matrix articulated_body_matrix_to_parent(const struct kinematics *k, int 
     return full;
 }
 
-/* About the parent's origin, r from there to here: H' = H + r x M, J' = J - H r x + r x H'^T. Theory, sect. 5.1. */
+/* The axis that r is parallel to, -1: none. */
+static int axis_along(struct vector r) {
+    for (int a = 0; a < 3; a++)
+        if (r.at[a] && !r.at[(a + 1) % 3] && !r.at[(a + 2) % 3])
+            return a;
+    return -1;
+}
+
+/* [r]x M [r]x^T for r of length l along an axis, by l^2: then J' can be computed before H'. */
+static struct tensor lever_square(struct graph *g, int axis, expression l, struct tensor M) {
+    struct tensor square = {{0}};
+    const int b = (axis + 1) % 3, c = (axis + 2) % 3, bc = tensor_index(b, c);
+    const expression ll = expr_mul(g, l, l);
+    square.at[b] = expr_mul(g, ll, M.at[c]);
+    square.at[c] = expr_mul(g, ll, M.at[b]);
+    square.at[bc] = expr_neg(g, expr_mul(g, ll, M.at[bc]));
+    return square;
+}
+
+/* About the parent's origin, r away: H' = H + [r]x M, J' = J - H [r]x + [r]x H'^T. Theory, sect. 5.1. */
 static struct articulated shift_articulated(struct graph *g, struct vector r, struct articulated a) {
+    const int axis = axis_along(r);
     struct articulated b = a;
+    if (axis >= 0)
+        b.J = tensor_add(g, b.J, lever_square(g, axis, r.at[axis], a.M));
     for (int column = 0; column < 3; column++) {
         const struct vector lever = vector_cross(g, r, tensor_column(&a.M, column));
         for (int row = 0; row < 3; row++)
@@ -153,7 +187,7 @@ static struct articulated shift_articulated(struct graph *g, struct vector r, st
     for (int i = 0; i < 3; i++)
         for (int j = i; j < 3; j++) {
             const struct vector left = vector_cross(g, r, row_of(&a.H, i));
-            const struct vector right = vector_cross(g, r, row_of(&b.H, j));
+            const struct vector right = vector_cross(g, r, row_of(axis < 0 ? &b.H : &a.H, j));
             expression *entry = &b.J.at[tensor_index(i, j)];
             *entry = expr_add(g, expr_add(g, *entry, left.at[j]), right.at[i]);
         }
@@ -239,19 +273,29 @@ static struct vector solve_ball(struct graph *g, const struct ball *ball, struct
     return backward_ball(g, ball, scale_ball(g, ball, forward_ball(g, ball, v)));
 }
 
+/*
+ * The last pivot, zz - yz^2 / yy, inverted as yy / (yy zz - yz^2): the rounding is as small, and the division
+ * need not wait for that of the pivot before.
+ */
+static expression last_pivot_inverse(struct graph *g, expression yy, expression zz, expression yz) {
+    if (!yz)
+        return reciprocal(g, zz);
+    const expression determinant = expr_sub(g, expr_mul(g, yy, zz), expr_mul(g, yz, yz));
+    return expr_mul(g, yy, expr_div(g, expr_one(g), determinant));
+}
+
 /* J = L D L^T */
 static void factor_ball(struct graph *g, const struct tensor *J, struct ball *ball) {
-    const expression xx = J->at[0], xy = J->at[3], xz = J->at[4];
-    expression yy = J->at[1], zz = J->at[2], yz = J->at[5];
-    ball->D_inverse[0] = expr_div(g, expr_one(g), xx);
+    const expression xx = J->at[0], zz = J->at[2], xy = J->at[3], xz = J->at[4];
+    expression yy = J->at[1], yz = J->at[5];
+    ball->D_inverse[0] = reciprocal(g, xx);
     ball->L[0] = expr_mul(g, ball->D_inverse[0], xy);
     ball->L[1] = expr_mul(g, ball->D_inverse[0], xz);
     yy = expr_sub(g, yy, expr_mul(g, ball->L[0], xy));
     yz = expr_sub(g, yz, expr_mul(g, ball->L[0], xz));
-    ball->D_inverse[1] = expr_div(g, expr_one(g), yy);
+    ball->D_inverse[1] = reciprocal(g, yy);
     ball->L[2] = expr_mul(g, ball->D_inverse[1], yz);
-    zz = expr_sub(g, expr_sub(g, zz, expr_mul(g, ball->L[1], xz)), expr_mul(g, ball->L[2], yz));
-    ball->D_inverse[2] = expr_div(g, expr_one(g), zz);
+    ball->D_inverse[2] = last_pivot_inverse(g, yy, expr_sub(g, zz, expr_mul(g, ball->L[1], xz)), yz);
 }
 
 /* cos and tilt of theory, sect. 5.3: the first axis in the middle frame. */
@@ -264,14 +308,43 @@ static void tilt_ball(const struct kinematics *k, const struct stage *stage, str
     kinematics_name_scalar(k, stage->first + 1, "cos_inverse", ball->cos_inverse);
 }
 
-/* A free vector out of the last frame's axes into those of what carries the ball joint, and back. */
-static struct vector out_of_ball(const struct kinematics *k, const struct stage *stage, struct vector v) {
+/*
+ * The rotation of all three turns as one matrix, so that a vector takes one product instead of three that
+ * wait for each other. Not in loops over elements: there other work fills the time, and the matrix would have
+ * to be stored.
+ */
+static bool has_turn(const struct kinematics *k, const struct stage *stage) {
+    return k->tree->frames[stage->last].run < 0;
+}
+
+/* A free vector out of the last frame's axes, turn by turn. */
+static struct vector turn_by_turn(const struct kinematics *k, const struct stage *stage, struct vector v) {
     for (int i = stage->last; i >= stage->first; i--)
         v = kinematics_to_parent(k, i, v);
     return v;
 }
 
+static void turn_ball(const struct kinematics *k, const struct stage *stage, struct ball *ball) {
+    static const char *const rows[3] = {"turn_x", "turn_y", "turn_z"};
+    for (int column = 0; column < 3; column++) {
+        const struct vector v = turn_by_turn(k, stage, vector_unit(k->g, column));
+        for (int row = 0; row < 3; row++)
+            ball->turn.at[3 * row + column] = v.at[row];
+    }
+    for (int row = 0; row < 3; row++)
+        kinematics_name_vector(k, stage->last, rows[row], row_of(&ball->turn, row));
+}
+
+/* A free vector from the last frame's axes to those of what carries the ball joint, and back. */
+static struct vector out_of_ball(const struct kinematics *k, const struct stage *stage, struct vector v) {
+    if (has_turn(k, stage))
+        return matrix_times(k->g, stage->ball.turn.at, v);
+    return turn_by_turn(k, stage, v);
+}
+
 static struct vector into_ball(const struct kinematics *k, const struct stage *stage, struct vector v) {
+    if (has_turn(k, stage))
+        return matrix_transpose_times(k->g, stage->ball.turn.at, v);
     for (int i = stage->first; i <= stage->last; i++)
         v = kinematics_to_child(k, i, v);
     return v;
@@ -285,6 +358,8 @@ static struct articulated eliminate_ball(const struct kinematics *k, struct stag
     struct articulated rest = {.M = beyond->M};
     factor_ball(g, &beyond->J, ball);
     tilt_ball(k, stage, ball);
+    if (has_turn(k, stage))
+        turn_ball(k, stage, ball);
     ball->H = beyond->H;
     struct vector y[3], z[3]; /* columns of L^-1 H and D^-1 L^-1 H */
     for (int column = 0; column < 3; column++) {

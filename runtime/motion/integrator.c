@@ -276,11 +276,13 @@ int refdyn_integrator_refresh(struct refdyn_integrator *integrator) {
 }
 
 void refdyn_integrator_until(struct refdyn_integrator *integrator, double t) {
-    integrator->motion->t_final = t;
+    if (integrator->motion)
+        integrator->motion->t_final = t;
 }
 
 void refdyn_integrator_limit(struct refdyn_integrator *integrator, double t) {
-    integrator->motion->t_most = t;
+    if (integrator->motion)
+        integrator->motion->t_most = t;
 }
 
 /* ---- States at outputs ---- */

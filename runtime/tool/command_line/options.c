@@ -1,6 +1,5 @@
 /* The command line of `refdyn`: see options.h. A table of options; each command names those it knows. */
 #include "command_line/options.h"
-#include "simulate/gsl_motion.h"
 #include "base/message.h"
 #include "text/output.h"
 #include "refdyn.h"
@@ -134,7 +133,7 @@ static void print_usage(const struct command *command, FILE *out) {
 static void print_methods(void) {
     for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
         printf("%s%s", method ? ", " : "", refdyn_method_name(method));
-    puts(by_gsl_is_built ? ", msbdf, bsimp (default: rk4 with --step, auto without)"
+    puts(HAS_METHODS_OF_GSL ? ", msbdf, bsimp (default: rk4 with --step, auto without)"
                          : " (default: rk4 with --step, auto without)");
 }
 

@@ -14,6 +14,13 @@
 /* Exit statuses of the program. */
 enum status { STATUS_DONE, STATUS_FAULT, STATUS_USAGE, STATUS_NUMBERS };
 
+/* Was the program built with the methods of GSL? */
+#ifdef REFDYN_HAS_GSL
+enum { HAS_METHODS_OF_GSL = 1 };
+#else
+enum { HAS_METHODS_OF_GSL = 0 };
+#endif
+
 struct options {
     const struct command *command;
     const char **operands; /* model or run files */

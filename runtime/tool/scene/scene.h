@@ -8,7 +8,7 @@
 #define REFDYN_TOOL_SCENE_H
 
 #include "compile/compile.h"
-#include "scene/sampled_inputs.h"
+#include "simulate/sampled_inputs.h"
 #include "command_line/options.h"
 #include "text/output.h"
 #include "refdyn.h"

@@ -34,8 +34,6 @@ enum refdyn_stabilise by_gsl_stabilise(const char *method) {
 
 #include <gsl/gsl_errno.h>
 
-const bool by_gsl_is_built = true;
-
 struct by_gsl {
     struct refdyn_gsl steps;
 };
@@ -58,8 +56,6 @@ void by_gsl_close(struct by_gsl *gsl) {
 }
 
 #else
-
-const bool by_gsl_is_built = false;
 
 int by_gsl_open(struct by_gsl **gsl, struct refdyn_integrator *integrator, const char *method) {
     (void)integrator;

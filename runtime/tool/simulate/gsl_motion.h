@@ -8,7 +8,6 @@
 
 struct by_gsl;
 
-extern const bool by_gsl_is_built;
 /* Is it one of GSL's methods? NULL is none. */
 bool by_gsl_has(const char *method);
 /* How such a method stays on the programme unless it is told otherwise. */

@@ -25,7 +25,7 @@ enum {
 
 /* GSL's methods work in the room of an implicit method. */
 static enum status choose_gsl(const struct options *options, struct refdyn_options *drive) {
-    if (!by_gsl_is_built)
+    if (!HAS_METHODS_OF_GSL)
         return usage_error(options->command, "--method: '%s' needs a refdyn that is built with GSL",
                            options->method);
     if (options->step > 0)

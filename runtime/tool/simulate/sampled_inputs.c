@@ -1,5 +1,5 @@
 /* Sampled inputs from a CSV file: see sampled_inputs.h. */
-#include "scene/sampled_inputs.h"
+#include "simulate/sampled_inputs.h"
 #include "text/csv.h"
 #include "base/memory.h"
 #include "base/message.h"
