@@ -1,7 +1,7 @@
 /*
  * The mass matrix as a loop over pairs of coordinates (loops.h): M_ij = e_j . W_i with W_i moved from joint
  * to joint toward the ground (theory, sect. 4.6). Takes the composites, adds local arrays and the loop to a
- * function. For trees with runs, and wherever the written-out form (body_dynamics.c) is longer.
+ * function. For trees with runs, and wherever the written-out form (inertia_and_gravity.c) is longer.
  */
 #include "quantities/pair_loops.h"
 #include "quantities/quantities.h"

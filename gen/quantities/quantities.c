@@ -5,7 +5,7 @@
  * and how it is built; terms that several quantities share are derived once, when first asked for.
  */
 #include "quantities/quantities.h"
-#include "quantities/time_events.h"
+#include "quantities/times_of_kinks.h"
 #include "quantities/pair_loops.h"
 #include "dynamics/coordinate_derivatives.h"
 

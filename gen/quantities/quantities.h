@@ -50,7 +50,7 @@ struct derivation {
     struct solution *free_solution, *solution; /* chosen for qdd_free and for qdd */
 };
 
-/* derivation.c */
+/* shared_terms.c */
 struct derivation *derivation_start(struct plan *plan, const struct tree *tree);
 /* From the rolled tree or, where it is short, one without runs, its axes turned or kept (parallel_axes.h):
  * what is cheaper. */

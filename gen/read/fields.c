@@ -1,5 +1,5 @@
 /* The table of fields and look-ups in it: see fields.h. */
-#include "read/field_types.h"
+#include "read/check_fields.h"
 #include "base/text.h"
 
 #include <string.h>

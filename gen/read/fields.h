@@ -1,6 +1,6 @@
 /*
  * The table of fields (fields.def) and the checks that follow from it: fields.c has the
- * table and look-ups in it, field_types.c the checks.
+ * table and look-ups in it, check_fields.c the checks.
  *
  * Takes a value of the model file and what it is to be; complains about unknown, missing and ill-typed
  * fields, and gives the good ones.

@@ -2,8 +2,9 @@
  * Lua as a server: see script.h. The module, the sandbox, and the calls into it.
  *
  * Every entry of Lua is one protected call. Inside it a shortage of memory is a Lua error, outside it becomes
- * memory.fail again. All that Lua does is counted (work.h): by a hook at every few steps and at every call,
- * by the allocator, and by the library functions that do more. Stack effects stand beside the functions as
+ * memory.fail again. All that Lua does is counted (work_limits.h): by a hook at every few steps and at every
+ * call, by the allocator, and by the library functions that do more. Stack effects stand beside the functions
+ * as
  * (-popped, +pushed).
  */
 #include "read/script_state.h"

@@ -12,7 +12,7 @@
 #include "read/source_file.h"
 #include "read/source_lines.h"
 #include "read/state_symbols.h"
-#include "read/work.h"
+#include "read/work_limits.h"
 
 #include <lua.h>
 #include <lauxlib.h>

@@ -15,44 +15,44 @@
 #include "base/model_check.h"
 
 /* M f u v phi psi k, in the order of the model's `equations` */
-static void lay_out_equations(struct refdyn_workspace *work, struct room *room) {
+static void lay_out_equations(struct refdyn_workspace *work, struct layout *layout) {
     const int n = work->n, m = work->m;
-    work->M = work->equations = room_doubles(room, n * n);
-    work->f = room_doubles(room, n);
-    work->u = room_doubles(room, m * n);
-    work->v = room_doubles(room, m);
-    work->phi = room_doubles(room, m);
-    work->psi = room_doubles(room, m);
-    work->k = room_doubles(room, m);
+    work->M = work->equations = layout_doubles(layout, n * n);
+    work->f = layout_doubles(layout, n);
+    work->u = layout_doubles(layout, m * n);
+    work->v = layout_doubles(layout, m);
+    work->phi = layout_doubles(layout, m);
+    work->psi = layout_doubles(layout, m);
+    work->k = layout_doubles(layout, m);
 }
 
 /* The one list of what a workspace holds; returns its bytes. */
 static size_t lay_out(struct refdyn_workspace *work, char *base) {
     const struct refdyn_model *model = work->model;
     const int n = work->n, m = work->m;
-    struct room room = {base, 0};
-    work->p = room_doubles(&room, model->parameter_count + model->derived_count);
-    work->x = room_doubles(&room, model->input_count);
-    lay_out_equations(work, &room);
-    work->anchored = room_doubles(&room, model->anchored_count);
-    work->rows = room_doubles(&room, m * n);
-    work->P = room_doubles(&room, m * (n + 1));
-    work->scale = room_doubles(&room, n);
-    work->mass_d = room_doubles(&room, m * n);
-    work->coupling = room_doubles(&room, m * n);
-    work->reduced = room_doubles(&room, n * n);
-    work->weight = room_doubles(&room, n);
-    work->row_size = room_doubles(&room, m);
-    work->side = room_doubles(&room, n);
-    work->lambda = room_doubles(&room, m);
-    work->basis = room_doubles(&room, m * n);
-    work->wanted = room_doubles(&room, m);
-    work->change = room_doubles(&room, 2 * n);
-    work->partition.column = room_ints(&room, n);
-    work->partition.row = room_ints(&room, m);
-    work->exchange = room_ints(&room, m);
-    work->mark = room_ints(&room, n + m);
-    return room.used;
+    struct layout layout = {base, 0};
+    work->p = layout_doubles(&layout, model->parameter_count + model->derived_count);
+    work->x = layout_doubles(&layout, model->input_count);
+    lay_out_equations(work, &layout);
+    work->anchored = layout_doubles(&layout, model->anchored_count);
+    work->rows = layout_doubles(&layout, m * n);
+    work->P = layout_doubles(&layout, m * (n + 1));
+    work->scale = layout_doubles(&layout, n);
+    work->mass_d = layout_doubles(&layout, m * n);
+    work->coupling = layout_doubles(&layout, m * n);
+    work->reduced = layout_doubles(&layout, n * n);
+    work->weight = layout_doubles(&layout, n);
+    work->row_size = layout_doubles(&layout, m);
+    work->side = layout_doubles(&layout, n);
+    work->lambda = layout_doubles(&layout, m);
+    work->basis = layout_doubles(&layout, m * n);
+    work->wanted = layout_doubles(&layout, m);
+    work->change = layout_doubles(&layout, 2 * n);
+    work->partition.column = layout_ints(&layout, n);
+    work->partition.row = layout_ints(&layout, m);
+    work->exchange = layout_ints(&layout, m);
+    work->mark = layout_ints(&layout, n + m);
+    return layout.used;
 }
 
 size_t refdyn_workspace_size(const struct refdyn_model *model) {
@@ -87,7 +87,7 @@ int refdyn_workspace_init(struct refdyn_workspace *work, const struct refdyn_mod
         return REFDYN_BAD_ARITHMETIC;
     if (!has_equations(model))
         return REFDYN_FUNCTION_MISSING;
-    if (!room_fits(memory, size, refdyn_workspace_size(model)))
+    if (!layout_fits(memory, size, refdyn_workspace_size(model)))
         return REFDYN_BAD_MEMORY;
     memset(memory, 0, refdyn_workspace_size(model));
     work->n = model->n;

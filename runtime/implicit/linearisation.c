@@ -16,57 +16,57 @@
 #include "linear/elimination.h"
 
 /* The parts of struct NAME_tangent_result that both forms have, in their order. */
-static void lay_out_rows(struct refdyn_linear *linear, struct room *room) {
+static void lay_out_rows(struct refdyn_linear *linear, struct layout *layout) {
     const int n = linear->n, m = linear->m;
-    linear->tangent = linear->f_t = room_doubles(room, n);
-    linear->g_t = room_doubles(room, m);
-    linear->G_q = room_doubles(room, m * n);
-    linear->G_qd = room_doubles(room, m * n);
-    linear->u = room_doubles(room, m * n);
+    linear->tangent = linear->f_t = layout_doubles(layout, n);
+    linear->g_t = layout_doubles(layout, m);
+    linear->G_q = layout_doubles(layout, m * n);
+    linear->G_qd = layout_doubles(layout, m * n);
+    linear->u = layout_doubles(layout, m * n);
 }
 
 static void lay_out_chain(struct refdyn_linear *linear, const struct refdyn_model *model, int complexes,
-                          struct room *room) {
+                          struct layout *layout) {
     const int size = refdyn_chain_result_size(model), before = linear->n + linear->m * (1 + 3 * linear->n);
-    linear->diagonals = room_doubles(room, size);
+    linear->diagonals = layout_doubles(layout, size);
     linear->tangent_size = before + size;
-    refdyn_chain_lay_out(&linear->chain, model, complexes > 0, room);
+    refdyn_chain_lay_out(&linear->chain, model, complexes > 0, layout);
 }
 
 static void lay_out_matrices(struct refdyn_linear *linear, int has_tangent, int complexes,
-                             struct room *room) {
+                             struct layout *layout) {
     const int n = linear->n, m = linear->m, size = n + m;
     if (has_tangent) {
-        linear->K = room_doubles(room, n * n);
-        linear->D = room_doubles(room, n * n);
-        linear->M = room_doubles(room, n * n);
+        linear->K = layout_doubles(layout, n * n);
+        linear->D = layout_doubles(layout, n * n);
+        linear->M = layout_doubles(layout, n * n);
         linear->tangent_size = n + m * (1 + 3 * n) + 3 * n * n;
     }
-    linear->matrix = room_doubles(room, size * size);
-    linear->complex_factors = room_doubles(room, 2 * complexes * size * size);
-    linear->scale = room_doubles(room, size);
-    linear->pivot = room_ints(room, size);
-    linear->complex_pivot = room_ints(room, complexes * size);
+    linear->matrix = layout_doubles(layout, size * size);
+    linear->complex_factors = layout_doubles(layout, 2 * complexes * size * size);
+    linear->scale = layout_doubles(layout, size);
+    linear->pivot = layout_ints(layout, size);
+    linear->complex_pivot = layout_ints(layout, complexes * size);
 }
 
 void refdyn_linear_lay_out(struct refdyn_linear *linear, const struct refdyn_model *model, int has_tangent,
-                           int complexes, struct room *room) {
+                           int complexes, struct layout *layout) {
     const int n = model->n, m = model->m;
     linear->n = n;
     linear->m = m;
     linear->is_chain = has_tangent && !model->tangent;
-    linear->rows = room_ints(room, m);
+    linear->rows = layout_ints(layout, m);
     if (has_tangent)
-        lay_out_rows(linear, room);
+        lay_out_rows(linear, layout);
     else if (m == 0)
         return;
     if (linear->is_chain)
-        lay_out_chain(linear, model, complexes, room);
+        lay_out_chain(linear, model, complexes, layout);
     else
-        lay_out_matrices(linear, has_tangent, complexes, room);
-    linear->sides = room_doubles(room, 2 * n);
-    linear->x = room_doubles(room, 2 * (n + m));
-    linear->directions = room_doubles(room, m * n);
+        lay_out_matrices(linear, has_tangent, complexes, layout);
+    linear->sides = layout_doubles(layout, 2 * n);
+    linear->x = layout_doubles(layout, 2 * (n + m));
+    linear->directions = layout_doubles(layout, m * n);
 }
 
 void refdyn_linear_reset(struct refdyn_linear *linear) {

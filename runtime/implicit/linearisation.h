@@ -53,7 +53,7 @@ struct refdyn_linear {
 /* Lays out the arrays of a linearisation with this many complex matrices; without a tangent it serves
  * directions in the metric of M alone. */
 void refdyn_linear_lay_out(struct refdyn_linear *linear, const struct refdyn_model *model, int has_tangent,
-                           int complexes, struct room *room);
+                           int complexes, struct layout *layout);
 /* Counts begin anew. */
 void refdyn_linear_reset(struct refdyn_linear *linear);
 /* The tangent is not that of the begin of the step any more. */

@@ -90,7 +90,7 @@ static int factors_size(const struct refdyn_chain *c) {
 }
 
 void refdyn_chain_lay_out(struct refdyn_chain *c, const struct refdyn_model *model, int has_wide,
-                          struct room *room) {
+                          struct layout *layout) {
     const int n = model->n, border = border_of(model), is_planar = normal_of(model) >= 0;
     const int width = refdyn_chain_width(has_wide), both = 1 + (has_wide ? width : 0);
     const int corners = 1 + (has_wide ? width : 0), pivots = 1 + (has_wide ? REFDYN_LANES : 0);
@@ -99,25 +99,25 @@ void refdyn_chain_lay_out(struct refdyn_chain *c, const struct refdyn_model *mod
     c->left = at.left;
     c->right = at.right;
     c->record = at.record;
-    c->records = room_doubles(room, n * c->record);
-    c->stiffness = room_doubles(room, n);
-    c->damping = room_doubles(room, n);
-    c->factors = room_doubles(room, both * factors_size(c));
-    c->responses = room_doubles(room, both * border * n);
-    c->border_rows = room_doubles(room, both * border * n);
-    c->corner = room_doubles(room, corners * border * border);
-    c->inner = room_doubles(room, most_slots(model) * width * at.left * at.right);
-    c->sweep = room_doubles(room, n * width * at.right);
-    c->side = room_doubles(room, 4 * n + (2 * n + 2 * border) * width);
-    c->scale = room_doubles(room, border);
-    c->order = room_ints(room, n);
-    c->parent = room_ints(room, n);
-    c->other = room_ints(room, n);
-    c->next = room_ints(room, n);
-    c->slot = room_ints(room, n);
-    c->moves = room_ints(room, n);
-    c->pivot = room_ints(room, pivots * border);
-    if (room->base) {
+    c->records = layout_doubles(layout, n * c->record);
+    c->stiffness = layout_doubles(layout, n);
+    c->damping = layout_doubles(layout, n);
+    c->factors = layout_doubles(layout, both * factors_size(c));
+    c->responses = layout_doubles(layout, both * border * n);
+    c->border_rows = layout_doubles(layout, both * border * n);
+    c->corner = layout_doubles(layout, corners * border * border);
+    c->inner = layout_doubles(layout, most_slots(model) * width * at.left * at.right);
+    c->sweep = layout_doubles(layout, n * width * at.right);
+    c->side = layout_doubles(layout, 4 * n + (2 * n + 2 * border) * width);
+    c->scale = layout_doubles(layout, border);
+    c->order = layout_ints(layout, n);
+    c->parent = layout_ints(layout, n);
+    c->other = layout_ints(layout, n);
+    c->next = layout_ints(layout, n);
+    c->slot = layout_ints(layout, n);
+    c->moves = layout_ints(layout, n);
+    c->pivot = layout_ints(layout, pivots * border);
+    if (layout->base) {
         order_joints(c);
         find_slots(c);
     }

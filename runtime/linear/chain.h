@@ -52,7 +52,7 @@ struct refdyn_chain {
 
 /* Lays out arrays with room for factors of a real matrix, and (has_wide) of those of a collocation method. */
 void refdyn_chain_lay_out(struct refdyn_chain *chain, const struct refdyn_model *model, int has_wide,
-                          struct room *room);
+                          struct layout *layout);
 /* Doubles of the result of tangent_vectors behind its rows. */
 int refdyn_chain_result_size(const struct refdyn_model *model);
 /* Leaves of such a result what M takes, and 0 of all else. */

@@ -17,7 +17,7 @@
 #include <string.h>
 
 #include "linear/dense.h"
-#include "linear/wide.h"
+#include "linear/wide_vectors.h"
 
 enum { LANES = REFDYN_LANES, WIDTH_MOST = 2 * LANES };
 

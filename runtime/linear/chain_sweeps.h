@@ -3,7 +3,7 @@
 #define REFDYN_CHAIN_WIDE_H
 
 #include "linear/chain.h"
-#include "linear/wide.h"
+#include "linear/wide_vectors.h"
 
 enum { REFDYN_LEFT_MOST = 6, REFDYN_RIGHT_MOST = 12 }; /* components of a wrench, and of what it meets */
 

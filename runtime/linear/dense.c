@@ -6,7 +6,7 @@
 #include <float.h>
 #include <math.h>
 
-#include "linear/wide.h"
+#include "linear/wide_vectors.h"
 
 double refdyn_largest(const double *a, int count, int *index) {
     double largest = 0;

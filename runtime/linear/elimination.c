@@ -15,7 +15,7 @@
 #include <stddef.h>
 
 #include "linear/dense.h"
-#include "linear/wide.h"
+#include "linear/wide_vectors.h"
 
 /* (x, y) -= (a + i b) (u, v); of real columns x -= a u */
 INLINE void subtract(int is_complex, double *restrict x, double *restrict y, double a, double b,

@@ -12,18 +12,18 @@
 #include <string.h>
 
 void refdyn_step_lay_out(struct refdyn_step *step, const struct refdyn_model *model, int memory_size,
-                         struct room *room) {
+                         struct layout *layout) {
     const int size = 2 * model->n + 1, rates = refdyn_rates_size(model);
     step->n = model->n;
-    step->state = room_doubles(room, size);
-    step->rates = room_doubles(room, rates);
-    step->state_new = room_doubles(room, size);
-    step->rates_new = room_doubles(room, rates);
-    step->stage = room_doubles(room, size);
-    step->side = room_doubles(room, rates);
-    step->error = room_doubles(room, 2 * model->n);
-    step->units = room_doubles(room, model->n);
-    step->memory = room_doubles(room, memory_size);
+    step->state = layout_doubles(layout, size);
+    step->rates = layout_doubles(layout, rates);
+    step->state_new = layout_doubles(layout, size);
+    step->rates_new = layout_doubles(layout, rates);
+    step->stage = layout_doubles(layout, size);
+    step->side = layout_doubles(layout, rates);
+    step->error = layout_doubles(layout, 2 * model->n);
+    step->units = layout_doubles(layout, model->n);
+    step->memory = layout_doubles(layout, memory_size);
 }
 
 void refdyn_step_break_off(struct refdyn_step *step, int is_new) {

@@ -82,7 +82,7 @@ struct refdyn_step {
 };
 
 void refdyn_step_lay_out(struct refdyn_step *step, const struct refdyn_model *model, int memory_size,
-                         struct room *room);
+                         struct layout *layout);
 /* Stages are brought onto the programme from now on, and rates taken by the index partition; NULL: not. */
 void refdyn_step_guide(struct refdyn_step *step, const struct refdyn_stage_guide *guide);
 /* The method continues nothing of earlier steps; with is_new it keeps nothing of what they told, either. */

@@ -49,31 +49,31 @@ static struct needs find_needs(const struct refdyn_model *model, const struct re
     return most;
 }
 
-static struct refdyn_motion *lay_out_motion(struct room *room) {
+static struct refdyn_motion *lay_out_motion(struct layout *layout) {
     const size_t size = sizeof(double);
-    return (struct refdyn_motion *)(void *)room_doubles(
-        room, (int)((sizeof(struct refdyn_motion) + size - 1) / size));
+    return (struct refdyn_motion *)(void *)layout_doubles(
+        layout, (int)((sizeof(struct refdyn_motion) + size - 1) / size));
 }
 
 /* The one list of what an integrator holds; returns its bytes. */
 static size_t lay_out(struct refdyn_integrator *integrator, const struct refdyn_model *model,
                       const struct refdyn_options *options, char *base) {
-    struct room room = {base, 0};
-    struct refdyn_motion counted, *motion = lay_out_motion(&room);
+    struct layout layout = {base, 0};
+    struct refdyn_motion counted, *motion = lay_out_motion(&layout);
     const struct needs needs = find_needs(model, options);
     const int has_tangent = refdyn_method_is_implicit(options->method) && refdyn_has_tangent(model);
     motion = motion ? motion : &counted;
     integrator->motion = motion;
-    integrator->qdd = room_doubles(&room, model->n);
-    integrator->lambda = room_doubles(&room, model->m);
-    integrator->q = room_doubles(&room, 2 * model->n + 1);
-    refdyn_step_lay_out(&motion->step, model, needs.memory, &room);
-    refdyn_parameters_lay_out(&motion->parameters, model, &room);
-    refdyn_programme_lay_out(&motion->programme, model, &room);
-    refdyn_crossing_lay_out(&motion->crossing, model, &room);
-    refdyn_events_lay_out(&motion->events, model, &room);
-    refdyn_linear_lay_out(&motion->linear, model, has_tangent, has_tangent ? needs.complexes : 0, &room);
-    return room.used;
+    integrator->qdd = layout_doubles(&layout, model->n);
+    integrator->lambda = layout_doubles(&layout, model->m);
+    integrator->q = layout_doubles(&layout, 2 * model->n + 1);
+    refdyn_step_lay_out(&motion->step, model, needs.memory, &layout);
+    refdyn_parameters_lay_out(&motion->parameters, model, &layout);
+    refdyn_programme_lay_out(&motion->programme, model, &layout);
+    refdyn_crossing_lay_out(&motion->crossing, model, &layout);
+    refdyn_events_lay_out(&motion->events, model, &layout);
+    refdyn_linear_lay_out(&motion->linear, model, has_tangent, has_tangent ? needs.complexes : 0, &layout);
+    return layout.used;
 }
 
 size_t refdyn_integrator_size(const struct refdyn_model *model, const struct refdyn_options *options) {
@@ -110,7 +110,7 @@ int refdyn_integrator_init(struct refdyn_integrator *integrator, struct refdyn_w
     if (!refdyn_can_run(work->model, options->method))
         return REFDYN_FUNCTION_MISSING;
     const size_t needed = refdyn_integrator_size(work->model, options);
-    if (!room_fits(memory, size, needed))
+    if (!layout_fits(memory, size, needed))
         return REFDYN_BAD_MEMORY;
     memset(memory, 0, needed);
     lay_out(integrator, work->model, options, memory);

@@ -11,8 +11,8 @@
 #include <string.h>
 
 void refdyn_parameters_lay_out(struct refdyn_parameters *parameters, const struct refdyn_model *model,
-                               struct room *room) {
-    parameters->own = room_doubles(room, model->parameter_count + model->derived_count);
+                               struct layout *layout) {
+    parameters->own = layout_doubles(layout, model->parameter_count + model->derived_count);
 }
 
 void refdyn_parameters_enter(struct refdyn_parameters *parameters, struct refdyn_workspace *work) {

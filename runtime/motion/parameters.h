@@ -15,7 +15,7 @@ struct refdyn_parameters {
 };
 
 void refdyn_parameters_lay_out(struct refdyn_parameters *parameters, const struct refdyn_model *model,
-                               struct room *room);
+                               struct layout *layout);
 /* From here to _leave the workspace evaluates with the motion's parameters. */
 void refdyn_parameters_enter(struct refdyn_parameters *parameters, struct refdyn_workspace *work);
 void refdyn_parameters_leave(struct refdyn_parameters *parameters, struct refdyn_workspace *work);

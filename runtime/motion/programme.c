@@ -16,8 +16,8 @@ static const double turned_most =
     0.1; /* [rad, or length]: beyond, directions in the metric of M are found anew */
 
 void refdyn_programme_lay_out(struct refdyn_programme *programme, const struct refdyn_model *model,
-                              struct room *room) {
-    programme->q = room_doubles(room, model->n);
+                              struct layout *layout) {
+    programme->q = layout_doubles(layout, model->n);
 }
 
 void refdyn_programme_forget(struct refdyn_programme *programme) {

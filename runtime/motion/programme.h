@@ -13,7 +13,7 @@ struct refdyn_programme {
 };
 
 void refdyn_programme_lay_out(struct refdyn_programme *programme, const struct refdyn_model *model,
-                              struct room *room);
+                              struct layout *layout);
 /* The directions are to be found anew. */
 void refdyn_programme_forget(struct refdyn_programme *programme);
 /* Moves a state (2 n) at t onto the programme. The row terms of the state are in the workspace, at the end

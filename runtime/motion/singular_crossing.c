@@ -333,8 +333,8 @@ void refdyn_crossing_look_back(struct refdyn_motion *motion) {
 }
 
 void refdyn_crossing_lay_out(struct refdyn_singular_crossing *crossing, const struct refdyn_model *model,
-                             struct room *room) {
-    crossing->unpassed = room_doubles(room, 2 * model->n + 1 + refdyn_rates_size(model));
+                             struct layout *layout) {
+    crossing->unpassed = layout_doubles(layout, 2 * model->n + 1 + refdyn_rates_size(model));
 }
 
 void refdyn_crossing_start(struct refdyn_motion *motion) {

@@ -12,7 +12,7 @@
 #include "motion/motion.h"
 
 void refdyn_crossing_lay_out(struct refdyn_singular_crossing *crossing, const struct refdyn_model *model,
-                             struct room *room);
+                             struct layout *layout);
 /* A motion begins. */
 void refdyn_crossing_start(struct refdyn_motion *motion);
 

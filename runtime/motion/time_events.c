@@ -18,10 +18,10 @@
 enum { SAMPLES = 32, SAMPLES_AT_START = 1000 };
 
 void refdyn_events_lay_out(struct refdyn_time_events *events, const struct refdyn_model *model,
-                           struct room *room) {
+                           struct layout *layout) {
     events->count = model->break_count;
-    events->times = room_doubles(room, model->break_count);
-    events->switches = room_doubles(room, 2 * model->switch_count);
+    events->times = layout_doubles(layout, model->break_count);
+    events->switches = layout_doubles(layout, 2 * model->switch_count);
 }
 
 void refdyn_events_find(struct refdyn_time_events *events, const struct refdyn_workspace *work, double t,

@@ -31,7 +31,7 @@ struct refdyn_reach {
 };
 
 void refdyn_events_lay_out(struct refdyn_time_events *events, const struct refdyn_model *model,
-                           struct room *room);
+                           struct layout *layout);
 /* The known ones for the present parameters and inputs; none is passed yet. t, q and qd: any. */
 void refdyn_events_find(struct refdyn_time_events *events, const struct refdyn_workspace *work, double t,
                         const double *q, const double *qd);

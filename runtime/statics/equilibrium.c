@@ -58,21 +58,21 @@ struct statics {
 };
 
 static size_t lay_out(struct statics *statics, int n, char *base) {
-    struct room room = {base, 0};
-    statics->q = room_doubles(&room, n);
-    statics->q_trial = room_doubles(&room, n);
-    statics->q_start = room_doubles(&room, n);
-    statics->qd = room_doubles(&room, n);
-    statics->Q = room_doubles(&room, n);
-    statics->Q_start = room_doubles(&room, n);
-    statics->tangent = room_doubles(&room, n * n);
-    statics->scale = room_doubles(&room, n);
-    statics->step = room_doubles(&room, n);
-    statics->step_next = room_doubles(&room, n);
-    statics->unit = room_doubles(&room, n);
-    statics->free = room_ints(&room, n);
-    statics->order = room_ints(&room, n);
-    return room.used;
+    struct layout layout = {base, 0};
+    statics->q = layout_doubles(&layout, n);
+    statics->q_trial = layout_doubles(&layout, n);
+    statics->q_start = layout_doubles(&layout, n);
+    statics->qd = layout_doubles(&layout, n);
+    statics->Q = layout_doubles(&layout, n);
+    statics->Q_start = layout_doubles(&layout, n);
+    statics->tangent = layout_doubles(&layout, n * n);
+    statics->scale = layout_doubles(&layout, n);
+    statics->step = layout_doubles(&layout, n);
+    statics->step_next = layout_doubles(&layout, n);
+    statics->unit = layout_doubles(&layout, n);
+    statics->free = layout_ints(&layout, n);
+    statics->order = layout_ints(&layout, n);
+    return layout.used;
 }
 
 size_t refdyn_statics_size(const struct refdyn_model *model) {
@@ -382,7 +382,7 @@ int refdyn_statics(struct refdyn_workspace *work, const struct refdyn_statics_op
         return REFDYN_BAD_OPTION;
     if (!work->model->Q || !work->model->Q_q)
         return REFDYN_FUNCTION_MISSING;
-    if (!room_fits(memory, size, refdyn_statics_size(work->model)))
+    if (!layout_fits(memory, size, refdyn_statics_size(work->model)))
         return REFDYN_BAD_MEMORY;
     lay_out(&statics, work->n, memory);
     list_free(&statics, held, held_count);

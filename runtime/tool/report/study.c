@@ -91,14 +91,14 @@ static bool is_track_finite(const struct runs *runs) {
 
 /* One motion from a start on the programme, with the energy balance, as `refdyn sim` runs it. */
 static void run_once(struct runs *runs, struct trial *trial) {
-    struct refdyn_options drive = refdyn_options_default(trial->method);
+    struct refdyn_options integration = refdyn_options_default(trial->method);
     struct motion motion;
-    drive.tol = trial->tol;
-    drive.step = trial->step;
-    drive.stabilise = trial->stabilise;
-    drive.project_start = 1;
-    drive.balance = 1;
-    trial->result = motion_start(&motion, runs->scene, &drive, runs->plan->until, runs->plan->every);
+    integration.tol = trial->tol;
+    integration.step = trial->step;
+    integration.stabilise = trial->stabilise;
+    integration.project_start = 1;
+    integration.balance = 1;
+    trial->result = motion_start(&motion, runs->scene, &integration, runs->plan->until, runs->plan->every);
     motion.cpu_limit = trial->cpu_limit_s;
     make_room(runs, motion.outputs);
     for (long i = 0; i < motion.outputs && trial->result == REFDYN_OK; i++) {

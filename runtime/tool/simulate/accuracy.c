@@ -98,31 +98,32 @@ static bool judge(struct search *search, struct candidate *before, struct candid
 }
 
 static void run(struct search *search, struct candidate *candidate, const struct task *task,
-                const struct refdyn_options *drive) {
+                const struct refdyn_options *integration) {
     *candidate = (struct candidate){.rows = tmpfile()};
     if (!candidate->rows)
         perror("refdyn: a temporary file");
     else
-        trial_run(&candidate->trial, task, drive, candidate->rows);
+        trial_run(&candidate->trial, task, integration, candidate->rows);
     search->cpu_total_s += candidate->trial.motion.cpu_s;
     search->tries += tries_of(candidate);
 }
 
 /* The next run: at a tolerance `fall` times the last one, and with steps that are shorter in that proportion
  * even where not the tolerance rules them. False: it is at its end. */
-static bool tighten(struct refdyn_options *drive, const struct candidate *now, double fall, int order) {
-    const double tol = fmax(drive->tol * fall, tol_least);
-    if (!(tol < drive->tol * fall_least * 2))
+static bool tighten(struct refdyn_options *integration, const struct candidate *now, double fall, int order) {
+    const double tol = fmax(integration->tol * fall, tol_least);
+    if (!(tol < integration->tol * fall_least * 2))
         return false;
     if (now->trial.result == REFDYN_OK)
-        drive->step_max =
-            now->trial.motion.integrator.statistics.step_largest * pow(tol / drive->tol, 1.0 / order);
-    drive->tol = tol;
+        integration->step_max =
+            now->trial.motion.integrator.statistics.step_largest * pow(tol / integration->tol, 1.0 / order);
+    integration->tol = tol;
     return true;
 }
 
-enum status search_run(struct search *search, const struct task *task, const struct refdyn_options *drive) {
-    struct refdyn_options options = *drive;
+enum status search_run(struct search *search, const struct task *task,
+                       const struct refdyn_options *integration) {
+    struct refdyn_options options = *integration;
     struct task each = *task;
     const double accuracy = task->options->accuracy;
     const int order = refdyn_method_order(options.method);

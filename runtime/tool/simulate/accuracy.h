@@ -31,7 +31,8 @@ struct search {
 };
 
 /* search_release in any case. */
-enum status search_run(struct search *search, const struct task *task, const struct refdyn_options *drive);
+enum status search_run(struct search *search, const struct task *task,
+                       const struct refdyn_options *integration);
 void search_release(struct search *search);
 
 #endif

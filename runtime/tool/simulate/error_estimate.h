@@ -22,7 +22,7 @@ struct track {
 };
 
 void track_start(struct track *track, const struct refdyn_model *model, long room);
-/* The drive's state is the next output. */
+/* The integration's state is the next output. */
 void track_add(struct track *track, const struct refdyn_integrator *integrator);
 void track_release(struct track *track);
 

@@ -13,7 +13,8 @@ bool by_gsl_has(const char *method);
 /* How such a method stays on the programme unless it is told otherwise. */
 enum refdyn_stabilise by_gsl_stabilise(const char *method);
 
-/* From now on GSL takes the drive's steps. Returns a status of the runtime; by_gsl_close in any case. */
+/* From now on GSL takes the integration's steps. Returns a status of the runtime; by_gsl_close in any case.
+ */
 int by_gsl_open(struct by_gsl **gsl, struct refdyn_integrator *integrator, const char *method);
 /* As refdyn_integrator_step. */
 int by_gsl_step(struct by_gsl *gsl, double t_out, long steps);

@@ -24,16 +24,16 @@ enum {
 };
 
 /* GSL's methods work in the room of an implicit method. */
-static enum status choose_gsl(const struct options *options, struct refdyn_options *drive) {
+static enum status choose_gsl(const struct options *options, struct refdyn_options *integration) {
     if (!HAS_METHODS_OF_GSL)
         return usage_error(options->command, "--method: '%s' needs a refdyn that is built with GSL",
                            options->method);
     if (options->step > 0)
         return usage_error(options->command, "--step: %s finds its steps, it takes --tol", options->method);
-    *drive = refdyn_options_default(REFDYN_RODAS5P);
-    drive->stabilise = by_gsl_stabilise(options->method);
+    *integration = refdyn_options_default(REFDYN_RODAS5P);
+    integration->stabilise = by_gsl_stabilise(options->method);
     if (options->tolerance > 0)
-        drive->tol = options->tolerance;
+        integration->tol = options->tolerance;
     return STATUS_DONE;
 }
 
@@ -48,11 +48,11 @@ const char *known_methods(char text[static METHODS_LENGTH], bool is_explicit) {
     return text;
 }
 
-static enum status choose_method(const struct options *options, struct refdyn_options *drive) {
+static enum status choose_method(const struct options *options, struct refdyn_options *integration) {
     char known[METHODS_LENGTH];
     int method = options->step > 0 ? REFDYN_RK4 : REFDYN_AUTO;
     if (by_gsl_has(options->method))
-        return choose_gsl(options, drive);
+        return choose_gsl(options, integration);
     if (options->method)
         method = refdyn_method_find(options->method);
     if (method < 0)
@@ -63,17 +63,17 @@ static enum status choose_method(const struct options *options, struct refdyn_op
     if (options->step_max > 0 && options->step > 0)
         return usage_error(options->command,
                            "--step is for fixed steps, --step-max for steps that are found");
-    *drive = refdyn_options_default((enum refdyn_method)method);
-    if ((options->tolerance > 0 || options->step_max > 0) && drive->tol == 0)
+    *integration = refdyn_options_default((enum refdyn_method)method);
+    if ((options->tolerance > 0 || options->step_max > 0) && integration->tol == 0)
         return usage_error(options->command, "--%s: %s has fixed steps, it takes --step",
                            options->tolerance > 0 ? "tol" : "step-max", refdyn_method_name(method));
-    drive->step_max = options->step_max;
+    integration->step_max = options->step_max;
     if (options->step > 0) {
-        drive->step = options->step;
-        drive->tol = 0;
+        integration->step = options->step;
+        integration->tol = 0;
     }
     if (options->tolerance > 0)
-        drive->tol = options->tolerance;
+        integration->tol = options->tolerance;
     return STATUS_DONE;
 }
 
@@ -82,21 +82,21 @@ const char *const stabilise_names[STABILISE_COUNT] = {
 
 static const char *const singular_names[SINGULAR_COUNT] = {[REFDYN_STOP] = "stop", [REFDYN_PASS] = "pass"};
 
-enum status motion_options(const struct options *options, struct refdyn_options *drive) {
+enum status motion_options(const struct options *options, struct refdyn_options *integration) {
     const char *fact;
-    enum status status = choose_method(options, drive);
+    enum status status = choose_method(options, integration);
     if (status != STATUS_DONE)
         return status;
     if (options->stabilise && strcmp(options->stabilise, "baumgarte-auto") == 0) {
-        drive->stabilise = REFDYN_BAUMGARTE;
-        drive->gain_share = automatic_share;
+        integration->stabilise = REFDYN_BAUMGARTE;
+        integration->gain_share = automatic_share;
     } else if (options->stabilise) {
         int found = text_index(options->stabilise, stabilise_names, STABILISE_COUNT);
         if (found < 0)
             return usage_error(options->command,
                                "--stabilise: '%s' is none of none, baumgarte, baumgarte-auto, project",
                                options->stabilise);
-        drive->stabilise = (enum refdyn_stabilise)found;
+        integration->stabilise = (enum refdyn_stabilise)found;
         if (found == REFDYN_PROJECT && by_gsl_has(options->method) &&
             by_gsl_stabilise(options->method) != REFDYN_PROJECT)
             return usage_error(options->command,
@@ -109,19 +109,19 @@ enum status motion_options(const struct options *options, struct refdyn_options 
         int found = text_index(options->singular, singular_names, SINGULAR_COUNT);
         if (found < 0)
             return usage_error(options->command, "--singular: '%s' is none of stop, pass", options->singular);
-        drive->singular = (enum refdyn_singular)found;
+        integration->singular = (enum refdyn_singular)found;
     }
-    drive->project_start = options->start && strcmp(options->start, "project") == 0;
-    drive->balance = 1;
-    if (refdyn_options_validate(drive, &fact) != REFDYN_OK)
+    integration->project_start = options->start && strcmp(options->start, "project") == 0;
+    integration->balance = 1;
+    if (refdyn_options_validate(integration, &fact) != REFDYN_OK)
         return usage_error(options->command, "%s", fact);
     return STATUS_DONE;
 }
 
 enum status motion_fit(const struct scene *scene, const struct options *options,
-                       const struct refdyn_options *drive) {
+                       const struct refdyn_options *integration) {
     char known[METHODS_LENGTH];
-    if (refdyn_can_run(scene->model, drive->method))
+    if (refdyn_can_run(scene->model, integration->method))
         return STATUS_DONE;
     fprintf(stderr,
             "refdyn: %s: --method %s needs the exact tangent, which the printed form does not have; without "
@@ -171,17 +171,17 @@ static double next_sample(const struct motion *motion) {
     return motion->scene->inputs ? inputs_next(motion->scene->inputs) : INFINITY;
 }
 
-int motion_start(struct motion *motion, struct scene *scene, const struct refdyn_options *drive, double until,
-                 double every) {
+int motion_start(struct motion *motion, struct scene *scene, const struct refdyn_options *integration,
+                 double until, double every) {
     double span = until - scene->state.t;
     *motion =
         (struct motion){.scene = scene, .from = scene->state.t, .until = until, .started = wall_seconds()};
-    motion->method = refdyn_method_name((int)drive->method);
+    motion->method = refdyn_method_name((int)integration->method);
     motion->every = every > 0 ? every : span / DEFAULT_OUTPUTS;
     motion->outputs = count_outputs(motion);
-    size_t size = refdyn_integrator_size(scene->model, drive);
+    size_t size = refdyn_integrator_size(scene->model, integration);
     motion->memory = allocate(1, size);
-    int status = refdyn_integrator_init(&motion->integrator, &scene->work, drive, motion->memory, size);
+    int status = refdyn_integrator_init(&motion->integrator, &scene->work, integration, motion->memory, size);
     double begin = cpu_seconds();
     if (scene->inputs)
         inputs_set(scene->inputs, motion->from, scene->work.x);
@@ -218,7 +218,7 @@ bool motion_is_stopped(const struct motion *motion) {
     return motion->stops && motion->stops->reached;
 }
 
-/* The inputs of the sample at the drive's time, from which the state is met anew. */
+/* The inputs of the sample at the integration's time, from which the state is met anew. */
 static int take_sample(struct motion *motion) {
     struct refdyn_integrator *integrator = &motion->integrator;
     inputs_set(motion->scene->inputs, integrator->t, integrator->work->x);

@@ -24,7 +24,7 @@ struct motion {
     struct scene *scene;
     struct refdyn_integrator integrator;
     const char *method;
-    struct by_gsl *gsl; /* takes the steps, NULL: the drive does */
+    struct by_gsl *gsl; /* takes the steps, NULL: the integration does */
     void *memory;
     struct refdyn_energy energy;
     struct stops *stops;       /* conditions that end it, the caller's; NULL, as after motion_start: none */
@@ -41,10 +41,10 @@ enum { METHODS_LENGTH = 32 * REFDYN_METHOD_COUNT };
 const char *known_methods(char text[static METHODS_LENGTH], bool is_explicit);
 /* Runtime options from --method --step --tol --step-max --stabilise --singular --start; complains when they
  * do not go together. */
-enum status motion_options(const struct options *options, struct refdyn_options *drive);
+enum status motion_options(const struct options *options, struct refdyn_options *integration);
 /* A model in the printed form has no tangent: complains when the method that was asked for needs it. */
 enum status motion_fit(const struct scene *scene, const struct options *options,
-                       const struct refdyn_options *drive);
+                       const struct refdyn_options *integration);
 /* NULL unless --from names a STATE.json. */
 const char *motion_state_path(const struct options *options);
 /* Sets the scene's q, qd and t to the start of the motion that --from tells, and the anchored parameters from
@@ -53,8 +53,8 @@ enum status motion_place(struct scene *scene, const struct options *options);
 /* Complains when the motion from the scene's t to --until has no length, or too many outputs. */
 enum status motion_check_times(const struct scene *scene, const struct options *options);
 /* Starts at the scene's state. Returns a status of the runtime; motion_release in any case. */
-int motion_start(struct motion *motion, struct scene *scene, const struct refdyn_options *drive, double until,
-                 double every);
+int motion_start(struct motion *motion, struct scene *scene, const struct refdyn_options *integration,
+                 double until, double every);
 /* After motion_start: the steps by a method of GSL. Returns a status of the runtime. */
 int motion_by_gsl(struct motion *motion, const char *method);
 /* How much of the way from the start to the end is done. */

@@ -198,12 +198,12 @@ static enum status verify(const struct trial *trial, const struct task *task, st
     return status;
 }
 
-static enum status simulate(const struct task *task, const struct refdyn_options *drive) {
+static enum status simulate(const struct task *task, const struct refdyn_options *integration) {
     struct target *target = task->scene->result;
     struct trial trial;
     struct estimate estimate = {.count = 0};
     struct summary summary = {.trial = &trial};
-    trial_run(&trial, task, drive, target->file);
+    trial_run(&trial, task, integration, target->file);
     enum status status = trial.usage;
     if (status != STATUS_DONE)
         keep_part(target, false, false);
@@ -259,10 +259,10 @@ static enum status not_reached(const struct search *search, const struct options
     return keep_part(target, true, false) ? STATUS_NUMBERS : STATUS_FAULT;
 }
 
-static enum status search(const struct task *task, const struct refdyn_options *drive) {
+static enum status search(const struct task *task, const struct refdyn_options *integration) {
     struct target *target = task->scene->result;
     struct search search;
-    enum status status = search_run(&search, task, drive);
+    enum status status = search_run(&search, task, integration);
     if (status == STATUS_DONE) {
         const struct summary summary = {.trial = &search.taken->trial,
                                         .estimate = &search.taken->estimate,
@@ -296,10 +296,10 @@ static bool has_places_of_gains(const struct refdyn_model *model) {
     return false;
 }
 
-static void print_gains(const struct scene *scene, const struct refdyn_options *drive) {
-    if (drive->stabilise != REFDYN_BAUMGARTE || scene->model->m == 0)
+static void print_gains(const struct scene *scene, const struct refdyn_options *integration) {
+    if (integration->stabilise != REFDYN_BAUMGARTE || scene->model->m == 0)
         return;
-    if (drive->gain_share > 0 ? has_places_of_gains(scene->model) : has_gains(scene))
+    if (integration->gain_share > 0 ? has_places_of_gains(scene->model) : has_gains(scene))
         return;
     fputs("refdyn: warning: no row has gains (alpha, beta), so that baumgarte leaves the residuals to drift; "
           "--stabilise project holds them\n",
@@ -307,14 +307,14 @@ static void print_gains(const struct scene *scene, const struct refdyn_options *
 }
 
 /* A signal ends the motion and leaves its rows in order. */
-static enum status run_task(const struct task *task, const struct refdyn_options *drive) {
+static enum status run_task(const struct task *task, const struct refdyn_options *integration) {
     const struct options *options = task->options;
     const enum status status = motion_check_times(task->scene, options);
     if (status != STATUS_DONE)
         return status;
-    print_gains(task->scene, drive);
+    print_gains(task->scene, integration);
     interrupt_defer(true);
-    return options->accuracy > 0 ? search(task, drive) : simulate(task, drive);
+    return options->accuracy > 0 ? search(task, integration) : simulate(task, integration);
 }
 
 static bool has_ending(const char *path, const char *ending) {
@@ -323,35 +323,36 @@ static bool has_ending(const char *path, const char *ending) {
 }
 
 /* Which options of the error go together. */
-static enum status check_error_options(const struct options *options, const struct refdyn_options *drive) {
-    if (options->accuracy > 0 && (options->tolerance > 0 || drive->tol == 0))
+static enum status check_error_options(const struct options *options,
+                                       const struct refdyn_options *integration) {
+    if (options->accuracy > 0 && (options->tolerance > 0 || integration->tol == 0))
         return usage_error(options->command, "--accuracy finds the tolerance: %s does not go with it",
                            options->tolerance > 0 ? "--tol"
                            : options->step > 0    ? "--step"
                                                   : "a method with fixed steps");
-    if (options->verify && drive->tol > 0 && drive->tol * verify_part < DBL_EPSILON)
+    if (options->verify && integration->tol > 0 && integration->tol * verify_part < DBL_EPSILON)
         return usage_error(options->command, "--verify needs --tol %g or larger", DBL_EPSILON / verify_part);
     return STATUS_DONE;
 }
 
-static unsigned find_needs(const struct options *options, const struct refdyn_options *drive) {
+static unsigned find_needs(const struct options *options, const struct refdyn_options *integration) {
     unsigned needs = NEEDS_RESULT | NEEDS_MOTION | NEEDS_POINTS | NEEDS_POINT_RATES;
     if (options->from && strcmp(options->from, "statics") == 0)
         needs |= NEEDS_STATICS;
-    if (refdyn_method_is_implicit(drive->method))
+    if (refdyn_method_is_implicit(integration->method))
         needs |= NEEDS_TANGENT;
     return needs;
 }
 
 static enum status run_scene(struct scene *scene, const struct options *options,
-                             struct refdyn_options *drive) {
+                             struct refdyn_options *integration) {
     struct inputs inputs = {.count = 0};
     const struct task task = {.scene = scene,
                               .options = options,
                               .until = options->until,
                               .has_stops = options->stop_count > 0,
                               .on_start = on_start};
-    enum status status = motion_fit(scene, options, drive);
+    enum status status = motion_fit(scene, options, integration);
     if (status == STATUS_DONE && options->inputs) {
         scene->inputs = &inputs;
         status =
@@ -362,25 +363,25 @@ static enum status run_scene(struct scene *scene, const struct options *options,
     if (status == STATUS_DONE)
         status = motion_place(scene, options);
     if (status == STATUS_DONE)
-        status = run_task(&task, drive);
+        status = run_task(&task, integration);
     scene->inputs = NULL;
     return status;
 }
 
 enum status run_sim(const struct options *options) {
-    struct refdyn_options drive;
+    struct refdyn_options integration;
     struct scene scene;
     if (options->output && (has_ending(options->output, ".h5") || has_ending(options->output, ".hdf5")))
         return usage_error(options->command, "-o %s: this version writes CSV, name a .csv file",
                            options->output);
-    enum status status = motion_options(options, &drive);
+    enum status status = motion_options(options, &integration);
     if (status == STATUS_DONE)
-        status = check_error_options(options, &drive);
+        status = check_error_options(options, &integration);
     if (status != STATUS_DONE)
         return status;
-    status = scene_open(&scene, options, find_needs(options, &drive), motion_state_path(options));
+    status = scene_open(&scene, options, find_needs(options, &integration), motion_state_path(options));
     if (status == STATUS_DONE)
-        status = run_scene(&scene, options, &drive);
+        status = run_scene(&scene, options, &integration);
     scene_close(&scene);
     return status;
 }

@@ -30,7 +30,7 @@ struct stops {
 /* Complains as usage errors are. stops_release in any case. */
 enum status stops_read(struct stops *stops, const struct options *options,
                        struct refdyn_integrator *integrator);
-/* Does one of them hold at the drive's state? Then it is the one that was reached. */
+/* Does one of them hold at the integration's state? Then it is the one that was reached. */
 bool stops_hold(struct stops *stops);
 /* None held at t_before, inside the last step or at its begin: when one holds now, moves the integrator back
  * to the first time at which one does. Returns a status of the runtime. */

@@ -61,11 +61,12 @@ static void go(struct trial *trial, struct table *table, FILE *rows) {
         add_last(trial, table, rows);
 }
 
-void trial_run(struct trial *trial, const struct task *task, const struct refdyn_options *drive, FILE *rows) {
+void trial_run(struct trial *trial, const struct task *task, const struct refdyn_options *integration,
+               FILE *rows) {
     struct motion *motion = &trial->motion;
     struct table table;
     *trial = (struct trial){.usage = STATUS_DONE};
-    trial->result = motion_start(motion, task->scene, drive, task->until, task->options->every);
+    trial->result = motion_start(motion, task->scene, integration, task->until, task->options->every);
     if (trial->result == REFDYN_OK && by_gsl_has(task->options->method))
         trial->result = motion_by_gsl(motion, task->options->method);
     trial->is_started = trial->result == REFDYN_OK;

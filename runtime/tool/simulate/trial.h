@@ -27,7 +27,8 @@ struct task {
 };
 
 /* rows: where they go, NULL: nowhere. trial_release in any case. */
-void trial_run(struct trial *trial, const struct task *task, const struct refdyn_options *drive, FILE *rows);
+void trial_run(struct trial *trial, const struct task *task, const struct refdyn_options *integration,
+               FILE *rows);
 void trial_release(struct trial *trial);
 
 #endif

@@ -1,5 +1,5 @@
 /* Checks of fields, one value by its type and all of a table: see fields.h. */
-#include "read/field_types.h"
+#include "read/check_fields.h"
 #include "base/text.h"
 
 #include <math.h>

@@ -5,8 +5,8 @@
  * version for wide vectors runs where the processor has them. No operation is fused or reordered, so results
  * do not depend on it.
  */
-#ifndef REFDYN_WIDE_H
-#define REFDYN_WIDE_H
+#ifndef REFDYN_WIDE_VECTORS_H
+#define REFDYN_WIDE_VECTORS_H
 
 #if defined(__x86_64__) && defined(__GNUC__)
 #define HAS_WIDE 1

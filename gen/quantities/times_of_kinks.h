@@ -6,8 +6,8 @@
  * linear in t, expressions without t, and plan->switches, the others themselves, whose zeros are searched for
  * in a motion.
  */
-#ifndef REFDYN_GEN_TIME_EVENTS_H
-#define REFDYN_GEN_TIME_EVENTS_H
+#ifndef REFDYN_GEN_TIMES_OF_KINKS_H
+#define REFDYN_GEN_TIMES_OF_KINKS_H
 
 #include "plan/plan.h"
 

@@ -1,5 +1,5 @@
 /* Times of kinks: see time_events.h. */
-#include "quantities/time_events.h"
+#include "quantities/times_of_kinks.h"
 
 enum {
     MOST_BREAKS = 1000, /* kinks in time that are reported */

@@ -7,8 +7,8 @@
  * which is slow for distant numbers; it is counted as what it then may cost. Library functions that do more
  * than one pass over their arguments are counted by what they may do at most.
  */
-#ifndef REFDYN_GEN_WORK_H
-#define REFDYN_GEN_WORK_H
+#ifndef REFDYN_GEN_WORK_LIMITS_H
+#define REFDYN_GEN_WORK_LIMITS_H
 
 #include <stdbool.h>
 #include <stddef.h>

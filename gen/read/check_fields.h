@@ -1,9 +1,9 @@
 /*
- * What the checks of fields (field_types.c) need of the table of fields (fields.c): the rule of each type,
+ * What the checks of fields (check_fields.c) need of the table of fields (fields.c): the rule of each type,
  * and what a table has of an owner's fields.
  */
-#ifndef REFDYN_GEN_FIELD_TYPES_H
-#define REFDYN_GEN_FIELD_TYPES_H
+#ifndef REFDYN_GEN_CHECK_FIELDS_H
+#define REFDYN_GEN_CHECK_FIELDS_H
 
 #include "read/fields.h"
 
