@@ -11,55 +11,18 @@
 #include "read/declarations.h"
 #include "read/value.h"
 
-/*
- * Tables with fields: OWNER(name, text in messages, name of the function of the module that makes one, or
- * NULL, what one looks like)
- */
-#define OWNERS                                                                                          \
-    OWNER(MODEL, "the model", "model", "{ name = \"arm\", links = { ... } }")                           \
-    OWNER(LINK, "a link", NULL, "{ \"arm\", joint = \"z\" }")                                           \
-    OWNER(INERTIA, "an inertia", NULL, "{ zz = 0.05 }")                                                 \
-    OWNER(BODY, "a body", NULL, "rd.box { ... } or { mass = 1 }")                                       \
-    OWNER(BOX, "a box", "box", "{ { 1, 1, 1 }, mass = 1 }")                                             \
-    OWNER(CYLINDER, "a cylinder", "cylinder", "{ diameter = 0.1, length = 1, mass = 1 }")               \
-    OWNER(TUBE, "a tube", "tube", "{ outer = 0.1, inner = 0.08, length = 1, mass = 1 }")                \
-    OWNER(SPHERE, "a sphere", "sphere", "{ diameter = 0.1, mass = 1 }")                                 \
-    OWNER(BEAM, "a beam", NULL, "{ length = 1, section = rd.round(0.014), ... }")                       \
-    OWNER(SEGMENT, "a segment", NULL, "{ length = 1 }")                                                 \
-    OWNER(SECTION, "a section", NULL, "rd.round(0.014)")                                                \
-    OWNER(DAMPING, "a damping", NULL, "{ ratio = 0.01 }")                                               \
-    OWNER(CURVATURE, "a curvature", NULL, "{ psi = 0.1 }")                                              \
-    OWNER(POINT, "a point", NULL, "{ on = \"arm\", at = { 0, 0, 1 } }")                                 \
-    OWNER(AXIS, "an axis", NULL, "{ \"arm\", \"z\" }")                                                  \
-    OWNER(SPRING, "a spring", "spring", "{ \"a\", \"b\", stiffness = 100 }")                            \
-    OWNER(DAMPER, "a damper", "damper", "{ \"a\", \"b\", damping = 1 }")                                \
-    OWNER(ACTUATOR, "an actuator", "actuator", "{ \"a\", \"b\", expression }")                          \
-    OWNER(FORCE, "a force", "force", "{ \"arm\", { 0, 0, 1 } }")                                        \
-    OWNER(TORQUE, "a torque", "torque", "{ \"arm\", { 0, 0, 1 } }")                                     \
-    OWNER(ENERGY, "an energy", "energy", "{ expression }")                                              \
-    OWNER(ROW, "a row", NULL, "{ expression } for each row")                                            \
-    OWNER(LOOP, "rd.loop", "loop", "{ \"a\", \"b\" }")                                                  \
-    OWNER(PARALLEL, "rd.parallel", "parallel", "{ { \"a\", \"z\" }, { \"b\", \"z\" } }")                \
-    OWNER(PERPENDICULAR, "rd.perpendicular", "perpendicular", "{ { \"a\", \"z\" }, { \"b\", \"z\" } }") \
-    OWNER(ON_LINE, "rd.on_line", "on_line", "{ \"a\", { \"b\", \"z\" } }")                              \
-    OWNER(ON_PLANE, "rd.on_plane", "on_plane", "{ \"a\", { \"b\", \"z\" } }")                           \
-    OWNER(DISTANCE, "rd.distance", "distance", "{ \"a\", \"b\", expression }")                          \
-    OWNER(CLOSE, "rd.close", "close", "{ \"a\", \"b\", joint = \"psi\" }")                              \
-    OWNER(DRIVE, "rd.drive", "drive", "{ \"arm_psi\", expression }")                                    \
-    OWNER(LOCK, "rd.lock", "lock", "{ \"arm_psi\" }")
+enum field {
+#define FIELD(owner, name, item, type, need, range, unit, text) FIELD_##owner##_##name,
+#include "read/fields.def"
+#undef FIELD
+    FIELD_COUNT
+};
 
 enum owner {
 #define OWNER(name, text, tag, form) OWNER_##name,
     OWNERS
 #undef OWNER
         OWNER_COUNT
-};
-
-enum field {
-#define FIELD(owner, name, item, type, need, range, unit, text) FIELD_##owner##_##name,
-#include "read/fields.def"
-#undef FIELD
-    FIELD_COUNT
 };
 
 enum field_type {
