@@ -713,6 +713,14 @@ static bool has_asked_for(const struct derivation *d) {
     return false;
 }
 
+/* The tables of the model name all gains, also those that no function reads. */
+static void make_gains(const struct derivation *d) {
+    for (int i = 0; i < d->m; i++) {
+        constraints_rate_gain(d->g, &d->model->rows[i]);
+        constraints_position_gain(d->g, &d->model->rows[i]);
+    }
+}
+
 bool quantities_list_functions(struct plan *plan, const char *emit) {
     struct derivation *d = choice_of_tree(plan);
     const char *last_reason = NULL;
@@ -734,5 +742,6 @@ bool quantities_list_functions(struct plan *plan, const char *emit) {
         }
     }
     derivatives_keep_emitted_parameters(plan);
+    make_gains(d);
     return has_asked_for(d);
 }
