@@ -2,11 +2,12 @@
  * Reference accelerations: those at which the inertia and gravity of each body are taken as loads, while the
  * recursion for M x = f gives what the true ones differ by.
  *
- * Takes kinematics and the elimination, gives accelerations by frame; declared in dynamics.h (theory, sect. 5.5). They are
- * the bias accelerations, at qdd = 0 - except for dw/dt behind a ball joint, whose accelerations no joint
- * holds: there any reference serves, and dw/dt = 0 need not be turned from frame to frame. The joint's
- * coordinates then take up what dw/dt would have been (ball_coordinates in articulated_body.c). With a force
- * on each coordinate of the manipulator qdd_free took 14 to 16 % longer at the bias accelerations alone.
+ * Takes kinematics and the elimination, gives accelerations by frame; declared in dynamics.h (theory,
+ * sect. 5.5). They are the bias accelerations, at qdd = 0 - except for dw/dt behind a ball joint, whose
+ * accelerations no joint holds: there any reference serves, and dw/dt = 0 need not be turned from frame to
+ * frame. The joint's coordinates then take up what dw/dt would have been (ball_coordinates in
+ * articulated_body.c). With a force on each coordinate of the manipulator qdd_free took 14 to 16 % longer at
+ * the bias accelerations alone.
  */
 #include "dynamics/dynamics.h"
 #include "base/memory.h"

@@ -1,7 +1,7 @@
 /*
  * models/editor/refdyn.lua, the definitions that an editor's Lua language server reads (the form of LuaLS
- * annotations), says what the tables of fields (gen/read/fields.def), functions and operators (gen/graph/ops.def) say.
- * With an argument, prints the file: what to write there when a table has changed.
+ * annotations), says what the tables of fields (gen/read/fields.def), functions and operators
+ * (gen/graph/ops.def) say. With an argument, prints the file: what to write there when a table has changed.
  */
 #include "read/fields.h"
 #include "base/memory.h"

@@ -1,6 +1,6 @@
 /*
- * models/README.md says what the table of fields (gen/read/fields.def) says: each field is a row of its tables.
- * With an argument, prints the rows: what to paste when the table of fields has changed.
+ * models/README.md says what the table of fields (gen/read/fields.def) says: each field is a row of its
+ * tables. With an argument, prints the rows: what to paste when the table of fields has changed.
  */
 #include "read/fields.h"
 

@@ -134,7 +134,7 @@ static void print_methods(void) {
     for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
         printf("%s%s", method ? ", " : "", refdyn_method_name(method));
     puts(HAS_METHODS_OF_GSL ? ", msbdf, bsimp (default: rk4 with --step, auto without)"
-                         : " (default: rk4 with --step, auto without)");
+                            : " (default: rk4 with --step, auto without)");
 }
 
 static void print_rule_help(const struct rule *rule) {

@@ -1,6 +1,6 @@
 /*
- * `refdyn gen` and `refdyn check`: the C of a model into a folder, what a pass of the generator has made, and what was
- * read of a model. Take a scene that is read, give files or text on stdout.
+ * `refdyn gen` and `refdyn check`: the C of a model into a folder, what a pass of the generator has made, and
+ * what was read of a model. Take a scene that is read, give files or text on stdout.
  */
 #include "command_line/commands.h"
 #include "system/output_file.h"
