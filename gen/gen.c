@@ -146,11 +146,14 @@ static const char *violation_behind(struct generation *gen, const struct pass *p
     return pass->run == order_all_sums ? NULL : graph_violation(&gen->graph);
 }
 
-/* The work of looking is none of the model's. */
+/* The work and the memory of looking are none of the model's. */
 static void check_invariants(struct generation *gen, const struct pass *pass) {
-    const double work = gen->memory.work;
+    struct memory *memory = &gen->memory;
+    const struct memory before = *memory;
+    memory->bound = 0;
     const char *broken = violation_behind(gen, pass);
-    gen->memory.work = work;
+    memory->work = before.work;
+    memory->bound = before.bound + (memory->taken - before.taken);
     if (!broken)
         return;
     fprintf(stderr, "refdyn: behind pass %s of %s: %s\n", pass->name, gen->model.name, broken);
