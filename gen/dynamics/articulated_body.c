@@ -3,7 +3,7 @@
  * sect. 5.1 to 5.4; Featherstone, Rigid Body Dynamics Algorithms, 2008, ch. 7). The velocities stand in f, so
  * one elimination serves every right side.
  *
- * Takes kinematics, gives x for right sides f; declared in body_dynamics.h. For each frame the articulated
+ * Takes kinematics, gives x for right sides f; declared in dynamics.h. For each frame the articulated
  * inertia IA = [J H; H^T M], J and M symmetric, maps (angular, linear) acceleration to (moment, force). Three
  * turns at one point, as of a spring-damping element, are eliminated together, as a ball joint: its moment m
  * follows from the forces on its coordinates alone, and only M - H^T J^-1 H is passed on. What vanishes there

@@ -1,4 +1,4 @@
-/* Mass matrix, bias forces, gravity and energy from the tips inward: see body_dynamics.h. */
+/* Mass matrix, bias forces, gravity and energy from the tips inward: see dynamics.h. */
 #include "dynamics/dynamics.h"
 #include "base/memory.h"
 #include "tree/recursion.h"

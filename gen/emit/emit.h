@@ -59,9 +59,9 @@ void emit_spline_prototypes(struct emission *emission, struct text *text);
 /* Loops behind the straight-line code; `local` stands before the names of local arrays. */
 void emit_loops(struct emission *emission, struct text *text, const struct function *function,
                 const char *local);
-/* Do they write all entries of a array, so that it need not be cleared? */
+/* Do they write all entries of an array, so that it need not be cleared? */
 bool emit_is_written_by_loops(const struct function *function, int array);
-/* How a array is called there. */
+/* How an array is called there. */
 const char *emit_array_text(struct emission *emission, const struct function *function, int array,
                             const char *local);
 enum { SINCOS_BYTES = 3 * FEWEST_ANGLES * (int)sizeof(double) }; /* of local arrays of the pass */

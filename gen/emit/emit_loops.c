@@ -74,7 +74,7 @@ static void put_tables(const struct printer *p, const struct pairs *pairs) {
         put_flags(p, "moves_on", pairs->moves_on, pairs->n);
 }
 
-/* Does a array have entries of its own, other than 0, `step`, 2 `step` ...? step 0: any. */
+/* Does an array have entries of its own, other than 0, `step`, 2 `step` ...? step 0: any. */
 static bool has_entries(const struct function *function, int array, int step) {
     const struct array *of = &function->arrays[array];
     for (int i = 0; i < of->single_count; i++)

@@ -74,9 +74,9 @@ struct node {
 };
 
 /*
- * A loop over the elements of a run. What is built between open_loop and close_loop and depends on the
- * element is its body; what does not, is computed before it. Other loops over the same run may use the body's
- * values, of the same element.
+ * A loop over the elements of a run. What is built between graph_open_loop and graph_close_loop and depends
+ * on the element is its body; what does not, is computed before it. Other loops over the same run may use the
+ * body's values, of the same element.
  */
 struct element_loop {
     int run;

@@ -28,7 +28,7 @@ struct array {
     bool by_parameter; /* one column for each of the model's parameters: those not emitted are taken out */
 };
 
-/* Values of all elements of a run: entry + e * stride of a array for element e. */
+/* Values of all elements of a run: entry + e * stride of an array for element e. */
 struct run_result {
     expression value;
     int array, entry, stride, run;
@@ -43,14 +43,14 @@ struct code_block {
     int end;     /* of its statements */
 };
 
-/* An entry of a array that stands alone, and how many statements and blocks end before it: it is written as
+/* An entry of an array that stands alone, and how many statements and blocks end before it: it is written as
  * soon as it is known, which keeps few values waiting. */
 struct write {
     int array, entry, place;
     expression value;
 };
 
-/* A value that a group of loops makes anew: see is_repeated. */
+/* A value that a group of loops makes anew: see angles_is_repeated. */
 struct repeat {
     int group;
     expression value;
@@ -58,7 +58,7 @@ struct repeat {
 
 struct function;
 
-/* A array of a composed function: that of another one, which is called. */
+/* An array of a composed function: that of another one, which is called. */
 struct part {
     const struct function *from;
     int from_array, to_array;
@@ -109,7 +109,7 @@ struct plan {
     int parameter_count;
     int *anchored; /* model's index of each parameter that `anchor` sets */
     int anchored_count;
-    expression *breaks, *switches; /* times of kinks; what changes sign at others: time_events.h */
+    expression *breaks, *switches; /* times of kinks; what changes sign at others: times_of_kinks.h */
     int break_count, switch_count;
     struct function prepare;  /* results: values of parameters alone, ascending */
     bool *is_statement;       /* scratch of the function being planned or printed, by handle */
@@ -128,12 +128,12 @@ int plan_open_result(struct memory *memory, struct function *function, const cha
 /* One more local array, behind all other arrays: its number. */
 int plan_open_local(struct memory *memory, struct function *function, const char *name, int count,
                     int columns);
-/* Gives one entry of a array, or `count` of them from `first` on. */
+/* Gives one entry of an array, or `count` of them from `first` on. */
 void plan_set_entry(struct memory *memory, struct function *function, int array, int entry, expression value);
 void plan_set_entries(struct memory *memory, struct function *function, int array, int first,
                       const expression *values, int count);
 
-/* The value of a frame with a joint, in entry `first` + step * e of a array, e the element in a run, 0 else.
+/* The value of a frame with a joint, in entry `first` + step * e of an array, e the element in a run, 0 else.
  */
 void plan_set_frame(struct memory *memory, const struct tree *tree, struct function *function, int array,
                     int first, int step, int frame, expression value);
@@ -161,7 +161,7 @@ long plan_trips_of(const struct plan *plan, expression e);
 /* Marks is_statement for one function: before printing it. */
 void plan_mark_statements(struct plan *plan, const struct function *function);
 bool plan_is_output_copied(const struct array *array, int entry); /* false in the mirrored upper half */
-/* Are there so many zeros in a array that one loop writes all of it before the others are written? */
+/* Are there so many zeros in an array that one loop writes all of it before the others are written? */
 bool plan_is_cleared(const struct plan *plan, const struct function *function, int array);
 /* Is the result a struct of its parts, not an array? */
 bool plan_is_struct_result(const struct function *function);

@@ -395,7 +395,7 @@ static void add_write(struct scheduler *x, struct write write) {
     function->writes[function->write_count++] = write;
 }
 
-/* Of a array that is not cleared. */
+/* Of an array that is not cleared. */
 static void write_zeros(struct scheduler *x, int array, int place) {
     const struct memory_mark mark = memory_mark(x->plan->memory);
     const struct function *function = x->function;

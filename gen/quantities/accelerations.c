@@ -130,7 +130,7 @@ static bool act_as_loads(struct derivation *d, const struct solution *solution) 
     return true;
 }
 
-/* The load of one row, negative as solve_eliminated takes it: own axes and origin of each frame. */
+/* The load of one row, negative as articulated_body_solve takes it: own axes and origin of each frame. */
 static struct wrench *loads_of_row(struct derivation *d, const struct row_terms *row) {
     const struct kinematics *k = &d->kinematics;
     struct wrench *loads = memory_get(d->memory, ((size_t)d->frames + 1) * sizeof *loads);

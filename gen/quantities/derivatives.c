@@ -44,7 +44,8 @@ static struct pair_move moved(struct builder *b, const struct vector *moments, s
     return move;
 }
 
-/* Arrays of the vectors of force_and_inertia_vectors.h and given.h, near and far: theory, sect. 7.4. */
+/* Arrays of the vectors of force_and_inertia_vectors.h and given_motion.h, near and far: theory, sect. 7.4.
+ */
 struct near_arrays {
     struct vector_arrays axis, rate, rate2;
 };

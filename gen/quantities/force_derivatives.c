@@ -1,4 +1,4 @@
-/* Derivatives of applied_forces by q and qd: see force_pairs.h. */
+/* Derivatives of applied_forces by q and qd: see force_derivatives.h. */
 #include "quantities/force_derivatives.h"
 
 #include <string.h>

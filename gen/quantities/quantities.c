@@ -27,7 +27,7 @@ static void spread_last(struct derivation *d, struct function *f, int begin, con
     derivation_spread(d, f, f->array_count - 1, begin, 1, by_frame);
 }
 
-/* A array with a value for each coordinate. */
+/* An array with a value for each coordinate. */
 static void spread_array(struct derivation *d, struct function *f, const char *name, const char *about,
                          const expression *by_frame) {
     derivation_add_array(d, f, name, about, d->n, 0);
@@ -68,7 +68,7 @@ static int find_array(const struct function *function, const char *name) {
     return index;
 }
 
-/* Where a array is computed: a composed function has it from another one. */
+/* Where an array is computed: a composed function has it from another one. */
 static struct part source_of(const struct function *function, int array) {
     for (int i = 0; i < function->part_count; i++)
         if (function->parts[i].to_array == array && !function->loop_count)
@@ -76,7 +76,7 @@ static struct part source_of(const struct function *function, int array) {
     return (struct part){.from = function, .from_array = array};
 }
 
-/* A array of a quantity, as a part of a composed function; its place there is left open. */
+/* An array of a quantity, as a part of a composed function; its place there is left open. */
 static struct part *add_part(struct derivation *d, struct function *f, const char *quantity,
                              const char *array) {
     const struct function *from = provide(d, quantity);

@@ -88,18 +88,19 @@ long operation_cost_of_results(const struct derivation *d, const struct function
 /* One more choice for the summary and the header. */
 void operation_cost_note_choice(struct derivation *d, const char *choice);
 
-/* mass_matrix.c: a array for M, filled when all other arrays are there. */
+/* mass_matrix.c: an array for M, filled when all other arrays are there. */
 int mass_matrix_add(struct derivation *d, struct function *f);
 void mass_matrix_fill(struct derivation *d, struct function *f, int array);
 
-/* Values by frame into entries first + stride * coordinate of a array. */
+/* Values by frame into entries first + stride * coordinate of an array. */
 void derivation_spread(struct derivation *d, struct function *f, int array, int first, int stride,
                        const expression *by_frame);
 /* One more part of a function's result: its number. */
 int derivation_add_array(struct derivation *d, struct function *f, const char *name, const char *about,
                          int count, int columns);
 
-/* mass_matrix_loops.c: M into a array of f, n x n, as loops over pairs; drop_unread in the end. */
+/* mass_matrix_loops.c: M into an array of f, n x n, as loops over pairs; pair_loops_drop_unread in the end.
+ */
 void mass_matrix_loops_add(struct derivation *d, struct function *f, int array);
 /* statics_tangent_loops.c: dQ/dq at qd = 0, in the same way. */
 void statics_tangent_loops_add(struct derivation *d, struct function *f, int array);

@@ -1,5 +1,5 @@
 /*
- * The tangent of statics as loops: dQ_i/dq_j at qd = 0 into a array of a function.
+ * The tangent of statics as loops: dQ_i/dq_j at qd = 0 into an array of a function.
  *
  * Takes the composites and the forces of the model at rest. Gravity does to the mass moment beyond a joint
  * what a force does to a column of C: joint j turns its change Delta_i, so the far vectors are Delta_i x grav

@@ -1,4 +1,4 @@
-/* Times of kinks: see time_events.h. */
+/* Times of kinks: see times_of_kinks.h. */
 #include "quantities/times_of_kinks.h"
 
 enum {

@@ -89,9 +89,9 @@ void fields_check(const struct checker *checker, const struct value *table, enum
 /* Has the author made the table, or the function of the module that makes such? OWNER_COUNT: none does. */
 bool fields_is_made_for(const struct value *table, enum owner owner);
 /* Nothing in the table is a field of the owner, and it would be told of each: something else was meant.
- * check_fields says so. */
+ * fields_check says so. */
 bool fields_is_stranger(const struct value *table, enum owner owner);
-/* Was a field of the table meant to be `name`, and misspelled? check_fields has said so. */
+/* Was a field of the table meant to be `name`, and misspelled? fields_check has said so. */
 bool fields_is_misspelled(const struct value *table, enum owner owner, const char *name);
 /* The field's value, or NULL when it is missing or not of its type. */
 const struct value *fields_get(const struct value *table, enum field field);

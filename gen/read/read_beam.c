@@ -44,7 +44,7 @@ static const struct value *choose_table(const struct source *source, struct shar
     *path = fields_path_name(check, is_own ? source->own_path : source->beam_path, name);
     if (is_own || is_beam)
         return is_own ? source->own : source->beam;
-    const bool is_said = /* by check_fields */
+    const bool is_said = /* by fields_check */
         (source->own && field_rules[field.own].need == NEED_NEEDED) ||
         (source->own && fields_is_misspelled(source->own, OWNER_SEGMENT, name)) ||
         fields_is_misspelled(source->beam, OWNER_BEAM, name);

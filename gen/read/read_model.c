@@ -77,7 +77,7 @@ static bool read_joints(const struct reader *reader, const struct value *table, 
     for (int i = 0; i < count; i++) {
         struct place place = value->kind == VALUE_TABLE && !is_free ? value->items[i].place : value->place;
         if (find_joint(link, names[i]))
-            continue; /* said by check_fields */
+            continue; /* said by fields_check */
         if (make_joint(names[i], place, &link->joints[link->joint_count]))
             link->joint_count++;
         else

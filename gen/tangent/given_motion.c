@@ -1,4 +1,4 @@
-/* The motion at given accelerations: see given.h. */
+/* The motion at given accelerations: see given_motion.h. */
 #include "tangent/given_motion.h"
 #include "dynamics/dynamics.h"
 #include "base/memory.h"

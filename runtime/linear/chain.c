@@ -1,6 +1,6 @@
 /*
  * The tangent of a tree of joints as vectors: see chain.h. Here is what is done once, and the border; the
- * sweeps over joints are in chain_wide.c.
+ * sweeps over joints are in chain_sweeps.c.
  */
 #include "base/arithmetic.h"
 

@@ -3,7 +3,7 @@
  * choice of a method counts.
  *
  * n joints, a border of `border` rows and couplings; multiplications and additions of the sweeps of
- * chain_wide.c, in which two of three joints in space turn about the origin of the joint before.
+ * chain_sweeps.c, in which two of three joints in space turn about the origin of the joint before.
  */
 #ifndef REFDYN_CHAIN_COST_H
 #define REFDYN_CHAIN_COST_H

@@ -1,5 +1,6 @@
 /*
- * The sweeps over a tree of joints of chain.h: products, elimination, solution. Compiled twice: wide.h.
+ * The sweeps over a tree of joints of chain.h: products, elimination, solution. Compiled twice:
+ * wide_vectors.h.
  *
  * All is by position. A joint's record holds S, then its shift and the rate of it, W of mass, damping and
  * stiffness, Z of the same, and Y. What is eliminated and solved are numbers: real ones, or (wide) LANES

@@ -1,6 +1,6 @@
 /*
  * Elimination with pivoting: see elimination.h. Compiled twice, for wide vectors and for any processor
- * (wide.h), and with constants in place of is_complex.
+ * (wide_vectors.h), and with constants in place of is_complex.
  *
  * Step k divides column k by its pivot and subtracts A_kj times it from each column j that is left (Golub and
  * Van Loan, Matrix Computations, 3.2.6, by columns): elimination and solution run down columns, which lie
