@@ -16,7 +16,7 @@ struct keep {
     struct name_list extremes; /* smallest and largest value over the outputs, with their times */
     struct name_list norms;    /* root mean square over time */
     struct name_list history;  /* the value at each output */
-    const double *at;          /* (at_count) ascending times at which all that `final` keeps is kept, too [s] */
+    const double *at; /* (at_count) ascending times at which all that `final` keeps is kept, too [s] */
     int at_count;
 };
 

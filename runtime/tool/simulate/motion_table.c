@@ -28,6 +28,12 @@ struct columns {
     int count;
 };
 
+/* Columns that are computed together. */
+struct block {
+    void (*name)(const struct refdyn_model *model, struct columns *columns);
+    void (*put)(struct table *table);
+};
+
 /* Columns from `first` on get their kind before their names, all of them, until no column before has one. */
 static void settle(struct columns *columns, int first, const char *lead) {
     for (int i = first; i < columns->count;) {
@@ -76,10 +82,7 @@ static bool is_slide(const struct refdyn_name *coordinate) {
     return strcmp(coordinate->unit, "m") == 0;
 }
 
-static void name_columns(const struct refdyn_model *model, struct columns *columns) {
-    const size_t count = (size_t)count_columns(model);
-    columns->names = memory_get(columns->memory, count * sizeof *columns->names);
-    columns->units = memory_get(columns->memory, count * sizeof *columns->units);
+static void name_state(const struct refdyn_model *model, struct columns *columns) {
     const struct refdyn_name *q = model->coordinates;
     add_name(columns, "t", "s");
     for (int i = 0; i < model->n; i++)
@@ -87,43 +90,29 @@ static void name_columns(const struct refdyn_model *model, struct columns *colum
     for (int i = 0; i < model->n; i++)
         add_name(columns, memory_format(columns->memory, "%s_d", q[i].name),
                  is_slide(&q[i]) ? "m/s" : "rad/s");
-    name_points(model, columns);
-    name_residuals(model, columns);
+}
+
+static void name_energy(const struct refdyn_model *model, struct columns *columns) {
+    (void)model;
     add_name(columns, "energy", "J");
-    const int forces = columns->count;
+}
+
+static void name_forces(const struct refdyn_model *model, struct columns *columns) {
+    const int first = columns->count;
     for (int i = 0; i < model->n; i++)
-        add_name(columns, memory_format(columns->memory, "force_%s", q[i].name),
-                 is_slide(&q[i]) ? "N" : "N m");
-    settle(columns, forces, "force_");
+        add_name(columns, memory_format(columns->memory, "force_%s", model->coordinates[i].name),
+                 is_slide(&model->coordinates[i]) ? "N" : "N m");
+    settle(columns, first, "force_");
+}
+
+static void name_inputs(const struct refdyn_model *model, struct columns *columns) {
     for (int i = 0; i < model->input_count; i++)
         add_settled(columns, table_input_lead, model->inputs[i].name, model->inputs[i].unit);
+}
+
+static void name_courses(const struct refdyn_model *model, struct columns *columns) {
     for (int i = 0; i < model->course_count; i++)
         add_settled(columns, "course_", model->courses[i], NULL);
-}
-
-void table_start(struct table *table, struct refdyn_integrator *integrator) {
-    const struct refdyn_model *model = integrator->work->model;
-    size_t n = (size_t)model->n, columns = 3 * (size_t)model->point_count;
-    *table = (struct table){.integrator = integrator, .count = count_columns(model)};
-    table->memory = arena_start();
-    table->values = memory_get(&table->memory, (size_t)table->count * sizeof *table->values);
-    table->room = memory_get(&table->memory,
-                             (n + columns * (n + 3) + (size_t)model->course_count) * sizeof *table->room);
-    struct columns named = {.memory = &table->memory};
-    name_columns(model, &named);
-    table->names = named.names;
-}
-
-void table_put_units(const struct refdyn_model *model, struct document *document) {
-    struct memory memory = arena_start();
-    struct columns columns = {.memory = &memory};
-    name_columns(model, &columns);
-    put_open(document, "units", '{');
-    for (int i = 0; i < columns.count; i++)
-        if (columns.units[i])
-            put_text(document, columns.names[i], columns.units[i]);
-    put_close(document, '}');
-    memory_release(&memory);
 }
 
 /* ---- Values ---- */
@@ -186,22 +175,89 @@ static void put_courses(struct table *table) {
     put_values(table, table->room, model->course_count);
 }
 
-void table_fill(struct table *table) {
+static void put_state(struct table *table) {
     const struct refdyn_integrator *integrator = table->integrator;
-    int n = integrator->work->n;
-    double energy[2] = {0, 0};
-    table->filled = 0;
     put_value(table, integrator->t);
-    put_values(table, integrator->q, n);
-    put_values(table, integrator->qd, n);
-    put_points(table);
-    put_residuals(table);
+    put_values(table, integrator->q, integrator->work->n);
+    put_values(table, integrator->qd, integrator->work->n);
+}
+
+static void put_energy(struct table *table) {
+    const struct refdyn_integrator *integrator = table->integrator;
+    double energy[2] = {0, 0};
     refdyn_energies(integrator->work, integrator->t_right, integrator->q, integrator->qd, energy);
     put_value(table, energy[0] + energy[1]);
+}
+
+static void put_forces(struct table *table) {
     refdyn_integrator_force(table->integrator, table->room);
-    put_values(table, table->room, n);
-    put_values(table, integrator->work->x, integrator->work->model->input_count);
-    put_courses(table);
+    put_values(table, table->room, table->integrator->work->n);
+}
+
+static void put_inputs(struct table *table) {
+    const struct refdyn_workspace *work = table->integrator->work;
+    put_values(table, work->x, work->model->input_count);
+}
+
+/* ---- Blocks ---- */
+
+static const struct block blocks[TABLE_BLOCKS] = {{name_state, put_state},         {name_points, put_points},
+                                                  {name_residuals, put_residuals}, {name_energy, put_energy},
+                                                  {name_forces, put_forces},       {name_inputs, put_inputs},
+                                                  {name_courses, put_courses}};
+
+static void name_columns(const struct refdyn_model *model, struct columns *columns, int *ends) {
+    const size_t count = (size_t)count_columns(model);
+    columns->names = memory_get(columns->memory, count * sizeof *columns->names);
+    columns->units = memory_get(columns->memory, count * sizeof *columns->units);
+    for (int block = 0; block < TABLE_BLOCKS; block++) {
+        blocks[block].name(model, columns);
+        ends[block] = columns->count;
+    }
+}
+
+void table_start(struct table *table, struct refdyn_integrator *integrator) {
+    const struct refdyn_model *model = integrator->work->model;
+    size_t n = (size_t)model->n, columns = 3 * (size_t)model->point_count;
+    *table = (struct table){.integrator = integrator, .count = count_columns(model)};
+    table->memory = arena_start();
+    table->values = memory_get(&table->memory, (size_t)table->count * sizeof *table->values);
+    table->room = memory_get(&table->memory,
+                             (n + columns * (n + 3) + (size_t)model->course_count) * sizeof *table->room);
+    struct columns named = {.memory = &table->memory};
+    name_columns(model, &named, table->ends);
+    table->names = named.names;
+    table->units = named.units;
+    for (int block = 0; block < TABLE_BLOCKS; block++)
+        table->is_wanted[block] = true;
+}
+
+void table_put_units(const struct refdyn_model *model, struct document *document) {
+    struct memory memory = arena_start();
+    struct columns columns = {.memory = &memory};
+    int ends[TABLE_BLOCKS];
+    name_columns(model, &columns, ends);
+    put_open(document, "units", '{');
+    for (int i = 0; i < columns.count; i++)
+        if (columns.units[i])
+            put_text(document, columns.names[i], columns.units[i]);
+    put_close(document, '}');
+    memory_release(&memory);
+}
+
+void table_want(struct table *table, const bool *wanted) {
+    for (int block = 0, i = 0; block < TABLE_BLOCKS; block++) {
+        table->is_wanted[block] = false;
+        for (; i < table->ends[block]; i++)
+            table->is_wanted[block] |= wanted[i];
+    }
+}
+
+void table_fill(struct table *table) {
+    table->filled = 0;
+    for (int block = 0; block < TABLE_BLOCKS; table->filled = table->ends[block++])
+        if (table->is_wanted[block])
+            blocks[block].put(table);
 }
 
 /* ---- CSV ---- */

@@ -12,11 +12,16 @@
 
 #include <stdio.h>
 
+enum { TABLE_BLOCKS = 7 }; /* of columns that are computed together: the state, points, residuals ... */
+
 struct table {
     struct refdyn_integrator *integrator;
     struct memory memory; /* of all below */
     const char **names;   /* (count) */
-    double *values;       /* (count) of the last table_fill */
+    const char **units;   /* (count) NULL: the model does not say */
+    int ends[TABLE_BLOCKS];
+    bool is_wanted[TABLE_BLOCKS];
+    double *values; /* (count) of the last table_fill */
     int count, filled;
     double *room; /* for points, their columns and the programme force */
 };
@@ -24,6 +29,8 @@ struct table {
 extern const char table_input_lead[]; /* before the name of an input whose name is taken */
 
 void table_start(struct table *table, struct refdyn_integrator *integrator);
+/* From now on only the blocks with a wanted column are filled: wanted (count). */
+void table_want(struct table *table, const bool *wanted);
 /* The values of the integrator's state. */
 void table_fill(struct table *table);
 void table_header(const struct table *table, FILE *out);

@@ -1,0 +1,226 @@
+/*
+ * One case of a batch: see motion_of_case.h.
+ *
+ * What a case starts from follows in this order: parameters and inputs; the model's initial state for them;
+ * start values and rates of the batch, then of the case; its equilibrium; anchored parameters.
+ */
+#define _POSIX_C_SOURCE 200809L
+#include "batch/motion_of_case.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+enum { STEPS_BETWEEN_QUESTIONS = 64 }; /* to the caller, whether the batch is to be left */
+
+/* ---- Memory ---- */
+
+static size_t aligned(size_t size) {
+    const size_t unit = sizeof(double) * 2;
+    return (size + unit - 1) / unit * unit;
+}
+
+int refdyn_worker_start(struct worker *worker, const struct refdyn_batch *batch, int thread) {
+    const struct refdyn_model *model = batch->model;
+    *worker = (struct worker){.batch = batch, .now = {.thread = thread, .integrator = &worker->integrator}};
+    const size_t work = aligned(refdyn_workspace_size(model)),
+                 integrator = aligned(refdyn_integrator_size(model, &batch->options)),
+                 start = aligned(2 * (size_t)model->n * sizeof(double)),
+                 given = aligned((size_t)model->anchored_count * sizeof(int));
+    worker->statics_size = batch->from_statics ? refdyn_statics_size(model) : 0;
+    char *memory = malloc(work + integrator + start + given + aligned(worker->statics_size) + 1);
+    worker->memory = memory;
+    if (!memory)
+        return REFDYN_BAD_MEMORY;
+    worker->q = (double *)(void *)(memory + work + integrator);
+    worker->qd = worker->q + model->n;
+    worker->given = (int *)(void *)(memory + work + integrator + start);
+    worker->statics = memory + work + integrator + start + given;
+    const int status = refdyn_workspace_init(&worker->work, model, memory, work);
+    return status ? status
+                  : refdyn_integrator_init(&worker->integrator, &worker->work, &batch->options, memory + work,
+                                           integrator);
+}
+
+void refdyn_worker_release(struct worker *worker) {
+    free(worker->memory);
+    worker->memory = NULL;
+}
+
+/* ---- The start of a case ---- */
+
+static double value_of(const struct worker *worker, const struct refdyn_batch_column *column) {
+    return column->values[worker->now.number];
+}
+
+/* Of the columns of one kind, into what they are places of. */
+static void set_columns(const struct worker *worker, enum refdyn_varied what, double *values) {
+    const struct refdyn_batch *batch = worker->batch;
+    for (int i = 0; i < batch->column_count; i++)
+        if (batch->columns[i].what == what)
+            values[batch->columns[i].place] = value_of(worker, &batch->columns[i]);
+}
+
+static void set_all(double *values, int count, const double *common, const struct refdyn_name *names) {
+    for (int i = 0; i < count; i++)
+        values[i] = common ? common[i] : names[i].value;
+}
+
+/* An anchored parameter that a column sets is given, too. */
+static void mark_given(struct worker *worker) {
+    const struct refdyn_batch *batch = worker->batch;
+    const struct refdyn_model *model = batch->model;
+    for (int j = 0; j < model->anchored_count; j++) {
+        worker->given[j] = batch->given && batch->given[j];
+        for (int i = 0; i < batch->column_count; i++)
+            worker->given[j] |= batch->columns[i].what == REFDYN_VARIED_PARAMETER &&
+                                batch->columns[i].place == model->anchored[j];
+    }
+}
+
+static void set_values(struct worker *worker) {
+    const struct refdyn_batch *batch = worker->batch;
+    const struct refdyn_model *model = batch->model;
+    struct refdyn_workspace *work = &worker->work;
+    set_all(work->p, model->parameter_count, batch->p, model->parameters);
+    set_all(work->x, model->input_count, batch->x, model->inputs);
+    set_columns(worker, REFDYN_VARIED_PARAMETER, work->p);
+    set_columns(worker, REFDYN_VARIED_INPUT, work->x);
+    worker->samples = NULL;
+    for (int i = 0; i < batch->column_count; i++)
+        if (batch->columns[i].what == REFDYN_VARIED_SAMPLES)
+            worker->samples = batch->samples + (int)value_of(worker, &batch->columns[i]);
+    mark_given(worker);
+    refdyn_prepare(work);
+}
+
+static void set_state(struct worker *worker) {
+    const struct refdyn_batch *batch = worker->batch;
+    const size_t bytes = (size_t)batch->model->n * sizeof(double);
+    refdyn_initial_state(&worker->work, worker->q, worker->qd);
+    refdyn_anchor(&worker->work, 0, worker->q, worker->qd, worker->given);
+    if (batch->q)
+        memcpy(worker->q, batch->q, bytes);
+    if (batch->qd)
+        memcpy(worker->qd, batch->qd, bytes);
+    set_columns(worker, REFDYN_VARIED_COORDINATE, worker->q);
+}
+
+/* Rates of the case are those with which it leaves its equilibrium. */
+static int find_equilibrium(struct worker *worker) {
+    const struct refdyn_batch *batch = worker->batch;
+    const struct refdyn_statics_options options = refdyn_statics_default();
+    struct refdyn_statics_result result;
+    memset(worker->qd, 0, (size_t)batch->model->n * sizeof(double));
+    return refdyn_statics(&worker->work, &options, batch->held, batch->held_count, worker->q, NULL, &result,
+                          worker->statics, worker->statics_size);
+}
+
+static void meet_sample(struct worker *worker, double t) {
+    worker->next_sample = worker->samples ? refdyn_samples_set(worker->samples, t, worker->work.x) : INFINITY;
+}
+
+/* Everything before the first step. */
+static int begin(struct worker *worker, struct refdyn_batch_result *result) {
+    const struct refdyn_batch *batch = worker->batch;
+    struct refdyn_integrator *integrator = &worker->integrator;
+    int status = REFDYN_OK;
+    set_values(worker);
+    set_state(worker);
+    meet_sample(worker, batch->t);
+    result->stage = REFDYN_AT_STATICS;
+    if (batch->from_statics)
+        status = find_equilibrium(worker);
+    memcpy(integrator->q, worker->q, 2 * (size_t)batch->model->n * sizeof(double));
+    if (status)
+        return status;
+    result->stage = REFDYN_AT_START;
+    set_columns(worker, REFDYN_VARIED_RATE, worker->qd);
+    refdyn_anchor(&worker->work, batch->t, worker->q, worker->qd, worker->given);
+    status = refdyn_integrator_start(integrator, batch->t, worker->q, worker->qd);
+    refdyn_integrator_until(integrator, batch->times[batch->time_count - 1]);
+    refdyn_integrator_limit(integrator, worker->next_sample);
+    return status;
+}
+
+/* ---- Its motion ---- */
+
+/* From a sample on with its inputs. */
+static int take_sample(struct worker *worker) {
+    struct refdyn_integrator *integrator = &worker->integrator;
+    meet_sample(worker, integrator->t);
+    refdyn_integrator_limit(integrator, worker->next_sample);
+    return refdyn_integrator_refresh(integrator);
+}
+
+static int is_left(const struct refdyn_batch *batch) {
+    return batch->stop && batch->stop(batch->context);
+}
+
+/* To time t. *left: the batch is to be left. */
+static int go_to(struct worker *worker, double t, int *left) {
+    struct refdyn_integrator *integrator = &worker->integrator;
+    int status = REFDYN_OK;
+    while (!status && integrator->t < t && !*left) {
+        status = refdyn_integrator_step(integrator, fmin(t, worker->next_sample), STEPS_BETWEEN_QUESTIONS);
+        if (!status && integrator->t == worker->next_sample)
+            status = take_sample(worker);
+        *left = is_left(worker->batch);
+    }
+    return status;
+}
+
+static int show(struct worker *worker, int number) {
+    const struct refdyn_batch *batch = worker->batch;
+    return batch->output && batch->output(batch->context, &worker->now, number);
+}
+
+static int move(struct worker *worker, struct refdyn_batch_result *result, int *left) {
+    const struct refdyn_batch *batch = worker->batch;
+    int status = begin(worker, result);
+    if (status)
+        return status;
+    result->stage = REFDYN_AT_STEPS;
+    *left = show(worker, 0);
+    for (int i = 0; i < batch->time_count && !status && !*left; i++) {
+        status = go_to(worker, batch->times[i], left);
+        if (!status && !*left)
+            *left = show(worker, i + 1);
+    }
+    return status;
+}
+
+static double thread_seconds(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+/* Into the arrays of the batch. */
+static void keep(const struct worker *worker, const struct refdyn_batch_result *result) {
+    const struct refdyn_batch *batch = worker->batch;
+    const size_t size = 2 * (size_t)batch->model->n;
+    if (batch->states)
+        memcpy(batch->states + (size_t)worker->now.index * size, worker->integrator.q, size * sizeof(double));
+    if (batch->statuses)
+        batch->statuses[worker->now.index] = result->status;
+}
+
+int refdyn_worker_run(struct worker *worker, long index) {
+    const struct refdyn_batch *batch = worker->batch;
+    struct refdyn_batch_result result = {.stage = REFDYN_AT_START};
+    const double begun = thread_seconds();
+    int left = is_left(batch);
+    worker->now.index = index;
+    worker->now.number = batch->numbers ? batch->numbers[index] : index;
+    worker->integrator.t = batch->t;
+    if (!left)
+        result.status = move(worker, &result, &left);
+    if (left)
+        return 0;
+    result.t = worker->integrator.t;
+    result.cpu_s = thread_seconds() - begun;
+    keep(worker, &result);
+    return !batch->end || !batch->end(batch->context, &worker->now, &result);
+}

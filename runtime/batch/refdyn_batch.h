@@ -1,0 +1,110 @@
+/*
+ * Batches: many motions of one model, side by side on the cores of a machine.
+ *
+ * Takes what is common to all cases and columns of what differs; gives states of each case at given times
+ * through callbacks or into arrays. Each case is computed for itself, so that its numbers do not depend on
+ * threads, on the order of the cases or on other cases. Threads share the counter of the next case and
+ * nothing else. A library of its own beside the core: it allocates, and needs POSIX threads.
+ */
+#ifndef REFDYN_BATCH_H
+#define REFDYN_BATCH_H
+
+#include "refdyn.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Samples of inputs over time: each holds until the next one (zero-order hold), the first also before, the
+ * last also after. Steps of a motion end at them. */
+struct refdyn_samples {
+    int count, width;   /* count: at least 1 */
+    const int *place;   /* (width) the model's inputs */
+    const double *rows; /* (count x (1 + width)) time [s], ascending, and the values behind it */
+};
+
+/* Sets x (input_count) to the values at t and returns the time of the next sample, INFINITY: none. */
+double refdyn_samples_set(const struct refdyn_samples *samples, double t, double *x);
+
+enum refdyn_varied {
+    REFDYN_VARIED_PARAMETER,
+    REFDYN_VARIED_INPUT,
+    REFDYN_VARIED_COORDINATE, /* start value */
+    REFDYN_VARIED_RATE,       /* start rate */
+    REFDYN_VARIED_SAMPLES     /* the value is the number of the samples in the batch's list */
+};
+
+struct refdyn_batch_column {
+    enum refdyn_varied what;
+    int place;            /* of the parameter, input or coordinate in the model's tables */
+    const double *values; /* by number of the case */
+};
+
+/* A case that is being computed, for the callbacks: all is theirs to read. */
+struct refdyn_batch_case {
+    long index, number; /* its place in the list of the batch, and its number */
+    int thread;         /* 0 ... threads - 1: whose room a callback may use */
+    struct refdyn_integrator *integrator;
+};
+
+enum refdyn_batch_stage { REFDYN_AT_STATICS, REFDYN_AT_START, REFDYN_AT_STEPS };
+
+struct refdyn_batch_result {
+    int status;                    /* of the runtime, that ended it; 0: it came to its end */
+    enum refdyn_batch_stage stage; /* where it ended */
+    double t;                      /* time that was reached [s] */
+    double cpu_s;                  /* of its thread, for this case [s] */
+};
+
+struct refdyn_batch {
+    const struct refdyn_model *model;
+    struct refdyn_options options;
+
+    /* what all cases share */
+    const double *p, *x;  /* (parameter_count), (input_count); NULL: the model's values */
+    const int *given;     /* (anchored_count) as refdyn_anchor takes it; NULL: none is given */
+    const double *q, *qd; /* (n) start; NULL: the model's, from the parameters of each case */
+    double t;             /* of the start [s] */
+    int from_statics;     /* each case starts in its equilibrium, */
+    const int *held;      /* (held_count) where these coordinates are held */
+    int held_count;
+    const double *times; /* (time_count) ascending and behind t: where states are seen; the last is the end */
+    int time_count;
+    const struct refdyn_samples *samples; /* (sample_count) */
+    int sample_count;
+
+    /* the cases */
+    long count;
+    const long *numbers; /* (count) NULL: 0 ... count - 1 */
+    int column_count;
+    const struct refdyn_batch_column *columns; /* a value of theirs goes before what all share */
+    int threads;                               /* at least 1 */
+
+    /*
+     * Results, each NULL where it is not wanted. Callbacks run on the threads, of different cases at the same
+     * time; one that returns non-zero ends the case there without `end`, and the batch.
+     *   output  a state is seen: number 0 is the start, number i stands at times[i - 1]
+     *   end     the case has ended
+     *   stop    asked between steps: is the batch to be left
+     */
+    void *context;
+    int (*output)(void *context, const struct refdyn_batch_case *one, int number);
+    int (*end)(void *context, const struct refdyn_batch_case *one, const struct refdyn_batch_result *result);
+    int (*stop)(void *context);
+    double *states; /* (count x 2 n) q and qd at the end of each case; of one that failed, where it stopped */
+    int *statuses;  /* (count) */
+};
+
+/*
+ * Runs all cases; `ended` (may be NULL): how many came to an end, well or not, fewer than count where a
+ * callback has ended the batch. Errors, before any case: those of refdyn_workspace_init and
+ * refdyn_integrator_init; BAD_OPTION for times that do not ascend, places or samples that do not exist, fewer
+ * than one thread; BAD_MEMORY. Where the system gives fewer threads than asked for, these do all.
+ */
+int refdyn_batch_run(const struct refdyn_batch *batch, long *ended);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
