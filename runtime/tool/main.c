@@ -79,6 +79,19 @@ static const struct command commands[] = {
          "  refdyn sim models/manipulator.lua --from statics --until 10 --tol 1e-8 -o flexible.csv\n"
          "  refdyn sim models/manipulator.lua --from statics --until 10 --accuracy 1e-6 --stop 'E_z<2' -o "
          "flexible.csv\n"},
+    {.name = "batch",
+     .run = run_batch,
+     .operands = "MODEL.lua [SWEEP.lua]",
+     .options = "output! table until from method step tol step-max every stabilise singular start hold "
+                "cases threads resume dry-run summary set",
+     .output = "RUNS.h5",
+     .purpose = "many motions of a model, into one file",
+     .help = "The cases are those of SWEEP.lua, or the rows of a table. RUNS.h5 has what varied, status and "
+             "reason of each\n"
+             "case, and what was kept of it; RUNS.csv one row a case. While it runs, what is done is in "
+             "RUNS.h5.journal.\n\n"
+             "  refdyn batch models/manipulator.lua sweep.lua -o runs.h5\n"
+             "  refdyn batch models/manipulator.lua --table cases.csv --until 1 -o runs.csv\n"},
     {.name = "plot",
      .run = run_plot,
      .operands = "RUN.csv...",

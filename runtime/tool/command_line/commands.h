@@ -13,6 +13,7 @@ enum status run_eval(const struct options *options);
 enum status run_statics(const struct options *options);
 enum status run_modes(const struct options *options);
 enum status run_sim(const struct options *options);
+enum status run_batch(const struct options *options);
 enum status run_plot(const struct options *options);
 enum status run_bench(const struct options *options);
 enum status run_report(const struct options *options);
@@ -34,6 +35,9 @@ void print_redundant_rows(const struct refdyn_workspace *work);
 
 /* Marks in held (n) the coordinates of --hold, or the model's. Complains about names that there are not. */
 enum status choose_held(struct scene *scene, const struct options *options, int *held);
+
+/* The same, where the scene is one that has equilibria: complains of rows that close a loop. */
+enum status check_statics(struct scene *scene, const struct options *options, int *held);
 
 /*
  * Equilibrium from the scene's q, with the coordinates of --hold (or the model's); q becomes the equilibrium.

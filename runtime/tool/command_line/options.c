@@ -81,6 +81,13 @@ static const struct rule rules[] = {
     {"seconds", "S", KIND_POSITIVE, FIELD(seconds), "time for all runs together [s] (default 60)"},
     {"vary", "OPTION=V1,V2", KIND_TEXT, FIELD(vary),
      "repeat the study for these values of a structural option"},
+    {"table", "CASES.csv", KIND_TEXT, FIELD(table),
+     "instead of SWEEP.lua: a row for each case, a column for each name that varies"},
+    {"threads", "N", KIND_COUNT, FIELD(threads), "threads that compute cases (default: the processors)"},
+    {"cases", "A:B", KIND_TEXT, FIELD(cases), "the cases from A to B - 1 only"},
+    {"resume", NULL, KIND_FLAG, FIELD(resume), "go on with a batch that was interrupted"},
+    {"dry-run", NULL, KIND_FLAG, FIELD(dry_run),
+     "check, compile and try a few cases, and tell how many there are, and time and size of all"},
     {"set", "NAME=VALUE", KIND_SETTING, 0, "set an option or a parameter of the model (repeatable)"},
     {"loops", "WHEN", KIND_TEXT, FIELD(loops),
      "auto (default), always or never: loops over equal elements instead of code for each"},
@@ -353,14 +360,15 @@ static bool is_given(const struct options *options, const struct rule *rule) {
 /* Operands and needed options; what explains a pass writes nothing. */
 static enum status check_complete(const struct options *options) {
     const struct command *command = options->command;
-    bool many = strstr(command->operands, "...") != NULL;
+    const bool many = strstr(command->operands, "...") != NULL;
+    const int most = 1 + (strchr(command->operands, ' ') != NULL);
     if (options->operand_count == 0)
         return usage_error(command, "%s is missing", command->operands);
     for (int i = 0; i < options->operand_count; i++)
         if (!*options->operands[i])
             return usage_error(command, "%s is an empty text", command->operands);
-    if (options->operand_count > 1 && !many)
-        return usage_error(command, "'%s' is too much, one %s is taken", options->operands[1],
+    if (options->operand_count > most && !many)
+        return usage_error(command, "'%s' is too much, one %s is taken", options->operands[most],
                            command->operands);
     for (int i = 0; i < RULE_COUNT; i++) {
         bool needed;

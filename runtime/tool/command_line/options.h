@@ -29,12 +29,13 @@ struct options {
     int setting_count;
     const char **stops; /* --stop NAME<VALUE */
     int stop_count;
-    bool fold, verify;
+    bool fold, verify, resume, dry_run;
     /* NULL: not given */
     const char *output, *emit, *explain, *state, *from, *at, *method, *stabilise, *singular, *start, *hold,
-        *summary, *vary, *steps, *tols, *methods, *inputs, *accelerations, *loops, *panel, *units;
+        *summary, *vary, *steps, *tols, *methods, *inputs, *accelerations, *loops, *panel, *units, *table,
+        *cases;
     /* 0: not given */
-    double until, step, step_max, tolerance, accuracy, every, modes, seconds;
+    double until, step, step_max, tolerance, accuracy, every, modes, seconds, threads;
 };
 
 struct command {

@@ -288,7 +288,8 @@ enum status scene_finish(struct scene *scene, struct document *document) {
 
 enum status scene_open(struct scene *scene, const struct options *options, unsigned needs,
                        const char *state_path) {
-    enum status status = scene_read(scene, options);
+    enum status status =
+        needs & NEEDS_NO_WARNINGS ? scene_read_again(scene, options) : scene_read(scene, options);
     if (status == STATUS_DONE && needs & NEEDS_RESULT)
         status = open_targets(scene, options, state_path);
     if (status != STATUS_DONE)

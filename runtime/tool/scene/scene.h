@@ -32,15 +32,16 @@ struct scene {
 };
 
 enum {
-    NEEDS_MOTION = 1,       /* equations, accelerations, energy, power */
-    NEEDS_STATICS = 2,      /* Q, Q_q and what the workspace needs */
-    NEEDS_STATE = 4,        /* each quantity of the equations for itself, qdd_free, energy */
-    NEEDS_POINTS = 8,       /* r */
-    NEEDS_POINT_RATES = 16, /* rd, C, d */
-    NEEDS_ALL = 32,         /* all that the scene has */
-    NEEDS_TANGENT = 64,     /* tangent */
-    NEEDS_LINEAR = 128,     /* d_rows, C */
-    NEEDS_RESULT = 256      /* the files of -o and --summary, opened before anything is computed */
+    NEEDS_MOTION = 1,        /* equations, accelerations, energy, power */
+    NEEDS_STATICS = 2,       /* Q, Q_q and what the workspace needs */
+    NEEDS_STATE = 4,         /* each quantity of the equations for itself, qdd_free, energy */
+    NEEDS_POINTS = 8,        /* r */
+    NEEDS_POINT_RATES = 16,  /* rd, C, d */
+    NEEDS_ALL = 32,          /* all that the scene has */
+    NEEDS_TANGENT = 64,      /* tangent */
+    NEEDS_LINEAR = 128,      /* d_rows, C */
+    NEEDS_NO_WARNINGS = 512, /* another call has told the model's warnings */
+    NEEDS_RESULT = 256       /* the files of -o and --summary, opened before anything is computed */
 };
 
 /* Reads the model for `gen` and `check`; messages go to stderr. */

@@ -168,7 +168,7 @@ static long count_outputs(const struct motion *motion) {
 
 /* When the inputs change next, INFINITY: never. */
 static double next_sample(const struct motion *motion) {
-    return motion->scene->inputs ? inputs_next(motion->scene->inputs) : INFINITY;
+    return motion->scene->inputs ? motion->scene->inputs->next : INFINITY;
 }
 
 int motion_start(struct motion *motion, struct scene *scene, const struct refdyn_options *integration,

@@ -73,12 +73,13 @@ static bool assign_columns(struct reading *reading) {
         const int column = find_input(reading, model->inputs[i].name);
         if (column < 0)
             continue;
-        reading->role[column] = inputs->width;
-        inputs->place[inputs->width++] = i;
+        reading->role[column] = inputs->samples.width;
+        inputs->place[inputs->samples.width++] = i;
     }
     if (csv_column(csv, "t") < 0)
         return csv_complain(csv, "no column is called t, the time of each sample is needed");
-    if (inputs->width == 0)
+    inputs->samples.place = inputs->place;
+    if (inputs->samples.width == 0)
         return no_input(reading);
     warn_of_passed(reading);
     return true;
@@ -86,19 +87,17 @@ static bool assign_columns(struct reading *reading) {
 
 /* The time of a sample and the values behind it. */
 static double *row_of(const struct inputs *inputs, int sample) {
-    return inputs->rows + (size_t)sample * (size_t)(inputs->width + 1);
-}
-
-static double time_of(const struct inputs *inputs, int sample) {
-    return *row_of(inputs, sample);
+    return inputs->rows + (size_t)sample * (size_t)(inputs->samples.width + 1);
 }
 
 static bool take_row(struct reading *reading) {
     struct inputs *inputs = reading->inputs;
     const struct csv *csv = &reading->csv;
-    inputs->rows = memory_room(reading->memory, inputs->rows, inputs->count, &inputs->room,
-                               (size_t)(inputs->width + 1) * sizeof *inputs->rows);
-    double *row = row_of(inputs, inputs->count);
+    struct refdyn_samples *samples = &inputs->samples;
+    inputs->rows = memory_room(reading->memory, inputs->rows, samples->count, &inputs->room,
+                               (size_t)(samples->width + 1) * sizeof *inputs->rows);
+    samples->rows = inputs->rows;
+    double *row = row_of(inputs, samples->count);
     for (int i = 0; i < csv->count; i++) {
         const int role = reading->role[i];
         double value;
@@ -108,9 +107,9 @@ static bool take_row(struct reading *reading) {
             return false;
         row[role == ROLE_TIME ? 0 : 1 + role] = value;
     }
-    if (inputs->count > 0 && !(*row > time_of(inputs, inputs->count - 1)))
+    if (samples->count > 0 && !(*row > *row_of(inputs, samples->count - 1)))
         return csv_complain(csv, "t = %g does not lie behind the sample before", *row);
-    inputs->count++;
+    samples->count++;
     return true;
 }
 
@@ -118,7 +117,7 @@ static bool take_rows(struct reading *reading) {
     int answer = 1;
     while (answer > 0 && (answer = csv_next(&reading->csv)) > 0)
         answer = take_row(reading) ? 1 : -1;
-    if (answer == 0 && reading->inputs->count == 0)
+    if (answer == 0 && reading->inputs->samples.count == 0)
         return csv_complain(&reading->csv, "no sample, a header and at least one line of numbers are needed");
     return answer == 0;
 }
@@ -134,17 +133,5 @@ bool inputs_read(struct inputs *inputs, struct memory *memory, const char *path,
 }
 
 void inputs_set(struct inputs *inputs, double t, double *x) {
-    if (inputs->next > 0 && t < time_of(inputs, inputs->next - 1))
-        inputs->next = 0; /* another motion begins */
-    while (inputs->next < inputs->count && time_of(inputs, inputs->next) <= t)
-        inputs->next++;
-    const double *row = row_of(inputs, inputs->next > 0 ? inputs->next - 1 : 0);
-    for (int i = 0; i < inputs->width; i++)
-        x[inputs->place[i]] = row[1 + i];
-    if (inputs->next == 0)
-        inputs->next = 1; /* the first value holds before it, too: nothing changes there */
-}
-
-double inputs_next(const struct inputs *inputs) {
-    return inputs->next < inputs->count ? time_of(inputs, inputs->next) : INFINITY;
+    inputs->next = refdyn_samples_set(&inputs->samples, t, x);
 }

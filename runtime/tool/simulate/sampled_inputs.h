@@ -7,7 +7,7 @@
 #ifndef REFDYN_TOOL_SAMPLED_INPUTS_H
 #define REFDYN_TOOL_SAMPLED_INPUTS_H
 
-#include "refdyn.h"
+#include "refdyn_batch.h"
 
 #include <stdbool.h>
 
@@ -15,19 +15,16 @@ struct memory;
 
 struct inputs {
     const char *path;
-    int width;    /* columns that are inputs */
-    int *place;   /* (width) of the model's inputs */
-    double *rows; /* (count x (1 + width)) time of each sample [s], ascending, and its values */
-    int count, room;
-    int next; /* first sample that lies ahead */
+    struct refdyn_samples samples; /* all of the file */
+    int *place;   /* (width) as the samples have them, while they are read */
+    double *rows; /* (room x (1 + width)) */
+    int room;
+    double next; /* time of the sample that lies ahead, INFINITY: none [s] */
 };
 
 /* Lives in `memory`. False, with a complaint as FILE:LINE, when the file does not have them. */
 bool inputs_read(struct inputs *inputs, struct memory *memory, const char *path,
                  const struct refdyn_model *model);
-/* Sets x to the values at t; ahead of it lies inputs_next. */
+/* Sets x to the values at t; ahead of it lies inputs->next. */
 void inputs_set(struct inputs *inputs, double t, double *x);
-/* Time of the next sample, INFINITY: none. */
-double inputs_next(const struct inputs *inputs);
-
 #endif

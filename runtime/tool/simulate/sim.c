@@ -346,7 +346,7 @@ static unsigned find_needs(const struct options *options, const struct refdyn_op
 
 static enum status run_scene(struct scene *scene, const struct options *options,
                              struct refdyn_options *integration) {
-    struct inputs inputs = {.count = 0};
+    struct inputs inputs = {.path = NULL};
     const struct task task = {.scene = scene,
                               .options = options,
                               .until = options->until,

@@ -90,15 +90,18 @@ static enum status solve(struct scene *scene, struct equilibrium *equilibrium) {
     return status;
 }
 
+enum status check_statics(struct scene *scene, const struct options *options, int *held) {
+    const enum status status = scene_refuse_row(
+        scene, closes_loop, "closes a loop, statics takes trees only (rows do not act in it)");
+    return status == STATUS_DONE ? choose_held(scene, options, held) : status;
+}
+
 enum status find_equilibrium(struct scene *scene, const struct options *options,
                              struct equilibrium *equilibrium) {
     size_t n = (size_t)scene->model->n;
     equilibrium->held = memory_get(&scene->memory, n * sizeof *equilibrium->held);
     equilibrium->hold_force = memory_get(&scene->memory, n * sizeof *equilibrium->hold_force);
-    enum status status = scene_refuse_row(scene, closes_loop,
-                                          "closes a loop, statics takes trees only (rows do not act in it)");
-    if (status == STATUS_DONE)
-        status = choose_held(scene, options, equilibrium->held);
+    enum status status = check_statics(scene, options, equilibrium->held);
     if (status == STATUS_DONE)
         status = solve(scene, equilibrium);
     memset(scene->qd, 0, n * sizeof *scene->qd);

@@ -1,0 +1,214 @@
+/* `refdyn batch`: many motions of one model, into one file. */
+#include "batch/batch_run.h"
+#include "batch/runs_csv.h"
+#include "command_line/commands.h"
+#include "system/interrupt.h"
+
+#include <string.h>
+
+/* What a call writes. */
+struct results {
+    struct targets targets;
+    struct target *runs, *summary;
+    struct journal journal;
+    bool is_csv;
+};
+
+static bool has_ending(const char *path, const char *ending) {
+    const size_t length = strlen(path), end = strlen(ending);
+    return length >= end && strcmp(path + length - end, ending) == 0;
+}
+
+/* ---- Opening ---- */
+
+static enum status check_suffix(struct results *results, const struct batch_setup *setup) {
+    const char *path = setup->options.output;
+    results->is_csv = has_ending(path, ".csv");
+    const char *unfit = results->is_csv ? runs_csv_unfit(&setup->layout) : NULL;
+    if (unfit)
+        return usage_error(setup->options.command,
+                           "-o %s: one row a case has no place for the times of %s, "
+                           "a file RUNS.h5 has",
+                           path, unfit);
+    if (results->is_csv || has_ending(path, ".h5") || has_ending(path, ".hdf5"))
+        return STATUS_DONE;
+    return usage_error(setup->options.command, "-o %s: a name that ends in .h5 or .csv is needed", path);
+}
+
+static enum status open_results(struct results *results, struct batch_setup *setup) {
+    const struct options *options = &setup->options;
+    const enum status status = check_suffix(results, setup);
+    if (status != STATUS_DONE)
+        return status;
+    scene_spare_sources(&setup->base, &results->targets);
+    targets_spare(&results->targets, options->table ? options->table : options->operands[1]);
+    results->runs = target_open(&results->targets, options->output);
+    if (results->runs && options->summary)
+        results->summary = target_open(&results->targets, options->summary);
+    if (!results->runs || (options->summary && !results->summary))
+        return STATUS_FAULT;
+    return journal_open(&results->journal, options->output, &setup->key, setup->sweep.cases.count,
+                        setup->layout.width, options->resume)
+               ? STATUS_DONE
+               : STATUS_FAULT;
+}
+
+/* ---- A trial ---- */
+
+enum { TRIAL_CASES = 32 };
+
+/* Takes every so-many-th case. */
+struct trial_cases {
+    long first, distance;
+};
+
+static bool is_left_out(void *context, long number) {
+    const struct trial_cases *cases = context;
+    return (number - cases->first) % cases->distance != 0;
+}
+
+static bool forget(void *context, const struct case_record *record) {
+    (void)context;
+    (void)record;
+    return true;
+}
+
+static void print_size(double bytes) {
+    static const char *const units[] = {"B", "kB", "MB", "GB", "TB"};
+    int unit = 0;
+    for (; bytes >= 1000 && unit < 4; unit++)
+        bytes /= 1000;
+    fprintf(stderr, "file         about %.3g %s\n", bytes, units[unit]);
+}
+
+static void print_cases(const struct batch_setup *setup) {
+    const struct cases *cases = &setup->sweep.cases;
+    fprintf(stderr, "cases        %ld", setup->end - setup->first);
+    if (setup->end - setup->first < cases->count)
+        fprintf(stderr, " of %ld", cases->count);
+    fprintf(stderr, ", %d structure%s; what varies:", setup->structures.count,
+            setup->structures.count > 1 ? "s" : "");
+    for (int i = 0; i < cases->width; i++)
+        fprintf(stderr, " %s", cases->columns[i].name);
+    fputc('\n', stderr);
+}
+
+/* What the batch would be, from a trial of few cases, of which nothing is kept. */
+static enum status run_dry(struct batch_setup *setup) {
+    const long all = setup->end - setup->first;
+    struct trial_cases cases = {setup->first, (all + TRIAL_CASES - 1) / TRIAL_CASES};
+    const struct batch_sink sink = {&cases, is_left_out, forget};
+    struct batch_count count;
+    print_cases(setup);
+    const enum status status = batch_run(setup, &sink, &count);
+    if (status != STATUS_DONE || count.cases == 0)
+        return status;
+    const double width = setup->layout.width + setup->sweep.cases.width + 4;
+    fprintf(stderr,
+            "time         about %.3g s on %d thread%s, from a trial of %ld cases, of which %ld failed\n",
+            count.wall_s * (double)all / (double)count.cases, setup->threads, setup->threads > 1 ? "s" : "",
+            count.cases, count.failed);
+    print_size((double)all * width * sizeof(double));
+    return STATUS_DONE;
+}
+
+/* ---- The batch ---- */
+
+static bool journal_has(void *context, long number) {
+    const struct journal *journal = context;
+    return journal->offsets[number] != 0;
+}
+
+static bool journal_take(void *context, const struct case_record *record) {
+    return journal_put(context, record);
+}
+
+static bool write_csv(struct results *results, const struct batch_setup *setup) {
+    FILE *out = results->runs->file;
+    struct case_record record;
+    runs_csv_header(&setup->layout, out);
+    for (long number = setup->first; number < setup->end; number++) {
+        if (!journal_get(&results->journal, number, &record))
+            return false;
+        runs_csv_row(&setup->layout, &record, out);
+    }
+    return true;
+}
+
+static bool write_hdf5(struct results *results, const struct batch_setup *setup) {
+    struct case_record record;
+    struct runs_writer *writer = runs_create(results->runs->part, &setup->layout, setup->end - setup->first);
+    bool is_good = writer != NULL;
+    for (long number = setup->first; number < setup->end && is_good; number++)
+        is_good = journal_get(&results->journal, number, &record) && runs_put(writer, &record);
+    return writer && runs_finish(writer) && is_good;
+}
+
+static bool write_summary(const struct batch_setup *setup, const struct batch_count *count,
+                          struct target *target) {
+    struct document document;
+    document_open(&document);
+    put_open(&document, NULL, '{');
+    put_whole(&document, "cases", count->cases);
+    put_whole(&document, "failed", count->failed);
+    put_number(&document, "wall_s", count->wall_s);
+    put_number(&document, "cpu_s", count->cpu_s);
+    put_number(&document, "cases_per_s", count->wall_s > 0 ? (double)count->cases / count->wall_s : 0);
+    put_whole(&document, "lanes", 1);
+    put_whole(&document, "threads", setup->threads);
+    put_close(&document, '}');
+    return document_close(&document, target->file) && target_finish(target);
+}
+
+static void print_count(const struct batch_setup *setup, const struct batch_count *count) {
+    const long all = setup->end - setup->first;
+    fprintf(stderr, "cases        %ld, %ld of them computed now, %ld of these failed\n", all, count->cases,
+            count->failed);
+    fprintf(stderr, "time         %.3g s CPU, %.3g s wall on %d thread%s: %.4g cases a second\n",
+            count->cpu_s, count->wall_s, setup->threads, setup->threads > 1 ? "s" : "",
+            count->wall_s > 0 ? (double)count->cases / count->wall_s : 0);
+}
+
+/* All cases are in the journal: they become the file. */
+static enum status finish(struct results *results, const struct batch_setup *setup,
+                          const struct batch_count *count) {
+    const bool is_written = results->is_csv ? write_csv(results, setup) : write_hdf5(results, setup);
+    if (!is_written || !target_finish(results->runs)) {
+        fprintf(stderr, "refdyn: the cases are in %s; --resume writes the file from there\n",
+                results->journal.path);
+        return STATUS_FAULT;
+    }
+    journal_remove(&results->journal);
+    print_count(setup, count);
+    return !results->summary || write_summary(setup, count, results->summary) ? STATUS_DONE : STATUS_FAULT;
+}
+
+static enum status compute(struct results *results, struct batch_setup *setup) {
+    const struct batch_sink sink = {&results->journal, journal_has, journal_take};
+    struct batch_count count;
+    interrupt_defer(true);
+    const enum status status = batch_run(setup, &sink, &count);
+    if (status == STATUS_DONE)
+        return finish(results, setup, &count);
+    fprintf(stderr, "refdyn: %s%ld of %ld cases are in %s; --resume goes on\n",
+            interrupted ? "interrupted: " : "", results->journal.count, setup->end - setup->first,
+            results->journal.path);
+    return status;
+}
+
+enum status run_batch(const struct options *options) {
+    struct batch_setup setup;
+    struct results results = {.journal = {.file = -1}};
+    enum status status = batch_setup_open(&setup, options);
+    if (status == STATUS_DONE && options->dry_run)
+        status = run_dry(&setup);
+    else if (status == STATUS_DONE) {
+        status = open_results(&results, &setup);
+        if (status == STATUS_DONE)
+            status = compute(&results, &setup);
+    }
+    journal_close(&results.journal);
+    targets_release(&results.targets);
+    batch_setup_close(&setup);
+    return status;
+}

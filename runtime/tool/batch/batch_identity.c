@@ -1,0 +1,104 @@
+/*
+ * What tells a batch from others: texts and hashes of its model, its sweep and its options.
+ *
+ * They stand in the head of the journal, so that only the same batch goes on with it, and as attributes in
+ * the file of runs, from which a single case can be run again.
+ */
+#include "batch/batch_setup.h"
+#include "read/source_file.h"
+
+#include <sha2.h>
+#include <stdlib.h>
+#include <string.h>
+
+_Static_assert((int)JOURNAL_HASH == (int)SHA256_DIGEST_STRING_LENGTH, "a hash fits");
+
+static void hash_text(const char *text, char *hash) {
+    SHA2_CTX sha;
+    SHA256Init(&sha);
+    SHA256Update(&sha, (const uint8_t *)text, strlen(text));
+    SHA256End(&sha, hash);
+}
+
+/* {"NAME.lua": "text", ...}, the model first. */
+static void put_sources(struct document *document, const struct batch_setup *setup) {
+    const struct sources *sources = setup->base.generation.model.sources;
+    put_open(document, NULL, '{');
+    for (int i = 0; i < sources->count; i++) {
+        const char *slash = strrchr(sources->list[i].path, '/');
+        put_text(document, slash ? slash + 1 : sources->list[i].path, sources->list[i].text);
+    }
+    put_close(document, '}');
+}
+
+static void put_optional(struct document *document, const char *key, const char *text) {
+    if (text)
+        put_text(document, key, text);
+}
+
+static void put_given(struct document *document, const char *key, double value) {
+    if (value > 0)
+        put_number(document, key, value);
+}
+
+/* The options of the motions, by their names on the command line. */
+static void put_options(struct document *document, const struct batch_setup *setup) {
+    const struct options *options = &setup->options;
+    put_open(document, NULL, '{');
+    put_open(document, "set", '{');
+    for (int i = 0; i < options->setting_count; i++)
+        put_text(document, options->settings[i].name, options->settings[i].value);
+    put_close(document, '}');
+    put_given(document, "until", options->until);
+    put_given(document, "every", options->every);
+    put_given(document, "step", options->step);
+    put_given(document, "step-max", options->step_max);
+    put_given(document, "tol", options->tolerance);
+    put_optional(document, "method", options->method);
+    put_optional(document, "from", options->from);
+    put_optional(document, "hold", options->hold);
+    put_optional(document, "stabilise", options->stabilise);
+    put_optional(document, "singular", options->singular);
+    put_optional(document, "start", options->start);
+    put_optional(document, "accelerations", options->accelerations);
+    put_optional(document, "loops", options->loops);
+    put_close(document, '}');
+}
+
+/* A document as text, in the setup's memory. */
+static const char *text_of(struct batch_setup *setup,
+                           void put(struct document *document, const struct batch_setup *setup)) {
+    struct document document;
+    char *text = NULL;
+    size_t size;
+    FILE *stream = text_stream(&text, &size);
+    document_open(&document);
+    put(&document, setup);
+    document_close(&document, stream);
+    fclose(stream);
+    const char *copy = memory_text(&setup->memory, text);
+    free(text);
+    return copy;
+}
+
+static void add(struct batch_setup *setup, const char *name, const char *text) {
+    setup->layout.attributes[setup->layout.attribute_count++] = (struct attribute){name, text};
+}
+
+void batch_identify(struct batch_setup *setup) {
+    enum { ATTRIBUTES = 10 };
+    const char *model = text_of(setup, put_sources), *options = text_of(setup, put_options);
+    const char *sweep = setup->sweep.text;
+    const char *const texts[JOURNAL_PARTS] = {model, sweep, options};
+    for (int part = 0; part < JOURNAL_PARTS; part++)
+        hash_text(texts[part], setup->key.hash[part]);
+    setup->layout.attributes = memory_get(&setup->memory, ATTRIBUTES * sizeof *setup->layout.attributes);
+    add(setup, "refdyn", REFDYN_VERSION);
+    add(setup, "model_name", memory_text(&setup->memory, setup->base.generation.model.name));
+    for (int part = 0; part < JOURNAL_PARTS; part++) {
+        add(setup, journal_parts[part], texts[part]);
+        add(setup, memory_format(&setup->memory, "%s_hash", journal_parts[part]), setup->key.hash[part]);
+    }
+    add(setup, "cases", memory_format(&setup->memory, "%ld", setup->sweep.cases.count));
+    add(setup, "lanes", "1");
+}

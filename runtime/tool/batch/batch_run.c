@@ -1,0 +1,187 @@
+/*
+ * The cases of a batch computed: see batch_run.h.
+ *
+ * Each thread has a recorder of its own; a lock is taken once a case, to write its record.
+ */
+#include "batch/batch_run.h"
+#include "system/interrupt.h"
+#include "system/progress.h"
+#include "system/timing.h"
+
+#include <pthread.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* What all threads have of the structure that is computed. */
+struct running {
+    struct batch_setup *setup;
+    const struct batch_sink *sink;
+    struct batch_count *count;
+    struct recorder *recorders; /* (threads) */
+    pthread_mutex_t lock;       /* of all below, of sink and count */
+    bool is_broken;             /* a record could not be written */
+    long total;
+    struct progress progress;
+    char what[96]; /* of the progress */
+};
+
+/* ---- On the threads ---- */
+
+/* The thread's recorder; it begins with the first case, when the thread has its integrator. */
+static struct recorder *recorder_of(struct running *running, const struct refdyn_batch_case *one) {
+    struct recorder *recorder = &running->recorders[one->thread];
+    if (!recorder->values)
+        recorder_start(recorder, &running->setup->kept, &running->setup->layout, one->integrator);
+    return recorder;
+}
+
+static int see(void *context, const struct refdyn_batch_case *one, int number) {
+    struct recorder *recorder = recorder_of(context, one);
+    if (number == 0)
+        recorder_clear(recorder);
+    recorder_see(recorder, number);
+    return 0;
+}
+
+static int is_interrupted(void *context) {
+    (void)context;
+    return interrupted != 0;
+}
+
+enum { REASON_LENGTH = 512 };
+
+/* Where and why a case failed, as `sim` tells it. */
+static void describe_failure(const struct refdyn_batch_case *one, const struct refdyn_batch_result *result,
+                             char reason[static REASON_LENGTH]) {
+    static const char *const stages[] = {
+        [REFDYN_AT_STATICS] = "equilibrium", [REFDYN_AT_START] = "start", [REFDYN_AT_STEPS] = "motion"};
+    const struct refdyn_workspace *work = one->integrator->work;
+    const struct refdyn_model *model = work->model;
+    const struct refdyn_fault *fault = &work->fault;
+    const int cause = result->stage == REFDYN_AT_STEPS ? one->integrator->cause : 0;
+    char t[NUMBER_LENGTH];
+    int length = snprintf(reason, REASON_LENGTH, "%s at t = %s s: %s", stages[result->stage],
+                          exact_text(result->t, t), refdyn_status_text(result->status));
+    if (cause > 0 && cause != result->status && length < REASON_LENGTH)
+        length +=
+            snprintf(reason + length, (size_t)(REASON_LENGTH - length), "; %s", refdyn_status_text(cause));
+    if (fault->row >= 0 && fault->row < model->m && length < REASON_LENGTH)
+        length += snprintf(reason + length, (size_t)(REASON_LENGTH - length), ", constraint %s",
+                           model->rows[fault->row].name);
+    if (fault->coordinate >= 0 && fault->coordinate < model->n && length < REASON_LENGTH)
+        snprintf(reason + length, (size_t)(REASON_LENGTH - length), ", coordinate %s",
+                 model->coordinates[fault->coordinate].name);
+}
+
+static void show_progress(struct running *running) {
+    const struct batch_count *count = running->count;
+    const double elapsed = wall_seconds() - running->progress.started;
+    snprintf(running->what, sizeof running->what, "%ld of %ld cases, %.0f/s, %ld failed", count->cases,
+             running->total, (double)count->cases / (elapsed > 0 ? elapsed : 1), count->failed);
+    progress_show(&running->progress, (double)count->cases / (double)running->total);
+}
+
+static int end_case(void *context, const struct refdyn_batch_case *one,
+                    const struct refdyn_batch_result *result) {
+    struct running *running = context;
+    struct recorder *recorder = recorder_of(running, one);
+    char reason[REASON_LENGTH] = "";
+    if (result->stage != REFDYN_AT_STEPS)
+        recorder_clear(recorder);
+    if (result->status) {
+        describe_failure(one, result, reason);
+        recorder_fail(recorder, result->t);
+    }
+    const struct case_record record = {.number = one->number,
+                                       .status = result->status ? STATUS_NUMBERS : STATUS_DONE,
+                                       .steps = one->integrator->statistics.steps,
+                                       .cpu_s = result->cpu_s,
+                                       .reason = reason,
+                                       .values = recorder->values};
+    pthread_mutex_lock(&running->lock);
+    running->is_broken = running->is_broken || !running->sink->take(running->sink->context, &record);
+    running->count->cases++;
+    running->count->failed += result->status != 0;
+    running->count->cpu_s += result->cpu_s;
+    show_progress(running);
+    const bool is_broken = running->is_broken;
+    pthread_mutex_unlock(&running->lock);
+    return is_broken;
+}
+
+/* ---- A structure ---- */
+
+/* Cases that the sink does not have. */
+static long list_open_cases(const struct structure *structure, const struct batch_sink *sink, long *numbers) {
+    long count = 0;
+    for (long i = 0; i < structure->count; i++)
+        if (!sink->has(sink->context, structure->numbers[i]))
+            numbers[count++] = structure->numbers[i];
+    return count;
+}
+
+struct refdyn_batch batch_of_structure(const struct batch_setup *setup, const struct structure *structure) {
+    const struct scene *scene = &structure->scene;
+    const struct seen_times *times = &setup->kept.times;
+    return (struct refdyn_batch){.model = scene->model,
+                                 .options = setup->integration,
+                                 .p = scene->work.p,
+                                 .x = scene->work.x,
+                                 .given = scene->given,
+                                 .q = scene->state.q,
+                                 .qd = scene->state.qd,
+                                 .t = scene->state.t,
+                                 .from_statics = structure->held != NULL,
+                                 .held = structure->held,
+                                 .held_count = structure->held_count,
+                                 .times = times->t + 1,
+                                 .time_count = times->count - 1,
+                                 .samples = structure->samples,
+                                 .sample_count = structure->sample_count,
+                                 .columns = structure->columns,
+                                 .column_count = structure->column_count};
+}
+
+static int run_cases(struct running *running, const struct structure *structure, long *numbers) {
+    struct refdyn_batch batch = batch_of_structure(running->setup, structure);
+    batch.count = list_open_cases(structure, running->sink, numbers);
+    batch.numbers = numbers;
+    batch.threads = running->setup->threads;
+    batch.context = running;
+    batch.output = see;
+    batch.end = end_case;
+    batch.stop = is_interrupted;
+    return batch.count > 0 ? refdyn_batch_run(&batch, NULL) : REFDYN_OK;
+}
+
+static enum status run_structure(struct running *running, const struct structure *structure) {
+    const int threads = running->setup->threads;
+    long *numbers = allocate((size_t)structure->count, sizeof *numbers);
+    running->recorders = allocate((size_t)threads, sizeof *running->recorders);
+    const int result = run_cases(running, structure, numbers);
+    for (int i = 0; i < threads; i++)
+        if (running->recorders[i].values)
+            recorder_release(&running->recorders[i]);
+    free(running->recorders);
+    free(numbers);
+    if (result)
+        fprintf(stderr, "refdyn: %s: %s\n", structure->scene.model->name, refdyn_status_text(result));
+    return result || running->is_broken ? STATUS_FAULT : STATUS_DONE;
+}
+
+enum status batch_run(struct batch_setup *setup, const struct batch_sink *sink, struct batch_count *count) {
+    struct running running = {.setup = setup,
+                              .sink = sink,
+                              .count = count,
+                              .lock = PTHREAD_MUTEX_INITIALIZER,
+                              .total = setup->end - setup->first};
+    enum status status = STATUS_DONE;
+    const double started = wall_seconds();
+    *count = (struct batch_count){.cases = 0};
+    progress_start(&running.progress, running.what);
+    for (int i = 0; i < setup->structures.count && status == STATUS_DONE && !interrupted; i++)
+        status = run_structure(&running, &setup->structures.list[i]);
+    progress_end(&running.progress);
+    count->wall_s = wall_seconds() - started;
+    return status == STATUS_DONE && interrupted ? STATUS_NUMBERS : status;
+}

@@ -1,0 +1,154 @@
+/* What a batch needs before its first case: see batch_setup.h. */
+#include "batch/batch_setup.h"
+#include "simulate/gsl_motion.h"
+#include "simulate/motion.h"
+
+#include <math.h>
+#include <sched.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { DEFAULT_OUTPUTS = 200, OUTPUTS_MAX = 1000000, THREADS_MAX = 1024 };
+
+/* Processors that this process may use. */
+static int count_processors(void) {
+    cpu_set_t set;
+    if (sched_getaffinity(0, sizeof set, &set) != 0)
+        return 1;
+    return CPU_COUNT(&set) > 0 ? CPU_COUNT(&set) : 1;
+}
+
+static enum status choose_threads(struct batch_setup *setup) {
+    const double asked = setup->options.threads;
+    if (asked > THREADS_MAX)
+        return usage_error(setup->options.command, "--threads: %.0f, at most %d are taken", asked,
+                           THREADS_MAX);
+    setup->threads = asked > 0 ? (int)asked : count_processors();
+    return STATUS_DONE;
+}
+
+/* "A:B", A up to B - 1; either may be left out. */
+static enum status choose_range(struct batch_setup *setup) {
+    const struct options *options = &setup->options;
+    const long count = setup->sweep.cases.count;
+    const char *text = options->cases;
+    char *rest;
+    setup->first = 0;
+    setup->end = count;
+    if (!text)
+        return STATUS_DONE;
+    if (*text != ':')
+        setup->first = strtol(text, &rest, 10);
+    else
+        rest = (char *)text;
+    const bool has_colon = *rest == ':';
+    if (has_colon && rest[1])
+        setup->end = strtol(rest + 1, &rest, 10);
+    else if (has_colon)
+        rest++;
+    if (!has_colon || *rest || rest == text || text[0] == ' ')
+        return usage_error(options->command,
+                           "--cases: '%s' is not of the form A:B, which takes A up to B - 1", text);
+    if (setup->first >= 0 && setup->first < setup->end && setup->end <= count)
+        return STATUS_DONE;
+    return usage_error(options->command,
+                       "--cases %s: the batch has the cases 0 to %ld, a range of these is needed", text,
+                       count - 1);
+}
+
+static enum status read_cases(struct batch_setup *setup) {
+    const struct options *options = &setup->options;
+    struct generation *generation = &setup->base.generation;
+    if (options->operand_count == 1 && !options->table)
+        return usage_error(options->command, "SWEEP.lua is missing, or --table CASES.csv");
+    if (options->operand_count > 1 && options->table)
+        return usage_error(options->command, "--table stands for the sweep: '%s' is too much",
+                           options->operands[1]);
+    return options->table
+               ? sweep_read_table(&setup->sweep, &setup->memory, options->table, generation, options)
+               : sweep_read(&setup->sweep, &setup->memory, options->operands[1], generation, &setup->options);
+}
+
+static enum status check_motion(struct batch_setup *setup) {
+    struct options *options = &setup->options;
+    if (!(options->until > 0))
+        return usage_error(options->command, "--until is missing: the end of each motion");
+    if (options->method && by_gsl_has(options->method))
+        return usage_error(options->command, "--method: %s takes one motion alone (refdyn sim), no batch",
+                           options->method);
+    const enum status status = motion_options(options, &setup->integration);
+    setup->integration.balance =
+        0; /* nothing of it is kept, and it costs an evaluation of the power a stage */
+    return status;
+}
+
+/* ---- Times and items ---- */
+
+static enum status check_times(const struct batch_setup *setup, double t, double every) {
+    const struct options *options = &setup->options;
+    const struct keep *keep = &setup->sweep.keep;
+    if (!(options->until > t))
+        return usage_error(options->command, "until %g: the motions start at t = %g", options->until, t);
+    if ((options->until - t) / every > OUTPUTS_MAX)
+        return usage_error(options->command, "every %g: %.3g outputs, at most %d are taken", every,
+                           (options->until - t) / every, OUTPUTS_MAX);
+    for (int i = 0; i < keep->at_count; i++)
+        if (!(keep->at[i] >= t && keep->at[i] <= options->until))
+            return usage_error(options->command, "keep: at %g, the motions go from %g to %g", keep->at[i], t,
+                               options->until);
+    return STATUS_DONE;
+}
+
+static enum status lay_out(struct batch_setup *setup) {
+    const double t = setup->structures.list[0].scene.state.t, span = setup->options.until - t;
+    const double every = setup->options.every > 0 ? setup->options.every : span / DEFAULT_OUTPUTS;
+    const int count = setup->structures.count;
+    const char *near = NULL;
+    const enum status status = check_times(setup, t, every);
+    if (status != STATUS_DONE)
+        return status;
+    setup->kept.times = seen_times_make(&setup->memory, &setup->sweep.keep, t, setup->options.until, every);
+    const struct refdyn_model **models = memory_get(&setup->memory, (size_t)count * sizeof *models);
+    for (int i = 0; i < count; i++)
+        models[i] = setup->structures.list[i].scene.model;
+    setup->layout.cases = setup->sweep.cases;
+    const char *unknown =
+        kept_lay_out(&setup->memory, &setup->sweep.keep, models, count, &setup->kept, &setup->layout, &near);
+    if (!unknown)
+        return STATUS_DONE;
+    fprintf(stderr, "refdyn: %s: keep: a motion has no column '%s'%s%s\n", setup->options.operands[1],
+            unknown, near ? ", the nearest is " : "", near ? near : "");
+    return STATUS_FAULT;
+}
+
+/* ---- All of it ---- */
+
+enum status batch_setup_open(struct batch_setup *setup, const struct options *options) {
+    *setup = (struct batch_setup){.memory = arena_start(), .options = *options};
+    enum status status = scene_read(&setup->base, options);
+    if (status == STATUS_DONE)
+        status = read_cases(setup);
+    if (status == STATUS_DONE)
+        status = check_motion(setup);
+    if (status == STATUS_DONE)
+        status = choose_threads(setup);
+    if (status == STATUS_DONE)
+        status = choose_range(setup);
+    if (status != STATUS_DONE)
+        return status;
+    structures_sort(&setup->structures, &setup->memory, &setup->sweep.cases, setup->first, setup->end,
+                    &setup->options);
+    status = structures_open(&setup->structures, &setup->memory, &setup->sweep.cases, &setup->integration,
+                             setup->threads);
+    if (status == STATUS_DONE)
+        status = lay_out(setup);
+    if (status == STATUS_DONE)
+        batch_identify(setup);
+    return status;
+}
+
+void batch_setup_close(struct batch_setup *setup) {
+    structures_close(&setup->structures);
+    scene_close(&setup->base);
+    memory_release(&setup->memory);
+}

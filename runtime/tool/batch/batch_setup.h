@@ -1,0 +1,36 @@
+/*
+ * All that a batch needs before its first case: cases, compiled structures, the layout of what is kept, and
+ * what tells this batch from others.
+ */
+#ifndef REFDYN_TOOL_BATCH_SETUP_H
+#define REFDYN_TOOL_BATCH_SETUP_H
+
+#include "batch/journal.h"
+#include "batch/recorder.h"
+#include "batch/structures.h"
+#include "batch/sweep.h"
+
+struct batch_setup {
+    struct memory memory;   /* of all below */
+    struct options options; /* of the command, and where it is silent those of the sweep */
+    struct refdyn_options integration;
+    struct scene base; /* the model with the settings of the command alone: not compiled */
+    struct sweep sweep;
+    long first, end; /* cases that this call computes */
+    int threads;
+    struct structures structures;
+    struct kept kept;
+    struct runs_layout layout;
+    struct journal_key key;
+};
+
+/* Reads, checks, compiles. Complains on stderr; batch_setup_close in any case. */
+enum status batch_setup_open(struct batch_setup *setup, const struct options *options);
+void batch_setup_close(struct batch_setup *setup);
+
+/* ---- batch_identity.c ---- */
+
+/* The key of the journal, and the attributes of the file: texts and hashes of model, sweep and options. */
+void batch_identify(struct batch_setup *setup);
+
+#endif

@@ -1,0 +1,261 @@
+/* The journal of a batch: see journal.h. */
+#define _GNU_SOURCE
+#include "batch/journal.h"
+#include "text/output.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+const char *const journal_parts[JOURNAL_PARTS] = {"model", "sweep", "options"};
+
+enum { LEAD_LENGTH = 16, REASON_MOST = 4096 };
+
+static const char lead[LEAD_LENGTH] = "refdyn batch 1\n";
+
+struct head {
+    char lead[LEAD_LENGTH];
+    struct journal_key key;
+    int64_t case_count, width;
+    uint64_t check;
+};
+
+/* A record: this, `width` numbers, the reason. */
+struct mark {
+    int64_t number, steps;
+    double cpu_s;
+    int32_t status, reason_length;
+    uint64_t check; /* of all of the record, taken with 0 here */
+};
+
+/* FNV-1a (Fowler, Noll and Vo, 1991) over words of 64 bits: tells records from what a kill or a disk leaves.
+ */
+static uint64_t checksum(uint64_t hash, const void *data, size_t length) {
+    const char *bytes = data;
+    for (size_t i = 0; i < length; i += sizeof hash) {
+        uint64_t word = 0;
+        memcpy(&word, bytes + i, length - i < sizeof word ? length - i : sizeof word);
+        hash = (hash ^ word) * 0x100000001b3;
+    }
+    return hash;
+}
+
+static const uint64_t checksum_start = 0xcbf29ce484222325;
+
+static bool complain(const struct journal *journal, const char *fact) {
+    fprintf(stderr, "refdyn: %s: %s\n", journal->path, fact);
+    return false;
+}
+
+/* ---- Reading and writing at a place ---- */
+
+static bool write_at(struct journal *journal, const void *data, size_t length, int64_t offset) {
+    const char *from = data;
+    while (length > 0) {
+        const ssize_t done = pwrite(journal->file, from, length, (off_t)offset);
+        if (done < 0 && errno == EINTR)
+            continue;
+        if (done <= 0)
+            return complain(journal, done < 0 ? strerror(errno) : "nothing could be written");
+        from += done;
+        offset += done;
+        length -= (size_t)done;
+    }
+    return true;
+}
+
+/* False: it is not all there. */
+static bool read_at(const struct journal *journal, void *data, size_t length, int64_t offset) {
+    char *to = data;
+    while (length > 0) {
+        const ssize_t done = pread(journal->file, to, length, (off_t)offset);
+        if (done < 0 && errno == EINTR)
+            continue;
+        if (done <= 0)
+            return false;
+        to += done;
+        offset += done;
+        length -= (size_t)done;
+    }
+    return true;
+}
+
+/* ---- Records ---- */
+
+static size_t record_length(const struct journal *journal, const struct mark *mark) {
+    return sizeof *mark + (size_t)journal->width * sizeof(double) + (size_t)mark->reason_length;
+}
+
+static uint64_t record_check(const char *record, size_t length) {
+    struct mark mark;
+    memcpy(&mark, record, sizeof mark);
+    mark.check = 0;
+    return checksum(checksum(checksum_start, &mark, sizeof mark), record + sizeof mark, length - sizeof mark);
+}
+
+static char *room_for(struct journal *journal, size_t length) {
+    if (length > journal->room_size) {
+        free(journal->room);
+        journal->room = allocate(1, length);
+        journal->room_size = length;
+    }
+    return journal->room;
+}
+
+/* The record at `offset` into the journal's room; NULL: there is no good one. */
+static const struct mark *load_record(struct journal *journal, int64_t offset, size_t *length) {
+    struct mark mark;
+    if (!read_at(journal, &mark, sizeof mark, offset) || mark.reason_length < 0 ||
+        mark.reason_length > REASON_MOST || mark.number < 0 || mark.number >= journal->case_count)
+        return NULL;
+    *length = record_length(journal, &mark);
+    char *record = room_for(journal, *length);
+    if (!read_at(journal, record, *length, offset) || record_check(record, *length) != mark.check)
+        return NULL;
+    return (const struct mark *)(const void *)record;
+}
+
+/* All good records; what stands behind them is cut off. */
+static bool read_records(struct journal *journal) {
+    const struct mark *mark;
+    size_t length;
+    while ((mark = load_record(journal, journal->end, &length))) {
+        journal->count += journal->offsets[mark->number] == 0;
+        journal->offsets[mark->number] = journal->end;
+        journal->end += (int64_t)length;
+    }
+    return ftruncate(journal->file, (off_t)journal->end) == 0 || complain(journal, strerror(errno));
+}
+
+bool journal_put(struct journal *journal, const struct case_record *record) {
+    const size_t reason_length = strlen(record->reason);
+    struct mark mark = {.number = record->number,
+                        .steps = record->steps,
+                        .cpu_s = record->cpu_s,
+                        .status = record->status,
+                        .reason_length =
+                            (int32_t)(reason_length < REASON_MOST ? reason_length : REASON_MOST)};
+    const size_t length = record_length(journal, &mark), values = (size_t)journal->width * sizeof(double);
+    char *room = room_for(journal, length);
+    memcpy(room, &mark, sizeof mark);
+    memcpy(room + sizeof mark, record->values, values);
+    memcpy(room + sizeof mark + values, record->reason, (size_t)mark.reason_length);
+    mark.check = record_check(room, length);
+    memcpy(room, &mark, sizeof mark);
+    if (!write_at(journal, room, length, journal->end))
+        return false;
+    journal->offsets[record->number] = journal->end;
+    journal->end += (int64_t)length;
+    journal->count++;
+    return true;
+}
+
+bool journal_get(struct journal *journal, long number, struct case_record *record) {
+    static char reason[REASON_MOST + 1];
+    size_t length;
+    const int64_t offset = journal->offsets[number];
+    if (offset == 0)
+        return false;
+    const struct mark *mark = load_record(journal, offset, &length);
+    if (!mark)
+        return complain(journal, "a record has changed since it was written");
+    const char *values = (const char *)mark + sizeof *mark;
+    const size_t size = (size_t)journal->width * sizeof(double);
+    memcpy(journal->values, values, size);
+    memcpy(reason, values + size, (size_t)mark->reason_length);
+    reason[mark->reason_length] = '\0';
+    *record = (struct case_record){.number = number,
+                                   .status = mark->status,
+                                   .steps = (long)mark->steps,
+                                   .cpu_s = mark->cpu_s,
+                                   .reason = reason,
+                                   .values = journal->values};
+    return true;
+}
+
+/* ---- The head ---- */
+
+static struct head head_of(const struct journal *journal, const struct journal_key *key) {
+    struct head head;
+    memset(&head, 0, sizeof head);
+    memcpy(head.lead, lead, LEAD_LENGTH);
+    head.key = *key;
+    head.case_count = journal->case_count;
+    head.width = journal->width;
+    head.check = checksum(checksum_start, &head, sizeof head);
+    return head;
+}
+
+static bool is_of_same_batch(const struct journal *journal, const struct head *found,
+                             const struct head *asked) {
+    for (int part = 0; part < JOURNAL_PARTS; part++)
+        if (memcmp(found->key.hash[part], asked->key.hash[part], JOURNAL_HASH) != 0) {
+            fprintf(
+                stderr,
+                "refdyn: %s: the journal is of another %s, which has changed since; the batch goes on with "
+                "the old one, or anew once the journal is removed\n",
+                journal->path, journal_parts[part]);
+            return false;
+        }
+    return true;
+}
+
+static bool go_on(struct journal *journal, const struct head *asked, bool resume) {
+    struct head found;
+    if (!read_at(journal, &found, sizeof found, 0) || memcmp(found.lead, lead, LEAD_LENGTH) != 0)
+        return complain(journal, "this is no journal of a batch, another name of the result is needed");
+    if (!resume)
+        return complain(journal, "an interrupted batch has left its cases here: --resume goes on with it, "
+                                 "without the file it begins anew");
+    if (!is_of_same_batch(journal, &found, asked))
+        return false;
+    if (memcmp(&found, asked, sizeof found) != 0)
+        return complain(journal,
+                        "the head of the journal is damaged, the batch begins anew once it is removed");
+    return read_records(journal);
+}
+
+static bool open_locked(struct journal *journal) {
+    journal->file = open(journal->path, O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
+    if (journal->file < 0)
+        return complain(journal, strerror(errno));
+    if (flock(journal->file, LOCK_EX | LOCK_NB) == 0)
+        return true;
+    return complain(journal, errno == EWOULDBLOCK ? "another refdyn is writing it" : strerror(errno));
+}
+
+bool journal_open(struct journal *journal, const char *result, const struct journal_key *key, long case_count,
+                  int width, bool resume) {
+    struct stat status;
+    *journal = (struct journal){.file = -1, .width = width, .case_count = case_count};
+    journal->path = text_format("%s.journal", result);
+    if (!open_locked(journal))
+        return false;
+    journal->offsets = allocate((size_t)case_count + 1, sizeof *journal->offsets);
+    journal->values = allocate((size_t)width + 1, sizeof *journal->values);
+    journal->end = sizeof(struct head);
+    if (fstat(journal->file, &status) != 0 || !S_ISREG(status.st_mode))
+        return complain(journal, "it is no regular file");
+    const struct head head = head_of(journal, key);
+    if (status.st_size > (off_t)sizeof head)
+        return go_on(journal, &head, resume);
+    return write_at(journal, &head, sizeof head, 0); /* no case has ended in it */
+}
+
+void journal_remove(struct journal *journal) {
+    unlink(journal->path);
+}
+
+void journal_close(struct journal *journal) {
+    if (journal->file >= 0)
+        close(journal->file);
+    free(journal->path);
+    free(journal->offsets);
+    free(journal->room);
+    free(journal->values);
+    *journal = (struct journal){.file = -1};
+}

@@ -1,0 +1,112 @@
+/* The numbers that are kept of one case: see recorder.h. */
+#include "batch/recorder.h"
+#include "text/output.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Where the items' columns are in the table, and which of its blocks are needed. */
+static void find_places(struct recorder *recorder) {
+    const struct kept *kept = recorder->kept;
+    struct table *table = &recorder->table;
+    bool *wanted = memory_get(&table->memory, (size_t)table->count * sizeof *wanted);
+    for (int i = 0; i < recorder->layout->item_count; i++) {
+        recorder->places[i] = text_index(kept->columns[i], table->names, table->count);
+        if (recorder->places[i] >= 0)
+            wanted[recorder->places[i]] = true;
+    }
+    table_want(table, wanted);
+}
+
+void recorder_start(struct recorder *recorder, const struct kept *kept, const struct runs_layout *layout,
+                    struct refdyn_integrator *integrator) {
+    *recorder = (struct recorder){.kept = kept, .layout = layout};
+    table_start(&recorder->table, integrator);
+    struct memory *memory = &recorder->table.memory;
+    recorder->places = memory_get(memory, ((size_t)layout->item_count + 1) * sizeof *recorder->places);
+    recorder->before = memory_get(memory, ((size_t)layout->item_count + 1) * sizeof *recorder->before);
+    recorder->values = memory_get(memory, ((size_t)layout->width + 1) * sizeof *recorder->values);
+    find_places(recorder);
+}
+
+void recorder_clear(struct recorder *recorder) {
+    for (int i = 0; i < recorder->layout->width; i++)
+        recorder->values[i] = NAN;
+}
+
+/* Smallest, its time, largest, its time; a NaN stays. */
+static void widen(double *extremes, double value, double t, bool is_first) {
+    if (is_first || !(value >= extremes[0])) {
+        extremes[0] = value;
+        extremes[1] = t;
+    }
+    if (is_first || !(value <= extremes[2])) {
+        extremes[2] = value;
+        extremes[3] = t;
+    }
+}
+
+/* The integral of x^2 by the trapezoidal rule; its root over the time at the end. */
+static void add_square(struct recorder *recorder, int item, double value, double t, int number) {
+    const struct seen_times *times = &recorder->kept->times;
+    double *sum = recorder->values + recorder->layout->items[item].offset;
+    const double square = value * value;
+    *sum = number == 0 ? 0 : *sum + (t - recorder->t_before) * (square + recorder->before[item]) / 2;
+    recorder->before[item] = square;
+    if (number == times->count - 1)
+        *sum = sqrt(*sum / (times->t[number] - times->t[0]));
+}
+
+static void record(struct recorder *recorder, int item, double value, int number) {
+    const struct seen_times *times = &recorder->kept->times;
+    double *to = recorder->values + recorder->layout->items[item].offset;
+    const int output = times->output[number], at = times->at[number];
+    switch (recorder->kept->kinds[item]) {
+    case KEPT_FINAL:
+        *to = value;
+        break;
+    case KEPT_AT:
+        if (at >= 0)
+            to[at] = value;
+        break;
+    case KEPT_EXTREMES:
+        if (output >= 0)
+            widen(to, value, times->t[number], number == 0);
+        break;
+    case KEPT_NORM:
+        if (output >= 0)
+            add_square(recorder, item, value, times->t[number], number);
+        break;
+    case KEPT_HISTORY:
+        if (output >= 0)
+            to[output] = value;
+        break;
+    }
+}
+
+void recorder_see(struct recorder *recorder, int number) {
+    const struct seen_times *times = &recorder->kept->times;
+    table_fill(&recorder->table);
+    for (int i = 0; i < recorder->layout->item_count; i++)
+        if (recorder->places[i] >= 0)
+            record(recorder, i, recorder->table.values[recorder->places[i]], number);
+    if (times->output[number] >= 0)
+        recorder->t_before = times->t[number];
+}
+
+void recorder_fail(struct recorder *recorder, double t) {
+    for (int i = 0; i < recorder->layout->item_count; i++) {
+        const struct kept_item *item = &recorder->layout->items[i];
+        const enum kept_kind kind = recorder->kept->kinds[i];
+        if (kind == KEPT_AT || kind == KEPT_HISTORY)
+            continue;
+        for (int k = 0; k < item->size; k++)
+            recorder->values[item->offset + k] = NAN;
+        if (kind == KEPT_FINAL && strcmp(item->name, "t") == 0)
+            recorder->values[item->offset] = t;
+    }
+}
+
+void recorder_release(struct recorder *recorder) {
+    table_release(&recorder->table);
+}

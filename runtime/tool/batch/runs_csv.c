@@ -1,0 +1,59 @@
+/* The runs of a batch as CSV: see runs_csv.h. */
+#include "batch/runs_csv.h"
+#include "text/output.h"
+
+#include <math.h>
+#include <string.h>
+
+static const char *const extremes_suffixes[] = {"_min", "_min_t", "_max", "_max_t"};
+
+static bool has_extremes(const struct kept_item *item) {
+    return strcmp(item->group, "extremes") == 0;
+}
+
+const char *runs_csv_unfit(const struct runs_layout *layout) {
+    for (int i = 0; i < layout->item_count; i++)
+        if (layout->items[i].axis && !has_extremes(&layout->items[i]))
+            return layout->items[i].name;
+    return NULL;
+}
+
+void runs_csv_header(const struct runs_layout *layout, FILE *out) {
+    fputs("case", out);
+    for (int i = 0; i < layout->cases.width; i++)
+        fprintf(out, ",%s", layout->cases.columns[i].name);
+    fputs(",status", out);
+    for (int i = 0; i < layout->item_count; i++) {
+        const struct kept_item *item = &layout->items[i];
+        const bool is_norm = strcmp(item->group, "norms") == 0;
+        for (int k = 0; k < item->size; k++)
+            fprintf(out, ",%s%s", item->name,
+                    has_extremes(item) ? extremes_suffixes[k]
+                    : is_norm          ? "_rms"
+                                       : "");
+    }
+    fputc('\n', out);
+}
+
+/* What a case does not have is empty. */
+static void print_field(double value, FILE *out) {
+    fputc(',', out);
+    if (!isnan(value))
+        print_number(out, value);
+}
+
+void runs_csv_row(const struct runs_layout *layout, const struct case_record *record, FILE *out) {
+    fprintf(out, "%ld", record->number);
+    for (int i = 0; i < layout->cases.width; i++) {
+        const struct varied *column = &layout->cases.columns[i];
+        const double value = column->values[record->number];
+        if (column->texts)
+            fprintf(out, ",%s", column->texts[(int)value]);
+        else
+            print_field(value, out);
+    }
+    fprintf(out, ",%d", record->status);
+    for (int k = 0; k < layout->width; k++)
+        print_field(record->values[k], out);
+    fputc('\n', out);
+}

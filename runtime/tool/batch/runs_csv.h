@@ -1,0 +1,17 @@
+/*
+ * The runs of a batch as CSV, where one row a case is enough: its number, what varied, its status, what was
+ * kept of its end, of its extremes and norms.
+ */
+#ifndef REFDYN_TOOL_RUNS_CSV_H
+#define REFDYN_TOOL_RUNS_CSV_H
+
+#include "batch/runs_file.h"
+
+#include <stdio.h>
+
+/* The name of the first item that a row has no place for, NULL: there is none. */
+const char *runs_csv_unfit(const struct runs_layout *layout);
+void runs_csv_header(const struct runs_layout *layout, FILE *out);
+void runs_csv_row(const struct runs_layout *layout, const struct case_record *record, FILE *out);
+
+#endif

@@ -1,0 +1,252 @@
+/* The structures of a batch: see structures.h. */
+#include "batch/structures.h"
+#include "command_line/commands.h"
+#include "simulate/motion.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+/* ---- Sorting ---- */
+
+/* Have cases a and b the same options? */
+static bool is_same_structure(const struct cases *cases, long a, long b) {
+    for (int i = 0; i < cases->width; i++)
+        if (cases->columns[i].kind == VARIED_OPTION &&
+            cases->columns[i].values[a] != cases->columns[i].values[b])
+            return false;
+    return true;
+}
+
+static struct structure *find_structure(struct structures *structures, const struct cases *cases,
+                                        long number) {
+    for (int i = 0; i < structures->count; i++)
+        if (is_same_structure(cases, structures->list[i].numbers[0], number))
+            return &structures->list[i];
+    return NULL;
+}
+
+static void add_settings(struct structure *structure, struct memory *memory, const struct cases *cases,
+                         long number) {
+    struct options *options = &structure->options;
+    const size_t size = sizeof *options->settings, count = (size_t)options->setting_count;
+    options->settings =
+        memory_grow(memory, options->settings, count * size, (count + (size_t)cases->width) * size);
+    for (int i = 0; i < cases->width; i++) {
+        const struct varied *column = &cases->columns[i];
+        if (column->kind == VARIED_OPTION)
+            options->settings[options->setting_count++] =
+                (struct setting){.name = column->target, .value = column->texts[(int)column->values[number]]};
+    }
+}
+
+static struct structure *add_structure(struct structures *structures, struct memory *memory, int *capacity,
+                                       const struct options *options, long most) {
+    structures->list =
+        memory_room(memory, structures->list, structures->count, capacity, sizeof *structures->list);
+    struct structure *structure = &structures->list[structures->count++];
+    *structure = (struct structure){.options = *options};
+    structure->numbers = memory_get(memory, (size_t)most * sizeof *structure->numbers);
+    return structure;
+}
+
+void structures_sort(struct structures *structures, struct memory *memory, const struct cases *cases,
+                     long first, long end, const struct options *options) {
+    int capacity = 0;
+    *structures = (struct structures){.count = 0};
+    for (long number = first; number < end; number++) {
+        struct structure *structure = find_structure(structures, cases, number);
+        if (!structure) {
+            structure = add_structure(structures, memory, &capacity, options, end - number);
+            add_settings(structure, memory, cases, number);
+        }
+        structure->numbers[structure->count++] = number;
+    }
+}
+
+/* ---- Compiling ---- */
+
+static unsigned needs_of(const struct options *options, const struct refdyn_options *integration) {
+    unsigned needs = NEEDS_MOTION | NEEDS_POINTS | NEEDS_POINT_RATES | NEEDS_NO_WARNINGS;
+    if (options->from && strcmp(options->from, "statics") == 0)
+        needs |= NEEDS_STATICS;
+    return refdyn_method_is_implicit(integration->method) ? needs | NEEDS_TANGENT : needs;
+}
+
+static enum status open_scene(struct structure *structure, const struct refdyn_options *integration) {
+    structure->is_open = true;
+    return scene_open(&structure->scene, &structure->options, needs_of(&structure->options, integration),
+                      motion_state_path(&structure->options));
+}
+
+/* In a process of its own, which leaves the compiled code in the cache; what is wrong the caller says when it
+ * opens the scene itself. */
+static pid_t compile_beside(const struct structure *structure, const struct refdyn_options *integration) {
+    const pid_t pid = fork();
+    if (pid != 0)
+        return pid;
+    struct structure own = *structure;
+    const int nowhere = open("/dev/null", O_WRONLY);
+    if (nowhere >= 0)
+        dup2(nowhere, STDERR_FILENO);
+    open_scene(&own, integration);
+    scene_close(&own.scene);
+    _exit(0);
+}
+
+static void wait_for_one(void) {
+    while (wait(NULL) < 0 && errno == EINTR)
+        continue;
+}
+
+/* All but the first one, `most` at a time. */
+static void compile_all(const struct structures *structures, const struct refdyn_options *integration,
+                        int most) {
+    int running = 0;
+    for (int i = 0; i < structures->count && structures->count > 1; i++) {
+        if (running == most) {
+            wait_for_one();
+            running--;
+        }
+        running += compile_beside(&structures->list[i], integration) > 0;
+    }
+    for (; running > 0; running--)
+        wait_for_one();
+}
+
+/* ---- What varies, in places of the model ---- */
+
+static enum refdyn_varied what_of(enum varied_kind kind) {
+    switch (kind) {
+    case VARIED_INPUT:
+        return REFDYN_VARIED_INPUT;
+    case VARIED_COORDINATE:
+        return REFDYN_VARIED_COORDINATE;
+    case VARIED_RATE:
+        return REFDYN_VARIED_RATE;
+    case VARIED_SAMPLES:
+        return REFDYN_VARIED_SAMPLES;
+    default:
+        return REFDYN_VARIED_PARAMETER;
+    }
+}
+
+static int place_of(const struct refdyn_model *model, const struct varied *column) {
+    if (column->kind == VARIED_PARAMETER)
+        return refdyn_find_name(model->parameters, model->parameter_count, column->target);
+    if (column->kind == VARIED_INPUT)
+        return refdyn_find_name(model->inputs, model->input_count, column->target);
+    return refdyn_find_name(model->coordinates, model->n, column->target);
+}
+
+static enum status read_samples(struct structure *structure, struct memory *memory,
+                                const struct varied *column) {
+    structure->samples = memory_get(memory, (size_t)column->text_count * sizeof *structure->samples);
+    for (int i = 0; i < column->text_count; i++) {
+        struct inputs inputs;
+        if (!inputs_read(&inputs, memory, column->texts[i], structure->scene.model))
+            return STATUS_FAULT;
+        structure->samples[structure->sample_count++] = inputs.samples;
+    }
+    return STATUS_DONE;
+}
+
+static enum status lacks(const struct structure *structure, const struct varied *column) {
+    fprintf(stderr, "refdyn: %s: %s varies, and this coordinate is not there with",
+            structure->options.operands[0], column->name);
+    for (int i = 0; i < structure->options.setting_count; i++)
+        fprintf(stderr, " %s=%s", structure->options.settings[i].name, structure->options.settings[i].value);
+    fputc('\n', stderr);
+    return STATUS_FAULT;
+}
+
+/* A parameter or input that no function of this structure reads has no place in it. */
+static enum status find_columns(struct structure *structure, struct memory *memory,
+                                const struct cases *cases) {
+    structure->columns = memory_get(memory, ((size_t)cases->width + 1) * sizeof *structure->columns);
+    for (int i = 0; i < cases->width; i++) {
+        const struct varied *column = &cases->columns[i];
+        const bool is_start = column->kind == VARIED_COORDINATE || column->kind == VARIED_RATE;
+        if (column->kind == VARIED_OPTION)
+            continue;
+        const int place = column->kind == VARIED_SAMPLES ? 0 : place_of(structure->scene.model, column);
+        if (place < 0 && is_start)
+            return lacks(structure, column);
+        if (place < 0)
+            continue;
+        structure->columns[structure->column_count++] =
+            (struct refdyn_batch_column){what_of(column->kind), place, column->values};
+        if (column->kind == VARIED_SAMPLES && read_samples(structure, memory, column) != STATUS_DONE)
+            return STATUS_FAULT;
+    }
+    return STATUS_DONE;
+}
+
+/* ---- Statics ---- */
+
+static bool is_held(const struct structure *structure, int place) {
+    for (int i = 0; i < structure->held_count; i++)
+        if (structure->held[i] == place)
+            return true;
+    return false;
+}
+
+/* The start value of a coordinate that is free would be where Newton begins, and nothing else. */
+static enum status check_held(const struct structure *structure) {
+    const struct refdyn_model *model = structure->scene.model;
+    for (int i = 0; i < structure->column_count; i++) {
+        const struct refdyn_batch_column *column = &structure->columns[i];
+        if (column->what != REFDYN_VARIED_COORDINATE || is_held(structure, column->place))
+            continue;
+        fprintf(
+            stderr,
+            "refdyn: the start value of %s varies, and from statics the coordinate takes its equilibrium: "
+            "hold keeps it\n",
+            model->coordinates[column->place].name);
+        return STATUS_FAULT;
+    }
+    return STATUS_DONE;
+}
+
+static enum status find_held(struct structure *structure, struct memory *memory) {
+    const int n = structure->scene.model->n;
+    int *marks = memory_get(memory, ((size_t)n + 1) * sizeof *marks);
+    structure->held = memory_get(memory, ((size_t)n + 1) * sizeof *structure->held);
+    const enum status status = check_statics(&structure->scene, &structure->options, marks);
+    for (int i = 0; i < n; i++)
+        if (marks[i])
+            structure->held[structure->held_count++] = i;
+    return status == STATUS_DONE ? check_held(structure) : status;
+}
+
+/* ---- All of it ---- */
+
+static enum status open_structure(struct structure *structure, struct memory *memory,
+                                  const struct cases *cases, const struct refdyn_options *integration) {
+    enum status status = open_scene(structure, integration);
+    if (status == STATUS_DONE)
+        status = motion_fit(&structure->scene, &structure->options, integration);
+    if (status == STATUS_DONE)
+        status = find_columns(structure, memory, cases);
+    if (status == STATUS_DONE && needs_of(&structure->options, integration) & NEEDS_STATICS)
+        status = find_held(structure, memory);
+    return status;
+}
+
+enum status structures_open(struct structures *structures, struct memory *memory, const struct cases *cases,
+                            const struct refdyn_options *integration, int threads) {
+    enum status status = STATUS_DONE;
+    compile_all(structures, integration, threads);
+    for (int i = 0; i < structures->count && status == STATUS_DONE; i++)
+        status = open_structure(&structures->list[i], memory, cases, integration);
+    return status;
+}
+
+void structures_close(struct structures *structures) {
+    for (int i = 0; i < structures->count; i++)
+        if (structures->list[i].is_open)
+            scene_close(&structures->list[i].scene);
+}

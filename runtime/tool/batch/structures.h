@@ -1,0 +1,41 @@
+/*
+ * The structures of a batch: its cases sorted by their options, and for each such group the model that is
+ * compiled for it, with what varies in places of that model.
+ */
+#ifndef REFDYN_TOOL_STRUCTURES_H
+#define REFDYN_TOOL_STRUCTURES_H
+
+#include "batch/cases.h"
+#include "refdyn_batch.h"
+#include "scene/scene.h"
+
+struct structure {
+    struct options options; /* of the command, and the values of the options that vary */
+    struct scene scene;
+    bool is_open;  /* the scene is to be closed */
+    long *numbers; /* (count) of its cases, ascending */
+    long count;
+    struct refdyn_batch_column *columns; /* what varies and the model has */
+    struct refdyn_samples *samples;      /* of the files of inputs */
+    int column_count, sample_count;
+    int *held; /* (held_count) from statics: coordinates that are held */
+    int held_count;
+};
+
+struct structures {
+    struct structure *list;
+    int count;
+};
+
+/* Sorts the cases [first, end). */
+void structures_sort(struct structures *structures, struct memory *memory, const struct cases *cases,
+                     long first, long end, const struct options *options);
+/*
+ * Generates, compiles and loads all of them, several at the same time; then finds what varies in each.
+ * Complains of what a structure lacks. structures_close in any case.
+ */
+enum status structures_open(struct structures *structures, struct memory *memory, const struct cases *cases,
+                            const struct refdyn_options *integration, int threads);
+void structures_close(struct structures *structures);
+
+#endif
