@@ -69,7 +69,7 @@ static const struct command commands[] = {
      .operands = "MODEL.lua",
      .options = "until! from method step tol step-max accuracy verify inputs stop every stabilise singular "
                 "start hold "
-                "output summary set fold",
+                "output summary set fold case of",
      .output = "RUN.csv",
      .purpose = "one motion, as CSV",
      .help =
@@ -78,7 +78,8 @@ static const struct command commands[] = {
          "  refdyn sim models/manipulator.lua --set n_rfe=1 --until 10 --step 1e-3 -o rigid.csv\n"
          "  refdyn sim models/manipulator.lua --from statics --until 10 --tol 1e-8 -o flexible.csv\n"
          "  refdyn sim models/manipulator.lua --from statics --until 10 --accuracy 1e-6 --stop 'E_z<2' -o "
-         "flexible.csv\n"},
+         "flexible.csv\n"
+         "  refdyn sim --case 12 --of runs.h5 -o case12.csv\n"},
     {.name = "batch",
      .run = run_batch,
      .operands = "MODEL.lua [SWEEP.lua]",

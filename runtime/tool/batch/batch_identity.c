@@ -90,14 +90,15 @@ void batch_identify(struct batch_setup *setup) {
     const char *model = text_of(setup, put_sources), *options = text_of(setup, put_options);
     const char *sweep = setup->sweep.text;
     const char *const texts[JOURNAL_PARTS] = {model, sweep, options};
+    static const char *const names[JOURNAL_PARTS] = {"model", "sweep", "options"};
     for (int part = 0; part < JOURNAL_PARTS; part++)
         hash_text(texts[part], setup->key.hash[part]);
     setup->layout.attributes = memory_get(&setup->memory, ATTRIBUTES * sizeof *setup->layout.attributes);
     add(setup, "refdyn", REFDYN_VERSION);
     add(setup, "model_name", memory_text(&setup->memory, setup->base.generation.model.name));
     for (int part = 0; part < JOURNAL_PARTS; part++) {
-        add(setup, journal_parts[part], texts[part]);
-        add(setup, memory_format(&setup->memory, "%s_hash", journal_parts[part]), setup->key.hash[part]);
+        add(setup, names[part], texts[part]);
+        add(setup, memory_format(&setup->memory, "%s_hash", names[part]), setup->key.hash[part]);
     }
     add(setup, "cases", memory_format(&setup->memory, "%ld", setup->sweep.cases.count));
     add(setup, "lanes", "1");

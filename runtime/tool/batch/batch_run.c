@@ -27,11 +27,15 @@ struct running {
 
 /* ---- On the threads ---- */
 
-/* The thread's recorder; it begins with the first case, when the thread has its integrator. */
+/* The thread's recorder; it begins with the first case, when the thread has its integrator. Memory of the
+ * program is taken by one thread at a time. */
 static struct recorder *recorder_of(struct running *running, const struct refdyn_batch_case *one) {
     struct recorder *recorder = &running->recorders[one->thread];
-    if (!recorder->values)
-        recorder_start(recorder, &running->setup->kept, &running->setup->layout, one->integrator);
+    if (recorder->values)
+        return recorder;
+    pthread_mutex_lock(&running->lock);
+    recorder_start(recorder, &running->setup->kept, &running->setup->layout, one->integrator);
+    pthread_mutex_unlock(&running->lock);
     return recorder;
 }
 

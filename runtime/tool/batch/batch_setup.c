@@ -1,4 +1,5 @@
 /* What a batch needs before its first case: see batch_setup.h. */
+#define _GNU_SOURCE /* processors that the process may use */
 #include "batch/batch_setup.h"
 #include "simulate/gsl_motion.h"
 #include "simulate/motion.h"
@@ -123,13 +124,8 @@ static enum status lay_out(struct batch_setup *setup) {
 
 /* ---- All of it ---- */
 
-enum status batch_setup_open(struct batch_setup *setup, const struct options *options) {
-    *setup = (struct batch_setup){.memory = arena_start(), .options = *options};
-    enum status status = scene_read(&setup->base, options);
-    if (status == STATUS_DONE)
-        status = read_cases(setup);
-    if (status == STATUS_DONE)
-        status = check_motion(setup);
+enum status batch_setup_complete(struct batch_setup *setup) {
+    enum status status = check_motion(setup);
     if (status == STATUS_DONE)
         status = choose_threads(setup);
     if (status == STATUS_DONE)
@@ -140,8 +136,16 @@ enum status batch_setup_open(struct batch_setup *setup, const struct options *op
                     &setup->options);
     status = structures_open(&setup->structures, &setup->memory, &setup->sweep.cases, &setup->integration,
                              setup->threads);
+    return status == STATUS_DONE ? lay_out(setup) : status;
+}
+
+enum status batch_setup_open(struct batch_setup *setup, const struct options *options) {
+    *setup = (struct batch_setup){.memory = arena_start(), .options = *options};
+    enum status status = scene_read(&setup->base, options);
     if (status == STATUS_DONE)
-        status = lay_out(setup);
+        status = read_cases(setup);
+    if (status == STATUS_DONE)
+        status = batch_setup_complete(setup);
     if (status == STATUS_DONE)
         batch_identify(setup);
     return status;

@@ -26,6 +26,8 @@ struct batch_setup {
 
 /* Reads, checks, compiles. Complains on stderr; batch_setup_close in any case. */
 enum status batch_setup_open(struct batch_setup *setup, const struct options *options);
+/* The same where options and cases are there. */
+enum status batch_setup_complete(struct batch_setup *setup);
 void batch_setup_close(struct batch_setup *setup);
 
 /* ---- batch_identity.c ---- */

@@ -11,7 +11,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-const char *const journal_parts[JOURNAL_PARTS] = {"model", "sweep", "options"};
+const char *const journal_parts[JOURNAL_PARTS] = {"model files", "cases", "options"};
 
 enum { LEAD_LENGTH = 16, REASON_MOST = 4096 };
 
@@ -196,8 +196,8 @@ static bool is_of_same_batch(const struct journal *journal, const struct head *f
         if (memcmp(found->key.hash[part], asked->key.hash[part], JOURNAL_HASH) != 0) {
             fprintf(
                 stderr,
-                "refdyn: %s: the journal is of another %s, which has changed since; the batch goes on with "
-                "the old one, or anew once the journal is removed\n",
+                "refdyn: %s: the %s of this batch are not those of the journal: --resume needs the same, and "
+                "without the journal the batch begins anew\n",
                 journal->path, journal_parts[part]);
             return false;
         }

@@ -13,9 +13,9 @@
 
 #include <stdint.h>
 
-/* What must be the same for a batch to go on: hashes of its parts, in the order of journal_parts. */
+/* What must be the same for a batch to go on: hashes of its parts, which are named here in words. */
 enum { JOURNAL_PARTS = 3, JOURNAL_HASH = 65 };
-extern const char *const journal_parts[JOURNAL_PARTS]; /* "model", "sweep", "options" */
+extern const char *const journal_parts[JOURNAL_PARTS];
 
 struct journal_key {
     char hash[JOURNAL_PARTS][JOURNAL_HASH];

@@ -13,6 +13,8 @@ enum status run_eval(const struct options *options);
 enum status run_statics(const struct options *options);
 enum status run_modes(const struct options *options);
 enum status run_sim(const struct options *options);
+/* `sim` of a case of a batch. */
+enum status run_case_again(const struct options *options);
 enum status run_batch(const struct options *options);
 enum status run_plot(const struct options *options);
 enum status run_bench(const struct options *options);

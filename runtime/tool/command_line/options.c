@@ -22,6 +22,7 @@ enum kind {
     KIND_FREEING_LIST,
     KIND_POSITIVE,
     KIND_COUNT,
+    KIND_NUMBER, /* a whole number from 0 */
     KIND_SETTING,
     KIND_STOP,
     KIND_HELP
@@ -85,6 +86,8 @@ static const struct rule rules[] = {
      "instead of SWEEP.lua: a row for each case, a column for each name that varies"},
     {"threads", "N", KIND_COUNT, FIELD(threads), "threads that compute cases (default: the processors)"},
     {"cases", "A:B", KIND_TEXT, FIELD(cases), "the cases from A to B - 1 only"},
+    {"of", "RUNS.h5", KIND_TEXT, FIELD(of), "instead of MODEL.lua: a case of this file of runs once more"},
+    {"case", "K", KIND_NUMBER, FIELD(case_number), "which case of --of"},
     {"resume", NULL, KIND_FLAG, FIELD(resume), "go on with a batch that was interrupted"},
     {"dry-run", NULL, KIND_FLAG, FIELD(dry_run),
      "check, compile and try a few cases, and tell how many there are, and time and size of all"},
@@ -259,6 +262,13 @@ static enum status read_count(const struct command *command, const char *name, c
     return usage_error(command, "--%s: %s is no whole number up to %d", name, text, LARGEST);
 }
 
+static enum status read_number(const struct command *command, const char *name, const char *text,
+                               double *value) {
+    if (text_to_number(text, value) && *value >= 0 && *value == floor(*value))
+        return STATUS_DONE;
+    return usage_error(command, "--%s: '%s' is no whole number from 0 on", name, text);
+}
+
 static enum status read_text(const struct command *command, const char *name, const char *text,
                              const char **value) {
     *value = text;
@@ -333,6 +343,8 @@ static enum status take_value(struct options *options, const struct rule *rule) 
         return read_positive(command, rule->name, optarg, (double *)field);
     case KIND_COUNT:
         return read_count(command, rule->name, optarg, (double *)field);
+    case KIND_NUMBER:
+        return read_number(command, rule->name, optarg, (double *)field);
     case KIND_STOP:
         return add_stop(options, optarg);
     default:
@@ -360,6 +372,10 @@ static bool is_given(const struct options *options, const struct rule *rule) {
 /* Operands and needed options; what explains a pass writes nothing. */
 static enum status check_complete(const struct options *options) {
     const struct command *command = options->command;
+    if (options->of && options->operand_count == 0 && options->case_number >= 0)
+        return STATUS_DONE; /* the file tells all */
+    if (options->of || options->case_number >= 0)
+        return usage_error(command, "--case K --of RUNS.h5 stand together, and for MODEL.lua");
     const bool many = strstr(command->operands, "...") != NULL;
     const int most = 1 + (strchr(command->operands, ' ') != NULL);
     if (options->operand_count == 0)
@@ -411,7 +427,7 @@ static bool read_command(int argc, char **argv, struct options *options, enum st
 
 bool options_read(const struct command *commands, int argc, char **argv, struct options *options,
                   enum status *status) {
-    *options = (struct options){.command = NULL};
+    *options = (struct options){.case_number = -1};
     *status = argc < 2 ? STATUS_USAGE : STATUS_DONE;
     if (argc < 2 || strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "help") == 0) {
         if (argc < 2)

@@ -33,9 +33,10 @@ struct options {
     /* NULL: not given */
     const char *output, *emit, *explain, *state, *from, *at, *method, *stabilise, *singular, *start, *hold,
         *summary, *vary, *steps, *tols, *methods, *inputs, *accelerations, *loops, *panel, *units, *table,
-        *cases;
+        *cases, *of;
     /* 0: not given */
     double until, step, step_max, tolerance, accuracy, every, modes, seconds, threads;
+    double case_number; /* -1: not given */
 };
 
 struct command {

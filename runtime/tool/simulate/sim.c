@@ -371,6 +371,8 @@ static enum status run_scene(struct scene *scene, const struct options *options,
 enum status run_sim(const struct options *options) {
     struct refdyn_options integration;
     struct scene scene;
+    if (options->of)
+        return run_case_again(options);
     if (options->output && (has_ending(options->output, ".h5") || has_ending(options->output, ".hdf5")))
         return usage_error(options->command, "-o %s: this version writes CSV, name a .csv file",
                            options->output);

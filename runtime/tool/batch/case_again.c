@@ -1,0 +1,205 @@
+/*
+ * `refdyn sim --case K --of RUNS.h5`: one case of a batch once more, as CSV.
+ *
+ * Takes the model, the options and the case's values from the file; gives the same numbers at the times at
+ * which the batch looked, with all columns of a motion.
+ */
+#include "batch/batch_run.h"
+#include "command_line/commands.h"
+#include "system/temporary_folder.h"
+
+#include <errno.h>
+#include <jansson.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct again {
+    struct batch_setup setup;
+    struct runs_reader *runs;
+    struct scratch folder; /* of the model's files */
+    bool has_folder;
+    json_t *model, *options;
+    struct targets targets;
+    struct target *rows;
+    struct table table;
+    int status; /* of the runtime */
+};
+
+static enum status complain(const char *path, const char *fact) {
+    fprintf(stderr, "refdyn: %s: %s\n", path, fact);
+    return STATUS_FAULT;
+}
+
+/* ---- What the file tells ---- */
+
+static json_t *load_attribute(const struct runs_reader *runs, const char *name) {
+    const char *text = runs_attribute(runs, name);
+    return text ? json_loads(text, 0, NULL) : NULL;
+}
+
+/* The model's files in a folder of their own; the first is the model. */
+static enum status write_model(struct again *again, const char **path) {
+    const char *name;
+    json_t *text;
+    *path = NULL;
+    again->has_folder = scratch_open(&again->folder, scratch_parent(), "refdyn-case-");
+    if (!again->has_folder)
+        return STATUS_FAULT;
+    json_object_foreach(again->model, name, text) {
+        const char *file = memory_format(&again->setup.memory, "%s/%s", again->folder.path, name);
+        FILE *out = strchr(name, '/') ? NULL : fopen(file, "wx");
+        if (!out || fputs(json_string_value(text) ? json_string_value(text) : "", out) < 0 ||
+            fclose(out) != 0)
+            return complain(file, strerror(errno));
+        *path = *path ? *path : file;
+    }
+    return *path ? STATUS_DONE : STATUS_FAULT;
+}
+
+static const char *text_of(const struct again *again, const char *name) {
+    return json_string_value(json_object_get(again->options, name));
+}
+
+static double number_of(const struct again *again, const char *name) {
+    return json_number_value(json_object_get(again->options, name));
+}
+
+static void read_options(struct again *again, const struct options *given, const char **path) {
+    struct options *options = &again->setup.options;
+    json_t *set = json_object_get(again->options, "set"), *value;
+    const char *name;
+    *options = (struct options){.command = given->command, .operands = path, .operand_count = 1};
+    options->settings =
+        memory_get(&again->setup.memory, (json_object_size(set) + 1) * sizeof *options->settings);
+    json_object_foreach(set, name, value) options->settings[options->setting_count++] =
+        (struct setting){.name = name, .value = json_string_value(value)};
+    options->until = number_of(again, "until");
+    options->every = number_of(again, "every");
+    options->step = number_of(again, "step");
+    options->step_max = number_of(again, "step-max");
+    options->tolerance = number_of(again, "tol");
+    options->method = text_of(again, "method");
+    options->from = text_of(again, "from");
+    options->hold = text_of(again, "hold");
+    options->stabilise = text_of(again, "stabilise");
+    options->singular = text_of(again, "singular");
+    options->start = text_of(again, "start");
+    options->accelerations = text_of(again, "accelerations");
+    options->loops = text_of(again, "loops");
+}
+
+/* The case alone, as case number 0. */
+static enum status read_case(struct again *again, const char *path, double number) {
+    struct memory *memory = &again->setup.memory;
+    const struct cases *all = &runs_layout(again->runs)->cases;
+    struct cases *cases = &again->setup.sweep.cases;
+    long row = 0;
+    while (row < runs_count(again->runs) && (double)runs_numbers(again->runs)[row] != number)
+        row++;
+    if (row == runs_count(again->runs))
+        return complain(path, memory_format(memory, "it has no case %.0f", number));
+    *cases = (struct cases){.count = 1, .width = all->width};
+    cases->columns = memory_get(memory, ((size_t)all->width + 1) * sizeof *cases->columns);
+    for (int i = 0; i < all->width; i++) {
+        cases->columns[i] = all->columns[i];
+        cases->columns[i].values = memory_get(memory, sizeof(double));
+        cases->columns[i].values[0] = all->columns[i].values[row];
+    }
+    return STATUS_DONE;
+}
+
+/* What made the batch look at its times: outputs where anything is kept of them, and times of their own. */
+static void read_keep(struct again *again) {
+    const struct runs_layout *layout = runs_layout(again->runs);
+    struct keep *keep = &again->setup.sweep.keep;
+    keep->final = true;
+    for (int i = 0; i < layout->item_count; i++) {
+        const char *group = layout->items[i].group;
+        if (strcmp(group, "extremes") == 0 || strcmp(group, "norms") == 0 || strcmp(group, "history") == 0)
+            keep->history = (struct name_list){&layout->items[i].name, 1};
+    }
+    for (int i = 0; i < layout->axis_count; i++)
+        if (strcmp(layout->axes[i].path, "at/t") == 0) {
+            keep->at = layout->axes[i].values;
+            keep->at_count = layout->axes[i].count;
+        }
+}
+
+/* ---- The motion ---- */
+
+static int write_row(void *context, const struct refdyn_batch_case *one, int number) {
+    struct again *again = context;
+    if (number == 0) {
+        table_start(&again->table, one->integrator);
+        table_header(&again->table, again->rows->file);
+    }
+    table_fill(&again->table);
+    table_row(&again->table, again->rows->file);
+    return 0;
+}
+
+static int note_end(void *context, const struct refdyn_batch_case *one,
+                    const struct refdyn_batch_result *result) {
+    struct again *again = context;
+    const struct refdyn_integrator *integrator = one->integrator;
+    struct scene *scene = &again->setup.structures.list[0].scene;
+    again->status = result->status;
+    if (!result->status)
+        return 0;
+    scene->work.fault = integrator->work->fault;
+    numbers_failed(scene, result->status, result->t, integrator->q, integrator->qd);
+    return 0;
+}
+
+static enum status move(struct again *again) {
+    struct structure *structure = &again->setup.structures.list[0];
+    struct refdyn_batch batch = batch_of_structure(&again->setup, structure);
+    batch.count = batch.threads = 1;
+    batch.context = again;
+    batch.output = write_row;
+    batch.end = note_end;
+    const int result = refdyn_batch_run(&batch, NULL);
+    if (result)
+        return complain(structure->scene.model->name, refdyn_status_text(result));
+    if (again->table.values)
+        table_release(&again->table);
+    const enum status status = target_finish(again->rows) ? STATUS_DONE : STATUS_FAULT;
+    return again->status ? STATUS_NUMBERS : status;
+}
+
+static enum status open_case(struct again *again, const struct options *given, const char **path) {
+    const char *of = given->of;
+    again->model = load_attribute(again->runs, "model");
+    again->options = load_attribute(again->runs, "options");
+    if (!again->model || !again->options)
+        return complain(of, "the file does not tell its model and options");
+    enum status status = write_model(again, path);
+    read_options(again, given, path);
+    if (status == STATUS_DONE)
+        status = read_case(again, of, given->case_number);
+    read_keep(again);
+    if (status == STATUS_DONE)
+        status = batch_setup_complete(&again->setup);
+    targets_spare(&again->targets, of);
+    if (status == STATUS_DONE && !(again->rows = target_open(&again->targets, given->output)))
+        status = STATUS_FAULT;
+    return status;
+}
+
+enum status run_case_again(const struct options *options) {
+    struct again again = {.setup = {.memory = arena_start()}, .runs = runs_open(options->of)};
+    const char *path;
+    enum status status = again.runs ? open_case(&again, options, &path) : STATUS_FAULT;
+    if (status == STATUS_DONE)
+        status = move(&again);
+    targets_release(&again.targets);
+    batch_setup_close(&again.setup);
+    if (again.has_folder)
+        scratch_close(&again.folder);
+    if (again.runs)
+        runs_close(again.runs);
+    json_decref(again.model);
+    json_decref(again.options);
+    return status;
+}
