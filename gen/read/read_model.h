@@ -9,8 +9,12 @@
 #include "read/setting.h"
 #include "tree/tree.h"
 
+/* What a Lua file describes: each kind has functions of its own in rd. */
+enum file_kind { FILE_MODEL, FILE_SWEEP };
+
 struct read_request {
     const char *file;
+    enum file_kind kind;
     const struct setting *settings; /* --set NAME=VALUE, later ones win */
     int setting_count;
     bool fold; /* parameters become numbers; anchored ones stay parameters */

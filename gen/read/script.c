@@ -88,7 +88,12 @@ static int call_module(lua_State *L) {
 
 static int refuse_field(lua_State *L) {
     const char *name = lua_type(L, 2) == LUA_TSTRING ? script_name_at(L, 2) : "?";
-    return luaL_error(L, "%s", module_unknown(script_of(L)->memory, name));
+    struct memory *memory = script_of(L)->memory;
+    if (script_of(L)->kind == FILE_SWEEP)
+        return luaL_error(L, "%s", script_unknown_in_sweep(memory, name));
+    if (script_is_of_sweeps(name))
+        return luaL_error(L, "rd.%s: of sweep files, which refdyn batch takes beside a model", name);
+    return luaL_error(L, "%s", module_unknown(memory, name));
 }
 
 /* A field that nobody reads, such as rd.gravity, would be passed over. */
@@ -97,16 +102,18 @@ static int refuse_new_field(lua_State *L) {
     return luaL_error(L, "rd.%s: assignment, what rd has is read only, a local has values of your own", name);
 }
 
-/* Builds the module. (-0, +1) */
-static void push_module(lua_State *L) {
+/* rd.NAME, which marks a table with that name, in the table on top of the stack. (-0, +0) */
+static void add_tag(lua_State *L, const char *name) {
+    lua_pushstring(L, name);
+    lua_pushcclosure(L, tag_table, 1);
+    lua_setfield(L, -2, name);
+}
+
+static void add_model_functions(lua_State *L) {
     const char *tags[OWNER_COUNT + 3];
     struct memory *memory = script_of(L)->memory;
-    lua_newtable(L);
-    for (int i = fields_list_tags(tags) - 1; i >= 0; i--) {
-        lua_pushstring(L, tags[i]);
-        lua_pushcclosure(L, tag_table, 1);
-        lua_setfield(L, -2, tags[i]);
-    }
+    for (int i = fields_list_tags(tags) - 1; i >= 0; i--)
+        add_tag(L, tags[i]);
     for (int i = 0; i < module_function_count(); i++) {
         const char *name = module_function_name(memory, i);
         lua_pushinteger(L, i);
@@ -114,6 +121,17 @@ static void push_module(lua_State *L) {
         lua_remove(L, -2);
         lua_pushcclosure(L, call_module, 2);
         lua_setfield(L, -2, name);
+    }
+}
+
+/* Builds the module. (-0, +1) */
+static void push_module(lua_State *L) {
+    lua_newtable(L);
+    if (script_of(L)->kind == FILE_SWEEP) {
+        add_tag(L, SWEEP_TAG);
+        script_add_sweep_functions(L);
+    } else {
+        add_model_functions(L);
     }
     lua_pushnumber(L, 3.14159265358979323846);
     lua_setfield(L, -2, "pi");
@@ -293,8 +311,7 @@ struct job {
     struct value *result;
 };
 
-static bool run_protected(struct job *job, lua_CFunction function) {
-    struct script *script = job->script;
+bool script_run(struct script *script, int function(lua_State *L), void *job) {
     struct memory *memory = script->memory;
     void (*fail)(void *) = memory->fail;
     void *context = memory->context;
@@ -312,8 +329,8 @@ static bool run_protected(struct job *job, lua_CFunction function) {
     return status == LUA_OK;
 }
 
-static struct job *job_of(lua_State *L) {
-    struct job *job = lua_touserdata(L, 1);
+void *script_job(lua_State *L) {
+    void *job = lua_touserdata(L, 1);
     lua_settop(L, 0);
     return job;
 }
@@ -360,7 +377,7 @@ static void convert_result(lua_State *L, struct place place, const char *what, s
 }
 
 static int run_file(lua_State *L) {
-    struct job *job = job_of(L);
+    const struct job *job = script_job(L);
     struct script *script = job->script;
     script_make_expressions(L);
     script_make_views(L);
@@ -379,7 +396,7 @@ static int run_file(lua_State *L) {
 }
 
 static int run_function(lua_State *L) {
-    struct job *job = job_of(L);
+    const struct job *job = script_job(L);
     lua_rawgeti(L, LUA_REGISTRYINDEX, job->function->function);
     script_push_view(L, (struct view){.kind = VIEW_STATE});
     lua_call(L, 1, LUA_MULTRET);
@@ -415,6 +432,9 @@ struct script *script_open(struct memory *memory, struct graph *graph, const str
                            struct messages *messages) {
     struct script *script = memory_get(memory, sizeof *script);
     *script = (struct script){.memory = memory, .graph = graph, .messages = messages, .file = request->file};
+    script->kind = request->kind;
+    script->has_samples = request->kind == FILE_SWEEP; /* its lists may be as long as its cases are many */
+    script->work.millions = WORK_MILLIONS;
     script->pool = (struct pool){.memory = memory};
     declarations_start(&script->declarations, memory, graph, request, messages);
     script->names.declarations = &script->declarations;
@@ -425,7 +445,7 @@ struct script *script_open(struct memory *memory, struct graph *graph, const str
         memory->fail(memory->context);
     *(struct script **)lua_getextraspace(script->L) = script;
     struct job job = {.script = script};
-    return run_protected(&job, run_file) ? script : NULL;
+    return script_run(script, run_file, &job) ? script : NULL;
 }
 
 const struct value *script_result(const struct script *script) {
@@ -454,5 +474,5 @@ void script_set_names(struct script *script, struct model *model, const char *co
 bool script_call(struct script *script, const struct value *function, const char *name,
                  struct value *result) {
     struct job job = {.script = script, .function = function, .name = name, .result = result};
-    return run_protected(&job, run_function);
+    return script_run(script, run_function, &job);
 }

@@ -9,6 +9,7 @@
 
 #include "read/declarations.h"
 #include "read/read_model.h"
+#include "read/sweep_file.h"
 #include "read/value.h"
 
 /* The table that the file returns. */
@@ -21,5 +22,10 @@ void script_set_names(struct script *script, struct model *model, const char *co
 /* Calls an author's function, which messages call `name`, with the state `s`; false when it failed (messages
  * say why). */
 bool script_call(struct script *script, const struct value *function, const char *name, struct value *result);
+
+/* Calls a sweep's function with the values of each case of `given`; the values that it gives are the columns
+ * of `derived`, in the order of their names, which live in `memory`. False as above. */
+bool script_derive(struct script *script, const struct value *function, const struct case_table *given,
+                   struct memory *memory, struct case_table *derived);
 
 #endif

@@ -270,8 +270,8 @@ static int call_library(lua_State *L) {
         check_format(L);
     work_add(work, entry->work ? entry->work(L) : 0);
     if (work_is_over(work))
-        return luaL_error(L, "%s: more work than the %d million steps that a model may take while it is read",
-                          full_name(L, entry), WORK_MILLIONS);
+        return luaL_error(L, "%s: more work than the %d million steps that a %s may take while it is read",
+                          full_name(L, entry), work->millions, script_noun(script_of(L)));
     const int count = lua_tocfunction(L, lua_upvalueindex(2))(L);
     if (count == 1 && strcmp(entry->library, LUA_STRLIBNAME) == 0)
         note_zeros(L);
@@ -324,7 +324,8 @@ static int refuse_library_field(lua_State *L) {
     const char *nearest = message_nearest_name(name, known, list_library(memory, of, known));
     if (nearest)
         return luaL_error(L, "%s.%s: unknown function, the nearest known one is \"%s\"", of, name, nearest);
-    return luaL_error(L, "%s.%s: unknown function, models/README.md names what a model can use", of, name);
+    return luaL_error(L, "%s.%s: unknown function, models/README.md names what a %s can use", of, name,
+                      script_noun(script_of(L)));
 }
 
 static int compare_texts(const void *a, const void *b) {
@@ -370,9 +371,9 @@ int script_refuse_global(lua_State *L) {
     if (is_left_out(name))
         return luaL_error(
             L,
-            "undefined global \"%s\": a model has no such function or library, models/README.md names "
+            "undefined global \"%s\": a %s has no such function or library, models/README.md names "
             "what it has",
-            name);
+            name, script_noun(script_of(L)));
     const char *nearest = nearest_global(L, name);
     if (nearest)
         return luaL_error(L, "undefined global \"%s\", the nearest known one is \"%s\"", name, nearest);

@@ -27,6 +27,7 @@ struct script {
     struct graph *graph;
     struct messages *messages;
     const char *file;
+    enum file_kind kind;
     struct pool pool;
     struct work work;
     struct declarations declarations;
@@ -46,8 +47,12 @@ struct script {
 /* ---- script_value.c ---- */
 
 struct script *script_of(lua_State *L);
-/* Ends the script once it has done more than a model may. */
+/* What messages call the file: a "model", or a "sweep". */
+const char *script_noun(const struct script *script);
+/* Ends the script once it has done more than a file may. */
 void script_stop_at_bound(lua_State *L);
+/* Ends the script; messages have said why. */
+void script_stop_told(lua_State *L);
 /* Where the Lua function that called us stands. */
 struct place script_place(lua_State *L);
 /* The text at `index`, which is one; a name with a byte 0 would be cut there. */
@@ -69,6 +74,25 @@ double script_names_in(const struct script *script);
 void script_convert(lua_State *L, int index, struct place place, int depth, struct value *value);
 /* Pushes what a function of the module gives. (-0, +1) */
 void script_push_value(lua_State *L, const struct value *value);
+
+/* ---- script.c: needed by what is called behind it ---- */
+
+/* Runs a function of C in Lua; false when an error arose, which messages tell. It finds `job` by
+ * script_job, first of all, on an empty stack. */
+bool script_run(struct script *script, int function(lua_State *L), void *job);
+void *script_job(lua_State *L);
+
+/* ---- script_sweep.c ---- */
+
+/* Name of the function that makes the sweep. */
+#define SWEEP_TAG "sweep"
+
+/* Puts rd.grid and its like into the table on top of the stack. (-0, +0) */
+void script_add_sweep_functions(lua_State *L);
+/* What to say of a name that the module does not have in such a file. */
+const char *script_unknown_in_sweep(struct memory *memory, const char *name);
+/* Has the module such a function in sweep files? */
+bool script_is_of_sweeps(const char *name);
 
 /* ---- script_metatable.c ---- */
 

@@ -22,10 +22,16 @@ struct script *script_of(lua_State *L) {
 }
 
 void script_stop_at_bound(lua_State *L) {
-    if (!work_is_over(&script_of(L)->work))
+    const struct script *script = script_of(L);
+    if (!work_is_over(&script->work))
         return;
-    lua_pushfstring(L, "more than %d million steps to read the model, a loop has no end?", WORK_MILLIONS);
+    lua_pushfstring(L, "more than %d million steps to read the %s, a loop has no end?", script->work.millions,
+                    script_noun(script));
     lua_error(L);
+}
+
+const char *script_noun(const struct script *script) {
+    return script->kind == FILE_SWEEP ? "sweep" : "model";
 }
 
 struct place script_place(lua_State *L) {
@@ -38,12 +44,16 @@ struct place script_place(lua_State *L) {
     return place;
 }
 
-/* Ends the script with a message about a bound that was passed at `place`. */
-static void stop_at(lua_State *L, struct place place, const char *what, int bound) {
-    message_error(script_of(L)->messages, place, "%s %d", what, bound);
+void script_stop_told(lua_State *L) {
     script_of(L)->is_told = true;
     lua_pushnil(L);
     lua_error(L);
+}
+
+/* Ends the script with a message about a bound that was passed at `place`. */
+static void stop_at(lua_State *L, struct place place, const char *what, int bound) {
+    message_error(script_of(L)->messages, place, "%s %d", what, bound);
+    script_stop_told(L);
 }
 
 const char *script_name_at(lua_State *L, int index) {
@@ -263,7 +273,10 @@ void script_convert(lua_State *L, int index, struct place place, int depth, stru
     index = lua_absindex(L, index);
     *value = (struct value){.place = place};
     if (++script->value_count > VALUE_BOUND)
-        stop_at(L, place, "more values in the model than", VALUE_BOUND);
+        stop_at(L, place,
+                script->kind == FILE_SWEEP ? "more values in the sweep than"
+                                           : "more values in the model than",
+                VALUE_BOUND);
     switch (lua_type(L, index)) {
     case LUA_TNUMBER:
         value->kind = VALUE_NUMBER;

@@ -97,7 +97,7 @@ void work_add_source(struct work *work, const char *source, size_t length) {
 }
 
 bool work_is_over(const struct work *work) {
-    return work->steps > WORK_MILLIONS * 1e6;
+    return work->steps > work->millions * 1e6;
 }
 
 /* Parts of a pattern that may match any number of letters: each is tried with every number of them. */

@@ -13,10 +13,11 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-enum { WORK_MILLIONS = 100 }; /* of steps that a model may take */
+enum { WORK_MILLIONS = 100 }; /* of steps that a file may take while it is read */
 
 struct work {
     double steps;
+    int millions;        /* of steps that it may take: WORK_MILLIONS, or more for what comes behind reading */
     size_t longest_text; /* bytes */
     bool has_remainders; /* a source contains the operator % */
     bool has_zeros;      /* a text may hold bytes 0: Lua orders such texts piece by piece */

@@ -1,0 +1,161 @@
+/*
+ * What a sweep file or a table makes of a model's names, for test_sweep.py.
+ *
+ *     sweep_cases MODEL SWEEP.lua or CASES.csv [--brief] [NAME=VALUE ...]
+ *
+ * prints the cases, what is kept and the options of the motions as JSON; --brief: how many cases, seconds and
+ * the program's largest memory alone. `sweep_cases numbers` reads numbers u and prints, a line each, u's
+ * normal quantile, logarithm, and exponential of 100 u - 50; `sweep_cases philox` the published test vectors'
+ * results.
+ */
+#include "batch/random.h"
+#include "batch/sweep.h"
+#include "gen.h"
+#include "text/output.h"
+
+#include <inttypes.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <time.h>
+
+static int print_numbers(void) {
+    double u;
+    while (scanf("%lf", &u) == 1)
+        printf("%.17g %.17g %.17g\n", random_normal_quantile(u), random_log(u), random_exp(100 * u - 50));
+    return 0;
+}
+
+static int print_philox(void) {
+    static const uint32_t vectors[3][6] = {
+        {0},
+        {0xFFFFFFFF, 0xFFFFFFFF, 0xFFFFFFFF, 0xFFFFFFFF, 0xFFFFFFFF, 0xFFFFFFFF},
+        {0x243F6A88, 0x85A308D3, 0x13198A2E, 0x03707344, 0xA4093822, 0x299F31D0}};
+    for (int i = 0; i < 3; i++) {
+        uint32_t result[4];
+        random_philox(vectors[i], vectors[i] + 4, result);
+        printf("%08" PRIx32 " %08" PRIx32 " %08" PRIx32 " %08" PRIx32 "\n", result[0], result[1], result[2],
+               result[3]);
+    }
+    return 0;
+}
+
+static void put_column(struct document *document, const struct varied *column, long count) {
+    static const char *const kinds[] = {"parameter", "input", "coordinate", "rate", "option", "samples"};
+    put_open(document, column->name, '{');
+    put_text(document, "kind", kinds[column->kind]);
+    put_text(document, "target", column->target);
+    put_text(document, "unit", column->unit);
+    put_open(document, "values", '[');
+    for (long i = 0; i < count; i++)
+        if (column->texts)
+            put_text(document, NULL, column->texts[(int)column->values[i]]);
+        else
+            put_number(document, NULL, column->values[i]);
+    put_close(document, ']');
+    put_whole(document, "texts", column->text_count);
+    put_close(document, '}');
+}
+
+static void put_names(struct document *document, const char *key, const struct name_list *list) {
+    put_open(document, key, '[');
+    for (int i = 0; i < list->count; i++)
+        put_text(document, NULL, list->names[i]);
+    put_close(document, ']');
+}
+
+static void put_options(struct document *document, const struct options *options) {
+    const char *const texts[][2] = {{"method", options->method},       {"from", options->from},
+                                    {"stabilise", options->stabilise}, {"singular", options->singular},
+                                    {"start", options->start},         {"hold", options->hold}};
+    put_open(document, "options", '{');
+    put_number(document, "until", options->until);
+    put_number(document, "tol", options->tolerance);
+    put_number(document, "step", options->step);
+    put_number(document, "step_max", options->step_max);
+    put_number(document, "every", options->every);
+    for (int i = 0; i < 6; i++)
+        if (texts[i][1])
+            put_text(document, texts[i][0], texts[i][1]);
+    put_close(document, '}');
+}
+
+static void print_sweep(const struct sweep *sweep, const struct options *options) {
+    struct document document;
+    document_open(&document);
+    put_whole(&document, "count", sweep->cases.count);
+    put_open(&document, "columns", '{');
+    for (int i = 0; i < sweep->cases.width; i++)
+        put_column(&document, &sweep->cases.columns[i], sweep->cases.count);
+    put_close(&document, '}');
+    put_open(&document, "keep", '{');
+    put_truth(&document, "final", sweep->keep.final);
+    put_array(&document, "at", sweep->keep.at, sweep->keep.at_count);
+    put_names(&document, "extremes", &sweep->keep.extremes);
+    put_names(&document, "norms", &sweep->keep.norms);
+    put_names(&document, "history", &sweep->keep.history);
+    put_close(&document, '}');
+    put_options(&document, options);
+    put_text(&document, "text", sweep->text);
+    document_close(&document, stdout);
+}
+
+static double seconds(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+static void print_brief(const struct sweep *sweep, double taken) {
+    struct rusage usage;
+    getrusage(RUSAGE_SELF, &usage);
+    printf("{\"count\": %ld, \"seconds\": %g, \"kilobytes\": %ld}\n", sweep->cases.count, taken,
+           usage.ru_maxrss);
+}
+
+static int read_settings(int argc, char **argv, struct setting *settings, bool *is_brief) {
+    int count = 0;
+    for (int i = 3; i < argc; i++) {
+        char *equals = strchr(argv[i], '=');
+        *is_brief = *is_brief || !equals;
+        if (!equals)
+            continue;
+        *equals = 0;
+        settings[count++] = (struct setting){argv[i], equals + 1};
+    }
+    return count;
+}
+
+static int print_cases(int argc, char **argv) {
+    struct setting settings[8];
+    bool is_brief = false;
+    struct options options = {.settings = settings};
+    options.setting_count = read_settings(argc, argv, settings, &is_brief);
+    struct generation model;
+    const struct read_request request = {
+        .file = argv[1], .settings = settings, .setting_count = options.setting_count};
+    if (gen_read(&model, &request, -1) != GEN_OK)
+        return 9;
+    struct memory memory = arena_start();
+    struct sweep sweep;
+    const size_t length = strlen(argv[2]);
+    const bool is_table = length > 4 && strcmp(argv[2] + length - 4, ".csv") == 0;
+    const double begin = seconds();
+    const enum status status = is_table ? sweep_read_table(&sweep, &memory, argv[2], &model, &options)
+                                        : sweep_read(&sweep, &memory, argv[2], &model, &options);
+    const double taken = seconds() - begin;
+    if (status == STATUS_DONE && is_brief)
+        print_brief(&sweep, taken);
+    else if (status == STATUS_DONE)
+        print_sweep(&sweep, &options);
+    memory_release(&memory);
+    gen_release(&model);
+    return (int)status;
+}
+
+int main(int argc, char **argv) {
+    if (argc == 2 && strcmp(argv[1], "numbers") == 0)
+        return print_numbers();
+    if (argc == 2 && strcmp(argv[1], "philox") == 0)
+        return print_philox();
+    return argc > 2 ? print_cases(argc, argv) : 2;
+}
