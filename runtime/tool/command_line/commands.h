@@ -14,6 +14,7 @@ enum status run_statics(const struct options *options);
 enum status run_modes(const struct options *options);
 enum status run_sim(const struct options *options);
 enum status run_plot(const struct options *options);
+enum status run_merge(const struct options *options);
 enum status run_bench(const struct options *options);
 enum status run_report(const struct options *options);
 
