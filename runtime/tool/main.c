@@ -106,6 +106,17 @@ static const struct command commands[] = {
          "rsvg-convert.\n\n"
          "  refdyn plot rigid.csv flexible.csv -o motion.svg\n"
          "  refdyn plot rigid.csv --panel path,energy --units rigid.json -o path.pdf\n"},
+    {.name = "merge",
+     .run = run_merge,
+     .operands = "RUNS.h5...",
+     .options = "output!",
+     .output = "FILE.h5",
+     .purpose = "join files of runs of the same batch",
+     .help = "Cases come in the order of their numbers. Files of another batch, and cases that two files "
+             "have, are "
+             "refused;\n"
+             "cases that none has are told, and listed in the attribute 'missing'.\n\n"
+             "  refdyn merge part_1.h5 part_2.h5 -o runs.h5\n"},
     {.name = "bench",
      .run = run_bench,
      .operands = "MODEL.lua",

@@ -62,12 +62,13 @@ struct case_record {
 
 struct runs_writer;
 
-/* Of `count` cases into the new file `path`, which is no target yet: the caller gives it its name once it is
- * closed. NULL, with a complaint on stderr. Writes in blocks of rows: memory does not grow with `count`. */
+/* Of `count` cases into the file `path`, which is written anew and may be a target's part: the caller gives it
+ * its name once it is closed. The layout lives until then. NULL, with a complaint on stderr. Writes in blocks of rows: memory does not grow with `count`. */
 struct runs_writer *runs_create(const char *path, const struct runs_layout *layout, long count);
 /* The next case; numbers ascend. False, with a complaint, when it cannot be written. */
 bool runs_put(struct runs_writer *writer, const struct case_record *record);
-/* All in the file and on the disk. False, with a complaint; in any case the writer is released. */
+/* All in the file and on the disk. False, with a complaint, also where fewer than `count` cases were put; in any
+ * case the writer is released. */
 bool runs_finish(struct runs_writer *writer);
 
 /* ---- Reading ---- */
@@ -79,6 +80,8 @@ struct runs_reader *runs_open(const char *path);
 /* The layout; columns' values are those of the cases in the file, by row. */
 const struct runs_layout *runs_layout(const struct runs_reader *reader);
 long runs_count(const struct runs_reader *reader);
+/* Cases of the whole batch, of which the file may have a part: the layout's cases.count as it was written. */
+long runs_batch_count(const struct runs_reader *reader);
 /* (runs_count) numbers of the cases. */
 const long *runs_numbers(const struct runs_reader *reader);
 /* Row `row`; the record is valid until the next call. False, with a complaint. */

@@ -17,6 +17,7 @@ enum status run_sim(const struct options *options);
 enum status run_case_again(const struct options *options);
 enum status run_batch(const struct options *options);
 enum status run_plot(const struct options *options);
+enum status run_merge(const struct options *options);
 enum status run_bench(const struct options *options);
 enum status run_report(const struct options *options);
 

@@ -1,0 +1,60 @@
+/* What stands for files of HDF5 in a refdyn that was built without: a complaint. */
+#include "batch/runs_file.h"
+#include "text/csv.h"
+
+static const char absent[] = "this refdyn is built without HDF5, CSV is what it writes";
+
+struct runs_writer *runs_create(const char *path, const struct runs_layout *layout, long count) {
+    (void)layout;
+    (void)count;
+    complain_line(path, 0, absent);
+    return NULL;
+}
+
+/* The others are called with what runs_create and runs_open give, which is nothing. */
+bool runs_put(struct runs_writer *writer, const struct case_record *record) {
+    return writer && record && false;
+}
+
+bool runs_finish(struct runs_writer *writer) {
+    return writer && false;
+}
+
+struct runs_reader *runs_open(const char *path) {
+    complain_line(path, 0, absent);
+    return NULL;
+}
+
+const struct runs_layout *runs_layout(const struct runs_reader *reader) {
+    (void)reader;
+    return NULL;
+}
+
+long runs_count(const struct runs_reader *reader) {
+    (void)reader;
+    return 0;
+}
+
+long runs_batch_count(const struct runs_reader *reader) {
+    (void)reader;
+    return 0;
+}
+
+const long *runs_numbers(const struct runs_reader *reader) {
+    (void)reader;
+    return NULL;
+}
+
+bool runs_get(struct runs_reader *reader, long row, struct case_record *record) {
+    return reader && record && row < 0;
+}
+
+const char *runs_attribute(const struct runs_reader *reader, const char *name) {
+    (void)reader;
+    (void)name;
+    return NULL;
+}
+
+void runs_close(struct runs_reader *reader) {
+    (void)reader;
+}
