@@ -24,7 +24,7 @@ static bool is_same_structure(const struct cases *cases, long a, long b) {
 static struct structure *find_structure(struct structures *structures, const struct cases *cases,
                                         long number) {
     for (int i = 0; i < structures->count; i++)
-        if (is_same_structure(cases, structures->list[i].numbers[0], number))
+        if (is_same_structure(cases, structures->list[i].example, number))
             return &structures->list[i];
     return NULL;
 }
@@ -49,7 +49,7 @@ static struct structure *add_structure(struct structures *structures, struct mem
         memory_room(memory, structures->list, structures->count, capacity, sizeof *structures->list);
     struct structure *structure = &structures->list[structures->count++];
     *structure = (struct structure){.options = *options};
-    structure->numbers = memory_get(memory, (size_t)most * sizeof *structure->numbers);
+    structure->numbers = memory_get(memory, ((size_t)most + 1) * sizeof *structure->numbers);
     return structure;
 }
 
@@ -57,13 +57,15 @@ void structures_sort(struct structures *structures, struct memory *memory, const
                      long first, long end, const struct options *options) {
     int capacity = 0;
     *structures = (struct structures){.count = 0};
-    for (long number = first; number < end; number++) {
+    for (long number = 0; number < cases->count; number++) {
         struct structure *structure = find_structure(structures, cases, number);
         if (!structure) {
-            structure = add_structure(structures, memory, &capacity, options, end - number);
+            structure = add_structure(structures, memory, &capacity, options, end - first);
+            structure->example = number;
             add_settings(structure, memory, cases, number);
         }
-        structure->numbers[structure->count++] = number;
+        if (number >= first && number < end)
+            structure->numbers[structure->count++] = number;
     }
 }
 

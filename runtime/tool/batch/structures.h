@@ -13,7 +13,8 @@ struct structure {
     struct options options; /* of the command, and the values of the options that vary */
     struct scene scene;
     bool is_open;  /* the scene is to be closed */
-    long *numbers; /* (count) of its cases, ascending */
+    long example;  /* a case of it */
+    long *numbers; /* (count) of its cases that are computed, ascending */
     long count;
     struct refdyn_batch_column *columns; /* what varies and the model has */
     struct refdyn_samples *samples;      /* of the files of inputs */
@@ -27,7 +28,8 @@ struct structures {
     int count;
 };
 
-/* Sorts the cases [first, end). */
+/* Sorts all cases, of which [first, end) are computed: what is kept of a case, and where, is the same for all
+ * ranges. */
 void structures_sort(struct structures *structures, struct memory *memory, const struct cases *cases,
                      long first, long end, const struct options *options);
 /*
