@@ -456,8 +456,7 @@ static void remark_stage(const struct kinematics *k, const struct stage *stage) 
 
 /* IA_i = I_i + what the children pass on (theory, sect. 5.1). A stage is eliminated at its last frame; its
  * other frames, and frames without a joint, pass on what they get. */
-static void eliminate_inward(void *context, int i) {
-    struct elimination *e = context;
+static void eliminate_inward(struct elimination *e, int i) {
     const struct kinematics *k = e->k;
     const struct frame *frame = &k->tree->frames[i];
     struct articulated own = e->beyond[i];
@@ -479,9 +478,9 @@ struct elimination *articulated_body_eliminate(const struct kinematics *k) {
     e->k = k;
     e->beyond = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *e->beyond);
     list_stages(k, e);
-    const struct recursion recursion =
-        dynamics_recursion_over(k, e->beyond, sizeof *e->beyond, eliminate_inward, e);
-    recursion_inward(&recursion);
+    struct recursion recursion = kinematics_recursion(k, e->beyond, sizeof *e->beyond);
+    for (int i = k->tree->count; recursion_inward(&recursion, &i);)
+        eliminate_inward(e, i);
     return e;
 }
 
@@ -553,8 +552,7 @@ static struct wrench reduce(const struct kinematics *k, int i, struct solution *
     return wrench_to_parent(k, i, reduce_joint(k, stage, p, solution));
 }
 
-static void reduce_inward(void *context, int i) {
-    struct solution *solution = context;
+static void reduce_inward(struct solution *solution, int i) {
     const struct kinematics *k = solution->k;
     const bool ends = solution->elimination->ends_stage[i];
     const int parent = k->tree->frames[ends ? solution->elimination->stages[i].first : i].parent;
@@ -608,8 +606,7 @@ static struct acceleration accelerate_ball(const struct kinematics *k, const str
 }
 
 /* A whole stage at its last frame. */
-static void accelerate_outward(void *context, int i) {
-    struct solution *solution = context;
+static void accelerate_outward(struct solution *solution, int i) {
     const struct kinematics *k = solution->k;
     const struct stage *stage = &solution->elimination->stages[i];
     const bool ends = solution->elimination->ends_stage[i];
@@ -646,11 +643,12 @@ expression *articulated_body_solve(const struct kinematics *k, const struct elim
     x.angular_at_rest = memory_get(k->memory, n * sizeof *x.angular_at_rest);
     x.accelerations = memory_get(k->memory, n * sizeof *x.accelerations);
     x.x = memory_get(k->memory, n * sizeof *x.x);
-    const struct recursion inward = dynamics_recursion_over(k, x.p, sizeof *x.p, reduce_inward, &x);
-    const struct recursion outward =
-        dynamics_recursion_over(k, x.accelerations, sizeof *x.accelerations, accelerate_outward, &x);
-    recursion_inward(&inward);
-    recursion_outward(&outward);
+    struct recursion inward = kinematics_recursion(k, x.p, sizeof *x.p);
+    for (int i = k->tree->count; recursion_inward(&inward, &i);)
+        reduce_inward(&x, i);
+    struct recursion outward = kinematics_recursion(k, x.accelerations, sizeof *x.accelerations);
+    for (int i = -1; recursion_outward(&outward, &i);)
+        accelerate_outward(&x, i);
     if (frames)
         *frames = x.accelerations;
     return x.x;

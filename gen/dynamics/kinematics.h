@@ -7,6 +7,7 @@
 #ifndef REFDYN_GEN_KINEMATICS_H
 #define REFDYN_GEN_KINEMATICS_H
 
+#include "tree/recursion.h"
 #include "tree/vector.h"
 
 struct joint_place {
@@ -47,6 +48,8 @@ struct kinematics {
 void kinematics_derive(struct memory *memory, const struct model *model, const struct tree *tree,
                        struct kinematics *kinematics);
 
+/* A recursion over its frames: see recursion_over. */
+struct recursion kinematics_recursion(const struct kinematics *k, void *state, size_t size);
 /* q, qd or qdd of frame i; in a run those of the element that the loop is at. */
 expression kinematics_coordinate_of(const struct kinematics *k, int i, int order);
 /* Is frame `outer` on the way from frame i to the ground, i itself included? */

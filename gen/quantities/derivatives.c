@@ -55,24 +55,12 @@ struct far_arrays {
     struct pair_move mass, spin, stiffness, damping;
 };
 
-struct turned_columns {
-    struct graph *g;
-    const struct vector *turned;
-    struct pair_vectors *vectors;
-};
-
-static void add_turned(void *context, int i) {
-    const struct turned_columns *x = context;
-    struct vector *moment = &x->vectors[i].stiffness.moment;
-    *moment = vector_add(x->g, *moment, x->turned[i]);
-}
-
 static struct far_arrays add_far_arrays(struct builder *b, const struct vector *turned) {
     struct derivation *d = b->d;
     struct pair_vectors *v = tangent_pair_vectors(b->given, derivation_composites(d));
     struct far_arrays a;
-    struct turned_columns columns = {d->g, turned, v};
-    recursion_visit_joints(d->g, d->kinematics.tree, add_turned, &columns);
+    for (int i = -1; recursion_next_joint(d->g, d->kinematics.tree, &i);)
+        v[i].stiffness.moment = vector_add(d->g, v[i].stiffness.moment, turned[i]);
     a.lever = arrays_of(b, v, offsetof(struct pair_vectors, less_gravity_lever), "lever");
     const struct vector_arrays shift = pair_loops_add_arrays(&b->arrays, "shift", b->shifts);
     const struct vector_arrays shift_rate =
@@ -326,21 +314,11 @@ static void spread_u(struct derivation *d, struct function *f, int array) {
 /* ---- The tangent and what follows from it ---- */
 
 /* Values that every derivative takes for constant. */
-struct holding {
-    struct graph *g;
-    const expression *values;
-    expression *given;
-};
-
-static void hold_value(void *context, int i) {
-    const struct holding *x = context;
-    x->given[i] = expr_apply1(x->g, OP_HOLD, x->values[i]);
-}
-
 static const expression *given_accelerations(struct derivation *d, const expression *by_frame) {
-    struct holding x = {d->g, by_frame, derivation_new_values(d, d->frames)};
-    recursion_visit_joints(d->g, d->kinematics.tree, hold_value, &x);
-    return x.given;
+    expression *given = derivation_new_values(d, d->frames);
+    for (int i = -1; recursion_next_joint(d->g, d->kinematics.tree, &i);)
+        given[i] = expr_apply1(d->g, OP_HOLD, by_frame[i]);
+    return given;
 }
 
 static const expression *given_multipliers(struct derivation *d) {
@@ -369,22 +347,13 @@ static struct builder start(struct derivation *d, struct function *f, bool has_r
     return b;
 }
 
-struct caller_accelerations {
-    const struct kinematics *k;
-    expression *accelerations;
-};
-
-static void take_acceleration(void *context, int i) {
-    const struct caller_accelerations *x = context;
-    x->accelerations[i] = kinematics_coordinate_of(x->k, i, 2);
-}
-
 /* At accelerations and multipliers that the caller gives. */
 static struct builder start_given(struct derivation *d, struct function *f) {
     struct builder b = open_builder(d, f, d->m > 0);
-    struct caller_accelerations x = {&d->kinematics, derivation_new_values(d, d->frames)};
-    recursion_visit_joints(d->g, d->kinematics.tree, take_acceleration, &x);
-    b.given = given_motion_derive(&d->kinematics, x.accelerations, NULL);
+    expression *accelerations = derivation_new_values(d, d->frames);
+    for (int i = -1; recursion_next_joint(d->g, d->kinematics.tree, &i);)
+        accelerations[i] = kinematics_coordinate_of(&d->kinematics, i, 2);
+    b.given = given_motion_derive(&d->kinematics, accelerations, NULL);
     f->takes_motion = true;
     return b;
 }
@@ -399,22 +368,12 @@ static struct parts parts_of(const struct derivation *d) {
     return (struct parts){0, d->frames, d->frames + d->m};
 }
 
-struct difference {
-    struct graph *g;
-    expression *into;
-    const expression *minus;
-};
-
-static void subtract(void *context, int i) {
-    const struct difference *x = context;
-    x->into[i] = expr_sub(x->g, x->into[i], x->minus[i]);
-}
-
 static expression *difference(struct derivation *d, const expression *of, const expression *minus) {
-    struct difference x = {d->g, derivation_new_values(d, d->frames), minus};
-    memcpy(x.into, of, (size_t)d->frames * sizeof *of);
-    recursion_visit_joints(d->g, d->kinematics.tree, subtract, &x);
-    return x.into;
+    expression *difference =
+        memory_grow(d->memory, of, (size_t)d->frames * sizeof *of, ((size_t)d->frames + 1) * sizeof *of);
+    for (int i = -1; recursion_next_joint(d->g, d->kinematics.tree, &i);)
+        difference[i] = expr_sub(d->g, of[i], minus[i]);
+    return difference;
 }
 
 static struct terms motion_terms(const struct builder *b) {
