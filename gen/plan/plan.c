@@ -141,6 +141,15 @@ long plan_trips_of(const struct plan *plan, expression e) {
     return loop ? plan->rolled->runs[g->loops[loop].run].count : 1;
 }
 
+void plan_count_node(const struct plan *plan, expression e, struct operation_count *count) {
+    const enum cost cost = operation_cost(plan->g->nodes[e].operation);
+    const long trips = plan_trips_of(plan, e);
+    count->adds += cost == COST_ADD ? trips : 0;
+    count->muls += cost == COST_MUL ? trips : 0;
+    count->divs += cost == COST_DIV ? trips : 0;
+    count->functions += cost == COST_FUNCTION ? trips : 0;
+}
+
 static void count_operations(const struct plan *plan, struct function *function) {
     const struct graph *g = plan->g;
     struct operation_count *count = &function->operations;
@@ -152,12 +161,8 @@ static void count_operations(const struct plan *plan, struct function *function)
         const enum operation operation = g->nodes[e].operation;
         const long trips = plan_trips_of(plan, e);
         values += graph_as_slot(g, e) ? 0 : operation == OP_SYMBOL || is_moved(plan, function, e) ? trips : 0;
-        if (is_moved(plan, function, e))
-            continue;
-        count->adds += operation_cost(operation) == COST_ADD ? trips : 0;
-        count->muls += operation_cost(operation) == COST_MUL ? trips : 0;
-        count->divs += operation_cost(operation) == COST_DIV ? trips : 0;
-        count->functions += operation_cost(operation) == COST_FUNCTION ? trips : 0;
+        if (!is_moved(plan, function, e))
+            plan_count_node(plan, e, count);
     }
     for (int i = 0; i < function->loop_count; i++)
         loops_count_operations(function, &function->loops[i], count);
