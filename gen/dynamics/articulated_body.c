@@ -325,14 +325,12 @@ static struct vector turn_by_turn(const struct kinematics *k, const struct stage
 }
 
 static void turn_ball(const struct kinematics *k, const struct stage *stage, struct ball *ball) {
-    static const char *const rows[3] = {"turn_x", "turn_y", "turn_z"};
     for (int column = 0; column < 3; column++) {
         const struct vector v = turn_by_turn(k, stage, vector_unit(k->g, column));
         for (int row = 0; row < 3; row++)
             ball->turn.at[3 * row + column] = v.at[row];
     }
-    for (int row = 0; row < 3; row++)
-        kinematics_name_vector(k, stage->last, rows[row], row_of(&ball->turn, row));
+    kinematics_name_matrix(k, stage->last, "turn", &ball->turn);
 }
 
 /* A free vector from the last frame's axes to those of what carries the ball joint, and back. */
@@ -446,12 +444,14 @@ static struct articulated eliminate_stage(const struct kinematics *k, struct sta
 }
 
 static void remark_stage(const struct kinematics *k, const struct stage *stage) {
-    graph_remark(k->g, memory_format(
-                           k->memory,
-                           stage->last > stage->first
-                               ? "%s and the two turns before: J = L D L^T, M - H^T J^-1 H is passed on (5.3)"
-                               : "%s: U = IA e, D = e.U, IA - U U^T/D is passed on (5.2)",
-                           k->tree->frames[stage->last].name));
+    const char *name = k->tree->frames[stage->last].name;
+    if (stage->last == stage->first)
+        kinematics_remark(k, stage->last, "U = IA e, D = e.U, IA - U U^T/D is passed on (5.2)");
+    else
+        graph_remark(
+            k->g, memory_format(k->memory,
+                                "%s and the two turns before: J = L D L^T, M - H^T J^-1 H is passed on (5.3)",
+                                name));
 }
 
 /* IA_i = I_i + what the children pass on (theory, sect. 5.1). A stage is eliminated at its last frame; its
@@ -542,11 +542,9 @@ static struct wrench reduce(const struct kinematics *k, int i, struct solution *
         p = wrench_add(k->g, solution->side.loads[i], p);
     if (!solution->elimination->ends_stage[i])
         return wrench_to_parent(k, i, p);
-    graph_remark(k->g, memory_format(k->memory,
-                                     stage->last > stage->first
-                                         ? "%s: m and f_p + H^T J^-1 (m - n_p) are passed on (5.3)"
-                                         : "%s: u = f - e.p, p + U u/D is passed on (5.4)",
-                                     k->tree->frames[i].name));
+    kinematics_remark(k, i,
+                      stage->last > stage->first ? "m and f_p + H^T J^-1 (m - n_p) are passed on (5.3)"
+                                                 : "u = f - e.p, p + U u/D is passed on (5.4)");
     if (stage->last > stage->first)
         return reduce_ball(k, stage, p, solution);
     return wrench_to_parent(k, i, reduce_joint(k, stage, p, solution));
@@ -614,10 +612,9 @@ static void accelerate_outward(struct solution *solution, int i) {
     const struct acceleration still = {{{0, 0, 0}}, {{0, 0, 0}}, {{0, 0, 0}}};
     const struct acceleration inside = parent < 0 ? still : solution->accelerations[parent];
     if (ends)
-        graph_remark(k->g, memory_format(k->memory,
-                                         i > first ? "%s: wd = J^-1 (m - n_p) - J^-1 H a (5.3)"
-                                                   : "%s: x = (u - U.a')/D, a = a' + e x (5.4)",
-                                         k->tree->frames[i].name));
+        kinematics_remark(k, i,
+                          i > first ? "wd = J^-1 (m - n_p) - J^-1 H a (5.3)"
+                                    : "x = (u - U.a')/D, a = a' + e x (5.4)");
     struct acceleration own = carry_outward(k, first, inside);
     if (i > first)
         own = accelerate_ball(k, stage, inside, solution);

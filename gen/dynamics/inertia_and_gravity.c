@@ -81,7 +81,7 @@ static expression *sum_inward(const struct kinematics *k, const struct inward_su
     struct recursion recursion = kinematics_recursion(k, sums, sizeof *sums);
     for (int i = k->tree->count; recursion_inward(&recursion, &i);) {
         const struct frame *frame = &k->tree->frames[i];
-        graph_remark(k->g, memory_format(k->memory, "%s: %s (4.7)", frame->name, x->what));
+        kinematics_remark(k, i, x->what);
         if (frame->kind == FRAME_JOINT) {
             sums[i] = wrench_add(k->g, x->own(k, i), sums[i]);
             kinematics_name_vector(k, i, x->moment_name, sums[i].moment);
@@ -141,8 +141,7 @@ struct wrench *dynamics_loads(const struct kinematics *k, const struct reference
     struct wrench *loads = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *loads);
     for (int i = -1; recursion_next_joint(k->g, k->tree, &i);) {
         const struct reference *reference = &references[i];
-        graph_remark(k->g, memory_format(k->memory, "%s: load l = wrench of I at wdr, ar (4.7, 5.5)",
-                                         k->tree->frames[i].name));
+        kinematics_remark(k, i, "load l = wrench of I at wdr, ar (4.7, 5.5)");
         loads[i] = wrench_of_inertia(k, i, reference->angular, &reference->gradient, reference->linear);
         kinematics_name_vector(k, i, "load_moment", loads[i].moment);
         kinematics_name_vector(k, i, "load_force", loads[i].force);
@@ -152,10 +151,10 @@ struct wrench *dynamics_loads(const struct kinematics *k, const struct reference
 
 expression *dynamics_bias_forces(const struct kinematics *k, bool less_gravity) {
     static const struct inward_sum bias = {bias_wrench, "bias_moment", "bias_force",
-                                           "c = e.F, F = wrench of I at wd0, a0, and all beyond"};
+                                           "c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7)"};
     static const struct inward_sum carried = {
         less_gravity_wrench, "carried_moment", "carried_force",
-        "c + g = e.F, F = wrench of I at wd0, a0 - grav, and all beyond"};
+        "c + g = e.F, F = wrench of I at wd0, a0 - grav, and all beyond (4.7)"};
     return sum_inward(k, less_gravity ? &carried : &bias);
 }
 
@@ -196,8 +195,7 @@ struct wrench wrench_of_unit(const struct kinematics *k, int i, const struct ine
 static void derive_column(const struct kinematics *k, const struct inertia *composites, int i,
                           expression *M) {
     const int n = k->tree->count;
-    graph_remark(k->g, memory_format(k->memory, "%s: its column of M, e_j.W, W = Ic e moved to joint j (4.6)",
-                                     k->tree->frames[i].name));
+    kinematics_remark(k, i, "its column of M, e_j.W, W = Ic e moved to joint j (4.6)");
     struct wrench wrench = wrench_of_unit(k, i, &composites[i]);
     for (int j = i; j >= 0; j = k->tree->frames[j].parent) {
         M[i * n + j] = M[j * n + i] = on_joint(k, j, wrench);
@@ -212,8 +210,7 @@ struct inertia *dynamics_composite_inertias(const struct kinematics *k, expressi
     for (int i = k->tree->count; recursion_inward(&recursion, &i);) {
         const struct frame *frame = &k->tree->frames[i];
         struct inertia *outer = &composites[frame->parent < 0 ? k->tree->count : frame->parent];
-        graph_remark(k->g,
-                     memory_format(k->memory, "%s: Ic = I + Ic of all that it carries (4.5)", frame->name));
+        kinematics_remark(k, i, "Ic = I + Ic of all that it carries (4.5)");
         if (frame->kind == FRAME_JOINT) {
             composites[i] = inertia_add(k->g, dynamics_own_inertia(k, i), composites[i]);
             name_composite(k, i, &composites[i]);
@@ -232,8 +229,7 @@ expression *dynamics_gravity_forces(const struct kinematics *k, const struct ine
         const struct vector field = k->frames[i].gravity;
         const struct vector moment = vector_cross(k->g, vector_of(composites[i].moment), field);
         const struct wrench weight = {moment, vector_scale(k->g, composites[i].mass, field)};
-        graph_remark(k->g, memory_format(k->memory, "%s: g = -e.(mc x grav, m grav) of Ic (4.8)",
-                                         k->tree->frames[i].name));
+        kinematics_remark(k, i, "g = -e.(mc x grav, m grav) of Ic (4.8)");
         forces[i] = expr_neg(k->g, on_joint(k, i, weight));
     }
     return forces;
@@ -251,8 +247,7 @@ expression *dynamics_gravity_tangent(const struct kinematics *k, const struct in
     expression *tangent = new_values(k, (size_t)n * (size_t)n);
     struct vector *levers = memory_get(k->memory, ((size_t)n + 1) * sizeof *levers);
     for (int j = 0; j < n; j++) {
-        graph_remark(
-            g, memory_format(k->memory, "%s: dg_i/dq = -(grav x e_i).Delta (4.8)", k->tree->frames[j].name));
+        kinematics_remark(k, j, "dg_i/dq = -(grav x e_i).Delta (4.8)");
         const struct vector own = wrench_of_unit(k, j, &composites[j]).force;
         const struct vector change = matrix_times(g, k->frames[j].rotation.at, own);
         levers[j] = vector_cross(g, gravity, kinematics_joint_axis(k, j));
@@ -300,8 +295,7 @@ expression *dynamics_printed_sum(const struct kinematics *k) {
     struct recursion recursion = kinematics_recursion(k, momenta, sizeof *momenta);
     for (int i = k->tree->count; recursion_inward(&recursion, &i);) {
         const struct frame *frame = &k->tree->frames[i];
-        graph_remark(k->g, memory_format(k->memory, "%s: s = (w x e).L + (v x e).p of all beyond (4.11)",
-                                         frame->name));
+        kinematics_remark(k, i, "s = (w x e).L + (v x e).p of all beyond (4.11)");
         if (frame->kind == FRAME_JOINT) {
             momenta[i] = wrench_add(k->g, momenta[i], momentum(k, i));
             s[i] = printed_term(k, i, momenta[i]);

@@ -41,6 +41,17 @@ void kinematics_name_vector(const struct kinematics *k, int i, const char *what,
         kinematics_name_scalar(k, i, memory_format(k->memory, "%s_%c", what, axes[axis]), a.at[axis]);
 }
 
+void kinematics_name_matrix(const struct kinematics *k, int i, const char *what, const struct matrix *m) {
+    static const char axes[3] = "xyz";
+    for (int row = 0; row < 3; row++)
+        kinematics_name_vector(k, i, memory_format(k->memory, "%s_%c", what, axes[row]),
+                               vector_of(m->at + 3 * row));
+}
+
+void kinematics_remark(const struct kinematics *k, int i, const char *formula) {
+    graph_remark(k->g, memory_format(k->memory, "%s: %s", k->tree->frames[i].name, formula));
+}
+
 /* Rot(axis)^T a for the cosine and sine given; Rot(axis) a with the sine negated. */
 static struct vector turn_into(struct graph *g, int axis, expression cosine, expression sine,
                                struct vector a) {
@@ -241,10 +252,7 @@ static void place_in_ground(struct kinematics *k, int i, const struct frame_moti
     motion->position =
         vector_add(g, parent->position, matrix_times(g, parent->rotation.at, k->joints[i].shift));
     kinematics_name_vector(k, i, "position", motion->position);
-    for (int row = 0; row < 3; row++) {
-        static const char *const names[3] = {"ground_x", "ground_y", "ground_z"};
-        kinematics_name_vector(k, i, names[row], vector_of(motion->rotation.at + 3 * row));
-    }
+    kinematics_name_matrix(k, i, "ground", &motion->rotation);
 }
 
 struct vector kinematics_gyroscopic(const struct kinematics *k, int i, struct vector wd) {

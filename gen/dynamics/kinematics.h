@@ -82,8 +82,12 @@ struct vector kinematics_acceleration_less_gravity(const struct kinematics *k, i
 /* By frame: the joint's origin from that of the joint before, ground axes. */
 struct vector *kinematics_ground_shifts(const struct kinematics *k);
 
+/* "arm_psi: <formula>", for a reader of the C. */
+void kinematics_remark(const struct kinematics *k, int i, const char *formula);
 /* Names for a reader of the C: "arm_psi_1_<what>_x" ... */
 void kinematics_name_vector(const struct kinematics *k, int i, const char *what, struct vector a);
+/* Rows of a matrix: "<what>_x_x", "<what>_x_y" ... */
+void kinematics_name_matrix(const struct kinematics *k, int i, const char *what, const struct matrix *m);
 void kinematics_name_scalar(const struct kinematics *k, int i, const char *what, expression e);
 
 #endif

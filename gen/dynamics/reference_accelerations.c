@@ -27,7 +27,7 @@ static struct reference refer(const struct kinematics *k, const struct eliminati
                               const struct reference *parent) {
     struct graph *g = k->g;
     const struct frame *frame = &k->tree->frames[i];
-    graph_remark(g, memory_format(k->memory, "%s: reference accelerations wdr, ar (5.5)", frame->name));
+    kinematics_remark(k, i, "reference accelerations wdr, ar (5.5)");
     const struct vector across = matrix_times(g, parent->gradient.at, k->joints[i].shift);
     struct reference own = {.angular = kinematics_to_child(k, i, parent->angular),
                             .linear = kinematics_to_child(k, i, vector_add(g, parent->linear, across))};

@@ -74,11 +74,7 @@ static void mark_function(const struct plan *plan, struct function *function) {
 static void use_roots(const struct plan *plan, const struct function *function, uint32_t *uses) {
     const struct graph *g = plan->g;
     bool *seen = memory_scratch(plan->memory, (size_t)g->slot_count + 1);
-    for (int f = 0; f < plan_count_arrays(function); f++)
-        for (int i = 0; i < function->arrays[f].single_count; i++)
-            uses[function->arrays[f].singles[i].value]++;
-    for (int i = 0; i < function->run_result_count; i++)
-        uses[function->run_results[i].value]++;
+    plan_count_results(function, uses);
     for (expression e = 0; e < g->count; e++) {
         const int slot = function->is_needed[e] ? slot_index(g, e) : -1;
         if (slot < 0 || seen[slot])
@@ -264,6 +260,14 @@ static void plan_prepare(struct plan *plan) {
     const int array = plan_open_result(plan->memory, prepare, "derived", "", count, 0);
     plan_set_entries(plan->memory, prepare, array, 0, derived, count);
     plan_function(plan, prepare);
+}
+
+void plan_count_results(const struct function *function, uint32_t *uses) {
+    for (int f = 0; f < plan_count_arrays(function); f++)
+        for (int i = 0; i < function->arrays[f].single_count; i++)
+            uses[function->arrays[f].singles[i].value]++;
+    for (int i = 0; i < function->run_result_count; i++)
+        uses[function->run_results[i].value]++;
 }
 
 void plan_mark_results(const struct function *function, bool *needed) {

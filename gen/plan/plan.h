@@ -173,7 +173,8 @@ int plan_count_arrays(const struct function *function);
 /* Entries of all arrays. */
 int plan_value_count(const struct function *function);
 
-/* Marks a function's results, by handle. */
+/* Counts, and marks, a function's results, by handle. */
+void plan_count_results(const struct function *function, uint32_t *uses);
 void plan_mark_results(const struct function *function, bool *needed);
 /* By handle: all nodes that the functions listed so far are made of. */
 bool *plan_mark_nodes_of_functions(const struct plan *plan);

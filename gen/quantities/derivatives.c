@@ -15,26 +15,31 @@
 
 /* ---- Pairs ---- */
 
-/* One member of the vectors of all frames. */
-static const struct vector *gather(const struct builder *b, const struct pair_vectors *vectors,
-                                   size_t offset) {
-    struct vector *list = memory_get(b->d->memory, ((size_t)b->d->frames + 1) * sizeof *list);
+/* One member of a list of `size` bytes a frame. */
+static struct vector *gather(const struct builder *b, const void *list, size_t size, size_t offset) {
+    struct vector *member = memory_get(b->d->memory, ((size_t)b->d->frames + 1) * sizeof *member);
     for (int i = 0; i < b->d->frames; i++)
-        memcpy(&list[i], (const char *)&vectors[i] + offset, sizeof *list);
-    return list;
+        memcpy(&member[i], (const char *)list + (size_t)i * size + offset, sizeof *member);
+    return member;
 }
 
-static struct vector_arrays arrays_of(struct builder *b, const struct pair_vectors *vectors, size_t offset,
-                                      const char *name) {
-    return pair_loops_add_arrays(&b->arrays, name, gather(b, vectors, offset));
+/* Of the vectors of force_and_inertia_vectors.h, and of the motion at given qdd. */
+static struct vector *pair_member(const struct builder *b, const struct pair_vectors *vectors,
+                                  size_t offset) {
+    return gather(b, vectors, sizeof *vectors, offset);
 }
 
-/* The same of the motion at given qdd. */
+static struct vector *motion_member(const struct builder *b, size_t offset) {
+    return gather(b, b->given->frames, sizeof *b->given->frames, offset);
+}
+
+static struct vector_arrays pair_arrays(struct builder *b, const struct pair_vectors *vectors, size_t offset,
+                                        const char *name) {
+    return pair_loops_add_arrays(&b->arrays, name, pair_member(b, vectors, offset));
+}
+
 static struct vector_arrays motion_arrays(struct builder *b, const char *name, size_t offset) {
-    struct vector *list = memory_get(b->d->memory, ((size_t)b->d->frames + 1) * sizeof *list);
-    for (int i = 0; i < b->d->frames; i++)
-        memcpy(&list[i], (const char *)&b->given->frames[i] + offset, sizeof *list);
-    return pair_loops_add_arrays(&b->arrays, name, list);
+    return pair_loops_add_arrays(&b->arrays, name, motion_member(b, offset));
 }
 
 static struct pair_move moved(struct builder *b, const struct vector *moments, struct vector_arrays force,
@@ -61,20 +66,21 @@ static struct far_arrays add_far_arrays(struct builder *b, const struct vector *
     struct far_arrays a;
     for (int i = -1; recursion_next_joint(d->g, d->kinematics.tree, &i);)
         v[i].stiffness.moment = vector_add(d->g, v[i].stiffness.moment, turned[i]);
-    a.lever = arrays_of(b, v, offsetof(struct pair_vectors, less_gravity_lever), "lever");
+    a.lever = pair_arrays(b, v, offsetof(struct pair_vectors, less_gravity_lever), "lever");
     const struct vector_arrays shift = pair_loops_add_arrays(&b->arrays, "shift", b->shifts);
     const struct vector_arrays shift_rate =
         motion_arrays(b, "shift_rate", offsetof(struct given_frame_rates, way_rate));
-    a.mass_force = arrays_of(b, v, offsetof(struct pair_vectors, mass.force), "mass_force");
-    a.stiffness_force = arrays_of(b, v, offsetof(struct pair_vectors, stiffness.force), "stiffness_force");
-    a.damping_force = arrays_of(b, v, offsetof(struct pair_vectors, damping.force), "damping_force");
-    a.mass = moved(b, gather(b, v, offsetof(struct pair_vectors, mass.moment)), a.mass_force, shift,
+    a.mass_force = pair_arrays(b, v, offsetof(struct pair_vectors, mass.force), "mass_force");
+    a.stiffness_force = pair_arrays(b, v, offsetof(struct pair_vectors, stiffness.force), "stiffness_force");
+    a.damping_force = pair_arrays(b, v, offsetof(struct pair_vectors, damping.force), "damping_force");
+    a.mass = moved(b, pair_member(b, v, offsetof(struct pair_vectors, mass.moment)), a.mass_force, shift,
                    "mass_moment");
-    a.spin = moved(b, gather(b, v, offsetof(struct pair_vectors, spin)), a.mass_force, shift_rate, "spin");
-    a.stiffness = moved(b, gather(b, v, offsetof(struct pair_vectors, stiffness.moment)), a.stiffness_force,
-                        shift, "stiffness_moment");
-    a.damping = moved(b, gather(b, v, offsetof(struct pair_vectors, damping.moment)), a.damping_force, shift,
-                      "damping_moment");
+    a.spin =
+        moved(b, pair_member(b, v, offsetof(struct pair_vectors, spin)), a.mass_force, shift_rate, "spin");
+    a.stiffness = moved(b, pair_member(b, v, offsetof(struct pair_vectors, stiffness.moment)),
+                        a.stiffness_force, shift, "stiffness_moment");
+    a.damping = moved(b, pair_member(b, v, offsetof(struct pair_vectors, damping.moment)), a.damping_force,
+                      shift, "damping_moment");
     return a;
 }
 
@@ -238,39 +244,26 @@ static int width_of(const struct derivation *d, enum block block, bool has_param
     return d->wanted_blocks & 1u << block ? widths[block] : 0;
 }
 
-static void mark_block(struct function *f, int array, enum block block) {
-    f->arrays[array].by_parameter = block == BY_P;
-}
-
 static int add_matrix(struct derivation *d, struct function *f, const char *name, int rows, int columns) {
     return pair_loops_add_local(d->memory, f, name, rows * columns, columns);
 }
 
-/* Results "q", "qd" ... of `rows` rows each. */
-static void add_block_results(struct derivation *d, struct function *f, const char *before, const char *what,
-                              int rows, const int widths[BLOCK_COUNT], int arrays[BLOCK_COUNT]) {
+/* Arrays "q", "qd" ... of `rows` rows each: results, or local ones where `what` is NULL. */
+static void add_blocks(struct derivation *d, struct function *f, const char *before, const char *what,
+                       int rows, const int widths[BLOCK_COUNT], int arrays[BLOCK_COUNT]) {
     static const char *const sizes[BLOCK_COUNT] = {"x n", "x n", "x 1", "x inputs", "x parameters"};
     for (int k = 0; k < BLOCK_COUNT; k++) {
-        arrays[k] = NOTHING;
-        if (!widths[k])
-            continue;
         const char *name = memory_format(d->memory, "%s%s", before, blocks[k].name);
-        const char *about = memory_format(d->memory, "(%s %s) %s %s", rows == d->n ? "n" : "m", sizes[k],
-                                          what, blocks[k].about);
-        arrays[k] = derivation_add_array(d, f, name, about, rows * widths[k], widths[k]);
-        mark_block(f, arrays[k], k);
-    }
-}
-
-static void add_block_locals(struct derivation *d, struct function *f, const char *before, int rows,
-                             const int widths[BLOCK_COUNT], int arrays[BLOCK_COUNT]) {
-    for (int k = 0; k < BLOCK_COUNT; k++) {
         arrays[k] = NOTHING;
         if (!widths[k])
             continue;
         arrays[k] =
-            add_matrix(d, f, memory_format(d->memory, "%s%s", before, blocks[k].name), rows, widths[k]);
-        mark_block(f, arrays[k], k);
+            what ? derivation_add_array(d, f, name,
+                                        memory_format(d->memory, "(%s %s) %s %s", rows == d->n ? "n" : "m",
+                                                      sizes[k], what, blocks[k].about),
+                                        rows * widths[k], widths[k])
+                 : add_matrix(d, f, name, rows, widths[k]);
+        f->arrays[arrays[k]].by_parameter = k == BY_P;
     }
 }
 
@@ -433,11 +426,11 @@ void derivatives_build_tangent(struct derivation *d, struct function *f) {
 
 /* Of the joints that turn, or of those that slide; zero elsewhere. */
 static struct vector *of_joints(const struct builder *b, bool is_revolute, size_t offset) {
-    const struct tree *tree = b->d->kinematics.tree;
-    struct vector *list = memory_get(b->d->memory, ((size_t)b->d->frames + 1) * sizeof *list);
-    for (int i = 0; i < tree->count; i++)
-        if (tree->frames[i].kind == FRAME_JOINT && tree->frames[i].joint.is_revolute == is_revolute)
-            memcpy(&list[i], (const char *)&b->given->frames[i] + offset, sizeof *list);
+    const struct frame *frames = b->d->kinematics.tree->frames;
+    struct vector *list = motion_member(b, offset);
+    for (int i = 0; i < b->d->frames; i++)
+        if (frames[i].kind != FRAME_JOINT || frames[i].joint.is_revolute != is_revolute)
+            list[i] = (struct vector){{0, 0, 0}};
     return list;
 }
 
@@ -583,8 +576,8 @@ static struct row_arrays add_multiplier_blocks(struct builder *b, const struct t
                                                int dlambda[BLOCK_COUNT]) {
     int minus_g[BLOCK_COUNT];
     const struct row_arrays arrays = add_row_arrays(b);
-    add_block_locals(b->d, b->f, "rows_", b->d->m, widths, minus_g);
-    add_block_locals(b->d, b->f, "lambda_", b->d->m, widths, dlambda);
+    add_blocks(b->d, b->f, "rows_", NULL, b->d->m, widths, minus_g);
+    add_blocks(b->d, b->f, "lambda_", NULL, b->d->m, widths, dlambda);
     fill_minus_g(b, terms, minus_g);
     add_multiplier_loops(b, &arrays, r, minus_g, dlambda);
     return arrays;
@@ -596,7 +589,7 @@ static void build_acceleration_derivatives(struct derivation *d, struct function
     struct builder b = start(d, f, has_rows);
     struct terms terms = motion_terms(&b);
     open_blocks(d, &terms, widths);
-    add_block_results(d, f, "", "d(qdd)", d->n, widths, r);
+    add_blocks(d, f, "", "d(qdd)", d->n, widths, r);
     const int M = add_matrix(d, f, "M", d->n, d->n);
     add_block_derivatives(&b, &terms, parts_of(d).motion, r,
                           (struct targets){.mass = M, .has_inertia = true, .sign = -1});
@@ -631,8 +624,8 @@ void derivatives_build_d_force(struct derivation *d, struct function *f) {
     struct terms terms = motion_terms(&b);
     struct applied_forces *rows_alone = tangent_no_forces(&d->kinematics);
     open_blocks(d, &terms, widths);
-    add_block_results(d, f, "", "d(force)", d->n, widths, force);
-    add_block_locals(d, f, "motion_", d->n, widths, r);
+    add_blocks(d, f, "", "d(force)", d->n, widths, force);
+    add_blocks(d, f, "motion_", NULL, d->n, widths, r);
     const int M = add_matrix(d, f, "M", d->n, d->n);
     add_block_derivatives(&b, &terms, parts_of(d).motion, r,
                           (struct targets){.mass = M, .has_inertia = true, .sign = -1});
@@ -664,7 +657,7 @@ void derivatives_build_d_statics(struct derivation *d, struct function *f) {
     struct terms terms = {.values = (expression *)resting_forces(d), .count = d->frames};
     open_blocks(d, &terms, widths);
     widths[BY_QD] = 0;
-    add_block_results(d, f, "", "d(Q)", d->n, widths, arrays);
+    add_blocks(d, f, "", "d(Q)", d->n, widths, arrays);
     for (int k = BY_T; k < BLOCK_COUNT; k++)
         spread_block(&b, &terms, 0, k, arrays[k]);
     if (arrays[BY_Q] != NOTHING)
@@ -682,7 +675,7 @@ static void add_row_derivatives(struct builder *b, const struct row_values *row,
                                 const int widths[BLOCK_COUNT]) {
     struct derivation *d = b->d;
     int arrays[BLOCK_COUNT];
-    add_block_results(d, b->f, row->before, row->what, d->m, widths, arrays);
+    add_blocks(d, b->f, row->before, row->what, d->m, widths, arrays);
     spread_row_derivatives(b, row->in_symbols, 0, 1, arrays[BY_Q]);
     spread_row_derivatives(b, row->in_symbols, 1, 1, arrays[BY_QD]);
     for (int k = BY_T; k < BLOCK_COUNT; k++)

@@ -219,10 +219,8 @@ static struct flow flow_to_parent(const struct given_motion *given, int i, const
 }
 
 static void name_flow(const struct kinematics *k, int i, const struct flow *flow) {
-    static const char *const rows[3] = {"growth_x", "growth_y", "growth_z"};
     kinematics_name_vector(k, i, "momentum", flow->momentum);
-    for (int row = 0; row < 3; row++)
-        kinematics_name_vector(k, i, rows[row], vector_of(flow->growth.at + 3 * row));
+    kinematics_name_matrix(k, i, "growth", &flow->growth);
     kinematics_name_vector(k, i, "held_moment", flow->load.moment);
     kinematics_name_vector(k, i, "held_force", flow->load.force);
 }
@@ -330,8 +328,7 @@ struct pair_vectors *tangent_pair_vectors(const struct given_motion *given,
     struct recursion recursion = kinematics_recursion(k, flows, sizeof *flows);
     for (int i = k->tree->count; recursion_inward(&recursion, &i);) {
         const struct frame *frame = &k->tree->frames[i];
-        graph_remark(k->g, memory_format(k->memory, "%s: momentum b, growth E and load L of all beyond (7.5)",
-                                         frame->name));
+        kinematics_remark(k, i, "momentum b, growth E and load L of all beyond (7.5)");
         if (frame->kind == FRAME_JOINT) {
             flows[i] = flow_add(k->g, own_flow(given, i), flows[i]);
             name_flow(k, i, &flows[i]);

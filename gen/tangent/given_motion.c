@@ -117,8 +117,7 @@ static void hold_frame(struct given_motion *given, int i) {
     const struct given_frame_motion ground = {
         .less_gravity = vector_scale(k->g, expr_neg(k->g, expr_one(k->g)), gravity)};
     const int parent = k->tree->frames[i].parent;
-    graph_remark(k->g, memory_format(k->memory, "%s: wd = E wd_p + w x e qd + e qdd, a = E (a_p + s'') (7.1)",
-                                     k->tree->frames[i].name));
+    kinematics_remark(k, i, "wd = E wd_p + w x e qd + e qdd, a = E (a_p + s'') (7.1)");
     given->motions[i] = (struct given_frame_motion){.angular = {{0, 0, 0}}};
     move_shift(given, i);
     accelerate_frame(given, i, parent < 0 ? &ground : &given->motions[parent]);
