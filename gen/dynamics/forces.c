@@ -101,15 +101,14 @@ struct applied forces_generalized(const struct kinematics *k) {
     return applied;
 }
 
-static expression spring_energy(void *context, int i) {
-    const struct kinematics *k = context;
-    const expression half = expr_mul(k->g, expr_number(k->g, 0.5), k->tree->frames[i].joint.stiffness);
-    return expr_mul(k->g, half, expr_mul(k->g, stretch(k, i), stretch(k, i)));
-}
-
 expression forces_energy(const struct kinematics *k) {
     struct graph *g = k->g;
-    expression energy = recursion_sum_over_joints(g, k->tree, spring_energy, (void *)k);
+    struct recursion springs = recursion_sum(k->memory, g, k->tree);
+    for (int i = -1; recursion_next_term(&springs, &i);) {
+        const expression half = expr_mul(g, expr_number(g, 0.5), k->tree->frames[i].joint.stiffness);
+        recursion_add_term(&springs, i, expr_mul(g, half, expr_mul(g, stretch(k, i), stretch(k, i))));
+    }
+    expression energy = recursion_total(&springs);
     for (int i = 0; i < k->model->potential_count; i++)
         energy = expr_add(g, energy, coordinate_derivatives_with_points(k, k->model->potentials[i].energy));
     return energy;

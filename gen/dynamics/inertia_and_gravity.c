@@ -307,18 +307,18 @@ expression *dynamics_printed_sum(const struct kinematics *k) {
     return s;
 }
 
-/* v . p + w . L of one body, twice its kinetic energy: theory, sect. 4.10. */
-static expression twice_kinetic(void *context, int i) {
-    const struct kinematics *k = context;
-    const struct wrench L = momentum(k, i);
-    return expr_add(k->g, vector_dot(k->g, k->frames[i].linear, L.force),
-                    vector_dot(k->g, k->frames[i].angular, L.moment));
-}
-
+/* Twice the energy is the sum of v . p + w . L of all bodies: theory, sect. 4.10. */
 expression dynamics_kinetic_energy(const struct kinematics *k) {
-    graph_remark(k->g, "2 Ek = sum of v.p + w.L (4.10)");
-    const expression twice = recursion_sum_over_joints(k->g, k->tree, twice_kinetic, (void *)k);
-    return expr_mul(k->g, expr_number(k->g, 0.5), twice);
+    struct graph *g = k->g;
+    struct recursion twice = recursion_sum(k->memory, g, k->tree);
+    graph_remark(g, "2 Ek = sum of v.p + w.L (4.10)");
+    for (int i = -1; recursion_next_term(&twice, &i);) {
+        const struct wrench L = momentum(k, i);
+        const expression turning = vector_dot(g, k->frames[i].angular, L.moment);
+        const expression moving = vector_dot(g, k->frames[i].linear, L.force);
+        recursion_add_term(&twice, i, expr_add(g, moving, turning));
+    }
+    return expr_mul(g, expr_number(g, 0.5), recursion_total(&twice));
 }
 
 /* Ep = -grav . mc of all that moves, in the ground frame. */

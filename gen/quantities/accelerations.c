@@ -44,19 +44,11 @@ static const expression *free_by(struct derivation *d, struct solution *solution
     return solution->free = articulated_body_solve(&d->kinematics, of, side, &solution->frames);
 }
 
-struct dot_product {
-    struct graph *g;
-    const expression *a, *b;
-};
-
-static expression product_term(void *context, int i) {
-    const struct dot_product *x = context;
-    return expr_mul(x->g, x->a[i], x->b[i]);
-}
-
 static expression dot(struct derivation *d, const expression *a, const expression *b) {
-    struct dot_product x = {d->g, a, b};
-    return recursion_sum_over_joints(d->g, d->kinematics.tree, product_term, &x);
+    struct recursion sum = recursion_sum(d->memory, d->g, d->kinematics.tree);
+    for (int i = -1; recursion_next_term(&sum, &i);)
+        recursion_add_term(&sum, i, expr_mul(d->g, a[i], b[i]));
+    return recursion_total(&sum);
 }
 
 /*

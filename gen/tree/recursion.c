@@ -103,44 +103,24 @@ bool recursion_next_joint(struct graph *g, const struct tree *tree, int *i) {
 
 /* ---- Sums: a recursion along the list of frames ---- */
 
-struct sum {
-    struct graph *g;
-    const struct tree *tree;
-    expression (*term)(void *context, int i);
-    void *context;
-};
-
-static expression sum_of_element(const struct sum *sum, int entry, expression total) {
-    for (int i = entry + 1; sum->tree->frames[i].kind == FRAME_JOINT; i++)
-        total = expr_add(sum->g, total, sum->term(sum->context, i));
-    return total;
+struct recursion recursion_sum(struct memory *memory, struct graph *g, const struct tree *tree) {
+    expression *sums = memory_get(memory, ((size_t)tree->count + 1) * sizeof *sums);
+    return recursion_over(memory, g, tree, sums, sizeof *sums);
 }
 
-static expression sum_of_run(const struct sum *sum, int entry, expression total) {
-    struct graph *g = sum->g;
-    graph_open_loop(g, sum->tree->frames[entry].run, false);
-    if (sum_of_element(sum, entry, expr_zero(g))) {
-        const int slot = graph_new_slot(g, total);
-        graph_set_next(g, slot, sum_of_element(sum, entry, g->slots[slot].carried));
-        graph_close_loop(g);
-        return g->slots[slot].final;
+bool recursion_next_term(struct recursion *x, int *i) {
+    while (recursion_outward(x, i)) {
+        x->state[*i] = *i ? x->state[*i - 1] : 0;
+        if (x->tree->frames[*i].kind == FRAME_JOINT)
+            return true;
     }
-    graph_close_loop(g);
-    return total;
+    return false;
 }
 
-expression recursion_sum_over_joints(struct graph *g, const struct tree *tree,
-                                     expression (*term)(void *context, int i), void *context) {
-    const struct sum sum = {g, tree, term, context};
-    expression total = 0;
-    for (int i = 0; i < tree->count; i++) {
-        const struct frame *frame = &tree->frames[i];
-        if (frame->kind == FRAME_JOINT) {
-            total = expr_add(g, total, term(context, i));
-        } else if (frame->kind == FRAME_ENTRY) {
-            total = sum_of_run(&sum, i, total);
-            i = frame->partner;
-        }
-    }
-    return total;
+void recursion_add_term(struct recursion *x, int i, expression term) {
+    x->state[i] = expr_add(x->g, x->state[i], term);
+}
+
+expression recursion_total(const struct recursion *x) {
+    return x->tree->count ? x->state[x->tree->count - 1] : 0;
 }

@@ -46,8 +46,11 @@ bool recursion_inward(struct recursion *recursion, int *i);
  * end. */
 bool recursion_next_joint(struct graph *g, const struct tree *tree, int *i);
 
-/* The sum of `term` over all frames with a joint and all elements. */
-expression recursion_sum_over_joints(struct graph *g, const struct tree *tree,
-                                     expression (*term)(void *context, int i), void *context);
+/* A sum over all frames with a joint and all elements: its terms, from *i = -1 on, and what they add up to.
+ */
+struct recursion recursion_sum(struct memory *memory, struct graph *g, const struct tree *tree);
+bool recursion_next_term(struct recursion *sum, int *i);
+void recursion_add_term(struct recursion *sum, int i, expression term);
+expression recursion_total(const struct recursion *sum);
 
 #endif
