@@ -54,8 +54,8 @@ struct elimination {
 /* IA of a rigid body: J, H = [mc]x, M = m 1. Theory, sect. 5.1. */
 static struct articulated rigid(struct graph *g, const struct inertia *inertia) {
     struct articulated a = {.H = {{0}}};
-    const expression *mc = inertia->moment;
-    memcpy(a.J.at, inertia->tensor, sizeof a.J.at);
+    const expression *mc = inertia->moment.at;
+    a.J = inertia->tensor;
     a.H.at[1] = expr_neg(g, mc[2]), a.H.at[2] = mc[1];
     a.H.at[3] = mc[2], a.H.at[5] = expr_neg(g, mc[0]);
     a.H.at[6] = expr_neg(g, mc[1]), a.H.at[7] = mc[0];
@@ -215,7 +215,7 @@ static struct articulated articulated_add(struct graph *g, struct articulated a,
 static bool is_massless(const struct inertia *inertia) {
     bool empty = !inertia->mass;
     for (int i = 0; i < 6; i++)
-        empty = empty && !inertia->tensor[i] && !inertia->moment[i / 2];
+        empty = empty && !inertia->tensor.at[i] && !inertia->moment.at[i / 2];
     return empty;
 }
 

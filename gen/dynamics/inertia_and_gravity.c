@@ -8,12 +8,6 @@ static expression *new_values(const struct kinematics *k, size_t count) {
     return memory_get(k->memory, (count + 1) * sizeof(expression));
 }
 
-static struct tensor tensor_of(const expression at[6]) {
-    struct tensor t;
-    memcpy(t.at, at, sizeof t.at);
-    return t;
-}
-
 struct wrench wrench_add(struct graph *g, struct wrench a, struct wrench b) {
     return (struct wrench){vector_add(g, a.moment, b.moment), vector_add(g, a.force, b.force)};
 }
@@ -31,22 +25,21 @@ static struct inertia body_inertia(const struct kinematics *k, int i) {
     inertia.mass = expr_where(k->g, is_last, last->mass, inertia.mass);
     kinematics_name_scalar(k, i, "mass", inertia.mass);
     for (int a = 0; a < 3; a++) {
-        inertia.moment[a] = expr_where(k->g, is_last, last->moment[a], inertia.moment[a]);
-        kinematics_name_scalar(k, i, memory_format(k->memory, "moment_%s", moments[a]), inertia.moment[a]);
+        inertia.moment.at[a] = expr_where(k->g, is_last, last->moment.at[a], inertia.moment.at[a]);
+        kinematics_name_scalar(k, i, memory_format(k->memory, "moment_%s", moments[a]), inertia.moment.at[a]);
     }
     for (int e = 0; e < 6; e++) {
-        inertia.tensor[e] = expr_where(k->g, is_last, last->tensor[e], inertia.tensor[e]);
-        kinematics_name_scalar(k, i, memory_format(k->memory, "inertia_%s", products[e]), inertia.tensor[e]);
+        inertia.tensor.at[e] = expr_where(k->g, is_last, last->tensor.at[e], inertia.tensor.at[e]);
+        kinematics_name_scalar(k, i, memory_format(k->memory, "inertia_%s", products[e]),
+                               inertia.tensor.at[e]);
     }
     return inertia;
 }
 
 struct inertia dynamics_own_inertia(const struct kinematics *k, int i) {
     struct inertia inertia = body_inertia(k, i);
-    const struct vector moment = kinematics_from_body(k, i, vector_of(inertia.moment));
-    const struct tensor tensor = kinematics_tensor_from_body(k, i, tensor_of(inertia.tensor));
-    memcpy(inertia.moment, moment.at, sizeof inertia.moment);
-    memcpy(inertia.tensor, tensor.at, sizeof inertia.tensor);
+    inertia.moment = kinematics_from_body(k, i, inertia.moment);
+    inertia.tensor = kinematics_tensor_from_body(k, i, inertia.tensor);
     return inertia;
 }
 
@@ -118,8 +111,8 @@ struct wrench wrench_of_inertia(const struct kinematics *k, int i, struct vector
                                 const struct matrix *gradient, struct vector a) {
     struct graph *g = k->g;
     const struct inertia own = dynamics_own_inertia(k, i), *inertia = &own;
-    const struct vector mc = vector_of(inertia->moment);
-    const struct tensor J = tensor_of(inertia->tensor);
+    const struct vector mc = inertia->moment;
+    const struct tensor J = inertia->tensor;
     const struct vector spin = gyroscopic_moment(g, J, k->frames[i].angular);
     const struct vector turn = vector_add(g, tensor_times(g, J, wd), spin);
     const struct vector around = matrix_times(g, gradient->at, mc);
@@ -163,10 +156,8 @@ expression *dynamics_bias_forces(const struct kinematics *k, bool less_gravity) 
 static struct inertia inertia_to_parent(const struct kinematics *k, int i, const struct inertia *inner) {
     struct inertia turned = {.mass = inner->mass};
     struct placement shift = placement_identity();
-    const struct vector moment = kinematics_to_parent(k, i, vector_of(inner->moment));
-    const struct tensor tensor = kinematics_tensor_to_parent(k, i, tensor_of(inner->tensor));
-    memcpy(turned.moment, moment.at, sizeof turned.moment);
-    memcpy(turned.tensor, tensor.at, sizeof turned.tensor);
+    turned.moment = kinematics_to_parent(k, i, inner->moment);
+    turned.tensor = kinematics_tensor_to_parent(k, i, inner->tensor);
     memcpy(shift.position, k->joints[i].shift.at, sizeof shift.position);
     return inertia_place(k->g, &shift, turned);
 }
@@ -175,18 +166,18 @@ static void name_composite(const struct kinematics *k, int i, const struct inert
     static const char *const names[6] = {"inertia_beyond_xx", "inertia_beyond_yy", "inertia_beyond_zz",
                                          "inertia_beyond_xy", "inertia_beyond_xz", "inertia_beyond_yz"};
     kinematics_name_scalar(k, i, "mass_beyond", composite->mass);
-    kinematics_name_vector(k, i, "moment_beyond", vector_of(composite->moment));
+    kinematics_name_vector(k, i, "moment_beyond", composite->moment);
     for (int e = 0; e < 6; e++)
-        kinematics_name_scalar(k, i, names[e], composite->tensor[e]);
+        kinematics_name_scalar(k, i, names[e], composite->tensor.at[e]);
 }
 
 /* W = (J e, e x mc) of a revolute joint, (mc x e, m e) of a prismatic one: theory, sect. 4.6. */
 struct wrench wrench_of_unit(const struct kinematics *k, int i, const struct inertia *beyond) {
     struct graph *g = k->g;
     const struct joint *joint = &k->tree->frames[i].joint;
-    const struct vector axis = vector_unit(g, joint->axis), mc = vector_of(beyond->moment);
+    const struct vector axis = vector_unit(g, joint->axis), mc = beyond->moment;
     if (joint->is_revolute)
-        return (struct wrench){tensor_times(g, tensor_of(beyond->tensor), axis), vector_cross(g, axis, mc)};
+        return (struct wrench){tensor_times(g, beyond->tensor, axis), vector_cross(g, axis, mc)};
     return (struct wrench){vector_cross(g, mc, axis), vector_scale(g, beyond->mass, axis)};
 }
 
@@ -227,7 +218,7 @@ expression *dynamics_gravity_forces(const struct kinematics *k, const struct ine
     expression *forces = new_values(k, (size_t)k->tree->count);
     for (int i = -1; recursion_next_joint(k->g, k->tree, &i);) {
         const struct vector field = k->frames[i].gravity;
-        const struct vector moment = vector_cross(k->g, vector_of(composites[i].moment), field);
+        const struct vector moment = vector_cross(k->g, composites[i].moment, field);
         const struct wrench weight = {moment, vector_scale(k->g, composites[i].mass, field)};
         kinematics_remark(k, i, "g = -e.(mc x grav, m grav) of Ic (4.8)");
         forces[i] = expr_neg(k->g, on_joint(k, i, weight));
@@ -265,8 +256,8 @@ static struct wrench momentum(const struct kinematics *k, int i) {
     struct graph *g = k->g;
     const struct inertia own = dynamics_own_inertia(k, i), *inertia = &own;
     const struct frame_motion *m = &k->frames[i];
-    const struct vector mc = vector_of(inertia->moment);
-    const struct vector turn = tensor_times(g, tensor_of(inertia->tensor), m->angular);
+    const struct vector mc = inertia->moment;
+    const struct vector turn = tensor_times(g, inertia->tensor, m->angular);
     return (struct wrench){
         vector_add(g, turn, vector_cross(g, mc, m->linear)),
         vector_add(g, vector_scale(g, inertia->mass, m->linear), vector_cross(g, m->angular, mc))};
@@ -325,5 +316,5 @@ expression dynamics_kinetic_energy(const struct kinematics *k) {
 expression dynamics_gravity_energy(const struct kinematics *k, const struct inertia *composites) {
     const struct inertia *all = &composites[k->tree->count];
     graph_remark(k->g, "Ep = -grav.(mc of all) + springs, zero at the ground's origin (4.10)");
-    return expr_neg(k->g, vector_dot(k->g, vector_of(k->model->gravity), vector_of(all->moment)));
+    return expr_neg(k->g, vector_dot(k->g, vector_of(k->model->gravity), all->moment));
 }

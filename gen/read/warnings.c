@@ -125,12 +125,12 @@ static struct load_of_mass mass_in_ground(const struct look *look, const struct 
     struct load_of_mass load = {.mass = value_of(look, inertia->mass)};
     double J[6], own[9], turned[9], transposed[9], c[3] = {0, 0, 0};
     for (int i = 0; i < 6; i++)
-        J[i] = value_of(look, inertia->tensor[i]);
+        J[i] = value_of(look, inertia->tensor.at[i]);
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++) {
             own[3 * i + j] = i == j ? (J[0] + J[1] + J[2]) / 2 - J[i] : -J[products[i][j]];
             transposed[3 * j + i] = pose->rotation[3 * i + j];
-            c[i] += pose->rotation[3 * i + j] * value_of(look, inertia->moment[j]);
+            c[i] += pose->rotation[3 * i + j] * value_of(look, inertia->moment.at[j]);
         }
     product(pose->rotation, own, turned);
     product(turned, transposed, load.second);

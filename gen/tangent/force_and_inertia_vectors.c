@@ -189,8 +189,8 @@ static struct flow own_flow(const struct given_motion *given, int i) {
     struct graph *g = given->k->g;
     const struct inertia own = dynamics_own_inertia(given->k, i), *inertia = &own;
     const struct vector w = given->k->frames[i].angular;
-    const struct matrix moments = second_moments(g, inertia->tensor);
-    return (struct flow){.momentum = vector_cross(g, w, vector_of(inertia->moment)),
+    const struct matrix moments = second_moments(g, inertia->tensor.at);
+    return (struct flow){.momentum = vector_cross(g, w, inertia->moment),
                          .growth = cross_columns(g, w, &moments),
                          .load = own_load(given, i)};
 }
@@ -207,7 +207,7 @@ static struct flow flow_to_parent(const struct given_motion *given, int i, const
     const struct kinematics *k = given->k;
     struct graph *g = k->g;
     const struct vector s = k->joints[i].shift, rate = given->frames[i].shift_rate;
-    const struct vector mc = kinematics_to_parent(k, i, vector_of(beyond->moment));
+    const struct vector mc = kinematics_to_parent(k, i, beyond->moment);
     const struct vector moved = vector_add(g, mc, vector_scale(g, beyond->mass, s));
     struct flow out = {.momentum = kinematics_to_parent(k, i, flow.momentum),
                        .growth = articulated_body_matrix_to_parent(k, i, flow.growth),
@@ -258,7 +258,7 @@ static struct axis_motion axis_motion(const struct given_motion *given, int i) {
 /* Prismatic, C_i = e: theory, sect. 7.5. */
 static void slide_vectors(struct graph *g, const struct inertia *beyond, const struct flow *flow,
                           const struct axis_motion *a, struct pair_vectors *v) {
-    const struct vector mc = vector_of(beyond->moment);
+    const struct vector mc = beyond->moment;
     v->spin = vector_cross(g, flow->momentum, a->e);
     v->stiffness.force = vector_scale(g, beyond->mass, a->rate2);
     v->stiffness.moment =
@@ -274,9 +274,8 @@ static void slide_vectors(struct graph *g, const struct inertia *beyond, const s
  */
 static void turn_vectors(struct graph *g, const struct inertia *beyond, const struct flow *flow,
                          const struct axis_motion *a, struct vector lever, struct pair_vectors *v) {
-    const struct vector mc = vector_of(beyond->moment);
-    struct tensor J;
-    memcpy(J.at, beyond->tensor, sizeof J.at);
+    const struct vector mc = beyond->moment;
+    const struct tensor J = beyond->tensor;
     const struct vector lifted = vector_scale(g, beyond->mass, lever);
     const struct vector swung =
         vector_add(g, vector_cross(g, a->rate2, mc), twice(g, vector_cross(g, a->rate, flow->momentum)));
