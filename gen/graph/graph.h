@@ -223,9 +223,8 @@ void rewrite_gradient(struct graph *g, expression e, const expression *by, expre
 /* Marks (by handle) all that the marked nodes below `limit` are made of, what loops carry included. */
 void rewrite_mark_operands(const struct graph *g, bool *needed, uint32_t limit);
 
-/* Calls `visit` for each symbol that e depends on, in order of handles. */
-void rewrite_visit_symbols(struct graph *g, expression e, void (*visit)(void *context, expression symbol),
-                           void *context);
+/* The symbols that e depends on, in order of handles. */
+expression *rewrite_list_symbols(struct graph *g, expression e, int *count);
 
 /*
  * Value of e with the given values of symbols (`value_of` returns one; SYMBOL_START passes the base symbol as
