@@ -122,6 +122,12 @@ struct derivatives {
     int count, capacity;
 };
 
+static void append(const struct builder *b, struct derivatives *derivatives, struct derivative derivative) {
+    derivatives->list = memory_room(b->d->memory, derivatives->list, derivatives->count,
+                                    &derivatives->capacity, sizeof derivative);
+    derivatives->list[derivatives->count++] = derivative;
+}
+
 static bool is_all_zero(const expression *values, int count) {
     for (int i = 0; i < count; i++)
         if (values[i])
@@ -161,9 +167,7 @@ static void add_derivative(struct builder *b, const struct targets *targets, str
     if (is_all_zero(derivative.by[0], b->d->frames) && is_all_zero(derivative.by[1], b->d->frames))
         return;
     derivative.column = column_along(b->d, &of);
-    derivatives->list = memory_room(b->d->memory, derivatives->list, derivatives->count,
-                                    &derivatives->capacity, sizeof derivative);
-    derivatives->list[derivatives->count++] = derivative;
+    append(b, derivatives, derivative);
 }
 
 static struct derivatives derivatives_of_points(struct builder *b, const struct targets *targets) {
@@ -260,11 +264,10 @@ static void add_coupled_coordinates(struct builder *b, struct derivatives *deriv
         expression *column = derivation_new_values(b->d, b->d->frames);
         column[i] = expr_one(b->d->g);
         const expression force = b->applied_forces->coordinates[i];
-        derivatives->list = memory_room(b->d->memory, derivatives->list, derivatives->count,
-                                        &derivatives->capacity, sizeof *derivatives->list);
-        derivatives->list[derivatives->count++] = (struct derivative){
-            column,
-            {given_motion_derivatives(b->given, force, 0), given_motion_derivatives(b->given, force, 1)}};
+        append(b, derivatives,
+               (struct derivative){column,
+                                   {given_motion_derivatives(b->given, force, 0),
+                                    given_motion_derivatives(b->given, force, 1)}});
     }
 }
 

@@ -245,26 +245,16 @@ static struct vector twice(struct graph *g, struct vector a) {
     return vector_add(g, a, a);
 }
 
-struct axis_motion {
-    struct vector e, rate, rate2; /* own axes */
-};
-
-static struct axis_motion axis_motion(const struct given_motion *given, int i) {
-    const struct given_frame_rates *frame = &given->frames[i];
-    const struct vector e = vector_unit(given->k->g, given->k->tree->frames[i].joint.axis);
-    return (struct axis_motion){e, frame->own_rate, frame->own_rate2};
-}
-
-/* Prismatic, C_i = e: theory, sect. 7.5. */
+/* Prismatic, C_i = e, with e', e'' in own axes: theory, sect. 7.5. */
 static void slide_vectors(struct graph *g, const struct inertia *beyond, const struct flow *flow,
-                          const struct axis_motion *a, struct pair_vectors *v) {
+                          const struct given_frame_rates *a, struct vector e, struct pair_vectors *v) {
     const struct vector mc = beyond->moment;
-    v->spin = vector_cross(g, flow->momentum, a->e);
-    v->stiffness.force = vector_scale(g, beyond->mass, a->rate2);
+    v->spin = vector_cross(g, flow->momentum, e);
+    v->stiffness.force = vector_scale(g, beyond->mass, a->own_rate2);
     v->stiffness.moment =
-        vector_add(g, vector_cross(g, mc, a->rate2), vector_cross(g, a->e, flow->load.force));
-    v->damping.force = vector_scale(g, beyond->mass, a->rate);
-    v->damping.moment = vector_cross(g, mc, a->rate);
+        vector_add(g, vector_cross(g, mc, a->own_rate2), vector_cross(g, e, flow->load.force));
+    v->damping.force = vector_scale(g, beyond->mass, a->own_rate);
+    v->damping.moment = vector_cross(g, mc, a->own_rate);
 }
 
 /*
@@ -273,24 +263,21 @@ static void slide_vectors(struct graph *g, const struct inertia *beyond, const s
  *     int rho x (e x rho'') + (e x rho) x (rdd - grav) dm = e x int rho x (rdd - grav) dm + mc x lever.
  */
 static void turn_vectors(struct graph *g, const struct inertia *beyond, const struct flow *flow,
-                         const struct axis_motion *a, struct vector lever, struct pair_vectors *v) {
+                         const struct given_frame_rates *a, struct vector e, struct vector lever,
+                         struct pair_vectors *v) {
     const struct vector mc = beyond->moment;
     const struct tensor J = beyond->tensor;
     const struct vector lifted = vector_scale(g, beyond->mass, lever);
-    const struct vector swung =
-        vector_add(g, vector_cross(g, a->rate2, mc), twice(g, vector_cross(g, a->rate, flow->momentum)));
-    const struct vector turned =
-        vector_add(g, tensor_times(g, J, a->rate2), twice(g, around(g, &flow->growth, false, a->rate)));
-    v->spin = around(g, &flow->growth, true, a->e);
-    v->stiffness.force = vector_add(g, vector_add(g, swung, vector_cross(g, a->e, flow->load.force)), lifted);
-    v->stiffness.moment = vector_add(g, vector_add(g, turned, vector_cross(g, a->e, flow->load.moment)),
+    const struct vector swung = vector_add(g, vector_cross(g, a->own_rate2, mc),
+                                           twice(g, vector_cross(g, a->own_rate, flow->momentum)));
+    const struct vector turned = vector_add(g, tensor_times(g, J, a->own_rate2),
+                                            twice(g, around(g, &flow->growth, false, a->own_rate)));
+    v->spin = around(g, &flow->growth, true, e);
+    v->stiffness.force = vector_add(g, vector_add(g, swung, vector_cross(g, e, flow->load.force)), lifted);
+    v->stiffness.moment = vector_add(g, vector_add(g, turned, vector_cross(g, e, flow->load.moment)),
                                      vector_cross(g, mc, lever));
-    v->damping.force = vector_add(g, vector_cross(g, a->rate, mc), vector_cross(g, a->e, flow->momentum));
-    v->damping.moment = vector_add(g, tensor_times(g, J, a->rate), around(g, &flow->growth, false, a->e));
-}
-
-static void turn_to_ground(const struct kinematics *k, int i, struct vector *v) {
-    *v = matrix_times(k->g, k->frames[i].rotation.at, *v);
+    v->damping.force = vector_add(g, vector_cross(g, a->own_rate, mc), vector_cross(g, e, flow->momentum));
+    v->damping.moment = vector_add(g, tensor_times(g, J, a->own_rate), around(g, &flow->growth, false, e));
 }
 
 static void vectors_to_ground(const struct kinematics *k, int i, struct pair_vectors *v) {
@@ -298,20 +285,21 @@ static void vectors_to_ground(const struct kinematics *k, int i, struct pair_vec
         &v->less_gravity_lever, &v->mass.moment,     &v->mass.force,     &v->spin,
         &v->stiffness.moment,   &v->stiffness.force, &v->damping.moment, &v->damping.force};
     for (size_t a = 0; a < sizeof own / sizeof *own; a++)
-        turn_to_ground(k, i, own[a]);
+        *own[a] = matrix_times(k->g, k->frames[i].rotation.at, *own[a]);
 }
 
 static struct pair_vectors vectors_of_joint(const struct given_motion *given, int i,
                                             const struct inertia *beyond, const struct flow *flow) {
     const struct kinematics *k = given->k;
     struct graph *g = k->g;
-    const struct axis_motion axis = axis_motion(given, i);
+    const struct given_frame_rates *rates = &given->frames[i];
+    const struct vector e = vector_unit(g, k->tree->frames[i].joint.axis);
     struct pair_vectors v = {.mass = wrench_of_unit(k, i, beyond)};
     if (k->tree->frames[i].joint.is_revolute) {
-        v.less_gravity_lever = vector_cross(g, given->motions[i].less_gravity, axis.e);
-        turn_vectors(g, beyond, flow, &axis, v.less_gravity_lever, &v);
+        v.less_gravity_lever = vector_cross(g, given->motions[i].less_gravity, e);
+        turn_vectors(g, beyond, flow, rates, e, v.less_gravity_lever, &v);
     } else {
-        slide_vectors(g, beyond, flow, &axis, &v);
+        slide_vectors(g, beyond, flow, rates, e, &v);
     }
     vectors_to_ground(k, i, &v);
     return v;
