@@ -186,22 +186,15 @@ static expression base_of_start(void *context, struct graph *graph, expression e
 }
 
 /* Does a value wait for a parameter that is known at the start of a motion only? */
-struct waiting {
-    const struct declarations *declarations;
-    bool waits;
-};
-
-static void note_waiting(void *context, expression e) {
-    struct waiting *waiting = context;
-    const struct declarations *declarations = waiting->declarations;
-    const struct symbol *symbol = expr_as_symbol(declarations->graph, e);
-    waiting->waits |= symbol->kind == SYMBOL_PARAMETER && declarations->parameters[symbol->index].is_late;
-}
-
 static bool waits_for_start(const struct declarations *declarations, expression e) {
-    struct waiting waiting = {.declarations = declarations};
-    rewrite_visit_symbols(declarations->graph, e, note_waiting, &waiting);
-    return waiting.waits;
+    int count;
+    const expression *symbols = rewrite_list_symbols(declarations->graph, e, &count);
+    for (int i = 0; i < count; i++) {
+        const struct symbol *symbol = expr_as_symbol(declarations->graph, symbols[i]);
+        if (symbol->kind == SYMBOL_PARAMETER && declarations->parameters[symbol->index].is_late)
+            return true;
+    }
+    return false;
 }
 
 bool parameters_are_known(const struct declarations *declarations, expression e, double *value) {
