@@ -9,14 +9,18 @@
 #include "base/memory.h"
 #include "text/output.h"
 #include "refdyn.h"
+#include "simulate/motion_file.h"
 
 #include <stdio.h>
 
 struct table {
     struct refdyn_integrator *integrator;
-    struct memory memory; /* of all below */
-    const char **names;   /* (count) */
-    double *values;       /* (count) of the last table_fill */
+    struct memory memory;      /* of all below */
+    const char **names;        /* (count) */
+    const char **units;        /* (count) NULL: the model does not say */
+    struct motion_part *parts; /* what belongs together, as a file of HDF5 has it */
+    int part_count;
+    double *values; /* (count) of the last table_fill */
     int count, filled;
     double *room; /* for points, their columns and the programme force */
 };
@@ -32,7 +36,7 @@ const char *table_not_finite(const struct table *table);
 /* The units of the columns, as object "units"; those that the model does not say are not there. */
 void table_put_units(const struct refdyn_model *model, struct document *document);
 /* A line of the values. */
-void table_row(struct table *table, FILE *out);
+void table_row(const struct table *table, FILE *out);
 void table_release(struct table *table);
 
 #endif
