@@ -71,10 +71,11 @@ static const struct command commands[] = {
                 "start hold "
                 "output summary set fold case of",
      .output = "RUN.csv",
-     .purpose = "one motion, as CSV",
+     .purpose = "one motion, as CSV or HDF5",
      .help =
          "Columns: t, coordinates, rates, points, residuals, energy, programme forces, inputs. A summary "
-         "goes to stderr.\n\n"
+         "goes to stderr.\n"
+         "RUN.h5 has the same as HDF5, with units, options and parameters.\n\n"
          "  refdyn sim models/manipulator.lua --set n_rfe=1 --until 10 --step 1e-3 -o rigid.csv\n"
          "  refdyn sim models/manipulator.lua --from statics --until 10 --tol 1e-8 -o flexible.csv\n"
          "  refdyn sim models/manipulator.lua --from statics --until 10 --accuracy 1e-6 --stop 'E_z<2' -o "

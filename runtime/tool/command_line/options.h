@@ -21,6 +21,13 @@ enum { HAS_METHODS_OF_GSL = 1 };
 enum { HAS_METHODS_OF_GSL = 0 };
 #endif
 
+/* Was it built with files of HDF5? */
+#ifdef REFDYN_HAS_HDF5
+enum { HAS_HDF5 = 1 };
+#else
+enum { HAS_HDF5 = 0 };
+#endif
+
 struct options {
     const struct command *command;
     const char **operands; /* model or run files */

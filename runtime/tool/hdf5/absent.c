@@ -1,5 +1,6 @@
 /* What stands for files of HDF5 in a refdyn that was built without: a complaint. */
 #include "batch/runs_file.h"
+#include "simulate/motion_file.h"
 #include "text/csv.h"
 
 static const char absent[] = "this refdyn is built without HDF5, CSV is what it writes";
@@ -57,4 +58,18 @@ const char *runs_attribute(const struct runs_reader *reader, const char *name) {
 
 void runs_close(struct runs_reader *reader) {
     (void)reader;
+}
+
+struct motion_writer *motion_create(const char *path, const struct motion_layout *layout) {
+    (void)layout;
+    complain_line(path, 0, absent);
+    return NULL;
+}
+
+bool motion_put(struct motion_writer *writer, const double *values) {
+    return writer && values && false;
+}
+
+bool motion_finish(struct motion_writer *writer) {
+    return writer && false;
 }

@@ -102,8 +102,10 @@ static void run(struct search *search, struct candidate *candidate, const struct
     *candidate = (struct candidate){.rows = tmpfile()};
     if (!candidate->rows)
         perror("refdyn: a temporary file");
-    else
-        trial_run(&candidate->trial, task, integration, candidate->rows);
+    else {
+        struct row_sink rows = row_sink_numbers(candidate->rows);
+        trial_run(&candidate->trial, task, integration, &rows);
+    }
     search->cpu_total_s += candidate->trial.motion.cpu_s;
     search->tries += tries_of(candidate);
 }

@@ -26,13 +26,39 @@ struct columns {
     struct memory *memory;
     const char **names, **units;
     int count;
+    struct motion_part *parts;
+    int part_count, part_room;
 };
 
+<<<<<<< HEAD
 /* Columns that are computed together. */
 struct block {
     void (*name)(const struct refdyn_model *model, struct columns *columns);
     void (*put)(struct table *table);
 };
+=======
+/* The columns from now on lie in that dataset; axis NULL: it has one axis, and this one column. */
+static void begin_part(struct columns *columns, const char *path, const char *axis,
+                       const char *const *names) {
+    columns->parts = memory_room(columns->memory, columns->parts, columns->part_count, &columns->part_room,
+                                 sizeof *columns->parts);
+    columns->parts[columns->part_count++] =
+        (struct motion_part){.path = path, .axis = axis, .axis_names = names, .first = columns->count};
+}
+
+/* All of them are there: each part ends where the next one begins. Empty ones go. */
+static void end_parts(struct columns *columns) {
+    int kept = 0;
+    for (int i = 0; i < columns->part_count; i++) {
+        struct motion_part part = columns->parts[i];
+        const int end = i + 1 < columns->part_count ? columns->parts[i + 1].first : columns->count;
+        part.count = end - part.first;
+        if (part.count > 0)
+            columns->parts[kept++] = part;
+    }
+    columns->part_count = kept;
+}
+>>>>>>> w_hdf5
 
 /* Columns from `first` on get their kind before their names, all of them, until no column before has one. */
 static void settle(struct columns *columns, int first, const char *lead) {
@@ -59,20 +85,26 @@ static void add_settled(struct columns *columns, const char *lead, const char *n
 static void name_points(const struct refdyn_model *model, struct columns *columns) {
     for (int point = 0; point < model->point_count; point++) {
         const int first = columns->count;
-        for (int rate = 0; rate < 3; rate++)
+        for (int rate = 0; rate < 3; rate++) {
+            begin_part(columns,
+                       memory_format(columns->memory, "/points/%s/r%s", model->points[point], rates[rate]),
+                       "/axis", axes);
             for (int axis = 0; axis < 3; axis++)
                 add_name(
                     columns,
                     memory_format(columns->memory, "%s_%s%s", model->points[point], axes[axis], rates[rate]),
                     point_units[rate]);
+        }
         settle(columns, first, "point_");
     }
 }
 
 static void name_residuals(const struct refdyn_model *model, struct columns *columns) {
+    begin_part(columns, "/phi", "/phi_row", columns->names + columns->count);
     for (int i = 0; i < model->m; i++)
         if (model->rows[i].level == REFDYN_POSITION)
             add_name(columns, memory_format(columns->memory, "phi_%d", i + 1), NULL);
+    begin_part(columns, "/psi", "/psi_row", columns->names + columns->count);
     for (int i = 0; i < model->m; i++)
         if (model->rows[i].level != REFDYN_ACCELERATION)
             add_name(columns, memory_format(columns->memory, "psi_%d", i + 1), NULL);
@@ -84,12 +116,17 @@ static bool is_slide(const struct refdyn_name *coordinate) {
 
 static void name_state(const struct refdyn_model *model, struct columns *columns) {
     const struct refdyn_name *q = model->coordinates;
+    const char *const *coordinates = columns->names + 1;
+    begin_part(columns, "/t", NULL, NULL);
     add_name(columns, "t", "s");
+    begin_part(columns, "/q", "/coordinate", coordinates);
     for (int i = 0; i < model->n; i++)
         add_name(columns, q[i].name, q[i].unit);
+    begin_part(columns, "/qd", "/coordinate", coordinates);
     for (int i = 0; i < model->n; i++)
         add_name(columns, memory_format(columns->memory, "%s_d", q[i].name),
                  is_slide(&q[i]) ? "m/s" : "rad/s");
+<<<<<<< HEAD
 }
 
 static void name_energy(const struct refdyn_model *model, struct columns *columns) {
@@ -112,9 +149,60 @@ static void name_inputs(const struct refdyn_model *model, struct columns *column
 
 static void name_courses(const struct refdyn_model *model, struct columns *columns) {
     for (int i = 0; i < model->course_count; i++)
+=======
+    name_points(model, columns);
+    name_residuals(model, columns);
+    begin_part(columns, "/energy", NULL, NULL);
+    add_name(columns, "energy", "J");
+    const int forces = columns->count;
+    begin_part(columns, "/force", "/coordinate", coordinates);
+    for (int i = 0; i < model->n; i++)
+        add_name(columns, memory_format(columns->memory, "force_%s", q[i].name),
+                 is_slide(&q[i]) ? "N" : "N m");
+    settle(columns, forces, "force_");
+    for (int i = 0; i < model->input_count; i++) {
+        begin_part(columns, memory_format(columns->memory, "/inputs/%s", model->inputs[i].name), NULL, NULL);
+        add_settled(columns, table_input_lead, model->inputs[i].name, model->inputs[i].unit);
+    }
+    for (int i = 0; i < model->course_count; i++) {
+        begin_part(columns, memory_format(columns->memory, "/courses/%s", model->courses[i]), NULL, NULL);
+>>>>>>> w_hdf5
         add_settled(columns, "course_", model->courses[i], NULL);
+    }
+    end_parts(columns);
 }
 
+<<<<<<< HEAD
+=======
+void table_start(struct table *table, struct refdyn_integrator *integrator) {
+    const struct refdyn_model *model = integrator->work->model;
+    size_t n = (size_t)model->n, columns = 3 * (size_t)model->point_count;
+    *table = (struct table){.integrator = integrator, .count = count_columns(model)};
+    table->memory = arena_start();
+    table->values = memory_get(&table->memory, (size_t)table->count * sizeof *table->values);
+    table->room = memory_get(&table->memory,
+                             (n + columns * (n + 3) + (size_t)model->course_count) * sizeof *table->room);
+    struct columns named = {.memory = &table->memory};
+    name_columns(model, &named);
+    table->names = named.names;
+    table->units = named.units;
+    table->parts = named.parts;
+    table->part_count = named.part_count;
+}
+
+void table_put_units(const struct refdyn_model *model, struct document *document) {
+    struct memory memory = arena_start();
+    struct columns columns = {.memory = &memory};
+    name_columns(model, &columns);
+    put_open(document, "units", '{');
+    for (int i = 0; i < columns.count; i++)
+        if (columns.units[i])
+            put_text(document, columns.names[i], columns.units[i]);
+    put_close(document, '}');
+    memory_release(&memory);
+}
+
+>>>>>>> w_hdf5
 /* ---- Values ---- */
 
 static void put_value(struct table *table, double value) {
@@ -275,7 +363,7 @@ const char *table_not_finite(const struct table *table) {
     return NULL;
 }
 
-void table_row(struct table *table, FILE *out) {
+void table_row(const struct table *table, FILE *out) {
     for (int i = 0; i < table->count; i++) {
         if (i)
             fputc(',', out);

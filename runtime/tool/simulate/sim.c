@@ -3,6 +3,7 @@
 #include "simulate/accuracy.h"
 #include "system/interrupt.h"
 #include "simulate/summary.h"
+#include "text/csv.h"
 
 #include <errno.h>
 #include <float.h>
@@ -134,12 +135,12 @@ static void print_failure(const struct trial *trial) {
     }
 }
 
-static enum status stop(const struct trial *trial, struct target *target) {
+static enum status stop(const struct trial *trial, struct target *target, const struct row_sink *rows) {
     const struct summary summary = {.trial = trial};
     print_failure(trial);
     if (trial->is_started)
         summary_print(&summary);
-    const bool is_kept = keep_part(target, trial->is_started, !trial->unfit);
+    const bool is_kept = keep_part(target, trial->is_started && !rows->is_lost, !trial->unfit);
     return is_kept && trial->result != MOTION_NOT_WRITTEN ? STATUS_NUMBERS : STATUS_FAULT;
 }
 
@@ -198,17 +199,18 @@ static enum status verify(const struct trial *trial, const struct task *task, st
     return status;
 }
 
-static enum status simulate(const struct task *task, const struct refdyn_options *integration) {
+static enum status simulate(const struct task *task, const struct refdyn_options *integration,
+                            struct row_sink *rows) {
     struct target *target = task->scene->result;
     struct trial trial;
     struct estimate estimate = {.count = 0};
     struct summary summary = {.trial = &trial};
-    trial_run(&trial, task, integration, target->file);
+    trial_run(&trial, task, integration, rows);
     enum status status = trial.usage;
     if (status != STATUS_DONE)
         keep_part(target, false, false);
     else if (trial.result != REFDYN_OK)
-        status = stop(&trial, target);
+        status = stop(&trial, target, rows);
     else {
         summary.cpu_total_s = trial.motion.cpu_s;
         enum status verified = STATUS_DONE;
@@ -224,33 +226,36 @@ static enum status simulate(const struct task *task, const struct refdyn_options
 
 /* ---- --accuracy ---- */
 
-/* False: they are not all in the temporary file, as is told. */
-static bool copy_rows(FILE *from, struct target *to) {
-    char text[BUFSIZ];
-    size_t length;
-    if (fflush(from) != 0) {
+/* False: they are not all in the temporary file or in the result, as is told. */
+static bool copy_rows(struct candidate *from, struct row_sink *to, struct target *target) {
+    struct table table;
+    if (fflush(from->rows) != 0) {
         fprintf(stderr, "refdyn: a temporary file: not all could be written: %s\n", strerror(errno));
-        keep_part(to, false, false);
+        keep_part(target, false, false);
         return false;
     }
-    rewind(from);
-    while ((length = fread(text, 1, sizeof text, from)) > 0)
-        fwrite(text, 1, length, to->file);
-    return true;
+    if (!from->trial.is_started)
+        return true;
+    table_start(&table, &from->trial.motion.integrator);
+    const bool is_copied = row_sink_copy(from->rows, to, &table);
+    table_release(&table);
+    if (to->is_lost)
+        keep_part(target, false, false);
+    return is_copied || !to->is_lost; /* the end of a file of text tells itself */
 }
 
 static enum status not_reached(const struct search *search, const struct options *options,
-                               struct target *target) {
-    const struct candidate *best = search->taken ? search->taken : search->last;
+                               struct target *target, struct row_sink *rows) {
+    struct candidate *best = search->taken ? search->taken : search->last;
     const struct trial *trial = &best->trial;
     const struct summary summary = {.trial = trial,
                                     .estimate = best->has_estimate ? &best->estimate : NULL,
                                     .accuracy = options->accuracy,
                                     .cpu_total_s = search->cpu_total_s};
-    if (!copy_rows(best->rows, target))
+    if (!copy_rows(best, rows, target))
         return STATUS_FAULT;
     if (trial->result != REFDYN_OK)
-        return stop(trial, target);
+        return stop(trial, target, rows);
     summary_print(&summary);
     fprintf(stderr, "refdyn: --accuracy %g cannot be reached", options->accuracy);
     if (best->has_estimate)
@@ -259,7 +264,8 @@ static enum status not_reached(const struct search *search, const struct options
     return keep_part(target, true, false) ? STATUS_NUMBERS : STATUS_FAULT;
 }
 
-static enum status search(const struct task *task, const struct refdyn_options *integration) {
+static enum status search(const struct task *task, const struct refdyn_options *integration,
+                          struct row_sink *rows) {
     struct target *target = task->scene->result;
     struct search search;
     enum status status = search_run(&search, task, integration);
@@ -268,9 +274,9 @@ static enum status search(const struct task *task, const struct refdyn_options *
                                         .estimate = &search.taken->estimate,
                                         .accuracy = task->options->accuracy,
                                         .cpu_total_s = search.cpu_total_s};
-        status = copy_rows(search.taken->rows, target) ? finish(&summary, task->scene) : STATUS_FAULT;
+        status = copy_rows(search.taken, rows, target) ? finish(&summary, task->scene) : STATUS_FAULT;
     } else if (status == STATUS_NUMBERS)
-        status = not_reached(&search, task->options, target);
+        status = not_reached(&search, task->options, target, rows);
     else
         keep_part(target, false, false);
     search_release(&search);
@@ -306,20 +312,27 @@ static void print_gains(const struct scene *scene, const struct refdyn_options *
           stderr);
 }
 
+static bool has_ending(const char *path, const char *ending) {
+    size_t length = strlen(path), end = strlen(ending);
+    return length >= end && strcmp(path + length - end, ending) == 0;
+}
+
+static bool wants_hdf5(const struct options *options) {
+    return options->output && (has_ending(options->output, ".h5") || has_ending(options->output, ".hdf5"));
+}
+
 /* A signal ends the motion and leaves its rows in order. */
 static enum status run_task(const struct task *task, const struct refdyn_options *integration) {
     const struct options *options = task->options;
+    const struct target *target = task->scene->result;
+    struct row_sink rows =
+        wants_hdf5(options) ? row_sink_hdf5(target->part, task) : row_sink_csv(target->file);
     const enum status status = motion_check_times(task->scene, options);
     if (status != STATUS_DONE)
         return status;
     print_gains(task->scene, integration);
     interrupt_defer(true);
-    return options->accuracy > 0 ? search(task, integration) : simulate(task, integration);
-}
-
-static bool has_ending(const char *path, const char *ending) {
-    size_t length = strlen(path), end = strlen(ending);
-    return length >= end && strcmp(path + length - end, ending) == 0;
+    return options->accuracy > 0 ? search(task, integration, &rows) : simulate(task, integration, &rows);
 }
 
 /* Which options of the error go together. */
@@ -371,10 +384,16 @@ static enum status run_scene(struct scene *scene, const struct options *options,
 enum status run_sim(const struct options *options) {
     struct refdyn_options integration;
     struct scene scene;
+<<<<<<< HEAD
     if (options->of)
         return run_case_again(options);
     if (options->output && (has_ending(options->output, ".h5") || has_ending(options->output, ".hdf5")))
         return usage_error(options->command, "-o %s: this version writes CSV, name a .csv file",
+=======
+    if (wants_hdf5(options) && !HAS_HDF5)
+        return usage_error(options->command,
+                           "-o %s: this refdyn is built without HDF5, CSV is what it writes",
+>>>>>>> w_hdf5
                            options->output);
     enum status status = motion_options(options, &integration);
     if (status == STATUS_DONE)
@@ -382,6 +401,10 @@ enum status run_sim(const struct options *options) {
     if (status != STATUS_DONE)
         return status;
     status = scene_open(&scene, options, find_needs(options, &integration), motion_state_path(options));
+    if (status == STATUS_DONE && wants_hdf5(options) && !scene.result->part) {
+        complain_line(scene.result->name, 0, "output: HDF5 needs a file, which this is not");
+        status = STATUS_FAULT;
+    }
     if (status == STATUS_DONE)
         status = run_scene(&scene, options, &integration);
     scene_close(&scene);

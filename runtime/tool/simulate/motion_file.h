@@ -1,0 +1,41 @@
+/*
+ * A file of one motion, RUN.h5: its layout, and its rows, one an output. Knows nothing of models.
+ *
+ * Without HDF5 the functions complain that this refdyn is built without it.
+ */
+#ifndef REFDYN_TOOL_MOTION_FILE_H
+#define REFDYN_TOOL_MOTION_FILE_H
+
+#include <stdbool.h>
+
+/* One dataset: numbers `first` on of a row. The first dataset is the time, along which the others are. */
+struct motion_part {
+    const char *path;              /* "/points/E/r" */
+    const char *axis;              /* of the second axis, "/axis"; NULL: one number a row */
+    const char *const *axis_names; /* (count) its entries; parts on one axis have the same */
+    int first, count;
+};
+
+/* Attributes of the group `object`, "/" or "/parameters", which is made; of a text, or of a number. */
+struct motion_fact {
+    const char *object, *name, *text; /* text NULL: a number */
+    double number;
+};
+
+struct motion_layout {
+    const struct motion_part *parts;
+    const struct motion_fact *facts;
+    const char *const *units; /* (width) of the numbers of a row; NULL: not known */
+    int part_count, fact_count, width;
+};
+
+struct motion_writer;
+
+/* Into the file `path`, which is written anew. NULL, with a complaint on stderr. */
+struct motion_writer *motion_create(const char *path, const struct motion_layout *layout);
+/* The next row. False, with a complaint, when it cannot be written. */
+bool motion_put(struct motion_writer *writer, const double *values);
+/* All on the disk. False, with a complaint; in any case the writer is released. */
+bool motion_finish(struct motion_writer *writer);
+
+#endif
