@@ -30,13 +30,12 @@ struct columns {
     int part_count, part_room;
 };
 
-<<<<<<< HEAD
 /* Columns that are computed together. */
 struct block {
     void (*name)(const struct refdyn_model *model, struct columns *columns);
     void (*put)(struct table *table);
 };
-=======
+
 /* The columns from now on lie in that dataset; axis NULL: it has one axis, and this one column. */
 static void begin_part(struct columns *columns, const char *path, const char *axis,
                        const char *const *names) {
@@ -58,7 +57,6 @@ static void end_parts(struct columns *columns) {
     }
     columns->part_count = kept;
 }
->>>>>>> w_hdf5
 
 /* Columns from `first` on get their kind before their names, all of them, until no column before has one. */
 static void settle(struct columns *columns, int first, const char *lead) {
@@ -126,16 +124,17 @@ static void name_state(const struct refdyn_model *model, struct columns *columns
     for (int i = 0; i < model->n; i++)
         add_name(columns, memory_format(columns->memory, "%s_d", q[i].name),
                  is_slide(&q[i]) ? "m/s" : "rad/s");
-<<<<<<< HEAD
 }
 
 static void name_energy(const struct refdyn_model *model, struct columns *columns) {
     (void)model;
+    begin_part(columns, "/energy", NULL, NULL);
     add_name(columns, "energy", "J");
 }
 
 static void name_forces(const struct refdyn_model *model, struct columns *columns) {
     const int first = columns->count;
+    begin_part(columns, "/force", "/coordinate", columns->names + 1);
     for (int i = 0; i < model->n; i++)
         add_name(columns, memory_format(columns->memory, "force_%s", model->coordinates[i].name),
                  is_slide(&model->coordinates[i]) ? "N" : "N m");
@@ -143,66 +142,19 @@ static void name_forces(const struct refdyn_model *model, struct columns *column
 }
 
 static void name_inputs(const struct refdyn_model *model, struct columns *columns) {
-    for (int i = 0; i < model->input_count; i++)
-        add_settled(columns, table_input_lead, model->inputs[i].name, model->inputs[i].unit);
-}
-
-static void name_courses(const struct refdyn_model *model, struct columns *columns) {
-    for (int i = 0; i < model->course_count; i++)
-=======
-    name_points(model, columns);
-    name_residuals(model, columns);
-    begin_part(columns, "/energy", NULL, NULL);
-    add_name(columns, "energy", "J");
-    const int forces = columns->count;
-    begin_part(columns, "/force", "/coordinate", coordinates);
-    for (int i = 0; i < model->n; i++)
-        add_name(columns, memory_format(columns->memory, "force_%s", q[i].name),
-                 is_slide(&q[i]) ? "N" : "N m");
-    settle(columns, forces, "force_");
     for (int i = 0; i < model->input_count; i++) {
         begin_part(columns, memory_format(columns->memory, "/inputs/%s", model->inputs[i].name), NULL, NULL);
         add_settled(columns, table_input_lead, model->inputs[i].name, model->inputs[i].unit);
     }
+}
+
+static void name_courses(const struct refdyn_model *model, struct columns *columns) {
     for (int i = 0; i < model->course_count; i++) {
         begin_part(columns, memory_format(columns->memory, "/courses/%s", model->courses[i]), NULL, NULL);
->>>>>>> w_hdf5
         add_settled(columns, "course_", model->courses[i], NULL);
     }
-    end_parts(columns);
 }
 
-<<<<<<< HEAD
-=======
-void table_start(struct table *table, struct refdyn_integrator *integrator) {
-    const struct refdyn_model *model = integrator->work->model;
-    size_t n = (size_t)model->n, columns = 3 * (size_t)model->point_count;
-    *table = (struct table){.integrator = integrator, .count = count_columns(model)};
-    table->memory = arena_start();
-    table->values = memory_get(&table->memory, (size_t)table->count * sizeof *table->values);
-    table->room = memory_get(&table->memory,
-                             (n + columns * (n + 3) + (size_t)model->course_count) * sizeof *table->room);
-    struct columns named = {.memory = &table->memory};
-    name_columns(model, &named);
-    table->names = named.names;
-    table->units = named.units;
-    table->parts = named.parts;
-    table->part_count = named.part_count;
-}
-
-void table_put_units(const struct refdyn_model *model, struct document *document) {
-    struct memory memory = arena_start();
-    struct columns columns = {.memory = &memory};
-    name_columns(model, &columns);
-    put_open(document, "units", '{');
-    for (int i = 0; i < columns.count; i++)
-        if (columns.units[i])
-            put_text(document, columns.names[i], columns.units[i]);
-    put_close(document, '}');
-    memory_release(&memory);
-}
-
->>>>>>> w_hdf5
 /* ---- Values ---- */
 
 static void put_value(struct table *table, double value) {
@@ -302,6 +254,7 @@ static void name_columns(const struct refdyn_model *model, struct columns *colum
         blocks[block].name(model, columns);
         ends[block] = columns->count;
     }
+    end_parts(columns);
 }
 
 void table_start(struct table *table, struct refdyn_integrator *integrator) {
@@ -316,6 +269,8 @@ void table_start(struct table *table, struct refdyn_integrator *integrator) {
     name_columns(model, &named, table->ends);
     table->names = named.names;
     table->units = named.units;
+    table->parts = named.parts;
+    table->part_count = named.part_count;
     for (int block = 0; block < TABLE_BLOCKS; block++)
         table->is_wanted[block] = true;
 }

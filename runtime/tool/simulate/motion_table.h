@@ -17,19 +17,13 @@ enum { TABLE_BLOCKS = 7 }; /* of columns that are computed together: the state, 
 
 struct table {
     struct refdyn_integrator *integrator;
-<<<<<<< HEAD
     struct memory memory; /* of all below */
     const char **names;   /* (count) */
     const char **units;   /* (count) NULL: the model does not say */
     int ends[TABLE_BLOCKS];
     bool is_wanted[TABLE_BLOCKS];
-=======
-    struct memory memory;      /* of all below */
-    const char **names;        /* (count) */
-    const char **units;        /* (count) NULL: the model does not say */
     struct motion_part *parts; /* what belongs together, as a file of HDF5 has it */
     int part_count;
->>>>>>> w_hdf5
     double *values; /* (count) of the last table_fill */
     int count, filled;
     double *room; /* for points, their columns and the programme force */

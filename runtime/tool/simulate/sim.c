@@ -384,16 +384,11 @@ static enum status run_scene(struct scene *scene, const struct options *options,
 enum status run_sim(const struct options *options) {
     struct refdyn_options integration;
     struct scene scene;
-<<<<<<< HEAD
     if (options->of)
         return run_case_again(options);
-    if (options->output && (has_ending(options->output, ".h5") || has_ending(options->output, ".hdf5")))
-        return usage_error(options->command, "-o %s: this version writes CSV, name a .csv file",
-=======
     if (wants_hdf5(options) && !HAS_HDF5)
         return usage_error(options->command,
                            "-o %s: this refdyn is built without HDF5, CSV is what it writes",
->>>>>>> w_hdf5
                            options->output);
     enum status status = motion_options(options, &integration);
     if (status == STATUS_DONE)
