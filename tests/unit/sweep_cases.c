@@ -82,6 +82,7 @@ static void put_options(struct document *document, const struct options *options
 static void print_sweep(const struct sweep *sweep, const struct options *options) {
     struct document document;
     document_open(&document);
+    put_open(&document, NULL, '{');
     put_whole(&document, "count", sweep->cases.count);
     put_open(&document, "columns", '{');
     for (int i = 0; i < sweep->cases.width; i++)
@@ -96,6 +97,7 @@ static void print_sweep(const struct sweep *sweep, const struct options *options
     put_close(&document, '}');
     put_options(&document, options);
     put_text(&document, "text", sweep->text);
+    put_close(&document, '}');
     document_close(&document, stdout);
 }
 
