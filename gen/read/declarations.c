@@ -227,6 +227,13 @@ static void set_standard(struct declarations *declarations, struct parameter *pa
     }
 }
 
+void declarations_add_requirement(struct declarations *declarations, struct requirement requirement) {
+    declarations->requirements =
+        memory_room(declarations->memory, declarations->requirements, declarations->requirement_count,
+                    &declarations->requirement_capacity, sizeof *declarations->requirements);
+    declarations->requirements[declarations->requirement_count++] = requirement;
+}
+
 expression declarations_parameter_expression(const struct declarations *declarations, int index) {
     const struct parameter *parameter = &declarations->parameters[index];
     if (declarations->request->fold && (!parameter->is_anchored || parameter->is_given))

@@ -30,6 +30,8 @@ static void copy_declarations(const struct reader *reader) {
     model->parameter_count = declarations->parameter_count;
     model->inputs = declarations->inputs;
     model->input_count = declarations->input_count;
+    model->requirements = declarations->requirements;
+    model->requirement_count = declarations->requirement_count;
 }
 
 /* ---- joints ---- */

@@ -159,6 +159,11 @@ static enum status move(struct again *again) {
     batch.context = again;
     batch.output = write_row;
     batch.end = note_end;
+    const char *reason = structure_refuses(structure, &again->setup.sweep.cases, 0);
+    if (reason) {
+        fprintf(stderr, "%s\n", reason);
+        return STATUS_FAULT;
+    }
     const int result = refdyn_batch_run(&batch, NULL);
     if (result)
         return complain(structure->scene.model->name, refdyn_status_text(result));

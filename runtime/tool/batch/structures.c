@@ -5,6 +5,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/wait.h>
@@ -156,35 +157,66 @@ static enum status read_samples(struct structure *structure, struct memory *memo
     return STATUS_DONE;
 }
 
-static enum status lacks(const struct structure *structure, const struct varied *column) {
-    fprintf(stderr, "refdyn: %s: %s varies, and this coordinate is not there with",
-            structure->options.operands[0], column->name);
-    for (int i = 0; i < structure->options.setting_count; i++)
-        fprintf(stderr, " %s=%s", structure->options.settings[i].name, structure->options.settings[i].value);
-    fputc('\n', stderr);
-    return STATUS_FAULT;
+static int declared_parameter(const struct model *model, const char *name) {
+    for (int i = 0; i < model->parameter_count; i++)
+        if (strcmp(model->parameters[i].name, name) == 0)
+            return i;
+    return -1;
 }
 
-/* A parameter or input that no function of this structure reads has no place in it. */
+/* What a structure lacks has no value in its cases. A parameter that it has, and that none of its functions
+ * reads, keeps its value. */
+static void leave_out(const struct structure *structure, const struct varied *column) {
+    if (column->kind == VARIED_INPUT ||
+        (column->kind == VARIED_PARAMETER &&
+         declared_parameter(&structure->scene.generation.model, column->target) >= 0))
+        return;
+    for (long i = 0; i < structure->count; i++)
+        column->values[structure->numbers[i]] = NAN;
+}
+
 static enum status find_columns(struct structure *structure, struct memory *memory,
                                 const struct cases *cases) {
     structure->columns = memory_get(memory, ((size_t)cases->width + 1) * sizeof *structure->columns);
     for (int i = 0; i < cases->width; i++) {
         const struct varied *column = &cases->columns[i];
-        const bool is_start = column->kind == VARIED_COORDINATE || column->kind == VARIED_RATE;
         if (column->kind == VARIED_OPTION)
             continue;
         const int place = column->kind == VARIED_SAMPLES ? 0 : place_of(structure->scene.model, column);
-        if (place < 0 && is_start)
-            return lacks(structure, column);
-        if (place < 0)
+        if (place < 0) {
+            leave_out(structure, column);
             continue;
+        }
         structure->columns[structure->column_count++] =
             (struct refdyn_batch_column){what_of(column->kind), place, column->values};
         if (column->kind == VARIED_SAMPLES && read_samples(structure, memory, column) != STATUS_DONE)
             return STATUS_FAULT;
     }
     return STATUS_DONE;
+}
+
+/* ---- Values that the model refuses ---- */
+
+static void find_requirements(struct structure *structure, struct memory *memory, const struct cases *cases) {
+    struct generation *generation = &structure->scene.generation;
+    bool *is_varied = memory_get(memory, (size_t)generation->model.parameter_count + 1);
+    structure->is_asked = memory_get(memory, (size_t)generation->model.requirement_count + 1);
+    for (int i = 0; i < cases->width; i++) {
+        const int place = declared_parameter(&generation->model, cases->columns[i].target);
+        if (cases->columns[i].kind == VARIED_PARAMETER && place >= 0)
+            is_varied[place] = true;
+    }
+    gen_mark_requirements(generation, is_varied, structure->is_asked);
+}
+
+const char *structure_refuses(struct structure *structure, const struct cases *cases, long number) {
+    struct generation *generation = &structure->scene.generation;
+    for (int i = 0; i < cases->width; i++) {
+        const int place = declared_parameter(&generation->model, cases->columns[i].target);
+        if (cases->columns[i].kind == VARIED_PARAMETER && place >= 0)
+            generation->model.parameters[place].value = cases->columns[i].values[number];
+    }
+    return gen_values_fault(generation, structure->is_asked);
 }
 
 /* ---- Statics ---- */
@@ -233,6 +265,8 @@ static enum status open_structure(struct structure *structure, struct memory *me
         status = motion_fit(&structure->scene, &structure->options, integration);
     if (status == STATUS_DONE)
         status = find_columns(structure, memory, cases);
+    if (status == STATUS_DONE)
+        find_requirements(structure, memory, cases);
     if (status == STATUS_DONE && needs_of(&structure->options, integration) & NEEDS_STATICS)
         status = find_held(structure, memory);
     return status;

@@ -19,7 +19,8 @@ struct structure {
     struct refdyn_batch_column *columns; /* what varies and the model has */
     struct refdyn_samples *samples;      /* of the files of inputs */
     int column_count, sample_count;
-    int *held; /* (held_count) from statics: coordinates that are held */
+    bool *is_asked; /* numbers of the model that depend on parameters which vary */
+    int *held;      /* (held_count) from statics: coordinates that are held */
     int held_count;
 };
 
@@ -38,6 +39,8 @@ void structures_sort(struct structures *structures, struct memory *memory, const
  */
 enum status structures_open(struct structures *structures, struct memory *memory, const struct cases *cases,
                             const struct refdyn_options *integration, int threads);
+/* What the model refuses of the values of a case, as `sim --set` would; NULL: nothing. */
+const char *structure_refuses(struct structure *structure, const struct cases *cases, long number);
 void structures_close(struct structures *structures);
 
 #endif
