@@ -339,6 +339,16 @@ def test_all_mistakes_are_told_at_once(folder):
                      "sweep.lua:5: keep.at[1]: time 3, the motions end at 1"]
 
 
+def test_options_that_a_structure_refuses_are_told_where_they_stand(folder):
+    assert refusals(folder, sweep_text("vary = { E = 1,\n mass = 1,\n n_rfe = { 2, 99 } }")) == [
+        'sweep.lua:5: with n_rfe = 99 the model is at fault: option n_rfe: value "99", a number from 1 up to 20 is needed']
+
+
+def test_what_derive_may_take(folder):
+    loop = "vary = { mass = rd.grid(1, 2, 1000) }, derive = function(c) for i = 1, 2e5 do end return { E = 1 } end"
+    assert refusals(folder, sweep_text(loop)) == ["sweep.lua:3: more than 102 million steps to read the sweep, a loop has no end?"]
+
+
 def test_columns_that_a_sequence_has(folder):
     many = ", ".join(f"arm_theta_{i} = rd.uniform(0, 1)" for i in range(1, 42))
     assert refusals(folder, sweep_text(f"vary = {{ {many} }}, draws = 3, sequence = 'sobol'")) == [
