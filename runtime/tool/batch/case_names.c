@@ -245,6 +245,14 @@ static const char *settings_text(const struct case_names *names, const struct se
     return text;
 }
 
+/* Of the first option that varies. */
+static struct place place_of_options(const struct case_table *table, const struct cases *cases) {
+    int c = 0;
+    while (c < cases->width - 1 && !(cases->columns[c].target && cases->columns[c].kind == VARIED_OPTION))
+        c++;
+    return table->columns[c].place;
+}
+
 static const char *first_error(const struct generation *gen) {
     for (int i = 0; i < gen->messages.count; i++)
         if (gen->messages.list[i].is_error)
@@ -271,8 +279,8 @@ static void read_structure(const struct case_names *names, const struct case_tab
     if (gen_read(&gen, &request, -1) == GEN_OK)
         find_rest(names, table, &gen, cases);
     else
-        message_error(names->messages, table->columns[0].place, "with %s the model is at fault: %s", text,
-                      first_error(&gen));
+        message_error(names->messages, place_of_options(table, cases), "with %s the model is at fault: %s",
+                      text, first_error(&gen));
     gen_release(&gen);
 }
 
