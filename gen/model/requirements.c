@@ -4,7 +4,6 @@
  */
 #include "model/model.h"
 #include "base/memory.h"
-#include "graph/rewrite.h"
 #include "base/text.h"
 
 #include <math.h>

@@ -104,9 +104,14 @@ static const struct command commands[] = {
          "Coordinates, paths, heights and vertical velocities of points, forces, inputs, courses, residuals "
          "and energy.\n"
          "Colours tell quantities apart, lines the runs, which lie over each other. PNG and PDF are made by "
-         "rsvg-convert.\n\n"
+         "rsvg-convert.\n"
+         "Of RUNS.h5, a file of runs: results over what varied, percentiles over time, the worst cases; "
+         "--panel "
+         "names what\n"
+         "the file has, as extremes/E_x.\n\n"
          "  refdyn plot rigid.csv flexible.csv -o motion.svg\n"
-         "  refdyn plot rigid.csv --panel path,energy --units rigid.json -o path.pdf\n"},
+         "  refdyn plot rigid.csv --panel path,energy --units rigid.json -o path.pdf\n"
+         "  refdyn plot runs.h5 --panel extremes/E_x,history/E_x -o runs.svg\n"},
     {.name = "merge",
      .run = run_merge,
      .operands = "RUNS.h5...",

@@ -52,11 +52,23 @@ void chart_add_curve(struct chart *chart, struct curve curve) {
     chart->curves[chart->curve_count++] = curve;
 }
 
+void chart_add_band(struct chart *chart, struct band band) {
+    chart->bands = grow(chart->bands, chart->band_count, &chart->band_room, sizeof *chart->bands);
+    chart->bands[chart->band_count++] = band;
+}
+
+void chart_add_cell(struct chart *chart, struct cell cell) {
+    chart->cells = grow(chart->cells, chart->cell_count, &chart->cell_room, sizeof *chart->cells);
+    chart->cells[chart->cell_count++] = cell;
+}
+
 void chart_release(struct chart *chart) {
     for (int i = 0; i < chart->key_count; i++)
         free(chart->keys[i].name);
     free(chart->keys);
     free(chart->curves);
+    free(chart->bands);
+    free(chart->cells);
     free(chart->title);
     free(chart->x_label);
     free(chart->y_label);
@@ -128,16 +140,33 @@ struct range {
     double low, high;
 };
 
+static void extend(struct range *range, double low, double high) {
+    range->low = fmin(range->low, low);
+    range->high = fmax(range->high, high);
+}
+
+static void extend_by_areas(const struct chart *chart, bool is_x, struct range *range) {
+    for (int i = 0; i < chart->cell_count; i++) {
+        const struct cell *cell = &chart->cells[i];
+        extend(range, is_x ? cell->left : cell->low, is_x ? cell->right : cell->high);
+    }
+    for (int i = 0; i < chart->band_count; i++)
+        for (long k = 0; k < chart->bands[i].count; k++) {
+            const struct band *band = &chart->bands[i];
+            extend(range, is_x ? band->x[k] : band->low[k], is_x ? band->x[k] : band->high[k]);
+        }
+}
+
 static struct range find_range(const struct chart *chart, bool is_x) {
     struct range range = {INFINITY, -INFINITY};
+    extend_by_areas(chart, is_x, &range);
     for (int k = 0; k < chart->curve_count; k++)
         for (long i = 0; i < chart->curves[k].count; i++) {
             const struct curve *curve = &chart->curves[k];
             const double value = is_x ? curve->x[i * curve->stride] : y_of(chart, curve, i);
             if (!is_x && chart->is_y_logarithmic && value <= chart->floor)
                 continue;
-            range.low = fmin(range.low, value);
-            range.high = fmax(range.high, value);
+            extend(&range, value, value);
         }
     return range.low <= range.high ? range : (struct range){chart->floor, chart->floor};
 }
@@ -161,7 +190,7 @@ static void make_scales(struct box *box, const struct chart *chart) {
     if (!chart->is_x_logarithmic)
         scale_widen(&x.low, &x.high, chart->is_path ? room : 0);
     if (!chart->is_y_logarithmic)
-        scale_widen(&y.low, &y.high, room);
+        scale_widen(&y.low, &y.high, chart->cell_count > 0 ? 0 : room);
     if (chart->is_equal)
         make_equal(box, &x, &y);
     box->x = make_scale(chart->is_x_logarithmic, x, box->width, X_TICK);
@@ -209,11 +238,15 @@ static void put_y_axis(FILE *out, const struct box *box, const char *label) {
     free(turn);
 }
 
+static void put_frame(FILE *out, const struct box *box) {
+    fprintf(out, "<path d=\"M%.1f %.1fv%.1fh%.1f\" fill=\"none\" stroke=\"%s\"/>\n", box->left, box->top,
+            box->height, box->width, frame);
+}
+
 static void put_axes(FILE *out, const struct box *box, const struct chart *chart) {
     put_x_axis(out, box, chart->x_label);
     put_y_axis(out, box, chart->y_label);
-    fprintf(out, "<path d=\"M%.1f %.1fv%.1fh%.1f\" fill=\"none\" stroke=\"%s\"/>\n", box->left, box->top,
-            box->height, box->width, frame);
+    put_frame(out, box);
 }
 
 /* ---- Curves */
@@ -245,6 +278,30 @@ static void put_curve(FILE *out, const struct box *box, const struct chart *char
         fprintf(out, "M%.1f %.1f%s", pixel_x(box, scale_place(&box->x, curve->x[i * curve->stride])),
                 pixel_y(box, scale_place(&box->y, y_of(chart, curve, i))), curve->stroke.mark);
     fputs("\"/>\n", out);
+}
+
+/* ---- Areas */
+
+static void put_cell(FILE *out, const struct box *box, const struct cell *cell) {
+    const double left = pixel_x(box, scale_place(&box->x, cell->left)),
+                 right = pixel_x(box, scale_place(&box->x, cell->right));
+    const double top = pixel_y(box, scale_place(&box->y, cell->high)),
+                 bottom = pixel_y(box, scale_place(&box->y, cell->low));
+    fprintf(out, "<path fill=\"#%06x\" shape-rendering=\"crispEdges\" d=\"M%.1f %.1fH%.1fV%.1fH%.1fz\"/>\n",
+            cell->colour, left, top, right, bottom, left);
+}
+
+/* There along the low side and back along the high one. */
+static void put_band(FILE *out, const struct box *box, const struct band *band) {
+    fprintf(out, "<path fill=\"#%06x\" d=\"", band->colour);
+    for (long i = 0; i < 2 * band->count; i++) {
+        const bool is_back = i >= band->count;
+        const long at = is_back ? 2 * band->count - 1 - i : i;
+        const double y = is_back ? band->high[at] : band->low[at];
+        fprintf(out, "%c%.1f %.1f", i == 0 ? 'M' : 'L', pixel_x(box, scale_place(&box->x, band->x[at])),
+                pixel_y(box, scale_place(&box->y, y)));
+    }
+    fputs("z\"/>\n", out);
 }
 
 /* ---- The key */
@@ -292,6 +349,12 @@ static void put_chart(FILE *out, const struct figure *figure, int place, int top
     make_scales(&box, chart);
     put_label(out, box.left, box.top - 22, "font-size=\"13\" font-weight=\"bold\"", chart->title, TEXT_MOST);
     put_axes(out, &box, chart);
+    for (int i = 0; i < chart->cell_count; i++)
+        put_cell(out, &box, &chart->cells[i]);
+    for (int i = 0; i < chart->band_count; i++)
+        put_band(out, &box, &chart->bands[i]);
+    if (chart->cell_count > 0)
+        put_frame(out, &box); /* once more, over what hides it */
     for (int i = 0; i < chart->curve_count; i++)
         put_curve(out, &box, chart, &chart->curves[i]);
     put_key(out, &box, chart);

@@ -4,9 +4,11 @@
 #include "text/output.h"
 #include "figures/panels.h"
 #include "figures/picture.h"
+#include "figures/runs_figure.h"
 #include "system/output_file.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 /* One call. */
 struct drawing {
@@ -17,14 +19,30 @@ struct drawing {
     struct target *target;
 };
 
+static bool is_file_of_runs(const char *path) {
+    const char *dot = strrchr(path, '.');
+    return dot && (strcmp(dot, ".h5") == 0 || strcmp(dot, ".hdf5") == 0);
+}
+
+static enum status check_runs(const struct options *options) {
+    for (int i = 0; i < options->operand_count; i++)
+        if (is_file_of_runs(options->operands[i]) && options->operand_count > 1)
+            return usage_error(options->command, "%s: a file of runs is drawn alone", options->operands[i]);
+    if (is_file_of_runs(options->operands[0]) && options->units)
+        return usage_error(options->command, "--units: a file of runs has its own");
+    return STATUS_DONE;
+}
+
 static enum status check_usage(struct drawing *drawing) {
     const struct options *options = drawing->options;
-    char *unknown = panels_choose(&drawing->panels, options->panel), *names = panels_names();
-    enum status status = STATUS_DONE;
+    const bool is_of_runs = is_file_of_runs(options->operands[0]);
+    char *unknown = is_of_runs ? NULL : panels_choose(&drawing->panels, options->panel);
+    char *names = panels_names();
+    enum status status = check_runs(options);
     drawing->format = picture_format_of(options->output);
-    if (unknown)
+    if (status == STATUS_DONE && unknown)
         status = usage_error(options->command, "--panel: '%s' is none of %s", unknown, names);
-    else if (!drawing->format)
+    else if (status == STATUS_DONE && !drawing->format)
         status = usage_error(options->command, "-o: '%s' ends in none of .svg, .png, .pdf", options->output);
     free(unknown);
     free(names);
@@ -91,7 +109,21 @@ static bool write_drawing(struct drawing *drawing) {
     return is_good;
 }
 
-/* Opens the target and reads all files. */
+/* The same of a file of runs. */
+static bool write_runs(struct drawing *drawing) {
+    const struct options *options = drawing->options;
+    char *svg;
+    size_t size;
+    FILE *out = text_stream(&svg, &size);
+    bool is_good = runs_figure_draw(options->operands[0], options->panel, out);
+    fclose(out);
+    is_good = is_good && picture_write(drawing->format, svg, drawing->target->file) &&
+              target_finish(drawing->target);
+    free(svg);
+    return is_good;
+}
+
+/* Opens the target and reads all files of single motions. */
 static bool open_files(struct drawing *drawing) {
     const struct options *options = drawing->options;
     for (int i = 0; i < options->operand_count; i++)
@@ -101,7 +133,7 @@ static bool open_files(struct drawing *drawing) {
     drawing->target =
         picture_can_write(drawing->format) ? target_open(&drawing->targets, options->output) : NULL;
     bool is_good = drawing->target && (!options->units || read_units(&drawing->panels, options->units));
-    for (int i = 0; i < options->operand_count && is_good; i++)
+    for (int i = 0; i < options->operand_count && is_good && !is_file_of_runs(options->operands[0]); i++)
         is_good = run_read(&drawing->panels.runs[i], options->operands[i]);
     return is_good;
 }
@@ -113,7 +145,9 @@ enum status run_plot(const struct options *options) {
     if (status != STATUS_DONE)
         return status;
     panels->runs = allocate((size_t)panels->run_count, sizeof *panels->runs);
-    const bool is_good = open_files(&drawing) && write_drawing(&drawing);
+    const bool is_good =
+        open_files(&drawing) &&
+        (is_file_of_runs(options->operands[0]) ? write_runs(&drawing) : write_drawing(&drawing));
     targets_release(&drawing.targets);
     json_decref(panels->units);
     for (int i = 0; i < panels->run_count; i++)

@@ -103,12 +103,15 @@ static herr_t add_attribute_name(hid_t object, const char *name, const H5A_info_
     return add_link(object, name, NULL, where);
 }
 
-/* In the order in which they were made. */
+/* In the order in which they were made, where the file keeps it. */
 static bool list(struct runs_reader *reader, const char *path, struct listing *listing) {
-    *listing = (struct listing){.memory = &reader->memory};
-    if (H5Literate_by_name(reader->file.id, path, H5_INDEX_CRT_ORDER, H5_ITER_INC, NULL, add_link, listing,
-                           H5P_DEFAULT) >= 0)
-        return true;
+    const H5_index_t orders[] = {H5_INDEX_CRT_ORDER, H5_INDEX_NAME};
+    for (int i = 0; i < 2; i++) {
+        *listing = (struct listing){.memory = &reader->memory};
+        if (H5Literate_by_name(reader->file.id, path, orders[i], H5_ITER_INC, NULL, add_link, listing,
+                               H5P_DEFAULT) >= 0)
+            return true;
+    }
     return hdf5_fail(&reader->file, "cannot be read");
 }
 
