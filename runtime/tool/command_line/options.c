@@ -11,7 +11,6 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* A list has names or numbers between commas, each once; one that frees may be empty. */
@@ -424,9 +423,4 @@ bool options_read(const struct command *commands, int argc, char **argv, struct 
     options->settings = allocate((size_t)argc, sizeof *options->settings);
     options->stops = allocate((size_t)argc, sizeof *options->stops);
     return read_command(argc - 1, argv + 1, options, status);
-}
-
-void options_release(struct options *options) {
-    free(options->settings);
-    free(options->stops);
 }

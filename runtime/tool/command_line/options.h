@@ -52,10 +52,9 @@ struct command {
  * otherwise *status is the exit status (help and version were printed). */
 bool options_read(const struct command *commands, int argc, char **argv, struct options *options,
                   enum status *status);
-void options_release(struct options *options);
 /* A list "a,b" of option `name` has no empty item, and none twice. */
 enum status check_list(const struct command *command, const char *name, const char *list);
-/* Item number `index` of such a list, in heap memory; NULL behind the last one, and for list NULL. */
+/* Item number `index` of such a list; NULL behind the last one, and for list NULL. */
 char *options_list_item(const char *list, int index);
 /* Complains on stderr as `refdyn COMMAND: ...` with the usage line; returns STATUS_USAGE. */
 enum status usage_error(const struct command *command, const char *format, ...)

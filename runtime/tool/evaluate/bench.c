@@ -179,8 +179,6 @@ static enum status print_quantities(struct scene *scene, FILE *out) {
             !print_quantity(out, name, &subject, gen_count(&scene->generation, name)))
             status = numbers_failed(scene, REFDYN_NOT_FINITE, scene->state.t, scene->q, scene->qd);
     }
-    free(subject.out);
-    free(subject.rest);
     return status;
 }
 

@@ -3,7 +3,6 @@
 #include "scene/scene_json.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 /* One residual a row, null for rows of the levels in `without` (a set of bits). */
 static void put_residual(struct document *document, const char *key, const struct refdyn_model *model,
@@ -36,12 +35,11 @@ static void put_point(struct document *document, const struct scene *scene, int 
 
 static void put_points(struct document *document, const struct scene *scene) {
     const struct refdyn_model *model = scene->model;
-    double *room = allocate(3 * (size_t)model->point_count * (size_t)(model->n + 1), sizeof *room);
+    double *room = allocate_matrix(3 * model->point_count, model->n + 1);
     put_open(document, "points", '{');
     for (int i = 0; i < model->point_count; i++)
         put_point(document, scene, i, room);
     put_close(document, '}');
-    free(room);
 }
 
 static void put_equations(struct document *document, const struct scene *scene, double *room) {
@@ -87,15 +85,13 @@ static int free_accelerations(const struct scene *scene, double *qdd) {
     bare.dependent = NULL;
     bare.equations = NULL;
     size_t size = refdyn_workspace_size(&bare), values = (size_t)(bare.parameter_count + bare.derived_count);
-    void *memory = allocate(1, size);
-    int status = refdyn_workspace_init(&other, &bare, memory, size);
+    int status = refdyn_workspace_init(&other, &bare, allocate(1, size), size);
     for (size_t i = 0; i < values && status == REFDYN_OK; i++)
         other.p[i] = work->p[i];
     for (int i = 0; i < bare.input_count && status == REFDYN_OK; i++)
         other.x[i] = work->x[i];
     if (status == REFDYN_OK)
         status = refdyn_accelerate(&other, scene->state.t, scene->q, scene->qd, REFDYN_NONE, qdd);
-    free(memory);
     return status;
 }
 
@@ -108,11 +104,10 @@ static void put_accelerations(struct document *document, struct scene *scene, co
         put_array(document, "qdd_free", room, n);
     else
         put_null(document, "qdd_free");
-    double *lambda = allocate((size_t)scene->model->m, sizeof *lambda);
+    double *lambda = allocate_matrix(scene->model->m, 1);
     refdyn_multipliers(&scene->work, qdd, lambda);
     refdyn_programme_force(&scene->work, lambda, room);
     put_array(document, "force", room, n);
-    free(lambda);
 }
 
 static void put_energy(struct document *document, const struct scene *scene) {
@@ -128,7 +123,7 @@ static void put_energy(struct document *document, const struct scene *scene) {
 static enum status print_state(struct scene *scene, const double *qdd) {
     struct document document;
     document_open(&document);
-    double *room = allocate((size_t)scene->model->n, sizeof *room);
+    double *room = allocate_matrix(scene->model->n, 1);
     put_open(&document, NULL, '{');
     put_text(&document, "name", scene->model->name);
     put_coordinates(&document, "coordinates", scene->model, NULL);
@@ -137,19 +132,17 @@ static enum status print_state(struct scene *scene, const double *qdd) {
     put_accelerations(&document, scene, qdd, room);
     put_energy(&document, scene);
     put_close(&document, '}');
-    free(room);
     return scene_finish(scene, &document);
 }
 
 static enum status evaluate_state(struct scene *scene) {
-    double *qdd = allocate((size_t)scene->model->n, sizeof *qdd);
+    double *qdd = allocate_matrix(scene->model->n, 1);
     int result = refdyn_accelerate(&scene->work, scene->state.t, scene->q, scene->qd, REFDYN_BAUMGARTE, qdd);
     const enum status status = result == REFDYN_OK
                                    ? print_state(scene, qdd)
                                    : numbers_failed(scene, result, scene->state.t, scene->q, scene->qd);
     if (status == STATUS_DONE)
         print_redundant_rows(&scene->work);
-    free(qdd);
     return status;
 }
 

@@ -3,7 +3,6 @@
 #include "command_line/options.h"
 #include "text/output.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 enum {
@@ -46,12 +45,12 @@ static void add_line(struct chart *chart, const struct panels *panels, int r, in
 }
 
 /* "angle [rad]": the unit of the first curve, which all have. */
-static char *y_label(const struct panels *panels, const struct chart *chart, const struct view *view,
-                     const char *quantity) {
+static const char *y_label(const struct panels *panels, const struct chart *chart, const struct view *view,
+                           const char *quantity) {
     const struct run *run = &panels->runs[chart->curves[0].run];
     const json_t *given = json_object_get(panels->units, run->columns[chart->curves[0].y - run->kept]);
     const char *unit = given ? json_string_value(given) : view->unit;
-    return unit ? text_format("%s [%s]", quantity, unit) : text_format("%s", quantity);
+    return unit ? text_format("%s [%s]", quantity, unit) : quantity;
 }
 
 /* The chart goes, and the result is false, when nothing is in it. */
@@ -61,8 +60,8 @@ static bool end(struct panels *panels, const struct view *view, const char *titl
         panels->count--;
         return false;
     }
-    chart->title = text_format("%s", title);
-    chart->x_label = text_format("t [s]");
+    chart->title = title;
+    chart->x_label = "t [s]";
     chart->y_label = y_label(panels, chart, view, quantity);
     for (int i = 0; i < chart->key_count; i++)
         chart->keys[i].stroke = style_quantity(i, chart->key_count, 0, 1);
@@ -130,8 +129,7 @@ static void add_points(struct panels *panels, const struct view *view) {
     }
     if (!end(panels, view, view->title, view->quantity) || view->over == OVER_TIME)
         return;
-    free(chart->x_label);
-    chart->x_label = text_format("x [m]");
+    chart->x_label = "x [m]";
     chart->is_path = true;
     chart->is_equal = view->which == 1; /* in the horizontal plane */
 }
@@ -185,9 +183,7 @@ static void add_inputs(struct panels *panels, const struct view *view) {
         first = &panels->runs[r];
     for (int i = 0; i < first->input_count && i < MOST_INPUTS; i++) {
         const char *name = first->columns[first->inputs + i];
-        char *title = text_format("%s: %s", view->title, name);
-        add_column(panels, view, name, title, name);
-        free(title);
+        add_column(panels, view, name, text_format("%s: %s", view->title, name), name);
     }
 }
 
@@ -243,8 +239,8 @@ static int find_view(const char *name) {
     return view;
 }
 
-char *panels_choose(struct panels *panels, const char *names) {
-    char *name;
+const char *panels_choose(struct panels *panels, const char *names) {
+    const char *name;
     for (int i = 0; i < VIEW_COUNT; i++)
         panels->is_wanted[i] = !names;
     for (int i = 0; (name = options_list_item(names, i)); i++) {
@@ -252,28 +248,19 @@ char *panels_choose(struct panels *panels, const char *names) {
         if (view == VIEW_COUNT)
             return name;
         panels->is_wanted[view] = true;
-        free(name);
     }
     return NULL;
 }
 
-char *panels_names(void) {
-    char *text;
-    size_t size;
-    FILE *out = text_stream(&text, &size);
+const char *panels_names(void) {
+    struct text text = {.memory = &program_memory};
     for (int i = 0; i < VIEW_COUNT; i++)
-        fprintf(out, "%s%s", i ? ", " : "", views[i].name);
-    fclose(out);
-    return text;
+        text_add(&text, "%s%s", i ? ", " : "", views[i].name);
+    return text.data;
 }
 
 void panels_make(struct panels *panels) {
     for (int i = 0; i < VIEW_COUNT; i++)
         if (panels->is_wanted[i])
             views[i].add(panels, &views[i]);
-}
-
-void panels_release(struct panels *panels) {
-    for (int i = 0; i < panels->count; i++)
-        chart_release(&panels->charts[i]);
 }

@@ -6,7 +6,6 @@
 #include "system/process.h"
 
 #include <errno.h>
-#include <stdlib.h>
 #include <string.h>
 
 struct picture_format {
@@ -30,12 +29,10 @@ const struct picture_format *picture_format_of(const char *path) {
 }
 
 bool picture_can_write(const struct picture_format *format) {
-    char *file = format->argv ? process_find(converter) : NULL;
-    const bool is_good = file || !format->argv;
+    const bool is_good = !format->argv || process_find(converter);
     if (!is_good)
         fprintf(stderr, "refdyn: %s makes %s files and is not installed (Debian: apt install librsvg2-bin)\n",
                 converter, format->suffix);
-    free(file);
     return is_good;
 }
 
@@ -71,9 +68,8 @@ static bool run(const struct picture_format *format, const struct scratch *scrat
         fprintf(stderr, ", by signal %d (%s)", process.result - BY_SIGNAL,
                 strsignal(process.result - BY_SIGNAL));
     fputs(":\n", stderr);
-    char *log = read_text(files->log, "messages");
+    const char *log = read_text(files->log, "messages");
     fputs(log ? log : "", stderr);
-    free(log);
     return false;
 }
 
@@ -92,9 +88,6 @@ static bool convert(const struct picture_format *format, const struct scratch *s
     const bool is_good = is_made && copy_file(files.made, out);
     if (!is_written || (is_made && !is_good))
         fprintf(stderr, "refdyn: %s: %s\n", is_made ? files.made : files.svg, strerror(errno));
-    free(files.svg);
-    free(files.made);
-    free(files.log);
     return is_good;
 }
 

@@ -19,16 +19,13 @@ struct drawing {
 
 static enum status check_usage(struct drawing *drawing) {
     const struct options *options = drawing->options;
-    char *unknown = panels_choose(&drawing->panels, options->panel), *names = panels_names();
-    enum status status = STATUS_DONE;
+    const char *unknown = panels_choose(&drawing->panels, options->panel);
     drawing->format = picture_format_of(options->output);
     if (unknown)
-        status = usage_error(options->command, "--panel: '%s' is none of %s", unknown, names);
-    else if (!drawing->format)
-        status = usage_error(options->command, "-o: '%s' ends in none of .svg, .png, .pdf", options->output);
-    free(unknown);
-    free(names);
-    return status;
+        return usage_error(options->command, "--panel: '%s' is none of %s", unknown, panels_names());
+    if (!drawing->format)
+        return usage_error(options->command, "-o: '%s' ends in none of .svg, .png, .pdf", options->output);
+    return STATUS_DONE;
 }
 
 /* The object "units" of a summary. */
@@ -38,14 +35,11 @@ static bool read_units(struct panels *panels, const char *path) {
     json_t *root = text ? json_loads(text, JSON_REJECT_DUPLICATES, &error) : NULL;
     panels->units = json_incref(json_object_get(root, "units"));
     const bool is_good = json_is_object(panels->units);
-    if (text && !is_good) {
-        char *said = text_format("units: %s, a summary of refdyn sim is needed",
-                                 root ? "no object 'units'" : error.text);
-        complain_line(path, root ? 1 : error.line, said);
-        free(said);
-    }
+    if (text && !is_good)
+        complain_line(path, root ? 1 : error.line,
+                      text_format("units: %s, a summary of refdyn sim is needed",
+                                  root ? "no object 'units'" : error.text));
     json_decref(root);
-    free(text);
     return is_good;
 }
 
@@ -63,14 +57,11 @@ static void draw(const struct panels *panels, FILE *out) {
                             .width = WIDTH,
                             .height = HEIGHT};
     for (int i = 0; i < panels->run_count; i++) {
-        figure.heads[i].name = text_format("%s", panels->runs[i].name);
+        figure.heads[i].name = panels->runs[i].name;
         if (panels->run_count > 1)
             figure.heads[i].stroke = style_run(i, panels->run_count);
     }
     chart_draw_figure(out, &figure);
-    for (int i = 0; i < panels->run_count; i++)
-        free(figure.heads[i].name);
-    free(figure.heads);
 }
 
 static bool write_drawing(struct drawing *drawing) {
@@ -86,7 +77,6 @@ static bool write_drawing(struct drawing *drawing) {
                       "run: no column that these panels draw, a CSV file of refdyn sim is needed");
     is_good = is_good && picture_write(drawing->format, svg, drawing->target->file) &&
               target_finish(drawing->target);
-    panels_release(&drawing->panels);
     free(svg);
     return is_good;
 }
@@ -116,8 +106,5 @@ enum status run_plot(const struct options *options) {
     const bool is_good = open_files(&drawing) && write_drawing(&drawing);
     targets_release(&drawing.targets);
     json_decref(panels->units);
-    for (int i = 0; i < panels->run_count; i++)
-        run_release(&panels->runs[i]);
-    free(panels->runs);
     return is_good ? STATUS_DONE : STATUS_FAULT;
 }

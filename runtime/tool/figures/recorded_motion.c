@@ -3,7 +3,6 @@
 #include "text/output.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { POINT_COLUMNS = 9 };
@@ -96,7 +95,6 @@ static bool read_rows(struct run *run) {
     }
     if (is_good && run->rows > 0 && (run->rows - 1) % run->stride != 0)
         memcpy(run->kept + (size_t)run->kept_count++ * width, last, width * sizeof *last);
-    free(last);
     return is_good;
 }
 
@@ -115,11 +113,7 @@ static void get_room(struct run *run) {
     run->kept = allocate((size_t)(run->room + 1) * width, sizeof *run->kept);
 }
 
-bool run_read(struct run *run, const char *path) {
-    const char *slash = strrchr(path, '/');
-    *run = (struct run){.path = path, .name = slash ? slash + 1 : path, .energy = -1};
-    if (!csv_open(&run->csv, path, "run"))
-        return false;
+static bool read_run(struct run *run) {
     if (strcmp(run->csv.names[0], "t") != 0 || run->csv.count < 2)
         return csv_complain(
             &run->csv, "the header does not begin with t and a name, a CSV file of refdyn sim is needed");
@@ -131,10 +125,10 @@ bool run_read(struct run *run, const char *path) {
     return run->rows > 0 || csv_complain(&run->csv, "there are no rows, a CSV file of refdyn sim is needed");
 }
 
-void run_release(struct run *run) {
+bool run_read(struct run *run, const char *path) {
+    const char *slash = strrchr(path, '/');
+    *run = (struct run){.path = path, .name = slash ? slash + 1 : path, .energy = -1};
+    const bool is_good = csv_open(&run->csv, path, "run") && read_run(run);
     csv_close(&run->csv);
-    free(run->points);
-    free(run->kept);
-    free(run->largest);
-    *run = (struct run){.path = NULL};
+    return is_good;
 }

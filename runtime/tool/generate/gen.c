@@ -9,11 +9,11 @@
 static bool write_files(struct scene *scene, const char *folder) {
     const struct emitted_file *files = gen_files(&scene->generation);
     const int count = gen_file_count(&scene->generation);
-    struct target **open = memory_get(&scene->memory, (size_t)count * sizeof *open);
+    struct target **open = allocate((size_t)count, sizeof *open);
     sigset_t before;
     bool is_good = true;
     for (int i = 0; i < count && is_good; i++) {
-        open[i] = target_open(&scene->targets, memory_format(&scene->memory, "%s/%s", folder, files[i].name));
+        open[i] = target_open(&scene->targets, text_format("%s/%s", folder, files[i].name));
         is_good = open[i] && target_write(open[i], files[i].text, files[i].length);
     }
     interrupt_hold(&before); /* all or none */

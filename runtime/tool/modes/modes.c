@@ -124,7 +124,7 @@ static void put_shape(struct document *document, const struct analysis *analysis
     const struct refdyn_model *model = analysis->scene->model;
     const struct linear *linear = &analysis->linear;
     const int n = model->n;
-    double *shape = memory_get(&analysis->scene->memory, 2 * (size_t)n * sizeof *shape), moved[6];
+    double *shape = allocate(2 * (size_t)n, sizeof *shape), moved[6];
     for (int j = 0; j < linear->n; j++) {
         shape[linear->place[j]] = mode->shape[j];
         shape[n + linear->place[j]] = mode->shape[linear->n + j];
@@ -198,8 +198,8 @@ static int compute(struct analysis *analysis, const struct options *options) {
 static enum status analyse(struct scene *scene, const struct options *options) {
     const size_t n = (size_t)scene->model->n, points = (size_t)scene->model->point_count;
     struct analysis analysis = {.scene = scene, .at = place_of(options)};
-    analysis.held = memory_get(&scene->memory, n * sizeof *analysis.held);
-    analysis.C = memory_get(&scene->memory, 3 * points * n * sizeof *analysis.C);
+    analysis.held = allocate(n, sizeof *analysis.held);
+    analysis.C = allocate(3 * points * n, sizeof *analysis.C);
     enum status status = place(&analysis, options);
     int result = status == STATUS_DONE ? compute(&analysis, options) : REFDYN_OK;
     if (result != REFDYN_OK)

@@ -13,7 +13,6 @@
  */
 #include "modes/spectrum.h"
 #include "scene/constraint_basis.h"
-#include "base/memory.h"
 
 #include <complex.h>
 #include <lapacke.h>
@@ -42,7 +41,6 @@ static const double low_share = 1e-6;
 static const double shift_share = 0.6180339887498949;
 
 struct pencil {
-    struct memory *memory;
     const struct linear *linear;
     int n, position_count, size; /* of x, y, z */
     double *unit;                /* (n) 1/sqrt(M_jj) */
@@ -67,30 +65,25 @@ static void add_product(double *out, double factor, const double *left, const do
         }
 }
 
-static double *new_matrix(struct memory *memory, int rows, int columns) {
-    return memory_get(memory, (size_t)rows * (size_t)columns * sizeof(double));
-}
-
-static double *product(struct memory *memory, const double *left, const double *right, int rows, int inner,
-                       int columns) {
-    double *out = new_matrix(memory, rows, columns);
+static double *product(const double *left, const double *right, int rows, int inner, int columns) {
+    double *out = allocate_matrix(rows, columns);
     add_product(out, 1, left, right, rows, inner, columns);
     return out;
 }
 
 /* left^T right, both n rows */
-static double *product_of_columns(struct memory *memory, const double *left, int left_columns,
-                                  const double *right, int columns, int n) {
-    double *turned = new_matrix(memory, left_columns, n);
+static double *product_of_columns(const double *left, int left_columns, const double *right, int columns,
+                                  int n) {
+    double *turned = allocate_matrix(left_columns, n);
     for (int i = 0; i < n; i++)
         for (int j = 0; j < left_columns; j++)
             turned[j * n + i] = left[i * left_columns + j];
-    return product(memory, turned, right, left_columns, n, columns);
+    return product(turned, right, left_columns, n, columns);
 }
 
 static double *scaled(const struct pencil *pencil, const double *matrix, int rows, bool both) {
     const int n = pencil->n;
-    double *out = new_matrix(pencil->memory, rows, n);
+    double *out = allocate_matrix(rows, n);
     for (int i = 0; i < rows; i++)
         for (int j = 0; j < n; j++)
             out[i * n + j] = (both ? pencil->unit[i] : 1) * matrix[i * n + j] * pencil->unit[j];
@@ -115,13 +108,13 @@ static void find_freedoms(struct pencil *pencil) {
     const int n = pencil->n;
     double *u = scaled(pencil, linear->u, linear->m, false);
     double *psi_q = scaled(pencil, linear->psi_q, linear->m, false);
-    double *level_q = new_matrix(pencil->memory, linear->m, n);
+    double *level_q = allocate_matrix(linear->m, n);
     int count = 0;
     for (int i = 0; i < linear->m; i++)
         if (linear->is_level_q[i])
             memcpy(level_q + count++ * n, u + i * n, (size_t)n * sizeof *u);
-    find_freedom(&pencil->position, pencil->memory, level_q, NULL, count, n);
-    find_freedom(&pencil->velocity, pencil->memory, u, psi_q, linear->m, n);
+    find_freedom(&pencil->position, level_q, NULL, count, n);
+    find_freedom(&pencil->velocity, u, psi_q, linear->m, n);
     pencil->position_count = n - pencil->position.rank;
     pencil->size = pencil->position_count + n - pencil->velocity.rank;
 }
@@ -148,16 +141,15 @@ static void put_rates(struct pencil *pencil, const double *drift, int rates) {
 static void put_motion(struct pencil *pencil, const double *drift, int rates) {
     const int n = pencil->n, positions = pencil->position_count;
     const double *N = pencil->velocity.basis, s = pencil->scale;
-    double *damping = product(pencil->memory, pencil->M, pencil->velocity.drift, n, n, n);
-    double *stiffness = product(pencil->memory, pencil->K, pencil->position.basis, n, n, positions);
+    double *damping = product(pencil->M, pencil->velocity.drift, n, n, n);
+    double *stiffness = product(pencil->K, pencil->position.basis, n, n, positions);
     for (int i = 0; i < n * n; i++)
         damping[i] += pencil->D[i];
     add_product(stiffness, 1, damping, drift, n, n, positions);
-    double *on_rates = product(pencil->memory, damping, N, n, n, rates),
-           *mass = product(pencil->memory, pencil->M, N, n, n, rates);
-    double *mass_part = product_of_columns(pencil->memory, N, rates, mass, rates, n);
-    double *stiffness_part = product_of_columns(pencil->memory, N, rates, stiffness, positions, n);
-    double *damping_part = product_of_columns(pencil->memory, N, rates, on_rates, rates, n);
+    double *on_rates = product(damping, N, n, n, rates), *mass = product(pencil->M, N, n, n, rates);
+    double *mass_part = product_of_columns(N, rates, mass, rates, n);
+    double *stiffness_part = product_of_columns(N, rates, stiffness, positions, n);
+    double *damping_part = product_of_columns(N, rates, on_rates, rates, n);
     put_block(pencil, pencil->E, positions, positions, mass_part, rates, rates, 1);
     put_block(pencil, pencil->A, positions, 0, stiffness_part, rates, positions, -1 / (s * s));
     put_block(pencil, pencil->A, positions, positions, damping_part, rates, rates, -1 / s);
@@ -165,7 +157,7 @@ static void put_motion(struct pencil *pencil, const double *drift, int rates) {
 
 static int check_mass(const struct pencil *pencil) {
     const int first = pencil->position_count, rates = pencil->size - first;
-    double *mass = new_matrix(pencil->memory, rates, rates);
+    double *mass = allocate_matrix(rates, rates);
     for (int i = 0; i < rates; i++)
         memcpy(mass + i * rates, pencil->E + (first + i) * pencil->size + first,
                (size_t)rates * sizeof *mass);
@@ -175,8 +167,8 @@ static int check_mass(const struct pencil *pencil) {
 
 static int build_pencil(struct pencil *pencil, const struct linear *linear) {
     const int n = linear->n;
-    *pencil = (struct pencil){.memory = linear->memory, .linear = linear, .n = n};
-    pencil->unit = new_matrix(pencil->memory, n, 1);
+    *pencil = (struct pencil){.linear = linear, .n = n};
+    pencil->unit = allocate_matrix(n, 1);
     for (int j = 0; j < n; j++)
         pencil->unit[j] = 1 / sqrt(linear->M[j * (n + 1)]);
     pencil->M = scaled(pencil, linear->M, n, true);
@@ -184,10 +176,10 @@ static int build_pencil(struct pencil *pencil, const struct linear *linear) {
     pencil->K = scaled(pencil, linear->K, n, true);
     choose_scale(pencil);
     find_freedoms(pencil);
-    pencil->A = new_matrix(pencil->memory, pencil->size, pencil->size);
-    pencil->E = new_matrix(pencil->memory, pencil->size, pencil->size);
+    pencil->A = allocate_matrix(pencil->size, pencil->size);
+    pencil->E = allocate_matrix(pencil->size, pencil->size);
     const int positions = pencil->position_count, rates = pencil->size - positions;
-    double *drift = product(pencil->memory, pencil->velocity.drift, pencil->position.basis, n, n, positions);
+    double *drift = product(pencil->velocity.drift, pencil->position.basis, n, n, positions);
     put_rates(pencil, drift, rates);
     put_motion(pencil, drift, rates);
     return check_mass(pencil);
@@ -198,14 +190,13 @@ static int build_pencil(struct pencil *pencil, const struct linear *linear) {
 static int solve_pencil(struct pencil *pencil) {
     const int size = pencil->size;
     const size_t room = (size_t)size * (size_t)size;
-    struct memory *memory = pencil->memory;
-    double *T = new_matrix(memory, size, size);
-    pencil->factor = new_matrix(memory, size, size);
-    pencil->pivots = memory_get(memory, (size_t)size * sizeof *pencil->pivots);
-    pencil->tau_re = new_matrix(memory, size, 1);
-    pencil->tau_im = new_matrix(memory, size, 1);
-    pencil->left = new_matrix(memory, size, size);
-    pencil->right = new_matrix(memory, size, size);
+    double *T = allocate_matrix(size, size);
+    pencil->factor = allocate_matrix(size, size);
+    pencil->pivots = allocate((size_t)size, sizeof *pencil->pivots);
+    pencil->tau_re = allocate_matrix(size, 1);
+    pencil->tau_im = allocate_matrix(size, 1);
+    pencil->left = allocate_matrix(size, size);
+    pencil->right = allocate_matrix(size, size);
     for (size_t i = 0; i < room; i++) {
         pencil->factor[i] = pencil->A[i] - pencil->E[i];
         T[i] = pencil->E[i];
@@ -280,7 +271,7 @@ static void normalise(double complex *x, int n) {
 /* x = Z y of vector k, in the model's units. */
 static double complex *shape_of(const struct pencil *pencil, int k) {
     const int positions = pencil->position_count;
-    double complex *x = memory_get(pencil->memory, (size_t)pencil->n * sizeof *x);
+    double complex *x = allocate((size_t)pencil->n, sizeof *x);
     for (int i = 0; i < pencil->n; i++) {
         for (int j = 0; j < positions; j++)
             x[i] += pencil->position.basis[i * positions + j] * entry(pencil, pencil->right, j, k);
@@ -294,7 +285,7 @@ static void add_mode(struct spectrum *spectrum, double complex eigenvalue, const
     struct mode *mode = &spectrum->modes[spectrum->count++];
     mode->re = creal(eigenvalue) + 0.0; /* no -0 */
     mode->im = cimag(eigenvalue) + 0.0;
-    mode->shape = new_matrix(spectrum->memory, 2, n);
+    mode->shape = allocate_matrix(2, n);
     for (int j = 0; j < n; j++) {
         mode->shape[j] = creal(x[j]) + 0.0;
         mode->shape[n + j] = cimag(x[j]) + 0.0;
@@ -353,8 +344,8 @@ static void clear_column(struct resting *resting, int n, int row, int column) {
 
 /* One mode for each coordinate that the vectors leave free, in the order of the coordinates. */
 static void add_resting_modes(struct spectrum *spectrum, struct resting *resting, int n) {
-    int *row_of = memory_get(spectrum->memory, (size_t)n * sizeof *row_of), count = 0, row, column;
-    double complex *x = memory_get(spectrum->memory, (size_t)n * sizeof *x);
+    int *row_of = allocate((size_t)n, sizeof *row_of), count = 0, row, column;
+    double complex *x = allocate((size_t)n, sizeof *x);
     while (count < resting->count && find_largest(resting, n, count, &row, &column) > same_tol) {
         exchange_rows(resting->vectors + row * n, resting->vectors + count * n, n);
         clear_column(resting, n, count, column);
@@ -391,7 +382,7 @@ static void sort_modes(struct spectrum *spectrum) {
 
 /* A pair that is real but for rounding: two modes, whose shapes are apart unless the system is defective. */
 static void add_real_pair(struct spectrum *spectrum, double eigenvalue, const double complex *x, int n) {
-    double complex *parts = memory_get(spectrum->memory, 2 * (size_t)n * sizeof *parts);
+    double complex *parts = allocate(2 * (size_t)n, sizeof *parts);
     double apart = 0;
     for (int j = 0; j < n; j++) {
         parts[j] = creal(x[j]);
@@ -426,8 +417,8 @@ static void add_vector(struct spectrum *spectrum, const struct pencil *pencil, s
 
 static void collect(struct spectrum *spectrum, const struct pencil *pencil) {
     const int n = pencil->n;
-    struct resting resting = {.vectors = new_matrix(spectrum->memory, pencil->size, n)};
-    spectrum->modes = memory_get(spectrum->memory, (size_t)pencil->size * sizeof *spectrum->modes);
+    struct resting resting = {.vectors = allocate_matrix(pencil->size, n)};
+    spectrum->modes = allocate((size_t)pencil->size, sizeof *spectrum->modes);
     for (int k = 0; k < pencil->size; k += pencil->tau_im[k] == 0 ? 1 : 2)
         add_vector(spectrum, pencil, &resting, k);
     add_resting_modes(spectrum, &resting, n);
@@ -436,7 +427,7 @@ static void collect(struct spectrum *spectrum, const struct pencil *pencil) {
 
 int find_spectrum(struct spectrum *spectrum, const struct linear *linear) {
     struct pencil pencil;
-    *spectrum = (struct spectrum){.memory = linear->memory};
+    *spectrum = (struct spectrum){.count = 0};
     int status = build_pencil(&pencil, linear);
     if (status == REFDYN_OK && pencil.size > 0)
         status = solve_pencil(&pencil);

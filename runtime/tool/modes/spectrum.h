@@ -15,8 +15,7 @@ struct mode {
 };
 
 struct spectrum {
-    struct memory *memory; /* of the linear equations: all lives in it */
-    struct mode *modes;    /* by |eigenvalue|, ascending; a growing one before a decaying one */
+    struct mode *modes; /* by |eigenvalue|, ascending; a growing one before a decaying one */
     int count;
     const int *redundant; /* (redundant_count) rows that say what others say, or nothing at rest */
     int redundant_count;

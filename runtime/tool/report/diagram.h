@@ -7,6 +7,6 @@
 #include "report/study.h"
 
 /* The text of the SVG goes to `out`. */
-void diagram_draw(FILE *out, char *title, const struct study *studies, int count);
+void diagram_draw(FILE *out, const char *title, const struct study *studies, int count);
 
 #endif

@@ -18,8 +18,8 @@ static const double seconds_default = 60; /* of all runs together */
 
 struct report {
     const struct options *options;
-    char *model_name, *vary_name;
-    char *values[VARIANTS_MAX]; /* of the varied option; NULL: the model as it is given */
+    const char *model_name, *vary_name;
+    const char *values[VARIANTS_MAX]; /* of the varied option; NULL: the model as it is given */
     int variant_count;
     struct study_plan plan;
     struct study studies[VARIANTS_MAX];
@@ -38,11 +38,10 @@ static int by_descent(const void *a, const void *b) {
 /* A list of positive numbers below `most`, sorted from the loosest setting on. */
 static enum status read_numbers(const struct options *options, const char *name, const char *text,
                                 double most, double numbers[static SETTINGS_MAX], int *count) {
-    char *item;
+    const char *item;
     for (int i = 0; (item = options_list_item(text, i)); i++) {
         double number = 0;
         const bool is_good = text_to_number(item, &number) && number > 0 && number < most && i < SETTINGS_MAX;
-        free(item);
         if (!is_good)
             return usage_error(options->command, "--%s: '%s' is no list of up to %d numbers between 0 and %g",
                                name, text, SETTINGS_MAX, most);
@@ -66,10 +65,9 @@ static enum status read_methods(const struct options *options, struct study_plan
     char known[METHODS_LENGTH];
     for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
         plan->methods[method] = !options->methods;
-    char *name;
+    const char *name;
     for (int i = 0; options->methods && (name = options_list_item(options->methods, i)); i++) {
         const int method = refdyn_method_find(name);
-        free(name);
         if (method < 0)
             return usage_error(options->command, "--methods: '%s' is no list of %s", options->methods,
                                known_methods(known, false));
@@ -103,12 +101,10 @@ static enum status read_vary(struct report *report) {
         if (strcmp(report->options->settings[i].name, report->vary_name) == 0)
             return usage_error(report->options->command, "--vary: --set gives a value to %s, too",
                                report->vary_name);
-    char *value;
+    const char *value;
     for (int i = 0; (value = options_list_item(equals + 1, i)); i++) {
-        if (i == VARIANTS_MAX) {
-            free(value);
+        if (i == VARIANTS_MAX)
             return usage_error(report->options->command, "--vary: more than %d values", VARIANTS_MAX);
-        }
         report->values[report->variant_count++] = value;
     }
     return check_list(report->options->command, "vary", equals + 1);
@@ -123,10 +119,8 @@ static bool has_option(const struct model *model, const char *name) {
 
 /* The target NAME.ending in the folder of -o. */
 static struct target *open_file(struct report *report, const char *ending) {
-    char *path = text_format("%s/%s.%s", report->options->output, report->model_name, ending);
-    struct target *target = target_open(&report->targets, path);
-    free(path);
-    return target;
+    return target_open(&report->targets,
+                       text_format("%s/%s.%s", report->options->output, report->model_name, ending));
 }
 
 /* All that is written at the end, opened before the runs. */
@@ -198,12 +192,10 @@ static enum status run_variant(struct report *report, int i, double seconds) {
     if (report->values[i])
         settings[options.setting_count++] = (struct setting){report->vary_name, report->values[i]};
     options.settings = settings;
-    study->name = report->values[i] ? text_format("%s=%s", report->vary_name, report->values[i])
-                                    : text_format("%s", report->model_name);
+    study->name =
+        report->values[i] ? text_format("%s=%s", report->vary_name, report->values[i]) : report->model_name;
     report->done++;
-    enum status status = run_study(report, study, &options, seconds);
-    free(settings);
-    return status;
+    return run_study(report, study, &options, seconds);
 }
 
 static enum status run_all(struct report *report) {
@@ -228,7 +220,6 @@ static void put_csv_number(FILE *out, double value, bool is_there) {
 }
 
 static void put_csv_trial(FILE *out, const struct study *study, const struct trial *trial, const char *kind) {
-    char *outcome = trial_outcome(trial);
     put_csv_text(out, study->name);
     fprintf(out, ",%s,%s,", kind, refdyn_method_name((int)trial->method));
     put_csv_number(out, trial->tol, trial->tol > 0);
@@ -240,9 +231,8 @@ static void put_csv_trial(FILE *out, const struct study *study, const struct tri
     put_csv_number(out, trial->psi_max, true);
     put_csv_number(out, trial->energy_error, true);
     put_csv_number(out, trial->cpu_s, is_done(trial));
-    put_csv_text(out, outcome);
+    put_csv_text(out, trial_outcome(trial));
     fputc('\n', out);
-    free(outcome);
 }
 
 static bool write_csv(const struct report *report) {
@@ -266,25 +256,23 @@ static bool write_csv(const struct report *report) {
 static bool draw(const struct report *report, char **figure) {
     size_t size;
     FILE *out = text_stream(figure, &size);
-    char *title = text_format("%s, %g s: error against run time, one mark a tolerance or step",
-                              report->model_name, report->options->until);
+    const char *title = text_format("%s, %g s: error against run time, one mark a tolerance or step",
+                                    report->model_name, report->options->until);
     diagram_draw(out, title, report->studies, report->done);
-    free(title);
     fclose(out);
     fwrite(*figure, 1, size, report->svg->file);
     return target_finish(report->svg);
 }
 
 static bool write_page(const struct report *report, const char *figure) {
-    char *title =
+    const char *title =
         text_format("%s: error against run time%s", report->model_name, interrupted ? ", interrupted" : "");
     page_write(report->page->file, title, report->studies, report->done, figure);
-    free(title);
     return target_finish(report->page);
 }
 
 /* Row 0 has the heads; columns are as wide as their widest text. */
-static void print_rows(char *(*rows)[FINDING_COLUMNS], int count) {
+static void print_rows(const char *(*rows)[FINDING_COLUMNS], int count) {
     int widths[FINDING_COLUMNS] = {0};
     for (int i = 0; i < count * FINDING_COLUMNS; i++) {
         const int column = i % FINDING_COLUMNS, width = (int)strlen(rows[i / FINDING_COLUMNS][column]);
@@ -294,21 +282,17 @@ static void print_rows(char *(*rows)[FINDING_COLUMNS], int count) {
         for (int j = 0; j + 1 < FINDING_COLUMNS; j++)
             printf("%-*s  ", widths[j], rows[i][j]);
         puts(rows[i][FINDING_COLUMNS - 1]);
-        findings_release(rows[i]);
     }
 }
 
 static void print_findings(const struct study *study) {
-    char *reference = findings_reference(study),
-         *(*rows)[FINDING_COLUMNS] = allocate((size_t)study->series_count + 1, sizeof *rows);
+    const char *(*rows)[FINDING_COLUMNS] = allocate((size_t)study->series_count + 1, sizeof *rows);
     findings_heads(study, rows[0]);
     for (int i = 0; i < study->series_count; i++)
         findings_row(study, &study->series[i], rows[i + 1]);
-    printf("== %s\n%s", study->name, reference);
+    printf("== %s\n%s", study->name, findings_reference(study));
     print_rows(rows, study->series_count + 1);
     puts(findings_note);
-    free(rows);
-    free(reference);
 }
 
 static enum status write_report(const struct report *report) {
@@ -331,15 +315,8 @@ static void forget_unfinished(struct report *report) {
 
 static void release_report(struct report *report) {
     targets_release(&report->targets);
-    for (int i = 0; i < VARIANTS_MAX; i++) {
+    for (int i = 0; i < VARIANTS_MAX; i++)
         free(report->studies[i].facts);
-        free(report->studies[i].name);
-    }
-    for (int i = 0; i < report->variant_count; i++)
-        free(report->values[i]);
-    free(report->vary_name);
-    free(report->model_name);
-    free(report);
 }
 
 enum status run_report(const struct options *options) {

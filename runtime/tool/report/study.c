@@ -5,7 +5,6 @@
 #include "system/timing.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { HALVINGS_MAX = 26 /* of the time between outputs */, REPEATS_MAX = 10 };
@@ -325,7 +324,5 @@ enum status study_run(struct study *study, const struct study_plan *plan, struct
     if (status == STATUS_DONE)
         run_all_series(&runs, end);
     progress_end(&runs.progress);
-    free(runs.reference);
-    free(runs.track);
     return status;
 }

@@ -45,8 +45,8 @@ struct series {
 };
 
 struct study {
-    char *name;  /* "n_rfe=4", or the model's name */
-    char *facts; /* of the scene, as HTML: page.h */
+    const char *name; /* "n_rfe=4", or the model's name */
+    char *facts;      /* of the scene, as HTML: page.h */
     struct series series[SERIES_MAX];
     int series_count;
     struct trial references[REFERENCES]; /* errors are distances from the first one */

@@ -27,19 +27,15 @@ static size_t rows_room(const struct refdyn_model *model) {
     return 3 * (size_t)model->m * variables;
 }
 
-static double *new_numbers(struct memory *memory, size_t count) {
-    return memory_get(memory, count * sizeof(double));
-}
-
-static struct values get_room(struct scene *scene) {
+static struct values get_room(const struct scene *scene) {
     const struct refdyn_model *model = scene->model;
     const size_t n = (size_t)model->n, m = (size_t)model->m;
     return (struct values){.n = model->n,
                            .m = model->m,
-                           .Q = new_numbers(&scene->memory, n),
-                           .rest = new_numbers(&scene->memory, 2 * n + 1 + m),
-                           .tangent = new_numbers(&scene->memory, n + m + 3 * n * n + 3 * m * n),
-                           .rows = new_numbers(&scene->memory, rows_room(model))};
+                           .Q = allocate(n, sizeof(double)),
+                           .rest = allocate(2 * n + 1 + m, sizeof(double)),
+                           .tangent = allocate(n + m + 3 * n * n + 3 * m * n, sizeof(double)),
+                           .rows = allocate(rows_room(model), sizeof(double))};
 }
 
 static void call(const struct scene *scene, refdyn_function *function, const double *qd, double *out) {
@@ -52,7 +48,7 @@ static double *multipliers_of(const struct values *values) {
 
 static double *part_of(const struct linear *linear, const double *whole, int rows, int stride,
                        const int *row_place) {
-    double *part = new_numbers(linear->memory, (size_t)(rows * linear->n));
+    double *part = allocate_matrix(rows, linear->n);
     for (int i = 0; i < rows; i++)
         for (int j = 0; j < linear->n; j++)
             part[i * linear->n + j] = whole[(row_place ? row_place[i] : i) * stride + linear->place[j]];
@@ -62,10 +58,8 @@ static double *part_of(const struct linear *linear, const double *whole, int row
 /* min |Q + u^T lambda|, both sides in units of sqrt(M_jj), as rows are in the runtime. */
 static int find_multipliers(const struct linear *linear, const double *Q, double *lambda) {
     const int n = linear->n, m = linear->m, larger = n > m ? n : m;
-    double *A = new_numbers(linear->memory, (size_t)(n * m)),
-           *b = new_numbers(linear->memory, (size_t)larger);
-    double *size = new_numbers(linear->memory, (size_t)m),
-           *singular = new_numbers(linear->memory, (size_t)larger);
+    double *A = allocate_matrix(n, m), *b = allocate_matrix(larger, 1);
+    double *size = allocate_matrix(m, 1), *singular = allocate_matrix(larger, 1);
     lapack_int rank;
     for (int j = 0; j < n; j++)
         b[j] = -Q[linear->place[j]] / sqrt(linear->M[j * n + j]);
@@ -85,7 +79,7 @@ static int find_multipliers(const struct linear *linear, const double *Q, double
 }
 
 static void find_residual(struct linear *linear, const double *Q, const double *lambda) {
-    linear->force = new_numbers(linear->memory, (size_t)linear->n);
+    linear->force = allocate_matrix(linear->n, 1);
     for (int j = 0; j < linear->n; j++) {
         linear->force[j] = Q[linear->place[j]];
         for (int i = 0; i < linear->m; i++)
@@ -95,9 +89,9 @@ static void find_residual(struct linear *linear, const double *Q, const double *
 }
 
 static void choose_places(struct linear *linear, struct scene *scene, const int *held) {
-    *linear = (struct linear){.memory = &scene->memory, .m = scene->model->m};
-    linear->place = memory_get(linear->memory, (size_t)scene->model->n * sizeof *linear->place);
-    linear->is_level_q = memory_get(linear->memory, (size_t)linear->m * sizeof *linear->is_level_q);
+    *linear = (struct linear){.m = scene->model->m};
+    linear->place = allocate((size_t)scene->model->n, sizeof *linear->place);
+    linear->is_level_q = allocate((size_t)linear->m, sizeof *linear->is_level_q);
     for (int j = 0; j < scene->model->n; j++)
         if (!held[j])
             linear->place[linear->n++] = j;

@@ -65,7 +65,7 @@ static enum status read_with(struct scene *scene, const struct options *options,
 }
 
 static enum status read_as_set(struct scene *scene, const struct options *options) {
-    *scene = (struct scene){.memory = arena_start(), .compiled = {.file = -1}};
+    *scene = (struct scene){.compiled = {.file = -1}};
     return read_with(scene, options, options->settings, options->setting_count, options->fold);
 }
 
@@ -93,13 +93,13 @@ static struct values given_values(struct scene *scene) {
     const struct model *model = &scene->generation.model;
     const struct state *state = &scene->state;
     const size_t most = (size_t)(state->parameter_count + model->parameter_count);
-    struct values values = {.list = memory_get(&scene->memory, most * sizeof *values.list)};
+    struct values values = {.list = allocate(most, sizeof *values.list)};
     for (int i = 0; i < state->parameter_count; i++)
         values.list[values.count++] = state->parameters[i];
     for (int i = 0; i < model->parameter_count; i++)
         if (model->parameters[i].is_given) /* a name that lives on when the model is read again */
-            values.list[values.count++] = (struct named_value){
-                memory_text(&scene->memory, model->parameters[i].name), model->parameters[i].value};
+            values.list[values.count++] = (struct named_value){text_format("%s", model->parameters[i].name),
+                                                               model->parameters[i].value};
     return values;
 }
 
@@ -115,12 +115,11 @@ static enum status read_valued(struct scene *scene, const struct options *option
                                const struct values *values) {
     int count = options->setting_count;
     const size_t most = (size_t)(count + values->count);
-    struct setting *settings = memory_grow(&scene->memory, options->settings,
+    struct setting *settings = memory_grow(&program_memory, options->settings,
                                            (size_t)count * sizeof *settings, most * sizeof *settings);
     for (int i = 0; i < values->count; i++)
-        settings[count++] =
-            (struct setting){values->list[i].name,
-                             exact_text(values->list[i].value, memory_get(&scene->memory, NUMBER_LENGTH))};
+        settings[count++] = (struct setting){values->list[i].name,
+                                             exact_text(values->list[i].value, allocate(NUMBER_LENGTH, 1))};
     enum status status = read_with(scene, options, settings, count, options->fold);
     if (status != STATUS_DONE)
         print_messages(&scene->generation, 0);
@@ -131,7 +130,7 @@ static enum status read_valued(struct scene *scene, const struct options *option
  * values. */
 static enum status read_structure(struct scene *scene, const struct options *options,
                                   const struct values *values) {
-    struct setting *settings = memory_get(&scene->memory, (size_t)options->setting_count * sizeof *settings);
+    struct setting *settings = allocate((size_t)options->setting_count, sizeof *settings);
     int count = 0;
     for (int i = 0; i < options->setting_count; i++)
         if (!is_given(values, options->settings[i].name))
@@ -154,12 +153,11 @@ static enum status read_for_values(struct scene *scene, const struct options *op
 static char *emit_list(struct scene *scene, const struct options *options, unsigned needs) {
     const struct model *model = &scene->generation.model;
     if (needs & NEEDS_ALL)
-        return memory_format(&scene->memory, "%s%s", options->emit ? "start,equations," : "all",
-                             options->emit ? options->emit : "");
+        return text_format("%s%s", options->emit ? "start,equations," : "all",
+                           options->emit ? options->emit : "");
     bool rows = model->row_count > 0, points = model->point_count > 0;
-    return memory_format(
-        &scene->memory, "%s%s%s%s%s%s%s%s%s%s",
-        needs & NEEDS_STATE ? "start,M,h,Q,qdd_free" : "start,equations",
+    return text_format(
+        "%s%s%s%s%s%s%s%s%s%s", needs & NEEDS_STATE ? "start,M,h,Q,qdd_free" : "start,equations",
         needs & NEEDS_STATE && rows ? ",u,v,phi,psi,k" : "", needs & NEEDS_STATICS ? ",Q,Q_q" : "",
         needs & (NEEDS_STATE | NEEDS_MOTION) ? ",energy,power,course" : "",
         !(needs & NEEDS_MOTION) ? ""
@@ -191,11 +189,10 @@ static enum status emit_and_load(struct scene *scene, const struct options *opti
 
 static enum status start_workspace(struct scene *scene) {
     size_t size = refdyn_workspace_size(scene->model), n = (size_t)scene->model->n;
-    scene->workspace = allocate(1, size);
-    scene->q = memory_get(&scene->memory, n * sizeof *scene->q);
-    scene->qd = memory_get(&scene->memory, n * sizeof *scene->qd);
-    scene->given = memory_get(&scene->memory, (size_t)scene->model->anchored_count * sizeof *scene->given);
-    int status = refdyn_workspace_init(&scene->work, scene->model, scene->workspace, size);
+    scene->q = allocate(n, sizeof *scene->q);
+    scene->qd = allocate(n, sizeof *scene->qd);
+    scene->given = allocate((size_t)scene->model->anchored_count, sizeof *scene->given);
+    int status = refdyn_workspace_init(&scene->work, scene->model, allocate(1, size), size);
     if (status == REFDYN_OK)
         return STATUS_DONE;
     fprintf(stderr, "refdyn: %s: %s\n", scene->model->name, refdyn_status_text(status));
@@ -293,17 +290,15 @@ enum status scene_open(struct scene *scene, const struct options *options, unsig
         status = open_targets(scene, options, state_path);
     if (status != STATUS_DONE)
         return status;
-    if (state_path && !state_read(&scene->state, state_path, &scene->generation, &scene->memory))
+    if (state_path && !state_read(&scene->state, state_path, &scene->generation))
         return STATUS_FAULT;
     struct values values = given_values(scene);
     return make_ready(scene, options, needs, &values);
 }
 
 void scene_close(struct scene *scene) {
-    free(scene->workspace);
     compile_release(&scene->compiled);
     targets_release(&scene->targets);
     if (scene->is_read)
         gen_release(&scene->generation);
-    memory_release(&scene->memory);
 }

@@ -21,8 +21,6 @@ struct scene {
     struct compiled compiled;
     const struct refdyn_model *model;
     struct refdyn_workspace work;
-    void *workspace;       /* of `work` */
-    struct memory memory;  /* of all else that lives as long as the scene */
     struct state state;    /* as the STATE.json gave it; empty without one */
     double *q, *qd;        /* (n) the model's initial state, or the STATE.json's where it gave one */
     struct inputs *inputs; /* sampled inputs of motions, the caller's; NULL: none */

@@ -79,7 +79,6 @@ static int locate_line(const char *text, const char *key, const char *member, in
 struct reading {
     const char *path, *text;
     const struct generation *generation;
-    struct memory *memory;
     int complaints;
 };
 
@@ -92,10 +91,8 @@ static void complain_at(struct reading *reading, int line, const char *format, .
 static void complain_at(struct reading *reading, int line, const char *format, ...) {
     va_list list;
     va_start(list, format);
-    char *text = text_vformat(format, list);
+    complain_line(reading->path, line, text_vformat(format, list));
     va_end(list);
-    complain_line(reading->path, line, text);
-    free(text);
     reading->complaints++;
 }
 
@@ -129,7 +126,7 @@ static double *read_vector(struct reading *reading, const char *key, const json_
                     tree->count ? tree->frames[tree->count - 1].name : "none");
         return NULL;
     }
-    double *values = memory_get(reading->memory, (size_t)tree->count * sizeof *values);
+    double *values = allocate((size_t)tree->count, sizeof *values);
     for (int i = 0; i < tree->count && reading->complaints < COMPLAINTS_MOST; i++) {
         const json_t *value = json_array_get(array, (size_t)i);
         values[i] = json_number_value(value);
@@ -144,7 +141,7 @@ static double *read_vector(struct reading *reading, const char *key, const json_
 static struct named_value *read_values(struct reading *reading, const char *key, const char *what,
                                        json_t *object, const char *const *known, int known_count,
                                        int *count) {
-    struct named_value *values = memory_get(reading->memory, json_object_size(object) * sizeof *values);
+    struct named_value *values = allocate(json_object_size(object), sizeof *values);
     const char *name;
     json_t *value;
     *count = 0;
@@ -160,15 +157,14 @@ static struct named_value *read_values(struct reading *reading, const char *key,
         else if (!json_is_number(value))
             complain_at(reading, line, "%s: %s, a number is needed", name, kind_of(value));
         else
-            values[(*count)++] =
-                (struct named_value){memory_text(reading->memory, name), json_number_value(value)};
+            values[(*count)++] = (struct named_value){text_format("%s", name), json_number_value(value)};
     }
     return values;
 }
 
 static void read_inputs(struct reading *reading, struct state *state, json_t *object) {
     const struct model *model = &reading->generation->model;
-    const char **names = memory_get(reading->memory, (size_t)model->input_count * sizeof *names);
+    const char **names = allocate((size_t)model->input_count, sizeof *names);
     for (int i = 0; i < model->input_count; i++)
         names[i] = model->inputs[i].name;
     state->inputs =
@@ -177,7 +173,7 @@ static void read_inputs(struct reading *reading, struct state *state, json_t *ob
 
 static void read_parameters(struct reading *reading, struct state *state, json_t *object) {
     const struct model *model = &reading->generation->model;
-    const char **names = memory_get(reading->memory, (size_t)model->parameter_count * sizeof *names);
+    const char **names = allocate((size_t)model->parameter_count, sizeof *names);
     for (int i = 0; i < model->parameter_count; i++)
         names[i] = model->parameters[i].name;
     state->parameters = read_values(reading, "parameters", "parameter", object, names, model->parameter_count,
@@ -204,13 +200,12 @@ static void read_member(struct reading *reading, struct state *state, const char
                      sizeof keys / sizeof keys[0]);
 }
 
-bool state_read(struct state *state, const char *path, const struct generation *generation,
-                struct memory *memory) {
+bool state_read(struct state *state, const char *path, const struct generation *generation) {
     *state = (struct state){.t = 0};
     char *text = read_text(path, "state");
     if (!text)
         return false;
-    struct reading reading = {.path = path, .text = text, .generation = generation, .memory = memory};
+    struct reading reading = {.path = path, .text = text, .generation = generation};
     json_error_t error;
     json_t *root = json_loads(text, JSON_REJECT_DUPLICATES | JSON_DECODE_INT_AS_REAL, &error);
     const char *key;
@@ -225,6 +220,5 @@ bool state_read(struct state *state, const char *path, const struct generation *
             read_member(&reading, state, key, value);
     }
     json_decref(root);
-    free(text);
     return reading.complaints == 0;
 }

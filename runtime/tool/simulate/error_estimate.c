@@ -12,9 +12,9 @@ static const double near_part = 0.05;
 void track_start(struct track *track, const struct refdyn_model *model, long room) {
     const size_t outputs = (size_t)room;
     *track = (struct track){.model = model, .room = room};
-    track->t = allocate(outputs, sizeof *track->t);
-    track->q = allocate(outputs * (size_t)model->n, sizeof *track->q);
-    track->r = allocate(outputs * 3 * (size_t)model->point_count, sizeof *track->r);
+    track->t = allocate_large(outputs, sizeof *track->t);
+    track->q = allocate_large(outputs * (size_t)model->n, sizeof *track->q);
+    track->r = allocate_large(outputs * 3 * (size_t)model->point_count, sizeof *track->r);
 }
 
 void track_add(struct track *track, const struct refdyn_integrator *integrator) {
@@ -91,10 +91,10 @@ void estimate_make(struct estimate *estimate, const struct track *judged, const 
     const long count = count_common(judged, other);
     const double factor = 1 / fabs(1 - share);
     *estimate = (struct estimate){.model = model, .count = count};
-    estimate->t = allocate((size_t)count, sizeof *estimate->t);
-    estimate->distances = allocate((size_t)(count * model->point_count), sizeof *estimate->distances);
-    estimate->points = allocate((size_t)model->point_count, sizeof *estimate->points);
-    estimate->coordinates = allocate((size_t)model->n, sizeof *estimate->coordinates);
+    estimate->t = allocate_large((size_t)count, sizeof *estimate->t);
+    estimate->distances = allocate_large((size_t)(count * model->point_count), sizeof *estimate->distances);
+    estimate->points = allocate_large((size_t)model->point_count, sizeof *estimate->points);
+    estimate->coordinates = allocate_large((size_t)model->n, sizeof *estimate->coordinates);
     memcpy(estimate->t, judged->t, (size_t)count * sizeof *estimate->t);
     for (long i = 0; i < count; i++)
         compare_output(estimate, judged, other, i, factor);

@@ -52,7 +52,6 @@ int by_gsl_step(struct by_gsl *gsl, double t_out, long steps) {
 void by_gsl_close(struct by_gsl *gsl) {
     if (gsl)
         refdyn_gsl_release(&gsl->steps);
-    free(gsl);
 }
 
 #else

@@ -180,7 +180,7 @@ int motion_start(struct motion *motion, struct scene *scene, const struct refdyn
     motion->every = every > 0 ? every : span / DEFAULT_OUTPUTS;
     motion->outputs = count_outputs(motion);
     size_t size = refdyn_integrator_size(scene->model, integration);
-    motion->memory = allocate(1, size);
+    motion->memory = allocate_large(1, size);
     int status = refdyn_integrator_init(&motion->integrator, &scene->work, integration, motion->memory, size);
     double begin = cpu_seconds();
     if (scene->inputs)

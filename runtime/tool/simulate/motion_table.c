@@ -3,7 +3,6 @@
 #include "text/output.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 static const char *const axes[] = {"x", "y", "z"};
@@ -23,7 +22,6 @@ const char table_input_lead[] = "input_";
 
 /* The columns so far; a unit is NULL where the model does not say. */
 struct columns {
-    struct memory *memory;
     const char **names, **units;
     int count;
 };
@@ -34,7 +32,7 @@ static void settle(struct columns *columns, int first, const char *lead) {
         if (text_index(columns->names[i++], columns->names, first) < 0)
             continue;
         for (int j = first; j < columns->count; j++)
-            columns->names[j] = memory_format(columns->memory, "%s%s", lead, columns->names[j]);
+            columns->names[j] = text_format("%s%s", lead, columns->names[j]);
         i = first;
     }
 }
@@ -55,10 +53,8 @@ static void name_points(const struct refdyn_model *model, struct columns *column
         const int first = columns->count;
         for (int rate = 0; rate < 3; rate++)
             for (int axis = 0; axis < 3; axis++)
-                add_name(
-                    columns,
-                    memory_format(columns->memory, "%s_%s%s", model->points[point], axes[axis], rates[rate]),
-                    point_units[rate]);
+                add_name(columns, text_format("%s_%s%s", model->points[point], axes[axis], rates[rate]),
+                         point_units[rate]);
         settle(columns, first, "point_");
     }
 }
@@ -66,10 +62,10 @@ static void name_points(const struct refdyn_model *model, struct columns *column
 static void name_residuals(const struct refdyn_model *model, struct columns *columns) {
     for (int i = 0; i < model->m; i++)
         if (model->rows[i].level == REFDYN_POSITION)
-            add_name(columns, memory_format(columns->memory, "phi_%d", i + 1), NULL);
+            add_name(columns, text_format("phi_%d", i + 1), NULL);
     for (int i = 0; i < model->m; i++)
         if (model->rows[i].level != REFDYN_ACCELERATION)
-            add_name(columns, memory_format(columns->memory, "psi_%d", i + 1), NULL);
+            add_name(columns, text_format("psi_%d", i + 1), NULL);
 }
 
 static bool is_slide(const struct refdyn_name *coordinate) {
@@ -78,22 +74,20 @@ static bool is_slide(const struct refdyn_name *coordinate) {
 
 static void name_columns(const struct refdyn_model *model, struct columns *columns) {
     const size_t count = (size_t)count_columns(model);
-    columns->names = memory_get(columns->memory, count * sizeof *columns->names);
-    columns->units = memory_get(columns->memory, count * sizeof *columns->units);
+    columns->names = allocate(count, sizeof *columns->names);
+    columns->units = allocate(count, sizeof *columns->units);
     const struct refdyn_name *q = model->coordinates;
     add_name(columns, "t", "s");
     for (int i = 0; i < model->n; i++)
         add_name(columns, q[i].name, q[i].unit);
     for (int i = 0; i < model->n; i++)
-        add_name(columns, memory_format(columns->memory, "%s_d", q[i].name),
-                 is_slide(&q[i]) ? "m/s" : "rad/s");
+        add_name(columns, text_format("%s_d", q[i].name), is_slide(&q[i]) ? "m/s" : "rad/s");
     name_points(model, columns);
     name_residuals(model, columns);
     add_name(columns, "energy", "J");
     const int forces = columns->count;
     for (int i = 0; i < model->n; i++)
-        add_name(columns, memory_format(columns->memory, "force_%s", q[i].name),
-                 is_slide(&q[i]) ? "N" : "N m");
+        add_name(columns, text_format("force_%s", q[i].name), is_slide(&q[i]) ? "N" : "N m");
     settle(columns, forces, "force_");
     for (int i = 0; i < model->input_count; i++)
         add_settled(columns, table_input_lead, model->inputs[i].name, model->inputs[i].unit);
@@ -105,25 +99,21 @@ void table_start(struct table *table, struct refdyn_integrator *integrator) {
     const struct refdyn_model *model = integrator->work->model;
     size_t n = (size_t)model->n, columns = 3 * (size_t)model->point_count;
     *table = (struct table){.integrator = integrator, .count = count_columns(model)};
-    table->memory = arena_start();
-    table->values = memory_get(&table->memory, (size_t)table->count * sizeof *table->values);
-    table->room = memory_get(&table->memory,
-                             (n + columns * (n + 3) + (size_t)model->course_count) * sizeof *table->room);
-    struct columns named = {.memory = &table->memory};
+    table->values = allocate((size_t)table->count, sizeof *table->values);
+    table->room = allocate(n + columns * (n + 3) + (size_t)model->course_count, sizeof *table->room);
+    struct columns named = {.count = 0};
     name_columns(model, &named);
     table->names = named.names;
 }
 
 void table_put_units(const struct refdyn_model *model, struct document *document) {
-    struct memory memory = arena_start();
-    struct columns columns = {.memory = &memory};
+    struct columns columns = {.count = 0};
     name_columns(model, &columns);
     put_open(document, "units", '{');
     for (int i = 0; i < columns.count; i++)
         if (columns.units[i])
             put_text(document, columns.names[i], columns.units[i]);
     put_close(document, '}');
-    memory_release(&memory);
 }
 
 /* ---- Values ---- */
@@ -226,9 +216,4 @@ void table_row(struct table *table, FILE *out) {
         print_number(out, table->values[i]);
     }
     fputc('\n', out);
-}
-
-void table_release(struct table *table) {
-    memory_release(&table->memory);
-    *table = (struct table){.count = 0};
 }

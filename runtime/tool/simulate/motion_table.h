@@ -14,9 +14,8 @@
 
 struct table {
     struct refdyn_integrator *integrator;
-    struct memory memory; /* of all below */
-    const char **names;   /* (count) */
-    double *values;       /* (count) of the last table_fill */
+    const char **names; /* (count) */
+    double *values;     /* (count) of the last table_fill */
     int count, filled;
     double *room; /* for points, their columns and the programme force */
 };
@@ -33,6 +32,5 @@ const char *table_not_finite(const struct table *table);
 void table_put_units(const struct refdyn_model *model, struct document *document);
 /* A line of the values. */
 void table_row(struct table *table, FILE *out);
-void table_release(struct table *table);
 
 #endif

@@ -11,8 +11,6 @@
 
 #include <stdbool.h>
 
-struct memory;
-
 struct inputs {
     const char *path;
     int width;    /* columns that are inputs */
@@ -22,9 +20,8 @@ struct inputs {
     int next; /* first sample that lies ahead */
 };
 
-/* Lives in `memory`. False, with a complaint as FILE:LINE, when the file does not have them. */
-bool inputs_read(struct inputs *inputs, struct memory *memory, const char *path,
-                 const struct refdyn_model *model);
+/* False, with a complaint as FILE:LINE, when the file does not have them. */
+bool inputs_read(struct inputs *inputs, const char *path, const struct refdyn_model *model);
 /* Sets x to the values at t; ahead of it lies inputs_next. */
 void inputs_set(struct inputs *inputs, double t, double *x);
 /* Time of the next sample, INFINITY: none. */

@@ -355,8 +355,7 @@ static enum status run_scene(struct scene *scene, const struct options *options,
     enum status status = motion_fit(scene, options, integration);
     if (status == STATUS_DONE && options->inputs) {
         scene->inputs = &inputs;
-        status =
-            inputs_read(&inputs, &scene->memory, options->inputs, scene->model) ? STATUS_DONE : STATUS_FAULT;
+        status = inputs_read(&inputs, options->inputs, scene->model) ? STATUS_DONE : STATUS_FAULT;
         if (status == STATUS_DONE)
             inputs_set(&inputs, scene->state.t, scene->work.x);
     }

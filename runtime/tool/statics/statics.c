@@ -8,7 +8,7 @@
 
 static enum status unknown_coordinate(struct scene *scene, const struct options *options, const char *name) {
     const struct refdyn_model *model = scene->model;
-    const char **names = memory_get(&scene->memory, (size_t)model->n * sizeof *names);
+    const char **names = allocate((size_t)model->n, sizeof *names);
     for (int i = 0; i < model->n; i++)
         names[i] = model->coordinates[i].name;
     const char *near = message_nearest_name(name, names, model->n);
@@ -22,7 +22,7 @@ static enum status unknown_coordinate(struct scene *scene, const struct options 
 static enum status mark_held(struct scene *scene, const struct options *options, int *held) {
     for (const char *at = options->hold; *at;) {
         size_t length = strcspn(at, ",");
-        const char *name = memory_format(&scene->memory, "%.*s", (int)length, at);
+        const char *name = text_format("%.*s", (int)length, at);
         int place = refdyn_find_name(scene->model->coordinates, scene->model->n, name);
         if (place < 0)
             return unknown_coordinate(scene, options, name);
@@ -48,8 +48,7 @@ static bool closes_loop(const struct row *row) {
 /* The largest force that neither the coordinate's spring nor a hold bears. */
 static void print_imbalance(struct scene *scene, const struct equilibrium *equilibrium) {
     const struct refdyn_model *model = scene->model;
-    const size_t size = (size_t)model->n * sizeof(double);
-    double *Q = memory_get(&scene->memory, size), *rest = memory_get(&scene->memory, size);
+    double *Q = allocate_matrix(model->n, 1), *rest = allocate_matrix(model->n, 1);
     int largest = -1;
     char text[NUMBER_LENGTH];
     model->Q(scene->work.p, scene->work.x, 0, scene->q, rest, Q);
@@ -66,15 +65,13 @@ static enum status solve(struct scene *scene, struct equilibrium *equilibrium) {
     size_t n = (size_t)scene->model->n, size = refdyn_statics_size(scene->model);
     struct refdyn_statics_options options = refdyn_statics_default();
     struct refdyn_statics_result result;
-    int *list = memory_get(&scene->memory, n * sizeof *list), count = 0;
+    int *list = allocate(n, sizeof *list), count = 0;
     for (int i = 0; i < scene->model->n; i++)
         if (equilibrium->held[i])
             list[count++] = i;
-    void *memory = allocate(1, size);
     int answer = refdyn_statics(&scene->work, &options, list, count, scene->q, equilibrium->hold_force,
-                                &result, memory, size);
+                                &result, allocate(1, size), size);
     equilibrium->residual = result.residual;
-    free(memory);
     if (answer == REFDYN_OK && !result.is_followed)
         fputs("refdyn: warning: this equilibrium is not the one that the growing load leads to: "
               "there is a limit point before\n",
@@ -93,8 +90,8 @@ static enum status solve(struct scene *scene, struct equilibrium *equilibrium) {
 enum status find_equilibrium(struct scene *scene, const struct options *options,
                              struct equilibrium *equilibrium) {
     size_t n = (size_t)scene->model->n;
-    equilibrium->held = memory_get(&scene->memory, n * sizeof *equilibrium->held);
-    equilibrium->hold_force = memory_get(&scene->memory, n * sizeof *equilibrium->hold_force);
+    equilibrium->held = allocate(n, sizeof *equilibrium->held);
+    equilibrium->hold_force = allocate(n, sizeof *equilibrium->hold_force);
     enum status status = scene_refuse_row(scene, closes_loop,
                                           "closes a loop, statics takes trees only (rows do not act in it)");
     if (status == STATUS_DONE)

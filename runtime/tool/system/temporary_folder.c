@@ -33,14 +33,8 @@ bool folder_make(const char *path, mode_t mode, char ***made) {
     const int reason = errno;
     struct stat status;
     const bool is_there = stat(part, &status) == 0 && S_ISDIR(status.st_mode);
-    free(part);
     if (made && is_there)
         *made = list;
-    else {
-        for (int i = 0; i < count; i++)
-            free(list[i]);
-        free(list);
-    }
     errno = reason;
     return is_there;
 }
@@ -49,11 +43,8 @@ void folder_unmake(char **made) {
     int count = 0;
     while (made && made[count])
         count++;
-    while (count > 0) {
-        rmdir(made[--count]);
-        free(made[count]);
-    }
-    free(made);
+    while (count > 0)
+        rmdir(made[--count]); /* fails where something is in it, as it should */
 }
 
 /* ---- Temporary folders ---- */
@@ -93,7 +84,6 @@ static void remove_dead(const char *parent, const char *prefix) {
             remove_tree(path);
             close(lock);
         }
-        free(path);
     }
     if (folder)
         closedir(folder);
@@ -109,8 +99,6 @@ static bool make_locked(struct scratch *scratch, const char *parent, const char 
         if (scratch->lock >= 0)
             return true;
         rmdir(scratch->path);
-        free(scratch->path);
-        scratch->path = NULL;
         errno = ENOLCK;
     }
     return false;
@@ -228,7 +216,6 @@ bool scratch_open(struct scratch *scratch, const char *parent, const char *prefi
     else {
         fprintf(stderr, "refdyn: %s: cannot make a temporary folder: %s\n", parent, strerror(errno));
         give_up(scratch);
-        free(scratch->path);
     }
     interrupt_release(&before);
     free(folder);
@@ -239,7 +226,6 @@ void scratch_close(struct scratch *scratch) {
     undo_forget(&scratch->undo);
     undo_scratch(scratch);
     close(scratch->lock);
-    free(scratch->path);
 }
 
 const char *scratch_parent(void) {

@@ -12,7 +12,7 @@
 /* mkdir -p: `mode` is that of the last one. False with errno when it is not there at the end. made, unless
  * NULL, becomes a list of those that were made, outermost first, which ends with NULL. */
 bool folder_make(const char *path, mode_t mode, char ***made);
-/* Removes those of the list that are empty, and the list. */
+/* Removes those of the list that are empty; a signal's handler may call it. */
 void folder_unmake(char **made);
 
 /*
