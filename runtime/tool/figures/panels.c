@@ -240,13 +240,12 @@ static int find_view(const char *name) {
 }
 
 const char *panels_choose(struct panels *panels, const char *names) {
-    const char *name;
     for (int i = 0; i < VIEW_COUNT; i++)
         panels->is_wanted[i] = !names;
-    for (int i = 0; (name = options_list_item(names, i)); i++) {
-        const int view = find_view(name);
+    for (const char **name = options_list(names); *name; name++) {
+        const int view = find_view(*name);
         if (view == VIEW_COUNT)
-            return name;
+            return *name;
         panels->is_wanted[view] = true;
     }
     return NULL;

@@ -27,11 +27,6 @@ static const char *place_of(const struct options *options) {
     return options->at ? options->at : "statics";
 }
 
-static const char *state_path(const struct options *options) {
-    const char *at = place_of(options);
-    return strcmp(at, "initial") != 0 && strcmp(at, "statics") != 0 ? at : NULL;
-}
-
 /* Small motions of such a row would need derivatives of v. */
 static bool is_in_accelerations(const struct row *row) {
     return row->level == ROW_ACCELERATION;
@@ -217,7 +212,7 @@ enum status run_modes(const struct options *options) {
     struct scene scene;
     enum status status = scene_open(
         &scene, options, NEEDS_RESULT | NEEDS_STATICS | NEEDS_POINTS | NEEDS_TANGENT | NEEDS_LINEAR,
-        state_path(options));
+        options_state_path(options->at));
     if (status == STATUS_DONE)
         status = check(&scene);
     if (status == STATUS_DONE)

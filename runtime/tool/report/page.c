@@ -46,7 +46,7 @@ static void put_row_of_texts(FILE *out, const char *name, const char *value) {
 
 static const char *start_text(const struct options *options) {
     const char *from = options->from;
-    if (motion_state_path(options))
+    if (options_state_path(from))
         return "a given state";
     return from && strcmp(from, "statics") == 0 ? "the static equilibrium" : "the model's initial state";
 }

@@ -38,11 +38,9 @@ static int by_descent(const void *a, const void *b) {
 /* A list of positive numbers below `most`, sorted from the loosest setting on. */
 static enum status read_numbers(const struct options *options, const char *name, const char *text,
                                 double most, double numbers[static SETTINGS_MAX], int *count) {
-    const char *item;
-    for (int i = 0; (item = options_list_item(text, i)); i++) {
-        double number = 0;
-        const bool is_good = text_to_number(item, &number) && number > 0 && number < most && i < SETTINGS_MAX;
-        if (!is_good)
+    for (const char **item = options_list(text); *item; item++) {
+        double number;
+        if (!text_to_number(*item, &number) || !(number > 0 && number < most) || *count == SETTINGS_MAX)
             return usage_error(options->command, "--%s: '%s' is no list of up to %d numbers between 0 and %g",
                                name, text, SETTINGS_MAX, most);
         numbers[(*count)++] = number;
@@ -62,15 +60,13 @@ static void list_tolerances(struct study_plan *plan) {
 }
 
 static enum status read_methods(const struct options *options, struct study_plan *plan) {
-    char known[METHODS_LENGTH];
     for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
         plan->methods[method] = !options->methods;
-    const char *name;
-    for (int i = 0; options->methods && (name = options_list_item(options->methods, i)); i++) {
-        const int method = refdyn_method_find(name);
+    for (const char **name = options_list(options->methods); *name; name++) {
+        const int method = refdyn_method_find(*name);
         if (method < 0)
             return usage_error(options->command, "--methods: '%s' is no list of %s", options->methods,
-                               known_methods(known, false));
+                               options_methods(false));
         plan->methods[method] = true;
     }
     return STATUS_DONE;
@@ -101,11 +97,10 @@ static enum status read_vary(struct report *report) {
         if (strcmp(report->options->settings[i].name, report->vary_name) == 0)
             return usage_error(report->options->command, "--vary: --set gives a value to %s, too",
                                report->vary_name);
-    const char *value;
-    for (int i = 0; (value = options_list_item(equals + 1, i)); i++) {
-        if (i == VARIANTS_MAX)
+    for (const char **value = options_list(equals + 1); *value; value++) {
+        if (report->variant_count == VARIANTS_MAX)
             return usage_error(report->options->command, "--vary: more than %d values", VARIANTS_MAX);
-        report->values[report->variant_count++] = value;
+        report->values[report->variant_count++] = *value;
     }
     return check_list(report->options->command, "vary", equals + 1);
 }
@@ -125,7 +120,7 @@ static struct target *open_file(struct report *report, const char *ending) {
 
 /* All that is written at the end, opened before the runs. */
 static enum status open_files(struct report *report, const struct scene *scene) {
-    const char *state = motion_state_path(report->options);
+    const char *state = options_state_path(report->options->from);
     scene_spare_sources(scene, &report->targets);
     if (state)
         targets_spare(&report->targets, state);
@@ -169,7 +164,7 @@ static enum status run_study(struct report *report, struct study *study, const s
     unsigned needs = NEEDS_MOTION | NEEDS_POINTS | NEEDS_TANGENT;
     if (options->from && strcmp(options->from, "statics") == 0)
         needs |= NEEDS_STATICS;
-    enum status status = scene_open(&scene, options, needs, motion_state_path(options));
+    enum status status = scene_open(&scene, options, needs, options_state_path(options->from));
     if (status == STATUS_DONE)
         status = motion_place(&scene, options);
     if (status == STATUS_DONE)

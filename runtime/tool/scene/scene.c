@@ -25,29 +25,20 @@ enum status print_outcome(const struct generation *generation, const char *path,
     return status == GEN_OK ? STATUS_DONE : STATUS_FAULT;
 }
 
-/* The place of `word` among three names; the first one's without a word, -1 with a complaint. */
-static int place_of(const struct options *options, const char *option, const char *word,
-                    const char *const names[3]) {
-    const int place = word ? text_index(word, names, 3) : 0;
-    if (place < 0)
-        usage_error(options->command, "--%s: '%s' is none of %s, %s, %s", option, word, names[0], names[1],
-                    names[2]);
-    return place;
-}
-
 static bool read_variant(const struct options *options, struct read_request *request) {
     static const char *const methods[] = {[ACCELERATIONS_AUTO] = "auto",
                                           [ACCELERATIONS_RECURSIVE] = "recursive",
-                                          [ACCELERATIONS_DENSE] = "dense"};
+                                          [ACCELERATIONS_DENSE] = "dense",
+                                          NULL};
     static const char *const loops[] = {
-        [LOOPS_AUTO] = "auto", [LOOPS_ALWAYS] = "always", [LOOPS_NEVER] = "never"};
-    const int method = place_of(options, "accelerations", options->accelerations, methods);
-    const int loop = method < 0 ? -1 : place_of(options, "loops", options->loops, loops);
-    if (loop < 0)
-        return false;
-    request->accelerations = (enum accelerations)method;
+        [LOOPS_AUTO] = "auto", [LOOPS_ALWAYS] = "always", [LOOPS_NEVER] = "never", NULL};
+    const char *method = options->accelerations ? options->accelerations : methods[0];
+    const char *when = options->loops ? options->loops : loops[0];
+    const int place = options_choice(options->command, "accelerations", method, methods);
+    const int loop = place < 0 ? -1 : options_choice(options->command, "loops", when, loops);
+    request->accelerations = (enum accelerations)place;
     request->loops = (enum loops)loop;
-    return true;
+    return loop >= 0;
 }
 
 static enum status read_with(struct scene *scene, const struct options *options,

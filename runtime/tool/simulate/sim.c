@@ -378,7 +378,8 @@ enum status run_sim(const struct options *options) {
         status = check_error_options(options, &integration);
     if (status != STATUS_DONE)
         return status;
-    status = scene_open(&scene, options, find_needs(options, &integration), motion_state_path(options));
+    status =
+        scene_open(&scene, options, find_needs(options, &integration), options_state_path(options->from));
     if (status == STATUS_DONE)
         status = run_scene(&scene, options, &integration);
     scene_close(&scene);

@@ -18,24 +18,15 @@ static enum status unknown_coordinate(struct scene *scene, const struct options 
     return usage_error(options->command, "--hold: the model has no coordinate '%s'", name);
 }
 
-/* Marks the coordinates of a list "a,b"; an empty list marks none. */
-static enum status mark_held(struct scene *scene, const struct options *options, int *held) {
-    for (const char *at = options->hold; *at;) {
-        size_t length = strcspn(at, ",");
-        const char *name = text_format("%.*s", (int)length, at);
-        int place = refdyn_find_name(scene->model->coordinates, scene->model->n, name);
-        if (place < 0)
-            return unknown_coordinate(scene, options, name);
-        held[place] = 1;
-        at += length + (at[length] == ',');
-    }
-    return STATUS_DONE;
-}
-
 enum status choose_held(struct scene *scene, const struct options *options, int *held) {
-    if (options->hold)
-        return mark_held(scene, options, held);
-    for (int i = 0; i < scene->model->held_count; i++)
+    const char *list = options->hold && *options->hold ? options->hold : NULL;
+    for (const char **name = options_list(list); *name; name++) {
+        const int place = refdyn_find_name(scene->model->coordinates, scene->model->n, *name);
+        if (place < 0)
+            return unknown_coordinate(scene, options, *name);
+        held[place] = 1;
+    }
+    for (int i = 0; !options->hold && i < scene->model->held_count; i++)
         held[scene->model->held[i]] = 1;
     return STATUS_DONE;
 }
