@@ -135,7 +135,8 @@ static enum status print_state(struct scene *scene, const double *qdd) {
     return scene_finish(scene, &document);
 }
 
-static enum status evaluate_state(struct scene *scene) {
+static enum status evaluate_state(struct scene *scene, const struct options *options) {
+    (void)options;
     double *qdd = allocate_matrix(scene->model->n, 1);
     int result = refdyn_accelerate(&scene->work, scene->state.t, scene->q, scene->qd, REFDYN_BAUMGARTE, qdd);
     const enum status status = result == REFDYN_OK
@@ -147,11 +148,6 @@ static enum status evaluate_state(struct scene *scene) {
 }
 
 enum status run_eval(const struct options *options) {
-    struct scene scene;
-    enum status status = scene_open(
-        &scene, options, NEEDS_RESULT | NEEDS_STATE | NEEDS_POINTS | NEEDS_POINT_RATES, options->state);
-    if (status == STATUS_DONE)
-        status = evaluate_state(&scene);
-    scene_close(&scene);
-    return status;
+    return scene_run(options, NEEDS_RESULT | NEEDS_STATE | NEEDS_POINTS | NEEDS_POINT_RATES, options->state,
+                     evaluate_state);
 }

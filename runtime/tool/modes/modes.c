@@ -195,7 +195,9 @@ static enum status analyse(struct scene *scene, const struct options *options) {
     struct analysis analysis = {.scene = scene, .at = place_of(options)};
     analysis.held = allocate(n, sizeof *analysis.held);
     analysis.C = allocate(3 * points * n, sizeof *analysis.C);
-    enum status status = place(&analysis, options);
+    enum status status = check(scene);
+    if (status == STATUS_DONE)
+        status = place(&analysis, options);
     int result = status == STATUS_DONE ? compute(&analysis, options) : REFDYN_OK;
     if (result != REFDYN_OK)
         status = numbers_failed(scene, result, scene->state.t, scene->q, NULL);
@@ -209,14 +211,6 @@ static enum status analyse(struct scene *scene, const struct options *options) {
 }
 
 enum status run_modes(const struct options *options) {
-    struct scene scene;
-    enum status status = scene_open(
-        &scene, options, NEEDS_RESULT | NEEDS_STATICS | NEEDS_POINTS | NEEDS_TANGENT | NEEDS_LINEAR,
-        options_state_path(options->at));
-    if (status == STATUS_DONE)
-        status = check(&scene);
-    if (status == STATUS_DONE)
-        status = analyse(&scene, options);
-    scene_close(&scene);
-    return status;
+    return scene_run(options, NEEDS_RESULT | NEEDS_STATICS | NEEDS_POINTS | NEEDS_TANGENT | NEEDS_LINEAR,
+                     options_state_path(options->at), analyse);
 }

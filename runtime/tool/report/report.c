@@ -140,7 +140,7 @@ static enum status plan_report(struct report *report) {
         status = read_vary(report);
     if (status != STATUS_DONE)
         return status;
-    status = scene_read_again(&scene, report->options);
+    status = scene_read(&scene, report->options, false);
     if (status == STATUS_DONE) {
         report->model_name = text_format("%s", scene.generation.model.name);
         if (!report->options->vary)

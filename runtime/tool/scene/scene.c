@@ -6,10 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The generator's messages from number `first` on. */
-static void print_messages(const struct generation *generation, int first) {
-    for (int i = first; i < generation->messages.count; i++) {
-        const struct message *message = &generation->messages.list[i];
+/* The generator's messages that were not told yet. */
+static void print_messages(struct scene *scene) {
+    for (; scene->told < scene->generation.messages.count; scene->told++) {
+        const struct message *message = &scene->generation.messages.list[scene->told];
         fputs(message->place.file, stderr);
         if (message->place.line > 0)
             fprintf(stderr, ":%d", message->place.line);
@@ -17,11 +17,10 @@ static void print_messages(const struct generation *generation, int first) {
     }
 }
 
-enum status print_outcome(const struct generation *generation, const char *path, int first,
-                          enum gen_status status) {
-    print_messages(generation, first);
+enum status scene_outcome(struct scene *scene, const struct options *options, enum gen_status status) {
+    print_messages(scene);
     if (status == GEN_NO_MEMORY)
-        fprintf(stderr, "refdyn: %s: out of memory\n", path);
+        fprintf(stderr, "refdyn: %s: out of memory\n", *options->operands);
     return status == GEN_OK ? STATUS_DONE : STATUS_FAULT;
 }
 
@@ -41,37 +40,24 @@ static bool read_variant(const struct options *options, struct read_request *req
     return loop >= 0;
 }
 
+/* Tells the messages of a model at fault, those of another one where they are wanted. */
 static enum status read_with(struct scene *scene, const struct options *options,
-                             const struct setting *settings, int count, bool fold) {
-    const char *path = options->operands[0];
-    struct read_request request = {.file = path, .settings = settings, .setting_count = count, .fold = fold};
+                             const struct setting *settings, int count, bool fold, bool is_telling) {
+    struct read_request request = {
+        .file = *options->operands, .settings = settings, .setting_count = count, .fold = fold};
     if (!read_variant(options, &request))
         return STATUS_USAGE;
     if (scene->is_read)
         gen_release(&scene->generation);
     scene->is_read = true;
-    enum gen_status status = gen_read(&scene->generation, &request, -1);
-    /* the caller knows which messages are to be told */
-    return print_outcome(&scene->generation, path, scene->generation.messages.count, status);
+    const enum gen_status status = gen_read(&scene->generation, &request, -1);
+    scene->told = is_telling || status != GEN_OK ? 0 : scene->generation.messages.count;
+    return scene_outcome(scene, options, status);
 }
 
-static enum status read_as_set(struct scene *scene, const struct options *options) {
+enum status scene_read(struct scene *scene, const struct options *options, bool is_telling) {
     *scene = (struct scene){.compiled = {.file = -1}};
-    return read_with(scene, options, options->settings, options->setting_count, options->fold);
-}
-
-enum status scene_read(struct scene *scene, const struct options *options) {
-    enum status status = read_as_set(scene, options);
-    if (scene->is_read)
-        print_messages(&scene->generation, 0);
-    return status;
-}
-
-enum status scene_read_again(struct scene *scene, const struct options *options) {
-    enum status status = read_as_set(scene, options);
-    if (scene->is_read && status != STATUS_DONE)
-        print_messages(&scene->generation, 0);
-    return status;
+    return read_with(scene, options, options->settings, options->setting_count, options->fold, is_telling);
 }
 
 /* Values that are applied at run time, later ones win: the STATE.json's parameters, then --set. */
@@ -111,10 +97,7 @@ static enum status read_valued(struct scene *scene, const struct options *option
     for (int i = 0; i < values->count; i++)
         settings[count++] = (struct setting){values->list[i].name,
                                              exact_text(values->list[i].value, allocate(NUMBER_LENGTH, 1))};
-    enum status status = read_with(scene, options, settings, count, options->fold);
-    if (status != STATUS_DONE)
-        print_messages(&scene->generation, 0);
-    return status;
+    return read_with(scene, options, settings, count, options->fold, false);
 }
 
 /* Without --fold the C is that of the default parameters: the same text, and the same library, for all
@@ -126,7 +109,7 @@ static enum status read_structure(struct scene *scene, const struct options *opt
     for (int i = 0; i < options->setting_count; i++)
         if (!is_given(values, options->settings[i].name))
             settings[count++] = options->settings[i];
-    return read_with(scene, options, settings, count, false);
+    return read_with(scene, options, settings, count, false, false);
 }
 
 /* The model's values checked with everything that is given, then the C's text made ready. */
@@ -163,14 +146,13 @@ static char *emit_list(struct scene *scene, const struct options *options, unsig
 
 static enum status emit_and_load(struct scene *scene, const struct options *options, unsigned needs) {
     struct generation *generation = &scene->generation;
-    int seen = generation->messages.count;
     const char *wrong = options->emit ? gen_wrong_emit(generation, options->emit) : NULL;
     if (wrong)
         return usage_error(options->command, "--emit: %s", wrong);
-    enum gen_status status = gen_plan(generation, emit_list(scene, options, needs));
-    const enum status planned = print_outcome(generation, options->operands[0], seen, status);
-    if (planned != STATUS_DONE)
-        return planned;
+    const enum status status =
+        scene_outcome(scene, options, gen_plan(generation, emit_list(scene, options, needs)));
+    if (status != STATUS_DONE)
+        return status;
     if (!compile_load(&scene->compiled, generation->model.name, gen_files(generation),
                       gen_file_count(generation)))
         return STATUS_FAULT;
@@ -236,13 +218,12 @@ static enum status make_ready(struct scene *scene, const struct options *options
 
 enum status scene_refuse_row(struct scene *scene, bool (*wrong)(const struct row *row), const char *fact) {
     struct generation *generation = &scene->generation;
-    const int seen = generation->messages.count;
     for (int i = 0; i < generation->model.row_count; i++) {
         const struct row *row = &generation->model.rows[i];
         if (!wrong(row))
             continue;
         message_error(&generation->messages, row->place, "%s: %s", row->name, fact);
-        print_messages(generation, seen);
+        print_messages(scene);
         return STATUS_FAULT;
     }
     return STATUS_DONE;
@@ -276,10 +257,10 @@ enum status scene_finish(struct scene *scene, struct document *document) {
 
 enum status scene_open(struct scene *scene, const struct options *options, unsigned needs,
                        const char *state_path) {
-    enum status status = scene_read(scene, options);
+    enum status status = scene_read(scene, options, true);
     if (status == STATUS_DONE && needs & NEEDS_RESULT)
         status = open_targets(scene, options, state_path);
-    if (status != STATUS_DONE)
+    if (status != STATUS_DONE || !needs)
         return status;
     if (state_path && !state_read(&scene->state, state_path, &scene->generation))
         return STATUS_FAULT;
@@ -292,4 +273,14 @@ void scene_close(struct scene *scene) {
     targets_release(&scene->targets);
     if (scene->is_read)
         gen_release(&scene->generation);
+}
+
+enum status scene_run(const struct options *options, unsigned needs, const char *state_path,
+                      enum status (*work)(struct scene *scene, const struct options *options)) {
+    struct scene scene;
+    enum status status = scene_open(&scene, options, needs, state_path);
+    if (status == STATUS_DONE)
+        status = work(&scene, options);
+    scene_close(&scene);
+    return status;
 }

@@ -93,8 +93,12 @@ enum status find_equilibrium(struct scene *scene, const struct options *options,
     return status;
 }
 
-static enum status print_equilibrium(struct scene *scene, const struct equilibrium *equilibrium) {
+static enum status find_and_print(struct scene *scene, const struct options *options) {
     const struct refdyn_model *model = scene->model;
+    struct equilibrium equilibrium;
+    const enum status status = find_equilibrium(scene, options, &equilibrium);
+    if (status != STATUS_DONE)
+        return status;
     struct document document;
     document_open(&document);
     put_open(&document, NULL, '{');
@@ -103,22 +107,14 @@ static enum status print_equilibrium(struct scene *scene, const struct equilibri
     put_positions(&document, scene);
     put_open(&document, "hold_force", '[');
     for (int i = 0; i < model->n; i++)
-        if (equilibrium->held[i])
-            put_number(&document, NULL, equilibrium->hold_force[i]);
+        if (equilibrium.held[i])
+            put_number(&document, NULL, equilibrium.hold_force[i]);
     put_close(&document, ']');
-    put_number(&document, "residual", equilibrium->residual);
+    put_number(&document, "residual", equilibrium.residual);
     put_close(&document, '}');
     return scene_finish(scene, &document);
 }
 
 enum status run_statics(const struct options *options) {
-    struct scene scene;
-    struct equilibrium equilibrium;
-    enum status status = scene_open(&scene, options, NEEDS_RESULT | NEEDS_STATICS | NEEDS_POINTS, NULL);
-    if (status == STATUS_DONE)
-        status = find_equilibrium(&scene, options, &equilibrium);
-    if (status == STATUS_DONE)
-        status = print_equilibrium(&scene, &equilibrium);
-    scene_close(&scene);
-    return status;
+    return scene_run(options, NEEDS_RESULT | NEEDS_STATICS | NEEDS_POINTS, NULL, find_and_print);
 }
