@@ -71,8 +71,8 @@ static void add_floor(struct chart *chart, const struct study *study, struct poi
 static struct chart make_chart(const struct study *study, struct points *points) {
     struct chart chart = {.title = study->name,
                           .x_label = "CPU time of the integration [s]",
-                          .y_label = study->stride == 3 ? "largest position error of the points [m]"
-                                                        : "largest error of a coordinate [m, rad]",
+                          .y_label = study->has_points ? "largest position error of the points [m]"
+                                                       : "largest error of a coordinate [m, rad]",
                           .is_x_logarithmic = true,
                           .is_y_logarithmic = true};
     for (int i = 0; i < study->series_count; i++)

@@ -17,7 +17,7 @@ static const double gain_least =
 static const double plateau_slope = 0.05; /* log steps over log 1/tol: below half of 1/8, that of order 8 */
 
 const char *study_unit(const struct study *study) {
-    return study->stride == 3 ? "m" : "m or rad";
+    return study->has_points ? "m" : "m or rad";
 }
 
 const char *series_name(const struct study *study, const struct series *series) {

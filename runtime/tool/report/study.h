@@ -55,8 +55,7 @@ struct study {
     double floor;                        /* their distance: no error below it is claimed */
     double way;                          /* how far the motion gets from its start */
     long outputs;                        /* times at which runs are compared */
-    int tracked;                         /* numbers an output: positions of points, or coordinates */
-    int stride;                          /* numbers that make one distance: 3 for points, 1 for coordinates */
+    bool has_points;                     /* errors are those of points, else those of coordinates */
 };
 
 /* Runs all within about `seconds`; an interrupt ends it early. Returns STATUS_DONE also when runs failed,
