@@ -14,7 +14,6 @@
 #include "modes/spectrum.h"
 #include "scene/constraint_basis.h"
 
-#include <complex.h>
 #include <lapacke.h>
 #include <math.h>
 #include <stdlib.h>
@@ -138,7 +137,8 @@ static void put_rates(struct pencil *pencil, const double *drift, int rates) {
     }
 }
 
-static void put_motion(struct pencil *pencil, const double *drift, int rates) {
+/* MASS_NOT_POSITIVE unless the mass of what is free has a factor. */
+static int put_motion(struct pencil *pencil, const double *drift, int rates) {
     const int n = pencil->n, positions = pencil->position_count;
     const double *N = pencil->velocity.basis, s = pencil->scale;
     double *damping = product(pencil->M, pencil->velocity.drift, n, n, n);
@@ -153,15 +153,7 @@ static void put_motion(struct pencil *pencil, const double *drift, int rates) {
     put_block(pencil, pencil->E, positions, positions, mass_part, rates, rates, 1);
     put_block(pencil, pencil->A, positions, 0, stiffness_part, rates, positions, -1 / (s * s));
     put_block(pencil, pencil->A, positions, positions, damping_part, rates, rates, -1 / s);
-}
-
-static int check_mass(const struct pencil *pencil) {
-    const int first = pencil->position_count, rates = pencil->size - first;
-    double *mass = allocate_matrix(rates, rates);
-    for (int i = 0; i < rates; i++)
-        memcpy(mass + i * rates, pencil->E + (first + i) * pencil->size + first,
-               (size_t)rates * sizeof *mass);
-    lapack_int info = rates ? LAPACKE_dpotrf(LAPACK_ROW_MAJOR, 'U', rates, mass, rates) : 0;
+    const lapack_int info = rates ? LAPACKE_dpotrf(LAPACK_ROW_MAJOR, 'U', rates, mass_part, rates) : 0;
     return info == 0 ? REFDYN_OK : REFDYN_MASS_NOT_POSITIVE;
 }
 
@@ -181,8 +173,7 @@ static int build_pencil(struct pencil *pencil, const struct linear *linear) {
     const int positions = pencil->position_count, rates = pencil->size - positions;
     double *drift = product(pencil->velocity.drift, pencil->position.basis, n, n, positions);
     put_rates(pencil, drift, rates);
-    put_motion(pencil, drift, rates);
-    return check_mass(pencil);
+    return put_motion(pencil, drift, rates);
 }
 
 /* ---- Eigenvalues ---- */
@@ -281,15 +272,8 @@ static double complex *shape_of(const struct pencil *pencil, int k) {
     return x;
 }
 
-static void add_mode(struct spectrum *spectrum, double complex eigenvalue, const double complex *x, int n) {
-    struct mode *mode = &spectrum->modes[spectrum->count++];
-    mode->re = creal(eigenvalue) + 0.0; /* no -0 */
-    mode->im = cimag(eigenvalue) + 0.0;
-    mode->shape = allocate_matrix(2, n);
-    for (int j = 0; j < n; j++) {
-        mode->shape[j] = creal(x[j]) + 0.0;
-        mode->shape[n + j] = cimag(x[j]) + 0.0;
-    }
+static void add_mode(struct spectrum *spectrum, double complex eigenvalue, const double complex *shape) {
+    spectrum->modes[spectrum->count++] = (struct mode){eigenvalue, shape};
 }
 
 /* ---- Eigenvalues 0 ---- */
@@ -345,7 +329,6 @@ static void clear_column(struct resting *resting, int n, int row, int column) {
 /* One mode for each coordinate that the vectors leave free, in the order of the coordinates. */
 static void add_resting_modes(struct spectrum *spectrum, struct resting *resting, int n) {
     int *row_of = allocate((size_t)n, sizeof *row_of), count = 0, row, column;
-    double complex *x = allocate((size_t)n, sizeof *x);
     while (count < resting->count && find_largest(resting, n, count, &row, &column) > same_tol) {
         exchange_rows(resting->vectors + row * n, resting->vectors + count * n, n);
         clear_column(resting, n, count, column);
@@ -355,20 +338,21 @@ static void add_resting_modes(struct spectrum *spectrum, struct resting *resting
         if (!row_of[j])
             continue;
         const double *vector = resting->vectors + (row_of[j] - 1) * n;
+        double complex *x = allocate((size_t)n, sizeof *x);
         for (int i = 0; i < n; i++)
             x[i] = fabs(vector[i]) > zero_tol ? vector[i] : 0;
         normalise(x, n);
-        add_mode(spectrum, 0, x, n);
+        add_mode(spectrum, 0, x);
     }
 }
 
 /* ---- All modes ---- */
 
 static bool stands_before(const struct mode *a, const struct mode *b) {
-    const double size_a = hypot(a->re, a->im), size_b = hypot(b->re, b->im);
+    const double size_a = cabs(a->eigenvalue), size_b = cabs(b->eigenvalue);
     if (fabs(size_a - size_b) > equal_tol * fmax(size_a, size_b))
         return size_a < size_b;
-    return a->re > b->re;
+    return creal(a->eigenvalue) > creal(b->eigenvalue);
 }
 
 static void sort_modes(struct spectrum *spectrum) {
@@ -391,8 +375,8 @@ static void add_real_pair(struct spectrum *spectrum, double eigenvalue, const do
     }
     normalise(parts, n);
     normalise(parts + n, n);
-    add_mode(spectrum, eigenvalue, parts, n);
-    add_mode(spectrum, eigenvalue, apart > same_tol ? parts + n : parts, n);
+    add_mode(spectrum, eigenvalue, parts);
+    add_mode(spectrum, eigenvalue, apart > same_tol ? parts + n : parts);
 }
 
 /* dgeev names the tau with the positive imaginary part first; mu = 1 + 1/tau has the negative one. */
@@ -411,7 +395,7 @@ static void add_vector(struct spectrum *spectrum, const struct pencil *pencil, s
         if (!is_real && fabs(cimag(eigenvalue)) <= pair_tol * cabs(eigenvalue))
             add_real_pair(spectrum, creal(eigenvalue), x, n);
         else
-            add_mode(spectrum, eigenvalue, x, n);
+            add_mode(spectrum, eigenvalue, x);
     }
 }
 
