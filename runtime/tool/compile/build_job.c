@@ -76,20 +76,6 @@ bool toolchain_find(struct toolchain *chain) {
     return chain->program;
 }
 
-static const char *in_folder(const struct build *build, const char *name) {
-    return text_format("%s/%s", build->scratch.path, name);
-}
-
-static bool write_text(const struct build *build, const char *name, const char *text, size_t length) {
-    const char *path = in_folder(build, name);
-    FILE *file = fopen(path, "w");
-    bool is_good = file && fwrite(text, 1, length, file) == length;
-    is_good = file && fclose(file) == 0 && is_good;
-    if (!is_good)
-        fprintf(stderr, "refdyn: %s: cannot be written: %s\n", path, strerror(errno));
-    return is_good;
-}
-
 /* One run of the compiler: the words of $CC, flags, then what it is to do; behind them a NULL. */
 struct job {
     const char **argv;
@@ -109,7 +95,7 @@ static void add_words(struct job *job, const char *const *words) {
 
 static void object_job(struct job *job, const struct toolchain *chain, const struct build *build,
                        const char *name) {
-    *job = (struct job){.source = in_folder(build, name)};
+    *job = (struct job){.source = scratch_file(&build->scratch, name)};
     add_words(job, chain->words);
     job->object = text_format("%.*s.o", (int)strlen(job->source) - 2, job->source);
     job->log = text_format("%s.log", job->object);
@@ -124,7 +110,7 @@ static void object_job(struct job *job, const struct toolchain *chain, const str
 
 /* For gcc alone, and for one that knows all of its flags. */
 static void question_job(struct job *job, const struct toolchain *chain, const struct build *build) {
-    *job = (struct job){.source = in_folder(build, "question.c")};
+    *job = (struct job){.source = scratch_file(&build->scratch, "question.c")};
     add_words(job, chain->words);
     job->log = text_format("%s.log", job->source);
     add_words(job, gcc_flags);
@@ -145,15 +131,11 @@ static void link_job(struct job *job, const struct toolchain *chain, const struc
 }
 
 static void show_log(const struct job *job) {
-    FILE *file = fopen(job->log, "r");
     fputs("refdyn: the compiler failed:", stderr);
     for (int i = 0; i < job->argc; i++)
         fprintf(stderr, " %s", job->argv[i]);
     fputc('\n', stderr);
-    for (int c; file && (c = getc(file)) != EOF;)
-        fputc(c, stderr);
-    if (file)
-        fclose(file);
+    file_copy(job->log, stderr);
 }
 
 static bool start(struct process *process, const struct scratch *scratch, const struct job *job) {
@@ -195,7 +177,7 @@ static bool is_gcc(const struct toolchain *chain, const struct build *build) {
     struct job job;
     struct process process;
     question_job(&job, chain, build);
-    return write_text(build, "question.c", gcc_question, strlen(gcc_question)) &&
+    return scratch_write(&build->scratch, "question.c", gcc_question, strlen(gcc_question)) &&
            process_start(&process, &build->scratch, job.argv, NULL, job.log, NULL) == 0 &&
            process_wait(&process, 1) == 0 && process.result == 0;
 }
@@ -229,11 +211,12 @@ bool build_run(struct build *build, const struct toolchain *chain, const struct 
     struct build_cost own = {.seconds = 0};
     struct job *jobs = allocate((size_t)count, sizeof *jobs);
     int job_count = 0;
-    bool is_good = write_text(build, "refdyn_model.h", refdyn_model_header, refdyn_model_header_size);
-    build->library = in_folder(build, "model.so");
+    bool is_good =
+        scratch_write(&build->scratch, "refdyn_model.h", refdyn_model_header, refdyn_model_header_size);
+    build->library = scratch_file(&build->scratch, "model.so");
     build->is_gcc = is_gcc(chain, build);
     for (int i = 0; i < count && is_good; i++) {
-        is_good = write_text(build, files[i].name, files[i].text, files[i].length);
+        is_good = scratch_write(&build->scratch, files[i].name, files[i].text, files[i].length);
         if (is_good && is_source(files[i].name))
             object_job(&jobs[job_count++], chain, build, files[i].name);
     }

@@ -234,25 +234,18 @@ const char findings_note[] = "CPU times are those of the integration on one core
                              "every machine, of the runs that "
                              "there was time for.";
 
-void findings_heads(const struct study *study, const char *cells[static FINDING_COLUMNS]) {
-    static const char *const heads[] = {"error goes with", "least error", "limit of stability",
-                                        "ended early"};
-    int column = 0;
-    cells[column++] = "method";
-    for (int i = 0; i < LEVEL_COUNT; i++)
-        cells[column++] = text_format("CPU s for %g %s", levels[i], study_unit(study));
-    for (int i = 0; column < FINDING_COLUMNS; i++)
-        cells[column++] = heads[i];
-}
-
-void findings_row(const struct study *study, const struct series *series,
-                  const char *cells[static FINDING_COLUMNS]) {
-    int column = 0;
-    cells[column++] = series_name(study, series);
-    for (int i = 0; i < LEVEL_COUNT; i++)
-        cells[column++] = tell_time(study, series, levels[i]);
-    cells[column++] = tell_slope(study, series);
-    cells[column++] = tell_least_error(study, series);
-    cells[column++] = tell_stability(study, series);
-    cells[column] = tell_stops(study, series);
+const char *findings_cell(const struct study *study, const struct series *series, int column) {
+    static const struct {
+        const char *head;
+        const char *(*tell)(const struct study *study, const struct series *series);
+    } told[] = {{"method", series_name},
+                {"error goes with", tell_slope},
+                {"least error", tell_least_error},
+                {"limit of stability", tell_stability},
+                {"ended early", tell_stops}};
+    const int level = column - 1, place = column == 0 ? 0 : column - LEVEL_COUNT;
+    if (level < 0 || level >= LEVEL_COUNT)
+        return series ? told[place].tell(study, series) : told[place].head;
+    return series ? tell_time(study, series, levels[level])
+                  : text_format("CPU s for %g %s", levels[level], study_unit(study));
 }

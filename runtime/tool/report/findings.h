@@ -26,9 +26,7 @@ enum {
 /* What the table's times are, for a line below it. */
 extern const char findings_note[];
 
-/* The heads of the table's columns, or of a series what is in them. */
-void findings_heads(const struct study *study, const char *cells[static FINDING_COLUMNS]);
-void findings_row(const struct study *study, const struct series *series,
-                  const char *cells[static FINDING_COLUMNS]);
+/* What is in a column of the table for a series, or NULL: the column's head. */
+const char *findings_cell(const struct study *study, const struct series *series, int column);
 
 #endif

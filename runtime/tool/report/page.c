@@ -138,26 +138,23 @@ static void put_trials(FILE *out, const struct study *study) {
     fputs("</table>\n", out);
 }
 
-/* kind: "th" or "td". */
-static void put_findings_row(FILE *out, const char *cells[static FINDING_COLUMNS], const char *kind) {
+/* Of a series, or NULL: the heads. */
+static void put_findings_row(FILE *out, const struct study *study, const struct series *series) {
+    const char *kind = series ? "td" : "th";
     fputs("<tr>", out);
     for (int i = 0; i < FINDING_COLUMNS; i++) {
         fprintf(out, "<%s>", kind);
-        put_xml_text(out, cells[i]);
+        put_xml_text(out, findings_cell(study, series, i));
         fprintf(out, "</%s>", kind);
     }
     fputs("</tr>\n", out);
 }
 
 static void put_findings(FILE *out, const struct study *study) {
-    const char *cells[FINDING_COLUMNS];
     fputs("<table>\n", out);
-    findings_heads(study, cells);
-    put_findings_row(out, cells, "th");
-    for (int i = 0; i < study->series_count; i++) {
-        findings_row(study, &study->series[i], cells);
-        put_findings_row(out, cells, "td");
-    }
+    put_findings_row(out, study, NULL);
+    for (int i = 0; i < study->series_count; i++)
+        put_findings_row(out, study, &study->series[i]);
     fputs("</table>\n", out);
 }
 

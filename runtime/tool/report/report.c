@@ -266,27 +266,29 @@ static bool write_page(const struct report *report, const char *figure) {
     return target_finish(report->page);
 }
 
-/* Row 0 has the heads; columns are as wide as their widest text. */
-static void print_rows(const char *(*rows)[FINDING_COLUMNS], int count) {
-    int widths[FINDING_COLUMNS] = {0};
-    for (int i = 0; i < count * FINDING_COLUMNS; i++) {
-        const int column = i % FINDING_COLUMNS, width = (int)strlen(rows[i / FINDING_COLUMNS][column]);
-        widths[column] = width > widths[column] ? width : widths[column];
+/* Of the widest text in the column. */
+static int find_width(const struct study *study, int column) {
+    size_t widest = strlen(findings_cell(study, NULL, column));
+    for (int i = 0; i < study->series_count; i++) {
+        const size_t width = strlen(findings_cell(study, &study->series[i], column));
+        widest = width > widest ? width : widest;
     }
-    for (int i = 0; i < count; i++) {
-        for (int j = 0; j + 1 < FINDING_COLUMNS; j++)
-            printf("%-*s  ", widths[j], rows[i][j]);
-        puts(rows[i][FINDING_COLUMNS - 1]);
-    }
+    return (int)widest;
+}
+
+/* series NULL: the heads. */
+static void print_row(const struct study *study, const struct series *series) {
+    const int last = FINDING_COLUMNS - 1;
+    for (int i = 0; i < last; i++)
+        printf("%-*s  ", find_width(study, i), findings_cell(study, series, i));
+    puts(findings_cell(study, series, last));
 }
 
 static void print_findings(const struct study *study) {
-    const char *(*rows)[FINDING_COLUMNS] = allocate((size_t)study->series_count + 1, sizeof *rows);
-    findings_heads(study, rows[0]);
-    for (int i = 0; i < study->series_count; i++)
-        findings_row(study, &study->series[i], rows[i + 1]);
     printf("== %s\n%s", study->name, findings_reference(study));
-    print_rows(rows, study->series_count + 1);
+    print_row(study, NULL);
+    for (int i = 0; i < study->series_count; i++)
+        print_row(study, &study->series[i]);
     puts(findings_note);
 }
 

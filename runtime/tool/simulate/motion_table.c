@@ -11,13 +11,6 @@ static const char *const point_units[] = {"m", "m/s", "m/s^2"};
 
 /* ---- Names ---- */
 
-static int count_columns(const struct refdyn_model *model) {
-    int count = 2 + 3 * model->n + 9 * model->point_count + model->input_count + model->course_count;
-    for (int i = 0; i < model->m; i++)
-        count += (model->rows[i].level == REFDYN_POSITION) + (model->rows[i].level != REFDYN_ACCELERATION);
-    return count;
-}
-
 const char table_input_lead[] = "input_";
 
 /* The columns so far; a unit is NULL where the model does not say. */
@@ -73,9 +66,10 @@ static bool is_slide(const struct refdyn_name *coordinate) {
 }
 
 static void name_columns(const struct refdyn_model *model, struct columns *columns) {
-    const size_t count = (size_t)count_columns(model);
-    columns->names = allocate(count, sizeof *columns->names);
-    columns->units = allocate(count, sizeof *columns->units);
+    const int most =
+        2 + 3 * model->n + 9 * model->point_count + 2 * model->m + model->input_count + model->course_count;
+    columns->names = allocate((size_t)most, sizeof *columns->names);
+    columns->units = allocate((size_t)most, sizeof *columns->units);
     const struct refdyn_name *q = model->coordinates;
     add_name(columns, "t", "s");
     for (int i = 0; i < model->n; i++)
@@ -97,13 +91,12 @@ static void name_columns(const struct refdyn_model *model, struct columns *colum
 
 void table_start(struct table *table, struct refdyn_integrator *integrator) {
     const struct refdyn_model *model = integrator->work->model;
-    size_t n = (size_t)model->n, columns = 3 * (size_t)model->point_count;
-    *table = (struct table){.integrator = integrator, .count = count_columns(model)};
+    const size_t n = (size_t)model->n, rows = 3 * (size_t)model->point_count;
+    struct columns columns = {.count = 0};
+    name_columns(model, &columns);
+    *table = (struct table){.integrator = integrator, .names = columns.names, .count = columns.count};
     table->values = allocate((size_t)table->count, sizeof *table->values);
-    table->room = allocate(n + columns * (n + 3) + (size_t)model->course_count, sizeof *table->room);
-    struct columns named = {.count = 0};
-    name_columns(model, &named);
-    table->names = named.names;
+    table->room = allocate(n + rows * (n + 3) + (size_t)model->course_count, sizeof *table->room);
 }
 
 void table_put_units(const struct refdyn_model *model, struct document *document) {

@@ -279,31 +279,21 @@ static enum status search(const struct task *task, const struct refdyn_options *
 
 /* ---- The command ---- */
 
-/* Rows that have gains, as the model was told. */
-static bool has_gains(const struct scene *scene) {
+/* Has a row gains, as the model was told, or places for those that the runtime may set from the step? */
+static bool has_gains(const struct scene *scene, bool are_set_by_step) {
     const struct refdyn_model *model = scene->model;
-    for (int i = 0; i < 2 * model->m; i++)
-        if (model->gains && model->gains[i] >= 0 && scene->work.p[model->gains[i]] != 0)
-            return true;
-    return false;
-}
-
-/* Gains that the runtime may set from the step need a place that `k` reads. */
-static bool has_places_of_gains(const struct refdyn_model *model) {
-    for (int i = 0; i < 2 * model->m; i++)
-        if (model->gains && model->gains[i] >= 0)
+    for (int i = 0; model->gains && i < 2 * model->m; i++)
+        if (model->gains[i] >= 0 && (are_set_by_step || scene->work.p[model->gains[i]] != 0))
             return true;
     return false;
 }
 
 static void print_gains(const struct scene *scene, const struct refdyn_options *integration) {
-    if (integration->stabilise != REFDYN_BAUMGARTE || scene->model->m == 0)
-        return;
-    if (integration->gain_share > 0 ? has_places_of_gains(scene->model) : has_gains(scene))
-        return;
-    fputs("refdyn: warning: no row has gains (alpha, beta), so that baumgarte leaves the residuals to drift; "
-          "--stabilise project holds them\n",
-          stderr);
+    if (integration->stabilise == REFDYN_BAUMGARTE && scene->model->m > 0 &&
+        !has_gains(scene, integration->gain_share > 0))
+        fputs("refdyn: warning: no row has gains (alpha, beta), so that baumgarte leaves the residuals to "
+              "drift; --stabilise project holds them\n",
+              stderr);
 }
 
 /* A signal ends the motion and leaves its rows in order. */

@@ -7,7 +7,6 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <ftw.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/file.h>
@@ -226,6 +225,30 @@ void scratch_close(struct scratch *scratch) {
     undo_forget(&scratch->undo);
     undo_scratch(scratch);
     close(scratch->lock);
+}
+
+const char *scratch_file(const struct scratch *scratch, const char *name) {
+    return text_format("%s/%s", scratch->path, name);
+}
+
+bool scratch_write(const struct scratch *scratch, const char *name, const char *text, size_t length) {
+    const char *path = scratch_file(scratch, name);
+    FILE *file = fopen(path, "w");
+    bool is_good = file && fwrite(text, 1, length, file) == length;
+    is_good = file && fclose(file) == 0 && is_good;
+    if (!is_good)
+        fprintf(stderr, "refdyn: %s: cannot be written: %s\n", path, strerror(errno));
+    return is_good;
+}
+
+bool file_copy(const char *path, FILE *out) {
+    FILE *file = fopen(path, "rb");
+    for (int c; file && (c = getc(file)) != EOF;)
+        putc(c, out);
+    const bool is_good = file && !ferror(file);
+    if (file)
+        fclose(file);
+    return is_good;
 }
 
 const char *scratch_parent(void) {

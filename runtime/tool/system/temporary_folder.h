@@ -7,6 +7,7 @@
 #include "system/interrupt.h"
 
 #include <stdbool.h>
+#include <stdio.h>
 #include <sys/types.h>
 
 /* mkdir -p: `mode` is that of the last one. False with errno when it is not there at the end. made, unless
@@ -33,6 +34,12 @@ struct scratch {
 bool scratch_open(struct scratch *scratch, const char *parent, const char *prefix);
 /* Kills what still runs in it and removes it. */
 void scratch_close(struct scratch *scratch);
+/* The path of a file in it. */
+const char *scratch_file(const struct scratch *scratch, const char *name);
+/* Writes a file in it; complains on stderr when it cannot. */
+bool scratch_write(const struct scratch *scratch, const char *name, const char *text, size_t length);
+/* What a file holds goes to `out`. False with errno when it cannot be read. */
+bool file_copy(const char *path, FILE *out);
 /* $TMPDIR, or /tmp. */
 const char *scratch_parent(void);
 
