@@ -56,57 +56,51 @@ static const char *find_danger(const struct cache *cache) {
 
 /* ---- Which one ---- */
 
-/* Opens a folder, made when it is missing; false, with the reason. */
-static bool open_folder(struct cache *cache, const char *path, int flags, const char **reason) {
-    *reason = NULL;
-    if (!folder_make(path, 0700, NULL)) {
-        *reason = strerror(errno);
-        return false;
-    }
+/* Opens a folder, made when it is missing. The reason why not, NULL: it is open. */
+static const char *open_folder(struct cache *cache, const char *path, int flags) {
+    if (!folder_make(path, 0700, NULL))
+        return strerror(errno);
     cache->path = realpath(path, allocate(PATH_MAX, 1));
     cache->folder = cache->path ? open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC | flags) : -1;
-    *reason = cache->folder < 0 ? strerror(errno) : find_danger(cache);
-    if (!*reason)
-        return true;
-    cache_close(cache);
-    return false;
+    const char *reason = cache->folder < 0 ? strerror(errno) : find_danger(cache);
+    if (reason)
+        cache_close(cache);
+    return reason;
 }
 
 /* $REFDYN_CACHE. */
 static bool open_own(struct cache *cache, const char *path) {
-    const char *reason;
-    if (open_folder(cache, path, 0, &reason))
-        return true;
-    fprintf(stderr, "refdyn: %s: cannot be the cache folder: %s; REFDYN_CACHE names another one\n", path,
-            reason);
-    return false;
+    const char *reason = open_folder(cache, path, 0);
+    if (reason)
+        fprintf(stderr, "refdyn: %s: cannot be the cache folder: %s; REFDYN_CACHE names another one\n", path,
+                reason);
+    return !reason;
 }
 
 /* refdyn in the XDG cache folder; without a word where the user has none that can be written. */
 static bool open_xdg(struct cache *cache) {
     const char *xdg = getenv("XDG_CACHE_HOME"), *home = getenv("HOME");
-    const char *path = NULL, *reason;
-    if (xdg && *xdg == '/')
-        path = text_format("%s/refdyn", xdg);
-    else if (home && *home == '/')
-        path = text_format("%s/.cache/refdyn", home);
-    bool is_open = path && open_folder(cache, path, 0, &reason);
-    if (is_open && access(cache->path, W_OK | X_OK) != 0) {
-        cache_close(cache);
-        is_open = false;
-    } else if (path && !is_open && access(path, F_OK) == 0)
+    const char *path = xdg && *xdg == '/'     ? text_format("%s/refdyn", xdg)
+                       : home && *home == '/' ? text_format("%s/.cache/refdyn", home)
+                                              : NULL;
+    if (!path)
+        return false;
+    const char *reason = open_folder(cache, path, 0);
+    if (reason && access(path, F_OK) == 0)
         fprintf(stderr, "refdyn: warning: %s is no cache folder: %s; another one is taken\n", path, reason);
-    return is_open;
+    if (!reason && access(cache->path, W_OK | X_OK) != 0)
+        cache_close(cache);
+    return cache->folder >= 0;
 }
 
 /* For users without a home. */
 static bool open_temporary(struct cache *cache) {
-    const char *reason, *path = text_format("%s/refdyn-%ld", scratch_parent(), (long)geteuid());
-    const bool is_open = open_folder(cache, path, O_NOFOLLOW, &reason);
-    if (!is_open)
+    const char *path = text_format("%s/refdyn-%ld", scratch_parent(), (long)geteuid());
+    const char *reason = open_folder(cache, path, O_NOFOLLOW);
+    if (reason)
         fprintf(stderr, "refdyn: %s: no folder for compiled models: %s; set REFDYN_CACHE or HOME\n", path,
                 reason);
-    return is_open;
+    return !reason;
 }
 
 bool cache_open(struct cache *cache) {

@@ -7,14 +7,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- lines of the text: one walk over its letters with the depth and the key at depth 1 ---- */
+/* ---- Lines of the text, which is correct JSON ---- */
 
-struct walk {
-    const char *at;
-    int line, depth;
-    bool is_inside; /* in the value of the wanted key */
-    int element;    /* of the array at depth 2 */
-};
+static const char blanks[] = " \t\r\n";
 
 static const char *end_of_string(const char *quote) {
     const char *at = quote + 1;
@@ -23,55 +18,51 @@ static const char *end_of_string(const char *quote) {
     return at;
 }
 
-/* Whether the string at `quote` is this key of an object. */
+/* Behind the value. */
+static const char *skip_value(const char *at) {
+    int depth = 0;
+    for (; *at && (depth > 0 || !strchr(",]}", *at)); at++) {
+        if (*at == '"')
+            at = end_of_string(at);
+        depth += (*at == '{' || *at == '[') - (*at == '}' || *at == ']');
+    }
+    return at;
+}
+
+/* Whether the string at `quote` is this key. */
 static bool is_key(const char *quote, const char *key) {
-    const char *end = end_of_string(quote);
-    size_t length = (size_t)(end - quote) - 1;
-    if (strlen(key) != length || strncmp(quote + 1, key, length) != 0 || !*end)
-        return false;
-    return end[1 + strspn(end + 1, " \t\r\n")] == ':';
+    const size_t length = (size_t)(end_of_string(quote) - quote) - 1;
+    return strlen(key) == length && strncmp(quote + 1, key, length) == 0;
 }
 
-static bool at_string(struct walk *walk, const char *key, const char *member, int index) {
-    if (walk->depth == 1) {
-        walk->is_inside = is_key(walk->at, key) || (walk->is_inside && !is_key(walk->at, key));
-        if (walk->is_inside && !member && index < 0)
-            return true;
+/* Where member `key` of the object that begins at `at` stands, or for key NULL element `index` of the array;
+ * NULL: it is not there. */
+static const char *find_entry(const char *at, const char *key, int index) {
+    at++;
+    for (int i = 0; *(at += strspn(at, blanks)) && !strchr("]}", *at); i++) {
+        if (key ? is_key(at, key) : i == index)
+            return at;
+        at = skip_value(at);
+        at += *at == ',';
     }
-    bool found = walk->depth == 2 && walk->is_inside && member && is_key(walk->at, member);
-    if (!found)
-        walk->at = end_of_string(walk->at);
-    return found;
-}
-
-static void step(struct walk *walk) {
-    char c = *walk->at;
-    walk->line += c == '\n';
-    walk->depth += (c == '{' || c == '[') - (c == '}' || c == ']');
-    if (c == ',' && walk->depth == 2)
-        walk->element++;
-    if (walk->depth == 1) {
-        walk->element = 0;
-        if (c == ',')
-            walk->is_inside = false;
-    }
+    return NULL;
 }
 
 /*
  * Line of member `key` of the outermost object; with `member`, of that member of the object it holds; with
- * index >= 0, of that element of the array it holds. Line 1 when it is not there. `text` is correct JSON.
+ * index >= 0, of that element of the array it holds. Line 1 when it is not there.
  */
 static int locate_line(const char *text, const char *key, const char *member, int index) {
-    struct walk walk = {.at = text, .line = 1};
-    for (; *walk.at; walk.at++) {
-        if (*walk.at == '"' && at_string(&walk, key, member, index))
-            return walk.line;
-        bool is_value = !strchr(" \t\r\n[,", *walk.at);
-        if (index >= 0 && walk.is_inside && walk.depth == 2 && walk.element == index && is_value)
-            return walk.line;
-        step(&walk);
+    const char *at = find_entry(text + strspn(text, blanks), key, 0);
+    int line = 1;
+    if (at && (member || index >= 0)) {
+        at = end_of_string(at) + 1;
+        at += strspn(at, blanks) + 1; /* the colon */
+        at = find_entry(at + strspn(at, blanks), member, index);
     }
-    return 1;
+    for (; at && text < at; text++)
+        line += *text == '\n';
+    return line;
 }
 
 /* ---- values ---- */

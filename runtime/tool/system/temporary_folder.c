@@ -11,6 +11,7 @@
 #include <string.h>
 #include <sys/file.h>
 #include <sys/prctl.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -131,15 +132,15 @@ static pid_t start_leader(void) {
     return leader;
 }
 
-/* The pipe `life` ends when the last one that could write into it is gone. */
-static _Noreturn void keep_watch(const char *path, int life, int answer) {
+/* The connection ends when the last one that holds its other end is gone. */
+static _Noreturn void keep_watch(const char *path, int connection) {
     char nothing;
     setpgid(0, 0);
     ignore_signals();
     const pid_t group = start_leader();
-    if (write(answer, &group, sizeof group) < 0)
+    if (write(connection, &group, sizeof group) < 0)
         errno = 0; /* the program is gone, which is seen next */
-    dup2(life, STDIN_FILENO);
+    dup2(connection, STDIN_FILENO);
     closefrom(STDIN_FILENO + 1);
     while (read(STDIN_FILENO, &nothing, 1) < 0 && errno == EINTR)
         continue;
@@ -152,31 +153,25 @@ static _Noreturn void keep_watch(const char *path, int life, int answer) {
 }
 
 /* What the guard has started as leader of the group; -1: it is gone or could not. */
-static pid_t read_group(int answer) {
+static pid_t read_group(int connection) {
     pid_t group = -1;
     ssize_t length;
-    while ((length = read(answer, &group, sizeof group)) < 0 && errno == EINTR)
+    while ((length = read(connection, &group, sizeof group)) < 0 && errno == EINTR)
         continue;
     return length == sizeof group ? group : -1;
 }
 
 /* The guard comes first, so that nothing else is ever without it. */
 static bool start_guard(struct scratch *scratch) {
-    int life[2], answer[2];
-    if (pipe2(life, O_CLOEXEC) != 0)
+    int ends[2];
+    if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
         return false;
-    scratch->life = life[1];
-    if (pipe2(answer, O_CLOEXEC) != 0) {
-        close(life[0]);
-        return false;
-    }
+    scratch->life = ends[0];
     scratch->guard = fork();
     if (scratch->guard == 0)
-        keep_watch(scratch->path, life[0], answer[1]);
-    close(life[0]);
-    close(answer[1]);
-    scratch->group = scratch->guard > 0 ? read_group(answer[0]) : -1;
-    close(answer[0]);
+        keep_watch(scratch->path, ends[1]);
+    close(ends[1]);
+    scratch->group = scratch->guard > 0 ? read_group(scratch->life) : -1;
     if (scratch->guard > 0 && scratch->group < 0)
         errno = EAGAIN; /* as fork said in the guard */
     return scratch->group > 0;

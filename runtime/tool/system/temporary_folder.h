@@ -26,7 +26,7 @@ struct scratch {
     char *path;
     pid_t group; /* of the processes: a process that only sleeps leads it */
     pid_t guard;
-    int lock, life; /* descriptors: of the folder, and the end of a pipe that the guard reads */
+    int lock, life; /* descriptors: of the folder, and the end of a connection with the guard */
     struct undo undo;
 };
 
