@@ -102,10 +102,7 @@ static void object_job(struct job *job, const struct toolchain *chain, const str
     add_words(job, compile_flags);
     if (build->is_gcc)
         add_words(job, gcc_flags);
-    add_word(job, "-c");
-    add_word(job, job->source);
-    add_word(job, "-o");
-    add_word(job, job->object);
+    add_words(job, (const char *[]){"-c", job->source, "-o", job->object, NULL});
 }
 
 /* For gcc alone, and for one that knows all of its flags. */
@@ -114,8 +111,7 @@ static void question_job(struct job *job, const struct toolchain *chain, const s
     add_words(job, chain->words);
     job->log = text_format("%s.log", job->source);
     add_words(job, gcc_flags);
-    add_word(job, "-fsyntax-only");
-    add_word(job, job->source);
+    add_words(job, (const char *[]){"-fsyntax-only", job->source, NULL});
 }
 
 static void link_job(struct job *job, const struct toolchain *chain, const struct build *build,
@@ -125,9 +121,7 @@ static void link_job(struct job *job, const struct toolchain *chain, const struc
     add_word(job, "-shared");
     for (int i = 0; i < count; i++)
         add_word(job, objects[i].object);
-    add_word(job, "-o");
-    add_word(job, build->library);
-    add_word(job, "-lm");
+    add_words(job, (const char *[]){"-o", build->library, "-lm", NULL});
 }
 
 static void show_log(const struct job *job) {
@@ -202,8 +196,8 @@ static bool compile_and_link(struct build *build, const struct toolchain *chain,
 }
 
 static bool is_source(const char *name) {
-    size_t length = strlen(name);
-    return length > 2 && strcmp(name + length - 2, ".c") == 0;
+    const char *dot = strrchr(name, '.');
+    return dot && strcmp(dot, ".c") == 0;
 }
 
 bool build_run(struct build *build, const struct toolchain *chain, const struct emitted_file *files,

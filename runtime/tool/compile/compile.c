@@ -51,18 +51,14 @@ static void hash_build(const struct toolchain *chain, const struct emitted_file 
     SHA256End(&sha, key);
 }
 
-static bool find_model(struct compiled *compiled, const char *name) {
+static bool load(struct compiled *compiled, const char *name, const struct cache *cache, const char *key) {
+    compiled->library = cache_load(cache, key, &compiled->file);
     if (!compiled->library)
         return false;
     compiled->model = dlsym(compiled->library, text_format("%s_model", name));
     if (!compiled->model)
         compile_release(compiled);
-    return compiled->model != NULL;
-}
-
-static bool load(struct compiled *compiled, const char *name, const struct cache *cache, const char *key) {
-    compiled->library = cache_load(cache, key, &compiled->file);
-    return find_model(compiled, name);
+    return compiled->model;
 }
 
 static bool build_into(const struct toolchain *chain, const struct emitted_file *files, int count,

@@ -1,6 +1,5 @@
 /* `refdyn eval`: every quantity of the equations at one state, as one JSON object. */
 #include "command_line/commands.h"
-#include "scene/scene_json.h"
 
 #include <math.h>
 

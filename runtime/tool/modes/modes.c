@@ -1,6 +1,5 @@
 /* `refdyn modes`: frequencies, damping ratios and shapes of small motions about a state at rest. */
 #include "command_line/commands.h"
-#include "scene/scene_json.h"
 #include "modes/spectrum.h"
 
 #include <math.h>

@@ -1,5 +1,5 @@
-/* The drawing of error over run time: see diagram.h. */
-#include "report/diagram.h"
+/* The drawing of error over run time: see page.h. */
+#include "report/page.h"
 #include "figures/chart.h"
 #include "report/findings.h"
 #include "text/output.h"

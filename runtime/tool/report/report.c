@@ -1,5 +1,4 @@
 /* `refdyn report`: error against run time of all methods, as CSV, SVG and a page. */
-#include "report/diagram.h"
 #include "text/escape.h"
 #include "report/findings.h"
 #include "system/interrupt.h"

@@ -61,6 +61,12 @@ void scene_spare_sources(const struct scene *scene, struct targets *targets);
 /* The document, which ends here, becomes the result: STATUS_NUMBERS when a number of it is not finite. */
 enum status scene_finish(struct scene *scene, struct document *document);
 
+/* The names of the coordinates that are non-zero in `which` (n), NULL: of all; and "points": where each is.
+ */
+void put_coordinates(struct document *document, const char *key, const struct refdyn_model *model,
+                     const int *which);
+void put_positions(struct document *document, const struct scene *scene);
+
 /* Complains of the first row that is `wrong`, with `fact`; STATUS_DONE when there is none. */
 enum status scene_refuse_row(struct scene *scene, bool (*wrong)(const struct row *row), const char *fact);
 /* What a step of the generator ended with, after its messages. */

@@ -1,5 +1,5 @@
-/* What several commands say of a scene: see scene_json.h. */
-#include "scene/scene_json.h"
+/* What several commands say of a scene: see scene.h. */
+#include "scene/scene.h"
 
 void put_coordinates(struct document *document, const char *key, const struct refdyn_model *model,
                      const int *which) {

@@ -97,8 +97,8 @@ void estimate_make(struct estimate *estimate, const struct track *judged, const 
     const double factor = 1 / fabs(1 - share);
     *estimate = (struct estimate){.model = model, .count = count, .t = judged->t};
     estimate->distances = allocate_large((size_t)(count * model->point_count), sizeof *estimate->distances);
-    estimate->points = allocate_large((size_t)model->point_count, sizeof *estimate->points);
-    estimate->coordinates = allocate_large((size_t)model->n, sizeof *estimate->coordinates);
+    estimate->points = allocate((size_t)model->point_count, sizeof *estimate->points);
+    estimate->coordinates = allocate((size_t)model->n, sizeof *estimate->coordinates);
     for (long i = 0; i < count; i++)
         compare_output(estimate, judged, other, i, factor);
     estimate->difference = estimate->largest.error / factor;
@@ -142,7 +142,5 @@ void estimate_put(const struct estimate *estimate, struct document *document) {
 
 void estimate_release(struct estimate *estimate) {
     free(estimate->distances);
-    free(estimate->points);
-    free(estimate->coordinates);
     *estimate = (struct estimate){.count = 0};
 }

@@ -1,6 +1,5 @@
 /* `refdyn statics`: the equilibrium of a model under its loads, with some coordinates held. */
 #include "command_line/commands.h"
-#include "scene/scene_json.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -43,9 +43,25 @@ static bool complain_file(const char *path, const char *what) {
 
 /* ---- Lines ---- */
 
-/* Room for a byte behind `length` of them. */
-static void grow(char **text, int *size, int length) {
-    *text = memory_room(&program_memory, *text, length, size, 1);
+/* What ended the reading of bytes, beside EOF and the byte that was to end it. */
+enum { BYTE_IS_0 = -2, TOO_LONG = -3 };
+
+_Static_assert(EOF == -1, "EOF is none of these");
+
+/* Bytes up to `end`, which is left out, or up to the end of the file; text grows. */
+static int take_bytes(FILE *file, int end, int most, char **text, int *size, int *length) {
+    int c, count = 0;
+    while ((c = getc_unlocked(file)) != EOF && c != end) {
+        if (c == '\0' || count == most)
+            return c ? TOO_LONG : BYTE_IS_0;
+        if (count + 1 >= *size) /* its end needs a byte, too */
+            *text = memory_room(&program_memory, *text, count + 1, size, 1);
+        (*text)[count++] = (char)c;
+    }
+    *text = memory_room(&program_memory, *text, count, size, 1);
+    (*text)[count] = '\0';
+    *length = count;
+    return c;
 }
 
 static int failed(bool is_said) {
@@ -54,23 +70,18 @@ static int failed(bool is_said) {
 
 /* The next line into csv->text, without its end: 1, 0 at the end of the file, -1 with a complaint. */
 static int read_line(struct csv *csv) {
-    int length = 0, c = getc_unlocked(csv->file);
-    if (c == EOF)
+    int length = 0;
+    const int end = take_bytes(csv->file, '\n', LINE_MOST, &csv->text, &csv->size, &length);
+    if (end == EOF && length == 0)
         return ferror(csv->file) ? failed(complain_file(csv->path, csv->what)) : 0;
     csv->line++;
-    for (; c != EOF && c != '\n'; c = getc_unlocked(csv->file)) {
-        if (c == '\0')
-            return failed(csv_complain(csv, "a byte is 0, a text is needed"));
-        if (length == LINE_MOST)
-            return failed(csv_complain(csv, "the line has more than %d bytes", LINE_MOST));
-        grow(&csv->text, &csv->size, length);
-        csv->text[length++] = (char)c;
-    }
-    csv->is_cut = c == EOF;
+    if (end == BYTE_IS_0)
+        return failed(csv_complain(csv, "a byte is 0, a text is needed"));
+    if (end == TOO_LONG)
+        return failed(csv_complain(csv, "the line has more than %d bytes", LINE_MOST));
+    csv->is_cut = end == EOF;
     if (length > 0 && csv->text[length - 1] == '\r')
-        length--;
-    grow(&csv->text, &csv->size, length);
-    csv->text[length] = '\0';
+        csv->text[length - 1] = '\0';
     return 1;
 }
 
@@ -184,19 +195,15 @@ void csv_close(struct csv *csv) {
 /* ---- Whole files ---- */
 
 static bool read_all(FILE *file, char **text, const char *path, const char *what) {
-    int size = 0, length = 0;
-    for (int c; (c = getc_unlocked(file)) != EOF; (*text)[length++] = (char)c) {
-        grow(text, &size, length);
-        if (c != '\0' && length < TEXT_MOST)
-            continue;
-        complain_line(path, 0,
-                      c ? text_format("%s: more than %d bytes, no such file is read", what, TEXT_MOST)
-                        : text_format("%s: a byte is 0, a text is needed", what));
-        return false;
-    }
-    grow(text, &size, length);
-    (*text)[length] = '\0';
-    return !ferror(file) || complain_file(path, what);
+    int size = 0, length;
+    const int end = take_bytes(file, EOF, TEXT_MOST, text, &size, &length);
+    if (end == EOF)
+        return !ferror(file) || complain_file(path, what);
+    complain_line(path, 0,
+                  end == TOO_LONG
+                      ? text_format("%s: more than %d bytes, no such file is read", what, TEXT_MOST)
+                      : text_format("%s: a byte is 0, a text is needed", what));
+    return false;
 }
 
 char *read_text(const char *path, const char *what) {
