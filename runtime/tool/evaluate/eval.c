@@ -68,44 +68,23 @@ static void put_dependent(struct document *document, const struct scene *scene) 
     put_close(document, ']');
 }
 
-/* M qdd = h + Q as a motion without rows has it. */
-static int free_accelerations(const struct scene *scene, double *qdd) {
-    const struct refdyn_workspace *work = &scene->work;
-    if (scene->model->qdd_free) {
-        scene->model->qdd_free(work->p, work->x, scene->state.t, scene->q, scene->qd, qdd);
-        for (int i = 0; i < scene->model->n; i++)
-            if (!isfinite(qdd[i]))
-                return REFDYN_NOT_FINITE;
-        return REFDYN_OK;
-    }
-    struct refdyn_model bare = *scene->model;
-    struct refdyn_workspace other;
-    bare.m = 0;
-    bare.dependent = NULL;
-    bare.equations = NULL;
-    size_t size = refdyn_workspace_size(&bare), values = (size_t)(bare.parameter_count + bare.derived_count);
-    int status = refdyn_workspace_init(&other, &bare, allocate(1, size), size);
-    for (size_t i = 0; i < values && status == REFDYN_OK; i++)
-        other.p[i] = work->p[i];
-    for (int i = 0; i < bare.input_count && status == REFDYN_OK; i++)
-        other.x[i] = work->x[i];
-    if (status == REFDYN_OK)
-        status = refdyn_accelerate(&other, scene->state.t, scene->q, scene->qd, REFDYN_NONE, qdd);
-    return status;
-}
-
 static void put_accelerations(struct document *document, struct scene *scene, const double *qdd,
                               double *room) {
-    int n = scene->model->n;
+    struct refdyn_workspace *work = &scene->work;
+    const int n = scene->model->n;
+    bool is_finite = true;
     put_dependent(document, scene);
     put_array(document, "qdd", qdd, n);
-    if (free_accelerations(scene, room) == REFDYN_OK)
+    scene->model->qdd_free(work->p, work->x, scene->state.t, scene->q, scene->qd, room);
+    for (int i = 0; i < n; i++)
+        is_finite = is_finite && isfinite(room[i]);
+    if (is_finite)
         put_array(document, "qdd_free", room, n);
     else
         put_null(document, "qdd_free");
     double *lambda = allocate_matrix(scene->model->m, 1);
-    refdyn_multipliers(&scene->work, qdd, lambda);
-    refdyn_programme_force(&scene->work, lambda, room);
+    refdyn_multipliers(work, qdd, lambda);
+    refdyn_programme_force(work, lambda, room);
     put_array(document, "force", room, n);
 }
 

@@ -160,10 +160,8 @@ static enum status run_study(struct report *report, struct study *study, const s
                              double seconds) {
     struct scene scene;
     struct study_plan plan = report->plan;
-    unsigned needs = NEEDS_MOTION | NEEDS_POINTS | NEEDS_TANGENT;
-    if (options->from && strcmp(options->from, "statics") == 0)
-        needs |= NEEDS_STATICS;
-    enum status status = scene_open(&scene, options, needs, options_state_path(options->from));
+    enum status status =
+        scene_open(&scene, options, motion_needs(options) | NEEDS_TANGENT, options_state_path(options->from));
     if (status == STATUS_DONE)
         status = motion_place(&scene, options);
     if (status == STATUS_DONE)

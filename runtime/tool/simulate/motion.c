@@ -126,9 +126,17 @@ enum status motion_fit(const struct scene *scene, const struct options *options,
     return STATUS_FAULT;
 }
 
+static bool is_from_statics(const struct options *options) {
+    return options->from && strcmp(options->from, "statics") == 0;
+}
+
+unsigned motion_needs(const struct options *options) {
+    return NEEDS_MOTION | NEEDS_POINTS | (is_from_statics(options) ? NEEDS_STATICS : 0);
+}
+
 enum status motion_place(struct scene *scene, const struct options *options) {
     enum status status = STATUS_DONE;
-    if (options->from && strcmp(options->from, "statics") == 0) {
+    if (is_from_statics(options)) {
         struct equilibrium equilibrium;
         status = find_equilibrium(scene, options, &equilibrium);
     } else if (options->hold)

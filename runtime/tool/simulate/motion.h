@@ -23,7 +23,7 @@ struct motion {
     struct scene *scene;
     struct refdyn_integrator integrator;
     const char *method;
-    struct by_gsl *gsl; /* takes the steps, NULL: the integration does */
+    struct refdyn_gsl *gsl; /* takes the steps, NULL: the integration does */
     void *memory;
     struct refdyn_energy energy;
     struct stops *stops;       /* conditions that end it, the caller's; NULL, as after motion_start: none */
@@ -40,6 +40,8 @@ enum status motion_options(const struct options *options, struct refdyn_options 
 /* A model in the printed form has no tangent: complains when the method that was asked for needs it. */
 enum status motion_fit(const struct scene *scene, const struct options *options,
                        const struct refdyn_options *integration);
+/* What a scene needs for a motion from where --from tells. */
+unsigned motion_needs(const struct options *options);
 /* Sets the scene's q, qd and t to the start of the motion that --from tells, and the anchored parameters from
  * it. */
 enum status motion_place(struct scene *scene, const struct options *options);

@@ -12,11 +12,6 @@
 /* Of the tolerance, in the run that tells the error of the other one. */
 static const double verify_part = 0.1;
 
-static const char *level_name(enum refdyn_row_level level) {
-    static const char *const names[] = {"position", "velocity", "acceleration"};
-    return names[level];
-}
-
 static void print_remedies(const struct options *options, const struct refdyn_options *chosen) {
     static const char *const what[] = {
         [REFDYN_NONE] = "with --stabilise none it stays off, --stabilise baumgarte would pull it in",
@@ -36,6 +31,7 @@ static void print_remedies(const struct options *options, const struct refdyn_op
 
 /* A start off the programme: the residual of each row, and what can be done. */
 static void print_start(const struct options *options, const struct refdyn_integrator *integrator) {
+    static const char *const levels[] = {"position", "velocity", "acceleration"};
     const struct refdyn_workspace *work = integrator->work;
     char text[2][NUMBER_LENGTH];
     if (!integrator->start_is_off)
@@ -52,7 +48,7 @@ static void print_start(const struct options *options, const struct refdyn_integ
         enum refdyn_row_level level = work->model->rows[i].level;
         if (level == REFDYN_ACCELERATION)
             continue;
-        fprintf(stderr, "  %s (%s): ", work->model->rows[i].name, level_name(level));
+        fprintf(stderr, "  %s (%s): ", work->model->rows[i].name, levels[level]);
         if (level == REFDYN_POSITION)
             fprintf(stderr, "phi = %s, ", exact_text(work->phi[i], text[0]));
         fprintf(stderr, "psi = %s\n", exact_text(work->psi[i], text[1]));
@@ -239,20 +235,20 @@ static bool copy_rows(FILE *from, struct target *to) {
     return true;
 }
 
-static enum status not_reached(const struct search *search, const struct options *options,
-                               struct target *target) {
-    const struct candidate *best = search->taken ? search->taken : search->last;
-    const struct trial *trial = &best->trial;
-    const struct summary summary = {.trial = trial,
+/* What came of the search, once the rows of its best run are in the target. */
+static enum status conclude(const struct search *search, const struct candidate *best,
+                            const struct task *task) {
+    struct target *target = task->scene->result;
+    const struct summary summary = {.trial = &best->trial,
                                     .estimate = best->has_estimate ? &best->estimate : NULL,
-                                    .accuracy = options->accuracy,
+                                    .accuracy = task->options->accuracy,
                                     .cpu_total_s = search->cpu_total_s};
-    if (!copy_rows(best->rows, target))
-        return STATUS_FAULT;
-    if (trial->result != REFDYN_OK)
-        return stop(trial, target);
+    if (search->is_reached)
+        return finish(&summary, task->scene);
+    if (best->trial.result != REFDYN_OK)
+        return stop(&best->trial, target);
     summary_print(&summary);
-    fprintf(stderr, "refdyn: --accuracy %g cannot be reached", options->accuracy);
+    fprintf(stderr, "refdyn: --accuracy %g cannot be reached", summary.accuracy);
     if (best->has_estimate)
         fprintf(stderr, ", the best estimated error is %.2g", best->estimate.largest.error);
     fputs("\n", stderr);
@@ -263,15 +259,10 @@ static enum status search(const struct task *task, const struct refdyn_options *
     struct target *target = task->scene->result;
     struct search search;
     enum status status = search_run(&search, task, integration);
-    if (status == STATUS_DONE) {
-        const struct summary summary = {.trial = &search.taken->trial,
-                                        .estimate = &search.taken->estimate,
-                                        .accuracy = task->options->accuracy,
-                                        .cpu_total_s = search.cpu_total_s};
-        status = copy_rows(search.taken->rows, target) ? finish(&summary, task->scene) : STATUS_FAULT;
-    } else if (status == STATUS_NUMBERS)
-        status = not_reached(&search, task->options, target);
-    else
+    if (status == STATUS_DONE || status == STATUS_NUMBERS) {
+        const struct candidate *best = search.taken ? search.taken : search.last;
+        status = copy_rows(best->rows, target) ? conclude(&search, best, task) : STATUS_FAULT;
+    } else
         keep_part(target, false, false);
     search_release(&search);
     return status;
@@ -307,11 +298,6 @@ static enum status run_task(const struct task *task, const struct refdyn_options
     return options->accuracy > 0 ? search(task, integration) : simulate(task, integration);
 }
 
-static bool has_ending(const char *path, const char *ending) {
-    size_t length = strlen(path), end = strlen(ending);
-    return length >= end && strcmp(path + length - end, ending) == 0;
-}
-
 /* Which options of the error go together. */
 static enum status check_error_options(const struct options *options,
                                        const struct refdyn_options *integration) {
@@ -323,15 +309,6 @@ static enum status check_error_options(const struct options *options,
     if (options->verify && integration->tol > 0 && integration->tol * verify_part < DBL_EPSILON)
         return usage_error(options->command, "--verify needs --tol %g or larger", DBL_EPSILON / verify_part);
     return STATUS_DONE;
-}
-
-static unsigned find_needs(const struct options *options, const struct refdyn_options *integration) {
-    unsigned needs = NEEDS_RESULT | NEEDS_MOTION | NEEDS_POINTS | NEEDS_POINT_RATES;
-    if (options->from && strcmp(options->from, "statics") == 0)
-        needs |= NEEDS_STATICS;
-    if (refdyn_method_is_implicit(integration->method))
-        needs |= NEEDS_TANGENT;
-    return needs;
 }
 
 static enum status run_scene(struct scene *scene, const struct options *options,
@@ -360,7 +337,8 @@ static enum status run_scene(struct scene *scene, const struct options *options,
 enum status run_sim(const struct options *options) {
     struct refdyn_options integration;
     struct scene scene;
-    if (options->output && (has_ending(options->output, ".h5") || has_ending(options->output, ".hdf5")))
+    const char *dot = options->output ? strrchr(options->output, '.') : NULL;
+    if (dot && (strcmp(dot, ".h5") == 0 || strcmp(dot, ".hdf5") == 0))
         return usage_error(options->command, "-o %s: this version writes CSV, name a .csv file",
                            options->output);
     enum status status = motion_options(options, &integration);
@@ -368,8 +346,9 @@ enum status run_sim(const struct options *options) {
         status = check_error_options(options, &integration);
     if (status != STATUS_DONE)
         return status;
-    status =
-        scene_open(&scene, options, find_needs(options, &integration), options_state_path(options->from));
+    const unsigned tangent = refdyn_method_is_implicit(integration.method) ? NEEDS_TANGENT : 0;
+    status = scene_open(&scene, options, NEEDS_RESULT | NEEDS_POINT_RATES | motion_needs(options) | tangent,
+                        options_state_path(options->from));
     if (status == STATUS_DONE)
         status = run_scene(&scene, options, &integration);
     scene_close(&scene);
