@@ -7,10 +7,6 @@
 
 enum { POINT_COLUMNS = 9 };
 
-int run_column(const struct run *run, const char *name) {
-    return csv_column(&run->csv, name);
-}
-
 static bool is_named(const struct run *run, int column, const char *stem, size_t length, const char *ending) {
     if (column < 0 || column >= run->column_count)
         return false;
@@ -43,7 +39,7 @@ static void find_points(struct run *run) {
 static void find_columns(struct run *run) {
     find_coordinates(run);
     find_points(run);
-    run->energy = run_column(run, "energy");
+    run->energy = csv_column(&run->csv, "energy");
     run->forces = run->energy < 0 ? run->column_count : run->energy + 1;
     while (run->forces + run->force_count < run->column_count &&
            strncmp(run->columns[run->forces + run->force_count], "force_", 6) == 0)

@@ -36,26 +36,32 @@ static int by_descent(const void *a, const void *b) {
 
 /* A list of positive numbers below `most`, sorted from the loosest setting on. */
 static enum status read_numbers(const struct options *options, const char *name, const char *text,
-                                double most, double numbers[static SETTINGS_MAX], int *count) {
+                                double most, struct settings *settings) {
     for (const char **item = options_list(text); *item; item++) {
         double number;
-        if (!text_to_number(*item, &number) || !(number > 0 && number < most) || *count == SETTINGS_MAX)
+        if (!text_to_number(*item, &number) || !(number > 0 && number < most) ||
+            settings->count == SETTINGS_MAX)
             return usage_error(options->command, "--%s: '%s' is no list of up to %d numbers between 0 and %g",
                                name, text, SETTINGS_MAX, most);
-        numbers[(*count)++] = number;
+        settings->list[settings->count++] = number;
     }
-    qsort(numbers, (size_t)*count, sizeof *numbers, by_descent);
-    for (int i = 1; i < *count; i++)
-        if (numbers[i] == numbers[i - 1])
+    settings->are_given = true;
+    qsort(settings->list, (size_t)settings->count, sizeof *settings->list, by_descent);
+    for (int i = 1; i < settings->count; i++)
+        if (settings->list[i] == settings->list[i - 1])
             return usage_error(options->command, "--%s: '%s' has one number twice", name, text);
     return STATUS_DONE;
 }
 
-/* From 1e-2 to 1e-12. */
-static void list_tolerances(struct study_plan *plan) {
+/* Those that were not given: tolerances from 1e-2 to 1e-12, steps halved from the time between outputs on. */
+static void list_settings(struct study_plan *plan) {
     static const double tols[] = {1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12};
-    plan->tol_count = sizeof tols / sizeof tols[0];
-    memcpy(plan->tols, tols, sizeof tols);
+    if (!plan->tols.are_given) {
+        plan->tols.count = sizeof tols / sizeof tols[0];
+        memcpy(plan->tols.list, tols, sizeof tols);
+    }
+    for (int i = 0; i < HALVINGS_MAX && !plan->steps.are_given; i++)
+        plan->steps.list[plan->steps.count++] = ldexp(plan->every, -i);
 }
 
 static enum status read_methods(const struct options *options, struct study_plan *plan) {
@@ -75,15 +81,11 @@ static enum status read_plan(struct report *report) {
     const struct options *options = report->options;
     struct study_plan *plan = &report->plan;
     plan->until = options->until;
-    plan->are_tols_given = options->tols;
     enum status status = read_methods(options, plan);
     if (status == STATUS_DONE && options->tols)
-        status = read_numbers(options, "tols", options->tols, 1, plan->tols, &plan->tol_count);
-    else
-        list_tolerances(plan);
+        status = read_numbers(options, "tols", options->tols, 1, &plan->tols);
     if (status == STATUS_DONE && options->steps)
-        status =
-            read_numbers(options, "steps", options->steps, options->until, plan->steps, &plan->step_count);
+        status = read_numbers(options, "steps", options->steps, options->until, &plan->steps);
     return status;
 }
 
@@ -168,6 +170,7 @@ static enum status run_study(struct report *report, struct study *study, const s
         status = motion_check_times(&scene, options);
     if (status == STATUS_DONE) {
         plan.every = options->every > 0 ? options->every : (options->until - scene.state.t) / REPORT_OUTPUTS;
+        list_settings(&plan);
         study->facts = page_facts(&scene, options, &plan);
         status = study_run(study, &plan, &scene, seconds);
     }

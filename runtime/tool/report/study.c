@@ -8,7 +8,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { HALVINGS_MAX = 26 /* of the time between outputs */, REPEATS_MAX = 10 };
+enum { REPEATS_MAX = 10 };
 
 /* The first three are of different kinds, so that the two that are taken are, too, unless only one of these
  * three comes to the end: an explicit method does not where damping is stiff. */
@@ -167,17 +167,8 @@ static enum status find_reference(struct runs *runs, double seconds) {
 
 /* ---- Series */
 
-/* Settings of a series: as the plan lists them, or steps halved from the time between outputs on. */
-static int setting_count(const struct runs *runs, const struct series *series) {
-    const struct study_plan *plan = runs->plan;
-    return !series->is_fixed ? plan->tol_count : plan->step_count ? plan->step_count : HALVINGS_MAX;
-}
-
-static double setting_at(const struct runs *runs, const struct series *series, int i) {
-    const struct study_plan *plan = runs->plan;
-    if (!series->is_fixed)
-        return plan->tols[i];
-    return plan->step_count ? plan->steps[i] : ldexp(plan->every, -i);
+static const struct settings *settings_of(const struct runs *runs, const struct series *series) {
+    return series->is_fixed ? &runs->plan->steps : &runs->plan->tols;
 }
 
 /* CPU time that the next run will take: it grows as from the run before the last one to the last. */
@@ -203,7 +194,7 @@ static void forget_before_edge(const struct study *study, struct series *series)
 static bool is_exhausted(const struct runs *runs, const struct series *series) {
     const struct study *study = runs->study;
     const struct trial *now = &series->trials[series->count - 1];
-    if (series->is_fixed ? runs->plan->step_count > 0 : runs->plan->are_tols_given)
+    if (settings_of(runs, series)->are_given)
         return false;
     return series->count == SETTINGS_MAX ||
            (is_settled(study, now) &&
@@ -213,7 +204,8 @@ static bool is_exhausted(const struct runs *runs, const struct series *series) {
 
 /* Adds the next run to the series; a limit below what is expected lists it without trying. */
 static void run_next(struct runs *runs, struct series *series, double limit) {
-    const double setting = setting_at(runs, series, series->next++), expected = expected_time(series);
+    const struct settings *settings = settings_of(runs, series);
+    const double setting = settings->list[series->next++], expected = expected_time(series);
     struct trial *trial = &series->trials[series->count++];
     *trial = (struct trial){.method = series->method,
                             .stabilise = series->stabilise,
@@ -233,10 +225,10 @@ static void run_next(struct runs *runs, struct series *series, double limit) {
         return;
     }
     repeat_short(runs, trial);
-    if (series->is_fixed && runs->plan->step_count == 0)
+    if (series->is_fixed && !settings->are_given)
         forget_before_edge(runs->study, series);
     series->is_over = series->trials[series->count - 1].result == MOTION_TOO_SLOW ||
-                      series->next == setting_count(runs, series) || is_exhausted(runs, series);
+                      series->next == settings->count || is_exhausted(runs, series);
 }
 
 /* Of fixed steps each stabilisation, since their stability limits differ; of the others the projection. */

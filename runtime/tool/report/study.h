@@ -7,14 +7,24 @@
 
 #include "simulate/motion.h"
 
-enum { SETTINGS_MAX = 24, SERIES_MAX = REFDYN_METHOD_COUNT * STABILISE_COUNT, REFERENCES = 2 };
+enum {
+    SETTINGS_MAX = 24,
+    HALVINGS_MAX = 26 /* of the time between outputs */,
+    SERIES_MAX = REFDYN_METHOD_COUNT * STABILISE_COUNT,
+    REFERENCES = 2
+};
+
+/* Tolerances or steps, descending. */
+struct settings {
+    double list[HALVINGS_MAX];
+    int count;
+    bool are_given; /* else a series ends where the next one tells nothing */
+};
 
 /* What is to be run. */
 struct study_plan {
     bool methods[REFDYN_METHOD_COUNT];
-    double tols[SETTINGS_MAX], steps[SETTINGS_MAX]; /* descending */
-    int tol_count, step_count;                      /* no step: they are found */
-    bool are_tols_given;
+    struct settings tols, steps;
     double until, every; /* [s] */
 };
 
