@@ -58,7 +58,7 @@ static enum status place(struct analysis *analysis, const struct options *option
     if (strcmp(analysis->at, "statics") == 0) {
         struct equilibrium equilibrium;
         status = find_equilibrium(scene, options, &equilibrium);
-        memcpy(analysis->held, equilibrium.held, (size_t)scene->model->n * sizeof *analysis->held);
+        analysis->held = equilibrium.held;
     } else
         status = choose_held(scene, options, analysis->held);
     warn_of_rates(scene, options->at);

@@ -73,11 +73,10 @@ static double *product(const double *left, const double *right, int rows, int in
 /* left^T right, both n rows */
 static double *product_of_columns(const double *left, int left_columns, const double *right, int columns,
                                   int n) {
-    double *turned = allocate_matrix(left_columns, n);
+    double *out = allocate_matrix(left_columns, columns);
     for (int i = 0; i < n; i++)
-        for (int j = 0; j < left_columns; j++)
-            turned[j * n + i] = left[i * left_columns + j];
-    return product(turned, right, left_columns, n, columns);
+        add_product(out, 1, left + i * left_columns, right + i * columns, left_columns, 1, columns);
+    return out;
 }
 
 static double *scaled(const struct pencil *pencil, const double *matrix, int rows, bool both) {

@@ -171,15 +171,6 @@ static bool take_part(const struct targets *targets, struct target *target) {
     return false;
 }
 
-/* No signal comes between the file and the way to undo it. */
-static bool take_part_whole(const struct targets *targets, struct target *target) {
-    sigset_t before;
-    interrupt_hold(&before);
-    const bool is_taken = take_part(targets, target);
-    interrupt_release(&before);
-    return is_taken;
-}
-
 /* ---- Opening ---- */
 
 static bool open_stdout(struct target *target) {
@@ -203,7 +194,13 @@ static bool open_target(const struct targets *targets, struct target *target, co
         return false;
     if (!target->path)
         return open_itself(target);
-    return check_present(target) && take_part_whole(targets, target);
+    if (!check_present(target))
+        return false;
+    sigset_t before;
+    interrupt_hold(&before); /* no signal comes between the file and the way to undo it */
+    const bool is_taken = take_part(targets, target);
+    interrupt_release(&before);
+    return is_taken;
 }
 
 struct target *target_open(struct targets *targets, const char *path) {
