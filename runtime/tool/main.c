@@ -176,7 +176,6 @@ int main(int argc, char **argv) {
     interrupt_catch();
     if (options_read(commands, argc, argv, &options, &status))
         status = options.command->run(&options);
-    options_release(&options);
     status = finish_stdout(status);
     interrupt_finish();
     return (int)status;

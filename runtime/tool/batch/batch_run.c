@@ -119,7 +119,7 @@ static int end_case(void *context, const struct refdyn_batch_case *one,
 /* A case whose values the model refuses is not computed. */
 static void refuse_case(struct running *running, long number, const char *reason) {
     const struct runs_layout *layout = &running->setup->layout;
-    double *values = allocate((size_t)layout->width + 1, sizeof *values);
+    double *values = allocate_large((size_t)layout->width + 1, sizeof *values);
     for (int i = 0; i < layout->width; i++)
         values[i] = NAN;
     const struct case_record record = {
@@ -183,12 +183,9 @@ static int run_cases(struct running *running, struct structure *structure, long 
 
 static enum status run_structure(struct running *running, struct structure *structure) {
     const int threads = running->setup->threads;
-    long *numbers = allocate((size_t)structure->count, sizeof *numbers);
-    running->recorders = allocate((size_t)threads, sizeof *running->recorders);
+    long *numbers = allocate_large((size_t)structure->count, sizeof *numbers);
+    running->recorders = allocate_large((size_t)threads, sizeof *running->recorders);
     const int result = run_cases(running, structure, numbers);
-    for (int i = 0; i < threads; i++)
-        if (running->recorders[i].values)
-            recorder_release(&running->recorders[i]);
     free(running->recorders);
     free(numbers);
     if (result)

@@ -167,8 +167,6 @@ static enum status move(struct again *again) {
     const int result = refdyn_batch_run(&batch, NULL);
     if (result)
         return complain(structure->scene.model->name, refdyn_status_text(result));
-    if (again->table.values)
-        table_release(&again->table);
     const enum status status = target_finish(again->rows) ? STATUS_DONE : STATUS_FAULT;
     return again->status ? STATUS_NUMBERS : status;
 }

@@ -159,7 +159,8 @@ static const char *value_text(const struct case_column *column, long i, char num
 static int add_text(struct text_set *set, const char *folder, const char *text) {
     if (!*folder || *text == '/')
         return text_set_add(set, text);
-    char *path = text_format("%s%s", folder, text);
+    char *path = allocate_large(strlen(folder) + strlen(text) + 1, 1);
+    strcat(strcpy(path, folder), text);
     const int number = text_set_add(set, path);
     free(path);
     return number;

@@ -82,7 +82,7 @@ static unsigned needs_of(const struct options *options, const struct refdyn_opti
 static enum status open_scene(struct structure *structure, const struct refdyn_options *integration) {
     structure->is_open = true;
     return scene_open(&structure->scene, &structure->options, needs_of(&structure->options, integration),
-                      motion_state_path(&structure->options));
+                      options_state_path(structure->options.from));
 }
 
 /* In a process of its own, which leaves the compiled code in the cache; what is wrong the caller says when it
@@ -150,7 +150,7 @@ static enum status read_samples(struct structure *structure, struct memory *memo
     structure->samples = memory_get(memory, (size_t)column->text_count * sizeof *structure->samples);
     for (int i = 0; i < column->text_count; i++) {
         struct inputs inputs;
-        if (!inputs_read(&inputs, memory, column->texts[i], structure->scene.model))
+        if (!inputs_read(&inputs, column->texts[i], structure->scene.model))
             return STATUS_FAULT;
         structure->samples[structure->sample_count++] = inputs.samples;
     }

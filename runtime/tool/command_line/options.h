@@ -61,11 +61,17 @@ struct command {
  * otherwise *status is the exit status (help and version were printed). */
 bool options_read(const struct command *commands, int argc, char **argv, struct options *options,
                   enum status *status);
-void options_release(struct options *options);
 /* A list "a,b" of option `name` has no empty item, and none twice. */
 enum status check_list(const struct command *command, const char *name, const char *list);
-/* Item number `index` of such a list, in heap memory; NULL behind the last one, and for list NULL. */
-char *options_list_item(const char *list, int index);
+/* The items of such a list, behind the last one NULL; of list NULL none. */
+const char **options_list(const char *list);
+/* The place of `word` among `names`, which end with NULL; -1 with a complaint of --option. */
+int options_choice(const struct command *command, const char *option, const char *word,
+                   const char *const *names);
+/* "rk4, rk54, ...": all methods, or those that need no tangent. */
+const char *options_methods(bool is_explicit);
+/* Of the words of --from and --at: NULL unless it names a STATE.json. */
+const char *options_state_path(const char *place);
 /* Complains on stderr as `refdyn COMMAND: ...` with the usage line; returns STATUS_USAGE. */
 enum status usage_error(const struct command *command, const char *format, ...)
     __attribute__((format(printf, 2, 3)));

@@ -5,7 +5,6 @@
 #include "text/output.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* Pixels. */
@@ -25,53 +24,33 @@ static const char ink[] = "#222222", frame[] = "#555555", grid[] = "#e4e4e4";
 
 /* ---- Lists */
 
-/* Room for one more entry of `size` bytes. */
-static void *grow(void *list, int count, int *room, size_t size) {
-    if (count < *room)
-        return list;
-    *room = 2 * count + 8;
-    void *more = allocate((size_t)*room, size);
-    if (count)
-        memcpy(more, list, (size_t)count * size);
-    free(list);
-    return more;
-}
-
 int chart_key(struct chart *chart, const char *name, size_t length) {
     int place = 0;
     for (; place < chart->key_count; place++)
         if (strncmp(chart->keys[place].name, name, length) == 0 && !chart->keys[place].name[length])
             return place;
-    chart->keys = grow(chart->keys, chart->key_count++, &chart->key_room, sizeof *chart->keys);
+    chart->keys =
+        memory_room(&program_memory, chart->keys, chart->key_count++, &chart->key_room, sizeof *chart->keys);
     chart->keys[place].name = text_format("%.*s", (int)length, name);
     return place;
 }
 
 void chart_add_curve(struct chart *chart, struct curve curve) {
-    chart->curves = grow(chart->curves, chart->curve_count, &chart->curve_room, sizeof *chart->curves);
+    chart->curves = memory_room(&program_memory, chart->curves, chart->curve_count, &chart->curve_room,
+                                sizeof *chart->curves);
     chart->curves[chart->curve_count++] = curve;
 }
 
 void chart_add_band(struct chart *chart, struct band band) {
-    chart->bands = grow(chart->bands, chart->band_count, &chart->band_room, sizeof *chart->bands);
+    chart->bands = memory_room(&program_memory, chart->bands, chart->band_count, &chart->band_room,
+                               sizeof *chart->bands);
     chart->bands[chart->band_count++] = band;
 }
 
 void chart_add_cell(struct chart *chart, struct cell cell) {
-    chart->cells = grow(chart->cells, chart->cell_count, &chart->cell_room, sizeof *chart->cells);
+    chart->cells = memory_room(&program_memory, chart->cells, chart->cell_count, &chart->cell_room,
+                               sizeof *chart->cells);
     chart->cells[chart->cell_count++] = cell;
-}
-
-void chart_release(struct chart *chart) {
-    for (int i = 0; i < chart->key_count; i++)
-        free(chart->keys[i].name);
-    free(chart->keys);
-    free(chart->curves);
-    free(chart->bands);
-    free(chart->cells);
-    free(chart->title);
-    free(chart->x_label);
-    free(chart->y_label);
 }
 
 /* ---- Pieces */
@@ -90,11 +69,9 @@ static void put_label(FILE *out, double x, double y, const char *how, const char
         return;
     for (int i = 0; i < most && *end; i++)
         utf8_next(&end);
-    char *shown = text_format("%.*s%s", (int)(end - text), text, *end ? "..." : "");
     fprintf(out, "<text x=\"%.1f\" y=\"%.1f\" %s>", x, y, how);
-    put_xml_text(out, shown);
+    put_xml_text(out, text_format("%.*s%s", (int)(end - text), text, *end ? "..." : ""));
     fputs("</text>\n", out);
-    free(shown);
 }
 
 static void put_line(FILE *out, double x, double y, double x_end, double y_end, const char *colour) {
@@ -232,10 +209,10 @@ static void put_y_axis(FILE *out, const struct box *box, const char *label) {
     }
     scale_note(&box->y, text);
     put_label(out, box->left, box->top - 6, "", text, TEXT_MOST);
-    char *turn = text_format("text-anchor=\"middle\" transform=\"translate(%.1f %.1f) rotate(-90)\"",
-                             box->left - LEFT + 16, box->top + 0.5 * box->height);
-    put_label(out, 0, 0, turn, label, TEXT_MOST);
-    free(turn);
+    put_label(out, 0, 0,
+              text_format("text-anchor=\"middle\" transform=\"translate(%.1f %.1f) rotate(-90)\"",
+                          box->left - LEFT + 16, box->top + 0.5 * box->height),
+              label, TEXT_MOST);
 }
 
 static void put_frame(FILE *out, const struct box *box) {

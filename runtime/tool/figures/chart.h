@@ -15,7 +15,7 @@
 
 /* A name and what stands for it. */
 struct key {
-    char *name;
+    const char *name;
     struct stroke stroke;
 };
 
@@ -41,7 +41,7 @@ struct cell {
 };
 
 struct chart {
-    char *title, *x_label, *y_label;
+    const char *title, *x_label, *y_label;
     bool is_x_logarithmic, is_y_logarithmic; /* of the absolute value */
     bool is_path;                            /* x is no time: it leaves room at its ends */
     bool is_equal;                           /* one scale for x and y */
@@ -70,7 +70,6 @@ int chart_key(struct chart *chart, const char *name, size_t length);
 void chart_add_curve(struct chart *chart, struct curve curve);
 void chart_add_band(struct chart *chart, struct band band);
 void chart_add_cell(struct chart *chart, struct cell cell);
-void chart_release(struct chart *chart);
 
 void chart_draw_figure(FILE *out, const struct figure *figure);
 

@@ -36,16 +36,13 @@ static enum status check_runs(const struct options *options) {
 static enum status check_usage(struct drawing *drawing) {
     const struct options *options = drawing->options;
     const bool is_of_runs = is_file_of_runs(options->operands[0]);
-    char *unknown = is_of_runs ? NULL : panels_choose(&drawing->panels, options->panel);
-    char *names = panels_names();
-    enum status status = check_runs(options);
+    const char *unknown = is_of_runs ? NULL : panels_choose(&drawing->panels, options->panel);
+    const enum status status = check_runs(options);
     drawing->format = picture_format_of(options->output);
     if (status == STATUS_DONE && unknown)
-        status = usage_error(options->command, "--panel: '%s' is none of %s", unknown, names);
-    else if (status == STATUS_DONE && !drawing->format)
-        status = usage_error(options->command, "-o: '%s' ends in none of .svg, .png, .pdf", options->output);
-    free(unknown);
-    free(names);
+        return usage_error(options->command, "--panel: '%s' is none of %s", unknown, panels_names());
+    if (status == STATUS_DONE && !drawing->format)
+        return usage_error(options->command, "-o: '%s' ends in none of .svg, .png, .pdf", options->output);
     return status;
 }
 
@@ -56,14 +53,11 @@ static bool read_units(struct panels *panels, const char *path) {
     json_t *root = text ? json_loads(text, JSON_REJECT_DUPLICATES, &error) : NULL;
     panels->units = json_incref(json_object_get(root, "units"));
     const bool is_good = json_is_object(panels->units);
-    if (text && !is_good) {
-        char *said = text_format("units: %s, a summary of refdyn sim is needed",
-                                 root ? "no object 'units'" : error.text);
-        complain_line(path, root ? 1 : error.line, said);
-        free(said);
-    }
+    if (text && !is_good)
+        complain_line(path, root ? 1 : error.line,
+                      text_format("units: %s, a summary of refdyn sim is needed",
+                                  root ? "no object 'units'" : error.text));
     json_decref(root);
-    free(text);
     return is_good;
 }
 
@@ -81,14 +75,11 @@ static void draw(const struct panels *panels, FILE *out) {
                             .width = WIDTH,
                             .height = HEIGHT};
     for (int i = 0; i < panels->run_count; i++) {
-        figure.heads[i].name = text_format("%s", panels->runs[i].name);
+        figure.heads[i].name = panels->runs[i].name;
         if (panels->run_count > 1)
             figure.heads[i].stroke = style_run(i, panels->run_count);
     }
     chart_draw_figure(out, &figure);
-    for (int i = 0; i < panels->run_count; i++)
-        free(figure.heads[i].name);
-    free(figure.heads);
 }
 
 static bool write_drawing(struct drawing *drawing) {
@@ -104,7 +95,6 @@ static bool write_drawing(struct drawing *drawing) {
                       "run: no column that these panels draw, a CSV file of refdyn sim is needed");
     is_good = is_good && picture_write(drawing->format, svg, drawing->target->file) &&
               target_finish(drawing->target);
-    panels_release(&drawing->panels);
     free(svg);
     return is_good;
 }
@@ -150,8 +140,5 @@ enum status run_plot(const struct options *options) {
         (is_file_of_runs(options->operands[0]) ? write_runs(&drawing) : write_drawing(&drawing));
     targets_release(&drawing.targets);
     json_decref(panels->units);
-    for (int i = 0; i < panels->run_count; i++)
-        run_release(&panels->runs[i]);
-    free(panels->runs);
     return is_good ? STATUS_DONE : STATUS_FAULT;
 }

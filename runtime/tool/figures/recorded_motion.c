@@ -3,14 +3,9 @@
 #include "text/output.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { POINT_COLUMNS = 9 };
-
-int run_column(const struct run *run, const char *name) {
-    return csv_column(&run->csv, name);
-}
 
 static bool is_named(const struct run *run, int column, const char *stem, size_t length, const char *ending) {
     if (column < 0 || column >= run->column_count)
@@ -44,7 +39,7 @@ static void find_points(struct run *run) {
 static void find_columns(struct run *run) {
     find_coordinates(run);
     find_points(run);
-    run->energy = run_column(run, "energy");
+    run->energy = csv_column(&run->csv, "energy");
     run->forces = run->energy < 0 ? run->column_count : run->energy + 1;
     while (run->forces + run->force_count < run->column_count &&
            strncmp(run->columns[run->forces + run->force_count], "force_", 6) == 0)
@@ -96,7 +91,6 @@ static bool read_rows(struct run *run) {
     }
     if (is_good && run->rows > 0 && (run->rows - 1) % run->stride != 0)
         memcpy(run->kept + (size_t)run->kept_count++ * width, last, width * sizeof *last);
-    free(last);
     return is_good;
 }
 
@@ -115,11 +109,7 @@ static void get_room(struct run *run) {
     run->kept = allocate((size_t)(run->room + 1) * width, sizeof *run->kept);
 }
 
-bool run_read(struct run *run, const char *path) {
-    const char *slash = strrchr(path, '/');
-    *run = (struct run){.path = path, .name = slash ? slash + 1 : path, .energy = -1};
-    if (!csv_open(&run->csv, path, "run"))
-        return false;
+static bool read_run(struct run *run) {
     if (strcmp(run->csv.names[0], "t") != 0 || run->csv.count < 2)
         return csv_complain(
             &run->csv, "the header does not begin with t and a name, a CSV file of refdyn sim is needed");
@@ -131,10 +121,10 @@ bool run_read(struct run *run, const char *path) {
     return run->rows > 0 || csv_complain(&run->csv, "there are no rows, a CSV file of refdyn sim is needed");
 }
 
-void run_release(struct run *run) {
+bool run_read(struct run *run, const char *path) {
+    const char *slash = strrchr(path, '/');
+    *run = (struct run){.path = path, .name = slash ? slash + 1 : path, .energy = -1};
+    const bool is_good = csv_open(&run->csv, path, "run") && read_run(run);
     csv_close(&run->csv);
-    free(run->points);
-    free(run->kept);
-    free(run->largest);
-    *run = (struct run){.path = NULL};
+    return is_good;
 }

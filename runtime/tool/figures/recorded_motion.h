@@ -36,8 +36,5 @@ struct run {
 
 /* Complains on stderr with FILE:LINE and returns false when it is no such file. */
 bool run_read(struct run *run, const char *path);
-void run_release(struct run *run);
-/* Column of that name, -1: none. */
-int run_column(const struct run *run, const char *name);
 
 #endif

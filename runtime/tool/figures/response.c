@@ -193,7 +193,6 @@ static void add_keys(struct chart *chart, double low, double high) {
         char *name = text_format("%.4g", low + part * (high - low));
         const int key = chart_key(chart, name, strlen(name));
         chart->keys[key].stroke = (struct stroke){style_value(part), 12, "", NULL};
-        free(name);
     }
 }
 
@@ -219,9 +218,7 @@ static void note_failures(struct chart *chart, const struct field *fields, int c
         i++;
     if (i == count)
         return;
-    char *title = text_format("%s (grey: no case has it)", chart->title);
-    free(chart->title);
-    chart->title = title;
+    chart->title = text_format("%s (grey: no case has it)", chart->title);
 }
 
 /* Grids get a field for each pair of steps, other cases as many that several are in each. */
@@ -273,11 +270,8 @@ bool response_add(struct runs_charts *figure, const struct kept_item *item, int 
         add_curve(figure, chart, count == 1 ? &sweeps[0] : NULL, values);
         chart->y_label = quantity_of(item, place);
     }
-    free(sweeps[0].label);
-    free(sweeps[1].label);
     if (chart->cell_count + chart->curve_count > 0)
         return true;
-    chart_release(chart);
     figure->chart_count--;
     return true;
 }

@@ -65,14 +65,14 @@ static const struct kept_item *find_item(const struct runs_layout *layout, const
 static bool refuse_panel(const struct runs_charts *figure, const char *name, const char *fact) {
     char *text = text_format("--panel: '%s' %s", name, fact);
     complain_line(figure->path, 0, text);
-    free(text);
     return false;
 }
 
 static bool add_named(struct runs_charts *figure, const char *panels) {
     bool is_good = true;
-    char *name;
-    for (int i = 0; is_good && (name = options_list_item(panels, i)); i++) {
+    const char **names = options_list(panels);
+    for (int i = 0; is_good && names[i]; i++) {
+        const char *name = names[i];
         const struct kept_item *item = find_item(runs_layout(figure->reader), name);
         if (!item)
             is_good = refuse_panel(figure, name, "is nothing that the file has, as history/E_x would be");
@@ -80,7 +80,6 @@ static bool add_named(struct runs_charts *figure, const char *panels) {
             is_good = refuse_panel(figure, name, "is too much, a figure has room for 12");
         else
             is_good = add_item(figure, item);
-        free(name);
     }
     return is_good;
 }
@@ -102,10 +101,6 @@ static void draw(const struct runs_charts *figure, FILE *out) {
 }
 
 static void release(struct runs_charts *figure) {
-    for (int i = 0; i < figure->chart_count; i++)
-        chart_release(&figure->charts[i]);
-    for (int i = 0; i < figure->head_count; i++)
-        free(figure->heads[i].name);
     if (figure->reader)
         runs_close(figure->reader);
     memory_release(&figure->memory);

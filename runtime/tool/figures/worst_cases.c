@@ -30,7 +30,7 @@ static bool begins_number(const char *text) {
 
 /* "at t = 0.25 s" as "at t = ... s", in heap memory. */
 static char *without_numbers(const char *text) {
-    char *kept = allocate(3 * strlen(text) + 1, 1), *end = kept;
+    char *kept = allocate_large(3 * strlen(text) + 1, 1), *end = kept;
     while (*text)
         if (begins_number(text)) {
             text += strspn(text, "0123456789.eE+-");

@@ -42,7 +42,6 @@ static struct cause find_cause(void) {
 static void complain(struct hdf5_file *file, const char *fact, const char *cause) {
     char *text = text_format("%s%s%s", fact, *cause ? ": " : "", cause);
     complain_line(file->path, 0, text);
-    free(text);
     file->has_failed = true;
 }
 
@@ -63,7 +62,6 @@ bool hdf5_refuse(struct hdf5_file *file, const char *format, ...) {
     va_end(list);
     if (!file->has_failed)
         complain(file, text, "");
-    free(text);
     return false;
 }
 
@@ -180,7 +178,6 @@ void hdf5_release(struct hdf5_file *file) {
         H5Fclose(file->id);
     if (file->text >= 0)
         H5Tclose(file->text);
-    free(file->path);
     *file = (struct hdf5_file){.id = -1, .text = -1};
 }
 
@@ -247,7 +244,8 @@ char *hdf5_get_text(struct hdf5_file *file, const char *object, const char *name
     char *text = NULL;
     if (!get_attribute(file, object, name, H5T_STRING, file->text, &text))
         return NULL;
-    char *copy = text_format("%s", text ? text : ""); /* HDF5 gives an empty one as NULL */
+    char *copy = allocate_large(text ? strlen(text) + 1 : 1, 1); /* HDF5 gives an empty one as NULL */
+    strcpy(copy, text ? text : "");
     H5free_memory(text);
     return copy;
 }
@@ -277,7 +275,6 @@ static bool make_groups_above(struct hdf5_file *file, const char *path) {
     while (is_good && (slash = strchr(slash, '/'))) {
         char *group = text_format("%.*s", (int)(slash++ - path), path);
         is_good = make_one_group(file, group);
-        free(group);
     }
     return is_good;
 }

@@ -207,7 +207,7 @@ static herr_t take_scale_name(hid_t dataset, unsigned dimension, hid_t scale, vo
     (void)dimension;
     if (length <= 0)
         return -1;
-    *name = allocate((size_t)length + 1, 1);
+    *name = allocate_large((size_t)length + 1, 1);
     H5Iget_name(scale, *name, (size_t)length + 1);
     return 1;
 }
@@ -336,7 +336,7 @@ static int keep_different(const char **texts, long count) {
 /* Texts come as they are by row, and become which of the different ones they are. */
 static void number_texts(struct runs_reader *reader, struct varied *varied) {
     const size_t count = (size_t)reader->count;
-    const char **by_row = allocate(count + 1, sizeof *by_row);
+    const char **by_row = allocate_large(count + 1, sizeof *by_row);
     memcpy(by_row, varied->texts, count * sizeof *by_row);
     varied->text_count = keep_different(varied->texts, reader->count);
     for (size_t i = 0; i < count; i++) {
@@ -398,7 +398,7 @@ static bool read_all(struct runs_reader *reader, const char *path) {
 }
 
 struct runs_reader *runs_open(const char *path) {
-    struct runs_reader *reader = allocate(1, sizeof *reader);
+    struct runs_reader *reader = allocate_large(1, sizeof *reader);
     *reader = (struct runs_reader){.memory = arena_start()};
     hdf5_rows_start(&reader->rows, &reader->file);
     if (read_all(reader, path))

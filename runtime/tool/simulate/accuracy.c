@@ -28,16 +28,14 @@ enum { FAILURES_MOST = 3 };
 
 static void release(struct candidate *candidate) {
     trial_release(&candidate->trial);
-    if (candidate->has_estimate)
-        estimate_release(&candidate->estimate);
+    estimate_release(&candidate->estimate);
     if (candidate->rows)
         fclose(candidate->rows);
     *candidate = (struct candidate){.rows = NULL};
 }
 
 static void estimate(struct candidate *judged, const struct candidate *other, double share) {
-    if (judged->has_estimate)
-        estimate_release(&judged->estimate);
+    estimate_release(&judged->estimate);
     estimate_make(&judged->estimate, &judged->trial.track, &other->trial.track, share);
     judged->has_estimate = true;
 }

@@ -12,18 +12,10 @@ static const char *const point_units[] = {"m", "m/s", "m/s^2"};
 
 /* ---- Names ---- */
 
-static int count_columns(const struct refdyn_model *model) {
-    int count = 2 + 3 * model->n + 9 * model->point_count + model->input_count + model->course_count;
-    for (int i = 0; i < model->m; i++)
-        count += (model->rows[i].level == REFDYN_POSITION) + (model->rows[i].level != REFDYN_ACCELERATION);
-    return count;
-}
-
 const char table_input_lead[] = "input_";
 
 /* The columns so far; a unit is NULL where the model does not say. */
 struct columns {
-    struct memory *memory;
     const char **names, **units;
     int count;
     struct motion_part *parts;
@@ -39,7 +31,7 @@ struct block {
 /* The columns from now on lie in that dataset; axis NULL: it has one axis, and this one column. */
 static void begin_part(struct columns *columns, const char *path, const char *axis,
                        const char *const *names) {
-    columns->parts = memory_room(columns->memory, columns->parts, columns->part_count, &columns->part_room,
+    columns->parts = memory_room(&program_memory, columns->parts, columns->part_count, &columns->part_room,
                                  sizeof *columns->parts);
     columns->parts[columns->part_count++] =
         (struct motion_part){.path = path, .axis = axis, .axis_names = names, .first = columns->count};
@@ -64,7 +56,7 @@ static void settle(struct columns *columns, int first, const char *lead) {
         if (text_index(columns->names[i++], columns->names, first) < 0)
             continue;
         for (int j = first; j < columns->count; j++)
-            columns->names[j] = memory_format(columns->memory, "%s%s", lead, columns->names[j]);
+            columns->names[j] = text_format("%s%s", lead, columns->names[j]);
         i = first;
     }
 }
@@ -84,14 +76,11 @@ static void name_points(const struct refdyn_model *model, struct columns *column
     for (int point = 0; point < model->point_count; point++) {
         const int first = columns->count;
         for (int rate = 0; rate < 3; rate++) {
-            begin_part(columns,
-                       memory_format(columns->memory, "/points/%s/r%s", model->points[point], rates[rate]),
-                       "/axis", axes);
+            begin_part(columns, text_format("/points/%s/r%s", model->points[point], rates[rate]), "/axis",
+                       axes);
             for (int axis = 0; axis < 3; axis++)
-                add_name(
-                    columns,
-                    memory_format(columns->memory, "%s_%s%s", model->points[point], axes[axis], rates[rate]),
-                    point_units[rate]);
+                add_name(columns, text_format("%s_%s%s", model->points[point], axes[axis], rates[rate]),
+                         point_units[rate]);
         }
         settle(columns, first, "point_");
     }
@@ -101,11 +90,11 @@ static void name_residuals(const struct refdyn_model *model, struct columns *col
     begin_part(columns, "/phi", "/phi_row", columns->names + columns->count);
     for (int i = 0; i < model->m; i++)
         if (model->rows[i].level == REFDYN_POSITION)
-            add_name(columns, memory_format(columns->memory, "phi_%d", i + 1), NULL);
+            add_name(columns, text_format("phi_%d", i + 1), NULL);
     begin_part(columns, "/psi", "/psi_row", columns->names + columns->count);
     for (int i = 0; i < model->m; i++)
         if (model->rows[i].level != REFDYN_ACCELERATION)
-            add_name(columns, memory_format(columns->memory, "psi_%d", i + 1), NULL);
+            add_name(columns, text_format("psi_%d", i + 1), NULL);
 }
 
 static bool is_slide(const struct refdyn_name *coordinate) {
@@ -122,8 +111,7 @@ static void name_state(const struct refdyn_model *model, struct columns *columns
         add_name(columns, q[i].name, q[i].unit);
     begin_part(columns, "/qd", "/coordinate", coordinates);
     for (int i = 0; i < model->n; i++)
-        add_name(columns, memory_format(columns->memory, "%s_d", q[i].name),
-                 is_slide(&q[i]) ? "m/s" : "rad/s");
+        add_name(columns, text_format("%s_d", q[i].name), is_slide(&q[i]) ? "m/s" : "rad/s");
 }
 
 static void name_energy(const struct refdyn_model *model, struct columns *columns) {
@@ -136,21 +124,21 @@ static void name_forces(const struct refdyn_model *model, struct columns *column
     const int first = columns->count;
     begin_part(columns, "/force", "/coordinate", columns->names + 1);
     for (int i = 0; i < model->n; i++)
-        add_name(columns, memory_format(columns->memory, "force_%s", model->coordinates[i].name),
+        add_name(columns, text_format("force_%s", model->coordinates[i].name),
                  is_slide(&model->coordinates[i]) ? "N" : "N m");
     settle(columns, first, "force_");
 }
 
 static void name_inputs(const struct refdyn_model *model, struct columns *columns) {
     for (int i = 0; i < model->input_count; i++) {
-        begin_part(columns, memory_format(columns->memory, "/inputs/%s", model->inputs[i].name), NULL, NULL);
+        begin_part(columns, text_format("/inputs/%s", model->inputs[i].name), NULL, NULL);
         add_settled(columns, table_input_lead, model->inputs[i].name, model->inputs[i].unit);
     }
 }
 
 static void name_courses(const struct refdyn_model *model, struct columns *columns) {
     for (int i = 0; i < model->course_count; i++) {
-        begin_part(columns, memory_format(columns->memory, "/courses/%s", model->courses[i]), NULL, NULL);
+        begin_part(columns, text_format("/courses/%s", model->courses[i]), NULL, NULL);
         add_settled(columns, "course_", model->courses[i], NULL);
     }
 }
@@ -247,9 +235,10 @@ static const struct block blocks[TABLE_BLOCKS] = {{name_state, put_state},      
                                                   {name_courses, put_courses}};
 
 static void name_columns(const struct refdyn_model *model, struct columns *columns, int *ends) {
-    const size_t count = (size_t)count_columns(model);
-    columns->names = memory_get(columns->memory, count * sizeof *columns->names);
-    columns->units = memory_get(columns->memory, count * sizeof *columns->units);
+    const int most =
+        2 + 3 * model->n + 9 * model->point_count + 2 * model->m + model->input_count + model->course_count;
+    columns->names = allocate((size_t)most, sizeof *columns->names);
+    columns->units = allocate((size_t)most, sizeof *columns->units);
     for (int block = 0; block < TABLE_BLOCKS; block++) {
         blocks[block].name(model, columns);
         ends[block] = columns->count;
@@ -259,25 +248,23 @@ static void name_columns(const struct refdyn_model *model, struct columns *colum
 
 void table_start(struct table *table, struct refdyn_integrator *integrator) {
     const struct refdyn_model *model = integrator->work->model;
-    size_t n = (size_t)model->n, columns = 3 * (size_t)model->point_count;
-    *table = (struct table){.integrator = integrator, .count = count_columns(model)};
-    table->memory = arena_start();
-    table->values = memory_get(&table->memory, (size_t)table->count * sizeof *table->values);
-    table->room = memory_get(&table->memory,
-                             (n + columns * (n + 3) + (size_t)model->course_count) * sizeof *table->room);
-    struct columns named = {.memory = &table->memory};
-    name_columns(model, &named, table->ends);
-    table->names = named.names;
-    table->units = named.units;
-    table->parts = named.parts;
-    table->part_count = named.part_count;
+    const size_t n = (size_t)model->n, rows = 3 * (size_t)model->point_count;
+    struct columns columns = {.count = 0};
+    *table = (struct table){.integrator = integrator};
+    name_columns(model, &columns, table->ends);
+    table->names = columns.names;
+    table->units = columns.units;
+    table->count = columns.count;
+    table->parts = columns.parts;
+    table->part_count = columns.part_count;
+    table->values = allocate((size_t)table->count, sizeof *table->values);
+    table->room = allocate(n + rows * (n + 3) + (size_t)model->course_count, sizeof *table->room);
     for (int block = 0; block < TABLE_BLOCKS; block++)
         table->is_wanted[block] = true;
 }
 
 void table_put_units(const struct refdyn_model *model, struct document *document) {
-    struct memory memory = arena_start();
-    struct columns columns = {.memory = &memory};
+    struct columns columns = {.count = 0};
     int ends[TABLE_BLOCKS];
     name_columns(model, &columns, ends);
     put_open(document, "units", '{');
@@ -285,7 +272,6 @@ void table_put_units(const struct refdyn_model *model, struct document *document
         if (columns.units[i])
             put_text(document, columns.names[i], columns.units[i]);
     put_close(document, '}');
-    memory_release(&memory);
 }
 
 void table_want(struct table *table, const bool *wanted) {
@@ -325,9 +311,4 @@ void table_row(const struct table *table, FILE *out) {
         print_number(out, table->values[i]);
     }
     fputc('\n', out);
-}
-
-void table_release(struct table *table) {
-    memory_release(&table->memory);
-    *table = (struct table){.count = 0};
 }

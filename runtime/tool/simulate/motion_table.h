@@ -17,9 +17,8 @@ enum { TABLE_BLOCKS = 7 }; /* of columns that are computed together: the state, 
 
 struct table {
     struct refdyn_integrator *integrator;
-    struct memory memory; /* of all below */
-    const char **names;   /* (count) */
-    const char **units;   /* (count) NULL: the model does not say */
+    const char **names; /* (count) */
+    const char **units; /* (count) NULL: the model does not say */
     int ends[TABLE_BLOCKS];
     bool is_wanted[TABLE_BLOCKS];
     struct motion_part *parts; /* what belongs together, as a file of HDF5 has it */
@@ -43,6 +42,5 @@ const char *table_not_finite(const struct table *table);
 void table_put_units(const struct refdyn_model *model, struct document *document);
 /* A line of the values. */
 void table_row(const struct table *table, FILE *out);
-void table_release(struct table *table);
 
 #endif

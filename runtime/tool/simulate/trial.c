@@ -2,8 +2,6 @@
 #include "simulate/trial.h"
 #include "text/output.h"
 
-#include <stdlib.h>
-
 /* A row is written when all of it is finite; else the motion ends there. */
 static void add_output(struct trial *trial, struct table *table, struct row_sink *rows) {
     struct refdyn_integrator *integrator = &trial->motion.integrator;
@@ -11,7 +9,7 @@ static void add_output(struct trial *trial, struct table *table, struct row_sink
         table_fill(table);
         const char *unfit = table_not_finite(table);
         if (unfit) {
-            trial->unfit = text_format("%s", unfit);
+            trial->unfit = unfit;
             trial->result = REFDYN_NOT_FINITE;
             integrator->work->fault = (struct refdyn_fault){.row = -1, .coordinate = -1};
             return;
@@ -85,12 +83,9 @@ void trial_run(struct trial *trial, const struct task *task, const struct refdyn
     table_start(&table, &motion->integrator);
     track_start(&trial->track, task->scene->model, motion->outputs);
     go(trial, &table, rows);
-    table_release(&table);
 }
 
 void trial_release(struct trial *trial) {
-    free(trial->unfit);
     track_release(&trial->track);
-    stops_release(&trial->stops);
     motion_release(&trial->motion);
 }

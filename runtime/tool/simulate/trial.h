@@ -15,7 +15,7 @@ struct trial {
     enum status usage; /* not STATUS_DONE: the stops are wrong, and nothing ran */
     int result;        /* status of the runtime, or MOTION_INTERRUPTED */
     bool is_started;   /* the start could be evaluated */
-    char *unfit;       /* the column that is infinite or NaN, which ended it; NULL: none */
+    const char *unfit; /* the column that is infinite or NaN, which ended it; NULL: none */
 };
 
 /* What the motion is, whatever its tolerance. */
