@@ -82,7 +82,7 @@ static const struct command commands[] = {
          "flexible.csv\n"},
     {.name = "plot",
      .run = run_plot,
-     .operands = "RUN.csv...",
+     .operands = "RUN...",
      .options = "output! panel units",
      .output = "FILE.svg",
      .purpose = "figures of motions, as one SVG, PNG or PDF by the suffix of FILE",
