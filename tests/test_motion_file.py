@@ -101,6 +101,31 @@ def test_what_a_failed_motion_computed_is_kept(tmp_path):
     assert 0 < len(file["t"]) < 200 and not (tmp_path / "run.h5").exists()
 
 
+def test_plot_draws_it_as_the_csv(tmp_path):
+    both(tmp_path, *MANIPULATOR)
+    (tmp_path / "csv").mkdir()
+    (tmp_path / "run.csv").rename(tmp_path / "csv" / "run.h5.csv")
+    refdyn("plot", tmp_path / "run.h5", "-o", tmp_path / "h5.svg")
+    refdyn("plot", tmp_path / "csv" / "run.h5.csv", "-o", tmp_path / "csv.svg")
+    assert (tmp_path / "h5.svg").read_text() == (tmp_path / "csv.svg").read_text().replace("run.h5.csv", "run.h5")
+    refdyn("plot", tmp_path / "run.h5", tmp_path / "csv" / "run.h5.csv", "-o", tmp_path / "over.svg", "--panel", "height")
+
+
+@pytest.mark.parametrize("how, fact", [
+    (lambda f: f["q"].resize(10, 0), "/q: has no form of a motion as refdyn sim writes it"),
+    (lambda f: f["q"].attrs.__setitem__("columns", ["a"]), "/q: has no form of a motion as refdyn sim writes it"),
+    (lambda f: f.attrs.__setitem__("layout_version", 2), "is a motion as refdyn sim writes it in layout 2, this refdyn reads layout 1"),
+    (lambda f: [f[name].resize(0, 0) for name in datasets(f) if f[name].maxshape[0] is None], "there are no rows in it"),
+])
+def test_plot_refuses_spoiled_files(tmp_path, how, fact):
+    path = tmp_path / "run.h5"
+    refdyn("sim", *MANIPULATOR, "-o", path)
+    with h5py.File(path, "r+") as file:
+        how(file)
+    done = refdyn("plot", path, "-o", tmp_path / "out.svg", status=1)
+    assert done.stderr == f"{path}: {fact}\n"
+
+
 def test_what_is_no_file_is_refused():
     done = refdyn("sim", *MANIPULATOR, "-o", "/dev/shm/none/run.h5", status=1)
     assert "cannot be written: No such file or directory" in done.stderr

@@ -96,7 +96,7 @@ static const struct command commands[] = {
              "  refdyn batch models/manipulator.lua --table cases.csv --until 1 -o runs.csv\n"},
     {.name = "plot",
      .run = run_plot,
-     .operands = "RUN.csv...",
+     .operands = "RUN...",
      .options = "output! panel units",
      .output = "FILE.svg",
      .purpose = "figures of motions, as one SVG, PNG or PDF by the suffix of FILE",

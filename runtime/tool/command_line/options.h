@@ -49,7 +49,7 @@ struct options {
 struct command {
     const char *name;
     enum status (*run)(const struct options *options);
-    const char *operands; /* as in the usage line: "MODEL.lua" or "RUN.csv..." */
+    const char *operands; /* as in the usage line: "MODEL.lua" or "RUN..." */
     const char *options;  /* long names that it knows, in the order of the help, blanks between; '!' behind a
                              needed one */
     const char *output;   /* what -o names: "FILE" or "DIR" */

@@ -20,8 +20,7 @@ struct drawing {
 };
 
 static bool is_file_of_runs(const char *path) {
-    const char *dot = strrchr(path, '.');
-    return dot && (strcmp(dot, ".h5") == 0 || strcmp(dot, ".hdf5") == 0);
+    return run_is_hdf5(path) && !motion_is_in(path);
 }
 
 static enum status check_runs(const struct options *options) {

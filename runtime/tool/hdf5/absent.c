@@ -73,3 +73,26 @@ bool motion_put(struct motion_writer *writer, const double *values) {
 bool motion_finish(struct motion_writer *writer) {
     return writer && false;
 }
+
+bool motion_is_in(const char *path) {
+    return path && false;
+}
+
+struct motion_reader *motion_open(const char *path) {
+    complain_line(path, 0, absent);
+    return NULL;
+}
+
+char **motion_names(const struct motion_reader *reader, int *count) {
+    (void)reader;
+    *count = 0;
+    return NULL;
+}
+
+int motion_next(struct motion_reader *reader, double *values) {
+    return reader && values ? -1 : 0;
+}
+
+void motion_close(struct motion_reader *reader) {
+    (void)reader;
+}

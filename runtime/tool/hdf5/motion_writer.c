@@ -1,13 +1,12 @@
 /* Writes a file of one motion: see motion_file.h. */
 #include "simulate/motion_file.h"
 #include "hdf5/hdf5_rows.h"
+#include "hdf5/motion_format.h"
 #include "text/output.h"
 
 #include <hdf5_hl.h>
 #include <stdlib.h>
 #include <string.h>
-
-enum { MOTION_VERSION = 1 };
 
 struct motion_writer {
     struct hdf5_file file;
@@ -65,6 +64,8 @@ static bool add_all(struct motion_writer *writer, const struct motion_layout *la
     for (int i = 0; i < layout->part_count; i++) {
         add_part(writer, &layout->parts[i], layout->parts[0].path);
         put_units(&writer->file, &layout->parts[i], layout->units + layout->parts[i].first);
+        hdf5_put_texts(&writer->file, layout->parts[i].path, MOTION_COLUMNS,
+                       layout->names + layout->parts[i].first, layout->parts[i].count);
     }
     for (int i = 0; i < layout->fact_count; i++)
         put_fact(&writer->file, &layout->facts[i]);
@@ -79,7 +80,7 @@ static void release(struct motion_writer *writer) {
 
 struct motion_writer *motion_create(const char *path, const struct motion_layout *layout) {
     struct motion_writer *writer = allocate_large(1, sizeof *writer);
-    const bool is_open = hdf5_create(&writer->file, path, "refdyn motion", MOTION_VERSION);
+    const bool is_open = hdf5_create(&writer->file, path, MOTION_CONTENT, MOTION_VERSION);
     hdf5_rows_start(&writer->rows, &writer->file);
     if (is_open && add_all(writer, layout)) {
         hdf5_rows_make_room(&writer->rows, layout->width, 0);

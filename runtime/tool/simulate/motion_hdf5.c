@@ -68,6 +68,7 @@ static bool begin(struct row_sink *sink, const struct table *table) {
     add_method(&facts, sink->task, table->integrator);
     const struct motion_layout layout = {.parts = table->parts,
                                          .facts = facts.list,
+                                         .names = table->names,
                                          .units = table->units,
                                          .part_count = table->part_count,
                                          .fact_count = facts.count,
