@@ -33,16 +33,13 @@ static int compare(const void *a, const void *b) {
 
 /* Of texts their numbers, where all of them are some; else their places, which the label tells. */
 static char *label_of(const struct varied *varied) {
-    char *text;
-    size_t size;
+    struct text label = {.memory = &program_memory};
     if (!varied->texts)
         return runs_charts_label("", varied->name, varied->unit);
-    FILE *out = text_stream(&text, &size);
-    fprintf(out, "%s: ", varied->name);
+    text_add(&label, "%s: ", varied->name);
     for (int i = 0; i < varied->text_count; i++)
-        fprintf(out, "%s%d %s", i ? ", " : "", i, varied->texts[i]);
-    fclose(out);
-    return text;
+        text_add(&label, "%s%d %s", i ? ", " : "", i, varied->texts[i]);
+    return label.data;
 }
 
 static bool are_numbers(const struct varied *varied) {

@@ -129,7 +129,8 @@ static void tell_worst(struct runs_charts *figure, const struct worst *worst) {
             unit && *unit ? " " : "", unit ? unit : "", worst->t);
     print_case(out, figure, worst->row);
     fclose(out);
-    runs_charts_add_head(figure, text);
+    runs_charts_add_head(figure, text_format("%s", text));
+    free(text);
 }
 
 bool worst_add(struct runs_charts *figure) {
