@@ -405,7 +405,7 @@ static bool read_command(int argc, char **argv, struct options *options, enum st
 
 bool options_read(const struct command *commands, int argc, char **argv, struct options *options,
                   enum status *status) {
-    *options = (struct options){.case_number = -1};
+    *options = (struct options){.arguments = argv, .argument_count = argc, .case_number = -1};
     *status = argc < 2 ? STATUS_USAGE : STATUS_DONE;
     if (argc < 2 || strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "help") == 0) {
         if (argc < 2)

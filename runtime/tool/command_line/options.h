@@ -30,6 +30,8 @@ enum { HAS_HDF5 = 0 };
 
 struct options {
     const struct command *command;
+    char **arguments; /* the whole command line */
+    int argument_count;
     const char **operands; /* model or run files */
     int operand_count;
     struct setting *settings; /* each name once; where commands add to them, later ones win */
