@@ -6,6 +6,11 @@
 #include <stdio.h>
 #include <unistd.h>
 
+/* `sim` of a model, or of a case of a batch. */
+static enum status run_motion(const struct options *options) {
+    return options->of ? run_case_again(options) : run_sim(options);
+}
+
 static const struct command commands[] = {
     {.name = "gen",
      .run = run_gen,
@@ -65,7 +70,7 @@ static const struct command commands[] = {
          "  refdyn modes models/pendulum.lua --modes 4\n"
          "  refdyn modes models/fourbar.lua --at state.json\n"},
     {.name = "sim",
-     .run = run_sim,
+     .run = run_motion,
      .operands = "MODEL.lua",
      .options = "until! from method step tol step-max accuracy verify inputs stop every stabilise singular "
                 "start hold "
