@@ -116,9 +116,13 @@ static int arrive(struct refdyn_motion *motion, double h) {
                : REFDYN_OK;
 }
 
-static int attempt(struct refdyn_motion *motion, double t_new, double h) {
+static int take(struct refdyn_motion *motion, double t_new, double h) {
     refdyn_parameters_set_gains(&motion->parameters, motion->work->model, &motion->options, h);
-    const int status = refdyn_step_take(&motion->step, t_new, h);
+    return refdyn_step_take(&motion->step, t_new, h);
+}
+
+static int attempt(struct refdyn_motion *motion, double t_new, double h) {
+    const int status = take(motion, t_new, h);
     if (status)
         refdyn_motion_failed(motion, status, motion->step.failed_t);
     return status;
@@ -199,14 +203,16 @@ static int step_fixed(struct refdyn_motion *motion, double t_out, double t_bound
 
 /* ---- Adaptive steps ---- */
 
-/* An attempt at one step; *error: in tolerances, INFINITY where it could not be evaluated. The step is
- * accepted when it is at most 1. */
-static int attempt_adaptive(struct refdyn_motion *motion, double h, double t_new, double *error) {
-    int status = attempt(motion, t_new, h);
+/* What was attempted; *error: in tolerances, INFINITY where it could not be evaluated. The step is accepted
+ * when it is at most 1. */
+static int find_error(struct refdyn_motion *motion, const struct refdyn_attempt *attempt, int status,
+                      double *error) {
     *error = INFINITY;
-    if (status)
+    if (status) {
+        refdyn_motion_failed(motion, status, motion->step.failed_t);
         return status;
-    *error = refdyn_step_largest_error(&motion->step, h) / refdyn_automatic_tolerance(motion);
+    }
+    *error = refdyn_step_largest_error(&motion->step, attempt->h) / refdyn_automatic_tolerance(motion);
     if (!(*error <= 1))
         return REFDYN_OK;
     status = complete(motion);
@@ -216,27 +222,26 @@ static int attempt_adaptive(struct refdyn_motion *motion, double h, double t_new
         refdyn_motion_failed(motion, REFDYN_NO_CONVERGENCE, motion->crossing.t);
         return REFDYN_NO_CONVERGENCE;
     }
-    return arrive(motion, h);
+    return arrive(motion, attempt->h);
 }
 
-/* Tries one step; 1: accepted, 0: refused and the next one is smaller. */
-static int try_adaptive(struct refdyn_motion *motion, double h, double t_new) {
+void refdyn_attempt_judge(struct refdyn_motion *motion, struct refdyn_attempt *attempt, int taken) {
     double error;
-    const int status = attempt_adaptive(motion, h, t_new, &error);
-    if (!status && error <= 1) {
-        refdyn_control_accepted(&motion->control, motion->step.method, h, error);
+    const int status = find_error(motion, attempt, taken, &error);
+    attempt->is_over = !status && error <= 1;
+    if (attempt->is_over) {
+        refdyn_control_accepted(&motion->control, motion->step.method, attempt->h, error);
         refdyn_motion_failed(motion, REFDYN_OK, motion->failure.t);
-        return 1;
+        return;
     }
     refdyn_statistics_rejected(&motion->statistics, 1);
     if (status) {
         refdyn_motion_failed(motion, status, motion->failure.t);
-        refdyn_control_failed(&motion->control, h);
+        refdyn_control_failed(&motion->control, attempt->h);
         if (status == REFDYN_NOT_FINITE && refdyn_automatic_after_failure(motion))
-            return 0;
+            return;
     }
-    refdyn_control_refused(&motion->control, motion->step.method, h, status ? INFINITY : error);
-    return 0;
+    refdyn_control_refused(&motion->control, motion->step.method, attempt->h, status ? INFINITY : error);
 }
 
 int refdyn_step_limit_reached(const struct refdyn_motion *motion) {
@@ -245,27 +250,31 @@ int refdyn_step_limit_reached(const struct refdyn_motion *motion) {
            statistics->steps + statistics->rejected >= motion->options.step_limit;
 }
 
-static int step_adaptive(struct refdyn_motion *motion, double t_out, double t_stop, double t_bound) {
+/* The first attempt, or a state where the rows lose rank is passed. */
+static void begin_adaptive(struct refdyn_motion *motion, double t_stop, double t_bound,
+                           struct refdyn_attempt *attempt) {
     const double t_begin = motion->step.t_begin;
     struct refdyn_step_control *control = &motion->control;
     double t_singular;
-    refdyn_control_find(control, &motion->step, t_stop, t_out - t_begin);
+    refdyn_control_find(control, &motion->step, t_stop, attempt->t_out - t_begin);
     if (motion->options.step_max > 0)
         refdyn_control_bound(control, motion->options.step_max);
-    if (refdyn_pass_singular(motion, control->next, t_bound, &t_singular))
-        return REFDYN_OK;
+    attempt->is_over = refdyn_pass_singular(motion, control->next, t_bound, &t_singular);
     /* no step but that one reaches beyond it */
-    const double half_way = (t_singular - t_begin) / 2, t_near = fmin(t_stop, t_begin + half_way);
-    for (;;) {
-        if (refdyn_step_limit_reached(motion))
-            return REFDYN_TOO_MANY_STEPS;
-        if (!(fmin(control->next, half_way) >= refdyn_control_least(t_begin, t_out)))
-            return REFDYN_STEP_TOO_SMALL;
-        const double h = refdyn_control_clip(control, t_begin, t_near);
-        const double t_new = h == t_near - t_begin ? t_near : t_begin + h;
-        if (try_adaptive(motion, h, t_new))
-            return REFDYN_OK;
-    }
+    attempt->half_way = (t_singular - t_begin) / 2;
+    attempt->t_near = fmin(t_stop, t_begin + attempt->half_way);
+}
+
+int refdyn_attempt_plan(struct refdyn_motion *motion, struct refdyn_attempt *attempt) {
+    const struct refdyn_step_control *control = &motion->control;
+    const double t_begin = motion->step.t_begin;
+    if (refdyn_step_limit_reached(motion))
+        return REFDYN_TOO_MANY_STEPS;
+    if (!(fmin(control->next, attempt->half_way) >= refdyn_control_least(t_begin, attempt->t_out)))
+        return REFDYN_STEP_TOO_SMALL;
+    attempt->h = refdyn_control_clip(control, t_begin, attempt->t_near);
+    attempt->t_new = attempt->h == attempt->t_near - t_begin ? attempt->t_near : t_begin + attempt->h;
+    return REFDYN_OK;
 }
 
 /* A time that no step may pass, unless it has been passed. */
@@ -277,7 +286,8 @@ double refdyn_motion_bound(const struct refdyn_motion *motion) {
     return fmin(if_ahead(motion, motion->t_most), if_ahead(motion, motion->t_final));
 }
 
-int refdyn_accept_step(struct refdyn_motion *motion, double t_out) {
+int refdyn_attempt_begin(struct refdyn_motion *motion, double t_out, struct refdyn_attempt *attempt) {
+    *attempt = (struct refdyn_attempt){.t_out = t_out};
     const int status = begin(motion);
     if (status)
         return status;
@@ -293,5 +303,24 @@ int refdyn_accept_step(struct refdyn_motion *motion, double t_out) {
     if ((is_fixed || motion->step.method->kind->ends_at_outputs) && bound > t_out + least)
         bound = t_out;
     const double t_stop = ahead < bound - least ? ahead : bound;
-    return is_fixed ? step_fixed(motion, t_stop, t_bound) : step_adaptive(motion, t_out, t_stop, t_bound);
+    attempt->is_over = is_fixed;
+    if (is_fixed)
+        return step_fixed(motion, t_stop, t_bound);
+    begin_adaptive(motion, t_stop, t_bound, attempt);
+    return REFDYN_OK;
+}
+
+int refdyn_attempt_take(struct refdyn_motion *motion, const struct refdyn_attempt *attempt) {
+    return take(motion, attempt->t_new, attempt->h);
+}
+
+int refdyn_accept_step(struct refdyn_motion *motion, double t_out) {
+    struct refdyn_attempt attempt;
+    int status = refdyn_attempt_begin(motion, t_out, &attempt);
+    while (!status && !attempt.is_over) {
+        status = refdyn_attempt_plan(motion, &attempt);
+        if (!status)
+            refdyn_attempt_judge(motion, &attempt, refdyn_attempt_take(motion, &attempt));
+    }
+    return status;
 }

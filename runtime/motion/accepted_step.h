@@ -8,6 +8,24 @@
  * rank. From state_new at t_end to the same, later. Errors: as refdyn_integrator_step. */
 int refdyn_accept_step(struct refdyn_motion *motion, double t_out);
 /*
+ * The same in parts, so that somebody else may take the step: begin, then plan, take and judge until is_over,
+ * when the step is accepted. Fixed steps, and those through a state where the rows lose rank, are over behind
+ * begin. Errors: as refdyn_integrator_step.
+ */
+struct refdyn_attempt {
+    double t_out;    /* what is asked for, */
+    double t_near;   /* beyond which the step does not reach [s] */
+    double half_way; /* to a state where the rows lose rank; INFINITY: none is near [s] */
+    double h, t_new; /* length and end of the step to take [s] */
+    int is_over;
+};
+int refdyn_attempt_begin(struct refdyn_motion *motion, double t_out, struct refdyn_attempt *attempt);
+int refdyn_attempt_plan(struct refdyn_motion *motion, struct refdyn_attempt *attempt);
+/* Errors: those of the method, for judge. */
+int refdyn_attempt_take(struct refdyn_motion *motion, const struct refdyn_attempt *attempt);
+/* taken: what taking it ended with. */
+void refdyn_attempt_judge(struct refdyn_motion *motion, struct refdyn_attempt *attempt, int taken);
+/*
  * A step of h from the begin may come near a state where the rows lose rank: *t is when, INFINITY: it does
  * not, or options.singular asks for no passing. Then tries to pass that state, with a step that ends before
  * t_bound: 1 when that was done, and state_new at t_end is the new state; 0: no other step should go more
