@@ -15,6 +15,11 @@
 #include "linear/dense.h"
 #include "methods/step.h"
 
+#define LANES 1
+#define NAMED(name) name##_of_one
+#define ADD_ALL refdyn_add_all
+#include "methods/runge_kutta_step.h"
+
 static int count_all(const struct refdyn_tableau *tableau) {
     return tableau->stages + tableau->interpolant_stages;
 }
@@ -28,39 +33,32 @@ static int memory_size(const struct refdyn_method_definition *method, const stru
     return count_all(method->table) * refdyn_rates_size(model);
 }
 
-/* y := state + h sum_j weight_j rates_j */
-static void combine(const struct refdyn_step *step, double h, const double *weights, int count, double *y) {
-    const int size = 2 * step->n + 1;
-    memcpy(y, step->state, (size_t)size * sizeof *y);
-    refdyn_add_all(y, h, weights, count, step->memory, refdyn_rates_size(step->evaluation.work->model), size);
+static struct arrays_of_one arrays_of(struct refdyn_step *step) {
+    return (struct arrays_of_one){.n = step->n,
+                                  .size = 2 * step->n + 1,
+                                  .rates_size = refdyn_rates_size(step->evaluation.work->model),
+                                  .state = step->state,
+                                  .rates = step->rates,
+                                  .state_new = step->state_new,
+                                  .stage = step->stage,
+                                  .side = step->side,
+                                  .error = step->error,
+                                  .memory = step->memory};
 }
 
-/* error := h sum_j weight_j rates_j, q and qd only */
-static void estimate(const struct refdyn_step *step, double h, const double *weights, int stages,
-                     double *error) {
-    const int n = step->n, size = refdyn_rates_size(step->evaluation.work->model);
-    memset(error, 0, (size_t)(2 * n) * sizeof *error);
-    for (int j = 0; j < stages; j++)
-        if (weights[j] != 0)
-            dense_add(error, h * weights[j], step->memory + j * size, 2 * n);
-}
+/* A step that is being taken. */
+struct taking {
+    struct refdyn_step *step;
+    double h;
+};
 
-/* E^2 / sqrt(E^2 + E_low^2 / 100) of each entry */
-static void scale_error(struct refdyn_step *step, const double *low) {
-    for (int i = 0; i < 2 * step->n; i++) {
-        const double error = step->error[i], both = hypot(error, low[i] / 10);
-        step->error[i] = both > 0 ? error * error / both : 0;
-    }
-}
-
-/* Rates number s, at the state with these weights of the rates before it. */
-static int take_stage(struct refdyn_step *step, double h, int s, const double *weights, double c) {
-    const double t = refdyn_step_inside(step, step->t_begin + c * h);
-    combine(step, h, weights, s, step->stage);
-    int status = step->guide ? step->guide->bring(step->guide->context, t, step->stage) : REFDYN_OK;
+static int find_rates(void *context, double c, double *stage, double *rates) {
+    const struct taking *taking = context;
+    struct refdyn_step *step = taking->step;
+    const double t = refdyn_step_inside(step, step->t_begin + c * taking->h);
+    int status = step->guide ? step->guide->bring(step->guide->context, t, stage) : REFDYN_OK;
     if (!status)
-        status = refdyn_rates(&step->evaluation, t, step->stage,
-                              step->memory + s * refdyn_rates_size(step->evaluation.work->model));
+        status = refdyn_rates(&step->evaluation, t, stage, rates);
     if (status)
         step->failed_t = t;
     return status;
@@ -68,31 +66,26 @@ static int take_stage(struct refdyn_step *step, double h, int s, const double *w
 
 static int take(struct refdyn_step *step, double h) {
     const struct refdyn_tableau *tableau = tableau_of(step);
-    const int size = refdyn_rates_size(step->evaluation.work->model), stages = tableau->stages;
-    memcpy(step->memory, step->rates, (size_t)size * sizeof(double));
-    for (int s = 1; s < stages; s++) {
-        const int status = take_stage(step, h, s, tableau->a + s * stages, tableau->c[s]);
-        if (status)
-            return status;
-    }
-    combine(step, h, tableau->b, stages, step->state_new);
-    if (tableau->e)
-        estimate(step, h, tableau->e, stages, step->error);
-    if (tableau->e_low && !step->guide) { /* not of stages that are moved: then E alone is safe */
-        estimate(step, h, tableau->e_low, stages, step->side);
-        scale_error(step, step->side);
-    }
-    if (step->method->is_last_new)
-        memcpy(step->rates_new, step->memory + (stages - 1) * size, (size_t)size * sizeof(double));
-    return REFDYN_OK;
+    const struct arrays_of_one arrays = arrays_of(step);
+    struct taking taking = {step, h};
+    /* not of stages that are moved: then the first of two errors alone is safe */
+    const int has_low = !step->guide;
+    const int status = take_stages_of_one(tableau, &arrays, h, has_low, find_rates, &taking);
+    if (!status && step->method->is_last_new)
+        memcpy(step->rates_new, step->memory + (tableau->stages - 1) * arrays.rates_size,
+               (size_t)arrays.rates_size * sizeof(double));
+    return status;
 }
 
 /* The rates that only the interpolant needs, once a step. */
 static int look_into(struct refdyn_step *step, const struct refdyn_tableau *tableau, double h) {
-    const int all = count_all(tableau);
+    const struct arrays_of_one arrays = arrays_of(step);
+    struct taking taking = {step, h};
     for (int i = 0; i < tableau->interpolant_stages && !step->is_looked_into; i++) {
-        const int status = take_stage(step, h, tableau->stages + i, tableau->interpolant_a + i * all,
-                                      tableau->interpolant_c[i]);
+        const int s = tableau->stages + i;
+        combine_of_one(&arrays, h, tableau->interpolant_a + i * count_all(tableau), s, step->stage);
+        const int status =
+            find_rates(&taking, tableau->interpolant_c[i], step->stage, step->memory + s * arrays.rates_size);
         if (status)
             return status;
     }
