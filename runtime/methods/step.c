@@ -62,6 +62,7 @@ int refdyn_step_take(struct refdyn_step *step, double t_new, double h) {
     refdyn_step_end(step, t_new);
     step->failed_t = step->t_begin;
     step->is_looked_into = 0;
+    step->has_rates_new = step->method->is_last_new;
     return step->method->kind->take(step, h);
 }
 

@@ -77,6 +77,7 @@ struct refdyn_step {
     double *error;        /* (2 n) estimate for q, qd */
     double *units;        /* (n) what 1 rad weighs against: options.length for translations, 1 */
     double *memory;       /* the method's own */
+    int has_rates_new;    /* rates_new are those of state_new, whatever the method leaves there */
     int is_looked_into;   /* the method has evaluated what its interpolant alone needs */
     double failed_t;      /* where the last step that failed did [s] */
 };

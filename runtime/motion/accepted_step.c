@@ -88,7 +88,7 @@ static int complete(struct refdyn_motion *motion) {
     const double t = refdyn_events_right_of(&motion->events, step->t_end);
     double *q = step->state_new, *qd = step->state_new + n;
     int status = refdyn_row_terms(work, t, q, qd);
-    int is_known = step->method->is_last_new && step->t_end < step->t_limit;
+    int is_known = step->has_rates_new && step->t_end < step->t_limit;
     if (!status && work->m > 0 && (motion->options.stabilise == REFDYN_PROJECT || motion->crossing.is_on)) {
         status = meet_programme_nearby(motion, t);
         is_known = is_known && memcmp(step->side, step->state_new, (size_t)(2 * n) * sizeof *q) == 0;

@@ -17,7 +17,7 @@ struct refdyn_attempt {
     double t_near;   /* beyond which the step does not reach [s] */
     double half_way; /* to a state where the rows lose rank; INFINITY: none is near [s] */
     double h, t_new; /* length and end of the step to take [s] */
-    int is_over;
+    int is_over;     /* no step is being tried */
 };
 int refdyn_attempt_begin(struct refdyn_motion *motion, double t_out, struct refdyn_attempt *attempt);
 int refdyn_attempt_plan(struct refdyn_motion *motion, struct refdyn_attempt *attempt);

@@ -19,6 +19,7 @@
 #include "methods/runge_kutta.h"
 #include "motion/accepted_step.h"
 #include "motion/automatic_method.h"
+#include "motion/lockstep.h"
 #include "motion/singular_crossing.h"
 #include "motion/statistics.h"
 #include "motion/work_done.h"
@@ -361,13 +362,10 @@ static int show(struct refdyn_integrator *integrator, double t) {
 
 /* ---- Steps ---- */
 
-int refdyn_integrator_step(struct refdyn_integrator *integrator, double t_out, long steps) {
-    if (!(isfinite(t_out) && t_out >= integrator->t))
-        return REFDYN_BAD_OPTION;
-    struct refdyn_motion *motion = enter(integrator);
-    int status = REFDYN_OK, seen = REFDYN_OK;
-    for (; steps > 0 && motion->step.t_end < t_out && !status; steps--)
-        status = refdyn_accept_step(motion, t_out);
+/* The steps have gone as far as they should, or failed: what is seen is t_out, or the end of the last one. */
+static int arrive(struct refdyn_integrator *integrator, double t_out, int status) {
+    struct refdyn_motion *motion = integrator->motion;
+    int seen = REFDYN_OK;
     if (status > 0)
         refdyn_motion_failed(motion, status, motion->failure.t);
     if (status)
@@ -376,6 +374,50 @@ int refdyn_integrator_step(struct refdyn_integrator *integrator, double t_out, l
         seen = show(integrator, fmin(t_out, motion->step.t_end));
     const int failed = leave(integrator, status ? REFDYN_OK : seen, integrator->t);
     return status ? status : failed;
+}
+
+int refdyn_integrator_step(struct refdyn_integrator *integrator, double t_out, long steps) {
+    if (!(isfinite(t_out) && t_out >= integrator->t))
+        return REFDYN_BAD_OPTION;
+    struct refdyn_motion *motion = enter(integrator);
+    int status = REFDYN_OK;
+    for (; steps > 0 && motion->step.t_end < t_out && !status; steps--)
+        status = refdyn_accept_step(motion, t_out);
+    return arrive(integrator, t_out, status);
+}
+
+/* A step by stages that others may evaluate: explicit, with the parameters as they are. */
+static int may_be_taken_beside(const struct refdyn_motion *motion) {
+    return !motion->step.method->kind->is_implicit && !motion->step.guide && !motion->options.balance &&
+           motion->options.gain_share == 0;
+}
+
+int refdyn_integrator_halt(struct refdyn_integrator *integrator, double t_out,
+                           struct refdyn_attempt *attempt) {
+    struct refdyn_motion *motion = enter(integrator);
+    int status = REFDYN_OK;
+    while (!status && (!attempt->is_over || motion->step.t_end < t_out)) {
+        if (attempt->is_over)
+            status = refdyn_attempt_begin(motion, t_out, attempt);
+        if (status || attempt->is_over)
+            continue;
+        status = refdyn_attempt_plan(motion, attempt);
+        if (!status && may_be_taken_beside(motion)) {
+            refdyn_parameters_leave(&motion->parameters, motion->work);
+            return REFDYN_HALTED;
+        }
+        if (!status)
+            refdyn_attempt_judge(motion, attempt, refdyn_attempt_take(motion, attempt));
+    }
+    attempt->is_over = 1;
+    return arrive(integrator, t_out, status);
+}
+
+void refdyn_integrator_judge(struct refdyn_integrator *integrator, struct refdyn_attempt *attempt,
+                             int is_taken) {
+    struct refdyn_motion *motion = enter(integrator);
+    refdyn_attempt_judge(motion, attempt, is_taken ? REFDYN_OK : refdyn_attempt_take(motion, attempt));
+    refdyn_parameters_leave(&motion->parameters, motion->work);
 }
 
 int refdyn_integrator_to(struct refdyn_integrator *integrator, double t_out) {
