@@ -40,6 +40,7 @@ static enum status emit_into_folder(struct scene *scene, const struct options *o
 static enum status emit_scene(struct scene *scene, const struct options *options) {
     struct generation *generation = &scene->generation;
     const int seen = generation->messages.count;
+    generation->has_lanes = options->lanes;
     enum status status =
         print_outcome(generation, *options->operands, seen, gen_plan(generation, options->emit));
     if (status != STATUS_DONE)
