@@ -90,7 +90,8 @@ static bool start_plan(struct generation *gen) {
                                .g = &gen->graph,
                                .model = &gen->model,
                                .tree = &gen->tree,
-                               .rolled = &gen->rolled};
+                               .rolled = &gen->rolled,
+                               .has_lanes = gen->has_lanes};
     return true;
 }
 
@@ -298,23 +299,43 @@ static bool begins_with(FILE *file, const char *lead) {
     return !*lead;
 }
 
+/* A file of that name and with that first line; false: a complaint, it stays. */
+static bool remove_stale(struct generation *gen, const char *path, const char *lead, bool *is_there) {
+    FILE *file = fopen(path, "rb");
+    *is_there = file != NULL;
+    if (!file)
+        return true;
+    const bool is_stale = begins_with(file, lead);
+    fclose(file);
+    if (!is_stale || !unlink(path))
+        return true;
+    message_error(&gen->messages, (struct place){path, 0}, "a part of an earlier emission, not removed: %s",
+                  strerror(errno));
+    return false;
+}
+
+static bool remove_stale_lanes(struct generation *gen, const char *directory) {
+    static const char *const endings[] = {".h", ".c"};
+    struct memory *memory = &gen->memory;
+    const char *model = gen->model.name, *lead = emit_lanes_lead(memory, model);
+    bool is_good = true, is_there;
+    for (int i = 0; i < 2 && is_good && !gen->has_lanes; i++)
+        is_good = remove_stale(
+            gen, memory_format(memory, "%s/%s", directory, emit_lanes_name(memory, model, endings[i])), lead,
+            &is_there);
+    return is_good;
+}
+
 static bool remove_stale_parts(struct generation *gen, const char *directory) {
+    struct memory *memory = &gen->memory;
     const char *model = gen->model.name;
-    for (int part = gen->plan->file_count;; part++) { /* NAME.h and all parts before it */
-        const char *path =
-            memory_format(&gen->memory, "%s/%s", directory, emit_part_name(&gen->memory, model, part));
-        const char *lead = emit_part_lead(&gen->memory, model, part);
-        FILE *file = fopen(path, "rb");
-        if (!file)
-            return true;
-        const bool is_stale = begins_with(file, lead);
-        fclose(file);
-        if (!is_stale || !unlink(path))
-            continue;
-        message_error(&gen->messages, (struct place){path, 0},
-                      "a part of an earlier emission, not removed: %s", strerror(errno));
-        return false;
-    }
+    bool is_good = remove_stale_lanes(gen, directory), is_there = true;
+    /* NAME.h stands before all parts, the files of lanes behind them */
+    for (int part = gen->plan->file_count - 2 * gen->has_lanes; is_good && is_there; part++)
+        is_good =
+            remove_stale(gen, memory_format(memory, "%s/%s", directory, emit_part_name(memory, model, part)),
+                         emit_part_lead(memory, model, part), &is_there);
+    return is_good;
 }
 
 enum gen_status gen_remove_stale_parts(struct generation *gen, const char *directory) {

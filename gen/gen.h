@@ -23,6 +23,7 @@ struct generation {
     struct tree tree, rolled; /* see roll.h */
     struct plan *plan;
     const char *emit; /* what is asked for, as in gen_plan */
+    bool has_lanes;   /* set before gen_plan: the files of lanes are emitted, too */
     jmp_buf out_of_memory;
 };
 

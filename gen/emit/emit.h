@@ -18,7 +18,11 @@ struct given_array {
 struct emission {
     struct plan *plan;
     struct graph *g;
-    const char *name; /* of the model */
+    const char *name; /* what the names of functions and structs begin with: the model's own, or NAME_lanes */
+    const char *number;            /* the type of numbers: "double" or "lane" */
+    bool is_lanes;                 /* the file of lanes is printed: emit_lanes.c */
+    bool *uses_spline;             /* in lanes, by spline */
+    bool uses_operation[OP_COUNT]; /* in lanes: by a function of the file's beginning */
     const char *
         *value_names; /* by handle: names given by the derivation, unique; NULL: numbered in its function */
     int *temporary;   /* by handle: number of a value without a name in the function being printed */
@@ -35,12 +39,16 @@ struct emission {
     int *run_numbers; /* by run: in the name of its first element; -1: the names are not numbered on from
                          there */
     long *own_bytes;  /* by function: of its local arrays, without those of functions that it calls */
-    bool has_sincos;  /* the file being printed has the pass over angles */
+    struct angle_range angles; /* of the function being printed: those in its pass */
+    bool has_sincos;           /* the file being printed has the pass over angles */
     bool uses_p, uses_x, uses_t, uses_q, uses_qd, uses_given[GIVEN_ARRAYS], uses_carried;
 };
 
 /* The expression of e, its own value spelled out even when it is a statement. */
 void emit_definition(struct emission *emission, struct text *text, expression e);
+/* The same behind `=` and as an argument, where lanes want a vector of a plain number. */
+void emit_assigned(struct emission *emission, struct text *text, expression e);
+const char *emit_zero(const struct emission *emission);
 /* A reference to e: its name where it has one, else its expression. */
 void emit_value(struct emission *emission, struct text *text, expression e);
 /* The name of the value that a statement defines. */
@@ -67,8 +75,12 @@ const char *emit_array_text(struct emission *emission, const struct function *fu
 enum { SINCOS_BYTES = 3 * FEWEST_ANGLES * (int)sizeof(double) }; /* of local arrays of the pass */
 /* Sines and cosines in one pass (emit_sincos.c): the pass, once a file; its arrays; its call; */
 void emit_sincos(struct emission *emission, struct text *text);
+/* In lanes: what the file being printed has used of it, before its functions. */
+void emit_lane_sincos(struct emission *emission, struct text *text);
+/* Which angles the pass of the function being printed has. */
+void emit_begin_angles(struct emission *emission);
 void emit_angle_arrays(const struct emission *emission, struct text *text);
-void emit_angle_pass(const struct emission *emission, struct text *text);
+void emit_angle_pass(struct emission *emission, struct text *text);
 /* and the array entry that e is; false when it is none. */
 bool emit_angle(struct emission *emission, struct text *text, expression e);
 
@@ -95,7 +107,20 @@ void emit_header(struct emission *emission, struct text *text);
 /* Gives the bytes of its local arrays. */
 long emit_function(struct emission *emission, struct text *text, const struct function *function);
 
+/* emit_lanes.c: NAME_lanes.h and NAME_lanes.c, behind the files of the model; */
+void emit_lanes(struct emission *emission, struct text *header, struct text *source);
+/* what its function of an operator begins with: "sin" of sin_lanes. */
+const char *emit_lane_function(enum operation operation);
+/* Structs of parameters, inputs and results. */
+void emit_structs(struct emission *emission, struct text *text);
 void emit_tables(struct emission *emission, struct text *text, const char *hash);
+/* The functions in the one form of the table, and its entries from `start` on. */
+void emit_adapters(struct emission *emission, struct text *text);
+void emit_before_table(struct text *text, const char *model, const char *macro, const char *header,
+                       int version);
+void emit_table_of_functions(struct emission *emission, struct text *text);
+/* What a source begins with: what it needs of the compiler. */
+void emit_refusal(struct text *text, const char *file);
 /* Those of a function: GIVEN_ARRAYS of them. */
 void emit_list_given(const struct plan *plan, const struct function *function, struct given_array *list);
 /* "void NAME_M(const struct NAME_parameters *p, ..., double M[9])" */

@@ -113,7 +113,7 @@ static void emit_symbol(struct emission *x, struct text *text, expression e) {
         return;
     case SYMBOL_TIME:
         x->uses_t = true;
-        text_add(text, "t");
+        text_add(text, x->is_lanes ? "t[0]" : "t");
         return;
     case SYMBOL_MULTIPLIER:
         text_add(text, "%s[%d]", row_array(x), s->index);
@@ -123,38 +123,89 @@ static void emit_symbol(struct emission *x, struct text *text, expression e) {
     }
 }
 
+/* Is its text a number of C even in lanes, since it is made of numbers alone? */
+static bool is_plain_number(const struct emission *x, expression e) {
+    const struct node *node = &x->g->nodes[e];
+    const int arity = operation_arity(node->operation);
+    if (is_named(x, e) || (arity > 0 && binding_of(node) == BINDS_ATOM && node->operation != OP_HOLD))
+        return false;
+    for (int k = 0; k < arity; k++)
+        if (!is_plain_number(x, node->operand[k]))
+            return false;
+    return arity > 0 || node->operation == OP_NUMBER;
+}
+
+/* C makes vectors of numbers beside operators alone. */
+void emit_assigned(struct emission *x, struct text *text, expression e) {
+    const bool is_wrapped = x->is_lanes && is_plain_number(x, e);
+    text_add(text, is_wrapped ? "every_lane(" : "");
+    emit_value(x, text, e);
+    text_add(text, is_wrapped ? ")" : "");
+}
+
+const char *emit_zero(const struct emission *x) {
+    return x->is_lanes ? "every_lane(0.0)" : "0.0";
+}
+
+/* Each operator without a sign of its own is a function of the file's beginning. */
+static void emit_lane_call(struct emission *x, struct text *text, const struct node *node) {
+    x->uses_operation[node->operation] = true;
+    text_add(text, "%s_lanes(", emit_lane_function(node->operation));
+    for (int k = 0; k < operation_arity(node->operation); k++) {
+        text_add(text, k ? ", " : "");
+        emit_assigned(x, text, node->operand[k]);
+    }
+    text_add(text, ")");
+}
+
 static void emit_comparison(struct emission *x, struct text *text, const struct node *node) {
     emit_operand(x, text, node->operand[0], BINDS_SUM);
     text_add(text, " < ");
     emit_operand(x, text, node->operand[1], BINDS_SUM);
 }
 
+static bool is_last_element(const struct emission *x, expression e) {
+    const struct symbol *s = expr_as_symbol(x->g, e);
+    return s && s->kind == SYMBOL_LAST;
+}
+
+/* All lanes are at the same element. */
 static void emit_choice(struct emission *x, struct text *text, const struct node *node) {
     const expression condition = node->operand[0];
     const struct node *compared = &x->g->nodes[condition];
+    if (x->is_lanes && !is_last_element(x, condition)) {
+        emit_lane_call(x, text, node);
+        return;
+    }
     text_add(text, "(");
     if (compared->operation == OP_LESS && !is_named(x, condition)) {
         emit_comparison(x, text, compared);
-    } else if (expr_as_symbol(x->g, condition) && expr_as_symbol(x->g, condition)->kind == SYMBOL_LAST) {
+    } else if (is_last_element(x, condition)) {
         emit_value(x, text, condition);
     } else {
         emit_operand(x, text, condition, BINDS_SUM);
         text_add(text, " != 0.0");
     }
     text_add(text, " ? ");
-    emit_value(x, text, node->operand[1]);
+    emit_assigned(x, text, node->operand[1]);
     text_add(text, " : ");
-    emit_value(x, text, node->operand[2]);
+    emit_assigned(x, text, node->operand[2]);
     text_add(text, ")");
 }
 
 static void emit_spline(struct emission *x, struct text *text, const struct node *node) {
+    if (x->is_lanes)
+        x->uses_spline[node->operand[1] / SPLINE_ORDERS] = true;
     text_add(text, "%s_spline_%u(", x->name, node->operand[1] / SPLINE_ORDERS + 1);
-    emit_value(x, text, node->operand[0]);
+    emit_assigned(x, text, node->operand[0]);
     text_add(text, ", %u)", node->operand[1] % SPLINE_ORDERS);
 }
 
 static void emit_call(struct emission *x, struct text *text, const struct node *node) {
+    if (x->is_lanes) {
+        emit_lane_call(x, text, node);
+        return;
+    }
     text_add(text, "%s(", operation_text(node->operation));
     for (int k = 0; k < operation_arity(node->operation); k++) {
         text_add(text, k ? ", " : "");
@@ -170,7 +221,7 @@ void emit_definition(struct emission *x, struct text *text, expression e) {
     switch (node.operation) {
     case OP_RATE_GAIN:
     case OP_POSITION_GAIN:
-        emit_value(x, text, node.operand[0]);
+        emit_assigned(x, text, node.operand[0]);
         return;
     case OP_NUMBER:
         expr_is_number(x->g, e, &value);
@@ -190,6 +241,10 @@ void emit_definition(struct emission *x, struct text *text, expression e) {
         emit_operand(x, text, node.operand[0], BINDS_PRODUCT);
         return;
     case OP_LESS:
+        if (x->is_lanes) {
+            emit_lane_call(x, text, &node);
+            return;
+        }
         text_add(text, "(");
         emit_comparison(x, text, &node);
         text_add(text, " ? 1.0 : 0.0)");

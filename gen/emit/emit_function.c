@@ -31,9 +31,10 @@ static void emit_result_type(struct emission *x, struct text *text, const struct
     if (plan_is_struct_result(function))
         text_add(text, "struct %s_%s_result *out", x->name, function->quantity);
     else if (array->columns)
-        text_add(text, "double %s[%d * %d]", array->name, array->count / array->columns, array->columns);
+        text_add(text, "%s %s[%d * %d]", x->number, array->name, array->count / array->columns,
+                 array->columns);
     else
-        text_add(text, "double %s[%d]", array->name, array->count);
+        text_add(text, "%s %s[%d]", x->number, array->name, array->count);
 }
 
 void emit_list_given(const struct plan *plan, const struct function *function, struct given_array *list) {
@@ -49,19 +50,19 @@ static void emit_arguments(struct emission *x, struct text *text, const struct f
         text_add(text, "struct %s_parameters *p", x->name);
         return;
     }
-    text_add(text, "const struct %s_parameters *p, const struct %s_inputs *x, double t,\n        ", x->name,
-             x->name);
-    text_add(text, "const double q[%d], const double qd[%d], ", n, n);
+    text_add(text, "const struct %s_parameters *p, const struct %s_inputs *x, %s,\n        ", x->name,
+             x->name, x->is_lanes ? "const lane t[1]" : "double t");
+    text_add(text, "const %s q[%d], const %s qd[%d], ", x->number, n, x->number, n);
     struct given_array given[GIVEN_ARRAYS];
     emit_list_given(x->plan, function, given);
     for (int i = 0; i < GIVEN_ARRAYS; i++)
         if (given[i].count)
-            text_add(text, "const double %s[%d], ", given[i].name, given[i].count);
+            text_add(text, "const %s %s[%d], ", x->number, given[i].name, given[i].count);
     emit_result_type(x, text, function);
 }
 
 void emit_signature(struct emission *x, struct text *text, const struct function *function) {
-    text_add(text, "void %s_%s(", x->name, function->quantity);
+    text_add(text, "%svoid %s_%s(", x->is_lanes ? "static " : "", x->name, function->quantity);
     emit_arguments(x, text, function);
     text_add(text, ")");
 }
@@ -93,7 +94,7 @@ static void emit_statement(struct writer *w, expression e) {
         x->uses_p = true;
         text_add(w->text, "p->derived.");
     } else if (!w->function->is_stored[e] && !for_later_alone) {
-        text_add(w->text, "const double ");
+        text_add(w->text, "const %s ", x->number);
         if (x->is_carried[e]) {
             emit_name(x, w->text, e);
             text_add(w->text, " = ");
@@ -136,7 +137,7 @@ static void emit_kept_slots(struct writer *w, const struct code_block *block, in
         if (!declare)
             text_add(w->text, "        %s%s_at[e] = %s;\n", place, name, name);
         else if (!x->is_carried[e])
-            text_add(w->text, "    double %s_at[%d];\n", name, count);
+            text_add(w->text, "    %s %s_at[%d];\n", x->number, name, count);
     }
 }
 
@@ -147,7 +148,7 @@ static void emit_loop_variables(struct writer *w, const struct code_block *block
         const expression e = w->function->statements[i];
         if (!w->function->is_stored[e] || x->is_carried[e])
             continue;
-        text_add(w->text, "    double ");
+        text_add(w->text, "    %s ", x->number);
         emit_name(x, w->text, e);
         text_add(w->text, "[%d];\n", count);
     }
@@ -156,8 +157,8 @@ static void emit_loop_variables(struct writer *w, const struct code_block *block
         if (!is_slot_of(w, s, block) || !is_slot_needed(w, s))
             continue;
         x->slot_piece[s] = x->piece;
-        text_add(w->text, "    double %s = ", x->slot_names[s]);
-        emit_value(x, w->text, x->g->slots[s].initial);
+        text_add(w->text, "    %s %s = ", x->number, x->slot_names[s]);
+        emit_assigned(x, w->text, x->g->slots[s].initial);
         text_add(w->text, ";\n");
     }
 }
@@ -172,8 +173,8 @@ static void emit_slot_updates(struct writer *w, const struct code_block *block) 
             if (!is_slot_of(w, s, block) || !is_slot_needed(w, s))
                 continue;
             if (pass == 0 && !is_stated) {
-                text_add(w->text, "        const double next_%s = ", x->slot_names[s]);
-                emit_value(x, w->text, next);
+                text_add(w->text, "        const %s next_%s = ", x->number, x->slot_names[s]);
+                emit_assigned(x, w->text, next);
                 text_add(w->text, ";\n");
             }
             if (pass == 1) {
@@ -201,7 +202,7 @@ static void emit_run_results(struct writer *w, int block) {
         text_add(w->text, "[");
         emit_run_index(w->text, result->entry, result->stride);
         text_add(w->text, "] = ");
-        emit_value(w->x, w->text, result->value);
+        emit_assigned(w->x, w->text, result->value);
         text_add(w->text, ";\n");
     }
 }
@@ -223,7 +224,7 @@ static void emit_repeats(struct writer *w, int group) {
             continue;
         x->piece_of[use->value] = x->piece;
         x->is_carried[use->value] = false;
-        text_add(w->text, "        const double ");
+        text_add(w->text, "        const %s ", x->number);
         emit_name(x, w->text, use->value);
         text_add(w->text, " = ");
         emit_definition(x, w->text, use->value);
@@ -267,7 +268,7 @@ static void emit_result(struct writer *w, const struct write *write) {
                  entry % array->columns);
     else
         text_add(w->text, "[%d] = ", entry);
-    emit_value(w->x, w->text, write->value);
+    emit_assigned(w->x, w->text, write->value);
     text_add(w->text, ";\n");
 }
 
@@ -287,7 +288,7 @@ static void emit_fills(struct writer *w) {
             continue;
         text_add(w->text, "    for (int i = 0; i < %d; i++)\n        ", array->count);
         emit_array_name(w, f);
-        text_add(w->text, "[i] = 0.0;\n");
+        text_add(w->text, "[i] = %s;\n", emit_zero(w->x));
     }
 }
 
@@ -374,7 +375,8 @@ static void number_statements(struct writer *w) {
 
 static void emit_locals(struct writer *w) {
     for (int f = w->function->array_count; f < plan_count_arrays(w->function); f++)
-        text_add(w->text, "    double %s[%d];\n", w->function->arrays[f].name, w->function->arrays[f].count);
+        text_add(w->text, "    %s %s[%d];\n", w->x->number, w->function->arrays[f].name,
+                 w->function->arrays[f].count);
 }
 
 static void emit_short_function(struct writer *w) {
@@ -382,7 +384,7 @@ static void emit_short_function(struct writer *w) {
     w->text = &body;
     emit_body(w, 0);
     w->text = text;
-    w->x->uses_q |= w->function->angle_count > 0;
+    w->x->uses_q |= w->x->angles.count > 0;
     emit_signature(w->x, text, w->function);
     text_add(text, " {\n");
     emit_unused(w, text);
@@ -405,7 +407,7 @@ static void emit_carried(struct writer *w) {
         const expression e = w->function->statements[i];
         if (!x->is_carried[e])
             continue;
-        text_add(w->text, "    double ");
+        text_add(w->text, "    %s ", x->number);
         emit_name(x, w->text, e);
         if (w->function->is_stored[e])
             text_add(w->text, "[%d]", x->plan->rolled->runs[x->g->loops[x->g->nodes[e].loop].run].count);
@@ -413,15 +415,15 @@ static void emit_carried(struct writer *w) {
     }
     for (int slot = 0; slot < x->g->slot_count; slot++) {
         if (x->is_slot_carried[slot])
-            text_add(w->text, "    double %s;\n", x->slot_names[slot]);
+            text_add(w->text, "    %s %s;\n", x->number, x->slot_names[slot]);
         if (x->is_carried[x->g->slots[slot].carried])
-            text_add(w->text, "    double %s_at[%d];\n", x->slot_names[slot],
+            text_add(w->text, "    %s %s_at[%d];\n", x->number, x->slot_names[slot],
                      x->plan->rolled->runs[x->g->loops[x->g->slots[slot].loop].run].count);
     }
     emit_locals(w);
     emit_angle_arrays(x, w->text);
     if (w->text->length == begin)
-        text_add(w->text, "    double none;\n"); /* C has no empty struct */
+        text_add(w->text, "    %s none;\n", x->number); /* C has no empty struct */
     text_add(w->text, "};\n\n");
 }
 
@@ -502,7 +504,7 @@ static void emit_part_call(struct writer *w, const struct part *part) {
     if (plan_is_struct_result(from))
         text_add(w->text, "    struct %s_%s_result %s;\n", name, from->quantity, from->quantity);
     else
-        text_add(w->text, "    double %s[%d];\n", from->quantity, from->out_count);
+        text_add(w->text, "    %s %s[%d];\n", w->x->number, from->quantity, from->out_count);
     text_add(w->text, "    %s_%s(%s, %s%s);\n", name, from->quantity, arguments,
              plan_is_struct_result(from) ? "&" : "", from->quantity);
 }
@@ -566,7 +568,8 @@ long emit_function(struct emission *x, struct text *text, const struct function 
     memset(x->is_slot_carried, 0, (size_t)x->g->slot_count);
     for (int slot = 0; slot < x->g->slot_count; slot++)
         x->is_carried[x->g->slots[slot].carried] = false;
-    if (function->angle_count)
+    emit_begin_angles(x);
+    if (x->angles.count && !x->is_lanes)
         emit_sincos(x, text);
     const size_t begin = text->length;
     if (function->part_count)

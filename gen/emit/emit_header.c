@@ -78,7 +78,7 @@ static void emit_parameter_struct(struct emission *x, struct text *text) {
              x->name, x->name);
     for (int i = 0; i < plan->parameter_count; i++) {
         const struct parameter *parameter = &plan->model->parameters[plan->parameters[i]];
-        text_add(text, "    double %s; /* [%s]%s */\n", parameter->name,
+        text_add(text, "    %s %s; /* [%s]%s */\n", x->number, parameter->name,
                  text_comment(text->memory, parameter->unit),
                  parameter->is_anchored && !parameter->is_given
                      ? " default: the value at the start of a motion"
@@ -87,7 +87,8 @@ static void emit_parameter_struct(struct emission *x, struct text *text) {
     if (plan->prepare.out_count) {
         text_add(text, "    struct {\n");
         for (int i = 0; i < plan->prepare.out_count; i++)
-            text_add(text, "        double %s;\n", x->value_names[plan->prepare.arrays->singles[i].value]);
+            text_add(text, "        %s %s;\n", x->number,
+                     x->value_names[plan->prepare.arrays->singles[i].value]);
         text_add(text, "    } derived; /* what depends on parameters alone, set by %s_prepare */\n", x->name);
     }
     text_add(text, "};\n\n");
@@ -101,7 +102,7 @@ static void emit_input_struct(struct emission *x, struct text *text) {
     }
     text_add(text, "struct %s_inputs {\n", x->name);
     for (int i = 0; i < model->input_count; i++)
-        text_add(text, "    double %s; /* [%s] */\n", model->inputs[i].name,
+        text_add(text, "    %s %s; /* [%s] */\n", x->number, model->inputs[i].name,
                  text_comment(text->memory, model->inputs[i].unit));
     text_add(text, "};\n\n");
 }
@@ -112,7 +113,7 @@ static void emit_result_struct(struct emission *x, struct text *text, const stru
     text_add(text, "struct %s_%s_result {\n", x->name, function->quantity);
     for (int i = 0; i < function->array_count; i++) {
         const struct array *array = &function->arrays[i];
-        text_add(text, "    double %s[%d]; /* %s */\n", array->name, array->count, array->about);
+        text_add(text, "    %s %s[%d]; /* %s */\n", x->number, array->name, array->count, array->about);
     }
     text_add(text, "};\n\n");
 }
@@ -126,6 +127,13 @@ static void emit_prototype(struct emission *x, struct text *text, const struct f
     text_add(text, ";\n\n");
 }
 
+void emit_structs(struct emission *x, struct text *text) {
+    emit_parameter_struct(x, text);
+    emit_input_struct(x, text);
+    for (int f = 0; f < x->plan->function_count; f++)
+        emit_result_struct(x, text, &x->plan->functions[f]);
+}
+
 void emit_header(struct emission *x, struct text *text) {
     const struct plan *plan = x->plan;
     emit_description(x, text);
@@ -134,10 +142,7 @@ void emit_header(struct emission *x, struct text *text) {
     text_add(text, "#ifndef REFDYN_GENERATED_%s_H\n#define REFDYN_GENERATED_%s_H\n\n", x->name, x->name);
     text_add(text, "#include \"refdyn_model.h\"\n\n#ifdef __cplusplus\nextern \"C\" {\n#endif\n\n");
     emit_constants(x, text);
-    emit_parameter_struct(x, text);
-    emit_input_struct(x, text);
-    for (int f = 0; f < plan->function_count; f++)
-        emit_result_struct(x, text, &plan->functions[f]);
+    emit_structs(x, text);
     if (plan->parameter_count)
         text_add(text,
                  "/* Default values of all parameters, prepared. */\nvoid %s_defaults(struct %s_parameters "

@@ -127,14 +127,15 @@ static bool fills_rows(const struct printer *p, const struct pairs *pairs) {
 
 /* Sums of the rows, and what stands on the diagonal. */
 static void put_row_sums(const struct printer *p, const struct pairs *pairs) {
+    const char *number = p->x->number;
     for (int i = 0; i < pairs->product_count; i++) {
         const struct pair_product *product = &pairs->products[i];
         const char *array = p->function->arrays[product->array].name;
         if (product->is_mirrored)
             continue;
-        text_add(p->text, "            double %s_rows[%d];\n", array, pairs->n);
-        text_add(p->text, "            const double %s_own = %s[j * %d];\n", array, name(p, product->array),
-                 pairs->n + 1);
+        text_add(p->text, "            %s %s_rows[%d];\n", number, array, pairs->n);
+        text_add(p->text, "            const %s %s_own = %s[j * %d];\n", number, array,
+                 name(p, product->array), pairs->n + 1);
     }
 }
 
@@ -164,7 +165,7 @@ static void put_sums(const struct printer *p, const struct pairs *pairs) {
         const char *array = p->function->arrays[product->array].name;
         if (is_direct(p->function, pairs, product))
             continue;
-        text_add(p->text, "            double %s_rows[%d]", array, pairs->n);
+        text_add(p->text, "            %s %s_rows[%d]", p->x->number, array, pairs->n);
         text_add(p->text, product->is_mirrored ? ";\n" : ", %s_columns[%d];\n", array, pairs->n);
     }
 }
@@ -176,7 +177,7 @@ static void put_near(const struct printer *p, const struct pair_terms *terms, co
             const struct pair_term *term = &terms->terms[t];
             if (!has_component(term, a))
                 continue;
-            text_add(p->text, "                const double %s_%d%c = ", title, t + 1, "xyz"[a]);
+            text_add(p->text, "                const %s %s_%d%c = ", p->x->number, title, t + 1, "xyz"[a]);
             if (term->factor != 1)
                 text_add(p->text, "%s * ", text_of_number(term->factor, digits));
             text_add(p->text, "%s[j];\n", name(p, term->near.at[a]));
@@ -196,7 +197,7 @@ static void put_dot(const struct printer *p, const struct pair_terms *terms, con
             text_add(p->text, " %s_%d%c * %s[i]", title, t + 1, "xyz"[a], name(p, terms->terms[t].far.at[a]));
             count++;
         }
-    text_add(p->text, "%s;\n", count ? "" : " 0.0");
+    text_add(p->text, "%s%s;\n", count ? "" : " ", count ? "" : emit_zero(p->x));
 }
 
 static void put_near_vectors(const struct printer *p, const struct pairs *pairs, bool turns) {
@@ -227,10 +228,11 @@ static void put_products(const struct printer *p, const struct pairs *pairs, boo
     }
 }
 
-/* There is always a block, which a compiler that looks for values never set sees in this form alone. */
+/* Blocks are for numbers that compilers make vectors of; lanes are vectors already. There is always a block,
+ * which a compiler that looks for values never set sees in this form alone. */
 static void put_dots(const struct printer *p, const struct pairs *pairs, bool turns) {
     put_near_vectors(p, pairs, turns);
-    if (fills_rows(p, pairs)) {
+    if (fills_rows(p, pairs) && !p->x->is_lanes) {
         text_add(p->text, "                int top = end;\n                do {\n");
         text_add(p->text, "                    const int first = top > %d ? top - %d : 0;\n", BLOCK, BLOCK);
         text_add(p->text, "                    for (int i = first; i < first + %d; i++) {\n", BLOCK);
@@ -359,7 +361,7 @@ static void put_terms_of_product(const struct printer *p, const struct product *
     text_add(p->text, "        for (int k = %d; k < %d; k += %d)\n", from, to, step);
     text_add(p->text, "            for (int i = 0; i < %d; i++) {\n", height);
     for (int r = 0; r < step; r++)
-        text_add(p->text, "                const double left_%d = %s * %s[%s * %d + i];\n", r,
+        text_add(p->text, "                const %s left_%d = %s * %s[%s * %d + i];\n", p->x->number, r,
                  text_of_number(product->factor, digits), name(p, product->left), index_text(p, "k", r),
                  height);
     text_add(p->text, "                for (int j = 0; j < %d; j++)\n                    %s = %s", width,
@@ -383,7 +385,8 @@ static void put_factoring(const struct printer *p, const struct factoring *facto
     text_add(p->text, "        for (int k = %d; k >= 0; k--) {\n", n - 1);
     text_add(p->text, "            %s[k * %d + k] = 1.0 / %s[k * %d + k];\n", A, n, A, n);
     text_add(p->text, "            for (int i = 0; i < k; i++) {\n");
-    text_add(p->text, "                const double part = %s[k * %d + i] * %s[k * %d + k];\n", A, n, A, n);
+    text_add(p->text, "                const %s part = %s[k * %d + i] * %s[k * %d + k];\n", p->x->number, A,
+             n, A, n);
     text_add(p->text, "                for (int j = 0; j <= i; j++)\n");
     text_add(p->text, "                    %s[i * %d + j] -= part * %s[k * %d + j];\n            }\n", A, n,
              A, n);
@@ -425,7 +428,7 @@ static void put_sweep(const struct printer *p, const struct solving *solving, in
         text_add(p->text, "        for (int i = %d; i >= 0; i--) {\n            int k = %d;\n", n - 2, n - 1);
     else
         text_add(p->text, "        for (int i = 1; i < %d; i++) {\n            int k = 0;\n", n);
-    text_add(p->text, "            double sum[%d];\n", width);
+    text_add(p->text, "            %s sum[%d];\n", p->x->number, width);
     text_add(p->text, "            for (int j = 0; j < %d; j++)\n", width);
     text_add(p->text, "                sum[j] = %s[i * %d + j];\n", s.b, width);
     put_rows_of_sweep(p, &s, ROWS_AT_A_TIME);

@@ -17,61 +17,84 @@
 
 enum { LARGEST = 100000 }; /* [rad] beyond, and for what is no number, libm is asked */
 
+/* Where the same text stands: in a loop over a block of angles, or once for a vector of lanes. */
+struct form {
+    const char *name, *number, *indent, *angle;
+};
+
+static void put_line(struct text *text, const struct form *form, const char *line) {
+    text_add(text, "%s%s\n", form->indent, line);
+}
+
+static void put_opening(struct text *text, const struct form *form, const char *value) {
+    text_add(text, "%sconst %s %s\n", form->indent, form->number, value);
+}
+
+static void put_value(struct text *text, const struct form *form, const char *value) {
+    text_add(text, "%sconst %s %s;\n", form->indent, form->number, value);
+}
+
 /* S and C of z = r r: sin r = r + r z S, cos r = 1 - z / 2 + z z C. */
-static void put_polynomials(struct text *text, const char *r) {
-    text_add(text, "            const double z = %s * %s, zz = z * z, half = 0.5 * z, level = 1.0 - half;\n",
-             r, r);
-    text_add(text, "            const double S = (-0.1666666666666663 + z * 0.008333333333322113) +\n"
-                   "                zz * ((-0.00019841269829584855 + z * 2.7557313619702316e-06) +\n"
-                   "                zz * (-2.5050747490622132e-08 + z * 1.5896213900738014e-10));\n"
-                   "            const double C = (0.0416666666666666 - z * 0.0013888888888874131) +\n"
-                   "                zz * ((2.4801587289487026e-05 - z * 2.755731435379326e-07) +\n"
-                   "                zz * (2.0875723479646543e-09 - z * 1.135965887716259e-11));\n");
+static void put_polynomials(struct text *text, const struct form *form, const char *r) {
+    text_add(text, "%sconst %s z = %s * %s, zz = z * z, half = 0.5 * z, level = 1.0 - half;\n", form->indent,
+             form->number, r, r);
+    put_opening(text, form, "S = (-0.1666666666666663 + z * 0.008333333333322113) +");
+    put_line(text, form, "    zz * ((-0.00019841269829584855 + z * 2.7557313619702316e-06) +");
+    put_line(text, form, "    zz * (-2.5050747490622132e-08 + z * 1.5896213900738014e-10));");
+    put_opening(text, form, "C = (0.0416666666666666 - z * 0.0013888888888874131) +");
+    put_line(text, form, "    zz * ((2.4801587289487026e-05 - z * 2.755731435379326e-07) +");
+    put_line(text, form, "    zz * (2.0875723479646543e-09 - z * 1.135965887716259e-11));");
 }
 
 /* Angles within an eighth of a turn, as those of bending mostly are, need no reduction. */
-static void put_small(struct text *text) {
+static void put_small(struct text *text, const struct form *form) {
     text_add(text, "    if (small) {\n        for (int i = 0; i < %d; i++) {\n", FEWEST_ANGLES);
-    put_polynomials(text, "x[i]");
+    put_polynomials(text, form, form->angle);
     text_add(text, "            s[i] = x[i] + (x[i] * z) * S;\n"
                    "            c[i] = level + (((1.0 - level) - half) + zz * C);\n        }\n");
 }
 
 /* One sum that has to be rounded by itself. */
-static void put_sum(struct text *text, const char *model, const char *name, const char *sum) {
-    text_add(text, "            const double %s = %s_rounded(%s, ones);\n", name, model, sum);
+static void put_sum(struct text *text, const struct form *form, const char *name, const char *sum) {
+    text_add(text, "%sconst %s %s = %s_rounded(%s, ones);\n", form->indent, form->number, name, form->name,
+             sum);
 }
 
-static void put_reduced(const struct emission *x, struct text *text) {
-    const char *const name = x->name;
-    text_add(text, "    } else if (known) {\n        for (int i = 0; i < %d; i++) {\n", FEWEST_ANGLES);
-    put_sum(text, name, "above", "x[i] * 0.6366197723675814 + whole");
-    put_sum(text, name, "k", "above - whole");
-    put_sum(text, name, "first", "x[i] - k * 1.5707963267923333");
-    text_add(text, "            const double second = k * 2.5633441515839558e-12;\n");
-    put_sum(text, name, "high", "first - second");
-    put_sum(text, name, "lost", "first - high");
-    put_sum(text, name, "beyond", "lost - second");
-    text_add(text, "            const double rest = k * 1.0562999066987428e-23 - beyond;\n");
-    put_sum(text, name, "r", "high - rest");
-    put_sum(text, name, "left", "high - r");
-    text_add(text, "            const double low = left - rest;\n");
-    put_polynomials(text, "r");
-    text_add(text, "            const double sin_r = r + ((r * z) * S + low * level);\n"
-                   "            const double cos_r = level + (((1.0 - level) - half) + (zz * C - r * low));\n"
-                   "            /* k = 2 h + odd, odd = -1, 0 or 1; the sign is that of (-1)^h. */\n");
-    put_sum(text, name, "half_k", "0.5 * k + whole");
-    put_sum(text, name, "h", "half_k - whole");
-    put_sum(text, name, "half_h", "0.5 * h + whole");
-    put_sum(text, name, "even_h", "half_h - whole");
-    text_add(text, "            const double odd = k - 2.0 * h;\n"
-                   "            const double g = h - 2.0 * even_h;\n"
-                   "            const double sign = 1.0 - 2.0 * (g * g);\n"
-                   "            const double turned = sign * odd;\n"
-                   "            const double even = sign - turned * odd;\n"
-                   "            s[i] = even * sin_r + turned * cos_r;\n"
-                   "            c[i] = even * cos_r - turned * sin_r;\n"
-                   "        }\n");
+static void put_reduction(struct text *text, const struct form *form) {
+    struct memory *memory = text->memory;
+    put_sum(text, form, "above", memory_format(memory, "%s * 0.6366197723675814 + whole", form->angle));
+    put_sum(text, form, "k", "above - whole");
+    put_sum(text, form, "first", memory_format(memory, "%s - k * 1.5707963267923333", form->angle));
+    put_value(text, form, "second = k * 2.5633441515839558e-12");
+    put_sum(text, form, "high", "first - second");
+    put_sum(text, form, "lost", "first - high");
+    put_sum(text, form, "beyond", "lost - second");
+    put_value(text, form, "rest = k * 1.0562999066987428e-23 - beyond");
+    put_sum(text, form, "r", "high - rest");
+    put_sum(text, form, "left", "high - r");
+    put_value(text, form, "low = left - rest");
+}
+
+/* Gives s and c of the angle from those of r. */
+static void put_quadrant(struct text *text, const struct form *form) {
+    put_value(text, form, "sin_r = r + ((r * z) * S + low * level)");
+    put_value(text, form, "cos_r = level + (((1.0 - level) - half) + (zz * C - r * low))");
+    put_line(text, form, "/* k = 2 h + odd, odd = -1, 0 or 1; the sign is that of (-1)^h. */");
+    put_sum(text, form, "half_k", "0.5 * k + whole");
+    put_sum(text, form, "h", "half_k - whole");
+    put_sum(text, form, "half_h", "0.5 * h + whole");
+    put_sum(text, form, "even_h", "half_h - whole");
+    put_value(text, form, "odd = k - 2.0 * h");
+    put_value(text, form, "g = h - 2.0 * even_h");
+    put_value(text, form, "sign = 1.0 - 2.0 * (g * g)");
+    put_value(text, form, "turned = sign * odd");
+    put_value(text, form, "even = sign - turned * odd");
+}
+
+static void put_reduced(struct text *text, const struct form *form) {
+    put_reduction(text, form);
+    put_polynomials(text, form, "r");
+    put_quadrant(text, form);
 }
 
 /*
@@ -80,12 +103,13 @@ static void put_reduced(const struct emission *x, struct text *text) {
  * are not reordered. Elsewhere the bits pass a mask of ones that the compiler does not know.
  */
 static void put_rounded(const struct emission *x, struct text *text) {
+    const char *number = x->number, *bits = x->is_lanes ? "lane_mask" : "unsigned long long";
     text_add(
         text,
         "#ifdef __has_builtin\n#define HAS_BUILTIN(name) __has_builtin(name)\n"
         "#else\n#define HAS_BUILTIN(name) 0\n#endif\n"
         "/* A sum as it is rounded, also where the compiler may reorder sums. */\n"
-        "static double %s_rounded(double sum, unsigned long long ones) {\n"
+        "%s %s %s_rounded(%s sum, %s ones) {\n"
         "#if defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 12 && !defined(__ASSOCIATIVE_MATH__)\n"
         "    (void)ones;\n"
         "    return sum;\n"
@@ -93,13 +117,13 @@ static void put_rounded(const struct emission *x, struct text *text) {
         "    (void)ones;\n"
         "    return __arithmetic_fence(sum);\n"
         "#else\n"
-        "    unsigned long long bits;\n"
+        "    %s bits;\n"
         "    memcpy(&bits, &sum, sizeof bits);\n"
         "    bits &= ones;\n"
         "    memcpy(&sum, &bits, sizeof bits);\n"
         "    return sum;\n"
         "#endif\n}\n#undef HAS_BUILTIN\n\n",
-        x->name);
+        x->is_lanes ? "INLINE" : "static", number, x->name, number, x->is_lanes ? "long long" : bits, bits);
 }
 
 static void put_libm(const struct emission *x, struct text *text) {
@@ -136,9 +160,14 @@ static void put_block(const struct emission *x, struct text *text) {
         "        known &= fabs(x[i]) <= %d.0;\n"
         "    }\n",
         n, n, n, n, n, LARGEST);
-    put_small(text);
-    put_reduced(x, text);
+    const struct form form = {x->name, "double", "            ", "x[i]"};
+    put_small(text, &form);
+    text_add(text, "    } else if (known) {\n        for (int i = 0; i < %d; i++) {\n", n);
+    put_reduced(text, &form);
     text_add(text,
+             "            s[i] = even * sin_r + turned * cos_r;\n"
+             "            c[i] = even * cos_r - turned * sin_r;\n"
+             "        }\n"
              "    } else {\n        %s_sincos_libm(angle, sine, cosine);\n        return;\n    }\n"
              "    for (int i = 0; i < %d; i++)\n        sine[i] = s[i];\n"
              "    for (int i = 0; i < %d; i++)\n        cosine[i] = c[i];\n}\n",
@@ -178,21 +207,136 @@ void emit_sincos(struct emission *x, struct text *text) {
              n, x->name, n, n, x->name, n, x->name, n, n, n, n);
 }
 
-void emit_angle_arrays(const struct emission *x, struct text *text) {
-    if (x->function->angle_count)
-        text_add(text, "    double sine[%d], cosine[%d];\n", x->function->angle_count,
-                 x->function->angle_count);
+/* ---- In lanes ---- */
+
+/* Each lane by itself, whatever stands in the others: no shorter way for small angles, and libm's by lane. */
+static void put_lane_angle(const struct emission *x, struct text *text) {
+    const struct form form = {x->name, "lane", "    ", "x"};
+    text_add(
+        text,
+        "/* Sine and cosine of an angle that is known, as those of %s.c. */\n"
+        "INLINE void %s_angle(lane x, lane *sine, lane *cosine) {\n"
+        "    const double whole = 6755399441055744.0; /* 1.5 2^52: beside it only whole numbers exist */\n"
+        "    const volatile long long mask = -1; /* volatile: not known while this is "
+        "compiled */\n"
+        "    const long long ones = mask;\n",
+        x->plan->model->name, x->name);
+    put_reduced(text, &form);
+    text_add(text, "    *sine = even * sin_r + turned * cos_r;\n"
+                   "    *cosine = even * cos_r - turned * sin_r;\n}\n\n");
 }
 
-void emit_angle_pass(const struct emission *x, struct text *text) {
+/* Reached by few angles, but by each lane alone. */
+static void put_lane_repair(const struct emission *x, struct text *text) {
+    const char *name = x->name;
+    text_add(text,
+             "INLINE lane_mask %s_is_known(lane x) {\n"
+             "    return (lane_mask)(x <= %s_largest) & (lane_mask)(x >= -%s_largest);\n}\n\n"
+             "INLINE int %s_is_in_all_lanes(lane_mask mask) {\n"
+             "    long long all = -1;\n    for (int l = 0; l < LANES; l++)\n        all &= AT(mask, l);\n"
+             "    return all != 0;\n}\n\n",
+             name, name, name, name);
+    text_add(text,
+             "/* In lanes that hold a larger angle, or no number, those of libm. */\n"
+             "static void %s_ask_libm(const lane *angle, lane *sine, lane *cosine) {\n"
+             "    const lane x = *angle;\n    const lane_mask known = %s_is_known(x);\n    for (int l = 0; l "
+             "< LANES; l++)\n"
+             "        if (!AT(known, l)) {\n            AT(*sine, l) = sin(AT(x, l));\n"
+             "            AT(*cosine, l) = cos(AT(x, l));\n        }\n}\n\n",
+             name, name);
+}
+
+/* Of a formula: what the sine and the cosine of one angle share is computed once, since compilers see it
+ * before any branch. */
+static void put_lane_function(const struct emission *x, struct text *text, enum operation operation) {
+    const char *name = x->name;
+    if (!x->uses_operation[operation])
+        return;
+    text_add(text,
+             "INLINE lane %s_lanes(lane x) {\n    lane sine, cosine;\n"
+             "    %s_angle(x, &sine, &cosine);\n    if (!%s_is_in_all_lanes(%s_is_known(x)))\n"
+             "        %s_ask_libm(&x, &sine, &cosine);\n    return %s;\n}\n\n",
+             operation_text(operation), name, name, name, name, operation == OP_SIN ? "sine" : "cosine");
+}
+
+static void put_lane_pass(const struct emission *x, struct text *text) {
+    const char *name = x->name;
+    if (!x->has_sincos)
+        return;
+    text_add(text,
+             "static void %s_sincos(const lane *angle, lane *sine, lane *cosine, int count) {\n"
+             "    lane_mask known = %s_is_known(angle[0]);\n"
+             "    for (int i = 0; i < count; i++) {\n"
+             "        %s_angle(angle[i], sine + i, cosine + i);\n"
+             "        known &= %s_is_known(angle[i]);\n    }\n"
+             "    if (%s_is_in_all_lanes(known))\n        return;\n"
+             "    for (int i = 0; i < count; i++)\n"
+             "        %s_ask_libm(angle + i, sine + i, cosine + i);\n}\n\n",
+             name, name, name, name, name, name);
+}
+
+void emit_lane_sincos(struct emission *x, struct text *text) {
+    if (!x->has_sincos && !x->uses_operation[OP_SIN] && !x->uses_operation[OP_COS])
+        return;
+    text_add(text,
+             "#if defined(__FLT_EVAL_METHOD__) && \\\n"
+             "    (__FLT_EVAL_METHOD__ == 0 || __FLT_EVAL_METHOD__ == 1 || __FLT_EVAL_METHOD__ == 16)\n"
+             "static const double %s_largest = %d.0;\n"
+             "#else /* sums may be kept longer than doubles: libm is asked for all */\n"
+             "static const double %s_largest = -1.0;\n#endif\n",
+             x->name, LARGEST, x->name);
+    put_rounded(x, text);
+    put_lane_angle(x, text);
+    put_lane_repair(x, text);
+    put_lane_pass(x, text);
+    put_lane_function(x, text, OP_SIN);
+    put_lane_function(x, text, OP_COS);
+}
+
+/* ---- In a function ---- */
+
+/* A vector of lanes is full with one angle: then the pass is of any number of them. */
+void emit_begin_angles(struct emission *x) {
+    const struct function *function = x->function;
+    if (x->is_lanes)
+        x->angles = angles_range(x->plan, function);
+    else
+        x->angles = (struct angle_range){.first = function->first_angle, .count = function->angle_count};
+}
+
+void emit_angle_arrays(const struct emission *x, struct text *text) {
+    if (x->angles.count)
+        text_add(text, "    %s sine[%d], cosine[%d];\n", x->number, x->angles.count, x->angles.count);
+}
+
+static void emit_pass_call(const struct emission *x, struct text *text, int first, int count) {
     const char *within = x->is_cut ? "s." : "";
-    if (x->function->angle_count)
-        text_add(text, "    %s_sincos(q + %d, %ssine, %scosine, %d);\n", x->name, x->function->first_angle,
-                 within, within, x->function->angle_count);
+    const int at = first - x->angles.first;
+    const char *place = at ? memory_format(x->plan->memory, " + %d", at) : "";
+    text_add(text, "    %s_sincos(q + %d, %ssine%s, %scosine%s, %d);\n", x->name, first, within, place,
+             within, place, count);
+}
+
+/* In lanes a slide among them costs as much as an angle. */
+void emit_angle_pass(struct emission *x, struct text *text) {
+    const struct angle_range *angles = &x->angles;
+    const int end = angles->first + angles->count;
+    x->has_sincos |= angles->count > 0;
+    if (!x->is_lanes || angles->is_dense) {
+        if (angles->count)
+            emit_pass_call(x, text, angles->first, angles->count);
+        return;
+    }
+    for (int i = angles->first, first = i; i < end; i++) {
+        if (!angles->is_angle[i])
+            first = i + 1;
+        else if (i + 1 == end || !angles->is_angle[i + 1])
+            emit_pass_call(x, text, first, i + 1 - first);
+    }
 }
 
 bool emit_angle(struct emission *x, struct text *text, expression e) {
-    if (!angles_is_in_pass(x->plan, x->function, e))
+    if (!x->angles.count || !angles_is_plain(x->plan, e))
         return false;
     const struct node *node = &x->g->nodes[e];
     const struct symbol *s = expr_as_symbol(x->g, node->operand[0]);
@@ -200,9 +344,9 @@ bool emit_angle(struct emission *x, struct text *text, expression e) {
     x->uses_carried |= x->is_cut;
     text_add(text, "%s%s[", x->is_cut ? "s->" : "", node->operation == OP_SIN ? "sine" : "cosine");
     if (frame)
-        emit_run_index(text, frame->coordinate - x->function->first_angle, frame->step);
+        emit_run_index(text, frame->coordinate - x->angles.first, frame->step);
     else
-        text_add(text, "%d", s->index - x->function->first_angle);
+        text_add(text, "%d", s->index - x->angles.first);
     text_add(text, "]");
     return true;
 }

@@ -170,32 +170,42 @@ static void emit_rows_and_points(struct emission *x, struct text *text) {
     }
 }
 
+/* "(const lane *)(const void *)": doubles as what a function of lanes takes. */
+static const char *as_numbers(const struct emission *x, const char *qualifier) {
+    return x->is_lanes ? memory_format(x->plan->memory, "(%slane *)(%svoid *)", qualifier, qualifier) : "";
+}
+
+static void emit_adapter(struct emission *x, struct text *text, const struct function *function) {
+    const char *read = as_numbers(x, "const "), *name = x->name;
+    struct given_array given[GIVEN_ARRAYS];
+    text_add(text,
+             "static void %s_%s_doubles(const double *p, const double *x, %st, const double *q,\n"
+             "        const double *qd, double *out) {\n",
+             name, function->quantity, x->is_lanes ? "const double *" : "double ");
+    text_add(text,
+             "    %s_%s((const struct %s_parameters *)(const void *)p,\n        (const struct %s_inputs "
+             "*)(const void *)x, %st, %sq, %sqd, ",
+             name, function->quantity, name, name, read, read, read);
+    emit_list_given(x->plan, function, given);
+    for (int i = 0; i < GIVEN_ARRAYS; i++)
+        if (given[i].count)
+            text_add(text, "%sqd + %d, ", read, given[i].place);
+    if (plan_is_struct_result(function))
+        text_add(text, "(struct %s_%s_result *)(void *)", name, function->quantity);
+    else
+        text_add(text, "%s", as_numbers(x, ""));
+    text_add(text, "out);\n}\n\n");
+}
+
 /* The same functions behind the one form that the table has. */
-static void emit_adapters(struct emission *x, struct text *text) {
+void emit_adapters(struct emission *x, struct text *text) {
     if (x->plan->prepare.out_count)
         text_add(text,
                  "static void %s_prepare_doubles(double *p) {\n    %s_prepare((struct %s_parameters *)(void "
                  "*)p);\n}\n\n",
                  x->name, x->name, x->name);
-    for (int f = 0; f < x->plan->function_count; f++) {
-        const struct function *function = &x->plan->functions[f];
-        struct given_array given[GIVEN_ARRAYS];
-        text_add(text,
-                 "static void %s_%s_doubles(const double *p, const double *x, double t, const double *q,\n"
-                 "        const double *qd, double *out) {\n",
-                 x->name, function->quantity);
-        text_add(text,
-                 "    %s_%s((const struct %s_parameters *)(const void *)p,\n        (const struct %s_inputs "
-                 "*)(const void *)x, t, q, qd, ",
-                 x->name, function->quantity, x->name, x->name);
-        emit_list_given(x->plan, function, given);
-        for (int i = 0; i < GIVEN_ARRAYS; i++)
-            if (given[i].count)
-                text_add(text, "qd + %d, ", given[i].place);
-        if (plan_is_struct_result(function))
-            text_add(text, "(struct %s_%s_result *)(void *)", x->name, function->quantity);
-        text_add(text, "out);\n}\n\n");
-    }
+    for (int f = 0; f < x->plan->function_count; f++)
+        emit_adapter(x, text, &x->plan->functions[f]);
 }
 
 static void emit_defaults(struct emission *x, struct text *text) {
@@ -256,6 +266,12 @@ static void set_functions(struct emission *x, struct text *text) {
     }
 }
 
+void emit_table_of_functions(struct emission *x, struct text *text) {
+    set_pointer(x, text, "prepare", "prepare_doubles", x->plan->prepare.out_count > 0);
+    set_functions(x, text);
+    text_add(text, "};\n#undef SET\n");
+}
+
 /* Operations of one call, a division as four, a function as ten; 0: it is not emitted. */
 static long cost_of(const struct plan *plan, const char *quantity) {
     for (int f = 0; f < plan->function_count; f++) {
@@ -280,17 +296,21 @@ static bool saturates(const struct plan *plan) {
     return false;
 }
 
-static void emit_model_table(struct emission *x, struct text *text, const char *hash) {
-    const struct plan *plan = x->plan;
-    const struct model *model = plan->model;
+void emit_before_table(struct text *text, const char *model, const char *macro, const char *header,
+                       int version) {
     text_add(text, "/* C checks the names of the fields; C++17 has no designated initialisers, the order is "
                    "the same. */\n"
                    "#ifdef __cplusplus\n#define SET(field)\n#else\n#define SET(field) .field =\n#endif\n\n");
-    text_add(
-        text,
-        "#if REFDYN_MODEL_VERSION != %d\n#error \"%s was emitted for version %d of refdyn_model.h, and this "
-        "refdyn_model.h is of another one: emit it again.\"\n#endif\n\n",
-        REFDYN_MODEL_VERSION, x->name, REFDYN_MODEL_VERSION);
+    text_add(text,
+             "#if REFDYN_%s_VERSION != %d\n#error \"%s was emitted for version %d of %s, and this %s is of "
+             "another one: emit it again.\"\n#endif\n\n",
+             macro, version, model, version, header, header);
+}
+
+static void emit_model_table(struct emission *x, struct text *text, const char *hash) {
+    const struct plan *plan = x->plan;
+    const struct model *model = plan->model;
+    emit_before_table(text, plan->model->name, "MODEL", "refdyn_model.h", REFDYN_MODEL_VERSION);
     text_add(text, "const struct refdyn_model %s_model = {\n    SET(interface_version) %d,\n", x->name,
              REFDYN_MODEL_VERSION);
     text_add(text, "    SET(name) \"%s\",\n    SET(hash) \"%s\",\n", x->name, hash);
@@ -321,9 +341,7 @@ static void emit_model_table(struct emission *x, struct text *text, const char *
     text_add(text, "    SET(held_count) %d,\n", model->hold_count);
     set_pointer(x, text, "anchored", "anchored", plan->anchored_count > 0);
     text_add(text, "    SET(anchored_count) %d,\n", plan->anchored_count);
-    set_pointer(x, text, "prepare", "prepare_doubles", plan->prepare.out_count > 0);
-    set_functions(x, text);
-    text_add(text, "};\n#undef SET\n");
+    emit_table_of_functions(x, text);
 }
 
 void emit_tables(struct emission *x, struct text *text, const char *hash) {

@@ -24,7 +24,7 @@ static struct angles angles_of(const struct plan *plan, expression e) {
 
 static bool *mark_angles(const struct plan *plan, const struct function *function) {
     bool *is_angle = memory_get(plan->memory, ((size_t)plan->tree->count + 1) * sizeof *is_angle);
-    for (expression e = 0; e < plan->g->count; e++) {
+    for (expression e = 0; e < plan->g->count && function->is_needed; e++) {
         const struct angles angles = function->is_needed[e] ? angles_of(plan, e) : (struct angles){0, 0, 0};
         for (int i = 0; i < angles.count; i++)
             is_angle[angles.first + i * angles.stride] = true;
@@ -32,23 +32,35 @@ static bool *mark_angles(const struct plan *plan, const struct function *functio
     return is_angle;
 }
 
-void angles_find(const struct plan *plan, struct function *function) {
+struct angle_range angles_range(const struct plan *plan, const struct function *function) {
     const bool *is_angle = mark_angles(plan, function);
+    struct angle_range range = {.is_angle = is_angle};
     int count = 0, last = -1;
     for (int i = 0; i < plan->tree->count; i++) {
         if (!is_angle[i])
             continue;
         if (!count++)
-            function->first_angle = i;
+            range.first = i;
         last = i;
     }
-    const int range = last - function->first_angle + 1;
-    if (range >= FEWEST_ANGLES && 3 * count >= 2 * range) /* slides among them are computed in vain */
-        function->angle_count = range;
+    range.count = last - range.first + 1;
+    range.is_dense = 3 * count >= 2 * range.count;
+    return range;
+}
+
+void angles_find(const struct plan *plan, struct function *function) {
+    const struct angle_range range = angles_range(plan, function);
+    function->first_angle = range.first;
+    if (range.count >= FEWEST_ANGLES && range.is_dense) /* slides among them are computed in vain */
+        function->angle_count = range.count;
+}
+
+bool angles_is_plain(const struct plan *plan, expression e) {
+    return angles_of(plan, e).count > 0;
 }
 
 bool angles_is_in_pass(const struct plan *plan, const struct function *function, expression e) {
-    return function->angle_count && angles_of(plan, e).count;
+    return function->angle_count && angles_is_plain(plan, e);
 }
 
 bool angles_is_repeated(const struct plan *plan, const struct function *function, expression e) {

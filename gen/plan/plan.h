@@ -118,6 +118,7 @@ struct plan {
     int coupling_count;
     const char *choices;  /* how M x = f is solved and what it costs, for the summary; NULL: not at all */
     const char *left_out; /* what the scene does not need, for the summary */
+    bool has_lanes;       /* the files of lanes are emitted, too */
     struct emitted_file *files;
     int file_count;
 };
@@ -148,6 +149,15 @@ void order_of_sums(struct plan *plan);
 /* plan.c: statements, derived values, pieces, counts; when sums are in order. */
 void plan_functions(struct plan *plan);
 enum { FEWEST_ANGLES = 4 }; /* of one pass: as wide as vectors of doubles mostly are */
+/* Coordinates from the first to the last one whose sine or cosine a function takes. */
+struct angle_range {
+    int first, count;     /* count 0: there is none */
+    bool is_dense;        /* two thirds of them are such */
+    const bool *is_angle; /* by coordinate */
+};
+struct angle_range angles_range(const struct plan *plan, const struct function *function);
+/* Is a node the sine or cosine of a coordinate alone? */
+bool angles_is_plain(const struct plan *plan, expression e);
 /* angles.c: the coordinates in the pass over angles, and whether a node is one of its results. */
 void angles_find(const struct plan *plan, struct function *function);
 bool angles_is_in_pass(const struct plan *plan, const struct function *function, expression e);
@@ -188,5 +198,8 @@ void emit_files(struct plan *plan);
 /* The name of a part, from 1, and the line that it begins with. */
 const char *emit_part_name(struct memory *memory, const char *model, int part);
 const char *emit_part_lead(struct memory *memory, const char *model, int part);
+/* The files of lanes, which stand behind them. */
+const char *emit_lanes_name(struct memory *memory, const char *model, const char *ending);
+const char *emit_lanes_lead(struct memory *memory, const char *model);
 
 #endif

@@ -58,11 +58,15 @@ void refdyn_step_end(struct refdyn_step *step, double t_end) {
     step->t_end = t_end;
 }
 
-int refdyn_step_take(struct refdyn_step *step, double t_new, double h) {
+void refdyn_step_take_up(struct refdyn_step *step, double t_new) {
     refdyn_step_end(step, t_new);
     step->failed_t = step->t_begin;
     step->is_looked_into = 0;
     step->has_rates_new = step->method->is_last_new;
+}
+
+int refdyn_step_take(struct refdyn_step *step, double t_new, double h) {
+    refdyn_step_take_up(step, t_new);
     return step->method->kind->take(step, h);
 }
 

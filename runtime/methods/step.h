@@ -96,6 +96,8 @@ void refdyn_step_next(struct refdyn_step *step, double t_begin);
 void refdyn_step_give_up(struct refdyn_step *step);
 /* Attempts the step to t_new by the method. Errors: those of the kind's `take`. */
 int refdyn_step_take(struct refdyn_step *step, double t_new, double h);
+/* The same, where the attempt is not the method's own, but somebody else's who writes its results. */
+void refdyn_step_take_up(struct refdyn_step *step, double t_new);
 /* A step that others took ended at t_end. */
 void refdyn_step_end(struct refdyn_step *step, double t_end);
 /* No rates are evaluated behind t; INFINITY: anywhere. */

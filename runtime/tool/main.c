@@ -15,13 +15,14 @@ static const struct command commands[] = {
     {.name = "gen",
      .run = run_gen,
      .operands = "MODEL.lua",
-     .options = "output! emit explain accelerations loops set fold",
+     .options = "output! emit lanes explain accelerations loops set fold",
      .output = "DIR",
      .purpose = "write the C code of a model",
      .help = "Writes NAME.h and NAME.c (more .c files when long) into the folder of -o, and prints what was "
              "emitted.\n\n"
              "  refdyn gen models/manipulator.lua -o out\n"
              "  refdyn gen models/manipulator.lua --set n_rfe=8 --emit qdd -o out\n"
+             "  refdyn gen models/manipulator.lua --emit qdd_free,constrained --lanes -o out\n"
              "  refdyn gen models/manipulator.lua --emit M --explain plan\n"},
     {.name = "check",
      .run = run_check,

@@ -40,6 +40,8 @@ static const struct rule rules[] = {
     {"output", "FILE", KIND_TEXT, FIELD(output), "where results go"},
     {"emit", "M,h,...", KIND_LIST, FIELD(emit),
      "these quantities only; all: every one but derivatives; implicit: the tangent of implicit steps"},
+    {"lanes", NULL, KIND_FLAG, FIELD(lanes),
+     "write NAME_lanes.c, too: the same functions for 2, 4 or 8 motions side by side"},
     {"explain", "PASS", KIND_TEXT, FIELD(explain),
      "without -o: print what the generator holds behind a pass: expand, roll, derive, sums or plan"},
     {"state", "STATE.json", KIND_TEXT, FIELD(state),

@@ -38,7 +38,7 @@ struct options {
     int setting_count;
     const char **stops; /* --stop NAME<VALUE */
     int stop_count;
-    bool fold, verify, resume, dry_run;
+    bool fold, verify, resume, dry_run, lanes;
     /* NULL: not given */
     const char *output, *emit, *explain, *state, *from, *at, *method, *stabilise, *singular, *start, *hold,
         *summary, *vary, *steps, *tols, *methods, *inputs, *accelerations, *loops, *panel, *units, *table,

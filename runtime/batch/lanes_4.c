@@ -1,0 +1,16 @@
+/* Steps of 4 motions side by side: see lanes_step.h. */
+#include "base/arithmetic.h"
+
+/* For processors that have vectors of this width; elsewhere the compiler takes them apart. */
+#if defined(__x86_64__) && defined(__clang__)
+#pragma clang attribute push(__attribute__((target("avx2"))), apply_to = function)
+#elif defined(__x86_64__) && defined(__GNUC__)
+#pragma GCC target("avx2")
+#endif
+
+#define LANES 4
+#include "batch/lanes_step.h"
+
+#if defined(__x86_64__) && defined(__clang__)
+#pragma clang attribute pop
+#endif

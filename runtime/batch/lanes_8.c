@@ -1,0 +1,16 @@
+/* Steps of 8 motions side by side: see lanes_step.h. */
+#include "base/arithmetic.h"
+
+/* For processors that have vectors of this width; elsewhere the compiler takes them apart. */
+#if defined(__x86_64__) && defined(__clang__)
+#pragma clang attribute push(__attribute__((target("avx512f"))), apply_to = function)
+#elif defined(__x86_64__) && defined(__GNUC__)
+#pragma GCC target("avx512f")
+#endif
+
+#define LANES 8
+#include "batch/lanes_step.h"
+
+#if defined(__x86_64__) && defined(__clang__)
+#pragma clang attribute pop
+#endif
