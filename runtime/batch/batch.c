@@ -1,10 +1,13 @@
 /*
  * The cases of a batch on several threads: see refdyn_batch.h.
  *
- * A counter that all threads count up is the queue; each thread has a workspace and an integrator of its own.
+ * A counter that all threads count up is the queue. Each case has a workspace and an integrator of its own; a
+ * thread computes as many cases at a time as there are lanes: each halts where it would take an explicit
+ * step, then these are taken together.
  */
 #define _POSIX_C_SOURCE 200809L
 #include "base/model_check.h"
+#include "batch/lanes.h"
 #include "batch/motion_of_case.h"
 
 #include <math.h>
@@ -18,25 +21,98 @@ struct queue {
     atomic_int is_left; /* a callback has ended the batch */
 };
 
+enum { LANES_MOST = 8 };
+
 struct thread {
     struct queue *queue;
-    struct worker worker;
+    struct worker workers[LANES_MOST];
+    struct lanes lanes; /* without them there is one worker */
+    int width;
     pthread_t id;
     int is_running;
 };
 
+/* ---- On a thread ---- */
+
+/* The next case that nobody has, -1: none. */
+static long next_case(struct queue *queue) {
+    if (atomic_load_explicit(&queue->is_left, memory_order_relaxed))
+        return -1;
+    const long index = atomic_fetch_add_explicit(&queue->next, 1, memory_order_relaxed);
+    return index < queue->count ? index : -1;
+}
+
+/* Cases on this worker until one halts; 0: there is none any more. */
+static int bring_to_halt(struct thread *thread, struct worker *worker, int is_busy) {
+    struct queue *queue = thread->queue;
+    enum turn turn = is_busy ? refdyn_worker_go(worker, thread->width) : TURN_ENDED;
+    while (turn == TURN_ENDED) {
+        if (is_busy)
+            atomic_fetch_add_explicit(&queue->ended, 1, memory_order_relaxed);
+        const long index = next_case(queue);
+        if (index < 0)
+            return 0;
+        is_busy = 1;
+        turn = refdyn_worker_begin(worker, index, thread->width);
+    }
+    if (turn == TURN_LEFT)
+        atomic_store_explicit(&queue->is_left, 1, memory_order_relaxed);
+    return turn == TURN_HALTED;
+}
+
+static struct lane_step step_of(struct worker *worker) {
+    const struct refdyn_attempt *attempt = &worker->attempt;
+    struct refdyn_motion *motion = worker->integrator.motion;
+    const struct lane_step step = {.step = &motion->step,
+                                   .p = motion->parameters.own,
+                                   .x = worker->work.x,
+                                   .is_new = worker->is_new,
+                                   .h = attempt->h,
+                                   .t_new = attempt->t_new,
+                                   .needs_stages = attempt->t_out < attempt->t_new};
+    worker->is_new = 0;
+    return step;
+}
+
+/* The steps of all that have halted, those of each method side by side. */
+static void take_steps(struct thread *thread, const int *has_halted) {
+    int is_open[LANES_MOST];
+    for (int i = 0; i < thread->width; i++)
+        is_open[i] = has_halted[i];
+    for (int first = 0; first < thread->width; first++) {
+        struct lane_step steps[LANES_MOST] = {{.step = NULL}};
+        const struct refdyn_step *one = &thread->workers[first].integrator.motion->step;
+        for (int i = first; i < thread->width && is_open[first]; i++)
+            if (i != first && is_open[i] && thread->workers[i].integrator.motion->step.method == one->method)
+                steps[i] = step_of(&thread->workers[i]);
+        if (!is_open[first])
+            continue;
+        steps[first] = step_of(&thread->workers[first]);
+        refdyn_lanes_take(&thread->lanes, steps);
+        for (int i = first; i < thread->width; i++)
+            if (steps[i].step) {
+                refdyn_worker_judge(&thread->workers[i], steps[i].is_taken);
+                is_open[i] = 0;
+            }
+    }
+}
+
 static void *run_cases(void *argument) {
     struct thread *thread = argument;
-    struct queue *queue = thread->queue;
-    while (!atomic_load_explicit(&queue->is_left, memory_order_relaxed)) {
-        const long index = atomic_fetch_add_explicit(&queue->next, 1, memory_order_relaxed);
-        if (index >= queue->count)
+    int has_halted[LANES_MOST] = {0}, count;
+    do {
+        count = 0;
+        for (int i = 0; i < thread->width; i++) {
+            has_halted[i] = bring_to_halt(thread, &thread->workers[i], has_halted[i]);
+            count += has_halted[i];
+        }
+        if (atomic_load_explicit(&thread->queue->is_left, memory_order_relaxed))
             break;
-        if (refdyn_worker_run(&thread->worker, index))
-            atomic_fetch_add_explicit(&queue->ended, 1, memory_order_relaxed);
-        else
-            atomic_store_explicit(&queue->is_left, 1, memory_order_relaxed);
-    }
+        if (thread->lanes.model && count > 0)
+            take_steps(thread, has_halted);
+        else if (count > 0)
+            refdyn_worker_judge(&thread->workers[0], 0);
+    } while (count > 0);
     return NULL;
 }
 
@@ -78,6 +154,8 @@ static int are_times(const struct refdyn_batch *batch) {
 static int is_valid(const struct refdyn_batch *batch) {
     if (batch->threads < 1 || batch->count < 0 || !are_times(batch))
         return 0;
+    if (batch->lanes && batch->lanes->model != batch->model)
+        return 0;
     for (int i = 0; i < batch->column_count; i++)
         if (!has_place(batch, &batch->columns[i]) || !has_samples(batch, &batch->columns[i]))
             return 0;
@@ -96,31 +174,45 @@ static void run_threads(struct thread *threads, int count) {
             pthread_join(threads[i].id, NULL);
 }
 
-static int start_workers(struct thread *threads, int count, const struct refdyn_batch *batch,
-                         struct queue *queue) {
+static int start_thread(struct thread *thread, int number, const struct refdyn_batch *batch,
+                        struct queue *queue) {
     int status = REFDYN_OK;
-    for (int i = 0; i < count && !status; i++) {
-        threads[i].queue = queue;
-        status = refdyn_worker_start(&threads[i].worker, batch, i);
-    }
+    thread->queue = queue;
+    thread->width = batch->lanes ? batch->lanes->width : 1;
+    if (batch->lanes)
+        status = refdyn_lanes_start(&thread->lanes, batch->lanes);
+    for (int i = 0; i < thread->width && !status; i++)
+        status = refdyn_worker_start(&thread->workers[i], batch, number * thread->width + i);
     return status;
+}
+
+static void release_thread(struct thread *thread) {
+    for (int i = 0; i < thread->width; i++)
+        refdyn_worker_release(&thread->workers[i]);
+    refdyn_lanes_release(&thread->lanes);
+}
+
+int refdyn_batch_widest(void) {
+    return refdyn_lanes_widest();
 }
 
 int refdyn_batch_run(const struct refdyn_batch *batch, long *ended) {
     struct queue queue = {.count = batch->count};
     if (ended)
         *ended = 0;
-    const int status_of_model = refdyn_model_status(batch->model);
-    if (status_of_model)
-        return status_of_model;
+    int status = refdyn_model_status(batch->model);
+    if (status)
+        return status;
     if (!is_valid(batch))
         return REFDYN_BAD_OPTION;
     struct thread *threads = calloc((size_t)batch->threads, sizeof *threads);
-    int status = threads ? start_workers(threads, batch->threads, batch, &queue) : REFDYN_BAD_MEMORY;
+    status = threads ? REFDYN_OK : REFDYN_BAD_MEMORY;
+    for (int i = 0; i < batch->threads && !status; i++)
+        status = start_thread(&threads[i], i, batch, &queue);
     if (!status)
         run_threads(threads, batch->threads);
     for (int i = 0; threads && i < batch->threads; i++)
-        refdyn_worker_release(&threads[i].worker);
+        release_thread(&threads[i]);
     free(threads);
     if (ended)
         *ended = atomic_load(&queue.ended);

@@ -12,7 +12,7 @@
 #include <string.h>
 #include <time.h>
 
-enum { STEPS_BETWEEN_QUESTIONS = 64 }; /* to the caller, whether the batch is to be left */
+enum { TURNS_BETWEEN_QUESTIONS = 64 }; /* to the caller, whether the batch is to be left */
 
 /* ---- Memory ---- */
 
@@ -21,9 +21,9 @@ static size_t aligned(size_t size) {
     return (size + unit - 1) / unit * unit;
 }
 
-int refdyn_worker_start(struct worker *worker, const struct refdyn_batch *batch, int thread) {
+int refdyn_worker_start(struct worker *worker, const struct refdyn_batch *batch, int room) {
     const struct refdyn_model *model = batch->model;
-    *worker = (struct worker){.batch = batch, .now = {.thread = thread, .integrator = &worker->integrator}};
+    *worker = (struct worker){.batch = batch, .now = {.room = room, .integrator = &worker->integrator}};
     const size_t work = aligned(refdyn_workspace_size(model)),
                  integrator = aligned(refdyn_integrator_size(model, &batch->options)),
                  start = aligned(2 * (size_t)model->n * sizeof(double)),
@@ -158,37 +158,9 @@ static int is_left(const struct refdyn_batch *batch) {
     return batch->stop && batch->stop(batch->context);
 }
 
-/* To time t. *left: the batch is to be left. */
-static int go_to(struct worker *worker, double t, int *left) {
-    struct refdyn_integrator *integrator = &worker->integrator;
-    int status = REFDYN_OK;
-    while (!status && integrator->t < t && !*left) {
-        status = refdyn_integrator_step(integrator, fmin(t, worker->next_sample), STEPS_BETWEEN_QUESTIONS);
-        if (!status && integrator->t == worker->next_sample)
-            status = take_sample(worker);
-        *left = is_left(worker->batch);
-    }
-    return status;
-}
-
 static int show(struct worker *worker, int number) {
     const struct refdyn_batch *batch = worker->batch;
     return batch->output && batch->output(batch->context, &worker->now, number);
-}
-
-static int move(struct worker *worker, struct refdyn_batch_result *result, int *left) {
-    const struct refdyn_batch *batch = worker->batch;
-    int status = begin(worker, result);
-    if (status)
-        return status;
-    result->stage = REFDYN_AT_STEPS;
-    *left = show(worker, 0);
-    for (int i = 0; i < batch->time_count && !status && !*left; i++) {
-        status = go_to(worker, batch->times[i], left);
-        if (!status && !*left)
-            *left = show(worker, i + 1);
-    }
-    return status;
 }
 
 static double thread_seconds(void) {
@@ -207,21 +179,68 @@ static void keep(const struct worker *worker, const struct refdyn_batch_result *
         batch->statuses[worker->now.index] = result->status;
 }
 
-int refdyn_worker_run(struct worker *worker, long index) {
+/* Tells the end of the case. */
+static enum turn end(struct worker *worker, struct refdyn_batch_result result, int share) {
+    const struct refdyn_batch *batch = worker->batch;
+    result.t = worker->integrator.t;
+    result.cpu_s = (thread_seconds() - worker->begun) / share;
+    keep(worker, &result);
+    return batch->end && batch->end(batch->context, &worker->now, &result) ? TURN_LEFT : TURN_ENDED;
+}
+
+enum turn refdyn_worker_begin(struct worker *worker, long index, int share) {
     const struct refdyn_batch *batch = worker->batch;
     struct refdyn_batch_result result = {.stage = REFDYN_AT_START};
-    const double begun = thread_seconds();
-    int left = is_left(batch);
+    if (is_left(batch))
+        return TURN_LEFT;
+    worker->begun = thread_seconds();
     worker->now.index = index;
     worker->now.number = batch->numbers ? batch->numbers[index] : index;
     worker->integrator.t = batch->t;
     worker->work.fault = (struct refdyn_fault){.row = -1, .coordinate = -1};
-    if (!left)
-        result.status = move(worker, &result, &left);
-    if (left)
-        return 0;
-    result.t = worker->integrator.t;
-    result.cpu_s = thread_seconds() - begun;
-    keep(worker, &result);
-    return !batch->end || !batch->end(batch->context, &worker->now, &result);
+    worker->attempt.is_over = 1;
+    worker->is_new = 1;
+    worker->output = worker->turns = 0;
+    result.status = begin(worker, &result);
+    if (result.status)
+        return end(worker, result, share);
+    return show(worker, 0) ? TURN_LEFT : refdyn_worker_go(worker, share);
+}
+
+/* Where the motion is asked to go next. */
+static double goal(const struct worker *worker) {
+    return fmin(worker->batch->times[worker->output], worker->next_sample);
+}
+
+/* It has reached its goal: a sample, a time that is looked at, or both. */
+static int arrive(struct worker *worker, int *left) {
+    int status = REFDYN_OK;
+    if (worker->integrator.t == worker->next_sample) {
+        status = take_sample(worker);
+        worker->is_new = 1;
+    }
+    if (!status && worker->integrator.t == worker->batch->times[worker->output])
+        *left = show(worker, ++worker->output);
+    return status;
+}
+
+enum turn refdyn_worker_go(struct worker *worker, int share) {
+    const struct refdyn_batch *batch = worker->batch;
+    int status = REFDYN_OK, left = 0;
+    while (!status && !left && worker->output < batch->time_count) {
+        if (++worker->turns % TURNS_BETWEEN_QUESTIONS == 0 && is_left(batch))
+            return TURN_LEFT;
+        status = refdyn_integrator_halt(&worker->integrator, goal(worker), &worker->attempt);
+        if (status == REFDYN_HALTED)
+            return TURN_HALTED;
+        if (!status)
+            status = arrive(worker, &left);
+    }
+    return left
+               ? TURN_LEFT
+               : end(worker, (struct refdyn_batch_result){.status = status, .stage = REFDYN_AT_STEPS}, share);
+}
+
+void refdyn_worker_judge(struct worker *worker, int is_taken) {
+    refdyn_integrator_judge(&worker->integrator, &worker->attempt, is_taken);
 }

@@ -7,6 +7,7 @@
 #define REFDYN_MOTION_OF_CASE_H
 
 #include "batch/refdyn_batch.h"
+#include "motion/lockstep.h"
 
 /* All that one thread computes with; one block of memory. */
 struct worker {
@@ -20,13 +21,26 @@ struct worker {
     int *given;                           /* (anchored_count) */
     void *statics;                        /* memory of refdyn_statics */
     size_t statics_size;
-    void *memory; /* the block */
+    void *memory;                  /* the block */
+    int output;                    /* the next of the batch's times */
+    int turns;                     /* since the case began */
+    double begun;                  /* processor time of the thread then [s] */
+    struct refdyn_attempt attempt; /* at which it has halted */
+    int is_new;                    /* its parameters or inputs have changed since a step in lanes */
 };
 
+/* What a case waits for. */
+enum turn { TURN_LEFT, TURN_ENDED, TURN_HALTED };
+
 /* 0 or an error as refdyn_batch_run; worker_release in any case. */
-int refdyn_worker_start(struct worker *worker, const struct refdyn_batch *batch, int thread);
-/* Runs case `index`; 0: a callback has ended the batch. */
-int refdyn_worker_run(struct worker *worker, long index);
+int refdyn_worker_start(struct worker *worker, const struct refdyn_batch *batch, int room);
+/* Begins case `index`, and goes on with it until an explicit step is to be taken (HALTED), until it has
+ * ended, as the batch's `end` is told, or until a callback has ended the batch. `share` is how many cases the
+ * thread computes at the same time. */
+enum turn refdyn_worker_begin(struct worker *worker, long index, int share);
+enum turn refdyn_worker_go(struct worker *worker, int share);
+/* The step at which it halted was taken; otherwise the case takes it itself. */
+void refdyn_worker_judge(struct worker *worker, int is_taken);
 void refdyn_worker_release(struct worker *worker);
 
 #endif

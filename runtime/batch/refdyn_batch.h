@@ -2,14 +2,16 @@
  * Batches: many motions of one model, side by side on the cores of a machine.
  *
  * Takes what is common to all cases and columns of what differs; gives states of each case at given times
- * through callbacks or into arrays. Each case is computed for itself, so that its numbers do not depend on
- * threads, on the order of the cases or on other cases. Threads share the counter of the next case and
- * nothing else. A library of its own beside the core: it allocates, and needs POSIX threads.
+ * through callbacks or into arrays. Each case is computed for itself, alone or in a lane of vectors, so that
+ * its numbers do not depend on threads, on the order of the cases or on other cases. Threads share the
+ * counter of the next case and nothing else. A library of its own beside the core: it allocates, and needs
+ * POSIX threads.
  */
 #ifndef REFDYN_BATCH_H
 #define REFDYN_BATCH_H
 
 #include "refdyn.h"
+#include "refdyn_lanes.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -40,10 +42,15 @@ struct refdyn_batch_column {
     const double *values; /* by number of the case */
 };
 
+/* The widest lanes that this processor has vectors for: 2, 4 or 8. Wider ones give the same numbers, slower.
+ */
+int refdyn_batch_widest(void);
+
 /* A case that is being computed, for the callbacks: all is theirs to read. */
 struct refdyn_batch_case {
     long index, number; /* its place in the list of the batch, and its number */
-    int thread;         /* 0 ... threads - 1: whose room a callback may use */
+    int room;           /* of those that run at the same time, whose room a callback may use: 0 ... threads x
+                           lanes - 1 */
     struct refdyn_integrator *integrator;
 };
 
@@ -53,11 +60,14 @@ struct refdyn_batch_result {
     int status;                    /* of the runtime, that ended it; 0: it came to its end */
     enum refdyn_batch_stage stage; /* where it ended */
     double t;                      /* time that was reached [s] */
-    double cpu_s;                  /* of its thread, for this case [s] */
+    double cpu_s;                  /* of its thread, this case's share [s] */
 };
 
 struct refdyn_batch {
     const struct refdyn_model *model;
+    /* The functions of the model for lanes: each thread takes explicit steps of so many cases side by side.
+     * NULL: one case at a time. */
+    const struct refdyn_lane_model *lanes;
     struct refdyn_options options;
 
     /* what all cases share */

@@ -31,7 +31,7 @@ struct running {
 /* The thread's recorder; it begins with the first case, when the thread has its integrator. Memory of the
  * program is taken by one thread at a time. */
 static struct recorder *recorder_of(struct running *running, const struct refdyn_batch_case *one) {
-    struct recorder *recorder = &running->recorders[one->thread];
+    struct recorder *recorder = &running->recorders[one->room];
     if (recorder->values)
         return recorder;
     pthread_mutex_lock(&running->lock);
