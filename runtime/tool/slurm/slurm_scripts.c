@@ -85,20 +85,22 @@ static void put_command(struct script *script) {
 }
 
 static void put_retry(const struct script *script) {
-    fprintf(script->out,
-            "status=$?\n"
-            "[ $status -eq 0 ] && exit 0\n"
-            "\n"
-            "retries=${SLURM_RESTART_COUNT:-0}\n"
-            "echo \"chunk $chunk, cases $first to $((end - 1)): exit status $status after $retries retries\" "
-            ">&2\n"
-            "# Wrong usage (2) stays wrong. What is done is in the journal of the part, from which a retry "
-            "goes on.\n"
-            "if [ $status -ne 2 ] && [ \"$retries\" -lt %d ]; then\n"
-            "    scontrol requeue \"$SLURM_JOB_ID\"\n"
-            "fi\n"
-            "exit $status\n",
-            RETRIES);
+    fprintf(
+        script->out,
+        "status=$?\n"
+        "[ $status -eq 0 ] && exit 0\n"
+        "\n"
+        "retries=${SLURM_RESTART_COUNT:-0}\n"
+        "echo \"chunk $chunk, cases $first to $((end - 1)): exit status $status after $retries retries\" "
+        ">&2\n"
+        "# Not after wrong usage (2), which stays wrong, nor when it was told to end (143), by scancel or at "
+        "its time limit.\n"
+        "# What is done is in the journal of the part, from which a retry goes on.\n"
+        "if [ $status -ne 2 ] && [ $status -ne 143 ] && [ \"$retries\" -lt %d ]; then\n"
+        "    scontrol requeue \"$SLURM_JOB_ID\"\n"
+        "fi\n"
+        "exit $status\n",
+        RETRIES);
 }
 
 static void put_chunk_script(struct script *script) {
