@@ -213,6 +213,38 @@ enum gen_status gen_explain(struct generation *gen, const char *emit, const char
     return GEN_OK;
 }
 
+/* ---- Other values of parameters ---- */
+
+void gen_mark_requirements(struct generation *gen, const bool *is_varied, bool *is_asked) {
+    const double work = gen->memory.work;
+    for (int i = 0; i < gen->model.requirement_count; i++)
+        is_asked[i] = requirement_depends(&gen->model, &gen->model.requirements[i], is_varied);
+    gen->memory.work = work;
+}
+
+static const char *requirement_wrong(struct generation *gen, const struct requirement *requirement) {
+    struct model *model = &gen->model;
+    const double value = parameters_evaluate(model->graph, model->parameters, requirement->value);
+    const char *fault = requirement_fault(&gen->memory, requirement->range, value);
+    const struct place *place = &requirement->place;
+    return fault ? memory_format(&gen->memory, "%s:%d: %s: %s", place->file, place->line, requirement->path,
+                                 fault)
+                 : NULL;
+}
+
+static const char *first_wrong(struct generation *gen, const bool *is_asked) {
+    const double work = gen->memory.work;
+    const char *fault = NULL;
+    for (int i = 0; i < gen->model.requirement_count && !fault; i++)
+        fault = is_asked[i] ? requirement_wrong(gen, &gen->model.requirements[i]) : NULL;
+    gen->memory.work = work;
+    return fault;
+}
+
+const char *gen_values_fault(struct generation *gen, const bool *is_asked) {
+    return setjmp(gen->out_of_memory) ? "out of memory" : first_wrong(gen, is_asked);
+}
+
 int gen_file_count(const struct generation *gen) {
     return gen->plan->file_count;
 }

@@ -357,11 +357,11 @@ struct refdyn_refused_crossing {
     double stretch; /* length of its step [s] */
 };
 
-enum { REFDYN_CANDIDATES = 3 };
+enum { REFDYN_CANDIDATES = 2 };
 
 /* What the automatic method has found. */
 struct refdyn_choice {
-    enum refdyn_method candidates[REFDYN_CANDIDATES]; /* explicit, Rosenbrock, collocation */
+    enum refdyn_method candidates[REFDYN_CANDIDATES]; /* explicit, implicit */
     double progress[REFDYN_CANDIDATES]; /* of the last trial: seconds of motion an operation, 0: not tried */
     double rate;                        /* largest |eigenvalue| of the linearised equations [1/s] */
     double damping;                     /* and its damping ratio: 0 undamped, from 1 on not oscillating */

@@ -6,10 +6,6 @@ import subprocess
 import tempfile
 
 SOURCE = pathlib.Path(__file__).resolve().parent.parent
-# Of the runtime core, without its users in folders beside it.
-CORE_FILES = sorted(path for path in (SOURCE / "runtime").rglob("*.[ch]")
-                    if path.relative_to(SOURCE / "runtime").parts[0] not in ("tool", "gsl"))
-CORE_SOURCES = [path for path in CORE_FILES if path.suffix == ".c"]
 TESTS = SOURCE / "tests"
 MODELS = SOURCE / "models"
 BUILD = pathlib.Path(os.environ.get("REFDYN_BUILD", SOURCE / "build" / "release"))
@@ -33,7 +29,7 @@ def sources(folder, *patterns):
 
 
 # Of the runtime core, without its users in folders beside it.
-CORE_FILES = some(path for path in sources("runtime") if path.relative_to(SOURCE / "runtime").parts[0] not in ("tool", "gsl"))
+CORE_FILES = some(path for path in sources("runtime") if path.relative_to(SOURCE / "runtime").parts[0] not in ("tool", "gsl", "batch"))
 CORE_SOURCES = some(path for path in CORE_FILES if path.suffix == ".c")
 
 

@@ -12,7 +12,7 @@ import pytest
 from program import MODELS, REFDYN, REFERENCE, SCALE, TESTS, evaluate, motion, oracle, read_run, refdyn, some
 
 PENDULUM = TESTS / "models" / "double_pendulum.lua"
-COMMANDS = ["gen", "check", "eval", "statics", "modes", "sim", "plot", "bench", "report"]
+COMMANDS = ["gen", "check", "eval", "statics", "modes", "sim", "plot", "merge", "bench", "report"]
 PLACE = re.compile(r"^[^:\n]+:\d+: [^:\n]+: .+", re.M)  # FILE:LINE: what: fact
 
 
@@ -35,6 +35,7 @@ WRONG_USAGE = [
     ["report", PENDULUM, "--until", "1", "--methods", "rk4,rk3", "-o", "x"], ["report", PENDULUM, "--until", "1", "--tols", "1e-3,2", "-o", "x"],
     ["report", PENDULUM, "--until", "1", "--steps", "1e-3,", "--seconds", "0", "-o", "x"],
     ["check", PENDULUM, PENDULUM], ["check", PENDULUM, "--set", "n_rfe"], ["check", PENDULUM, "--until", "1"], ["plot", "-o", "x.svg"],
+    ["merge", "-o", "x.h5"], ["merge", "a.h5"],
 ]
 
 

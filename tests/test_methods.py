@@ -183,4 +183,4 @@ def test_motions_in_two_threads(case, runtime, tmp_path):
         assert "status 0 0 equal 1 allocations 0 " in line, line
         assert line.endswith("apart 1"), line
     if case.startswith("damped"):   # the automatic choice has trials there
-        assert all(" methods 3 " in line for line in lines[:3]), lines[:3]
+        assert all(" methods 2 " in line for line in lines[:3]), lines[:3]

@@ -69,6 +69,9 @@ def test_commands(document, tmp_path):
     (copy / "build" / "release" / "bin").mkdir(parents=True)
     for program in ("refdyn", "test_editor"):
         (copy / "build" / "release" / "bin" / program).symlink_to(BUILD / "bin" / program)
+    for language, name, before, text in steps(document):
+        if name:
+            write(copy / name, before, text)
     for line in commands(document):
         done = run(line, copy, 300)
         assert done.returncode == 0, f"{line}\n{done.stdout[-2000:]}\n{done.stderr[-2000:]}"

@@ -54,8 +54,8 @@ struct elimination {
 /* IA of a rigid body: J, H = [mc]x, M = m 1. Theory, sect. 5.1. */
 static struct articulated rigid(struct graph *g, const struct inertia *inertia) {
     struct articulated a = {.H = {{0}}};
-    const expression *mc = inertia->moment;
-    memcpy(a.J.at, inertia->tensor, sizeof a.J.at);
+    const expression *mc = inertia->moment.at;
+    a.J = inertia->tensor;
     a.H.at[1] = expr_neg(g, mc[2]), a.H.at[2] = mc[1];
     a.H.at[3] = mc[2], a.H.at[5] = expr_neg(g, mc[0]);
     a.H.at[6] = expr_neg(g, mc[1]), a.H.at[7] = mc[0];
@@ -215,7 +215,7 @@ static struct articulated articulated_add(struct graph *g, struct articulated a,
 static bool is_massless(const struct inertia *inertia) {
     bool empty = !inertia->mass;
     for (int i = 0; i < 6; i++)
-        empty = empty && !inertia->tensor[i] && !inertia->moment[i / 2];
+        empty = empty && !inertia->tensor.at[i] && !inertia->moment.at[i / 2];
     return empty;
 }
 
@@ -325,14 +325,12 @@ static struct vector turn_by_turn(const struct kinematics *k, const struct stage
 }
 
 static void turn_ball(const struct kinematics *k, const struct stage *stage, struct ball *ball) {
-    static const char *const rows[3] = {"turn_x", "turn_y", "turn_z"};
     for (int column = 0; column < 3; column++) {
         const struct vector v = turn_by_turn(k, stage, vector_unit(k->g, column));
         for (int row = 0; row < 3; row++)
             ball->turn.at[3 * row + column] = v.at[row];
     }
-    for (int row = 0; row < 3; row++)
-        kinematics_name_vector(k, stage->last, rows[row], row_of(&ball->turn, row));
+    kinematics_name_matrix(k, stage->last, "turn", &ball->turn);
 }
 
 /* A free vector from the last frame's axes to those of what carries the ball joint, and back. */
@@ -446,18 +444,19 @@ static struct articulated eliminate_stage(const struct kinematics *k, struct sta
 }
 
 static void remark_stage(const struct kinematics *k, const struct stage *stage) {
-    graph_remark(k->g, memory_format(
-                           k->memory,
-                           stage->last > stage->first
-                               ? "%s and the two turns before: J = L D L^T, M - H^T J^-1 H is passed on (5.3)"
-                               : "%s: U = IA e, D = e.U, IA - U U^T/D is passed on (5.2)",
-                           k->tree->frames[stage->last].name));
+    const char *name = k->tree->frames[stage->last].name;
+    if (stage->last == stage->first)
+        kinematics_remark(k, stage->last, "U = IA e, D = e.U, IA - U U^T/D is passed on (5.2)");
+    else
+        graph_remark(
+            k->g, memory_format(k->memory,
+                                "%s and the two turns before: J = L D L^T, M - H^T J^-1 H is passed on (5.3)",
+                                name));
 }
 
 /* IA_i = I_i + what the children pass on (theory, sect. 5.1). A stage is eliminated at its last frame; its
  * other frames, and frames without a joint, pass on what they get. */
-static void eliminate_inward(void *context, int i) {
-    struct elimination *e = context;
+static void eliminate_inward(struct elimination *e, int i) {
     const struct kinematics *k = e->k;
     const struct frame *frame = &k->tree->frames[i];
     struct articulated own = e->beyond[i];
@@ -479,9 +478,9 @@ struct elimination *articulated_body_eliminate(const struct kinematics *k) {
     e->k = k;
     e->beyond = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *e->beyond);
     list_stages(k, e);
-    const struct recursion recursion =
-        dynamics_recursion_over(k, e->beyond, sizeof *e->beyond, eliminate_inward, e);
-    recursion_inward(&recursion);
+    struct recursion recursion = kinematics_recursion(k, e->beyond, sizeof *e->beyond);
+    for (int i = k->tree->count; recursion_inward(&recursion, &i);)
+        eliminate_inward(e, i);
     return e;
 }
 
@@ -543,18 +542,15 @@ static struct wrench reduce(const struct kinematics *k, int i, struct solution *
         p = wrench_add(k->g, solution->side.loads[i], p);
     if (!solution->elimination->ends_stage[i])
         return wrench_to_parent(k, i, p);
-    graph_remark(k->g, memory_format(k->memory,
-                                     stage->last > stage->first
-                                         ? "%s: m and f_p + H^T J^-1 (m - n_p) are passed on (5.3)"
-                                         : "%s: u = f - e.p, p + U u/D is passed on (5.4)",
-                                     k->tree->frames[i].name));
+    kinematics_remark(k, i,
+                      stage->last > stage->first ? "m and f_p + H^T J^-1 (m - n_p) are passed on (5.3)"
+                                                 : "u = f - e.p, p + U u/D is passed on (5.4)");
     if (stage->last > stage->first)
         return reduce_ball(k, stage, p, solution);
     return wrench_to_parent(k, i, reduce_joint(k, stage, p, solution));
 }
 
-static void reduce_inward(void *context, int i) {
-    struct solution *solution = context;
+static void reduce_inward(struct solution *solution, int i) {
     const struct kinematics *k = solution->k;
     const bool ends = solution->elimination->ends_stage[i];
     const int parent = k->tree->frames[ends ? solution->elimination->stages[i].first : i].parent;
@@ -608,8 +604,7 @@ static struct acceleration accelerate_ball(const struct kinematics *k, const str
 }
 
 /* A whole stage at its last frame. */
-static void accelerate_outward(void *context, int i) {
-    struct solution *solution = context;
+static void accelerate_outward(struct solution *solution, int i) {
     const struct kinematics *k = solution->k;
     const struct stage *stage = &solution->elimination->stages[i];
     const bool ends = solution->elimination->ends_stage[i];
@@ -617,10 +612,9 @@ static void accelerate_outward(void *context, int i) {
     const struct acceleration still = {{{0, 0, 0}}, {{0, 0, 0}}, {{0, 0, 0}}};
     const struct acceleration inside = parent < 0 ? still : solution->accelerations[parent];
     if (ends)
-        graph_remark(k->g, memory_format(k->memory,
-                                         i > first ? "%s: wd = J^-1 (m - n_p) - J^-1 H a (5.3)"
-                                                   : "%s: x = (u - U.a')/D, a = a' + e x (5.4)",
-                                         k->tree->frames[i].name));
+        kinematics_remark(k, i,
+                          i > first ? "wd = J^-1 (m - n_p) - J^-1 H a (5.3)"
+                                    : "x = (u - U.a')/D, a = a' + e x (5.4)");
     struct acceleration own = carry_outward(k, first, inside);
     if (i > first)
         own = accelerate_ball(k, stage, inside, solution);
@@ -646,11 +640,12 @@ expression *articulated_body_solve(const struct kinematics *k, const struct elim
     x.angular_at_rest = memory_get(k->memory, n * sizeof *x.angular_at_rest);
     x.accelerations = memory_get(k->memory, n * sizeof *x.accelerations);
     x.x = memory_get(k->memory, n * sizeof *x.x);
-    const struct recursion inward = dynamics_recursion_over(k, x.p, sizeof *x.p, reduce_inward, &x);
-    const struct recursion outward =
-        dynamics_recursion_over(k, x.accelerations, sizeof *x.accelerations, accelerate_outward, &x);
-    recursion_inward(&inward);
-    recursion_outward(&outward);
+    struct recursion inward = kinematics_recursion(k, x.p, sizeof *x.p);
+    for (int i = k->tree->count; recursion_inward(&inward, &i);)
+        reduce_inward(&x, i);
+    struct recursion outward = kinematics_recursion(k, x.accelerations, sizeof *x.accelerations);
+    for (int i = -1; recursion_outward(&outward, &i);)
+        accelerate_outward(&x, i);
     if (frames)
         *frames = x.accelerations;
     return x.x;

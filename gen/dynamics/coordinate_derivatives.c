@@ -1,7 +1,6 @@
 /* Derivatives by the coordinates: see coordinate_derivatives.h. */
 #include "dynamics/coordinate_derivatives.h"
 #include "base/memory.h"
-#include "tree/recursion.h"
 
 static expression place_symbol(void *context, struct graph *g, expression e) {
     const struct kinematics *k = context;
@@ -53,25 +52,13 @@ expression *coordinate_derivatives_placed_gradient(const struct kinematics *k, e
 }
 
 /* c_j += (de/dr) . C_j for all points: theory, sect. 6.2. */
-struct coefficients {
-    const struct kinematics *k;
-    expression *c; /* by frame, then three weights a point */
-};
-
-static void add_columns(void *context, int j) {
-    const struct coefficients *x = context;
-    const struct kinematics *k = x->k;
-    for (int p = 0; p < k->model->marker_count; p++) {
-        const struct vector weight = vector_of(x->c + k->tree->count + 3 * p);
-        x->c[j] = expr_add(k->g, x->c[j], vector_dot(k->g, weight, k->points[p].columns[j]));
-    }
-}
-
 expression *coordinate_derivatives_coefficients(const struct kinematics *k, expression e, int order,
                                                 bool resting) {
-    const int count = k->tree->count + 3 * k->model->marker_count;
-    const struct coefficients x = {k, coordinate_derivatives_symbol_gradient(k, e, order)};
-    rewrite_substitute(k->g, resting ? rest_symbol : place_symbol, (void *)k, x.c, x.c, count);
-    recursion_visit_joints(k->g, k->tree, add_columns, (void *)&x);
-    return x.c;
+    const int n = k->tree->count, markers = k->model->marker_count;
+    expression *c = coordinate_derivatives_symbol_gradient(k, e, order); /* then three weights a point */
+    rewrite_substitute(k->g, resting ? rest_symbol : place_symbol, (void *)k, c, c, n + 3 * markers);
+    for (int j = -1; recursion_next_joint(k->g, k->tree, &j);)
+        for (int p = 0; p < markers; p++)
+            c[j] = expr_add(k->g, c[j], vector_dot(k->g, vector_of(c + n + 3 * p), k->points[p].columns[j]));
+    return c;
 }

@@ -8,17 +8,11 @@
 #define REFDYN_GEN_DYNAMICS_H
 
 #include "dynamics/kinematics.h"
-#include "tree/recursion.h"
-
-#include <stddef.h>
 
 struct wrench {
     struct vector moment, force; /* [N m], [N] */
 };
 
-/* A recursion over the frames of k whose state has `size` bytes a frame. */
-struct recursion dynamics_recursion_over(const struct kinematics *k, void *state, size_t size,
-                                         void (*step)(void *context, int i), void *context);
 struct wrench wrench_add(struct graph *g, struct wrench a, struct wrench b);
 /* Of the body that moves with frame i; in a run that of the element that the loop is at. */
 struct inertia dynamics_own_inertia(const struct kinematics *k, int i);

@@ -1,7 +1,6 @@
 /* Applied forces: see forces.h. */
 #include "dynamics/forces.h"
 #include "base/memory.h"
-#include "tree/recursion.h"
 #include "dynamics/coordinate_derivatives.h"
 
 #include <string.h>
@@ -68,54 +67,48 @@ static struct vector load_column(const struct kinematics *k, const struct load *
     return still;
 }
 
-struct application {
-    const struct kinematics *k;
-    struct named_forces named;
-    struct vector *F; /* by load, in terms of the coordinates */
-    struct applied applied;
-};
-
-/* Q_j = -s (q - rest) - d qd + forces that name q_j + sum of F . C_j and of T . e_j: theory, sect. 4.9. */
-static void apply_forces(void *context, int j) {
-    const struct application *x = context;
-    const struct kinematics *k = x->k;
+/* Q_j = -s (q - rest) - d qd + forces that name q_j + sum of F . C_j and of T . e_j: theory, sect. 4.9.
+ * F: by load, in terms of the coordinates. */
+static void apply_forces(const struct kinematics *k, const struct named_forces *named, const struct vector *F,
+                         int j, struct applied *applied) {
     struct graph *g = k->g;
     const struct joint *joint = &k->tree->frames[j].joint;
-    expression *conservative = &x->applied.conservative[j], *others = &x->applied.others[j];
+    expression *conservative = &applied->conservative[j], *others = &applied->others[j];
     *conservative = expr_neg(g, expr_mul(g, joint->stiffness, stretch(k, j)));
     *others = expr_neg(g, expr_mul(g, joint->damping, rate(k, j)));
-    for (int f = 0; f < x->named.force_count; f++) {
-        expression *into = f < x->named.own_forces ? others : conservative;
-        if (x->named.forces[f].coordinate == j)
-            *into = expr_add(g, *into, coordinate_derivatives_with_points(k, x->named.forces[f].value));
+    for (int f = 0; f < named->force_count; f++) {
+        expression *into = f < named->own_forces ? others : conservative;
+        if (named->forces[f].coordinate == j)
+            *into = expr_add(g, *into, coordinate_derivatives_with_points(k, named->forces[f].value));
     }
-    for (int l = 0; l < x->named.load_count; l++) {
-        expression *into = l < x->named.own_loads ? others : conservative;
-        *into = expr_add(g, *into, vector_dot(g, x->F[l], load_column(k, &x->named.loads[l], j)));
+    for (int l = 0; l < named->load_count; l++) {
+        expression *into = l < named->own_loads ? others : conservative;
+        *into = expr_add(g, *into, vector_dot(g, F[l], load_column(k, &named->loads[l], j)));
     }
 }
 
 struct applied forces_generalized(const struct kinematics *k) {
     const size_t n = (size_t)k->tree->count;
-    struct application x = {k, forces_collect(k), NULL, {new_values(k, n), new_values(k, n)}};
+    const struct named_forces named = forces_collect(k);
+    struct applied applied = {new_values(k, n), new_values(k, n)};
     graph_remark(k->g, "Q = -s (q - rest) - d qd + F.C + T.e (4.9)");
-    x.F = memory_get(k->memory, ((size_t)x.named.load_count + 1) * sizeof *x.F);
-    for (int l = 0; l < x.named.load_count; l++)
+    struct vector *F = memory_get(k->memory, ((size_t)named.load_count + 1) * sizeof *F);
+    for (int l = 0; l < named.load_count; l++)
         for (int a = 0; a < 3; a++)
-            x.F[l].at[a] = coordinate_derivatives_with_points(k, x.named.loads[l].value[a]);
-    recursion_visit_joints(k->g, k->tree, apply_forces, &x);
-    return x.applied;
-}
-
-static expression spring_energy(void *context, int i) {
-    const struct kinematics *k = context;
-    const expression half = expr_mul(k->g, expr_number(k->g, 0.5), k->tree->frames[i].joint.stiffness);
-    return expr_mul(k->g, half, expr_mul(k->g, stretch(k, i), stretch(k, i)));
+            F[l].at[a] = coordinate_derivatives_with_points(k, named.loads[l].value[a]);
+    for (int j = -1; recursion_next_joint(k->g, k->tree, &j);)
+        apply_forces(k, &named, F, j, &applied);
+    return applied;
 }
 
 expression forces_energy(const struct kinematics *k) {
     struct graph *g = k->g;
-    expression energy = recursion_sum_over_joints(g, k->tree, spring_energy, (void *)k);
+    struct recursion springs = recursion_sum(k->memory, g, k->tree);
+    for (int i = -1; recursion_next_term(&springs, &i);) {
+        const expression half = expr_mul(g, expr_number(g, 0.5), k->tree->frames[i].joint.stiffness);
+        recursion_add_term(&springs, i, expr_mul(g, half, expr_mul(g, stretch(k, i), stretch(k, i))));
+    }
+    expression energy = recursion_total(&springs);
     for (int i = 0; i < k->model->potential_count; i++)
         energy = expr_add(g, energy, coordinate_derivatives_with_points(k, k->model->potentials[i].energy));
     return energy;

@@ -1,18 +1,11 @@
 /* Mass matrix, bias forces, gravity and energy from the tips inward: see dynamics.h. */
 #include "dynamics/dynamics.h"
 #include "base/memory.h"
-#include "tree/recursion.h"
 
 #include <string.h>
 
 static expression *new_values(const struct kinematics *k, size_t count) {
     return memory_get(k->memory, (count + 1) * sizeof(expression));
-}
-
-static struct tensor tensor_of(const expression at[6]) {
-    struct tensor t;
-    memcpy(t.at, at, sizeof t.at);
-    return t;
 }
 
 struct wrench wrench_add(struct graph *g, struct wrench a, struct wrench b) {
@@ -32,22 +25,21 @@ static struct inertia body_inertia(const struct kinematics *k, int i) {
     inertia.mass = expr_where(k->g, is_last, last->mass, inertia.mass);
     kinematics_name_scalar(k, i, "mass", inertia.mass);
     for (int a = 0; a < 3; a++) {
-        inertia.moment[a] = expr_where(k->g, is_last, last->moment[a], inertia.moment[a]);
-        kinematics_name_scalar(k, i, memory_format(k->memory, "moment_%s", moments[a]), inertia.moment[a]);
+        inertia.moment.at[a] = expr_where(k->g, is_last, last->moment.at[a], inertia.moment.at[a]);
+        kinematics_name_scalar(k, i, memory_format(k->memory, "moment_%s", moments[a]), inertia.moment.at[a]);
     }
     for (int e = 0; e < 6; e++) {
-        inertia.tensor[e] = expr_where(k->g, is_last, last->tensor[e], inertia.tensor[e]);
-        kinematics_name_scalar(k, i, memory_format(k->memory, "inertia_%s", products[e]), inertia.tensor[e]);
+        inertia.tensor.at[e] = expr_where(k->g, is_last, last->tensor.at[e], inertia.tensor.at[e]);
+        kinematics_name_scalar(k, i, memory_format(k->memory, "inertia_%s", products[e]),
+                               inertia.tensor.at[e]);
     }
     return inertia;
 }
 
 struct inertia dynamics_own_inertia(const struct kinematics *k, int i) {
     struct inertia inertia = body_inertia(k, i);
-    const struct vector moment = kinematics_from_body(k, i, vector_of(inertia.moment));
-    const struct tensor tensor = kinematics_tensor_from_body(k, i, tensor_of(inertia.tensor));
-    memcpy(inertia.moment, moment.at, sizeof inertia.moment);
-    memcpy(inertia.tensor, tensor.at, sizeof inertia.tensor);
+    inertia.moment = kinematics_from_body(k, i, inertia.moment);
+    inertia.tensor = kinematics_tensor_from_body(k, i, inertia.tensor);
     return inertia;
 }
 
@@ -68,46 +60,31 @@ static expression on_joint(const struct kinematics *k, int i, struct wrench w) {
     return joint->is_revolute ? w.moment.at[joint->axis] : w.force.at[joint->axis];
 }
 
-struct recursion dynamics_recursion_over(const struct kinematics *k, void *state, size_t size,
-                                         void (*step)(void *context, int i), void *context) {
-    return (struct recursion){k->memory, k->g,   k->tree, state, (int)(size / sizeof(expression)),
-                              step,      context};
-}
-
-/* F_i = own wrench + sum of F of the children, moved to joint i; e_i . F_i: theory, sect. 4.7. */
+/* What a sum over all beyond a joint consists of, and how its values are called. */
 struct inward_sum {
-    const struct kinematics *k;
     struct wrench (*own)(const struct kinematics *k, int i);
     const char *moment_name, *force_name, *what;
-    struct wrench *sums;
-    expression *felt;
 };
 
-static void add_inward(void *context, int i) {
-    const struct inward_sum *x = context;
-    const struct kinematics *k = x->k;
-    const struct frame *frame = &k->tree->frames[i];
-    graph_remark(k->g, memory_format(k->memory, "%s: %s (4.7)", frame->name, x->what));
-    if (frame->kind == FRAME_JOINT) {
-        x->sums[i] = wrench_add(k->g, x->own(k, i), x->sums[i]);
-        kinematics_name_vector(k, i, x->moment_name, x->sums[i].moment);
-        kinematics_name_vector(k, i, x->force_name, x->sums[i].force);
-        x->felt[i] = on_joint(k, i, x->sums[i]);
-    }
-    if (frame->parent >= 0)
-        x->sums[frame->parent] = wrench_add(k->g, x->sums[frame->parent], wrench_to_parent(k, i, x->sums[i]));
-}
-
-static expression *sum_inward(const struct kinematics *k,
-                              struct wrench (*own)(const struct kinematics *k, int i),
-                              const char *moment_name, const char *force_name, const char *what) {
+/* F_i = own wrench + sum of F of the children, moved to joint i; e_i . F_i: theory, sect. 4.7. */
+static expression *sum_inward(const struct kinematics *k, const struct inward_sum *x) {
     const size_t n = (size_t)k->tree->count + 1;
-    struct inward_sum x = {k, own, moment_name, force_name, what, NULL, NULL};
-    x.sums = memory_get(k->memory, n * sizeof *x.sums);
-    x.felt = new_values(k, n);
-    const struct recursion recursion = dynamics_recursion_over(k, x.sums, sizeof *x.sums, add_inward, &x);
-    recursion_inward(&recursion);
-    return x.felt;
+    struct wrench *sums = memory_get(k->memory, n * sizeof *sums);
+    expression *felt = new_values(k, n);
+    struct recursion recursion = kinematics_recursion(k, sums, sizeof *sums);
+    for (int i = k->tree->count; recursion_inward(&recursion, &i);) {
+        const struct frame *frame = &k->tree->frames[i];
+        kinematics_remark(k, i, x->what);
+        if (frame->kind == FRAME_JOINT) {
+            sums[i] = wrench_add(k->g, x->own(k, i), sums[i]);
+            kinematics_name_vector(k, i, x->moment_name, sums[i].moment);
+            kinematics_name_vector(k, i, x->force_name, sums[i].force);
+            felt[i] = on_joint(k, i, sums[i]);
+        }
+        if (frame->parent >= 0)
+            sums[frame->parent] = wrench_add(k->g, sums[frame->parent], wrench_to_parent(k, i, sums[i]));
+    }
+    return felt;
 }
 
 /*
@@ -134,8 +111,8 @@ struct wrench wrench_of_inertia(const struct kinematics *k, int i, struct vector
                                 const struct matrix *gradient, struct vector a) {
     struct graph *g = k->g;
     const struct inertia own = dynamics_own_inertia(k, i), *inertia = &own;
-    const struct vector mc = vector_of(inertia->moment);
-    const struct tensor J = tensor_of(inertia->tensor);
+    const struct vector mc = inertia->moment;
+    const struct tensor J = inertia->tensor;
     const struct vector spin = gyroscopic_moment(g, J, k->frames[i].angular);
     const struct vector turn = vector_add(g, tensor_times(g, J, wd), spin);
     const struct vector around = matrix_times(g, gradient->at, mc);
@@ -153,36 +130,25 @@ static struct wrench less_gravity_wrench(const struct kinematics *k, int i) {
     return wrench_of_inertia(k, i, m->bias_angular, &m->gradient, m->bias_less_gravity);
 }
 
-struct own_loads {
-    const struct kinematics *k;
-    const struct reference *references;
-    struct wrench *loads;
-};
-
-static void derive_load(void *context, int i) {
-    const struct own_loads *x = context;
-    const struct kinematics *k = x->k;
-    const struct reference *reference = &x->references[i];
-    graph_remark(k->g, memory_format(k->memory, "%s: load l = wrench of I at wdr, ar (4.7, 5.5)",
-                                     k->tree->frames[i].name));
-    x->loads[i] = wrench_of_inertia(k, i, reference->angular, &reference->gradient, reference->linear);
-    kinematics_name_vector(k, i, "load_moment", x->loads[i].moment);
-    kinematics_name_vector(k, i, "load_force", x->loads[i].force);
-}
-
 struct wrench *dynamics_loads(const struct kinematics *k, const struct reference *references) {
-    struct own_loads x = {k, references,
-                          memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *x.loads)};
-    recursion_visit_joints(k->g, k->tree, derive_load, &x);
-    return x.loads;
+    struct wrench *loads = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *loads);
+    for (int i = -1; recursion_next_joint(k->g, k->tree, &i);) {
+        const struct reference *reference = &references[i];
+        kinematics_remark(k, i, "load l = wrench of I at wdr, ar (4.7, 5.5)");
+        loads[i] = wrench_of_inertia(k, i, reference->angular, &reference->gradient, reference->linear);
+        kinematics_name_vector(k, i, "load_moment", loads[i].moment);
+        kinematics_name_vector(k, i, "load_force", loads[i].force);
+    }
+    return loads;
 }
 
 expression *dynamics_bias_forces(const struct kinematics *k, bool less_gravity) {
-    if (less_gravity)
-        return sum_inward(k, less_gravity_wrench, "carried_moment", "carried_force",
-                          "c + g = e.F, F = wrench of I at wd0, a0 - grav, and all beyond");
-    return sum_inward(k, bias_wrench, "bias_moment", "bias_force",
-                      "c = e.F, F = wrench of I at wd0, a0, and all beyond");
+    static const struct inward_sum bias = {bias_wrench, "bias_moment", "bias_force",
+                                           "c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7)"};
+    static const struct inward_sum carried = {
+        less_gravity_wrench, "carried_moment", "carried_force",
+        "c + g = e.F, F = wrench of I at wd0, a0 - grav, and all beyond (4.7)"};
+    return sum_inward(k, less_gravity ? &carried : &bias);
 }
 
 /* About the parent's origin, s away: mc + m s, J + (2 mc.s 1 - mc s^T - s mc^T) + m (s.s 1 - s s^T): theory,
@@ -190,101 +156,74 @@ expression *dynamics_bias_forces(const struct kinematics *k, bool less_gravity) 
 static struct inertia inertia_to_parent(const struct kinematics *k, int i, const struct inertia *inner) {
     struct inertia turned = {.mass = inner->mass};
     struct placement shift = placement_identity();
-    const struct vector moment = kinematics_to_parent(k, i, vector_of(inner->moment));
-    const struct tensor tensor = kinematics_tensor_to_parent(k, i, tensor_of(inner->tensor));
-    memcpy(turned.moment, moment.at, sizeof turned.moment);
-    memcpy(turned.tensor, tensor.at, sizeof turned.tensor);
+    turned.moment = kinematics_to_parent(k, i, inner->moment);
+    turned.tensor = kinematics_tensor_to_parent(k, i, inner->tensor);
     memcpy(shift.position, k->joints[i].shift.at, sizeof shift.position);
     return inertia_place(k->g, &shift, turned);
 }
-
-struct composition {
-    const struct kinematics *k;
-    struct inertia *composites;
-    expression *M; /* NULL: it is not asked for */
-};
 
 static void name_composite(const struct kinematics *k, int i, const struct inertia *composite) {
     static const char *const names[6] = {"inertia_beyond_xx", "inertia_beyond_yy", "inertia_beyond_zz",
                                          "inertia_beyond_xy", "inertia_beyond_xz", "inertia_beyond_yz"};
     kinematics_name_scalar(k, i, "mass_beyond", composite->mass);
-    kinematics_name_vector(k, i, "moment_beyond", vector_of(composite->moment));
+    kinematics_name_vector(k, i, "moment_beyond", composite->moment);
     for (int e = 0; e < 6; e++)
-        kinematics_name_scalar(k, i, names[e], composite->tensor[e]);
+        kinematics_name_scalar(k, i, names[e], composite->tensor.at[e]);
 }
 
 /* W = (J e, e x mc) of a revolute joint, (mc x e, m e) of a prismatic one: theory, sect. 4.6. */
 struct wrench wrench_of_unit(const struct kinematics *k, int i, const struct inertia *beyond) {
     struct graph *g = k->g;
     const struct joint *joint = &k->tree->frames[i].joint;
-    const struct vector axis = vector_unit(g, joint->axis), mc = vector_of(beyond->moment);
+    const struct vector axis = vector_unit(g, joint->axis), mc = beyond->moment;
     if (joint->is_revolute)
-        return (struct wrench){tensor_times(g, tensor_of(beyond->tensor), axis), vector_cross(g, axis, mc)};
+        return (struct wrench){tensor_times(g, beyond->tensor, axis), vector_cross(g, axis, mc)};
     return (struct wrench){vector_cross(g, mc, axis), vector_scale(g, beyond->mass, axis)};
 }
 
 /* M_ij = e_j . W_i, W_i moved from joint to joint (theory, sect. 4.6). Each column follows its composite at
  * once, since few later values read it and compilers then keep less in registers. */
-static void derive_column(const struct composition *x, int i) {
-    const struct kinematics *k = x->k;
+static void derive_column(const struct kinematics *k, const struct inertia *composites, int i,
+                          expression *M) {
     const int n = k->tree->count;
-    graph_remark(k->g, memory_format(k->memory, "%s: its column of M, e_j.W, W = Ic e moved to joint j (4.6)",
-                                     k->tree->frames[i].name));
-    struct wrench wrench = wrench_of_unit(k, i, &x->composites[i]);
+    kinematics_remark(k, i, "its column of M, e_j.W, W = Ic e moved to joint j (4.6)");
+    struct wrench wrench = wrench_of_unit(k, i, &composites[i]);
     for (int j = i; j >= 0; j = k->tree->frames[j].parent) {
-        x->M[i * n + j] = x->M[j * n + i] = on_joint(k, j, wrench);
+        M[i * n + j] = M[j * n + i] = on_joint(k, j, wrench);
         wrench = wrench_to_parent(k, j, wrench);
     }
 }
 
 /* Ic_i = I_i + sum of Ic of the children, moved to frame i: theory, sect. 4.5. */
-static void compose(void *context, int i) {
-    const struct composition *x = context;
-    const struct kinematics *k = x->k;
-    const struct frame *frame = &k->tree->frames[i];
-    struct inertia *outer = &x->composites[frame->parent < 0 ? k->tree->count : frame->parent];
-    graph_remark(k->g, memory_format(k->memory, "%s: Ic = I + Ic of all that it carries (4.5)", frame->name));
-    if (frame->kind == FRAME_JOINT) {
-        x->composites[i] = inertia_add(k->g, dynamics_own_inertia(k, i), x->composites[i]);
-        name_composite(k, i, &x->composites[i]);
-    }
-    *outer = inertia_add(k->g, *outer, inertia_to_parent(k, i, &x->composites[i]));
-    if (x->M)
-        derive_column(x, i);
-}
-
 struct inertia *dynamics_composite_inertias(const struct kinematics *k, expression *M) {
-    const size_t count = (size_t)k->tree->count + 1;
-    struct composition x = {k, memory_get(k->memory, count * sizeof *x.composites), M};
-    const struct recursion recursion =
-        dynamics_recursion_over(k, x.composites, sizeof *x.composites, compose, &x);
-    recursion_inward(&recursion);
-    return x.composites;
+    struct inertia *composites = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *composites);
+    struct recursion recursion = kinematics_recursion(k, composites, sizeof *composites);
+    for (int i = k->tree->count; recursion_inward(&recursion, &i);) {
+        const struct frame *frame = &k->tree->frames[i];
+        struct inertia *outer = &composites[frame->parent < 0 ? k->tree->count : frame->parent];
+        kinematics_remark(k, i, "Ic = I + Ic of all that it carries (4.5)");
+        if (frame->kind == FRAME_JOINT) {
+            composites[i] = inertia_add(k->g, dynamics_own_inertia(k, i), composites[i]);
+            name_composite(k, i, &composites[i]);
+        }
+        *outer = inertia_add(k->g, *outer, inertia_to_parent(k, i, &composites[i]));
+        if (M)
+            derive_column(k, composites, i, M);
+    }
+    return composites;
 }
 
 /* g_i = -e_i . (mc x grav, m grav) with m, mc of the composite: theory, sect. 4.8. */
-struct weights {
-    const struct kinematics *k;
-    const struct inertia *composites;
-    expression *forces;
-};
-
-static void weigh(void *context, int i) {
-    const struct weights *x = context;
-    const struct kinematics *k = x->k;
-    const struct inertia *composite = &x->composites[i];
-    const struct vector field = k->frames[i].gravity;
-    const struct vector moment = vector_cross(k->g, vector_of(composite->moment), field);
-    const struct wrench weight = {moment, vector_scale(k->g, composite->mass, field)};
-    graph_remark(k->g, memory_format(k->memory, "%s: g = -e.(mc x grav, m grav) of Ic (4.8)",
-                                     k->tree->frames[i].name));
-    x->forces[i] = expr_neg(k->g, on_joint(k, i, weight));
-}
-
 expression *dynamics_gravity_forces(const struct kinematics *k, const struct inertia *composites) {
-    struct weights x = {k, composites, new_values(k, (size_t)k->tree->count)};
-    recursion_visit_joints(k->g, k->tree, weigh, &x);
-    return x.forces;
+    expression *forces = new_values(k, (size_t)k->tree->count);
+    for (int i = -1; recursion_next_joint(k->g, k->tree, &i);) {
+        const struct vector field = k->frames[i].gravity;
+        const struct vector moment = vector_cross(k->g, composites[i].moment, field);
+        const struct wrench weight = {moment, vector_scale(k->g, composites[i].mass, field)};
+        kinematics_remark(k, i, "g = -e.(mc x grav, m grav) of Ic (4.8)");
+        forces[i] = expr_neg(k->g, on_joint(k, i, weight));
+    }
+    return forces;
 }
 
 /*
@@ -299,8 +238,7 @@ expression *dynamics_gravity_tangent(const struct kinematics *k, const struct in
     expression *tangent = new_values(k, (size_t)n * (size_t)n);
     struct vector *levers = memory_get(k->memory, ((size_t)n + 1) * sizeof *levers);
     for (int j = 0; j < n; j++) {
-        graph_remark(
-            g, memory_format(k->memory, "%s: dg_i/dq = -(grav x e_i).Delta (4.8)", k->tree->frames[j].name));
+        kinematics_remark(k, j, "dg_i/dq = -(grav x e_i).Delta (4.8)");
         const struct vector own = wrench_of_unit(k, j, &composites[j]).force;
         const struct vector change = matrix_times(g, k->frames[j].rotation.at, own);
         levers[j] = vector_cross(g, gravity, kinematics_joint_axis(k, j));
@@ -318,8 +256,8 @@ static struct wrench momentum(const struct kinematics *k, int i) {
     struct graph *g = k->g;
     const struct inertia own = dynamics_own_inertia(k, i), *inertia = &own;
     const struct frame_motion *m = &k->frames[i];
-    const struct vector mc = vector_of(inertia->moment);
-    const struct vector turn = tensor_times(g, tensor_of(inertia->tensor), m->angular);
+    const struct vector mc = inertia->moment;
+    const struct vector turn = tensor_times(g, inertia->tensor, m->angular);
     return (struct wrench){
         vector_add(g, turn, vector_cross(g, mc, m->linear)),
         vector_add(g, vector_scale(g, inertia->mass, m->linear), vector_cross(g, m->angular, mc))};
@@ -330,61 +268,53 @@ static struct wrench momentum(const struct kinematics *k, int i) {
  * sect. 4.11. With the momentum p_i = X_i . L of coordinate i, dp_i/dt = dX_i/dt . L + X_i . dL/dt and, at
  * qdd = 0, dp_i/dt - dEk/dq_i = c_i = X_i . dL/dt, so that dX_i/dt . L is left for dEk/dq_i.
  */
-struct printed_sum {
-    const struct kinematics *k;
-    struct wrench *momenta;
-    expression *s;
-};
-
-static void add_momentum(void *context, int i) {
-    const struct printed_sum *x = context;
-    const struct kinematics *k = x->k;
+static expression printed_term(const struct kinematics *k, int i, struct wrench L) {
     struct graph *g = k->g;
-    const struct frame *frame = &k->tree->frames[i];
-    graph_remark(g,
-                 memory_format(k->memory, "%s: s = (w x e).L + (v x e).p of all beyond (4.11)", frame->name));
-    if (frame->kind == FRAME_JOINT) {
-        const struct frame_motion *m = &k->frames[i];
-        const struct vector axis = vector_unit(g, frame->joint.axis);
-        const struct vector turning = vector_cross(g, m->angular, axis);
-        const struct wrench L = x->momenta[i] = wrench_add(g, x->momenta[i], momentum(k, i));
-        if (frame->joint.is_revolute)
-            x->s[i] = expr_add(g, vector_dot(g, turning, L.moment),
-                               vector_dot(g, vector_cross(g, m->linear, axis), L.force));
-        else
-            x->s[i] = vector_dot(g, turning, L.force);
-    }
-    if (frame->parent >= 0)
-        x->momenta[frame->parent] =
-            wrench_add(g, x->momenta[frame->parent], wrench_to_parent(k, i, x->momenta[i]));
+    const struct frame_motion *m = &k->frames[i];
+    const struct joint *joint = &k->tree->frames[i].joint;
+    const struct vector axis = vector_unit(g, joint->axis), turning = vector_cross(g, m->angular, axis);
+    if (!joint->is_revolute)
+        return vector_dot(g, turning, L.force);
+    const expression shifting = vector_dot(g, vector_cross(g, m->linear, axis), L.force);
+    return expr_add(g, vector_dot(g, turning, L.moment), shifting);
 }
 
 expression *dynamics_printed_sum(const struct kinematics *k) {
     const size_t n = (size_t)k->tree->count + 1;
-    struct printed_sum x = {k, memory_get(k->memory, n * sizeof *x.momenta), new_values(k, n)};
-    const struct recursion recursion =
-        dynamics_recursion_over(k, x.momenta, sizeof *x.momenta, add_momentum, &x);
-    recursion_inward(&recursion);
-    return x.s;
+    struct wrench *momenta = memory_get(k->memory, n * sizeof *momenta);
+    expression *s = new_values(k, n);
+    struct recursion recursion = kinematics_recursion(k, momenta, sizeof *momenta);
+    for (int i = k->tree->count; recursion_inward(&recursion, &i);) {
+        const struct frame *frame = &k->tree->frames[i];
+        kinematics_remark(k, i, "s = (w x e).L + (v x e).p of all beyond (4.11)");
+        if (frame->kind == FRAME_JOINT) {
+            momenta[i] = wrench_add(k->g, momenta[i], momentum(k, i));
+            s[i] = printed_term(k, i, momenta[i]);
+        }
+        if (frame->parent >= 0)
+            momenta[frame->parent] =
+                wrench_add(k->g, momenta[frame->parent], wrench_to_parent(k, i, momenta[i]));
+    }
+    return s;
 }
 
-/* v . p + w . L of one body, twice its kinetic energy: theory, sect. 4.10. */
-static expression twice_kinetic(void *context, int i) {
-    const struct kinematics *k = context;
-    const struct wrench L = momentum(k, i);
-    return expr_add(k->g, vector_dot(k->g, k->frames[i].linear, L.force),
-                    vector_dot(k->g, k->frames[i].angular, L.moment));
-}
-
+/* Twice the energy is the sum of v . p + w . L of all bodies: theory, sect. 4.10. */
 expression dynamics_kinetic_energy(const struct kinematics *k) {
-    graph_remark(k->g, "2 Ek = sum of v.p + w.L (4.10)");
-    const expression twice = recursion_sum_over_joints(k->g, k->tree, twice_kinetic, (void *)k);
-    return expr_mul(k->g, expr_number(k->g, 0.5), twice);
+    struct graph *g = k->g;
+    struct recursion twice = recursion_sum(k->memory, g, k->tree);
+    graph_remark(g, "2 Ek = sum of v.p + w.L (4.10)");
+    for (int i = -1; recursion_next_term(&twice, &i);) {
+        const struct wrench L = momentum(k, i);
+        const expression turning = vector_dot(g, k->frames[i].angular, L.moment);
+        const expression moving = vector_dot(g, k->frames[i].linear, L.force);
+        recursion_add_term(&twice, i, expr_add(g, moving, turning));
+    }
+    return expr_mul(g, expr_number(g, 0.5), recursion_total(&twice));
 }
 
 /* Ep = -grav . mc of all that moves, in the ground frame. */
 expression dynamics_gravity_energy(const struct kinematics *k, const struct inertia *composites) {
     const struct inertia *all = &composites[k->tree->count];
     graph_remark(k->g, "Ep = -grav.(mc of all) + springs, zero at the ground's origin (4.10)");
-    return expr_neg(k->g, vector_dot(k->g, vector_of(k->model->gravity), vector_of(all->moment)));
+    return expr_neg(k->g, vector_dot(k->g, vector_of(k->model->gravity), all->moment));
 }

@@ -1,7 +1,6 @@
 /* Kinematics from the base outward: see kinematics.h. */
 #include "dynamics/kinematics.h"
 #include "base/memory.h"
-#include "tree/recursion.h"
 
 #include <string.h>
 
@@ -40,6 +39,17 @@ void kinematics_name_vector(const struct kinematics *k, int i, const char *what,
     static const char axes[3] = "xyz";
     for (int axis = 0; axis < 3; axis++)
         kinematics_name_scalar(k, i, memory_format(k->memory, "%s_%c", what, axes[axis]), a.at[axis]);
+}
+
+void kinematics_name_matrix(const struct kinematics *k, int i, const char *what, const struct matrix *m) {
+    static const char axes[3] = "xyz";
+    for (int row = 0; row < 3; row++)
+        kinematics_name_vector(k, i, memory_format(k->memory, "%s_%c", what, axes[row]),
+                               vector_of(m->at + 3 * row));
+}
+
+void kinematics_remark(const struct kinematics *k, int i, const char *formula) {
+    graph_remark(k->g, memory_format(k->memory, "%s: %s", k->tree->frames[i].name, formula));
 }
 
 /* Rot(axis)^T a for the cosine and sine given; Rot(axis) a with the sine negated. */
@@ -242,10 +252,7 @@ static void place_in_ground(struct kinematics *k, int i, const struct frame_moti
     motion->position =
         vector_add(g, parent->position, matrix_times(g, parent->rotation.at, k->joints[i].shift));
     kinematics_name_vector(k, i, "position", motion->position);
-    for (int row = 0; row < 3; row++) {
-        static const char *const names[3] = {"ground_x", "ground_y", "ground_z"};
-        kinematics_name_vector(k, i, names[row], vector_of(motion->rotation.at + 3 * row));
-    }
+    kinematics_name_matrix(k, i, "ground", &motion->rotation);
 }
 
 struct vector kinematics_gyroscopic(const struct kinematics *k, int i, struct vector wd) {
@@ -330,24 +337,12 @@ static void name_point(struct kinematics *k, int index) {
     }
 }
 
-struct columns {
-    struct kinematics *k;
-    int point;
-};
-
-static void derive_column(void *context, int i) {
-    const struct columns *x = context;
-    const struct kinematics *k = x->k;
-    struct point_motion *point = &k->points[x->point];
-    if (kinematics_is_on_path(k, i, k->tree->points[x->point].frame))
-        point->columns[i] = point_column(k, i, point->r, k->model->points[x->point].is_direction);
-}
-
 static void derive_columns(struct kinematics *k, int index) {
-    struct columns x = {k, index};
-    k->points[index].columns =
-        memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *k->points[index].columns);
-    recursion_visit_joints(k->g, k->tree, derive_column, &x);
+    struct point_motion *point = &k->points[index];
+    point->columns = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *point->columns);
+    for (int i = -1; recursion_next_joint(k->g, k->tree, &i);)
+        if (kinematics_is_on_path(k, i, k->tree->points[index].frame))
+            point->columns[i] = point_column(k, i, point->r, k->model->points[index].is_direction);
 }
 
 /* r = r_i + R rho, rd = R (v + w x rho), d = R (a0 + B rho): theory, sect. 4.4. */
@@ -400,8 +395,7 @@ static void remark_motion(const struct kinematics *k, int i) {
 }
 
 /* The motion of frame i, one step from its parent's. */
-static void step_outward(void *context, int i) {
-    struct kinematics *k = context;
+static void step_outward(struct kinematics *k, int i) {
     const int parent = k->tree->frames[i].parent;
     const struct frame_motion ground = ground_motion(k);
     remark_motion(k, i);
@@ -411,57 +405,41 @@ static void step_outward(void *context, int i) {
     move_frame(k, i, parent < 0 ? &ground : &k->frames[parent]);
 }
 
+struct recursion kinematics_recursion(const struct kinematics *k, void *state, size_t size) {
+    return recursion_over(k->memory, k->g, k->tree, state, size);
+}
+
 void kinematics_derive(struct memory *memory, const struct model *model, const struct tree *tree,
                        struct kinematics *k) {
     *k = (struct kinematics){.g = model->graph, .memory = memory, .tree = tree, .model = model};
     k->frames = memory_get(memory, ((size_t)tree->count + 1) * sizeof *k->frames);
     k->joints = memory_get(memory, ((size_t)tree->count + 1) * sizeof *k->joints);
     k->points = memory_get(memory, ((size_t)model->marker_count + 1) * sizeof *k->points);
-    const struct recursion motions = {.memory = memory,
-                                      .g = k->g,
-                                      .tree = tree,
-                                      .state = k->frames,
-                                      .width = sizeof *k->frames / sizeof(expression),
-                                      .step = step_outward,
-                                      .context = k};
-    recursion_outward(&motions);
+    struct recursion motions = kinematics_recursion(k, k->frames, sizeof *k->frames);
+    for (int i = -1; recursion_outward(&motions, &i);)
+        step_outward(k, i);
     for (int i = 0; i < model->marker_count; i++)
         derive_point(k, i);
 }
 
-/* Shifts of frames without joints wait here until the next frame with one: theory, sect. 7.4 moves wrenches
- * from joint to joint. */
-struct ground_shifts {
-    const struct kinematics *k;
-    struct vector *pending, *shifts;
-};
-
-static void shift_outward(void *context, int i) {
-    const struct ground_shifts *x = context;
-    const struct kinematics *k = x->k;
-    const struct frame *frame = &k->tree->frames[i];
-    const struct vector none = {{0, 0, 0}};
-    struct vector shift = none;
-    if (frame->parent >= 0) {
-        shift = matrix_times(k->g, k->frames[frame->parent].rotation.at, k->joints[i].shift);
-        shift = vector_add(k->g, shift, x->pending[frame->parent]);
-    }
-    x->pending[i] = frame->kind == FRAME_JOINT ? none : shift;
-    x->shifts[i] = shift;
-    kinematics_name_vector(k, i, "shift_ground", shift);
-}
-
+/* Shifts of frames without joints wait in `pending` until the next frame with one: theory, sect. 7.4 moves
+ * wrenches from joint to joint. */
 struct vector *kinematics_ground_shifts(const struct kinematics *k) {
     const size_t n = (size_t)k->tree->count + 1;
-    struct ground_shifts x = {k, memory_get(k->memory, n * sizeof *x.pending),
-                              memory_get(k->memory, n * sizeof *x.shifts)};
-    const struct recursion recursion = {.memory = k->memory,
-                                        .g = k->g,
-                                        .tree = k->tree,
-                                        .state = x.pending,
-                                        .width = 3,
-                                        .step = shift_outward,
-                                        .context = &x};
-    recursion_outward(&recursion);
-    return x.shifts;
+    const struct vector none = {{0, 0, 0}};
+    struct vector *pending = memory_get(k->memory, n * sizeof *pending),
+                  *shifts = memory_get(k->memory, n * sizeof *shifts);
+    struct recursion recursion = kinematics_recursion(k, pending, sizeof *pending);
+    for (int i = -1; recursion_outward(&recursion, &i);) {
+        const struct frame *frame = &k->tree->frames[i];
+        struct vector shift = none;
+        if (frame->parent >= 0) {
+            shift = matrix_times(k->g, k->frames[frame->parent].rotation.at, k->joints[i].shift);
+            shift = vector_add(k->g, shift, pending[frame->parent]);
+        }
+        pending[i] = frame->kind == FRAME_JOINT ? none : shift;
+        shifts[i] = shift;
+        kinematics_name_vector(k, i, "shift_ground", shift);
+    }
+    return shifts;
 }

@@ -7,6 +7,7 @@
 #ifndef REFDYN_GEN_KINEMATICS_H
 #define REFDYN_GEN_KINEMATICS_H
 
+#include "tree/recursion.h"
 #include "tree/vector.h"
 
 struct joint_place {
@@ -47,6 +48,8 @@ struct kinematics {
 void kinematics_derive(struct memory *memory, const struct model *model, const struct tree *tree,
                        struct kinematics *kinematics);
 
+/* A recursion over its frames: see recursion_over. */
+struct recursion kinematics_recursion(const struct kinematics *k, void *state, size_t size);
 /* q, qd or qdd of frame i; in a run those of the element that the loop is at. */
 expression kinematics_coordinate_of(const struct kinematics *k, int i, int order);
 /* Is frame `outer` on the way from frame i to the ground, i itself included? */
@@ -79,8 +82,12 @@ struct vector kinematics_acceleration_less_gravity(const struct kinematics *k, i
 /* By frame: the joint's origin from that of the joint before, ground axes. */
 struct vector *kinematics_ground_shifts(const struct kinematics *k);
 
+/* "arm_psi: <formula>", for a reader of the C. */
+void kinematics_remark(const struct kinematics *k, int i, const char *formula);
 /* Names for a reader of the C: "arm_psi_1_<what>_x" ... */
 void kinematics_name_vector(const struct kinematics *k, int i, const char *what, struct vector a);
+/* Rows of a matrix: "<what>_x_x", "<what>_x_y" ... */
+void kinematics_name_matrix(const struct kinematics *k, int i, const char *what, const struct matrix *m);
 void kinematics_name_scalar(const struct kinematics *k, int i, const char *what, expression e);
 
 #endif

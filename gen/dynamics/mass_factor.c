@@ -42,8 +42,7 @@ struct factors *mass_factor(const struct kinematics *k, const expression *mass_m
     x->D_inverse = memory_get(k->memory, (n + 1) * sizeof *x->D_inverse);
     expression *rest = memory_grow(k->memory, mass_matrix, size, size + sizeof *rest);
     for (int i = k->tree->count - 1; i >= 0; i--) {
-        graph_remark(k->g,
-                     memory_format(k->memory, "%s: its row of M = L^T D L (5.7)", k->tree->frames[i].name));
+        kinematics_remark(k, i, "its row of M = L^T D L (5.7)");
         eliminate_row(x, rest, i);
     }
     return x;

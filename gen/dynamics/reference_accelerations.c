@@ -12,12 +12,6 @@
 #include "dynamics/dynamics.h"
 #include "base/memory.h"
 
-struct references {
-    const struct kinematics *k;
-    const struct elimination *elimination;
-    struct reference *list;
-};
-
 /* w of frame i. An ENTRY's motion is that of the element before in its loop, so its w comes from its
  * parent's. */
 static struct vector angular_velocity(const struct kinematics *k, int i) {
@@ -29,20 +23,16 @@ static struct vector angular_velocity(const struct kinematics *k, int i) {
 }
 
 /* wdr = E wdr_p + w x e qd, 0 behind a ball joint; ar = E (ar_p + B_p s) + 2 w x e qd: theory, sect. 5.5. */
-static void refer(void *context, int i) {
-    const struct references *x = context;
-    const struct kinematics *k = x->k;
+static struct reference refer(const struct kinematics *k, const struct elimination *elimination, int i,
+                              const struct reference *parent) {
     struct graph *g = k->g;
     const struct frame *frame = &k->tree->frames[i];
-    graph_remark(g, memory_format(k->memory, "%s: reference accelerations wdr, ar (5.5)", frame->name));
-    const struct reference ground = {
-        .linear = vector_scale(g, expr_neg(g, expr_one(g)), vector_of(k->model->gravity))};
-    const struct reference *parent = frame->parent < 0 ? &ground : &x->list[frame->parent];
+    kinematics_remark(k, i, "reference accelerations wdr, ar (5.5)");
     const struct vector across = matrix_times(g, parent->gradient.at, k->joints[i].shift);
     struct reference own = {.angular = kinematics_to_child(k, i, parent->angular),
                             .linear = kinematics_to_child(k, i, vector_add(g, parent->linear, across))};
     const struct vector none = {{0, 0, 0}};
-    if (articulated_body_ends_ball(x->elimination, i))
+    if (articulated_body_ends_ball(elimination, i))
         own.angular = none;
     else if (frame->kind == FRAME_JOINT && frame->joint.is_revolute)
         own.angular = kinematics_gyroscopic(k, i, own.angular);
@@ -52,14 +42,18 @@ static void refer(void *context, int i) {
     own.gradient = kinematics_acceleration_gradient(g, angular_velocity(k, i), own.angular);
     kinematics_name_vector(k, i, "reference_wd", own.angular);
     kinematics_name_vector(k, i, "reference_a", own.linear);
-    x->list[i] = own;
+    return own;
 }
 
 struct reference *reference_accelerations_derive(const struct kinematics *k,
                                                  const struct elimination *elimination) {
-    struct references x = {k, elimination, NULL};
-    x.list = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *x.list);
-    const struct recursion recursion = dynamics_recursion_over(k, x.list, sizeof *x.list, refer, &x);
-    recursion_outward(&recursion);
-    return x.list;
+    const struct reference ground = {
+        .linear = vector_scale(k->g, expr_neg(k->g, expr_one(k->g)), vector_of(k->model->gravity))};
+    struct reference *list = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *list);
+    struct recursion recursion = kinematics_recursion(k, list, sizeof *list);
+    for (int i = -1; recursion_outward(&recursion, &i);) {
+        const int parent = k->tree->frames[i].parent;
+        list[i] = refer(k, elimination, i, parent < 0 ? &ground : &list[parent]);
+    }
+    return list;
 }

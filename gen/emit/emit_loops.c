@@ -12,10 +12,6 @@ struct printer {
     const char *local; /* what stands before the names of local arrays */
 };
 
-static int columns_of(const struct array *array) {
-    return array->columns ? array->columns : array->count;
-}
-
 const char *emit_array_text(struct emission *x, const struct function *function, int array,
                             const char *local) {
     const bool is_result = array < function->array_count;
@@ -354,7 +350,8 @@ static const char *index_text(const struct printer *p, const char *index, int of
 static void put_terms_of_product(const struct printer *p, const struct product *product, int from, int to,
                                  int step) {
     const struct array *arrays = p->function->arrays;
-    const int height = columns_of(&arrays[product->left]), width = columns_of(&arrays[product->right]);
+    const int height = plan_columns_of(&arrays[product->left]),
+              width = plan_columns_of(&arrays[product->right]);
     const char *target = memory_format(p->x->plan->memory, "%s[i * %d + j]", name(p, product->target), width);
     char digits[32];
     if (from >= to)
@@ -375,13 +372,13 @@ static void put_terms_of_product(const struct printer *p, const struct product *
 
 static void put_product(const struct printer *p, const struct product *product) {
     const struct array *left = &p->function->arrays[product->left];
-    const int sum = left->count / columns_of(left), rest = sum % ROWS_AT_A_TIME;
+    const int sum = left->count / plan_columns_of(left), rest = sum % ROWS_AT_A_TIME;
     put_terms_of_product(p, product, 0, sum - rest, ROWS_AT_A_TIME);
     put_terms_of_product(p, product, sum - rest, sum, rest);
 }
 
 static void put_factoring(const struct printer *p, const struct factoring *factoring) {
-    const int n = columns_of(&p->function->arrays[factoring->matrix]);
+    const int n = plan_columns_of(&p->function->arrays[factoring->matrix]);
     const char *A = name(p, factoring->matrix);
     text_add(p->text, "        for (int k = %d; k >= 0; k--) {\n", n - 1);
     text_add(p->text, "            %s[k * %d + k] = 1.0 / %s[k * %d + k];\n", A, n, A, n);
@@ -438,7 +435,7 @@ static void put_sweep(const struct printer *p, const struct solving *solving, in
 }
 
 static void put_solving(const struct printer *p, const struct solving *solving) {
-    const int n = columns_of(&p->function->arrays[solving->matrix]);
+    const int n = plan_columns_of(&p->function->arrays[solving->matrix]);
     const int width = p->function->arrays[solving->array].count / n;
     const char *b = name(p, solving->array);
     put_sweep(p, solving, n, true);

@@ -243,33 +243,16 @@ static void set_pointer(struct emission *x, struct text *text, const char *array
 
 static void set_functions(struct emission *x, struct text *text) {
     /* In the order of struct refdyn_model. */
-    static const char *const order[] = {"start",       "anchor",
-                                        "M",           "h",
-                                        "Q",           "u",
-                                        "v",           "phi",
-                                        "psi",         "k",
-                                        "r",           "rd",
-                                        "C",           "d",
-                                        "energy",      "power",
-                                        "Q_q",         "qdd_free",
-                                        "qdd",         "force",
-                                        "equations",   "M_h",
-                                        "f",           "row_terms",
-                                        "point_terms", "constrained",
-                                        "terms",       "accelerations",
-                                        "tangent",     "tangent_vectors",
-                                        "d_qdd",       "d_qdd_free",
-                                        "d_force",     "d_statics",
-                                        "d_rows",      "course",
-                                        "breaks",      "switches"};
-    for (size_t i = 0; i < sizeof order / sizeof *order; i++) {
+    static const char order[] =
+        "start anchor M h Q u v phi psi k r rd C d energy power Q_q qdd_free qdd force equations M_h f "
+        "row_terms point_terms constrained terms accelerations tangent tangent_vectors d_qdd d_qdd_free "
+        "d_force d_statics d_rows course breaks switches ";
+    for (const char *at = order; *at; at += strcspn(at, " ") + 1) {
+        const char *name = memory_format(x->plan->memory, "%.*s", (int)strcspn(at, " "), at);
         bool exists = false;
         for (int f = 0; f < x->plan->function_count; f++)
-            exists |= !strcmp(x->plan->functions[f].quantity, order[i]);
-        if (exists)
-            text_add(text, "    SET(%s) %s_%s_doubles,\n", order[i], x->name, order[i]);
-        else
-            text_add(text, "    SET(%s) 0,\n", order[i]);
+            exists |= !strcmp(x->plan->functions[f].quantity, name);
+        set_pointer(x, text, name, memory_format(x->plan->memory, "%s_doubles", name), exists);
     }
 }
 

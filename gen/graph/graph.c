@@ -150,9 +150,9 @@ struct graph graph_copy(const struct graph *g) {
         memory_grow(g->memory, g->table, g->table_size * sizeof *g->table, g->table_size * sizeof *g->table);
     /* Lists without room move before they grow. */
     copy.capacity = g->count;
-    copy.symbol_capacity = g->symbol_count;
-    copy.remark_capacity = g->remark_count;
-    copy.spline_capacity = g->spline_count;
+    copy.symbol_capacity = (int)g->symbol_count;
+    copy.remark_capacity = (int)g->remark_count;
+    copy.spline_capacity = (int)g->spline_count;
     copy.loop_capacity = g->loop_count;
     copy.slot_capacity = g->slot_count;
     return copy;
@@ -202,12 +202,8 @@ expression expr_symbol(struct graph *g, enum symbol_kind kind, int index, int or
            !(g->symbols[i].kind == kind && g->symbols[i].index == index && g->symbols[i].order == order))
         i++;
     if (i == g->symbol_count) {
-        if (g->symbol_count == g->symbol_capacity) {
-            uint32_t capacity = g->symbol_capacity ? 2 * g->symbol_capacity : 64;
-            g->symbols = memory_grow(g->memory, g->symbols, g->symbol_count * sizeof *g->symbols,
-                                     capacity * sizeof *g->symbols);
-            g->symbol_capacity = capacity;
-        }
+        g->symbols =
+            memory_room(g->memory, g->symbols, (int)g->symbol_count, &g->symbol_capacity, sizeof *g->symbols);
         g->symbols[g->symbol_count++] = (struct symbol){kind, index, order};
     }
     return graph_intern(
@@ -239,12 +235,8 @@ void graph_name_shared(struct graph *g, expression e, const char *owner, const c
 }
 
 void graph_remark(struct graph *g, const char *text) {
-    if (g->remark_count == g->remark_capacity) {
-        uint32_t capacity = g->remark_capacity ? 2 * g->remark_capacity : 64;
-        g->remarks = memory_grow(g->memory, g->remarks, g->remark_count * sizeof *g->remarks,
-                                 capacity * sizeof *g->remarks);
-        g->remark_capacity = capacity;
-    }
+    g->remarks =
+        memory_room(g->memory, g->remarks, (int)g->remark_count, &g->remark_capacity, sizeof *g->remarks);
     g->remarks[g->remark_count++] = (struct remark){g->count, text};
 }
 
@@ -302,12 +294,8 @@ const struct slot *graph_as_slot(const struct graph *g, expression e) {
 }
 
 int graph_add_spline(struct graph *g, const double *knots, const double *values, int count) {
-    if (g->spline_count == g->spline_capacity) {
-        uint32_t capacity = g->spline_capacity ? 2 * g->spline_capacity : 4;
-        g->splines = memory_grow(g->memory, g->splines, g->spline_count * sizeof *g->splines,
-                                 capacity * sizeof *g->splines);
-        g->spline_capacity = capacity;
-    }
+    g->splines =
+        memory_room(g->memory, g->splines, (int)g->spline_count, &g->spline_capacity, sizeof *g->splines);
     g->splines[g->spline_count] = spline_through(g->memory, knots, values, count);
     return (int)g->spline_count++;
 }

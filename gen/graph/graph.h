@@ -103,15 +103,16 @@ struct remark {
 struct graph {
     struct memory *memory;
     struct remark *remarks; /* in ascending order */
-    uint32_t remark_count, remark_capacity;
+    uint32_t remark_count;
     struct node *nodes;
     uint32_t count, capacity;
     struct symbol *symbols;
-    uint32_t symbol_count, symbol_capacity;
+    uint32_t symbol_count;
     struct spline *splines;
-    uint32_t spline_count, spline_capacity;
+    uint32_t spline_count;
     struct element_loop *loops; /* loops[0] stands for no loop */
     struct slot *slots;
+    int remark_capacity, symbol_capacity, spline_capacity; /* of the lists above */
     int loop_count, loop_capacity, slot_count, slot_capacity;
     uint16_t open;      /* the loop that is being built, 0: none */
     bool is_closed;     /* no node is added any more */
@@ -222,9 +223,8 @@ void rewrite_gradient(struct graph *g, expression e, const expression *by, expre
 /* Marks (by handle) all that the marked nodes below `limit` are made of, what loops carry included. */
 void rewrite_mark_operands(const struct graph *g, bool *needed, uint32_t limit);
 
-/* Calls `visit` for each symbol that e depends on, in order of handles. */
-void rewrite_visit_symbols(struct graph *g, expression e, void (*visit)(void *context, expression symbol),
-                           void *context);
+/* The symbols that e depends on, in order of handles. */
+expression *rewrite_list_symbols(struct graph *g, expression e, int *count);
 
 /*
  * Value of e with the given values of symbols (`value_of` returns one; SYMBOL_START passes the base symbol as

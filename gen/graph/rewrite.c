@@ -280,15 +280,19 @@ void rewrite_gradient(struct graph *g, expression root_of, const expression *by,
     memory_back(g->memory, mark);
 }
 
-void rewrite_visit_symbols(struct graph *g, expression e, void (*visit)(void *context, expression symbol),
-                           void *context) {
+expression *rewrite_list_symbols(struct graph *g, expression e, int *count) {
     const struct memory_mark mark = memory_mark(g->memory);
     uint32_t limit;
     bool *needed = mark_needed(g, &e, 1, &limit);
+    *count = 0;
+    for (expression i = 0; i < limit; i++)
+        *count += needed[i] && expr_as_symbol(g, i);
+    expression *symbols = memory_get(g->memory, ((size_t)*count + 1) * sizeof *symbols), *next = symbols;
     for (expression i = 0; i < limit; i++)
         if (needed[i] && expr_as_symbol(g, i))
-            visit(context, i);
+            *next++ = i;
     memory_back(g->memory, mark);
+    return symbols;
 }
 
 double rewrite_evaluate(struct graph *g, expression e,

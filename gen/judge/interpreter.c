@@ -151,9 +151,9 @@ static const struct function *find_function(const struct plan *plan, const char 
 static void interpret(struct plan *plan, const struct function *function, const struct arguments *arguments,
                       double *out);
 
+/* Of a composed function, from what it calls. */
 static void interpret_parts(struct plan *plan, const struct function *function,
-                            const struct arguments *arguments, double *out) {
-    double *arrays = memory_get(plan->memory, ((size_t)plan_value_count(function) + 1) * sizeof *arrays);
+                            const struct arguments *arguments, double *arrays) {
     for (int i = 0; i < function->part_count; i++) {
         const struct part *part = &function->parts[i];
         const struct array *from = &part->from->arrays[part->from_array];
@@ -163,17 +163,10 @@ static void interpret_parts(struct plan *plan, const struct function *function,
         for (int k = 0; k < from->count; k++)
             array[k] = (part->is_added ? array[k] : 0.0) + values[from->offset + k];
     }
-    for (int i = 0; i < function->loop_count; i++)
-        interpreter_run_loop(function, &function->loops[i], arrays);
-    memcpy(out, arrays, (size_t)function->out_count * sizeof *out);
 }
 
-static void interpret(struct plan *plan, const struct function *function, const struct arguments *arguments,
-                      double *out) {
-    if (function->part_count) {
-        interpret_parts(plan, function, arguments, out);
-        return;
-    }
+static void interpret_nodes(struct plan *plan, const struct function *function,
+                            const struct arguments *arguments, double *arrays) {
     const struct graph *g = plan->g;
     struct state state = {.g = g, .arguments = *arguments};
     state.needed = memory_get(plan->memory, g->count * sizeof *state.needed);
@@ -191,8 +184,16 @@ static void interpret(struct plan *plan, const struct function *function, const 
     }
     for (; loop < g->loop_count; loop++)
         run_element_loop(&state, plan->memory, loop);
-    double *arrays = memory_get(plan->memory, ((size_t)plan_value_count(function) + 1) * sizeof *arrays);
     write_results(&state, function, arrays);
+}
+
+static void interpret(struct plan *plan, const struct function *function, const struct arguments *arguments,
+                      double *out) {
+    double *arrays = memory_get(plan->memory, ((size_t)plan_value_count(function) + 1) * sizeof *arrays);
+    if (function->part_count)
+        interpret_parts(plan, function, arguments, arrays);
+    else
+        interpret_nodes(plan, function, arguments, arrays);
     for (int i = 0; i < function->loop_count; i++)
         interpreter_run_loop(function, &function->loops[i], arrays);
     memcpy(out, arrays, (size_t)function->out_count * sizeof *out);

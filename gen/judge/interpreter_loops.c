@@ -11,10 +11,6 @@ static double *start_of(const struct values *v, int array) {
     return v->all + v->function->arrays[array].offset;
 }
 
-static int columns_of(const struct array *array) {
-    return array->columns ? array->columns : array->count;
-}
-
 static double dot(const struct values *v, const struct pair_terms *terms, int i, int j) {
     double sum = 0;
     for (int t = 0; t < terms->count; t++)
@@ -63,7 +59,7 @@ static void run_pairs(const struct values *v, const struct pairs *pairs) {
 
 static void run_product(const struct values *v, const struct product *p) {
     const struct array *arrays = v->function->arrays;
-    const int height = columns_of(&arrays[p->left]), width = columns_of(&arrays[p->right]);
+    const int height = plan_columns_of(&arrays[p->left]), width = plan_columns_of(&arrays[p->right]);
     const int sum = arrays[p->left].count / height;
     for (int k = 0; k < sum; k++)
         for (int i = 0; i < height; i++) {
@@ -74,7 +70,7 @@ static void run_product(const struct values *v, const struct product *p) {
 }
 
 static void run_factoring(const struct values *v, const struct factoring *factoring) {
-    const int n = columns_of(&v->function->arrays[factoring->matrix]);
+    const int n = plan_columns_of(&v->function->arrays[factoring->matrix]);
     double *A = start_of(v, factoring->matrix);
     for (int k = n - 1; k >= 0; k--) {
         A[k * n + k] = 1 / A[k * n + k];
@@ -89,7 +85,7 @@ static void run_factoring(const struct values *v, const struct factoring *factor
 }
 
 static void run_solving(const struct values *v, const struct solving *solving) {
-    const int n = columns_of(&v->function->arrays[solving->matrix]);
+    const int n = plan_columns_of(&v->function->arrays[solving->matrix]);
     const int width = v->function->arrays[solving->array].count / n;
     const double *L = start_of(v, solving->matrix);
     double *b = start_of(v, solving->array);

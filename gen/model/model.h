@@ -157,6 +157,17 @@ struct row {
     struct place place;
 };
 
+enum number_range { RANGE_ANY, RANGE_POSITIVE, RANGE_NOT_NEGATIVE, RANGE_POISSON };
+
+/* A number of the model that depends on parameters, and must be finite and in its range with all their
+ * values. */
+struct requirement {
+    expression value;
+    enum number_range range;
+    const char *path; /* as messages call it: "links[1].mass" */
+    struct place place;
+};
+
 /* Loops over equal elements (roll.h): where they pay, wherever there are two, or none. */
 enum loops { LOOPS_AUTO, LOOPS_ALWAYS, LOOPS_NEVER };
 
@@ -201,9 +212,17 @@ struct model {
     const char **hold; /* coordinates held in statics */
     int hold_count;
     struct place hold_place;
+    struct requirement *requirements;
+    int requirement_count;
 };
 
 /* Value of an expression of parameters. */
 double parameters_evaluate(struct graph *graph, const struct parameter *parameters, expression e);
+
+/* requirements.c: what is wrong with a number, as "value -5, a positive number is needed"; NULL: nothing. */
+const char *requirement_fault(struct memory *memory, enum number_range range, double value);
+/* Does a requirement depend on a parameter? `is_marked` (parameter_count): of those that are asked for. */
+bool requirement_depends(const struct model *model, const struct requirement *requirement,
+                         const bool *is_marked);
 
 #endif

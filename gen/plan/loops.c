@@ -3,13 +3,13 @@
 
 #include <assert.h>
 
-static int rows_of(const struct array *array) {
-    assert(!array->columns || array->count % array->columns == 0);
-    return array->columns ? array->count / array->columns : 1;
+int plan_columns_of(const struct array *array) {
+    return array->columns ? array->columns : array->count;
 }
 
-static int columns_of(const struct array *array) {
-    return array->columns ? array->columns : array->count;
+static int rows_of(const struct array *array) {
+    assert(array->count % plan_columns_of(array) == 0);
+    return array->count / plan_columns_of(array);
 }
 
 static int products_in(const struct pair_terms *terms) {
@@ -52,7 +52,7 @@ static void count_pairs(const struct pairs *pairs, struct operation_count *count
 
 static void count_product(const struct function *f, const struct product *p, struct operation_count *count) {
     const long sum = rows_of(&f->arrays[p->left]);
-    const long products = sum * columns_of(&f->arrays[p->left]) * columns_of(&f->arrays[p->right]);
+    const long products = sum * plan_columns_of(&f->arrays[p->left]) * plan_columns_of(&f->arrays[p->right]);
     count->adds += products;
     count->muls += products;
 }
@@ -60,7 +60,7 @@ static void count_product(const struct function *f, const struct product *p, str
 /* n^3 / 6 products each for factor and update, n divisions. */
 static void count_factoring(const struct function *f, const struct factoring *factoring,
                             struct operation_count *count) {
-    const long n = columns_of(&f->arrays[factoring->matrix]);
+    const long n = plan_columns_of(&f->arrays[factoring->matrix]);
     const long products = n * (n - 1) * (n + 1) / 6;
     count->adds += products;
     count->muls += products + n * (n - 1) / 2;
@@ -69,7 +69,7 @@ static void count_factoring(const struct function *f, const struct factoring *fa
 
 static void count_solving(const struct function *f, const struct solving *solving,
                           struct operation_count *count) {
-    const long n = rows_of(&f->arrays[solving->array]), columns = columns_of(&f->arrays[solving->array]);
+    const long n = rows_of(&f->arrays[solving->array]), columns = plan_columns_of(&f->arrays[solving->array]);
     count->adds += n * (n - 1) * columns;
     count->muls += n * n * columns;
 }
@@ -89,4 +89,50 @@ void loops_count_operations(const struct function *function, const struct loop *
     case LOOP_SOLVING:
         count_solving(function, &loop->of.solving, count);
     }
+}
+
+static void list_vectors(struct array_list *list, struct vector_arrays *vectors) {
+    for (int a = 0; a < 3; a++)
+        list->arrays[list->count++] = &vectors->at[a];
+}
+
+static void list_terms(struct array_list *list, struct pair_terms *terms) {
+    for (int t = 0; t < terms->count; t++) {
+        list_vectors(list, &terms->terms[t].near);
+        list_vectors(list, &terms->terms[t].far);
+    }
+}
+
+static void list_pairs(struct array_list *list, struct pairs *pairs) {
+    for (int p = 0; p < pairs->product_count; p++) {
+        struct pair_product *product = &pairs->products[p];
+        list->arrays[list->count++] = &product->array;
+        list_terms(list, &product->turn.rows);
+        list_terms(list, &product->turn.columns);
+        list_terms(list, &product->slide.rows);
+        list_terms(list, &product->slide.columns);
+    }
+    for (int m = 0; m < pairs->move_count; m++) {
+        list_vectors(list, &pairs->moves[m].moment);
+        list_vectors(list, &pairs->moves[m].force);
+        list_vectors(list, &pairs->moves[m].shift);
+    }
+}
+
+struct array_list loops_list_arrays(struct loop *loop) {
+    struct product *product = &loop->of.product;
+    struct solving *solving = &loop->of.solving;
+    struct array_list list = {.count = 0};
+    switch (loop->kind) {
+    case LOOP_PAIRS:
+        list_pairs(&list, &loop->of.pairs);
+        return list;
+    case LOOP_PRODUCT:
+        return (struct array_list){{&product->target, &product->left, &product->right}, 3};
+    case LOOP_FACTORING:
+        return (struct array_list){{&loop->of.factoring.matrix}, 1};
+    case LOOP_SOLVING:
+        return (struct array_list){{&solving->matrix, &solving->array}, 2};
+    }
+    return list;
 }

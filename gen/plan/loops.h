@@ -60,7 +60,7 @@ struct pair_move {
 
 struct pairs {
     struct pair_product products[3];
-    struct pair_move moves[4];
+    struct pair_move moves[4]; /* with four terms each at most: no more than MOST_ARRAYS in all */
     int product_count, move_count;
     const int *order;                   /* n: coordinate by position */
     const int *end;                     /* n: positions up to this one lie beyond */
@@ -103,6 +103,13 @@ struct operation_count;
 /* Adds the operations of one loop, counted by their trips. */
 void loops_count_operations(const struct function *function, const struct loop *loop,
                             struct operation_count *count);
+/* Where a loop holds the numbers of its arrays. */
+enum { MOST_ARRAYS = 400 };
+struct array_list {
+    int *arrays[MOST_ARRAYS];
+    int count;
+};
+struct array_list loops_list_arrays(struct loop *loop);
 /* Runs one loop over the values of all arrays. */
 void interpreter_run_loop(const struct function *function, const struct loop *loop, double *values);
 

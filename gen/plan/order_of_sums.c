@@ -71,18 +71,10 @@ static int when_known(const struct orderer *x, expression e) {
     return latest ? latest + wait_of(g, e) : 0;
 }
 
-static void use_results(struct orderer *x, const struct function *function) {
-    for (int i = 0; i < plan_count_arrays(function); i++)
-        for (int s = 0; s < function->arrays[i].single_count; s++)
-            x->uses[function->arrays[i].singles[s].value]++;
-    for (int i = 0; i < function->run_result_count; i++)
-        x->uses[function->run_results[i].value]++;
-}
-
 static void look_at_nodes(struct orderer *x) {
     const struct graph *g = x->g;
     for (int f = 0; f < x->plan->function_count; f++)
-        use_results(x, &x->plan->functions[f]);
+        plan_count_results(&x->plan->functions[f], x->uses);
     for (int s = 0; s < g->slot_count; s++) {
         x->uses[g->slots[s].initial]++;
         x->uses[g->slots[s].next]++;

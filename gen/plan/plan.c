@@ -74,11 +74,7 @@ static void mark_function(const struct plan *plan, struct function *function) {
 static void use_roots(const struct plan *plan, const struct function *function, uint32_t *uses) {
     const struct graph *g = plan->g;
     bool *seen = memory_scratch(plan->memory, (size_t)g->slot_count + 1);
-    for (int f = 0; f < plan_count_arrays(function); f++)
-        for (int i = 0; i < function->arrays[f].single_count; i++)
-            uses[function->arrays[f].singles[i].value]++;
-    for (int i = 0; i < function->run_result_count; i++)
-        uses[function->run_results[i].value]++;
+    plan_count_results(function, uses);
     for (expression e = 0; e < g->count; e++) {
         const int slot = function->is_needed[e] ? slot_index(g, e) : -1;
         if (slot < 0 || seen[slot])
@@ -141,6 +137,15 @@ long plan_trips_of(const struct plan *plan, expression e) {
     return loop ? plan->rolled->runs[g->loops[loop].run].count : 1;
 }
 
+void plan_count_node(const struct plan *plan, expression e, struct operation_count *count) {
+    const enum cost cost = operation_cost(plan->g->nodes[e].operation);
+    const long trips = plan_trips_of(plan, e);
+    count->adds += cost == COST_ADD ? trips : 0;
+    count->muls += cost == COST_MUL ? trips : 0;
+    count->divs += cost == COST_DIV ? trips : 0;
+    count->functions += cost == COST_FUNCTION ? trips : 0;
+}
+
 static void count_operations(const struct plan *plan, struct function *function) {
     const struct graph *g = plan->g;
     struct operation_count *count = &function->operations;
@@ -152,12 +157,8 @@ static void count_operations(const struct plan *plan, struct function *function)
         const enum operation operation = g->nodes[e].operation;
         const long trips = plan_trips_of(plan, e);
         values += graph_as_slot(g, e) ? 0 : operation == OP_SYMBOL || is_moved(plan, function, e) ? trips : 0;
-        if (is_moved(plan, function, e))
-            continue;
-        count->adds += operation_cost(operation) == COST_ADD ? trips : 0;
-        count->muls += operation_cost(operation) == COST_MUL ? trips : 0;
-        count->divs += operation_cost(operation) == COST_DIV ? trips : 0;
-        count->functions += operation_cost(operation) == COST_FUNCTION ? trips : 0;
+        if (!is_moved(plan, function, e))
+            plan_count_node(plan, e, count);
     }
     for (int i = 0; i < function->loop_count; i++)
         loops_count_operations(function, &function->loops[i], count);
@@ -259,6 +260,14 @@ static void plan_prepare(struct plan *plan) {
     const int array = plan_open_result(plan->memory, prepare, "derived", "", count, 0);
     plan_set_entries(plan->memory, prepare, array, 0, derived, count);
     plan_function(plan, prepare);
+}
+
+void plan_count_results(const struct function *function, uint32_t *uses) {
+    for (int f = 0; f < plan_count_arrays(function); f++)
+        for (int i = 0; i < function->arrays[f].single_count; i++)
+            uses[function->arrays[f].singles[i].value]++;
+    for (int i = 0; i < function->run_result_count; i++)
+        uses[function->run_results[i].value]++;
 }
 
 void plan_mark_results(const struct function *function, bool *needed) {

@@ -156,8 +156,9 @@ bool angles_is_repeated(const struct plan *plan, const struct function *function
 /* schedule.c: order of execution from is_statement and is_needed; takes scratch that the caller gives back.
  */
 void schedule_function(struct plan *plan, struct function *function);
-/* How often a call computes a node. */
+/* How often a call computes a node; adds the operations of these times. */
 long plan_trips_of(const struct plan *plan, expression e);
+void plan_count_node(const struct plan *plan, expression e, struct operation_count *count);
 /* Marks is_statement for one function: before printing it. */
 void plan_mark_statements(struct plan *plan, const struct function *function);
 bool plan_is_output_copied(const struct array *array, int entry); /* false in the mirrored upper half */
@@ -165,12 +166,15 @@ bool plan_is_output_copied(const struct array *array, int entry); /* false in th
 bool plan_is_cleared(const struct plan *plan, const struct function *function, int array);
 /* Is the result a struct of its parts, not an array? */
 bool plan_is_struct_result(const struct function *function);
+/* Entries of a row; all of them in a vector. */
+int plan_columns_of(const struct array *array);
 /* Results and local arrays. */
 int plan_count_arrays(const struct function *function);
 /* Entries of all arrays. */
 int plan_value_count(const struct function *function);
 
-/* Marks a function's results, by handle. */
+/* Counts, and marks, a function's results, by handle. */
+void plan_count_results(const struct function *function, uint32_t *uses);
 void plan_mark_results(const struct function *function, bool *needed);
 /* By handle: all nodes that the functions listed so far are made of. */
 bool *plan_mark_nodes_of_functions(const struct plan *plan);

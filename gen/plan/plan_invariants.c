@@ -15,13 +15,12 @@ struct walk {
     struct plan *plan;
     const struct function *function;
     const struct graph *g;
-    bool *is_known;    /* by handle: a statement that has been passed */
-    bool *is_counted;  /* by handle: its operation has been counted */
-    bool *has_ended;   /* by group: its loop has been passed */
-    expression *value; /* by entry of all arrays: what straight code is to put there */
-    bool *is_filled;   /* by entry of all arrays */
-    int group, run;    /* of the loop that the walk is in; 0 and -1: in none */
-    int written;       /* writes that have been passed */
+    bool *is_known;   /* by handle: a statement that has been passed */
+    bool *is_counted; /* by handle: its operation has been counted */
+    bool *has_ended;  /* by group: its loop has been passed */
+    bool *is_filled;  /* by entry of all arrays */
+    int group, run;   /* of the loop that the walk is in; 0 and -1: in none */
+    int written;      /* writes that have been passed */
     struct operation_count count;
     const char *broken; /* the first promise that does not hold; NULL: all hold */
 };
@@ -128,18 +127,10 @@ static void read_value(struct walk *w, expression e) {
     }
 }
 
-static void count_node(struct walk *w, expression e) {
-    const enum cost cost = operation_cost(w->g->nodes[e].operation);
-    const long trips = w->is_counted[e] ? 0 : plan_trips_of(w->plan, e);
-    w->is_counted[e] = true;
-    w->count.adds += cost == COST_ADD ? trips : 0;
-    w->count.muls += cost == COST_MUL ? trips : 0;
-    w->count.divs += cost == COST_DIV ? trips : 0;
-    w->count.functions += cost == COST_FUNCTION ? trips : 0;
-}
-
 static void compute(struct walk *w, expression e) {
-    count_node(w, e);
+    if (!w->is_counted[e])
+        plan_count_node(w->plan, e, &w->count);
+    w->is_counted[e] = true;
     for (int k = 0; k < operation_arity(w->g->nodes[e].operation); k++)
         read_value(w, w->g->nodes[e].operand[k]);
 }
@@ -165,9 +156,6 @@ static void pass_writes(struct walk *w, int place) {
             return;
         read_value(w, write->value);
         fill(w, write->array, write->entry);
-        require(
-            w, w->broken || w->value[w->function->arrays[write->array].offset + write->entry] == write->value,
-            write->value, "an entry is what the quantity has there");
     }
 }
 
@@ -183,39 +171,19 @@ static void pass_run_results(struct walk *w, int block) {
     }
 }
 
-static void note_singles(struct walk *w, int array) {
-    const struct array *of = &w->function->arrays[array];
-    for (int i = 0; i < of->single_count; i++) {
-        const struct single *single = &of->singles[i];
-        require(w, single->entry >= 0 && single->entry < of->count && !w->value[of->offset + single->entry],
-                single->value, "a field has one value an entry");
-        if (!w->broken)
-            w->value[of->offset + single->entry] = single->value;
-    }
-}
-
-/* Offsets are those of one array; straight code leaves no entry out, unless one loop clears the array. */
-static void check_array(struct walk *w, int array, int offset) {
-    const struct array *of = &w->function->arrays[array];
-    const bool is_matrix = !of->columns || of->count % of->columns == 0;
-    require_of(w, of->offset == offset, "field", array, "fields stand one behind the other");
-    require_of(w, is_matrix && (!of->symmetric || of->symmetric * of->symmetric == of->count), "field", array,
-               "rows and columns are those of its entries");
-    for (int i = 0; i < of->count && !is_prepare(w) && !plan_is_cleared(w->plan, w->function, array); i++)
-        require_of(w, w->is_filled[of->offset + i] || !plan_is_output_copied(of, i), "field", array,
-                   "each entry is written");
-}
-
+/* Arrays stand one behind the other; straight code leaves no entry out, unless one loop clears the array. */
 static void check_arrays(struct walk *w) {
     int offset = 0;
     for (int f = 0; f < plan_count_arrays(w->function); offset += w->function->arrays[f++].count) {
-        check_array(w, f, offset);
-        if (f + 1 == w->function->array_count)
-            require_of(w, offset + w->function->arrays[f].count == w->function->out_count, "field", f,
-                       "results are counted");
+        const struct array *of = &w->function->arrays[f];
+        const bool is_whole = !is_prepare(w) && !plan_is_cleared(w->plan, w->function, f);
+        require_of(w, of->offset == offset, "field", f, "fields stand one behind the other");
+        for (int i = 0; i < of->count && is_whole && !w->broken; i++)
+            require_of(w, w->is_filled[offset + i] || !plan_is_output_copied(of, i), "field", f,
+                       "each entry is written");
     }
     require_of(w, offset == plan_value_count(w->function), "field", plan_count_arrays(w->function),
-               "local arrays are counted");
+               "all arrays are counted");
 }
 
 /* ---- The code, block by block ---- */
@@ -306,112 +274,37 @@ static void check_counts(struct walk *w) {
 
 /* ---- Loops over arrays ---- */
 
-/* Is it an array of `count` entries, or none where none is allowed? */
-static bool is_array_of(const struct walk *w, int array, int count) {
-    return array == NOTHING || (array >= 0 && array < plan_count_arrays(w->function) &&
-                                w->function->arrays[array].count == count);
+static bool has_its_arrays(const struct walk *w, struct loop *loop) {
+    const struct array_list list = loops_list_arrays(loop);
+    for (int i = 0; i < list.count; i++)
+        if (*list.arrays[i] < NOTHING || *list.arrays[i] >= plan_count_arrays(w->function))
+            return false;
+    return true;
 }
 
-static bool are_arrays(const struct walk *w, const struct vector_arrays *arrays, int count) {
-    return is_array_of(w, arrays->at[0], count) && is_array_of(w, arrays->at[1], count) &&
-           is_array_of(w, arrays->at[2], count);
-}
-
-static bool are_terms(const struct walk *w, const struct pair_terms *terms, int n) {
-    bool holds = true;
-    for (int t = 0; t < terms->count; t++)
-        holds &= are_arrays(w, &terms->terms[t].near, n) && are_arrays(w, &terms->terms[t].far, n);
-    return holds;
-}
-
-static bool are_pairs(const struct walk *w, const struct pairs *pairs) {
-    const int n = pairs->n;
-    bool holds = n == w->plan->tree->count;
-    for (int j = 0; holds && j < n; j++)
-        holds = pairs->order[j] >= 0 && pairs->order[j] < n && j < pairs->end[j] && pairs->end[j] <= n;
-    for (int p = 0; p < pairs->product_count; p++) {
-        const struct pair_product *product = &pairs->products[p];
-        holds &= product->array != NOTHING && is_array_of(w, product->array, n * n) &&
-                 are_terms(w, &product->turn.rows, n) && are_terms(w, &product->turn.columns, n) &&
-                 are_terms(w, &product->slide.rows, n) && are_terms(w, &product->slide.columns, n);
-    }
-    for (int m = 0; m < pairs->move_count; m++)
-        holds &= are_arrays(w, &pairs->moves[m].moment, n) && are_arrays(w, &pairs->moves[m].force, n) &&
-                 are_arrays(w, &pairs->moves[m].shift, n);
-    return holds;
-}
-
-static bool is_array(const struct walk *w, int array) {
-    return array >= 0 && array < plan_count_arrays(w->function);
-}
-
-static int columns_of(const struct walk *w, int array) {
-    const struct array *of = &w->function->arrays[array];
-    return of->columns ? of->columns : of->count;
-}
-
-static bool is_square(const struct walk *w, int array) {
-    return is_array(w, array) && is_array_of(w, array, columns_of(w, array) * columns_of(w, array));
-}
-
-static bool is_product(const struct walk *w, const struct product *product) {
-    if (!is_array(w, product->target) || !is_array(w, product->left) || !is_array(w, product->right))
-        return false;
-    const int height = columns_of(w, product->left), width = columns_of(w, product->right);
-    const int sum = w->function->arrays[product->left].count / height;
-    return is_array_of(w, product->target, height * width) && is_array_of(w, product->right, sum * width);
-}
-
-static bool is_solving(const struct walk *w, const struct solving *solving) {
-    return is_square(w, solving->matrix) && is_array(w, solving->array) &&
-           is_array_of(w, solving->array, columns_of(w, solving->matrix) * columns_of(w, solving->array));
-}
-
-static bool has_its_arrays(const struct walk *w, const struct loop *loop) {
+static bool has_its_sizes(const struct walk *w, const struct loop *loop) {
+    const struct array *of = w->function->arrays;
+    const struct product *product = &loop->of.product;
+    const struct solving *solving = &loop->of.solving;
     switch (loop->kind) {
     case LOOP_PAIRS:
-        return are_pairs(w, &loop->of.pairs);
+        return loop->of.pairs.n == w->plan->tree->count;
     case LOOP_PRODUCT:
-        return is_product(w, &loop->of.product);
+        return of[product->target].count ==
+               plan_columns_of(&of[product->left]) * plan_columns_of(&of[product->right]);
     case LOOP_FACTORING:
-        return is_square(w, loop->of.factoring.matrix);
+        return of[loop->of.factoring.matrix].count ==
+               of[loop->of.factoring.matrix].columns * of[loop->of.factoring.matrix].columns;
     case LOOP_SOLVING:
-        return is_solving(w, &loop->of.solving);
+        return of[solving->array].count == of[solving->matrix].columns * plan_columns_of(&of[solving->array]);
     }
     return false;
 }
 
-/* ---- Composed functions ---- */
-
-static void check_part(struct walk *w, int index) {
-    const struct part *part = &w->function->parts[index];
-    const int called = (int)(part->from - w->plan->functions);
-    const bool is_there = called >= 0 && called < w->plan->function_count && part->from != w->function &&
-                          part->from_array < part->from->array_count &&
-                          part->to_array < plan_count_arrays(w->function);
-    require_of(w, is_there, "part", index, "a part is a result of another function");
-    if (!is_there)
-        return;
-    const struct array *to = &w->function->arrays[part->to_array];
-    require_of(w, to->count == part->from->arrays[part->from_array].count, "part", index,
-               "a part has as many entries as its place");
-    require_of(w, to->count == 0 || w->is_filled[to->offset] == part->is_added, "part", index,
-               "a part is the first of its place or is added to it");
-    if (to->count)
-        w->is_filled[to->offset] = true;
-}
-
 /* ---- All functions ---- */
-
-static void check_composed(struct walk *w) {
-    for (int i = 0; i < w->function->part_count && !w->broken; i++)
-        check_part(w, i);
-}
 
 static void check_computed(struct walk *w) {
     plan_mark_statements(w->plan, w->function);
-    for (int f = 0; f < plan_count_arrays(w->function); f++)
-        note_singles(w, f);
     pass_blocks(w);
     for (int i = 0; is_prepare(w) && i < w->function->arrays[0].single_count; i++)
         read_value(w, w->function->arrays[0].singles[i].value);
@@ -427,14 +320,11 @@ static const char *function_violation(struct plan *plan, const struct function *
     w.is_known = memory_scratch(plan->memory, plan->g->count * sizeof *w.is_known);
     w.is_counted = memory_scratch(plan->memory, plan->g->count * sizeof *w.is_counted);
     w.has_ended = memory_scratch(plan->memory, ((size_t)plan->g->loop_count + 1) * sizeof *w.has_ended);
-    w.value = memory_scratch(plan->memory, entries * sizeof *w.value);
     w.is_filled = memory_scratch(plan->memory, entries * sizeof *w.is_filled);
     for (int i = 0; i < function->loop_count; i++)
-        require_of(&w, has_its_arrays(&w, &function->loops[i]), "loop", i,
-                   "loops read arrays of their sizes");
-    if (function->part_count)
-        check_composed(&w);
-    else
+        require_of(&w, has_its_arrays(&w, &function->loops[i]) && has_its_sizes(&w, &function->loops[i]),
+                   "loop", i, "loops read arrays of their sizes");
+    if (!function->part_count) /* else it computes nothing itself */
         check_computed(&w);
     memory_back(plan->memory, mark);
     return w.broken;

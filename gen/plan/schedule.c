@@ -132,45 +132,39 @@ static void find_waiting(struct scheduler *x) {
 
 /* ---- Fusion ---- */
 
-/* Does anything that the group waits for, other than through its own elements, wait for group `other`? */
+/* Does the group need the end of a loop or, where `elements_too`, the same element of it? */
+static bool group_needs(const struct scheduler *x, int group, int loop, bool elements_too) {
+    for (int member = 1; member < x->g->loop_count; member++)
+        if (x->is_used[member] && x->function->group_of[member] == group &&
+            (has(set_of(x, x->needs_end, (uint32_t)member), loop) ||
+             (elements_too && has(set_of(x, x->needs_element, (uint32_t)member), loop))))
+            return true;
+    return false;
+}
+
+/* Does anything that the group waits for wait for group `other`? What has been `seen` does not. */
 static bool waits_for_group(const struct scheduler *x, int group, int other, bool *seen) {
     const int *group_of = x->function->group_of;
     if (seen[group])
         return false;
     seen[group] = true;
-    for (int member = 1; member < x->g->loop_count; member++) {
-        if (!x->is_used[member] || group_of[member] != group)
-            continue;
-        for (int loop = 1; loop < x->g->loop_count; loop++) {
-            const bool waits = has(set_of(x, x->needs_end, (uint32_t)member), loop) ||
-                               has(set_of(x, x->needs_element, (uint32_t)member), loop);
-            if (!waits || !x->is_used[loop])
-                continue;
-            if (group_of[loop] == other || waits_for_group(x, group_of[loop], other, seen))
-                return true;
-        }
-    }
+    for (int loop = 1; loop < x->g->loop_count; loop++)
+        if (x->is_used[loop] && group_needs(x, group, loop, true) &&
+            (group_of[loop] == other || waits_for_group(x, group_of[loop], other, seen)))
+            return true;
     return false;
 }
 
 /* Is there a way from `group` to `other` beside reading its elements, so that they cannot run as one? */
 static bool is_separated(const struct scheduler *x, int group, int other) {
-    bool *seen = x->is_seen;
     const int *group_of = x->function->group_of;
-    for (int member = 1; member < x->g->loop_count; member++) {
-        if (!x->is_used[member] || group_of[member] != group)
-            continue;
-        for (int loop = 1; loop < x->g->loop_count; loop++) {
-            const bool end = has(set_of(x, x->needs_end, (uint32_t)member), loop);
-            if (!x->is_used[loop] || (!end && !has(set_of(x, x->needs_element, (uint32_t)member), loop)))
-                continue;
-            memset(seen, 0, (size_t)x->g->loop_count);
-            seen[group] = true;
-            if (group_of[loop] == other
-                    ? end
-                    : group_of[loop] != group && waits_for_group(x, group_of[loop], other, seen))
-                return true;
-        }
+    memset(x->is_seen, 0, (size_t)x->g->loop_count);
+    x->is_seen[group] = true;
+    for (int loop = 1; loop < x->g->loop_count; loop++) {
+        const bool is_other = group_of[loop] == other;
+        if (x->is_used[loop] && group_needs(x, group, loop, !is_other) &&
+            (is_other || waits_for_group(x, group_of[loop], other, x->is_seen)))
+            return true;
     }
     return false;
 }
@@ -246,10 +240,10 @@ static void add_statement(struct scheduler *x, expression e) {
     function->blocks[function->block_count - 1].end = function->statement_count;
 }
 
-static bool is_ready(const struct scheduler *x, const word *needs, int group) {
+/* Have the loops of a set ended? */
+static bool have_ended(const struct scheduler *x, const word *loops) {
     for (int loop = 1; loop < x->g->loop_count; loop++)
-        if (has(needs, loop) && x->is_used[loop] && x->function->group_of[loop] != group &&
-            !x->is_done[x->function->group_of[loop]])
+        if (has(loops, loop) && x->is_used[loop] && !x->is_done[x->function->group_of[loop]])
             return false;
     return true;
 }
@@ -258,7 +252,7 @@ static bool is_ready(const struct scheduler *x, const word *needs, int group) {
 static void place_straight(struct scheduler *x, expression limit) {
     for (expression e = 0; e < limit; e++) {
         if (!x->plan->is_statement[e] || x->g->nodes[e].loop || x->is_placed[e] ||
-            !is_ready(x, set_of(x, x->behind, e), 0))
+            !have_ended(x, set_of(x, x->behind, e)))
             continue;
         add_block(x->function, -1, 0);
         add_statement(x, e);
@@ -279,10 +273,10 @@ static void place_group(struct scheduler *x, int group) {
 }
 
 static bool is_group_ready(const struct scheduler *x, int group) {
-    for (int member = 1; member < x->g->loop_count; member++)
-        if (x->is_used[member] && x->function->group_of[member] == group &&
-            (!is_ready(x, set_of(x, x->needs_end, (uint32_t)member), group) ||
-             !is_ready(x, set_of(x, x->needs_element, (uint32_t)member), group)))
+    const int *group_of = x->function->group_of;
+    for (int loop = 1; loop < x->g->loop_count; loop++)
+        if (x->is_used[loop] && group_of[loop] != group && !x->is_done[group_of[loop]] &&
+            group_needs(x, group, loop, true))
             return false;
     return true;
 }

@@ -44,19 +44,11 @@ static const expression *free_by(struct derivation *d, struct solution *solution
     return solution->free = articulated_body_solve(&d->kinematics, of, side, &solution->frames);
 }
 
-struct dot_product {
-    struct graph *g;
-    const expression *a, *b;
-};
-
-static expression product_term(void *context, int i) {
-    const struct dot_product *x = context;
-    return expr_mul(x->g, x->a[i], x->b[i]);
-}
-
 static expression dot(struct derivation *d, const expression *a, const expression *b) {
-    struct dot_product x = {d->g, a, b};
-    return recursion_sum_over_joints(d->g, d->kinematics.tree, product_term, &x);
+    struct recursion sum = recursion_sum(d->memory, d->g, d->kinematics.tree);
+    for (int i = -1; recursion_next_term(&sum, &i);)
+        recursion_add_term(&sum, i, expr_mul(d->g, a[i], b[i]));
+    return recursion_total(&sum);
 }
 
 /*
@@ -98,18 +90,16 @@ void accelerations_solve_rows(struct derivation *d, const expression *matrix, ex
 }
 
 /* qdd = qdd_free + M^-1 u^T lambda: theory, sect. 5.6. */
-struct constraint_effect {
-    struct derivation *d;
-    struct solution *solution;
-};
-
-static void add_effect(void *context, int j) {
-    const struct constraint_effect *x = context;
-    struct solution *s = x->solution;
-    struct graph *g = x->d->g;
-    s->qdd[j] = s->free[j];
-    for (int i = 0; i < x->d->m; i++)
-        s->qdd[j] = expr_add(g, s->qdd[j], expr_mul(g, s->responses[i][j], s->lambda[i]));
+static const expression *add_constraints(struct derivation *d, const struct solution *s) {
+    struct graph *g = d->g;
+    expression *qdd = derivation_new_values(d, d->frames);
+    graph_remark(g, "qdd = qdd_free + M^-1 u^T lambda (5.6)");
+    for (int j = -1; recursion_next_joint(g, d->kinematics.tree, &j);) {
+        qdd[j] = s->free[j];
+        for (int i = 0; i < d->m; i++)
+            qdd[j] = expr_add(g, qdd[j], expr_mul(g, s->responses[i][j], s->lambda[i]));
+    }
+    return qdd;
 }
 
 /* ---- Rows as loads ---- */
@@ -214,11 +204,7 @@ static const expression *constrained_by(struct derivation *d, struct solution *s
     else
         respond_to_coefficients(d, solution);
     accelerations_solve_rows(d, solution->S, solution->lambda, "lambda");
-    graph_remark(d->g, "qdd = qdd_free + M^-1 u^T lambda (5.6)");
-    solution->qdd = derivation_new_values(d, d->frames);
-    struct constraint_effect x = {d, solution};
-    recursion_visit_joints(d->g, d->kinematics.tree, add_effect, &x);
-    return solution->qdd;
+    return solution->qdd = add_constraints(d, solution);
 }
 
 /* ---- Which way of solving M x = f ---- */

@@ -15,26 +15,31 @@
 
 /* ---- Pairs ---- */
 
-/* One member of the vectors of all frames. */
-static const struct vector *gather(const struct builder *b, const struct pair_vectors *vectors,
-                                   size_t offset) {
-    struct vector *list = memory_get(b->d->memory, ((size_t)b->d->frames + 1) * sizeof *list);
+/* One member of a list of `size` bytes a frame. */
+static struct vector *gather(const struct builder *b, const void *list, size_t size, size_t offset) {
+    struct vector *member = memory_get(b->d->memory, ((size_t)b->d->frames + 1) * sizeof *member);
     for (int i = 0; i < b->d->frames; i++)
-        memcpy(&list[i], (const char *)&vectors[i] + offset, sizeof *list);
-    return list;
+        memcpy(&member[i], (const char *)list + (size_t)i * size + offset, sizeof *member);
+    return member;
 }
 
-static struct vector_arrays arrays_of(struct builder *b, const struct pair_vectors *vectors, size_t offset,
-                                      const char *name) {
-    return pair_loops_add_arrays(&b->arrays, name, gather(b, vectors, offset));
+/* Of the vectors of force_and_inertia_vectors.h, and of the motion at given qdd. */
+static struct vector *pair_member(const struct builder *b, const struct pair_vectors *vectors,
+                                  size_t offset) {
+    return gather(b, vectors, sizeof *vectors, offset);
 }
 
-/* The same of the motion at given qdd. */
+static struct vector *motion_member(const struct builder *b, size_t offset) {
+    return gather(b, b->given->frames, sizeof *b->given->frames, offset);
+}
+
+static struct vector_arrays pair_arrays(struct builder *b, const struct pair_vectors *vectors, size_t offset,
+                                        const char *name) {
+    return pair_loops_add_arrays(&b->arrays, name, pair_member(b, vectors, offset));
+}
+
 static struct vector_arrays motion_arrays(struct builder *b, const char *name, size_t offset) {
-    struct vector *list = memory_get(b->d->memory, ((size_t)b->d->frames + 1) * sizeof *list);
-    for (int i = 0; i < b->d->frames; i++)
-        memcpy(&list[i], (const char *)&b->given->frames[i] + offset, sizeof *list);
-    return pair_loops_add_arrays(&b->arrays, name, list);
+    return pair_loops_add_arrays(&b->arrays, name, motion_member(b, offset));
 }
 
 static struct pair_move moved(struct builder *b, const struct vector *moments, struct vector_arrays force,
@@ -55,38 +60,27 @@ struct far_arrays {
     struct pair_move mass, spin, stiffness, damping;
 };
 
-struct turned_columns {
-    struct graph *g;
-    const struct vector *turned;
-    struct pair_vectors *vectors;
-};
-
-static void add_turned(void *context, int i) {
-    const struct turned_columns *x = context;
-    struct vector *moment = &x->vectors[i].stiffness.moment;
-    *moment = vector_add(x->g, *moment, x->turned[i]);
-}
-
 static struct far_arrays add_far_arrays(struct builder *b, const struct vector *turned) {
     struct derivation *d = b->d;
     struct pair_vectors *v = tangent_pair_vectors(b->given, derivation_composites(d));
     struct far_arrays a;
-    struct turned_columns columns = {d->g, turned, v};
-    recursion_visit_joints(d->g, d->kinematics.tree, add_turned, &columns);
-    a.lever = arrays_of(b, v, offsetof(struct pair_vectors, less_gravity_lever), "lever");
+    for (int i = -1; recursion_next_joint(d->g, d->kinematics.tree, &i);)
+        v[i].stiffness.moment = vector_add(d->g, v[i].stiffness.moment, turned[i]);
+    a.lever = pair_arrays(b, v, offsetof(struct pair_vectors, less_gravity_lever), "lever");
     const struct vector_arrays shift = pair_loops_add_arrays(&b->arrays, "shift", b->shifts);
     const struct vector_arrays shift_rate =
         motion_arrays(b, "shift_rate", offsetof(struct given_frame_rates, way_rate));
-    a.mass_force = arrays_of(b, v, offsetof(struct pair_vectors, mass.force), "mass_force");
-    a.stiffness_force = arrays_of(b, v, offsetof(struct pair_vectors, stiffness.force), "stiffness_force");
-    a.damping_force = arrays_of(b, v, offsetof(struct pair_vectors, damping.force), "damping_force");
-    a.mass = moved(b, gather(b, v, offsetof(struct pair_vectors, mass.moment)), a.mass_force, shift,
+    a.mass_force = pair_arrays(b, v, offsetof(struct pair_vectors, mass.force), "mass_force");
+    a.stiffness_force = pair_arrays(b, v, offsetof(struct pair_vectors, stiffness.force), "stiffness_force");
+    a.damping_force = pair_arrays(b, v, offsetof(struct pair_vectors, damping.force), "damping_force");
+    a.mass = moved(b, pair_member(b, v, offsetof(struct pair_vectors, mass.moment)), a.mass_force, shift,
                    "mass_moment");
-    a.spin = moved(b, gather(b, v, offsetof(struct pair_vectors, spin)), a.mass_force, shift_rate, "spin");
-    a.stiffness = moved(b, gather(b, v, offsetof(struct pair_vectors, stiffness.moment)), a.stiffness_force,
-                        shift, "stiffness_moment");
-    a.damping = moved(b, gather(b, v, offsetof(struct pair_vectors, damping.moment)), a.damping_force, shift,
-                      "damping_moment");
+    a.spin =
+        moved(b, pair_member(b, v, offsetof(struct pair_vectors, spin)), a.mass_force, shift_rate, "spin");
+    a.stiffness = moved(b, pair_member(b, v, offsetof(struct pair_vectors, stiffness.moment)),
+                        a.stiffness_force, shift, "stiffness_moment");
+    a.damping = moved(b, pair_member(b, v, offsetof(struct pair_vectors, damping.moment)), a.damping_force,
+                      shift, "damping_moment");
     return a;
 }
 
@@ -250,39 +244,26 @@ static int width_of(const struct derivation *d, enum block block, bool has_param
     return d->wanted_blocks & 1u << block ? widths[block] : 0;
 }
 
-static void mark_block(struct function *f, int array, enum block block) {
-    f->arrays[array].by_parameter = block == BY_P;
-}
-
 static int add_matrix(struct derivation *d, struct function *f, const char *name, int rows, int columns) {
     return pair_loops_add_local(d->memory, f, name, rows * columns, columns);
 }
 
-/* Results "q", "qd" ... of `rows` rows each. */
-static void add_block_results(struct derivation *d, struct function *f, const char *before, const char *what,
-                              int rows, const int widths[BLOCK_COUNT], int arrays[BLOCK_COUNT]) {
+/* Arrays "q", "qd" ... of `rows` rows each: results, or local ones where `what` is NULL. */
+static void add_blocks(struct derivation *d, struct function *f, const char *before, const char *what,
+                       int rows, const int widths[BLOCK_COUNT], int arrays[BLOCK_COUNT]) {
     static const char *const sizes[BLOCK_COUNT] = {"x n", "x n", "x 1", "x inputs", "x parameters"};
     for (int k = 0; k < BLOCK_COUNT; k++) {
-        arrays[k] = NOTHING;
-        if (!widths[k])
-            continue;
         const char *name = memory_format(d->memory, "%s%s", before, blocks[k].name);
-        const char *about = memory_format(d->memory, "(%s %s) %s %s", rows == d->n ? "n" : "m", sizes[k],
-                                          what, blocks[k].about);
-        arrays[k] = derivation_add_array(d, f, name, about, rows * widths[k], widths[k]);
-        mark_block(f, arrays[k], k);
-    }
-}
-
-static void add_block_locals(struct derivation *d, struct function *f, const char *before, int rows,
-                             const int widths[BLOCK_COUNT], int arrays[BLOCK_COUNT]) {
-    for (int k = 0; k < BLOCK_COUNT; k++) {
         arrays[k] = NOTHING;
         if (!widths[k])
             continue;
         arrays[k] =
-            add_matrix(d, f, memory_format(d->memory, "%s%s", before, blocks[k].name), rows, widths[k]);
-        mark_block(f, arrays[k], k);
+            what ? derivation_add_array(d, f, name,
+                                        memory_format(d->memory, "(%s %s) %s %s", rows == d->n ? "n" : "m",
+                                                      sizes[k], what, blocks[k].about),
+                                        rows * widths[k], widths[k])
+                 : add_matrix(d, f, name, rows, widths[k]);
+        f->arrays[arrays[k]].by_parameter = k == BY_P;
     }
 }
 
@@ -326,21 +307,11 @@ static void spread_u(struct derivation *d, struct function *f, int array) {
 /* ---- The tangent and what follows from it ---- */
 
 /* Values that every derivative takes for constant. */
-struct holding {
-    struct graph *g;
-    const expression *values;
-    expression *given;
-};
-
-static void hold_value(void *context, int i) {
-    const struct holding *x = context;
-    x->given[i] = expr_apply1(x->g, OP_HOLD, x->values[i]);
-}
-
 static const expression *given_accelerations(struct derivation *d, const expression *by_frame) {
-    struct holding x = {d->g, by_frame, derivation_new_values(d, d->frames)};
-    recursion_visit_joints(d->g, d->kinematics.tree, hold_value, &x);
-    return x.given;
+    expression *given = derivation_new_values(d, d->frames);
+    for (int i = -1; recursion_next_joint(d->g, d->kinematics.tree, &i);)
+        given[i] = expr_apply1(d->g, OP_HOLD, by_frame[i]);
+    return given;
 }
 
 static const expression *given_multipliers(struct derivation *d) {
@@ -369,22 +340,13 @@ static struct builder start(struct derivation *d, struct function *f, bool has_r
     return b;
 }
 
-struct caller_accelerations {
-    const struct kinematics *k;
-    expression *accelerations;
-};
-
-static void take_acceleration(void *context, int i) {
-    const struct caller_accelerations *x = context;
-    x->accelerations[i] = kinematics_coordinate_of(x->k, i, 2);
-}
-
 /* At accelerations and multipliers that the caller gives. */
 static struct builder start_given(struct derivation *d, struct function *f) {
     struct builder b = open_builder(d, f, d->m > 0);
-    struct caller_accelerations x = {&d->kinematics, derivation_new_values(d, d->frames)};
-    recursion_visit_joints(d->g, d->kinematics.tree, take_acceleration, &x);
-    b.given = given_motion_derive(&d->kinematics, x.accelerations, NULL);
+    expression *accelerations = derivation_new_values(d, d->frames);
+    for (int i = -1; recursion_next_joint(d->g, d->kinematics.tree, &i);)
+        accelerations[i] = kinematics_coordinate_of(&d->kinematics, i, 2);
+    b.given = given_motion_derive(&d->kinematics, accelerations, NULL);
     f->takes_motion = true;
     return b;
 }
@@ -399,22 +361,12 @@ static struct parts parts_of(const struct derivation *d) {
     return (struct parts){0, d->frames, d->frames + d->m};
 }
 
-struct difference {
-    struct graph *g;
-    expression *into;
-    const expression *minus;
-};
-
-static void subtract(void *context, int i) {
-    const struct difference *x = context;
-    x->into[i] = expr_sub(x->g, x->into[i], x->minus[i]);
-}
-
 static expression *difference(struct derivation *d, const expression *of, const expression *minus) {
-    struct difference x = {d->g, derivation_new_values(d, d->frames), minus};
-    memcpy(x.into, of, (size_t)d->frames * sizeof *of);
-    recursion_visit_joints(d->g, d->kinematics.tree, subtract, &x);
-    return x.into;
+    expression *difference =
+        memory_grow(d->memory, of, (size_t)d->frames * sizeof *of, ((size_t)d->frames + 1) * sizeof *of);
+    for (int i = -1; recursion_next_joint(d->g, d->kinematics.tree, &i);)
+        difference[i] = expr_sub(d->g, of[i], minus[i]);
+    return difference;
 }
 
 static struct terms motion_terms(const struct builder *b) {
@@ -474,11 +426,11 @@ void derivatives_build_tangent(struct derivation *d, struct function *f) {
 
 /* Of the joints that turn, or of those that slide; zero elsewhere. */
 static struct vector *of_joints(const struct builder *b, bool is_revolute, size_t offset) {
-    const struct tree *tree = b->d->kinematics.tree;
-    struct vector *list = memory_get(b->d->memory, ((size_t)b->d->frames + 1) * sizeof *list);
-    for (int i = 0; i < tree->count; i++)
-        if (tree->frames[i].kind == FRAME_JOINT && tree->frames[i].joint.is_revolute == is_revolute)
-            memcpy(&list[i], (const char *)&b->given->frames[i] + offset, sizeof *list);
+    const struct frame *frames = b->d->kinematics.tree->frames;
+    struct vector *list = motion_member(b, offset);
+    for (int i = 0; i < b->d->frames; i++)
+        if (frames[i].kind != FRAME_JOINT || frames[i].joint.is_revolute != is_revolute)
+            list[i] = (struct vector){{0, 0, 0}};
     return list;
 }
 
@@ -624,8 +576,8 @@ static struct row_arrays add_multiplier_blocks(struct builder *b, const struct t
                                                int dlambda[BLOCK_COUNT]) {
     int minus_g[BLOCK_COUNT];
     const struct row_arrays arrays = add_row_arrays(b);
-    add_block_locals(b->d, b->f, "rows_", b->d->m, widths, minus_g);
-    add_block_locals(b->d, b->f, "lambda_", b->d->m, widths, dlambda);
+    add_blocks(b->d, b->f, "rows_", NULL, b->d->m, widths, minus_g);
+    add_blocks(b->d, b->f, "lambda_", NULL, b->d->m, widths, dlambda);
     fill_minus_g(b, terms, minus_g);
     add_multiplier_loops(b, &arrays, r, minus_g, dlambda);
     return arrays;
@@ -637,7 +589,7 @@ static void build_acceleration_derivatives(struct derivation *d, struct function
     struct builder b = start(d, f, has_rows);
     struct terms terms = motion_terms(&b);
     open_blocks(d, &terms, widths);
-    add_block_results(d, f, "", "d(qdd)", d->n, widths, r);
+    add_blocks(d, f, "", "d(qdd)", d->n, widths, r);
     const int M = add_matrix(d, f, "M", d->n, d->n);
     add_block_derivatives(&b, &terms, parts_of(d).motion, r,
                           (struct targets){.mass = M, .has_inertia = true, .sign = -1});
@@ -672,8 +624,8 @@ void derivatives_build_d_force(struct derivation *d, struct function *f) {
     struct terms terms = motion_terms(&b);
     struct applied_forces *rows_alone = tangent_no_forces(&d->kinematics);
     open_blocks(d, &terms, widths);
-    add_block_results(d, f, "", "d(force)", d->n, widths, force);
-    add_block_locals(d, f, "motion_", d->n, widths, r);
+    add_blocks(d, f, "", "d(force)", d->n, widths, force);
+    add_blocks(d, f, "motion_", NULL, d->n, widths, r);
     const int M = add_matrix(d, f, "M", d->n, d->n);
     add_block_derivatives(&b, &terms, parts_of(d).motion, r,
                           (struct targets){.mass = M, .has_inertia = true, .sign = -1});
@@ -705,7 +657,7 @@ void derivatives_build_d_statics(struct derivation *d, struct function *f) {
     struct terms terms = {.values = (expression *)resting_forces(d), .count = d->frames};
     open_blocks(d, &terms, widths);
     widths[BY_QD] = 0;
-    add_block_results(d, f, "", "d(Q)", d->n, widths, arrays);
+    add_blocks(d, f, "", "d(Q)", d->n, widths, arrays);
     for (int k = BY_T; k < BLOCK_COUNT; k++)
         spread_block(&b, &terms, 0, k, arrays[k]);
     if (arrays[BY_Q] != NOTHING)
@@ -723,7 +675,7 @@ static void add_row_derivatives(struct builder *b, const struct row_values *row,
                                 const int widths[BLOCK_COUNT]) {
     struct derivation *d = b->d;
     int arrays[BLOCK_COUNT];
-    add_block_results(d, b->f, row->before, row->what, d->m, widths, arrays);
+    add_blocks(d, b->f, row->before, row->what, d->m, widths, arrays);
     spread_row_derivatives(b, row->in_symbols, 0, 1, arrays[BY_Q]);
     spread_row_derivatives(b, row->in_symbols, 1, 1, arrays[BY_QD]);
     for (int k = BY_T; k < BLOCK_COUNT; k++)

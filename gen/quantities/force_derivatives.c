@@ -5,64 +5,47 @@
 
 /* ---- Constant forces while the columns of C turn ---- */
 
-struct turning {
-    const struct kinematics *k;
-    struct vector *forces, *torques; /* by point */
-    struct turned_applied_forces turned;
-};
-
-/* columns_i = sum of C_i x F, rows_i = columns_i + sum of e_i x T: theory, sect. 7.3. */
-static void turn_applied_forces(void *context, int i) {
-    const struct turning *x = context;
-    const struct kinematics *k = x->k;
-    struct graph *g = k->g;
-    struct vector *rows = &x->turned.rows[i], *columns = &x->turned.columns[i];
-    for (int p = 0; p < k->model->marker_count; p++) {
-        if (!kinematics_is_on_path(k, i, k->tree->points[p].frame))
-            continue;
-        *columns = vector_add(g, *columns, vector_cross(g, k->points[p].columns[i], x->forces[p]));
-        if (k->tree->frames[i].joint.is_revolute)
-            *rows = vector_add(g, *rows, vector_cross(g, kinematics_joint_axis(k, i), x->torques[p]));
-    }
-    *rows = vector_add(g, *columns, *rows);
-}
-
 static struct vector *new_vectors(const struct derivation *d, int count) {
     return memory_get(d->memory, ((size_t)count + 1) * sizeof(struct vector));
 }
 
-struct turned_applied_forces force_derivatives_turned_forces(const struct builder *b, double sign) {
-    const struct derivation *d = b->d;
-    const int markers = d->model->marker_count;
-    const expression factor = expr_number(d->g, sign);
-    struct turning x = {&d->kinematics,
-                        new_vectors(d, markers),
-                        new_vectors(d, markers),
-                        {new_vectors(d, d->frames), new_vectors(d, d->frames)}};
-    for (int p = 0; p < markers; p++) {
-        x.forces[p] =
-            vector_scale(d->g, factor, given_motion_place_vector(b->given, b->applied_forces->points[p]));
-        x.torques[p] =
-            vector_scale(d->g, factor, given_motion_place_vector(b->given, b->applied_forces->torques[p]));
-    }
-    recursion_visit_joints(d->g, d->kinematics.tree, turn_applied_forces, &x);
-    return x.turned;
+/* sign * force, in terms of the motion. */
+static struct vector felt(const struct builder *b, double sign, struct vector force) {
+    const expression factor = expr_number(b->d->g, sign);
+    return vector_scale(b->d->g, factor, given_motion_place_vector(b->given, force));
 }
 
-struct axes {
-    const struct kinematics *k;
-    struct vector *axes;
-};
-
-static void take_joint_axis(void *context, int i) {
-    const struct axes *x = context;
-    x->axes[i] = kinematics_joint_axis(x->k, i);
+/* columns_i = sum of C_i x F, rows_i = columns_i + sum of e_i x T: theory, sect. 7.3. */
+struct turned_applied_forces force_derivatives_turned_forces(const struct builder *b, double sign) {
+    const struct derivation *d = b->d;
+    const struct kinematics *k = &d->kinematics;
+    struct graph *g = d->g;
+    const int markers = d->model->marker_count;
+    struct turned_applied_forces turned = {new_vectors(d, d->frames), new_vectors(d, d->frames)};
+    struct vector *forces = new_vectors(d, markers), *torques = new_vectors(d, markers);
+    for (int p = 0; p < markers; p++) {
+        forces[p] = felt(b, sign, b->applied_forces->points[p]);
+        torques[p] = felt(b, sign, b->applied_forces->torques[p]);
+    }
+    for (int i = -1; recursion_next_joint(g, k->tree, &i);) {
+        struct vector *rows = &turned.rows[i], *columns = &turned.columns[i];
+        for (int p = 0; p < markers; p++) {
+            if (!kinematics_is_on_path(k, i, k->tree->points[p].frame))
+                continue;
+            *columns = vector_add(g, *columns, vector_cross(g, k->points[p].columns[i], forces[p]));
+            if (k->tree->frames[i].joint.is_revolute)
+                *rows = vector_add(g, *rows, vector_cross(g, kinematics_joint_axis(k, i), torques[p]));
+        }
+        *rows = vector_add(g, *columns, *rows);
+    }
+    return turned;
 }
 
 static const struct vector *joint_axes(const struct derivation *d) {
-    struct axes x = {&d->kinematics, new_vectors(d, d->frames)};
-    recursion_visit_joints(d->g, d->kinematics.tree, take_joint_axis, &x);
-    return x.axes;
+    struct vector *axes = new_vectors(d, d->frames);
+    for (int i = -1; recursion_next_joint(d->g, d->kinematics.tree, &i);)
+        axes[i] = kinematics_joint_axis(&d->kinematics, i);
+    return axes;
 }
 
 static bool has_vector(const struct vector *by_frame, int frames) {
@@ -92,22 +75,12 @@ void force_derivatives_add_turning_pairs(struct builder *b, const struct turned_
 
 /* ---- Forces on coordinates ---- */
 
-struct scaling {
-    struct graph *g;
-    expression factor;
-    const expression *values;
-    expression *scaled;
-};
-
-static void scale(void *context, int i) {
-    const struct scaling *x = context;
-    x->scaled[i] = expr_mul(x->g, x->factor, x->values[i]);
-}
-
 expression *force_derivatives_scaled(struct derivation *d, double factor, const expression *by_frame) {
-    struct scaling x = {d->g, expr_number(d->g, factor), by_frame, derivation_new_values(d, d->frames)};
-    recursion_visit_joints(d->g, d->kinematics.tree, scale, &x);
-    return x.scaled;
+    const expression number = expr_number(d->g, factor);
+    expression *scaled = derivation_new_values(d, d->frames);
+    for (int i = -1; recursion_next_joint(d->g, d->kinematics.tree, &i);)
+        scaled[i] = expr_mul(d->g, number, by_frame[i]);
+    return scaled;
 }
 
 /* The row of frame i; without a named force on it, the diagonal term -s or -d alone. */
@@ -149,6 +122,12 @@ struct derivatives {
     int count, capacity;
 };
 
+static void append(const struct builder *b, struct derivatives *derivatives, struct derivative derivative) {
+    derivatives->list = memory_room(b->d->memory, derivatives->list, derivatives->count,
+                                    &derivatives->capacity, sizeof derivative);
+    derivatives->list[derivatives->count++] = derivative;
+}
+
 static bool is_all_zero(const expression *values, int count) {
     for (int i = 0; i < count; i++)
         if (values[i])
@@ -158,20 +137,20 @@ static bool is_all_zero(const expression *values, int count) {
 
 /* One axis of the columns of a point, or of a body's turns. */
 struct column_axis {
-    const struct kinematics *k;
     int point, axis;
     bool is_torque;
-    expression *column;
 };
 
-static void take_axis(void *context, int i) {
-    const struct column_axis *x = context;
-    const struct kinematics *k = x->k;
-    if (!x->is_torque)
-        x->column[i] = k->points[x->point].columns[i].at[x->axis];
-    else if (k->tree->frames[i].joint.is_revolute &&
-             kinematics_is_on_path(k, i, k->tree->points[x->point].frame))
-        x->column[i] = kinematics_joint_axis(k, i).at[x->axis];
+static const expression *column_along(struct derivation *d, const struct column_axis *of) {
+    const struct kinematics *k = &d->kinematics;
+    expression *column = derivation_new_values(d, d->frames);
+    for (int i = -1; recursion_next_joint(d->g, k->tree, &i);)
+        if (!of->is_torque)
+            column[i] = k->points[of->point].columns[i].at[of->axis];
+        else if (k->tree->frames[i].joint.is_revolute &&
+                 kinematics_is_on_path(k, i, k->tree->points[of->point].frame))
+            column[i] = kinematics_joint_axis(k, i).at[of->axis];
+    return column;
 }
 
 static void add_derivative(struct builder *b, const struct targets *targets, struct derivatives *derivatives,
@@ -187,11 +166,8 @@ static void add_derivative(struct builder *b, const struct targets *targets, str
                                                         : given_motion_derivatives(b->given, force, order);
     if (is_all_zero(derivative.by[0], b->d->frames) && is_all_zero(derivative.by[1], b->d->frames))
         return;
-    derivative.column = of.column = derivation_new_values(b->d, b->d->frames);
-    recursion_visit_joints(b->d->g, b->d->kinematics.tree, take_axis, &of);
-    derivatives->list = memory_room(b->d->memory, derivatives->list, derivatives->count,
-                                    &derivatives->capacity, sizeof derivative);
-    derivatives->list[derivatives->count++] = derivative;
+    derivative.column = column_along(b->d, &of);
+    append(b, derivatives, derivative);
 }
 
 static struct derivatives derivatives_of_points(struct builder *b, const struct targets *targets) {
@@ -199,8 +175,7 @@ static struct derivatives derivatives_of_points(struct builder *b, const struct 
     for (int p = 0; p < b->d->model->marker_count; p++)
         for (int axis = 0; axis < 3; axis++)
             for (int is_torque = 0; is_torque < 2; is_torque++)
-                add_derivative(b, targets, &derivatives,
-                               (struct column_axis){&b->d->kinematics, p, axis, is_torque, NULL});
+                add_derivative(b, targets, &derivatives, (struct column_axis){p, axis, is_torque});
     return derivatives;
 }
 
@@ -289,11 +264,10 @@ static void add_coupled_coordinates(struct builder *b, struct derivatives *deriv
         expression *column = derivation_new_values(b->d, b->d->frames);
         column[i] = expr_one(b->d->g);
         const expression force = b->applied_forces->coordinates[i];
-        derivatives->list = memory_room(b->d->memory, derivatives->list, derivatives->count,
-                                        &derivatives->capacity, sizeof *derivatives->list);
-        derivatives->list[derivatives->count++] = (struct derivative){
-            column,
-            {given_motion_derivatives(b->given, force, 0), given_motion_derivatives(b->given, force, 1)}};
+        append(b, derivatives,
+               (struct derivative){column,
+                                   {given_motion_derivatives(b->given, force, 0),
+                                    given_motion_derivatives(b->given, force, 1)}});
     }
 }
 

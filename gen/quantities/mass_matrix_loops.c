@@ -7,27 +7,23 @@
 #include "quantities/quantities.h"
 
 struct mass_vectors {
-    struct derivation *d;
     struct vector *axis, *moment, *force; /* by frame, ground axes */
 };
 
 /* e_i and W_i in the ground frame. */
-static void derive_vectors(void *context, int i) {
-    const struct mass_vectors *x = context;
-    const struct kinematics *k = &x->d->kinematics;
-    const struct wrench wrench = wrench_of_unit(k, i, &x->d->composites[i]);
-    x->axis[i] = kinematics_joint_axis(k, i);
-    x->moment[i] = matrix_times(k->g, k->frames[i].rotation.at, wrench.moment);
-    x->force[i] = matrix_times(k->g, k->frames[i].rotation.at, wrench.force);
-}
-
 static struct mass_vectors mass_vectors(struct derivation *d) {
+    const struct kinematics *k = &d->kinematics;
+    const struct inertia *composites = derivation_composites(d);
     const size_t size = ((size_t)d->frames + 1) * sizeof(struct vector);
-    struct mass_vectors x = {d, memory_get(d->memory, size), memory_get(d->memory, size),
-                             memory_get(d->memory, size)};
-    derivation_composites(d);
+    const struct mass_vectors x = {memory_get(d->memory, size), memory_get(d->memory, size),
+                                   memory_get(d->memory, size)};
     graph_remark(d->g, "e and W = Ic e of each joint, in the ground's axes (4.6)");
-    recursion_visit_joints(d->g, d->kinematics.tree, derive_vectors, &x);
+    for (int i = -1; recursion_next_joint(d->g, k->tree, &i);) {
+        const struct wrench wrench = wrench_of_unit(k, i, &composites[i]);
+        x.axis[i] = kinematics_joint_axis(k, i);
+        x.moment[i] = matrix_times(k->g, k->frames[i].rotation.at, wrench.moment);
+        x.force[i] = matrix_times(k->g, k->frames[i].rotation.at, wrench.force);
+    }
     return x;
 }
 

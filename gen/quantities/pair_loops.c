@@ -189,66 +189,17 @@ static void use_pairs(struct pairs *pairs, bool *used) {
 }
 
 static void use_loop(struct loop *loop, bool *used) {
-    switch (loop->kind) {
-    case LOOP_PAIRS:
+    const struct array_list list = loops_list_arrays(loop);
+    if (loop->kind == LOOP_PAIRS)
         use_pairs(&loop->of.pairs, used);
-        return;
-    case LOOP_PRODUCT:
-        used[loop->of.product.target] = used[loop->of.product.left] = used[loop->of.product.right] = true;
-        return;
-    case LOOP_FACTORING:
-        used[loop->of.factoring.matrix] = true;
-        return;
-    case LOOP_SOLVING:
-        used[loop->of.solving.matrix] = used[loop->of.solving.array] = true;
-    }
-}
-
-static void renumber_arrays(struct vector_arrays *arrays, const int *number) {
-    for (int a = 0; a < 3; a++)
-        arrays->at[a] = arrays->at[a] == NOTHING ? NOTHING : number[arrays->at[a]];
-}
-
-static void renumber_terms(struct pair_terms *terms, const int *number) {
-    for (int t = 0; t < terms->count; t++) {
-        renumber_arrays(&terms->terms[t].near, number);
-        renumber_arrays(&terms->terms[t].far, number);
-    }
-}
-
-static void renumber_pairs(struct pairs *pairs, const int *number) {
-    for (int p = 0; p < pairs->product_count; p++) {
-        struct pair_product *product = &pairs->products[p];
-        product->array = number[product->array];
-        renumber_terms(&product->turn.rows, number);
-        renumber_terms(&product->turn.columns, number);
-        renumber_terms(&product->slide.rows, number);
-        renumber_terms(&product->slide.columns, number);
-    }
-    for (int m = 0; m < pairs->move_count; m++) {
-        renumber_arrays(&pairs->moves[m].moment, number);
-        renumber_arrays(&pairs->moves[m].force, number);
-        renumber_arrays(&pairs->moves[m].shift, number);
-    }
+    for (int i = 0; i < list.count && loop->kind != LOOP_PAIRS; i++)
+        used[*list.arrays[i]] = true;
 }
 
 static void renumber_loop(struct loop *loop, const int *number) {
-    switch (loop->kind) {
-    case LOOP_PAIRS:
-        renumber_pairs(&loop->of.pairs, number);
-        return;
-    case LOOP_PRODUCT:
-        loop->of.product.target = number[loop->of.product.target];
-        loop->of.product.left = number[loop->of.product.left];
-        loop->of.product.right = number[loop->of.product.right];
-        return;
-    case LOOP_FACTORING:
-        loop->of.factoring.matrix = number[loop->of.factoring.matrix];
-        return;
-    case LOOP_SOLVING:
-        loop->of.solving.matrix = number[loop->of.solving.matrix];
-        loop->of.solving.array = number[loop->of.solving.array];
-    }
+    const struct array_list list = loops_list_arrays(loop);
+    for (int i = 0; i < list.count; i++)
+        *list.arrays[i] = *list.arrays[i] == NOTHING ? NOTHING : number[*list.arrays[i]];
 }
 
 static void renumber_run_results(struct function *function, const int *number) {

@@ -201,15 +201,19 @@ static void build_energy(struct derivation *d, struct function *f) {
     set_last(d, f, 1, expr_add(g, gravity, forces_energy(&d->kinematics)));
 }
 
-static expression power_of_joint(void *context, int i) {
-    const struct derivation *d = context;
-    return expr_mul(d->g, d->applied.others[i], kinematics_coordinate_of(&d->kinematics, i, 1));
+/* The sum of values by frame, each times the rate of its coordinate. */
+static expression sum_times_rates(struct derivation *d, const expression *by_frame) {
+    struct recursion sum = recursion_sum(d->memory, d->g, d->kinematics.tree);
+    for (int i = -1; recursion_next_term(&sum, &i);)
+        recursion_add_term(&sum, i,
+                           expr_mul(d->g, by_frame[i], kinematics_coordinate_of(&d->kinematics, i, 1)));
+    return recursion_total(&sum);
 }
 
 static void build_power(struct derivation *d, struct function *f) {
+    const struct applied *applied = derivation_applied(d);
     derivation_add_array(d, f, "power", "(1) of forces in Q without a potential [W]", 1, 0);
-    derivation_applied(d);
-    set_last(d, f, 0, recursion_sum_over_joints(d->g, d->kinematics.tree, power_of_joint, d));
+    set_last(d, f, 0, sum_times_rates(d, applied->others));
 }
 
 static void build_Q_q(struct derivation *d, struct function *f) {
@@ -221,23 +225,12 @@ static void build_qdd_free(struct derivation *d, struct function *f) {
     spread_array(d, f, "qdd", "(n) accelerations without constraints, M qdd = h + Q", accelerations_free(d));
 }
 
-/* A row and the joints that it is summed over. */
-struct row_at {
-    const struct derivation *d;
-    const struct row_terms *row;
-};
-
-static expression row_speed_of_joint(void *context, int i) {
-    const struct row_at *at = context;
-    return expr_mul(at->d->g, at->row->pull[i], kinematics_coordinate_of(&at->d->kinematics, i, 1));
-}
-
 /* u qd of a row, at the places that it names. */
 static expression row_speed(struct derivation *d, int a) {
-    struct row_at at = {d, &derivation_rows(d)[a]};
-    expression sum = recursion_sum_over_joints(d->g, d->kinematics.tree, row_speed_of_joint, &at);
+    const struct row_terms *row = &derivation_rows(d)[a];
+    expression sum = sum_times_rates(d, row->pull);
     for (int p = 0; p < d->model->marker_count; p++)
-        sum = expr_add(d->g, sum, vector_dot(d->g, at.row->pulls[p], d->kinematics.points[p].rd));
+        sum = expr_add(d->g, sum, vector_dot(d->g, row->pulls[p], d->kinematics.points[p].rd));
     return sum;
 }
 

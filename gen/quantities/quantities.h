@@ -16,7 +16,7 @@ struct solution {
     const expression *free;                /* qdd_free */
     expression **responses;                /* M^-1 u^T by row */
     expression *S, *lambda;                /* u M^-1 u^T, multipliers */
-    expression *qdd;
+    const expression *qdd;
     struct acceleration *frames;  /* of qdd_free, by the recursion */
     struct reference *references; /* beyond which these are */
 };

@@ -83,32 +83,17 @@ const struct applied *derivation_applied(struct derivation *d) {
     return &d->applied;
 }
 
-/* sum of up to three lists, by frame; `sign` of the first */
-struct total {
-    struct derivation *d;
-    const expression *first, *second, *third;
-    bool negative;
-    expression *sum;
-};
-
-static void add_up(void *context, int i) {
-    const struct total *x = context;
-    struct graph *g = x->d->g;
-    const expression first = x->negative ? expr_neg(g, x->first[i]) : x->first[i];
-    x->sum[i] = expr_add(g, first, expr_add(g, x->second[i], x->third[i]));
-}
-
+/* The sum of two or three lists by frame, the first with the other sign if it is `negative`. */
 static expression *total_of(struct derivation *d, bool negative, const expression *first,
                             const expression *second, const expression *third) {
-    const expression *none = derivation_new_values(d, d->frames);
-    struct total x = {d,
-                      first,
-                      second ? second : none,
-                      third ? third : none,
-                      negative,
-                      derivation_new_values(d, d->frames)};
-    recursion_visit_joints(d->g, d->kinematics.tree, add_up, &x);
-    return x.sum;
+    struct graph *g = d->g;
+    expression *sum = derivation_new_values(d, d->frames);
+    for (int i = -1; recursion_next_joint(g, d->kinematics.tree, &i);) {
+        const expression signed_first = negative ? expr_neg(g, first[i]) : first[i];
+        const expression others = expr_add(g, second ? second[i] : 0, third ? third[i] : 0);
+        sum[i] = expr_add(g, signed_first, others);
+    }
+    return sum;
 }
 
 /* Q without gravity, and the printed form's extra term. */

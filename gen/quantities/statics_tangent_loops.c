@@ -7,22 +7,18 @@
  */
 #include "quantities/force_derivatives.h"
 
-struct weight {
-    struct derivation *d;
-    struct turned_applied_forces *turned;
-};
-
 /* Delta_i, the force slot of W_i, times gravity. */
-static void add_weight(void *context, int i) {
-    const struct weight *x = context;
-    const struct kinematics *k = &x->d->kinematics;
+static void add_weights(struct derivation *d, const struct turned_applied_forces *turned) {
+    const struct kinematics *k = &d->kinematics;
     struct graph *g = k->g;
-    const struct vector own = wrench_of_unit(k, i, &x->d->composites[i]).force;
-    const struct vector change = matrix_times(g, k->frames[i].rotation.at, own);
-    const struct vector felt = vector_cross(g, change, vector_of(k->model->gravity));
-    kinematics_name_vector(k, i, "moment_change", change);
-    x->turned->rows[i] = vector_add(g, x->turned->rows[i], felt);
-    x->turned->columns[i] = vector_add(g, x->turned->columns[i], felt);
+    for (int i = -1; recursion_next_joint(g, k->tree, &i);) {
+        const struct vector own = wrench_of_unit(k, i, &d->composites[i]).force;
+        const struct vector change = matrix_times(g, k->frames[i].rotation.at, own);
+        const struct vector felt = vector_cross(g, change, vector_of(k->model->gravity));
+        kinematics_name_vector(k, i, "moment_change", change);
+        turned->rows[i] = vector_add(g, turned->rows[i], felt);
+        turned->columns[i] = vector_add(g, turned->columns[i], felt);
+    }
 }
 
 void statics_tangent_loops_add(struct derivation *d, struct function *f, int array) {
@@ -33,9 +29,8 @@ void statics_tangent_loops_add(struct derivation *d, struct function *f, int arr
     tangent_add_applied_forces(k, applied_forces);
     derivation_composites(d);
     graph_remark(d->g, "dQ/dq at qd = 0: how joints turn loads and weights (7.8)");
-    struct turned_applied_forces turned = force_derivatives_turned_forces(&b, targets.sign);
-    struct weight x = {d, &turned};
-    recursion_visit_joints(d->g, k->tree, add_weight, &x);
+    const struct turned_applied_forces turned = force_derivatives_turned_forces(&b, targets.sign);
+    add_weights(d, &turned);
     force_derivatives_set_coordinate_derivatives(&b, &targets);
     b.arrays = pair_loops_open(d->plan, k, f, NULL);
     force_derivatives_add_turning_pairs(&b, &turned, array);

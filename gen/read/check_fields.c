@@ -70,7 +70,7 @@ static bool is_of_parameters(const struct checker *checker, expression e) {
 }
 
 /* A number within its range, an expression of parameters alone. */
-static void check_value(const struct checker *checker, const struct value *value, enum field_range range,
+static void check_value(const struct checker *checker, const struct value *value, enum number_range range,
                         const char *path) {
     expression e;
     if (!value_expression(checker->graph, value, &e)) {
@@ -82,19 +82,14 @@ static void check_value(const struct checker *checker, const struct value *value
                       "%s: depends on the motion, a number or an expression of parameters is needed", path);
         return;
     }
-    double x = parameters_evaluate(checker->graph, checker->declarations->parameters, e);
-    if (!isfinite(x))
-        message_error(checker->messages, value->place, "%s: value %s, a finite number is needed", path,
-                      text_not_finite(x));
-    else if (range == RANGE_POSITIVE && x <= 0)
-        message_error(checker->messages, value->place, "%s: value %.6g, a positive number is needed", path,
-                      x);
-    else if (range == RANGE_NOT_NEGATIVE && x < 0)
-        message_error(checker->messages, value->place, "%s: value %.6g, a number not below 0 is needed", path,
-                      x);
-    else if (range == RANGE_POISSON && !(x > -1 && x <= 0.5))
-        message_error(checker->messages, value->place,
-                      "%s: value %.6g, a number above -1 and up to 0.5 is needed", path, x);
+    const double x = parameters_evaluate(checker->graph, checker->declarations->parameters, e);
+    const char *fault = requirement_fault(checker->memory, range, x);
+    if (fault)
+        message_error(checker->messages, value->place, "%s: %s", path, fault);
+    else if (!expr_is_number(checker->graph, e, NULL))
+        declarations_add_requirement(
+            checker->declarations,
+            (struct requirement){.value = e, .range = range, .path = path, .place = value->place});
 }
 
 static void check_number(const struct checker *checker, const struct value *value,

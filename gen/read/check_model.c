@@ -171,34 +171,26 @@ static void check_dependent(const struct check *check) {
 
 /* ---- forces and rows ---- */
 
-/* What an expression depends on that moves, by order of the time derivative. */
+/* Symbols of what moves in an expression, by order of the time derivative. */
 struct moving {
-    const struct check *check;
     int symbols[3];
     expression *accelerations;
-    int capacity;
 };
 
-static void note_symbol(void *context, expression e) {
-    struct moving *moving = context;
-    const struct check *check = moving->check;
-    const struct symbol *symbol = expr_as_symbol(check->model->graph, e);
-    bool is_point = symbol->kind == SYMBOL_POINT && check->tree->points[symbol->index / 3].frame >= 0;
-    if (symbol->kind != SYMBOL_COORDINATE && !is_point)
-        return;
-    int order = symbol->order;
-    if (order == 2) {
-        moving->accelerations =
-            memory_room(check->messages->memory, moving->accelerations, moving->symbols[2], &moving->capacity,
-                        sizeof *moving->accelerations);
-        moving->accelerations[moving->symbols[2]] = e;
-    }
-    moving->symbols[order]++;
-}
-
 static struct moving moving_of(const struct check *check, expression e) {
-    struct moving moving = {.check = check};
-    rewrite_visit_symbols(check->model->graph, e, note_symbol, &moving);
+    struct moving moving = {{0, 0, 0}, NULL};
+    int count;
+    const expression *symbols = rewrite_list_symbols(check->model->graph, e, &count);
+    moving.accelerations = memory_get(check->messages->memory, ((size_t)count + 1) * sizeof *symbols);
+    for (int i = 0; i < count; i++) {
+        const struct symbol *symbol = expr_as_symbol(check->model->graph, symbols[i]);
+        bool is_point = symbol->kind == SYMBOL_POINT && check->tree->points[symbol->index / 3].frame >= 0;
+        if (symbol->kind != SYMBOL_COORDINATE && !is_point)
+            continue;
+        if (symbol->order == 2)
+            moving.accelerations[moving.symbols[2]] = symbols[i];
+        moving.symbols[symbol->order]++;
+    }
     return moving;
 }
 

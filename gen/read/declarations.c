@@ -186,22 +186,15 @@ static expression base_of_start(void *context, struct graph *graph, expression e
 }
 
 /* Does a value wait for a parameter that is known at the start of a motion only? */
-struct waiting {
-    const struct declarations *declarations;
-    bool waits;
-};
-
-static void note_waiting(void *context, expression e) {
-    struct waiting *waiting = context;
-    const struct declarations *declarations = waiting->declarations;
-    const struct symbol *symbol = expr_as_symbol(declarations->graph, e);
-    waiting->waits |= symbol->kind == SYMBOL_PARAMETER && declarations->parameters[symbol->index].is_late;
-}
-
 static bool waits_for_start(const struct declarations *declarations, expression e) {
-    struct waiting waiting = {.declarations = declarations};
-    rewrite_visit_symbols(declarations->graph, e, note_waiting, &waiting);
-    return waiting.waits;
+    int count;
+    const expression *symbols = rewrite_list_symbols(declarations->graph, e, &count);
+    for (int i = 0; i < count; i++) {
+        const struct symbol *symbol = expr_as_symbol(declarations->graph, symbols[i]);
+        if (symbol->kind == SYMBOL_PARAMETER && declarations->parameters[symbol->index].is_late)
+            return true;
+    }
+    return false;
 }
 
 bool parameters_are_known(const struct declarations *declarations, expression e, double *value) {
@@ -232,6 +225,13 @@ static void set_standard(struct declarations *declarations, struct parameter *pa
         rewrite_substitute(graph, base_of_start, NULL, &e, &parameter->anchor, 1);
         parameter->is_late = !parameters_are_known(declarations, e, &parameter->value);
     }
+}
+
+void declarations_add_requirement(struct declarations *declarations, struct requirement requirement) {
+    declarations->requirements =
+        memory_room(declarations->memory, declarations->requirements, declarations->requirement_count,
+                    &declarations->requirement_capacity, sizeof *declarations->requirements);
+    declarations->requirements[declarations->requirement_count++] = requirement;
 }
 
 expression declarations_parameter_expression(const struct declarations *declarations, int index) {

@@ -25,6 +25,8 @@ struct declarations {
     int parameter_count, parameter_capacity;
     struct input *inputs;
     int input_count, input_capacity;
+    struct requirement *requirements; /* numbers that depend on parameters and have been looked at */
+    int requirement_count, requirement_capacity;
 };
 
 void declarations_start(struct declarations *declarations, struct memory *memory, struct graph *graph,
@@ -39,6 +41,7 @@ expression declarations_add_parameter(struct declarations *declarations, struct 
 void declarations_add_parameters(struct declarations *declarations, const struct value *list);
 expression declarations_add_input(struct declarations *declarations, struct place place, const char *name,
                                   double standard, const char *unit);
+void declarations_add_requirement(struct declarations *declarations, struct requirement requirement);
 /* The value of an expression that is known while the model is read: of parameters, none of which waits for
  * the start of a motion. */
 bool parameters_are_known(const struct declarations *declarations, expression e, double *value);

@@ -80,7 +80,7 @@ bool fields_has_tag(const struct value *value, const char *tag) {
     return value->kind == VALUE_TABLE && value->tag && tag && strcmp(value->tag, tag) == 0;
 }
 
-const char *fields_range_text(enum field_range range) {
+const char *fields_range_text(enum number_range range) {
     static const char *const texts[] = {"", "positive", "not below 0", "above -1, up to 0.5"};
     _Static_assert(sizeof texts / sizeof *texts == RANGE_POISSON + 1, "each range has a text");
     return texts[range];

@@ -51,15 +51,13 @@ enum field_type {
 
 enum field_need { NEED_OPTIONAL, NEED_NEEDED, NEED_SHARED };
 
-enum field_range { RANGE_ANY, RANGE_POSITIVE, RANGE_NOT_NEGATIVE, RANGE_POISSON };
-
 struct field_rule {
     enum owner owner;
     const char *name;
     int item;
     enum field_type type;
     enum field_need need;
-    enum field_range range;
+    enum number_range range;
     const char *unit, *text;
 };
 
@@ -80,7 +78,7 @@ const char *fields_owner_tag(enum owner owner);
 /* All such functions; there is room for OWNER_COUNT + 3. */
 int fields_list_tags(const char **tags);
 bool fields_has_tag(const struct value *value, const char *tag);
-const char *fields_range_text(enum field_range range); /* "positive", or "" */
+const char *fields_range_text(enum number_range range); /* "positive", or "" */
 
 /* Complains about all that is wrong with the fields of `table`, which messages call `path` ("" for the
  * model). */

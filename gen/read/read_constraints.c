@@ -48,6 +48,7 @@ static const char *next_name(const struct reader *reader, const char *kind) {
     return memory_format(memory, "%s %d", kind, first);
 }
 
+/* `name`: where the author gives none, NULL: the next one of its kind. */
 static struct group start_group(const struct reader *reader, const struct value *value, const char *path,
                                 const enum field gains[3], const char *name) {
     const struct checker *check = &reader->check;
@@ -55,7 +56,9 @@ static struct group start_group(const struct reader *reader, const struct value 
     return (struct group){.reader = reader,
                           .value = value,
                           .path = path,
-                          .name = given ? given->text : name,
+                          .name = given  ? given->text
+                                  : name ? name
+                                         : next_name(reader, value->tag),
                           .alpha = fields_get_value(check, value, gains[0]),
                           .beta = fields_get_value(check, value, gains[1])};
 }
@@ -97,15 +100,13 @@ static void check_gains(const struct reader *reader, const struct value *value, 
 
 static void read_written_row(const struct reader *reader, const struct value *value, const char *path,
                              enum row_level level) {
-    const struct checker *check = &reader->check;
-    fields_check(check, value, OWNER_ROW, path);
     const struct value *residual = fields_get(value, FIELD_ROW_residual);
-    expression e = expr_zero(check->graph);
+    expression e = expr_zero(reader->check.graph);
     if (!residual)
         return;
     check_gains(reader, value, level, path);
-    value_expression(check->graph, residual, &e);
-    const char *name = memory_format(check->memory, "row %d", reader->model->row_count + 1);
+    value_expression(reader->check.graph, residual, &e);
+    const char *name = memory_format(reader->check.memory, "row %d", reader->model->row_count + 1);
     const struct group group = start_group(reader, value, path, GAINS(ROW), name);
     add_row(&group, level, e, NULL);
 }
@@ -164,22 +165,37 @@ static expression dot(const struct reader *reader, struct vector a, struct vecto
     return vector_dot(reader->check.graph, a, b);
 }
 
-/* An axis of the model: where it is, and its direction there, of length 1. */
+/* A place of the model, and the direction of an axis there, of length 1. */
 struct axis {
     struct attachment at;
     struct vector direction;
 };
 
-static bool read_axis(const struct reader *reader, const struct value *value, enum field field,
-                      const char *path, struct axis *axis) {
+static bool read_end(const struct reader *reader, const struct value *value, enum field field,
+                     const char *path, struct axis *end) {
     const struct value *table = fields_get(value, field);
-    const struct value *direction = table ? fields_get(table, FIELD_AXIS_direction) : NULL;
-    if (!read_place_field(reader, value, field, path, &axis->at) || !direction)
+    if (!read_place_field(reader, value, field, path, &end->at))
         return false;
-    axis->direction = read_direction(reader, direction);
+    if (field_rules[field].type != TYPE_AXIS)
+        return true;
+    const struct value *direction = fields_get(table, FIELD_AXIS_direction);
+    if (!direction)
+        return false;
+    end->direction = read_direction(reader, direction);
     if (direction->kind == VALUE_TABLE)
-        axis->direction = unit_of(reader->check.graph, axis->direction);
+        end->direction = unit_of(reader->check.graph, end->direction);
     return true;
+}
+
+/* The two fields of an entry that say what it connects. */
+static bool read_ends(const struct reader *reader, const struct value *value, enum field first,
+                      enum field second, const char *path, struct axis ends[2]) {
+    const bool has_first = read_end(reader, value, first, path, &ends[0]);
+    return read_end(reader, value, second, path, &ends[1]) && has_first;
+}
+
+static struct vector direction_of(const struct reader *reader, const struct axis *axis) {
+    return markers_direction_vector(reader->model, &axis->at, axis->direction);
 }
 
 /* ---- loops and axes ---- */
@@ -187,7 +203,7 @@ static bool read_axis(const struct reader *reader, const struct value *value, en
 static const char *const component_names[3] = {"x", "y", "z"};
 
 static void read_loop(const struct reader *reader, const struct value *value, const char *path) {
-    struct attachment a, b;
+    struct axis ends[2];
     const char **names;
     const struct value *keep = fields_get(value, FIELD_LOOP_keep);
     const int count = fields_get_names(&reader->check, keep, &names);
@@ -202,11 +218,10 @@ static void read_loop(const struct reader *reader, const struct value *value, co
     if (keep && count == 0 && keep->item_count + keep->field_count == 0)
         message_error(reader->check.messages, keep->place, "%s.keep: empty, x y z or some of them are needed",
                       path);
-    const bool has_a = read_place_field(reader, value, FIELD_LOOP_a, path, &a);
-    if (!read_place_field(reader, value, FIELD_LOOP_b, path, &b) || !has_a)
+    if (!read_ends(reader, value, FIELD_LOOP_a, FIELD_LOOP_b, path, ends))
         return;
-    const struct group group = start_group(reader, value, path, GAINS(LOOP), next_name(reader, "loop"));
-    const struct vector apart = gap(reader, &a, &b);
+    const struct group group = start_group(reader, value, path, GAINS(LOOP), NULL);
+    const struct vector apart = gap(reader, &ends[0].at, &ends[1].at);
     for (int i = 0; i < 3; i++)
         if (keeps[i])
             add_row(&group, ROW_POSITION, apart.at[i], component_names[i]);
@@ -223,68 +238,56 @@ static void add_parallel(const struct group *group, struct vector direction, con
     }
 }
 
+static const char *const two_parts[2] = {"1", "2"};
+
 static void read_parallel(const struct reader *reader, const struct value *value, const char *path) {
-    static const char *const parts[2] = {"1", "2"};
-    struct axis a, b;
-    const bool has_a = read_axis(reader, value, FIELD_PARALLEL_a, path, &a);
-    if (!read_axis(reader, value, FIELD_PARALLEL_b, path, &b) || !has_a)
+    struct axis ends[2];
+    if (!read_ends(reader, value, FIELD_PARALLEL_a, FIELD_PARALLEL_b, path, ends))
         return;
-    const struct group group =
-        start_group(reader, value, path, GAINS(PARALLEL), next_name(reader, "parallel"));
-    add_parallel(&group, markers_direction_vector(reader->model, &a.at, a.direction), &b, parts);
+    const struct group group = start_group(reader, value, path, GAINS(PARALLEL), NULL);
+    add_parallel(&group, direction_of(reader, &ends[0]), &ends[1], two_parts);
 }
 
 static void read_perpendicular(const struct reader *reader, const struct value *value, const char *path) {
-    struct axis a, b;
-    const bool has_a = read_axis(reader, value, FIELD_PERPENDICULAR_a, path, &a);
-    if (!read_axis(reader, value, FIELD_PERPENDICULAR_b, path, &b) || !has_a)
+    struct axis ends[2];
+    if (!read_ends(reader, value, FIELD_PERPENDICULAR_a, FIELD_PERPENDICULAR_b, path, ends))
         return;
-    const struct group group =
-        start_group(reader, value, path, GAINS(PERPENDICULAR), next_name(reader, "perpendicular"));
-    const struct vector first = markers_direction_vector(reader->model, &a.at, a.direction);
-    add_row(&group, ROW_POSITION,
-            dot(reader, first, markers_direction_vector(reader->model, &b.at, b.direction)), NULL);
+    const struct group group = start_group(reader, value, path, GAINS(PERPENDICULAR), NULL);
+    const struct vector first = direction_of(reader, &ends[0]);
+    add_row(&group, ROW_POSITION, dot(reader, first, direction_of(reader, &ends[1])), NULL);
 }
 
 static void read_on_line(const struct reader *reader, const struct value *value, const char *path) {
-    static const char *const parts[2] = {"1", "2"};
-    struct attachment point;
-    struct axis line;
-    const bool has_point = read_place_field(reader, value, FIELD_ON_LINE_point, path, &point);
-    if (!read_axis(reader, value, FIELD_ON_LINE_line, path, &line) || !has_point)
+    struct axis ends[2];
+    if (!read_ends(reader, value, FIELD_ON_LINE_point, FIELD_ON_LINE_line, path, ends))
         return;
-    const struct group group = start_group(reader, value, path, GAINS(ON_LINE), next_name(reader, "on_line"));
-    add_parallel(&group, gap(reader, &point, &line.at), &line, parts);
+    const struct group group = start_group(reader, value, path, GAINS(ON_LINE), NULL);
+    add_parallel(&group, gap(reader, &ends[0].at, &ends[1].at), &ends[1], two_parts);
 }
 
 static void read_on_plane(const struct reader *reader, const struct value *value, const char *path) {
-    struct attachment point;
-    struct axis plane;
-    const bool has_point = read_place_field(reader, value, FIELD_ON_PLANE_point, path, &point);
-    if (!read_axis(reader, value, FIELD_ON_PLANE_plane, path, &plane) || !has_point)
+    struct axis ends[2];
+    if (!read_ends(reader, value, FIELD_ON_PLANE_point, FIELD_ON_PLANE_plane, path, ends))
         return;
-    const struct group group =
-        start_group(reader, value, path, GAINS(ON_PLANE), next_name(reader, "on_plane"));
-    const struct vector normal = markers_direction_vector(reader->model, &plane.at, plane.direction);
-    add_row(&group, ROW_POSITION, dot(reader, gap(reader, &point, &plane.at), normal), NULL);
+    const struct group group = start_group(reader, value, path, GAINS(ON_PLANE), NULL);
+    const struct vector normal = direction_of(reader, &ends[1]);
+    add_row(&group, ROW_POSITION, dot(reader, gap(reader, &ends[0].at, &ends[1].at), normal), NULL);
 }
 
 static void read_distance(const struct reader *reader, const struct value *value, const char *path) {
     struct graph *g = reader->check.graph;
-    struct attachment a, b;
+    struct axis ends[2];
     const struct value *length = fields_get(value, FIELD_DISTANCE_length);
-    const bool has_a = read_place_field(reader, value, FIELD_DISTANCE_a, path, &a);
     expression e;
-    if (!read_place_field(reader, value, FIELD_DISTANCE_b, path, &b) || !has_a || !length)
+    if (!read_ends(reader, value, FIELD_DISTANCE_a, FIELD_DISTANCE_b, path, ends) || !length)
         return;
     value_expression(g, length, &e);
     if (expr_is_number(g, e, NULL) && read_value_now(reader, e) <= 0)
         message_error(reader->check.messages, length->place,
                       "%s.length: value %.6g, a positive number is needed (rd.loop makes points coincide)",
                       path, read_value_now(reader, e));
-    const struct group group =
-        start_group(reader, value, path, GAINS(DISTANCE), next_name(reader, "distance"));
-    const struct vector apart = gap(reader, &a, &b);
+    const struct group group = start_group(reader, value, path, GAINS(DISTANCE), NULL);
+    const struct vector apart = gap(reader, &ends[0].at, &ends[1].at);
     add_row(&group, ROW_POSITION, expr_sub(g, expr_sqrt(g, dot(reader, apart, apart)), e), NULL);
 }
 
@@ -372,16 +375,15 @@ static void add_closed_turns(const struct group *group, const struct closing *cl
 
 static void read_close(const struct reader *reader, const struct value *value, const char *path) {
     const struct value *joint = fields_get(value, FIELD_CLOSE_joint);
-    struct attachment a, b;
+    struct axis ends[2];
     struct closing closing;
-    const bool has_a = read_place_field(reader, value, FIELD_CLOSE_a, path, &a);
-    const bool has_b = read_place_field(reader, value, FIELD_CLOSE_b, path, &b);
+    const bool has_ends = read_ends(reader, value, FIELD_CLOSE_a, FIELD_CLOSE_b, path, ends);
     if (!joint || !read_closing(reader, joint, fields_path_name(&reader->check, path, "joint"), &closing) ||
-        !has_a || !has_b)
+        !has_ends)
         return;
-    const struct group group = start_group(reader, value, path, GAINS(CLOSE), next_name(reader, "close"));
-    add_closed_positions(&group, &closing, &a, &b);
-    add_closed_turns(&group, &closing, &a, &b);
+    const struct group group = start_group(reader, value, path, GAINS(CLOSE), NULL);
+    add_closed_positions(&group, &closing, &ends[0].at, &ends[1].at);
+    add_closed_turns(&group, &closing, &ends[0].at, &ends[1].at);
 }
 
 /* ---- coordinates as functions of time ---- */
@@ -443,11 +445,7 @@ static void read_lock(const struct reader *reader, const struct value *value, co
 
 /* ---- all entries ---- */
 
-static const struct {
-    const char *tag;
-    enum owner owner;
-    read_entry *read;
-} entries[] = {
+static const struct entry_kind kinds[] = {
     {"position", OWNER_ROW, read_position},
     {"velocity", OWNER_ROW, read_velocity},
     {"acceleration", OWNER_ROW, read_acceleration},
@@ -462,27 +460,11 @@ static const struct {
     {"lock", OWNER_LOCK, read_lock},
 };
 
-enum { ENTRY_COUNT = sizeof entries / sizeof *entries };
-
-static void read_row(const struct reader *reader, const struct value *value, const char *path) {
-    for (int i = 0; i < ENTRY_COUNT; i++) {
-        if (!fields_has_tag(value, entries[i].tag))
-            continue;
-        if (entries[i].owner != OWNER_ROW)
-            fields_check(&reader->check, value, entries[i].owner, path);
-        entries[i].read(reader, value, path);
-        return;
-    }
-    message_error(
-        reader->check.messages, value->place,
-        "%s: %s, rd.position, velocity, acceleration, loop, parallel, perpendicular, on_line, on_plane, "
-        "distance, close, drive or lock { ... } is needed",
-        path, fields_made_text(&reader->check, value));
-}
-
 void read_constraints(const struct reader *reader, const struct value *result) {
     static const char needed[] = "a list of rows such as { rd.position { expression } }, {} for none,";
     if (read_is_result(reader, result, "constraints", needed) &&
         field_types_has_no_names(&reader->check, result, "constraints", needed))
-        read_entries(reader, result, "constraints", read_row);
+        read_entries(reader, result, "constraints", kinds, sizeof kinds / sizeof *kinds,
+                     "rd.position, velocity, acceleration, loop, parallel, perpendicular, on_line, on_plane, "
+                     "distance, close, drive or lock { ... }");
 }

@@ -192,27 +192,10 @@ static void read_energy(const struct reader *reader, const struct value *value, 
 
 /* ---- what the functions return ---- */
 
-static const struct {
-    enum owner owner;
-    read_entry *read;
-} listed[] = {{OWNER_SPRING, read_spring}, {OWNER_DAMPER, read_damper}, {OWNER_ACTUATOR, read_actuator},
-              {OWNER_FORCE, read_force},   {OWNER_TORQUE, read_torque}, {OWNER_ENERGY, read_energy}};
-
-static void read_listed(const struct reader *reader, const struct value *value, const char *path) {
-    for (size_t i = 0; i < sizeof listed / sizeof *listed; i++) {
-        if (!fields_has_tag(value, fields_owner_tag(listed[i].owner)))
-            continue;
-        fields_check(&reader->check, value, listed[i].owner, path);
-        listed[i].read(reader, value, path);
-        return;
-    }
-    message_error(
-        reader->check.messages, value->place,
-        "%s: %s, the name of a coordinate before it, or rd.spring damper actuator force torque energy { "
-        "... } "
-        "is needed",
-        path, fields_made_text(&reader->check, value));
-}
+static const struct entry_kind kinds[] = {
+    {"spring", OWNER_SPRING, read_spring},       {"damper", OWNER_DAMPER, read_damper},
+    {"actuator", OWNER_ACTUATOR, read_actuator}, {"force", OWNER_FORCE, read_force},
+    {"torque", OWNER_TORQUE, read_torque},       {"energy", OWNER_ENERGY, read_energy}};
 
 void read_forces(const struct reader *reader, const struct value *result) {
     struct model *model = reader->model;
@@ -221,7 +204,9 @@ void read_forces(const struct reader *reader, const struct value *result) {
     model->forces = memory_get(reader->check.memory, (size_t)result->field_count * sizeof *model->forces);
     for (int i = 0; i < result->field_count; i++)
         read_coordinate_force(reader, &result->fields[i]);
-    read_entries(reader, result, "forces", read_listed);
+    read_entries(
+        reader, result, "forces", kinds, sizeof kinds / sizeof *kinds,
+        "the name of a coordinate before it, or rd.spring damper actuator force torque energy { ... }");
 }
 
 static void read_course(const struct reader *reader, const struct named_value *named) {

@@ -9,6 +9,7 @@
 #include "read/reader.h"
 #include "read/script.h"
 
+#include <stddef.h>
 #include <string.h>
 
 static struct reader reader_of(struct script *script, struct model *model) {
@@ -29,6 +30,8 @@ static void copy_declarations(const struct reader *reader) {
     model->parameter_count = declarations->parameter_count;
     model->inputs = declarations->inputs;
     model->input_count = declarations->input_count;
+    model->requirements = declarations->requirements;
+    model->requirement_count = declarations->requirement_count;
 }
 
 /* ---- joints ---- */
@@ -89,30 +92,24 @@ static bool read_joints(const struct reader *reader, const struct value *table, 
     return (is_sound || !fields_has(table, FIELD_LINK_joint)) && reader->check.messages->errors == errors;
 }
 
-/* Which member of a joint a field of a link sets. */
-static expression *joint_member(struct joint *joint, enum field field) {
-    switch (field) {
-    case FIELD_LINK_start:
-        return &joint->start;
-    case FIELD_LINK_start_rate:
-        return &joint->start_rate;
-    case FIELD_LINK_spring:
-        return &joint->stiffness;
-    case FIELD_LINK_rest:
-        return &joint->rest;
-    default:
-        return &joint->damping;
-    }
-}
+/* Fields of a link that set a member of its joints. */
+static const struct {
+    enum field field;
+    size_t member;
+} joint_fields[] = {{FIELD_LINK_start, offsetof(struct joint, start)},
+                    {FIELD_LINK_start_rate, offsetof(struct joint, start_rate)},
+                    {FIELD_LINK_spring, offsetof(struct joint, stiffness)},
+                    {FIELD_LINK_rest, offsetof(struct joint, rest)},
+                    {FIELD_LINK_damper, offsetof(struct joint, damping)}};
 
 static void read_by_joint(const struct reader *reader, const struct value *table, enum field field,
-                          const char *path, struct link *link) {
+                          size_t member, const char *path, struct link *link) {
     const struct value *value = fields_get(table, field);
     for (int i = 0; value && i < value->field_count; i++) {
         const struct named_value *entry = &value->fields[i];
         struct joint *joint = find_joint(link, entry->name);
         if (joint) {
-            value_expression(reader->check.graph, &entry->value, joint_member(joint, field));
+            value_expression(reader->check.graph, &entry->value, (expression *)((char *)joint + member));
             continue;
         }
         const char *known = "";
@@ -148,8 +145,6 @@ struct entry {
 };
 
 static void read_link(const struct reader *reader, const struct value *value, struct entry *entry) {
-    static const enum field by_joint[] = {FIELD_LINK_start, FIELD_LINK_start_rate, FIELD_LINK_spring,
-                                          FIELD_LINK_rest, FIELD_LINK_damper};
     const struct checker *check = &reader->check;
     const struct value *name = fields_get(value, FIELD_LINK_name), *beam = fields_get(value, FIELD_LINK_beam);
     struct link *link = &entry->link;
@@ -160,8 +155,8 @@ static void read_link(const struct reader *reader, const struct value *value, st
     link->place = value->place;
     const bool has_joints = !fields_is_misspelled(value, OWNER_LINK, "joint") &&
                             read_joints(reader, value, fields_path_name(check, entry->path, "joint"), link);
-    for (size_t i = 0; has_joints && i < sizeof by_joint / sizeof *by_joint; i++)
-        read_by_joint(reader, value, by_joint[i], entry->path, link);
+    for (size_t i = 0; has_joints && i < sizeof joint_fields / sizeof *joint_fields; i++)
+        read_by_joint(reader, value, joint_fields[i].field, joint_fields[i].member, entry->path, link);
     if (has_joints)
         check_rests(reader, value, entry->path, link);
     read_solids(reader, value, entry->path, link);

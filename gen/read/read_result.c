@@ -11,8 +11,22 @@ void read_refuse_coordinate(const struct reader *reader, struct place place, con
                            tree_coordinate_names(reader->check.memory, reader->tree), reader->tree->count);
 }
 
+static void read_entry(const struct reader *reader, const struct value *value, const char *path,
+                       const struct entry_kind *kinds, size_t count, const char *needed) {
+    for (size_t i = 0; i < count; i++) {
+        if (!fields_has_tag(value, kinds[i].tag))
+            continue;
+        fields_check(&reader->check, value, kinds[i].owner, path);
+        kinds[i].read(reader, value, path);
+        return;
+    }
+    message_error(reader->check.messages, value->place, "%s: %s, %s is needed", path,
+                  fields_made_text(&reader->check, value), needed);
+}
+
 /* A list in a list, without a tag or names of its own, is part of that list. */
-void read_entries(const struct reader *reader, const struct value *list, const char *path, read_entry *read) {
+void read_entries(const struct reader *reader, const struct value *list, const char *path,
+                  const struct entry_kind *kinds, size_t count, const char *needed) {
     for (int i = 0; i < list->item_count; i++) {
         const struct value *value = &list->items[i];
         const char *own_path = fields_path_item(&reader->check, path, i);
@@ -21,9 +35,9 @@ void read_entries(const struct reader *reader, const struct value *list, const c
         const bool is_list = value->kind == VALUE_TABLE && !value->tag && value->field_count == 0;
         const struct value *first = is_list && value->item_count > 0 ? &value->items[0] : NULL;
         if (is_list && (!first || first->kind == VALUE_TABLE))
-            read_entries(reader, value, own_path, read);
+            read_entries(reader, value, own_path, kinds, count, needed);
         else
-            read(reader, value, own_path);
+            read_entry(reader, value, own_path, kinds, count, needed);
     }
 }
 

@@ -29,6 +29,16 @@ static void refuse(const struct reading *reading, const struct value *value, con
                   fields_made_text(&reading->check, value), needed);
 }
 
+static const char *number_text(const struct reading *reading, double x) {
+    return isfinite(x) ? memory_format(reading->check.memory, "%.15g", x) : text_not_finite(x);
+}
+
+static void refuse_number(const struct reading *reading, const struct value *value, const char *path,
+                          const char *needed) {
+    message_error(reading->check.messages, value->place, "%s: value %s, %s is needed", path,
+                  number_text(reading, value->number), needed);
+}
+
 /* ---- Values of one kind each; `target` is where they go ---- */
 
 typedef void read_field(const struct reading *reading, const struct value *value, const char *path,
@@ -39,8 +49,7 @@ static void read_positive(const struct reading *reading, const struct value *val
     if (value->kind != VALUE_NUMBER)
         refuse(reading, value, path, "a number");
     else if (!(value->number > 0 && isfinite(value->number)))
-        message_error(reading->check.messages, value->place, "%s: value %.15g, a positive number is needed",
-                      path, value->number);
+        refuse_number(reading, value, path, "a positive number");
     else
         *(double *)target = value->number;
 }
@@ -52,8 +61,8 @@ static bool is_whole(const struct reading *reading, const struct value *value, c
     if (value->kind != VALUE_NUMBER)
         refuse(reading, value, path, "a number");
     else if (!(x >= least && x <= largest && x == floor(x)))
-        message_error(reading->check.messages, value->place, "%s: value %.15g, a %s is needed", path, x,
-                      least > 0 ? "positive whole number" : "whole number not below 0");
+        refuse_number(reading, value, path,
+                      least > 0 ? "a positive whole number" : "a whole number not below 0");
     else
         return true;
     return false;
@@ -148,7 +157,8 @@ static void read_times(const struct reading *reading, const struct value *value,
             refuse(reading, item, own_path, "a number");
         else if (!(item->number >= 0 && isfinite(item->number)) || (i > 0 && item->number <= keep->at[i - 1]))
             message_error(reading->check.messages, item->place,
-                          "%s: time %.15g, ascending ones, not below 0, are needed", own_path, item->number);
+                          "%s: time %s, ascending ones, not below 0, are needed", own_path,
+                          number_text(reading, item->number));
     }
     keep->at_count = value->item_count;
 }
@@ -222,12 +232,16 @@ bool vary_is_random(const struct vary *vary) {
 }
 
 static const char *fault_of_range(struct memory *memory, const struct vary *vary) {
-    const double a = vary->from, b = vary->to;
+    const double a = vary->from, b = vary->to, largest = 1e300; /* so that no value leaves the numbers */
     const bool is_logarithmic = vary->form == VARY_LOG_GRID || vary->form == VARY_LOG_UNIFORM;
     if (!isfinite(a) || !isfinite(b) || !isfinite(vary->count))
         return "a number that is not finite, finite ones are needed";
+    if (vary->form == VARY_NORMAL && b < 0)
+        return memory_format(memory, "standard deviation %.15g, one not below 0 is needed", b);
+    if (fabs(a) > largest || fabs(b) > largest)
+        return "a number beyond 1e300, smaller ones are needed";
     if (vary->form == VARY_NORMAL)
-        return b < 0 ? memory_format(memory, "standard deviation %.15g, one not below 0 is needed", b) : NULL;
+        return NULL;
     if (is_logarithmic && !(a > 0))
         return memory_format(memory, "from %.15g, bounds above 0 are needed", a);
     if (!vary_is_random(vary) && !(vary->count >= 1 && vary->count == floor(vary->count)))

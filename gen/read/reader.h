@@ -56,9 +56,15 @@ bool read_is_result(const struct reader *reader, const struct value *result, con
 void read_refuse_coordinate(const struct reader *reader, struct place place, const char *path,
                             const char *fact, const char *name);
 
-/* Calls `read` for each entry of a list, and of lists within it. */
-typedef void read_entry(const struct reader *reader, const struct value *value, const char *path);
-void read_entries(const struct reader *reader, const struct value *list, const char *path, read_entry *read);
+/* Entries that one function of the module makes, with the fields of `owner`. */
+struct entry_kind {
+    const char *tag;
+    enum owner owner;
+    void (*read)(const struct reader *reader, const struct value *value, const char *path);
+};
+/* Reads each entry of a list, and of lists within it, as what its kind is. */
+void read_entries(const struct reader *reader, const struct value *list, const char *path,
+                  const struct entry_kind *kinds, size_t count, const char *needed);
 
 /* ---- read_forces.c, read_constraints.c ---- */
 

@@ -8,6 +8,7 @@
 #include "base/text.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -179,7 +180,9 @@ static int text_number(lua_State *L, const struct derivation *job, struct case_c
 static void check_text(lua_State *L, const struct derivation *job, const char *name) {
     size_t length;
     const char *text = lua_tolstring(L, -1, &length);
-    if (!message_is_one_line(messages_of(L), job->function->place, name, text, length))
+    char what[80];
+    snprintf(what, sizeof what, "derive: case %ld: %s", job->index, name);
+    if (!message_is_one_line(messages_of(L), job->function->place, what, text, length))
         script_stop_told(L);
 }
 

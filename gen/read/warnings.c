@@ -125,12 +125,12 @@ static struct load_of_mass mass_in_ground(const struct look *look, const struct 
     struct load_of_mass load = {.mass = value_of(look, inertia->mass)};
     double J[6], own[9], turned[9], transposed[9], c[3] = {0, 0, 0};
     for (int i = 0; i < 6; i++)
-        J[i] = value_of(look, inertia->tensor[i]);
+        J[i] = value_of(look, inertia->tensor.at[i]);
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++) {
             own[3 * i + j] = i == j ? (J[0] + J[1] + J[2]) / 2 - J[i] : -J[products[i][j]];
             transposed[3 * j + i] = pose->rotation[3 * i + j];
-            c[i] += pose->rotation[3 * i + j] * value_of(look, inertia->moment[j]);
+            c[i] += pose->rotation[3 * i + j] * value_of(look, inertia->moment.at[j]);
         }
     product(pose->rotation, own, turned);
     product(turned, transposed, load.second);
@@ -200,43 +200,40 @@ static void judge_position(const struct look *look, double beside, double *inert
 
 /* ---- what acts on a coordinate ---- */
 
-struct acting {
-    const struct look *look;
-    bool *on; /* by coordinate */
-};
-
-static void act_on_marker(const struct acting *acting, int marker) {
-    const struct tree *tree = acting->look->tree;
-    for (int i = tree->points[marker].frame; i >= 0; i = tree->frames[i].parent)
-        acting->on[i] = true;
+static void act_on_marker(const struct look *look, int marker, bool *acts) {
+    for (int i = look->tree->points[marker].frame; i >= 0; i = look->tree->frames[i].parent)
+        acts[i] = true;
 }
 
-static void act_on_symbol(void *context, expression e) {
-    const struct acting *acting = context;
-    const struct symbol *symbol = expr_as_symbol(acting->look->model->graph, e);
-    if (symbol->kind == SYMBOL_COORDINATE)
-        acting->on[symbol->index] = true;
-    else if (symbol->kind == SYMBOL_POINT)
-        act_on_marker(acting, symbol->index / 3);
+static void act_on_formula(const struct look *look, expression e, bool *acts) {
+    int count;
+    const expression *symbols = rewrite_list_symbols(look->model->graph, e, &count);
+    for (int i = 0; i < count; i++) {
+        const struct symbol *symbol = expr_as_symbol(look->model->graph, symbols[i]);
+        if (symbol->kind == SYMBOL_COORDINATE)
+            acts[symbol->index] = true;
+        else if (symbol->kind == SYMBOL_POINT)
+            act_on_marker(look, symbol->index / 3, acts);
+    }
 }
 
+/* By coordinate. */
 static bool *acted_on(const struct look *look) {
     const struct model *model = look->model;
-    struct acting acting = {.look = look};
-    acting.on = memory_get(look->messages->memory, ((size_t)look->tree->count + 1) * sizeof *acting.on);
+    bool *acts = memory_get(look->messages->memory, ((size_t)look->tree->count + 1) * sizeof *acts);
     for (int i = 0; i < look->tree->count; i++) {
         const struct joint *joint = &look->tree->frames[i].joint;
-        acting.on[i] = joint->stiffness || joint->damping || joint->start_rate;
+        acts[i] = joint->stiffness || joint->damping || joint->start_rate;
     }
     for (int i = 0; i < model->force_count; i++)
-        acting.on[model->forces[i].coordinate] = true;
+        acts[model->forces[i].coordinate] = true;
     for (int i = 0; i < model->load_count; i++)
-        act_on_marker(&acting, model->loads[i].point);
+        act_on_marker(look, model->loads[i].point, acts);
     for (int i = 0; i < model->potential_count; i++)
-        rewrite_visit_symbols(model->graph, model->potentials[i].energy, act_on_symbol, &acting);
+        act_on_formula(look, model->potentials[i].energy, acts);
     for (int i = 0; i < model->row_count; i++)
-        rewrite_visit_symbols(model->graph, model->rows[i].residual, act_on_symbol, &acting);
-    return acting.on;
+        act_on_formula(look, model->rows[i].residual, acts);
+    return acts;
 }
 
 /* A body that floats freely may well be left alone. */

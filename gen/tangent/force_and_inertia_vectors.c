@@ -88,13 +88,18 @@ expression *tangent_row_balances(const struct kinematics *k) {
     return balances;
 }
 
-/* Q_j += -s (q - rest) - d qd + sum of F . C_j and of T . e_j: theory, sect. 7.3. */
-struct pulling {
-    const struct given_motion *given;
-    const struct applied_forces *applied_forces;
-    struct vector *forces, *torques; /* by point, in terms of the motion */
-    expression *Q;
-};
+/* The same in terms of the motion. */
+static struct applied_forces *place_forces(const struct given_motion *given,
+                                           const struct applied_forces *applied_forces) {
+    struct applied_forces *placed = tangent_no_forces(given->k);
+    for (int p = 0; p < given->k->model->marker_count; p++) {
+        placed->points[p] = given_motion_place_vector(given, applied_forces->points[p]);
+        placed->torques[p] = given_motion_place_vector(given, applied_forces->torques[p]);
+    }
+    for (int i = 0; i < given->k->tree->count; i++)
+        placed->coordinates[i] = given_motion_place(given, applied_forces->coordinates[i]);
+    return placed;
+}
 
 static expression spring_and_damper(const struct given_motion *given, int i) {
     const struct kinematics *k = given->k;
@@ -106,35 +111,23 @@ static expression spring_and_damper(const struct given_motion *given, int i) {
     return expr_neg(g, expr_add(g, expr_mul(g, joint->stiffness, stretch), damper));
 }
 
-static void force(void *context, int j) {
-    const struct pulling *x = context;
-    const struct kinematics *k = x->given->k;
-    struct graph *g = k->g;
-    if (x->applied_forces->has_springs)
-        x->Q[j] = expr_add(g, x->Q[j], spring_and_damper(x->given, j));
-    for (int p = 0; p < k->model->marker_count; p++) {
-        x->Q[j] = expr_add(g, x->Q[j], vector_dot(g, x->forces[p], k->points[p].columns[j]));
-        if (k->tree->frames[j].joint.is_revolute && kinematics_is_on_path(k, j, k->tree->points[p].frame))
-            x->Q[j] = expr_add(g, x->Q[j], vector_dot(g, x->torques[p], kinematics_joint_axis(k, j)));
-    }
-}
-
+/* Q_j += -s (q - rest) - d qd + sum of F . C_j and of T . e_j: theory, sect. 7.3. */
 expression *tangent_generalized_forces(const struct given_motion *given,
                                        const struct applied_forces *applied_forces) {
     const struct kinematics *k = given->k;
-    const size_t markers = (size_t)k->model->marker_count + 1;
-    struct pulling x = {.given = given, .applied_forces = applied_forces};
-    x.forces = memory_get(k->memory, markers * sizeof *x.forces);
-    x.torques = memory_get(k->memory, markers * sizeof *x.torques);
-    x.Q = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *x.Q);
-    for (int p = 0; p < k->model->marker_count; p++) {
-        x.forces[p] = given_motion_place_vector(given, applied_forces->points[p]);
-        x.torques[p] = given_motion_place_vector(given, applied_forces->torques[p]);
+    struct graph *g = k->g;
+    const struct applied_forces *felt = place_forces(given, applied_forces);
+    expression *Q = felt->coordinates;
+    for (int j = -1; recursion_next_joint(g, k->tree, &j);) {
+        if (applied_forces->has_springs)
+            Q[j] = expr_add(g, Q[j], spring_and_damper(given, j));
+        for (int p = 0; p < k->model->marker_count; p++) {
+            Q[j] = expr_add(g, Q[j], vector_dot(g, felt->points[p], k->points[p].columns[j]));
+            if (k->tree->frames[j].joint.is_revolute && kinematics_is_on_path(k, j, k->tree->points[p].frame))
+                Q[j] = expr_add(g, Q[j], vector_dot(g, felt->torques[p], kinematics_joint_axis(k, j)));
+        }
     }
-    for (int i = 0; i < k->tree->count; i++)
-        x.Q[i] = given_motion_place(given, applied_forces->coordinates[i]);
-    recursion_visit_joints(k->g, k->tree, force, &x);
-    return x.Q;
+    return Q;
 }
 
 /* ---- What lies beyond a joint ---- */
@@ -196,8 +189,8 @@ static struct flow own_flow(const struct given_motion *given, int i) {
     struct graph *g = given->k->g;
     const struct inertia own = dynamics_own_inertia(given->k, i), *inertia = &own;
     const struct vector w = given->k->frames[i].angular;
-    const struct matrix moments = second_moments(g, inertia->tensor);
-    return (struct flow){.momentum = vector_cross(g, w, vector_of(inertia->moment)),
+    const struct matrix moments = second_moments(g, inertia->tensor.at);
+    return (struct flow){.momentum = vector_cross(g, w, inertia->moment),
                          .growth = cross_columns(g, w, &moments),
                          .load = own_load(given, i)};
 }
@@ -214,7 +207,7 @@ static struct flow flow_to_parent(const struct given_motion *given, int i, const
     const struct kinematics *k = given->k;
     struct graph *g = k->g;
     const struct vector s = k->joints[i].shift, rate = given->frames[i].shift_rate;
-    const struct vector mc = kinematics_to_parent(k, i, vector_of(beyond->moment));
+    const struct vector mc = kinematics_to_parent(k, i, beyond->moment);
     const struct vector moved = vector_add(g, mc, vector_scale(g, beyond->mass, s));
     struct flow out = {.momentum = kinematics_to_parent(k, i, flow.momentum),
                        .growth = articulated_body_matrix_to_parent(k, i, flow.growth),
@@ -226,10 +219,8 @@ static struct flow flow_to_parent(const struct given_motion *given, int i, const
 }
 
 static void name_flow(const struct kinematics *k, int i, const struct flow *flow) {
-    static const char *const rows[3] = {"growth_x", "growth_y", "growth_z"};
     kinematics_name_vector(k, i, "momentum", flow->momentum);
-    for (int row = 0; row < 3; row++)
-        kinematics_name_vector(k, i, rows[row], vector_of(flow->growth.at + 3 * row));
+    kinematics_name_matrix(k, i, "growth", &flow->growth);
     kinematics_name_vector(k, i, "held_moment", flow->load.moment);
     kinematics_name_vector(k, i, "held_force", flow->load.force);
 }
@@ -254,26 +245,16 @@ static struct vector twice(struct graph *g, struct vector a) {
     return vector_add(g, a, a);
 }
 
-struct axis_motion {
-    struct vector e, rate, rate2; /* own axes */
-};
-
-static struct axis_motion axis_motion(const struct given_motion *given, int i) {
-    const struct given_frame_rates *frame = &given->frames[i];
-    const struct vector e = vector_unit(given->k->g, given->k->tree->frames[i].joint.axis);
-    return (struct axis_motion){e, frame->own_rate, frame->own_rate2};
-}
-
-/* Prismatic, C_i = e: theory, sect. 7.5. */
+/* Prismatic, C_i = e, with e', e'' in own axes: theory, sect. 7.5. */
 static void slide_vectors(struct graph *g, const struct inertia *beyond, const struct flow *flow,
-                          const struct axis_motion *a, struct pair_vectors *v) {
-    const struct vector mc = vector_of(beyond->moment);
-    v->spin = vector_cross(g, flow->momentum, a->e);
-    v->stiffness.force = vector_scale(g, beyond->mass, a->rate2);
+                          const struct given_frame_rates *a, struct vector e, struct pair_vectors *v) {
+    const struct vector mc = beyond->moment;
+    v->spin = vector_cross(g, flow->momentum, e);
+    v->stiffness.force = vector_scale(g, beyond->mass, a->own_rate2);
     v->stiffness.moment =
-        vector_add(g, vector_cross(g, mc, a->rate2), vector_cross(g, a->e, flow->load.force));
-    v->damping.force = vector_scale(g, beyond->mass, a->rate);
-    v->damping.moment = vector_cross(g, mc, a->rate);
+        vector_add(g, vector_cross(g, mc, a->own_rate2), vector_cross(g, e, flow->load.force));
+    v->damping.force = vector_scale(g, beyond->mass, a->own_rate);
+    v->damping.moment = vector_cross(g, mc, a->own_rate);
 }
 
 /*
@@ -282,25 +263,21 @@ static void slide_vectors(struct graph *g, const struct inertia *beyond, const s
  *     int rho x (e x rho'') + (e x rho) x (rdd - grav) dm = e x int rho x (rdd - grav) dm + mc x lever.
  */
 static void turn_vectors(struct graph *g, const struct inertia *beyond, const struct flow *flow,
-                         const struct axis_motion *a, struct vector lever, struct pair_vectors *v) {
-    const struct vector mc = vector_of(beyond->moment);
-    struct tensor J;
-    memcpy(J.at, beyond->tensor, sizeof J.at);
+                         const struct given_frame_rates *a, struct vector e, struct vector lever,
+                         struct pair_vectors *v) {
+    const struct vector mc = beyond->moment;
+    const struct tensor J = beyond->tensor;
     const struct vector lifted = vector_scale(g, beyond->mass, lever);
-    const struct vector swung =
-        vector_add(g, vector_cross(g, a->rate2, mc), twice(g, vector_cross(g, a->rate, flow->momentum)));
-    const struct vector turned =
-        vector_add(g, tensor_times(g, J, a->rate2), twice(g, around(g, &flow->growth, false, a->rate)));
-    v->spin = around(g, &flow->growth, true, a->e);
-    v->stiffness.force = vector_add(g, vector_add(g, swung, vector_cross(g, a->e, flow->load.force)), lifted);
-    v->stiffness.moment = vector_add(g, vector_add(g, turned, vector_cross(g, a->e, flow->load.moment)),
+    const struct vector swung = vector_add(g, vector_cross(g, a->own_rate2, mc),
+                                           twice(g, vector_cross(g, a->own_rate, flow->momentum)));
+    const struct vector turned = vector_add(g, tensor_times(g, J, a->own_rate2),
+                                            twice(g, around(g, &flow->growth, false, a->own_rate)));
+    v->spin = around(g, &flow->growth, true, e);
+    v->stiffness.force = vector_add(g, vector_add(g, swung, vector_cross(g, e, flow->load.force)), lifted);
+    v->stiffness.moment = vector_add(g, vector_add(g, turned, vector_cross(g, e, flow->load.moment)),
                                      vector_cross(g, mc, lever));
-    v->damping.force = vector_add(g, vector_cross(g, a->rate, mc), vector_cross(g, a->e, flow->momentum));
-    v->damping.moment = vector_add(g, tensor_times(g, J, a->rate), around(g, &flow->growth, false, a->e));
-}
-
-static void turn_to_ground(const struct kinematics *k, int i, struct vector *v) {
-    *v = matrix_times(k->g, k->frames[i].rotation.at, *v);
+    v->damping.force = vector_add(g, vector_cross(g, a->own_rate, mc), vector_cross(g, e, flow->momentum));
+    v->damping.moment = vector_add(g, tensor_times(g, J, a->own_rate), around(g, &flow->growth, false, e));
 }
 
 static void vectors_to_ground(const struct kinematics *k, int i, struct pair_vectors *v) {
@@ -308,86 +285,64 @@ static void vectors_to_ground(const struct kinematics *k, int i, struct pair_vec
         &v->less_gravity_lever, &v->mass.moment,     &v->mass.force,     &v->spin,
         &v->stiffness.moment,   &v->stiffness.force, &v->damping.moment, &v->damping.force};
     for (size_t a = 0; a < sizeof own / sizeof *own; a++)
-        turn_to_ground(k, i, own[a]);
+        *own[a] = matrix_times(k->g, k->frames[i].rotation.at, *own[a]);
 }
 
 static struct pair_vectors vectors_of_joint(const struct given_motion *given, int i,
                                             const struct inertia *beyond, const struct flow *flow) {
     const struct kinematics *k = given->k;
     struct graph *g = k->g;
-    const struct axis_motion axis = axis_motion(given, i);
+    const struct given_frame_rates *rates = &given->frames[i];
+    const struct vector e = vector_unit(g, k->tree->frames[i].joint.axis);
     struct pair_vectors v = {.mass = wrench_of_unit(k, i, beyond)};
     if (k->tree->frames[i].joint.is_revolute) {
-        v.less_gravity_lever = vector_cross(g, given->motions[i].less_gravity, axis.e);
-        turn_vectors(g, beyond, flow, &axis, v.less_gravity_lever, &v);
+        v.less_gravity_lever = vector_cross(g, given->motions[i].less_gravity, e);
+        turn_vectors(g, beyond, flow, rates, e, v.less_gravity_lever, &v);
     } else {
-        slide_vectors(g, beyond, flow, &axis, &v);
+        slide_vectors(g, beyond, flow, rates, e, &v);
     }
     vectors_to_ground(k, i, &v);
     return v;
 }
 
 /* b, E and L inward, and from them the vectors of each joint: theory, sect. 7.5. */
-struct flow_sum {
-    const struct given_motion *given;
-    const struct inertia *composites;
-    struct flow *flows;
-    struct pair_vectors *vectors;
-};
-
-static void flow_inward(void *context, int i) {
-    const struct flow_sum *x = context;
-    const struct kinematics *k = x->given->k;
-    const struct frame *frame = &k->tree->frames[i];
-    graph_remark(k->g, memory_format(k->memory, "%s: momentum b, growth E and load L of all beyond (7.5)",
-                                     frame->name));
-    if (frame->kind == FRAME_JOINT) {
-        x->flows[i] = flow_add(k->g, own_flow(x->given, i), x->flows[i]);
-        name_flow(k, i, &x->flows[i]);
-        x->vectors[i] = vectors_of_joint(x->given, i, &x->composites[i], &x->flows[i]);
-    }
-    if (frame->parent >= 0)
-        x->flows[frame->parent] = flow_add(k->g, x->flows[frame->parent],
-                                           flow_to_parent(x->given, i, &x->composites[i], x->flows[i]));
-}
-
 struct pair_vectors *tangent_pair_vectors(const struct given_motion *given,
                                           const struct inertia *composites) {
     const struct kinematics *k = given->k;
     const size_t n = (size_t)k->tree->count + 1;
-    struct flow_sum x = {given, composites, memory_get(k->memory, n * sizeof *x.flows),
-                         memory_get(k->memory, n * sizeof *x.vectors)};
-    const struct recursion recursion = dynamics_recursion_over(k, x.flows, sizeof *x.flows, flow_inward, &x);
-    recursion_inward(&recursion);
-    return x.vectors;
+    struct flow *flows = memory_get(k->memory, n * sizeof *flows);
+    struct pair_vectors *vectors = memory_get(k->memory, n * sizeof *vectors);
+    struct recursion recursion = kinematics_recursion(k, flows, sizeof *flows);
+    for (int i = k->tree->count; recursion_inward(&recursion, &i);) {
+        const struct frame *frame = &k->tree->frames[i];
+        kinematics_remark(k, i, "momentum b, growth E and load L of all beyond (7.5)");
+        if (frame->kind == FRAME_JOINT) {
+            flows[i] = flow_add(k->g, own_flow(given, i), flows[i]);
+            name_flow(k, i, &flows[i]);
+            vectors[i] = vectors_of_joint(given, i, &composites[i], &flows[i]);
+        }
+        if (frame->parent >= 0)
+            flows[frame->parent] =
+                flow_add(k->g, flows[frame->parent], flow_to_parent(given, i, &composites[i], flows[i]));
+    }
+    return vectors;
 }
-
-struct load_sum {
-    const struct given_motion *given;
-    struct wrench *sums;
-    expression *forces;
-};
 
 /* F_i = own load + sum of F of the children, e_i . F_i: theory, sect. 4.7 at the given accelerations. */
-static void carry_inward(void *context, int i) {
-    const struct load_sum *x = context;
-    const struct kinematics *k = x->given->k;
-    const struct frame *frame = &k->tree->frames[i];
-    struct wrench *sum = &x->sums[i];
-    if (frame->kind == FRAME_JOINT) {
-        *sum = wrench_add(k->g, *sum, own_load(x->given, i));
-        x->forces[i] = (frame->joint.is_revolute ? sum->moment : sum->force).at[frame->joint.axis];
-    }
-    if (frame->parent >= 0)
-        x->sums[frame->parent] = wrench_add(k->g, x->sums[frame->parent], wrench_to_parent(k, i, *sum));
-}
-
 expression *tangent_inertia_forces(const struct given_motion *given) {
     const struct kinematics *k = given->k;
     const size_t n = (size_t)k->tree->count + 1;
-    struct load_sum x = {given, memory_get(k->memory, n * sizeof *x.sums),
-                         memory_get(k->memory, n * sizeof *x.forces)};
-    const struct recursion recursion = dynamics_recursion_over(k, x.sums, sizeof *x.sums, carry_inward, &x);
-    recursion_inward(&recursion);
-    return x.forces;
+    struct wrench *sums = memory_get(k->memory, n * sizeof *sums);
+    expression *forces = memory_get(k->memory, n * sizeof *forces);
+    struct recursion recursion = kinematics_recursion(k, sums, sizeof *sums);
+    for (int i = k->tree->count; recursion_inward(&recursion, &i);) {
+        const struct frame *frame = &k->tree->frames[i];
+        if (frame->kind == FRAME_JOINT) {
+            sums[i] = wrench_add(k->g, sums[i], own_load(given, i));
+            forces[i] = (frame->joint.is_revolute ? sums[i].moment : sums[i].force).at[frame->joint.axis];
+        }
+        if (frame->parent >= 0)
+            sums[frame->parent] = wrench_add(k->g, sums[frame->parent], wrench_to_parent(k, i, sums[i]));
+    }
+    return forces;
 }

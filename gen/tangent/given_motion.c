@@ -111,15 +111,13 @@ static struct vector accelerate_point(const struct given_motion *given, int inde
 }
 
 /* The motion of frame i, one step from its parent's. */
-static void hold_frame(void *context, int i) {
-    struct given_motion *given = context;
+static void hold_frame(struct given_motion *given, int i) {
     const struct kinematics *k = given->k;
     const struct vector gravity = vector_of(k->model->gravity);
     const struct given_frame_motion ground = {
         .less_gravity = vector_scale(k->g, expr_neg(k->g, expr_one(k->g)), gravity)};
     const int parent = k->tree->frames[i].parent;
-    graph_remark(k->g, memory_format(k->memory, "%s: wd = E wd_p + w x e qd + e qdd, a = E (a_p + s'') (7.1)",
-                                     k->tree->frames[i].name));
+    kinematics_remark(k, i, "wd = E wd_p + w x e qd + e qdd, a = E (a_p + s'') (7.1)");
     given->motions[i] = (struct given_frame_motion){.angular = {{0, 0, 0}}};
     move_shift(given, i);
     accelerate_frame(given, i, parent < 0 ? &ground : &given->motions[parent]);
@@ -136,9 +134,9 @@ struct given_motion *given_motion_derive(const struct kinematics *k, const expre
     given->motions = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *given->motions);
     given->points = memory_get(k->memory, ((size_t)k->model->marker_count + 1) * sizeof *given->points);
     given->columns = memory_get(k->memory, ((size_t)k->model->marker_count + 1) * sizeof *given->columns);
-    const struct recursion motions =
-        dynamics_recursion_over(k, given->motions, sizeof *given->motions, hold_frame, given);
-    recursion_outward(&motions);
+    struct recursion motions = kinematics_recursion(k, given->motions, sizeof *given->motions);
+    for (int i = -1; recursion_outward(&motions, &i);)
+        hold_frame(given, i);
     for (int i = 0; i < k->model->marker_count; i++)
         given->points[i] = accelerate_point(given, i);
     return given;
@@ -150,29 +148,19 @@ struct given_motion *given_motion_at_rest(const struct kinematics *k) {
     return given;
 }
 
-/* One point's columns. */
-struct column_derivation {
-    const struct given_motion *given;
-    struct column_rates *rates;
-    int point;
-};
-
 /* C_j' = e' x rho + e x rho', C_j'' = e'' x rho + 2 e' x rho' + e x rho'' of a revolute joint, e', e'' of a
  * prismatic one; rho is the arm from the joint, or the direction itself. Theory, sect. 7.2. */
-static void derive_column(void *context, int j) {
-    const struct column_derivation *x = context;
-    const struct given_motion *given = x->given;
+static void derive_column(const struct given_motion *given, int index, int j, struct vector **by_order) {
     const struct kinematics *k = given->k;
     struct graph *g = k->g;
     const struct given_frame_rates *frame = &given->frames[j];
     const struct given_frame_motion *motion = &given->motions[j];
-    const struct point_motion *point = &k->points[x->point];
-    struct vector **by_order = x->rates->by_order;
-    const bool is_direction = k->model->points[x->point].is_direction;
+    const struct point_motion *point = &k->points[index];
+    const bool is_direction = k->model->points[index].is_direction;
     const struct vector axis[3] = {frame->axis, frame->axis_rate, frame->axis_rate2};
-    struct vector arm[3] = {point->r, point->rd, given->points[x->point]};
+    struct vector arm[3] = {point->r, point->rd, given->points[index]};
     const struct vector origin[3] = {k->frames[j].position, motion->velocity, motion->acceleration};
-    if (!kinematics_is_on_path(k, j, k->tree->points[x->point].frame))
+    if (!kinematics_is_on_path(k, j, k->tree->points[index].frame))
         return;
     for (int o = 0; o < 3 && !is_direction; o++)
         arm[o] = vector_sub(g, arm[o], origin[o]);
@@ -198,8 +186,8 @@ static const struct column_rates *column_rates(struct given_motion *given, int p
     rates->by_order[0] = k->points[point].columns;
     for (int o = 1; o < 3; o++)
         rates->by_order[o] = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof(struct vector));
-    struct column_derivation x = {given, rates, point};
-    recursion_visit_joints(k->g, k->tree, derive_column, &x);
+    for (int j = -1; recursion_next_joint(k->g, k->tree, &j);)
+        derive_column(given, point, j, rates->by_order);
     return rates;
 }
 
@@ -233,21 +221,8 @@ struct vector given_motion_place_vector(const struct given_motion *given, struct
     return v;
 }
 
-/* derivatives_j += weight . C_j, or . C_j', C_j'': what one point's symbol adds. */
-struct column_derivatives {
-    const struct kinematics *k;
-    struct vector weight;
-    const struct vector *columns;
-    expression *derivatives;
-};
-
-static void add_column_derivative(void *context, int j) {
-    const struct column_derivatives *x = context;
-    struct graph *g = x->k->g;
-    x->derivatives[j] = expr_add(g, x->derivatives[j], vector_dot(g, x->weight, x->columns[j]));
-}
-
-/* At rest C_j' and C_j'' are zero. */
+/* derivatives_j += weight . C_j, or . C_j', C_j'': what one point's symbol adds. At rest C_j' and C_j'' are
+ * zero. */
 static void add_point_derivatives(struct given_motion *given, int point, struct vector weight, int rate_order,
                                   expression *derivatives) {
     const struct kinematics *k = given->k;
@@ -255,8 +230,8 @@ static void add_point_derivatives(struct given_motion *given, int point, struct 
         return;
     const struct vector *columns =
         rate_order ? column_rates(given, point)->by_order[rate_order] : k->points[point].columns;
-    struct column_derivatives x = {k, weight, columns, derivatives};
-    recursion_visit_joints(k->g, k->tree, add_column_derivative, &x);
+    for (int j = -1; recursion_next_joint(k->g, k->tree, &j);)
+        derivatives[j] = expr_add(k->g, derivatives[j], vector_dot(k->g, weight, columns[j]));
 }
 
 /* de/dq_j^(o) = its own part + sum over i >= o of (i over o) (de/dr^(i)) . d^(i-o)C_j/dt^(i-o), theory,

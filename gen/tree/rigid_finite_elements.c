@@ -19,10 +19,10 @@ static struct inertia prism_inertia(struct graph *g, const struct segment *segme
     const expression slender = expr_div(g, expr_mul(g, mass, expr_mul(g, length, length)), expr_number(g, 3));
     return (struct inertia){
         .mass = mass,
-        .moment = {expr_mul(g, expr_number(g, 0.5), expr_mul(g, mass, length)), 0, 0},
-        .tensor = {expr_mul(g, line, expr_add(g, segment->Iy, segment->Iz)),
-                   expr_add(g, slender, expr_mul(g, line, segment->Iy)),
-                   expr_add(g, slender, expr_mul(g, line, segment->Iz)), 0, 0, 0},
+        .moment = {{expr_mul(g, expr_number(g, 0.5), expr_mul(g, mass, length)), 0, 0}},
+        .tensor = {{expr_mul(g, line, expr_add(g, segment->Iy, segment->Iz)),
+                    expr_add(g, slender, expr_mul(g, line, segment->Iy)),
+                    expr_add(g, slender, expr_mul(g, line, segment->Iz)), 0, 0, 0}},
     };
 }
 

@@ -76,7 +76,8 @@ static bool same_joint(const struct joint *a, const struct joint *b) {
 static bool is_within(const struct inertia *a, const struct inertia *b) {
     bool within = !a->mass || b->mass;
     for (int i = 0; i < 6; i++)
-        within = within && (!a->tensor[i] || b->tensor[i]) && (!a->moment[i / 2] || b->moment[i / 2]);
+        within =
+            within && (!a->tensor.at[i] || b->tensor.at[i]) && (!a->moment.at[i / 2] || b->moment.at[i / 2]);
     return within;
 }
 

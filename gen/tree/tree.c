@@ -14,7 +14,7 @@ static struct inertia solid_inertia(struct graph *g, const struct solid *solid) 
     struct placement to_center = placement_identity();
     struct inertia inertia = {.mass = solid->mass};
     memcpy(to_center.position, solid->center, sizeof to_center.position);
-    memcpy(inertia.tensor, solid->inertia, sizeof inertia.tensor);
+    memcpy(inertia.tensor.at, solid->inertia, sizeof inertia.tensor.at);
     inertia = inertia_place(g, &to_center, inertia);
     return inertia_place(g, &solid->placement, inertia);
 }

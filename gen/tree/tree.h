@@ -10,12 +10,26 @@
 
 #include "model/model.h"
 
+struct vector {
+    expression at[3];
+};
+
+/* A symmetric 3 x 3 tensor: xx yy zz xy xz yz. */
+struct tensor {
+    expression at[6];
+};
+
+/* Any 3 x 3 matrix, row-major. */
+struct matrix {
+    expression at[9];
+};
+
 /* Inertia about the frame's origin, along its axes: with the mass these are the entries of the
  * pseudo-inertia. */
 struct inertia {
     expression mass;      /* [kg] */
-    expression moment[3]; /* mass times centre [kg m] */
-    expression tensor[6]; /* xx yy zz xy xz yz about the origin [kg m^2] */
+    struct vector moment; /* mass times centre [kg m] */
+    struct tensor tensor; /* about the origin [kg m^2] */
 };
 
 /* Frames whose joints turn about parallel axes, one behind the other: all turn with their bodies, all but the

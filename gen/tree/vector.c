@@ -139,23 +139,17 @@ struct placement placement_compose(struct graph *g, const struct placement *oute
 
 struct inertia inertia_place(struct graph *g, const struct placement *placement, struct inertia inner) {
     const struct vector r = vector_of(placement->position);
-    const struct vector moment = matrix_times(g, placement->rotation, vector_of(inner.moment));
+    const struct vector moment = matrix_times(g, placement->rotation, inner.moment);
     const struct vector shifted = vector_add(g, moment, vector_scale(g, inner.mass, r));
-    struct inertia placed = {.mass = inner.mass};
-    struct tensor tensor;
-    memcpy(tensor.at, inner.tensor, sizeof tensor.at);
-    tensor = tensor_turn(g, placement->rotation, tensor);
-    tensor = tensor_add(g, tensor, tensor_of_shift(g, r, moment, shifted));
-    memcpy(placed.moment, shifted.at, sizeof placed.moment);
-    memcpy(placed.tensor, tensor.at, sizeof placed.tensor);
-    return placed;
+    const struct tensor turned = tensor_turn(g, placement->rotation, inner.tensor);
+    return (struct inertia){.mass = inner.mass,
+                            .moment = shifted,
+                            .tensor = tensor_add(g, turned, tensor_of_shift(g, r, moment, shifted))};
 }
 
 struct inertia inertia_add(struct graph *g, struct inertia a, struct inertia b) {
     a.mass = expr_add(g, a.mass, b.mass);
-    for (int i = 0; i < 3; i++)
-        a.moment[i] = expr_add(g, a.moment[i], b.moment[i]);
-    for (int i = 0; i < 6; i++)
-        a.tensor[i] = expr_add(g, a.tensor[i], b.tensor[i]);
+    a.moment = vector_add(g, a.moment, b.moment);
+    a.tensor = tensor_add(g, a.tensor, b.tensor);
     return a;
 }

@@ -8,20 +8,6 @@
 #include "graph/graph.h"
 #include "tree/tree.h"
 
-struct vector {
-    expression at[3];
-};
-
-/* A symmetric 3 x 3 tensor: xx yy zz xy xz yz. */
-struct tensor {
-    expression at[6];
-};
-
-/* Any 3 x 3 matrix, row-major. */
-struct matrix {
-    expression at[9];
-};
-
 struct vector vector_of(const expression at[3]);
 struct vector vector_unit(struct graph *g, int axis);
 struct vector vector_add(struct graph *g, struct vector a, struct vector b);

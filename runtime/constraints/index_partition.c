@@ -61,12 +61,16 @@ static double regained(const struct refdyn_workspace *work) {
     return work->rank_tol + fmin(misses * refdyn_distance(work, work->phi), misses_most);
 }
 
-/* Orders rows and columns by full pivoting among the coordinates whose work->scale is 1, not 0: their scaled
+/* Orders rows and columns by full pivoting among the coordinates that are declared (m), or all: their scaled
  * rows are the columns of K^T. Returns the rank found. */
-static int pivot_fully(struct refdyn_workspace *work) {
+static int pivot_fully(struct refdyn_workspace *work, const int *declared) {
     struct refdyn_partition *partition = &work->partition;
     const int n = work->n;
     scale_rows(work);
+    for (int j = 0; j < n; j++)
+        work->scale[j] = !declared;
+    for (int a = 0; declared && a < work->m; a++)
+        work->scale[declared[a]] = 1;
     for (int j = 0; j < n; j++)
         partition->column[j] = j;
     for (int a = 0; a < work->m; a++)
@@ -103,23 +107,6 @@ static int is_declared(const struct refdyn_workspace *work) {
     return work->model->dependent != NULL;
 }
 
-/* Rank with the declared dependent coordinates, -1 without such a declaration. */
-static int pivot_declared(struct refdyn_workspace *work) {
-    if (!work->model->dependent)
-        return -1;
-    for (int j = 0; j < work->n; j++)
-        work->scale[j] = 0;
-    for (int a = 0; a < work->m; a++)
-        work->scale[work->model->dependent[a]] = 1;
-    return pivot_fully(work);
-}
-
-static int pivot_any(struct refdyn_workspace *work) {
-    for (int j = 0; j < work->n; j++)
-        work->scale[j] = 1;
-    return pivot_fully(work);
-}
-
 /* First choice: the declared set, unless it is singular while K has a higher rank. Later: the best set. */
 static void choose(struct refdyn_workspace *work) {
     struct refdyn_partition *partition = &work->partition;
@@ -127,9 +114,10 @@ static void choose(struct refdyn_workspace *work) {
     int *before = work->mark + n; /* (m): marks of rows are not in use here */
     for (int a = 0; a < rank_before; a++)
         before[a] = partition->column[a];
-    int rank = pivot_any(work);
-    if (rank_before < 0 && pivot_declared(work) < rank)
-        rank = pivot_any(work);
+    const int *declared = work->model->dependent;
+    int rank = pivot_fully(work, NULL);
+    if (rank_before < 0 && declared && pivot_fully(work, declared) < rank)
+        rank = pivot_fully(work, NULL);
     partition->rank = rank;
     sort(partition->column + rank, n - rank);
     sort(partition->row + rank, work->m - rank);

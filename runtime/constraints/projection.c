@@ -170,18 +170,6 @@ static void smallest_change(struct refdyn_workspace *work, struct level level, d
     refdyn_factor_half_backward(work->reduced, work->n, work->n, change);
 }
 
-/* One Newton correction of positions and of velocities. */
-static int correct(struct refdyn_workspace *work, double *q, double *qd) {
-    const int n = work->n, status = factor_mass(work);
-    if (status)
-        return status;
-    smallest_change(work, of_positions(work), work->change);
-    smallest_change(work, of_velocities(work), work->change + n);
-    dense_add(q, 1, work->change, n);
-    dense_add(qd, 1, work->change + n, n);
-    return REFDYN_OK;
-}
-
 /* At rounding level, or near it and no longer falling; *last is the distance before the last correction. */
 static int is_done(const struct refdyn_workspace *work, struct level level, const double *x, double *last) {
     const double now = refdyn_distance(work, level.residual), before = *last;
@@ -238,14 +226,20 @@ static int correct_along(struct refdyn_workspace *work, const struct refdyn_dire
 
 /* By the smallest change in the metric of the present M. */
 static int correct_in_mass(struct refdyn_workspace *work, double t, double *q, double *qd) {
-    const int status = correct(work, q, qd);
-    return status ? status : refdyn_equations(work, t, q, qd);
+    const int n = work->n, status = factor_mass(work);
+    if (status)
+        return status;
+    smallest_change(work, of_positions(work), work->change);
+    smallest_change(work, of_velocities(work), work->change + n);
+    dense_add(q, 1, work->change, n);
+    dense_add(qd, 1, work->change + n, n);
+    return refdyn_equations(work, t, q, qd);
 }
 
 /* Newton; velocities are judged once the positions no longer change them. along: or NULL, in the metric of M.
  */
-static int iterate(struct refdyn_workspace *work, const struct refdyn_directions *along, double t, double *q,
-                   double *qd) {
+int refdyn_project_along(struct refdyn_workspace *work, const struct refdyn_directions *along, double t,
+                         double *q, double *qd) {
     double last_phi = INFINITY, last_psi = INFINITY;
     int positions_are_done = 0;
     for (int iteration = 0; iteration <= ITERATIONS_MOST; iteration++) {
@@ -261,12 +255,7 @@ static int iterate(struct refdyn_workspace *work, const struct refdyn_directions
 }
 
 int refdyn_project_evaluated(struct refdyn_workspace *work, double t, double *q, double *qd) {
-    return iterate(work, NULL, t, q, qd);
-}
-
-int refdyn_project_along(struct refdyn_workspace *work, const struct refdyn_directions *along, double t,
-                         double *q, double *qd) {
-    return iterate(work, along, t, q, qd);
+    return refdyn_project_along(work, NULL, t, q, qd);
 }
 
 int refdyn_project(struct refdyn_workspace *work, double t, double *q, double *qd,

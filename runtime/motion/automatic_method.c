@@ -1,14 +1,14 @@
 /*
  * The automatic choice of a method: by trial.
  *
- * Takes the accepted steps of a motion; gives the method of the next one. An explicit method, a Rosenbrock
- * method and a collocation method take some steps in turn, and the one that goes furthest for its counted
- * operations goes on, until the next trial: after a while that doubles, or when it has slowed down. What
- * stands no chance is not tried: an explicit method whose stability limit is too short, implicit ones where
- * it is accuracy that rules the step of the explicit one. The limit comes from the largest rate of the
- * linearised equations, whose damping chooses between the points of Gauss and Radau, too. Where forces
- * saturate, as friction, the Rosenbrock method is left out: its steps are linear, and damp the error that
- * would tell that what sticks begins to slide.
+ * Takes the accepted steps of a motion; gives the method of the next one. Two candidates: an explicit method,
+ * and the implicit one that suits tolerance, damping and step. The largest rate of the linearised equations
+ * gives the stability limit of the explicit one, and so which of them begins: where many of its steps lie
+ * before the end, the implicit one. The other one takes some steps on trial while it stands a chance: the
+ * implicit one where it is stability that rules the explicit steps, the explicit one where its limit lets it
+ * go half as far. The one that goes further for its counted operations goes on, until the next look: after a
+ * while that doubles, or when it has slowed down. Where forces saturate, as friction, the Rosenbrock method
+ * is left out: its steps are linear, and damp the error that would tell that what sticks begins to slide.
  */
 #include "base/arithmetic.h"
 
@@ -22,14 +22,16 @@
 #include "methods/runge_kutta.h"
 
 /* Places of the candidates. */
-enum { EXPLICIT, ROSENBROCK, COLLOCATION };
+enum { EXPLICIT, IMPLICIT };
 
 /* The cases that are named here are those of tests/suite.py. */
 
 /* A trial has ten steps, of which four are measured: the others bring the step from that of the method before
- * to its own, which grows by a factor of 5 at most. A round of trials takes 30 steps, a seventh of 200, on
- * which it has to pay. */
-enum { TRIAL_STEPS = 10, MEASURED_STEPS = 4, LOOK_STEPS = 25, FEW_STEPS = 200 };
+ * to its own, which grows by a factor of 5 at most. Ten implicit steps cost as much as 20 to 25
+ * of rk8, a fifth of 130, on which they have to pay: with 100 E 2e11, which rk8 can end in 132 steps, goes
+ * over and takes 1.3 times as long, with 150 programme, fast (163) does not and takes 1.5 times as long.
+ */
+enum { TRIAL_STEPS = 10, MEASURED_STEPS = 4, LOOK_STEPS = 25, FEW_STEPS = 130 };
 
 /* |lambda| h of rk8: its stability ends at 5.97 on the imaginary and at 6.40 on the negative real axis. Below
  * half of it the step follows accuracy. */
@@ -37,11 +39,11 @@ static const double explicit_limit = 5;
 /* Damping ratio of the fastest mode from which it has to be damped: a step of x radians leaves e^(-0.2 x) of
  * it, 0.14 of ten radians, where the points of Gauss leave all. */
 static const double damped = 0.2;
-/* In a motion of many steps the errors of a Rosenbrock method, which damps vibrations that nothing else damps
- * and has a lower order in stiff motions, add up to so many times those of the others: with a factor of 5 the
- * heavy tip ends with 3.7 times its tolerance. Above the tolerance `loose` they may be too small to be
- * followed. */
-static const double adds_up = 30, loose = 1e-5;
+/* The tolerance above which a Rosenbrock method goes further than the points of Radau. Instructions of
+ * rodas5p over those of radau9 in stiff motions (ratio 1, massless beam, elements 64, 256, reference
+ * manipulator with damping, spacearm): 0.3 to 0.9 at 1e-4, 1.0 to 1.6 at 1e-6 (massless beam 0.7), where its
+ * errors add up besides. */
+static const double loose = 1e-5;
 /* Radians of the fastest mode in a step, below which it is followed, as far as the error estimate of
  * collocation sees it, and the factor by which errors of Gauss's points add up then: without it errors of 29
  * cases are in proportion to the tolerance, with it those of 30. */
@@ -99,25 +101,40 @@ static int is_explicit(enum refdyn_method method) {
     return !refdyn_method_definition(method)->kind->is_implicit;
 }
 
-/* An explicit method cannot keep a step beyond its limit, though a few steps do not show it. */
-static double lasting_progress(const struct refdyn_motion *motion, enum refdyn_method method) {
+/* That of the method in use over the steps since the last mark. An explicit one cannot keep a step beyond its
+ * limit, though a few steps do not show it. */
+static double lasting_progress(const struct refdyn_motion *motion, int steps) {
+    const double reach = mean_step(motion, steps) * motion->automatic.found.rate;
+    return progress(motion) *
+           (is_explicit(motion->step.number) && reach > explicit_limit ? explicit_limit / reach : 1);
+}
+
+/* Points of Gauss keep vibrations, the others damp what the steps, as they are now, leave far behind. */
+static enum refdyn_method implicit_for(const struct refdyn_motion *motion) {
     const struct refdyn_automatic *choice = &motion->automatic;
-    const double now = progress(motion), step = mean_step(motion, MEASURED_STEPS);
-    if (!is_explicit(method) || !(step * choice->found.rate > explicit_limit))
-        return now;
-    return now * explicit_limit / (step * choice->found.rate);
+    const double h = motion->control.next; /* 0 at the start: none is known */
+    if (choice->found.damping < damped && h > 0 && h * choice->found.rate < left_behind)
+        return REFDYN_GAUSS12;
+    return motion->options.tol > loose && !motion->work->model->saturates ? REFDYN_RODAS5P : REFDYN_RADAU9;
+}
+
+/* One of the two candidates takes the next step. */
+static void use(struct refdyn_motion *motion, int candidate) {
+    struct refdyn_automatic *choice = &motion->automatic;
+    choice->found.candidates[IMPLICIT] = implicit_for(motion);
+    choice->next = choice->found.candidates[candidate];
 }
 
 static void ask_for(struct refdyn_motion *motion, int candidate) {
     struct refdyn_automatic *choice = &motion->automatic;
+    use(motion, candidate);
     choice->at = candidate;
-    choice->next = choice->found.candidates[choice->at];
     choice->steps_left = TRIAL_STEPS;
 }
 
 static void go_on_with(struct refdyn_motion *motion, int candidate) {
     struct refdyn_automatic *choice = &motion->automatic;
-    choice->next = choice->found.candidates[candidate];
+    use(motion, candidate);
     choice->patience *= choice->chosen == candidate ? 2 : 1;
     choice->chosen = candidate;
     choice->at = -1;
@@ -125,69 +142,29 @@ static void go_on_with(struct refdyn_motion *motion, int candidate) {
     mark(motion);
 }
 
-static int best(const struct refdyn_automatic *choice) {
-    int found = 0;
-    for (int i = 1; i < REFDYN_CANDIDATES; i++)
-        if (choice->found.progress[i] > choice->found.progress[found])
-            found = i;
-    return found;
-}
-
-/* |lambda| h of the explicit method that is tried, 0 for others. */
-static double reach_of_explicit(const struct refdyn_motion *motion) {
-    const struct refdyn_automatic *choice = &motion->automatic;
-    const double step = mean_step(motion, MEASURED_STEPS);
-    return is_explicit(choice->found.candidates[choice->at]) ? step * choice->found.rate : 0;
-}
-
-/* The explicit method's step is ruled by its accuracy: nothing else need be tried. */
-static int explicit_suffices(const struct refdyn_motion *motion) {
-    return is_explicit(motion->automatic.found.candidates[motion->automatic.at]) &&
-           reach_of_explicit(motion) < explicit_limit / 2;
-}
-
-/* So many steps of this length are left that another trial pays; FEW_STEPS where the end is not known. */
+/* Too few steps of this length are left for another trial to pay; never where the end is not known. */
 static int is_nearly_done(const struct refdyn_motion *motion, double step) {
     return motion->t_final - motion->step.t_end < FEW_STEPS * step;
 }
 
-/* That of the method that has won so far, at the plain tolerance. */
-static double best_step(const struct refdyn_motion *motion) {
-    const struct refdyn_automatic *choice = &motion->automatic;
-    const double gone = choice->found.progress[best(choice)] / choice->found.progress[choice->at];
-    const double sharper = motion->options.tol / refdyn_automatic_tolerance(motion);
-    return mean_step(motion, MEASURED_STEPS) * gone * pow(sharper, 1.0 / motion->step.method->order_error);
+/* Stability, not accuracy, rules the explicit steps since the last mark, and enough of them are left. */
+static int implicit_may_pay(const struct refdyn_motion *motion, int steps) {
+    const double rate = motion->automatic.found.rate;
+    return mean_step(motion, steps) * rate >= explicit_limit / 2 &&
+           !is_nearly_done(motion, explicit_limit / rate);
 }
 
-/* Points of Gauss keep vibrations, those of Radau damp what the steps, as they are now, leave far behind. */
-static enum refdyn_method collocation_for(const struct refdyn_motion *motion) {
-    const struct refdyn_automatic *choice = &motion->automatic;
-    return choice->found.damping < damped && motion->control.next * choice->found.rate < left_behind
-               ? REFDYN_GAUSS12
-               : REFDYN_RADAU9;
-}
-
-/* Is there a candidate behind the one that is tried, and another method? */
-static int has_another(struct refdyn_motion *motion) {
-    struct refdyn_automatic *choice = &motion->automatic;
-    choice->found.candidates[COLLOCATION] = collocation_for(motion);
-    return choice->at < COLLOCATION &&
-           choice->found.candidates[choice->at] != choice->found.candidates[choice->at + 1];
-}
-
+/* The trial has ended. An explicit method at its limit does not win over what an implicit one did before the
+ * trial, maybe in a transient, but over a trial that follows its own. */
 static void judge(struct refdyn_motion *motion) {
     struct refdyn_automatic *choice = &motion->automatic;
-    choice->found.progress[choice->at] = lasting_progress(motion, choice->found.candidates[choice->at]);
-    if (explicit_suffices(motion)) {
-        go_on_with(motion, choice->at);
-    } else if (is_nearly_done(motion, best_step(motion))) {
-        choice->is_short = motion->statistics.steps < FEW_STEPS; /* too short for errors to add up, too */
-        go_on_with(motion, best(choice));
-    } else if (has_another(motion)) {
-        ask_for(motion, choice->at + 1);
-    } else {
-        go_on_with(motion, best(choice));
-    }
+    double *gone = choice->found.progress;
+    gone[choice->at] = lasting_progress(motion, MEASURED_STEPS);
+    const int winner = gone[IMPLICIT] > gone[EXPLICIT] ? IMPLICIT : EXPLICIT;
+    if (choice->at == EXPLICIT && winner == EXPLICIT && implicit_may_pay(motion, MEASURED_STEPS))
+        ask_for(motion, IMPLICIT);
+    else
+        go_on_with(motion, winner);
 }
 
 /* Of a step: those of its stages, and that of its end. */
@@ -196,16 +173,21 @@ static int evaluations_of_explicit(void) {
     return tableau->stages + 1;
 }
 
-/* `now`: how far the present method goes. */
-static void begin_trial(struct refdyn_motion *motion, double now) {
-    struct refdyn_automatic *choice = &motion->automatic;
-    choice->wants_spectrum = 1;
-    for (int i = 0; i < REFDYN_CANDIDATES; i++)
-        choice->found.progress[i] = 0;
+/* At its limit it goes not half as far as the implicit method in use. */
+static int explicit_is_hopeless(const struct refdyn_motion *motion) {
+    const struct refdyn_choice *found = &motion->automatic.found;
     const double per_step = evaluations_of_explicit() * motion->work->model->qdd_cost;
-    const int is_hopeless = choice->chosen > 0 && choice->found.rate > 0 && per_step > 0 &&
-                            explicit_limit / choice->found.rate / per_step < now / 2;
-    ask_for(motion, is_hopeless ? ROSENBROCK : EXPLICIT);
+    return found->rate > 0 && per_step > 0 &&
+           explicit_limit / found->rate / per_step < found->progress[IMPLICIT] / 2;
+}
+
+/* The candidate that is not in use, unless it stands no chance at the rate that was just found. */
+static void try_the_other(struct refdyn_motion *motion) {
+    const int chosen = motion->automatic.chosen;
+    if (chosen == EXPLICIT ? implicit_may_pay(motion, LOOK_STEPS) : !explicit_is_hopeless(motion))
+        ask_for(motion, chosen == EXPLICIT ? IMPLICIT : EXPLICIT);
+    else
+        go_on_with(motion, chosen);
 }
 
 /* The fastest mode is undamped, and the steps are short enough to follow it. */
@@ -214,39 +196,35 @@ static int follows_vibrations(const struct refdyn_motion *motion) {
     return choice->found.damping < damped && motion->control.last * choice->found.rate < followed;
 }
 
-/* The factor by which errors of the method in use add up, beside those of the others. */
-static double adding_up(const struct refdyn_motion *motion) {
-    if (motion->step.number == REFDYN_GAUSS12 && follows_vibrations(motion))
-        return adds_up_followed;
-    return motion->step.number == REFDYN_RODAS5P && !motion->automatic.is_short && motion->options.tol < loose
-               ? adds_up
-               : 1;
-}
-
 double refdyn_automatic_tolerance(const struct refdyn_motion *motion) {
     const double tol = motion->options.tol;
-    return motion->options.method == REFDYN_AUTO ? fmax(tol / adding_up(motion), DBL_EPSILON) : tol;
+    const int adds_up = motion->options.method == REFDYN_AUTO && motion->step.number == REFDYN_GAUSS12 &&
+                        follows_vibrations(motion);
+    return adds_up ? fmax(tol / adds_up_followed, DBL_EPSILON) : tol;
 }
 
 void refdyn_automatic_start(struct refdyn_motion *motion) {
     struct refdyn_automatic *choice = &motion->automatic;
-    const enum refdyn_method rosenbrock = motion->work->model->saturates ? REFDYN_RADAU9 : REFDYN_RODAS5P;
-    *choice = (struct refdyn_automatic){.found.candidates = {REFDYN_RK8, rosenbrock, REFDYN_GAUSS12},
+    *choice = (struct refdyn_automatic){.found.candidates = {REFDYN_RK8, REFDYN_RADAU9},
                                         .chosen = -1,
-                                        .patience = FEW_STEPS / 2,
+                                        .patience = FEW_STEPS,
                                         .wants_spectrum = 1};
     mark(motion);
     ask_for(motion, EXPLICIT);
 }
 
-/* Does the chosen method still do what it was chosen for? */
+/* Does the chosen method still do what it was chosen for? If not, a trial begins with a look at the rates;
+ * what is in use needs none, its last steps are its measure. */
 static void look(struct refdyn_motion *motion) {
     struct refdyn_automatic *choice = &motion->automatic;
-    const double now = progress(motion);
-    const int is_due = choice->steps_left <= 0,
-              is_slow = now < slowed * choice->found.progress[choice->chosen];
-    if ((is_due || is_slow) && !is_nearly_done(motion, mean_step(motion, LOOK_STEPS))) {
-        begin_trial(motion, now);
+    double *gone = choice->found.progress;
+    const double now = lasting_progress(motion, LOOK_STEPS);
+    const int is_due = choice->steps_left <= 0, is_slow = now < slowed * gone[choice->chosen],
+              is_at_limit = gone[IMPLICIT] == 0 && implicit_may_pay(motion, LOOK_STEPS);
+    if ((is_due || is_slow || is_at_limit) && !is_nearly_done(motion, mean_step(motion, LOOK_STEPS))) {
+        choice->wants_spectrum = 1;
+        gone[EXPLICIT] = gone[IMPLICIT] = 0;
+        gone[choice->chosen] = now;
     } else {
         mark(motion);
         choice->steps_left = is_due ? choice->patience : choice->steps_left;
@@ -255,11 +233,8 @@ static void look(struct refdyn_motion *motion) {
 
 /* Gauss's points were chosen in a transient whose vibrations the steps have left behind by now. */
 static void damp_what_is_left_behind(struct refdyn_motion *motion) {
-    struct refdyn_automatic *choice = &motion->automatic;
-    if (motion->step.number != REFDYN_GAUSS12 || collocation_for(motion) == REFDYN_GAUSS12)
-        return;
-    choice->found.candidates[COLLOCATION] = REFDYN_RADAU9;
-    choice->next = REFDYN_RADAU9;
+    if (motion->step.number == REFDYN_GAUSS12)
+        use(motion, IMPLICIT);
 }
 
 void refdyn_automatic_after_step(struct refdyn_motion *motion) {
@@ -304,8 +279,10 @@ static void look_at_rates(struct refdyn_motion *motion) {
         ask_for(motion, EXPLICIT);
         return;
     }
-    if (choice->at > 0 || (choice->chosen < 0 && is_too_long_for_explicit(motion)))
-        ask_for(motion, ROSENBROCK);
+    if (choice->chosen >= 0)
+        try_the_other(motion);
+    else if (is_too_long_for_explicit(motion))
+        ask_for(motion, IMPLICIT);
 }
 
 static void begin_with(struct refdyn_motion *motion, enum refdyn_method method) {

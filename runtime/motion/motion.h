@@ -20,7 +20,6 @@ struct refdyn_automatic {
     enum refdyn_method next;   /* method of the next step */
     long steps_left, patience; /* until the trial of this candidate ends, or the next one begins */
     int wants_spectrum;
-    int is_short; /* few steps are left */
     double marked_t, marked_operations;
 };
 

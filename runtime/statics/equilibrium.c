@@ -271,57 +271,40 @@ static int newton_step(struct statics *statics, int *done) {
     return status;
 }
 
-/* Newton for the present load, from statics->q, whose forces are in statics->Q. */
-static int solve_load(struct statics *statics) {
-    int done = 0, status = REFDYN_OK;
+/* Newton under a share of the load, from q on, which becomes the equilibrium when there is one. */
+static int solve_load(struct statics *statics, double load, double *q) {
+    const size_t bytes = (size_t)statics->n * sizeof(double);
+    memcpy(statics->q, q, bytes);
+    statics->share = 1 - load;
     statics->is_first = 1;
+    int done = 0, status = evaluate_forces(statics, statics->q);
     for (int i = 0; i < statics->options->iterations && !done && !status; i++) {
         status = newton_step(statics, &done);
         statics->result->iterations++;
     }
-    if (status)
-        return not_converged(statics, status);
-    return done ? REFDYN_OK : not_converged(statics, REFDYN_NO_CONVERGENCE);
+    if (status || !done)
+        return not_converged(statics, status ? status : REFDYN_NO_CONVERGENCE);
+    memcpy(q, statics->q, bytes);
+    statics->result->load = load;
+    return REFDYN_OK;
 }
 
 /* Raises the load from 0 to 1; q keeps the last equilibrium. */
 static int raise_load(struct statics *statics, double *q) {
-    const size_t bytes = (size_t)statics->n * sizeof(double);
     double load = 0, step = statics->options->load_step;
     while (load < 1) {
         const double load_next = load + step < 1 ? load + step : 1;
-        memcpy(statics->q, q, bytes);
-        statics->share = 1 - load_next;
-        int status = evaluate_forces(statics, statics->q);
-        if (!status)
-            status = solve_load(statics);
+        const int status = solve_load(statics, load_next, q);
         if (status) {
             step /= 2;
             if (step < statics->options->load_least)
                 return status;
             continue;
         }
-        memcpy(q, statics->q, bytes);
-        statics->result->load = load = load_next;
+        load = load_next;
         statics->result->loads++;
         step *= 2;
     }
-    return REFDYN_OK;
-}
-
-/* The whole load at once, wherever that leads: for loads with a limit point before them. */
-static int jump(struct statics *statics, double *q) {
-    memcpy(statics->q, q, (size_t)statics->n * sizeof(double));
-    statics->share = 0;
-    statics->is_following = 0;
-    int status = evaluate_forces(statics, statics->q);
-    if (!status)
-        status = solve_load(statics);
-    if (status)
-        return status;
-    memcpy(q, statics->q, (size_t)statics->n * sizeof(double));
-    statics->result->load = 1;
-    statics->result->is_followed = 0;
     return REFDYN_OK;
 }
 
@@ -334,8 +317,10 @@ static int find_equilibrium(struct statics *statics, double *q) {
     if (status != REFDYN_NO_CONVERGENCE)
         return status;
     const struct refdyn_fault fault = statics->work->fault;
-    if (!jump(statics, statics->q_start)) {
+    statics->is_following = 0; /* the whole load at once, wherever that leads */
+    if (!solve_load(statics, 1, statics->q_start)) {
         memcpy(q, statics->q_start, bytes);
+        statics->result->is_followed = 0;
         return REFDYN_OK;
     }
     statics->work->fault = fault;

@@ -71,10 +71,11 @@ static const struct command commands[] = {
                 "start hold "
                 "output summary set fold case of",
      .output = "RUN.csv",
-     .purpose = "one motion, as CSV",
+     .purpose = "one motion, as CSV or HDF5",
      .help =
          "Columns: t, coordinates, rates, points, residuals, energy, programme forces, inputs. A summary "
-         "goes to stderr.\n\n"
+         "goes to stderr.\n"
+         "RUN.h5 has the same as HDF5, with units, options and parameters.\n\n"
          "  refdyn sim models/manipulator.lua --set n_rfe=1 --until 10 --step 1e-3 -o rigid.csv\n"
          "  refdyn sim models/manipulator.lua --from statics --until 10 --tol 1e-8 -o flexible.csv\n"
          "  refdyn sim models/manipulator.lua --from statics --until 10 --accuracy 1e-6 --stop 'E_z<2' -o "
@@ -91,17 +92,16 @@ static const struct command commands[] = {
              "reason of each\n"
              "case, and what was kept of it; RUNS.csv one row a case. While it runs, what is done is in "
              "RUNS.h5.journal.\n"
-             "--slurm gives the cases to jobs of Slurm, whose scripts and messages are in RUNS.h5.slurm; "
-             "given again, "
-             "it computes\n"
-             "what is missing.\n\n"
+             "With --slurm jobs of Slurm compute the cases; their scripts and messages are in "
+             "RUNS.h5.slurm. Given again,\n"
+             "it computes what is missing.\n\n"
              "  refdyn batch models/manipulator.lua sweep.lua -o runs.h5\n"
              "  refdyn batch models/manipulator.lua --table cases.csv --until 1 -o runs.csv\n"
              "  refdyn batch models/manipulator.lua sweep.lua --slurm --slurm-options '--partition=long' -o "
              "runs.h5\n"},
     {.name = "plot",
      .run = run_plot,
-     .operands = "RUN.csv...",
+     .operands = "RUN...",
      .options = "output! panel units",
      .output = "FILE.svg",
      .purpose = "figures of motions, as one SVG, PNG or PDF by the suffix of FILE",
@@ -109,9 +109,14 @@ static const struct command commands[] = {
          "Coordinates, paths, heights and vertical velocities of points, forces, inputs, courses, residuals "
          "and energy.\n"
          "Colours tell quantities apart, lines the runs, which lie over each other. PNG and PDF are made by "
-         "rsvg-convert.\n\n"
+         "rsvg-convert.\n"
+         "Of RUNS.h5, a file of runs: results over what varied, percentiles over time, the worst cases; "
+         "--panel "
+         "names what\n"
+         "the file has, as extremes/E_x.\n\n"
          "  refdyn plot rigid.csv flexible.csv -o motion.svg\n"
-         "  refdyn plot rigid.csv --panel path,energy --units rigid.json -o path.pdf\n"},
+         "  refdyn plot rigid.csv --panel path,energy --units rigid.json -o path.pdf\n"
+         "  refdyn plot runs.h5 --panel extremes/E_x,history/E_x -o runs.svg\n"},
     {.name = "merge",
      .run = run_merge,
      .operands = "RUNS.h5...",
@@ -176,7 +181,6 @@ int main(int argc, char **argv) {
     interrupt_catch();
     if (options_read(commands, argc, argv, &options, &status))
         status = options.command->run(&options);
-    options_release(&options);
     status = finish_stdout(status);
     interrupt_finish();
     return (int)status;

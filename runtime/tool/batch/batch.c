@@ -5,7 +5,6 @@
 #include "command_line/commands.h"
 #include "system/interrupt.h"
 
-#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -205,9 +204,7 @@ static enum present_result find_present(const struct batch_setup *setup) {
     const char *path = setup->options.output;
     if (!setup->options.resume || has_ending(path, ".csv"))
         return PRESENT_NONE;
-    char *journal = text_format("%s.journal", path);
-    const bool has_journal = access(journal, F_OK) == 0;
-    free(journal);
+    const bool has_journal = access(text_format("%s.journal", path), F_OK) == 0;
     return has_journal ? PRESENT_NONE : present_result(setup, path, setup->first, setup->end);
 }
 

@@ -81,6 +81,16 @@ static const char *text_of(struct batch_setup *setup,
     return copy;
 }
 
+/* The command line, its words in quotes where they have blanks. */
+static const char *command_of(struct batch_setup *setup) {
+    const struct options *options = &setup->options;
+    struct text text = {.memory = &setup->memory};
+    for (int i = 0; i < options->argument_count; i++)
+        text_add(&text, strpbrk(options->arguments[i], " \t\n'") ? "%s\"%s\"" : "%s%s", i ? " " : "",
+                 options->arguments[i]);
+    return text.data;
+}
+
 static void add(struct batch_setup *setup, const char *name, const char *text) {
     setup->layout.attributes[setup->layout.attribute_count++] = (struct attribute){name, text};
 }
@@ -100,6 +110,6 @@ void batch_identify(struct batch_setup *setup) {
         add(setup, names[part], texts[part]);
         add(setup, memory_format(&setup->memory, "%s_hash", names[part]), setup->key.hash[part]);
     }
-    add(setup, "cases", memory_format(&setup->memory, "%ld", setup->sweep.cases.count));
+    add(setup, "command", command_of(setup));
     add(setup, "lanes", "1");
 }

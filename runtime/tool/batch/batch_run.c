@@ -8,6 +8,7 @@
 #include "system/progress.h"
 #include "system/timing.h"
 
+#include <math.h>
 #include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
@@ -115,12 +116,34 @@ static int end_case(void *context, const struct refdyn_batch_case *one,
 
 /* ---- A structure ---- */
 
-/* Cases that the sink does not have. */
-static long list_open_cases(const struct structure *structure, const struct batch_sink *sink, long *numbers) {
+/* A case whose values the model refuses is not computed. */
+static void refuse_case(struct running *running, long number, const char *reason) {
+    const struct runs_layout *layout = &running->setup->layout;
+    double *values = allocate_large((size_t)layout->width + 1, sizeof *values);
+    for (int i = 0; i < layout->width; i++)
+        values[i] = NAN;
+    const struct case_record record = {
+        .number = number, .status = STATUS_FAULT, .reason = reason, .values = values};
+    running->is_broken = running->is_broken || !running->sink->take(running->sink->context, &record);
+    running->count->cases++;
+    running->count->failed++;
+    free(values);
+}
+
+/* Cases that the sink does not have, and that the model takes. */
+static long list_open_cases(struct running *running, struct structure *structure, long *numbers) {
+    const struct batch_sink *sink = running->sink;
     long count = 0;
-    for (long i = 0; i < structure->count; i++)
-        if (!sink->has(sink->context, structure->numbers[i]))
-            numbers[count++] = structure->numbers[i];
+    for (long i = 0; i < structure->count && !running->is_broken; i++) {
+        const long number = structure->numbers[i];
+        if (sink->has(sink->context, number))
+            continue;
+        const char *reason = structure_refuses(structure, &running->setup->sweep.cases, number);
+        if (reason)
+            refuse_case(running, number, reason);
+        else
+            numbers[count++] = number;
+    }
     return count;
 }
 
@@ -146,26 +169,23 @@ struct refdyn_batch batch_of_structure(const struct batch_setup *setup, const st
                                  .column_count = structure->column_count};
 }
 
-static int run_cases(struct running *running, const struct structure *structure, long *numbers) {
+static int run_cases(struct running *running, struct structure *structure, long *numbers) {
     struct refdyn_batch batch = batch_of_structure(running->setup, structure);
-    batch.count = list_open_cases(structure, running->sink, numbers);
+    batch.count = list_open_cases(running, structure, numbers);
     batch.numbers = numbers;
     batch.threads = running->setup->threads;
     batch.context = running;
     batch.output = see;
     batch.end = end_case;
     batch.stop = is_interrupted;
-    return batch.count > 0 ? refdyn_batch_run(&batch, NULL) : REFDYN_OK;
+    return batch.count > 0 && !running->is_broken ? refdyn_batch_run(&batch, NULL) : REFDYN_OK;
 }
 
-static enum status run_structure(struct running *running, const struct structure *structure) {
+static enum status run_structure(struct running *running, struct structure *structure) {
     const int threads = running->setup->threads;
-    long *numbers = allocate((size_t)structure->count, sizeof *numbers);
-    running->recorders = allocate((size_t)threads, sizeof *running->recorders);
+    long *numbers = allocate_large((size_t)structure->count, sizeof *numbers);
+    running->recorders = allocate_large((size_t)threads, sizeof *running->recorders);
     const int result = run_cases(running, structure, numbers);
-    for (int i = 0; i < threads; i++)
-        if (running->recorders[i].values)
-            recorder_release(&running->recorders[i]);
     free(running->recorders);
     free(numbers);
     if (result)

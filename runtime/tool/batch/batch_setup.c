@@ -141,7 +141,7 @@ enum status batch_setup_complete(struct batch_setup *setup) {
 
 enum status batch_setup_open(struct batch_setup *setup, const struct options *options) {
     *setup = (struct batch_setup){.memory = arena_start(), .options = *options};
-    enum status status = scene_read(&setup->base, options);
+    enum status status = scene_read(&setup->base, options, true);
     if (status == STATUS_DONE)
         status = read_cases(setup);
     if (status == STATUS_DONE)

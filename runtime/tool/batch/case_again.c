@@ -159,11 +159,14 @@ static enum status move(struct again *again) {
     batch.context = again;
     batch.output = write_row;
     batch.end = note_end;
+    const char *reason = structure_refuses(structure, &again->setup.sweep.cases, 0);
+    if (reason) {
+        fprintf(stderr, "%s\n", reason);
+        return STATUS_FAULT;
+    }
     const int result = refdyn_batch_run(&batch, NULL);
     if (result)
         return complain(structure->scene.model->name, refdyn_status_text(result));
-    if (again->table.values)
-        table_release(&again->table);
     const enum status status = target_finish(again->rows) ? STATUS_DONE : STATUS_FAULT;
     return again->status ? STATUS_NUMBERS : status;
 }

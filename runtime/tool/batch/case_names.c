@@ -159,7 +159,8 @@ static const char *value_text(const struct case_column *column, long i, char num
 static int add_text(struct text_set *set, const char *folder, const char *text) {
     if (!*folder || *text == '/')
         return text_set_add(set, text);
-    char *path = text_format("%s%s", folder, text);
+    char *path = allocate_large(strlen(folder) + strlen(text) + 1, 1);
+    strcat(strcpy(path, folder), text);
     const int number = text_set_add(set, path);
     free(path);
     return number;
@@ -245,6 +246,14 @@ static const char *settings_text(const struct case_names *names, const struct se
     return text;
 }
 
+/* Of the first option that varies. */
+static struct place place_of_options(const struct case_table *table, const struct cases *cases) {
+    int c = 0;
+    while (c < cases->width - 1 && !(cases->columns[c].target && cases->columns[c].kind == VARIED_OPTION))
+        c++;
+    return table->columns[c].place;
+}
+
 static const char *first_error(const struct generation *gen) {
     for (int i = 0; i < gen->messages.count; i++)
         if (gen->messages.list[i].is_error)
@@ -271,8 +280,8 @@ static void read_structure(const struct case_names *names, const struct case_tab
     if (gen_read(&gen, &request, -1) == GEN_OK)
         find_rest(names, table, &gen, cases);
     else
-        message_error(names->messages, table->columns[0].place, "with %s the model is at fault: %s", text,
-                      first_error(&gen));
+        message_error(names->messages, place_of_options(table, cases), "with %s the model is at fault: %s",
+                      text, first_error(&gen));
     gen_release(&gen);
 }
 

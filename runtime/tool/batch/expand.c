@@ -24,7 +24,7 @@ static double grid_point(const struct vary *vary, long index) {
 /* Each value holds for `stride` cases, then comes the next one. */
 static void fill_listed(const struct vary *vary, long stride, long case_count, double *values) {
     const long count = (long)vary->count;
-    double *points = allocate((size_t)count, sizeof *points);
+    double *points = allocate_large((size_t)count, sizeof *points);
     for (long i = 0; i < count; i++)
         points[i] = vary->form == VARY_LIST ? vary->list.values[i] : grid_point(vary, i);
     for (long i = 0; i < case_count; i++)
@@ -78,7 +78,7 @@ static int random_count(const struct sweep_file *file) {
 static double *sequence_points(const struct sweep_file *file, int width) {
     if (file->sequence == SEQUENCE_RANDOM)
         return NULL;
-    double *points = allocate((size_t)file->draws * (size_t)width, sizeof *points);
+    double *points = allocate_large((size_t)file->draws * (size_t)width, sizeof *points);
     quasi_random_points(file->sequence, width, (long)file->draws, points);
     return points;
 }

@@ -100,7 +100,7 @@ static uint64_t record_check(const char *record, size_t length) {
 static char *room_for(struct journal *journal, size_t length) {
     if (length > journal->room_size) {
         free(journal->room);
-        journal->room = allocate(1, length);
+        journal->room = allocate_large(1, length);
         journal->room_size = length;
     }
     return journal->room;
@@ -235,8 +235,8 @@ bool journal_open(struct journal *journal, const char *result, const struct jour
     journal->path = text_format("%s.journal", result);
     if (!open_locked(journal))
         return false;
-    journal->offsets = allocate((size_t)case_count + 1, sizeof *journal->offsets);
-    journal->values = allocate((size_t)width + 1, sizeof *journal->values);
+    journal->offsets = allocate_large((size_t)case_count + 1, sizeof *journal->offsets);
+    journal->values = allocate_large((size_t)width + 1, sizeof *journal->values);
     journal->end = sizeof(struct head);
     if (fstat(journal->file, &status) != 0 || !S_ISREG(status.st_mode))
         return complain(journal, "it is no regular file");
@@ -254,7 +254,6 @@ void journal_remove(struct journal *journal) {
 void journal_close(struct journal *journal) {
     if (journal->file >= 0)
         close(journal->file);
-    free(journal->path);
     free(journal->offsets);
     free(journal->room);
     free(journal->values);

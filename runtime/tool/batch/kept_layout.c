@@ -111,7 +111,6 @@ static void add_model(struct listing *listing, const struct keep *keep, const st
     add_named(listing, KEPT_EXTREMES, &keep->extremes, &table);
     add_named(listing, KEPT_NORM, &keep->norms, &table);
     add_named(listing, KEPT_HISTORY, &keep->history, &table);
-    table_release(&table);
 }
 
 /* ---- Axes ---- */
@@ -157,7 +156,6 @@ static const char *find_unknown(struct memory *memory, const struct name_list *l
         table_start(&table, &integrator);
         const char *found = message_nearest_name(list->names[i], table.names, table.count);
         *near = found ? memory_text(memory, found) : NULL;
-        table_release(&table);
         return list->names[i];
     }
     return NULL;

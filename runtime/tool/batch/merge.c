@@ -27,9 +27,8 @@ struct merge {
     struct targets targets;
 };
 
-static bool refuse(const char *path, char *fact) {
+static bool refuse(const char *path, const char *fact) {
     complain_line(path, 0, fact);
-    free(fact);
     return false;
 }
 
@@ -341,7 +340,5 @@ enum status run_merge(const struct options *options) {
             runs_close(merge.readers[i]);
     targets_release(&merge.targets);
     memory_release(&merge.memory);
-    free(merge.readers);
-    free(merge.rows);
     return is_good ? STATUS_DONE : STATUS_FAULT;
 }

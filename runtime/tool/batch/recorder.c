@@ -9,7 +9,7 @@
 static void find_places(struct recorder *recorder) {
     const struct kept *kept = recorder->kept;
     struct table *table = &recorder->table;
-    bool *wanted = memory_get(&table->memory, (size_t)table->count * sizeof *wanted);
+    bool *wanted = allocate((size_t)table->count, sizeof *wanted);
     for (int i = 0; i < recorder->layout->item_count; i++) {
         recorder->places[i] = text_index(kept->columns[i], table->names, table->count);
         if (recorder->places[i] >= 0)
@@ -22,10 +22,9 @@ void recorder_start(struct recorder *recorder, const struct kept *kept, const st
                     struct refdyn_integrator *integrator) {
     *recorder = (struct recorder){.kept = kept, .layout = layout};
     table_start(&recorder->table, integrator);
-    struct memory *memory = &recorder->table.memory;
-    recorder->places = memory_get(memory, ((size_t)layout->item_count + 1) * sizeof *recorder->places);
-    recorder->before = memory_get(memory, ((size_t)layout->item_count + 1) * sizeof *recorder->before);
-    recorder->values = memory_get(memory, ((size_t)layout->width + 1) * sizeof *recorder->values);
+    recorder->places = allocate((size_t)layout->item_count + 1, sizeof *recorder->places);
+    recorder->before = allocate((size_t)layout->item_count + 1, sizeof *recorder->before);
+    recorder->values = allocate((size_t)layout->width + 1, sizeof *recorder->values);
     find_places(recorder);
 }
 
@@ -105,8 +104,4 @@ void recorder_fail(struct recorder *recorder, double t) {
         if (kind == KEPT_FINAL && strcmp(item->name, "t") == 0)
             recorder->values[item->offset] = t;
     }
-}
-
-void recorder_release(struct recorder *recorder) {
-    table_release(&recorder->table);
 }

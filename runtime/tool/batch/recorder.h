@@ -58,6 +58,5 @@ void recorder_clear(struct recorder *recorder);
 void recorder_see(struct recorder *recorder, int number);
 /* The case failed: what would be of its end or of its whole way is not known. */
 void recorder_fail(struct recorder *recorder, double t);
-void recorder_release(struct recorder *recorder);
 
 #endif

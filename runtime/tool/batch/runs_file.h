@@ -62,13 +62,14 @@ struct case_record {
 
 struct runs_writer;
 
-/* Of `count` cases into the file `path`, which is written anew and may be a target's part: the caller gives it
- * its name once it is closed. The layout lives until then. NULL, with a complaint on stderr. Writes in blocks of rows: memory does not grow with `count`. */
+/* Of `count` cases into the file `path`, which is written anew and may be a target's part: the caller gives
+ * it its name once it is closed. The layout lives until then. NULL, with a complaint on stderr. Writes in
+ * blocks of rows: memory does not grow with `count`. */
 struct runs_writer *runs_create(const char *path, const struct runs_layout *layout, long count);
 /* The next case; numbers ascend. False, with a complaint, when it cannot be written. */
 bool runs_put(struct runs_writer *writer, const struct case_record *record);
-/* All in the file and on the disk. False, with a complaint, also where fewer than `count` cases were put; in any
- * case the writer is released. */
+/* All in the file and on the disk. False, with a complaint, also where fewer than `count` cases were put; in
+ * any case the writer is released. */
 bool runs_finish(struct runs_writer *writer);
 
 /* ---- Reading ---- */

@@ -5,6 +5,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/wait.h>
@@ -24,7 +25,7 @@ static bool is_same_structure(const struct cases *cases, long a, long b) {
 static struct structure *find_structure(struct structures *structures, const struct cases *cases,
                                         long number) {
     for (int i = 0; i < structures->count; i++)
-        if (is_same_structure(cases, structures->list[i].numbers[0], number))
+        if (is_same_structure(cases, structures->list[i].example, number))
             return &structures->list[i];
     return NULL;
 }
@@ -49,7 +50,7 @@ static struct structure *add_structure(struct structures *structures, struct mem
         memory_room(memory, structures->list, structures->count, capacity, sizeof *structures->list);
     struct structure *structure = &structures->list[structures->count++];
     *structure = (struct structure){.options = *options};
-    structure->numbers = memory_get(memory, (size_t)most * sizeof *structure->numbers);
+    structure->numbers = memory_get(memory, ((size_t)most + 1) * sizeof *structure->numbers);
     return structure;
 }
 
@@ -57,13 +58,15 @@ void structures_sort(struct structures *structures, struct memory *memory, const
                      long first, long end, const struct options *options) {
     int capacity = 0;
     *structures = (struct structures){.count = 0};
-    for (long number = first; number < end; number++) {
+    for (long number = 0; number < cases->count; number++) {
         struct structure *structure = find_structure(structures, cases, number);
         if (!structure) {
-            structure = add_structure(structures, memory, &capacity, options, end - number);
+            structure = add_structure(structures, memory, &capacity, options, end - first);
+            structure->example = number;
             add_settings(structure, memory, cases, number);
         }
-        structure->numbers[structure->count++] = number;
+        if (number >= first && number < end)
+            structure->numbers[structure->count++] = number;
     }
 }
 
@@ -79,7 +82,7 @@ static unsigned needs_of(const struct options *options, const struct refdyn_opti
 static enum status open_scene(struct structure *structure, const struct refdyn_options *integration) {
     structure->is_open = true;
     return scene_open(&structure->scene, &structure->options, needs_of(&structure->options, integration),
-                      motion_state_path(&structure->options));
+                      options_state_path(structure->options.from));
 }
 
 /* In a process of its own, which leaves the compiled code in the cache; what is wrong the caller says when it
@@ -147,42 +150,73 @@ static enum status read_samples(struct structure *structure, struct memory *memo
     structure->samples = memory_get(memory, (size_t)column->text_count * sizeof *structure->samples);
     for (int i = 0; i < column->text_count; i++) {
         struct inputs inputs;
-        if (!inputs_read(&inputs, memory, column->texts[i], structure->scene.model))
+        if (!inputs_read(&inputs, column->texts[i], structure->scene.model))
             return STATUS_FAULT;
         structure->samples[structure->sample_count++] = inputs.samples;
     }
     return STATUS_DONE;
 }
 
-static enum status lacks(const struct structure *structure, const struct varied *column) {
-    fprintf(stderr, "refdyn: %s: %s varies, and this coordinate is not there with",
-            structure->options.operands[0], column->name);
-    for (int i = 0; i < structure->options.setting_count; i++)
-        fprintf(stderr, " %s=%s", structure->options.settings[i].name, structure->options.settings[i].value);
-    fputc('\n', stderr);
-    return STATUS_FAULT;
+static int declared_parameter(const struct model *model, const char *name) {
+    for (int i = 0; i < model->parameter_count; i++)
+        if (strcmp(model->parameters[i].name, name) == 0)
+            return i;
+    return -1;
 }
 
-/* A parameter or input that no function of this structure reads has no place in it. */
+/* What a structure lacks has no value in its cases. A parameter that it has, and that none of its functions
+ * reads, keeps its value. */
+static void leave_out(const struct structure *structure, const struct varied *column) {
+    if (column->kind == VARIED_INPUT ||
+        (column->kind == VARIED_PARAMETER &&
+         declared_parameter(&structure->scene.generation.model, column->target) >= 0))
+        return;
+    for (long i = 0; i < structure->count; i++)
+        column->values[structure->numbers[i]] = NAN;
+}
+
 static enum status find_columns(struct structure *structure, struct memory *memory,
                                 const struct cases *cases) {
     structure->columns = memory_get(memory, ((size_t)cases->width + 1) * sizeof *structure->columns);
     for (int i = 0; i < cases->width; i++) {
         const struct varied *column = &cases->columns[i];
-        const bool is_start = column->kind == VARIED_COORDINATE || column->kind == VARIED_RATE;
         if (column->kind == VARIED_OPTION)
             continue;
         const int place = column->kind == VARIED_SAMPLES ? 0 : place_of(structure->scene.model, column);
-        if (place < 0 && is_start)
-            return lacks(structure, column);
-        if (place < 0)
+        if (place < 0) {
+            leave_out(structure, column);
             continue;
+        }
         structure->columns[structure->column_count++] =
             (struct refdyn_batch_column){what_of(column->kind), place, column->values};
         if (column->kind == VARIED_SAMPLES && read_samples(structure, memory, column) != STATUS_DONE)
             return STATUS_FAULT;
     }
     return STATUS_DONE;
+}
+
+/* ---- Values that the model refuses ---- */
+
+static void find_requirements(struct structure *structure, struct memory *memory, const struct cases *cases) {
+    struct generation *generation = &structure->scene.generation;
+    bool *is_varied = memory_get(memory, (size_t)generation->model.parameter_count + 1);
+    structure->is_asked = memory_get(memory, (size_t)generation->model.requirement_count + 1);
+    for (int i = 0; i < cases->width; i++) {
+        const int place = declared_parameter(&generation->model, cases->columns[i].target);
+        if (cases->columns[i].kind == VARIED_PARAMETER && place >= 0)
+            is_varied[place] = true;
+    }
+    gen_mark_requirements(generation, is_varied, structure->is_asked);
+}
+
+const char *structure_refuses(struct structure *structure, const struct cases *cases, long number) {
+    struct generation *generation = &structure->scene.generation;
+    for (int i = 0; i < cases->width; i++) {
+        const int place = declared_parameter(&generation->model, cases->columns[i].target);
+        if (cases->columns[i].kind == VARIED_PARAMETER && place >= 0)
+            generation->model.parameters[place].value = cases->columns[i].values[number];
+    }
+    return gen_values_fault(generation, structure->is_asked);
 }
 
 /* ---- Statics ---- */
@@ -231,6 +265,8 @@ static enum status open_structure(struct structure *structure, struct memory *me
         status = motion_fit(&structure->scene, &structure->options, integration);
     if (status == STATUS_DONE)
         status = find_columns(structure, memory, cases);
+    if (status == STATUS_DONE)
+        find_requirements(structure, memory, cases);
     if (status == STATUS_DONE && needs_of(&structure->options, integration) & NEEDS_STATICS)
         status = find_held(structure, memory);
     return status;

@@ -13,12 +13,14 @@ struct structure {
     struct options options; /* of the command, and the values of the options that vary */
     struct scene scene;
     bool is_open;  /* the scene is to be closed */
-    long *numbers; /* (count) of its cases, ascending */
+    long example;  /* a case of it */
+    long *numbers; /* (count) of its cases that are computed, ascending */
     long count;
     struct refdyn_batch_column *columns; /* what varies and the model has */
     struct refdyn_samples *samples;      /* of the files of inputs */
     int column_count, sample_count;
-    int *held; /* (held_count) from statics: coordinates that are held */
+    bool *is_asked; /* numbers of the model that depend on parameters which vary */
+    int *held;      /* (held_count) from statics: coordinates that are held */
     int held_count;
 };
 
@@ -27,7 +29,8 @@ struct structures {
     int count;
 };
 
-/* Sorts the cases [first, end). */
+/* Sorts all cases, of which [first, end) are computed: what is kept of a case, and where, is the same for all
+ * ranges. */
 void structures_sort(struct structures *structures, struct memory *memory, const struct cases *cases,
                      long first, long end, const struct options *options);
 /*
@@ -36,6 +39,8 @@ void structures_sort(struct structures *structures, struct memory *memory, const
  */
 enum status structures_open(struct structures *structures, struct memory *memory, const struct cases *cases,
                             const struct refdyn_options *integration, int threads);
+/* What the model refuses of the values of a case, as `sim --set` would; NULL: nothing. */
+const char *structure_refuses(struct structure *structure, const struct cases *cases, long number);
 void structures_close(struct structures *structures);
 
 #endif

@@ -35,7 +35,8 @@ static const char *path_of(const struct sweep_reading *reading, int column) {
 /* What can be said before there is a case. Names that derive gives may be options, too. */
 static void find_varied(struct sweep_reading *reading) {
     const struct sweep_file *file = &reading->file;
-    const bool may_wait = has_options(reading) || file->derive;
+    const bool derives_options = file->derive && reading->names.generation->model.option_count > 0;
+    const bool may_wait = has_options(reading) || derives_options;
     for (int i = 0; i < file->vary_count; i++) {
         const struct vary *vary = &file->varies[i];
         const struct case_column column = {.name = vary->name, .place = vary->place};

@@ -102,9 +102,7 @@ static bool read_table(struct table_reading *reading, struct sweep *sweep, const
                            cases->count, &cases->columns[i]);
     if (reading->messages.errors || !case_names_check(&reading->names, &reading->table, cases))
         return false;
-    char *text = read_text(path, "cases");
-    sweep->text = text ? memory_text(reading->names.memory, text) : NULL;
-    free(text);
+    sweep->text = read_text(path, "cases");
     return sweep->text;
 }
 

@@ -11,7 +11,6 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* A list has names or numbers between commas, each once; one that frees may be empty. */
@@ -108,85 +107,81 @@ static const struct rule rules[] = {
 
 enum { RULE_OUTPUT, RULE_COUNT = sizeof rules / sizeof rules[0] };
 
-/* Whether `list` (blanks between, '!' behind needed ones) has `name`; *needed tells of the mark. */
-static bool list_has(const char *list, const char *name, bool *needed) {
-    size_t length = strlen(name);
-    for (const char *at = list; (at = strstr(at, name)); at += length) {
-        bool starts = at == list || at[-1] == ' ';
-        if (starts && strchr(" !", at[length])) { /* the end of the text counts as a blank */
-            *needed = at[length] == '!';
-            return true;
-        }
-    }
-    return false;
-}
+/* Does the command know the option, and does it need it? */
+enum standing { UNKNOWN, KNOWN, NEEDED };
 
-static bool knows(const struct command *command, const struct rule *rule, bool *needed) {
-    *needed = false;
-    return rule->kind == KIND_HELP || list_has(command->options, rule->name, needed);
+static enum standing standing_of(const struct command *command, const struct rule *rule) {
+    const size_t length = strlen(rule->name);
+    if (rule->kind == KIND_HELP)
+        return KNOWN;
+    for (const char *at = command->options; (at = strstr(at, rule->name)); at += length) {
+        const bool starts = at == command->options || at[-1] == ' ';
+        if (starts && strchr(" !", at[length])) /* the end of the text counts as a blank */
+            return at[length] == '!' ? NEEDED : KNOWN;
+    }
+    return UNKNOWN;
 }
 
 static const char *shown_name(const struct rule *rule) {
-    return strcmp(rule->name, "output") == 0 ? "-o" : rule->name;
+    return rule == &rules[RULE_OUTPUT] ? "-o" : text_format("--%s", rule->name);
+}
+
+/* What it takes, as the usage line says; "": nothing. */
+static const char *argument_of(const struct command *command, const struct rule *rule) {
+    if (rule == &rules[RULE_OUTPUT])
+        return command->output;
+    return rule->argument ? rule->argument : "";
 }
 
 static void print_usage(const struct command *command, FILE *out) {
     fprintf(out, "usage: refdyn %s %s", command->name, command->operands);
     for (int i = 0; i < RULE_COUNT; i++) {
-        bool needed;
-        if (!knows(command, &rules[i], &needed) || rules[i].kind == KIND_HELP)
-            continue;
-        bool is_short = strcmp(rules[i].name, "output") == 0;
-        fprintf(out, needed ? " %s%s" : " [%s%s", is_short ? "" : "--", shown_name(&rules[i]));
-        if (rules[i].argument)
-            fprintf(out, " %s", is_short ? command->output : rules[i].argument);
-        fputs(needed ? "" : "]", out);
+        const enum standing standing = standing_of(command, &rules[i]);
+        const char *argument = argument_of(command, &rules[i]);
+        if (standing != UNKNOWN && rules[i].kind != KIND_HELP)
+            fprintf(out, standing == NEEDED ? " %s%s%s" : " [%s%s%s]", shown_name(&rules[i]),
+                    *argument ? " " : "", argument);
     }
     fputc('\n', out);
 }
 
-/* The methods that the runtime has, and which one is taken. */
-static void print_methods(void) {
+const char *options_methods(bool is_explicit) {
+    struct text text = {.memory = &program_memory};
     for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
-        printf("%s%s", method ? ", " : "", refdyn_method_name(method));
-    puts(HAS_METHODS_OF_GSL ? ", msbdf, bsimp (default: rk4 with --step, auto without)"
-                            : " (default: rk4 with --step, auto without)");
+        if (!is_explicit || !refdyn_method_is_implicit((enum refdyn_method)method))
+            text_add(&text, "%s%s", text.length ? ", " : "", refdyn_method_name(method));
+    return text.data;
 }
 
 static void print_rule_help(const struct rule *rule) {
     if (rule->help)
         puts(rule->help);
     else
-        print_methods();
+        printf("%s%s (default: rk4 with --step, auto without)\n", options_methods(false),
+               HAS_METHODS_OF_GSL ? ", msbdf, bsimp" : "");
 }
 
 static void print_command_help(const struct command *command) {
+    enum { WIDTH = 28 };
     print_usage(command, stdout);
     printf("\n%s\n\n%s\noptions:\n", command->purpose, command->help);
     for (int i = 0; i < RULE_COUNT; i++) {
-        bool needed;
-        if (!knows(command, &rules[i], &needed))
+        if (standing_of(command, &rules[i]) == UNKNOWN)
             continue;
-        const char *argument = rules[i].argument ? rules[i].argument : "";
-        bool is_short = strcmp(rules[i].name, "output") == 0;
-        int width = printf("  %s%s %s", is_short ? "-o, --" : "--", rules[i].name,
-                           is_short ? command->output : argument);
-        printf("%*s", width < 28 ? 28 - width : 1, "");
+        const int width = printf("  %s--%s %s", i == RULE_OUTPUT ? "-o, " : "", rules[i].name,
+                                 argument_of(command, &rules[i]));
+        printf("%*s", width < WIDTH ? WIDTH - width : 1, "");
         print_rule_help(&rules[i]);
     }
     puts("\nexit status: 0 done; 1 model, state or file at fault; 2 wrong usage; 3 the numbers failed");
-}
-
-static void print_commands(const struct command *commands, FILE *out) {
-    for (const struct command *command = commands; command->name; command++)
-        fprintf(out, "  %-9s%s\n", command->name, command->purpose);
 }
 
 static void print_help(const struct command *commands) {
     puts("usage: refdyn COMMAND ARGUMENTS\n\n"
          "Refdyn turns a Lua model of a robot with flexible links into C code of its dynamics,\n"
          "and computes its equilibria, frequencies and programme-constrained motions.\n\ncommands:");
-    print_commands(commands, stdout);
+    for (const struct command *command = commands; command->name; command++)
+        printf("  %-9s%s\n", command->name, command->purpose);
     puts("\nrefdyn COMMAND --help tells more; --version prints the version.");
 }
 
@@ -219,13 +214,11 @@ static const struct command *find_command(const struct command *commands, const 
 /* getopt_long's tables: the long options of this command; each option's value is its place in `rules`, plus
  * one. */
 static void option_table(const struct command *command, struct option *table) {
-    for (int i = 0; i < RULE_COUNT; i++) {
-        bool needed;
-        if (knows(command, &rules[i], &needed))
+    for (int i = 0; i < RULE_COUNT; i++)
+        if (standing_of(command, &rules[i]) != UNKNOWN)
             *table++ = (struct option){.name = rules[i].name,
                                        .has_arg = rules[i].argument ? required_argument : no_argument,
                                        .val = i + 1};
-    }
     *table = (struct option){.name = NULL};
 }
 
@@ -252,60 +245,59 @@ static enum status wrong_option(const struct command *command, const struct opti
                        given);
 }
 
-static enum status read_positive(const struct command *command, const char *name, const char *text,
-                                 double *value) {
+static enum status read_number(const struct command *command, const struct rule *rule, const char *text,
+                               double *value) {
+    enum { LARGEST = 1000000 };
+    if (rule->kind == KIND_NUMBER && text_to_number(text, value) && *value >= 0 && *value == floor(*value))
+        return STATUS_DONE;
+    if (rule->kind == KIND_NUMBER)
+        return usage_error(command, "--%s: '%s' is no whole number from 0 on", rule->name, text);
     if (!text_to_number(text, value) || *value <= 0)
-        return usage_error(command, "--%s: '%s' is no positive number", name, text);
+        return usage_error(command, "--%s: '%s' is no positive number", rule->name, text);
+    if (rule->kind == KIND_COUNT && (*value > LARGEST || *value != floor(*value)))
+        return usage_error(command, "--%s: %s is no whole number up to %d", rule->name, text, LARGEST);
     return STATUS_DONE;
 }
 
-static enum status read_count(const struct command *command, const char *name, const char *text,
-                              double *value) {
-    enum { LARGEST = 1000000 };
-    const enum status status = read_positive(command, name, text, value);
-    if (status != STATUS_DONE || (*value <= LARGEST && *value == floor(*value)))
-        return status;
-    return usage_error(command, "--%s: %s is no whole number up to %d", name, text, LARGEST);
-}
-
-static enum status read_number(const struct command *command, const char *name, const char *text,
-                               double *value) {
-    if (text_to_number(text, value) && *value >= 0 && *value == floor(*value))
-        return STATUS_DONE;
-    return usage_error(command, "--%s: '%s' is no whole number from 0 on", name, text);
-}
-
-static enum status read_text(const struct command *command, const char *name, const char *text,
-                             const char **value) {
-    *value = text;
-    return *text ? STATUS_DONE : usage_error(command, "--%s: the value is empty", name);
-}
-
-/* Is item `item` of the list, which has `length` letters, the same as one before it? */
-static bool is_repeated(const char *list, const char *item, size_t length) {
-    for (const char *at = list; at < item; at += strcspn(at, ",") + 1)
-        if (strcspn(at, ",") == length && strncmp(at, item, length) == 0)
-            return true;
-    return false;
+const char **options_list(const char *list) {
+    char *rest = list ? text_format("%s", list) : NULL;
+    const char **items = allocate(list ? strlen(list) + 2 : 1, sizeof *items);
+    for (int i = 0; rest; i++)
+        items[i] = strsep(&rest, ",");
+    return items;
 }
 
 enum status check_list(const struct command *command, const char *name, const char *list) {
-    for (const char *at = list;; at++) {
-        const size_t length = strcspn(at, ",");
-        if (length == 0)
+    const char **items = options_list(list);
+    for (int i = 0; items[i]; i++) {
+        if (!*items[i])
             return usage_error(command, "--%s: '%s' has an empty item", name, list);
-        if (is_repeated(list, at, length))
-            return usage_error(command, "--%s: '%.*s' is there twice, once is enough", name, (int)length, at);
-        at += length;
-        if (!*at)
-            return STATUS_DONE;
+        if (text_index(items[i], items, i) >= 0)
+            return usage_error(command, "--%s: '%s' is there twice, once is enough", name, items[i]);
     }
+    return STATUS_DONE;
 }
 
-char *options_list_item(const char *list, int index) {
-    for (; index > 0 && list; index--)
-        list = strchr(list, ',') ? strchr(list, ',') + 1 : NULL;
-    return list ? text_format("%.*s", (int)strcspn(list, ","), list) : NULL;
+int options_choice(const struct command *command, const char *option, const char *word,
+                   const char *const *names) {
+    struct text known = {.memory = &program_memory};
+    for (int i = 0; names[i]; i++) {
+        if (strcmp(word, names[i]) == 0)
+            return i;
+        text_add(&known, "%s%s", i ? ", " : "", names[i]);
+    }
+    usage_error(command, "--%s: '%s' is none of %s", option, word, known.data);
+    return -1;
+}
+
+static enum status check_text(const struct command *command, const struct rule *rule, const char *text) {
+    if (rule->kind == KIND_TEXT)
+        return *text ? STATUS_DONE : usage_error(command, "--%s: the value is empty", rule->name);
+    return rule->kind == KIND_FREEING_LIST && !*text ? STATUS_DONE : check_list(command, rule->name, text);
+}
+
+const char *options_state_path(const char *place) {
+    return place && strcmp(place, "initial") != 0 && strcmp(place, "statics") != 0 ? place : NULL;
 }
 
 static enum status add_setting(struct options *options, char *text) {
@@ -330,42 +322,32 @@ static enum status add_stop(struct options *options, const char *text) {
 }
 
 static enum status take_value(struct options *options, const struct rule *rule) {
-    const struct command *command = options->command;
     char *field = (char *)options + rule->offset;
-    enum status status = STATUS_DONE;
     switch (rule->kind) {
     case KIND_FLAG:
         *(bool *)field = true;
         return STATUS_DONE;
-    case KIND_LIST:
-        status = check_list(command, rule->name, optarg);
-        break;
-    case KIND_FREEING_LIST:
-        status = *optarg ? check_list(command, rule->name, optarg) : STATUS_DONE;
-        break;
     case KIND_TEXT:
-        return read_text(command, rule->name, optarg, (const char **)field);
+    case KIND_LIST:
+    case KIND_FREEING_LIST:
+        *(const char **)field = optarg;
+        return check_text(options->command, rule, optarg);
     case KIND_POSITIVE:
-        return read_positive(command, rule->name, optarg, (double *)field);
     case KIND_COUNT:
-        return read_count(command, rule->name, optarg, (double *)field);
     case KIND_NUMBER:
-        return read_number(command, rule->name, optarg, (double *)field);
+        return read_number(options->command, rule, optarg, (double *)field);
     case KIND_STOP:
         return add_stop(options, optarg);
     default:
         return add_setting(options, optarg);
     }
-    *(const char **)field = optarg;
-    return status;
 }
 
 /* An option that is no list of its own counts once. */
 static enum status take_option(struct options *options, const struct rule *rule, bool *is_taken) {
     const bool may_repeat = rule->kind == KIND_SETTING || rule->kind == KIND_STOP;
     if (*is_taken && !may_repeat)
-        return usage_error(options->command, "%s%s is given twice", strlen(shown_name(rule)) == 2 ? "" : "--",
-                           shown_name(rule));
+        return usage_error(options->command, "%s is given twice", shown_name(rule));
     *is_taken = true;
     return take_value(options, rule);
 }
@@ -408,18 +390,14 @@ static const char *value_as_text(const struct options *options, const struct rul
 void options_give(const struct options *options,
                   void take(void *context, const char *name, const char *value), void *context) {
     for (int i = 0; i < RULE_COUNT; i++) {
-        bool needed;
         char number[NUMBER_LENGTH];
-        if (knows(options->command, &rules[i], &needed) && is_given(options, &rules[i]))
+        if (standing_of(options->command, &rules[i]) != UNKNOWN && is_given(options, &rules[i]))
             take(context, rules[i].name, value_as_text(options, &rules[i], number));
     }
     for (int i = 0; i < options->stop_count; i++)
         take(context, "stop", options->stops[i]);
-    for (int i = 0; i < options->setting_count; i++) {
-        char *text = text_format("%s=%s", options->settings[i].name, options->settings[i].value);
-        take(context, "set", text);
-        free(text);
-    }
+    for (int i = 0; i < options->setting_count; i++)
+        take(context, "set", text_format("%s=%s", options->settings[i].name, options->settings[i].value));
 }
 
 /* Operands and needed options; what explains a pass writes nothing. */
@@ -439,13 +417,9 @@ static enum status check_complete(const struct options *options) {
     if (options->operand_count > most && !many)
         return usage_error(command, "'%s' is too much, one %s is taken", options->operands[most],
                            command->operands);
-    for (int i = 0; i < RULE_COUNT; i++) {
-        bool needed;
-        if (knows(command, &rules[i], &needed) && needed && !options->explain &&
-            !is_given(options, &rules[i]))
-            return usage_error(command, "%s%s is missing",
-                               strcmp(shown_name(&rules[i]), "-o") == 0 ? "" : "--", shown_name(&rules[i]));
-    }
+    for (int i = 0; i < RULE_COUNT; i++)
+        if (standing_of(command, &rules[i]) == NEEDED && !options->explain && !is_given(options, &rules[i]))
+            return usage_error(command, "%s is missing", shown_name(&rules[i]));
     return STATUS_DONE;
 }
 
@@ -454,7 +428,7 @@ static bool read_command(int argc, char **argv, struct options *options, enum st
     struct option table[RULE_COUNT + 1];
     bool is_taken[RULE_COUNT] = {false};
     option_table(options->command, table);
-    bool needed, has_output = list_has(options->command->options, "output", &needed);
+    const bool has_output = standing_of(options->command, &rules[RULE_OUTPUT]) != UNKNOWN;
     *status = STATUS_DONE;
     opterr = 0;
     while (*status == STATUS_DONE) {
@@ -480,7 +454,7 @@ static bool read_command(int argc, char **argv, struct options *options, enum st
 
 bool options_read(const struct command *commands, int argc, char **argv, struct options *options,
                   enum status *status) {
-    *options = (struct options){.case_number = -1};
+    *options = (struct options){.arguments = argv, .argument_count = argc, .case_number = -1};
     *status = argc < 2 ? STATUS_USAGE : STATUS_DONE;
     if (argc < 2 || strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "help") == 0) {
         if (argc < 2)
@@ -501,9 +475,4 @@ bool options_read(const struct command *commands, int argc, char **argv, struct 
     options->settings = allocate((size_t)argc, sizeof *options->settings);
     options->stops = allocate((size_t)argc, sizeof *options->stops);
     return read_command(argc - 1, argv + 1, options, status);
-}
-
-void options_release(struct options *options) {
-    free(options->settings);
-    free(options->stops);
 }

@@ -21,8 +21,17 @@ enum { HAS_METHODS_OF_GSL = 1 };
 enum { HAS_METHODS_OF_GSL = 0 };
 #endif
 
+/* Was it built with files of HDF5? */
+#ifdef REFDYN_HAS_HDF5
+enum { HAS_HDF5 = 1 };
+#else
+enum { HAS_HDF5 = 0 };
+#endif
+
 struct options {
     const struct command *command;
+    char **arguments; /* the whole command line */
+    int argument_count;
     const char **operands; /* model or run files */
     int operand_count;
     struct setting *settings; /* each name once; where commands add to them, later ones win */
@@ -42,7 +51,7 @@ struct options {
 struct command {
     const char *name;
     enum status (*run)(const struct options *options);
-    const char *operands; /* as in the usage line: "MODEL.lua" or "RUN.csv..." */
+    const char *operands; /* as in the usage line: "MODEL.lua" or "RUN..." */
     const char *options;  /* long names that it knows, in the order of the help, blanks between; '!' behind a
                              needed one */
     const char *output;   /* what -o names: "FILE" or "DIR" */
@@ -54,15 +63,21 @@ struct command {
  * otherwise *status is the exit status (help and version were printed). */
 bool options_read(const struct command *commands, int argc, char **argv, struct options *options,
                   enum status *status);
-void options_release(struct options *options);
 /* Gives each option that was given, in the order of the help: its long name, and its value as text that reads
  * back as the same, NULL for one that takes none. */
 void options_give(const struct options *options,
                   void take(void *context, const char *name, const char *value), void *context);
 /* A list "a,b" of option `name` has no empty item, and none twice. */
 enum status check_list(const struct command *command, const char *name, const char *list);
-/* Item number `index` of such a list, in heap memory; NULL behind the last one, and for list NULL. */
-char *options_list_item(const char *list, int index);
+/* The items of such a list, behind the last one NULL; of list NULL none. */
+const char **options_list(const char *list);
+/* The place of `word` among `names`, which end with NULL; -1 with a complaint of --option. */
+int options_choice(const struct command *command, const char *option, const char *word,
+                   const char *const *names);
+/* "rk4, rk54, ...": all methods, or those that need no tangent. */
+const char *options_methods(bool is_explicit);
+/* Of the words of --from and --at: NULL unless it names a STATE.json. */
+const char *options_state_path(const char *place);
 /* Complains on stderr as `refdyn COMMAND: ...` with the usage line; returns STATUS_USAGE. */
 enum status usage_error(const struct command *command, const char *format, ...)
     __attribute__((format(printf, 2, 3)));

@@ -1,6 +1,6 @@
 /* One build of emitted C: see build_job.h. No shell is involved, so any path will do. */
 #include "compile/build_job.h"
-#include "base/memory.h"
+#include "text/output.h"
 #include "system/process.h"
 #include "system/timing.h"
 
@@ -11,7 +11,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum { PROCESSES = 2, FIXED_WORDS = 40 };
+enum { PROCESSES = 2 };
 
 /*
  * -ffp-contract=off: a multiplication and an addition are two roundings on every machine and with every
@@ -57,63 +57,35 @@ static const char gcc_question[] = "#if !defined(__GNUC__) || defined(__clang__)
 static const char blanks[] = " \t\n";
 
 /* $CC is a program's file, blanks included, or a command of words apart by blanks ("ccache gcc"). */
-bool toolchain_find(struct toolchain *chain, struct memory *memory) {
+bool toolchain_find(struct toolchain *chain) {
     const char *command = getenv("CC");
     if (!command || command[strspn(command, blanks)] == '\0')
         command = "cc";
-    char *text = memory_text(memory, command);
-    chain->words = memory_get(memory, (strlen(command) / 2 + 2) * sizeof *chain->words);
-    chain->word_count = 0;
-    if (strchr(command, '/') && access(command, X_OK) == 0) {
-        chain->words[chain->word_count++] = text;
-    } else {
-        char *rest = NULL;
+    char *text = text_format("%s", command), *rest = NULL;
+    const char **words = allocate(strlen(command) / 2 + 2, sizeof *words);
+    int count = 0;
+    if (strchr(command, '/') && access(command, X_OK) == 0)
+        words[count++] = text;
+    else
         for (char *word = strtok_r(text, blanks, &rest); word; word = strtok_r(NULL, blanks, &rest))
-            chain->words[chain->word_count++] = word;
-    }
-    char *program = process_find(chain->words[0]);
-    chain->program = program ? memory_text(memory, program) : NULL;
-    free(program);
+            words[count++] = word;
+    chain->words = words;
+    chain->program = process_find(chain->words[0]);
     if (!chain->program)
         fprintf(stderr, "refdyn: no C compiler '%s' is installed; $CC names another one\n", chain->words[0]);
     return chain->program;
 }
 
-bool build_start(struct build *build, struct memory *memory, const char *parent, const char *prefix) {
-    build->memory = memory;
-    return scratch_open(&build->scratch, parent, prefix);
-}
-
-static const char *in_folder(const struct build *build, const char *name) {
-    return memory_format(build->memory, "%s/%s", build->scratch.path, name);
-}
-
-static bool write_text(const struct build *build, const char *name, const char *text, size_t length) {
-    const char *path = in_folder(build, name);
-    FILE *file = fopen(path, "w");
-    bool is_good = file && fwrite(text, 1, length, file) == length;
-    is_good = file && fclose(file) == 0 && is_good;
-    if (!is_good)
-        fprintf(stderr, "refdyn: %s: cannot be written: %s\n", path, strerror(errno));
-    return is_good;
-}
-
-/* One run of the compiler: the words of $CC, flags, then what it is to do. */
+/* One run of the compiler: the words of $CC, flags, then what it is to do; behind them a NULL. */
 struct job {
     const char **argv;
-    int argc;
+    int argc, room;
     const char *source, *object, *log;
 };
 
 static void add_word(struct job *job, const char *word) {
+    job->argv = memory_room(&program_memory, job->argv, job->argc + 1, &job->room, sizeof *job->argv);
     job->argv[job->argc++] = word;
-}
-
-static void start_job(struct job *job, const struct toolchain *chain, const struct build *build, int extra) {
-    const size_t most = (size_t)(chain->word_count + FIXED_WORDS + extra);
-    *job = (struct job){.argv = memory_get(build->memory, most * sizeof *job->argv)};
-    for (int i = 0; i < chain->word_count; i++)
-        add_word(job, chain->words[i]);
 }
 
 static void add_words(struct job *job, const char *const *words) {
@@ -123,51 +95,41 @@ static void add_words(struct job *job, const char *const *words) {
 
 static void object_job(struct job *job, const struct toolchain *chain, const struct build *build,
                        const char *name) {
-    start_job(job, chain, build, 0);
-    job->source = in_folder(build, name);
-    job->object = memory_format(build->memory, "%.*s.o", (int)strlen(job->source) - 2, job->source);
-    job->log = memory_format(build->memory, "%s.log", job->object);
+    *job = (struct job){.source = scratch_file(&build->scratch, name)};
+    add_words(job, chain->words);
+    job->object = text_format("%.*s.o", (int)strlen(job->source) - 2, job->source);
+    job->log = text_format("%s.log", job->object);
     add_words(job, compile_flags);
     if (build->is_gcc)
         add_words(job, gcc_flags);
-    add_word(job, "-c");
-    add_word(job, job->source);
-    add_word(job, "-o");
-    add_word(job, job->object);
+    add_words(job, (const char *[]){"-c", job->source, "-o", job->object, NULL});
 }
 
 /* For gcc alone, and for one that knows all of its flags. */
 static void question_job(struct job *job, const struct toolchain *chain, const struct build *build) {
-    start_job(job, chain, build, 0);
-    job->source = in_folder(build, "question.c");
-    job->log = memory_format(build->memory, "%s.log", job->source);
+    *job = (struct job){.source = scratch_file(&build->scratch, "question.c")};
+    add_words(job, chain->words);
+    job->log = text_format("%s.log", job->source);
     add_words(job, gcc_flags);
-    add_word(job, "-fsyntax-only");
-    add_word(job, job->source);
+    add_words(job, (const char *[]){"-fsyntax-only", job->source, NULL});
 }
 
 static void link_job(struct job *job, const struct toolchain *chain, const struct build *build,
                      const struct job *objects, int count) {
-    start_job(job, chain, build, count);
-    job->log = memory_format(build->memory, "%s.log", build->library);
+    *job = (struct job){.log = text_format("%s.log", build->library)};
+    add_words(job, chain->words);
     add_word(job, "-shared");
     for (int i = 0; i < count; i++)
         add_word(job, objects[i].object);
-    add_word(job, "-o");
-    add_word(job, build->library);
-    add_word(job, "-lm");
+    add_words(job, (const char *[]){"-o", build->library, "-lm", NULL});
 }
 
 static void show_log(const struct job *job) {
-    FILE *file = fopen(job->log, "r");
     fputs("refdyn: the compiler failed:", stderr);
     for (int i = 0; i < job->argc; i++)
         fprintf(stderr, " %s", job->argv[i]);
     fputc('\n', stderr);
-    for (int c; file && (c = getc(file)) != EOF;)
-        fputc(c, stderr);
-    if (file)
-        fclose(file);
+    file_copy(job->log, stderr);
 }
 
 static bool start(struct process *process, const struct scratch *scratch, const struct job *job) {
@@ -209,7 +171,7 @@ static bool is_gcc(const struct toolchain *chain, const struct build *build) {
     struct job job;
     struct process process;
     question_job(&job, chain, build);
-    return write_text(build, "question.c", gcc_question, strlen(gcc_question)) &&
+    return scratch_write(&build->scratch, "question.c", gcc_question, strlen(gcc_question)) &&
            process_start(&process, &build->scratch, job.argv, NULL, job.log, NULL) == 0 &&
            process_wait(&process, 1) == 0 && process.result == 0;
 }
@@ -234,20 +196,21 @@ static bool compile_and_link(struct build *build, const struct toolchain *chain,
 }
 
 static bool is_source(const char *name) {
-    size_t length = strlen(name);
-    return length > 2 && strcmp(name + length - 2, ".c") == 0;
+    const char *dot = strrchr(name, '.');
+    return dot && strcmp(dot, ".c") == 0;
 }
 
 bool build_run(struct build *build, const struct toolchain *chain, const struct emitted_file *files,
                int count, struct build_cost *cost) {
     struct build_cost own = {.seconds = 0};
-    struct job *jobs = memory_get(build->memory, (size_t)count * sizeof *jobs);
+    struct job *jobs = allocate((size_t)count, sizeof *jobs);
     int job_count = 0;
-    bool is_good = write_text(build, "refdyn_model.h", refdyn_model_header, refdyn_model_header_size);
-    build->library = in_folder(build, "model.so");
+    bool is_good =
+        scratch_write(&build->scratch, "refdyn_model.h", refdyn_model_header, refdyn_model_header_size);
+    build->library = scratch_file(&build->scratch, "model.so");
     build->is_gcc = is_gcc(chain, build);
     for (int i = 0; i < count && is_good; i++) {
-        is_good = write_text(build, files[i].name, files[i].text, files[i].length);
+        is_good = scratch_write(&build->scratch, files[i].name, files[i].text, files[i].length);
         if (is_good && is_source(files[i].name))
             object_job(&jobs[job_count++], chain, build, files[i].name);
     }
@@ -255,8 +218,4 @@ bool build_run(struct build *build, const struct toolchain *chain, const struct 
     if (cost)
         *cost = own;
     return is_good;
-}
-
-void build_release(struct build *build) {
-    scratch_close(&build->scratch);
 }

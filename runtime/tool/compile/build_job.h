@@ -13,34 +13,26 @@
 extern const char refdyn_model_header[];
 extern const size_t refdyn_model_header_size;
 
-struct memory;
-
 /* What emitted C is compiled with, by every compiler, and by gcc beside that; both end with NULL. */
 extern const char *const compile_flags[], *const gcc_flags[];
 
 /* $CC: its words and the program's file. */
 struct toolchain {
     const char *program;
-    const char **words;
-    int word_count;
+    const char *const *words; /* end with NULL */
 };
 
-/* Lives in `memory`. */
-bool toolchain_find(struct toolchain *chain, struct memory *memory);
+/* Complains on stderr when there is none. */
+bool toolchain_find(struct toolchain *chain);
 
 struct build {
-    struct memory *memory;
-    struct scratch scratch; /* all that is made lies in it */
+    struct scratch scratch; /* open: all that is made lies in it */
     const char *library;    /* the linked library in it */
     bool is_gcc;            /* what compiles it */
 };
 
-/* Its folder is PREFIXxxxxxx in `parent`. Complains on stderr when it cannot be made; else build_release in
- * any case. */
-bool build_start(struct build *build, struct memory *memory, const char *parent, const char *prefix);
 /* Complains on stderr, with the compiler's own output, and returns false when it fails. cost may be NULL. */
 bool build_run(struct build *build, const struct toolchain *chain, const struct emitted_file *files,
                int count, struct build_cost *cost);
-void build_release(struct build *build);
 
 #endif

@@ -40,8 +40,7 @@ static void hash_build(const struct toolchain *chain, const struct emitted_file 
     SHA2_CTX sha;
     SHA256Init(&sha);
     hash_program(&sha, chain->program);
-    for (int i = 0; i < chain->word_count; i++)
-        hash_text(&sha, chain->words[i], strlen(chain->words[i]));
+    hash_words(&sha, chain->words);
     hash_words(&sha, compile_flags);
     hash_words(&sha, gcc_flags);
     hash_text(&sha, refdyn_model_header, refdyn_model_header_size);
@@ -52,29 +51,23 @@ static void hash_build(const struct toolchain *chain, const struct emitted_file 
     SHA256End(&sha, key);
 }
 
-static bool find_model(struct compiled *compiled, const char *name) {
-    if (!compiled->library)
-        return false;
-    char *symbol = text_format("%s_model", name);
-    compiled->model = dlsym(compiled->library, symbol);
-    free(symbol);
-    if (!compiled->model)
-        compile_release(compiled);
-    return compiled->model != NULL;
-}
-
 static bool load(struct compiled *compiled, const char *name, const struct cache *cache, const char *key) {
     compiled->library = cache_load(cache, key, &compiled->file);
-    return find_model(compiled, name);
+    if (!compiled->library)
+        return false;
+    compiled->model = dlsym(compiled->library, text_format("%s_model", name));
+    if (!compiled->model)
+        compile_release(compiled);
+    return compiled->model;
 }
 
 static bool build_into(const struct toolchain *chain, const struct emitted_file *files, int count,
                        const struct cache *cache, const char *key) {
     struct build build;
-    if (!build_start(&build, cache->memory, cache->path, "build-"))
+    if (!scratch_open(&build.scratch, cache->path, "build-"))
         return false;
     const bool is_good = build_run(&build, chain, files, count, NULL) && cache_add(cache, key, build.library);
-    build_release(&build);
+    scratch_close(&build.scratch);
     return is_good;
 }
 
@@ -95,14 +88,12 @@ static bool load_or_build(struct compiled *compiled, const char *name, const str
 }
 
 bool compile_load(struct compiled *compiled, const char *name, const struct emitted_file *files, int count) {
-    struct memory memory = arena_start();
     struct toolchain chain;
     struct cache cache;
     *compiled = (struct compiled){.file = -1};
-    const bool is_loaded = cache_open(&cache, &memory) && toolchain_find(&chain, &memory) &&
+    const bool is_loaded = cache_open(&cache) && toolchain_find(&chain) &&
                            load_or_build(compiled, name, &cache, &chain, files, count);
     cache_close(&cache);
-    memory_release(&memory);
     return is_loaded;
 }
 
@@ -115,15 +106,11 @@ void compile_release(struct compiled *compiled) {
 }
 
 bool compile_measure(const struct emitted_file *files, int count, struct build_cost *cost) {
-    struct memory memory = arena_start();
     struct toolchain chain;
     struct build build;
-    bool is_good =
-        toolchain_find(&chain, &memory) && build_start(&build, &memory, scratch_parent(), "refdyn-build-");
-    if (is_good) {
-        is_good = build_run(&build, &chain, files, count, cost);
-        build_release(&build);
-    }
-    memory_release(&memory);
+    if (!toolchain_find(&chain) || !scratch_open(&build.scratch, scratch_parent(), "refdyn-build-"))
+        return false;
+    const bool is_good = build_run(&build, &chain, files, count, cost);
+    scratch_close(&build.scratch);
     return is_good;
 }

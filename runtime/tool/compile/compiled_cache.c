@@ -1,7 +1,7 @@
 /* The folder of compiled models: see compiled_cache.h. */
 #include "compile/compiled_cache.h"
 #include "system/temporary_folder.h"
-#include "base/memory.h"
+#include "text/output.h"
 
 #include <dlfcn.h>
 #include <errno.h>
@@ -28,8 +28,8 @@ static bool is_ours(const struct stat *status) {
 /* A folder above in which everybody may rename what is not his: one that all may write, without the sticky
  * bit. Other rights there do no harm, since the folder itself and the libraries are checked as they are
  * opened. */
-static const char *find_open_parent(struct memory *memory, const char *path) {
-    char *parent = memory_text(memory, path);
+static const char *find_open_parent(const char *path) {
+    char *parent = text_format("%s", path);
     for (char *slash; (slash = strrchr(parent, '/'));) {
         struct stat status;
         slash[slash == parent] = '\0';
@@ -50,69 +50,62 @@ static const char *find_danger(const struct cache *cache) {
         return "it belongs to another user, who could put code there";
     if (!is_ours(&status))
         return "others may write there (chmod go-w)";
-    const char *parent = find_open_parent(cache->memory, cache->path);
-    return parent ? memory_format(cache->memory, "everybody may rename folders in %s", parent) : NULL;
+    const char *parent = find_open_parent(cache->path);
+    return parent ? text_format("everybody may rename folders in %s", parent) : NULL;
 }
 
 /* ---- Which one ---- */
 
-/* Opens a folder, made when it is missing; false, with the reason. */
-static bool open_folder(struct cache *cache, const char *path, int flags, const char **reason) {
-    *reason = NULL;
-    if (!folder_make(path, 0700, NULL)) {
-        *reason = strerror(errno);
-        return false;
-    }
-    cache->path = realpath(path, memory_get(cache->memory, PATH_MAX));
+/* Opens a folder, made when it is missing. The reason why not, NULL: it is open. */
+static const char *open_folder(struct cache *cache, const char *path, int flags) {
+    if (!folder_make(path, 0700, NULL))
+        return strerror(errno);
+    cache->path = realpath(path, allocate(PATH_MAX, 1));
     cache->folder = cache->path ? open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC | flags) : -1;
-    *reason = cache->folder < 0 ? strerror(errno) : find_danger(cache);
-    if (!*reason)
-        return true;
-    cache_close(cache);
-    return false;
+    const char *reason = cache->folder < 0 ? strerror(errno) : find_danger(cache);
+    if (reason)
+        cache_close(cache);
+    return reason;
 }
 
 /* $REFDYN_CACHE. */
 static bool open_own(struct cache *cache, const char *path) {
-    const char *reason;
-    if (open_folder(cache, path, 0, &reason))
-        return true;
-    fprintf(stderr, "refdyn: %s: cannot be the cache folder: %s; REFDYN_CACHE names another one\n", path,
-            reason);
-    return false;
+    const char *reason = open_folder(cache, path, 0);
+    if (reason)
+        fprintf(stderr, "refdyn: %s: cannot be the cache folder: %s; REFDYN_CACHE names another one\n", path,
+                reason);
+    return !reason;
 }
 
 /* refdyn in the XDG cache folder; without a word where the user has none that can be written. */
 static bool open_xdg(struct cache *cache) {
     const char *xdg = getenv("XDG_CACHE_HOME"), *home = getenv("HOME");
-    const char *path = NULL, *reason;
-    if (xdg && *xdg == '/')
-        path = memory_format(cache->memory, "%s/refdyn", xdg);
-    else if (home && *home == '/')
-        path = memory_format(cache->memory, "%s/.cache/refdyn", home);
-    bool is_open = path && open_folder(cache, path, 0, &reason);
-    if (is_open && access(cache->path, W_OK | X_OK) != 0) {
-        cache_close(cache);
-        is_open = false;
-    } else if (path && !is_open && access(path, F_OK) == 0)
+    const char *path = xdg && *xdg == '/'     ? text_format("%s/refdyn", xdg)
+                       : home && *home == '/' ? text_format("%s/.cache/refdyn", home)
+                                              : NULL;
+    if (!path)
+        return false;
+    const char *reason = open_folder(cache, path, 0);
+    if (reason && access(path, F_OK) == 0)
         fprintf(stderr, "refdyn: warning: %s is no cache folder: %s; another one is taken\n", path, reason);
-    return is_open;
+    if (!reason && access(cache->path, W_OK | X_OK) != 0)
+        cache_close(cache);
+    return cache->folder >= 0;
 }
 
 /* For users without a home. */
 static bool open_temporary(struct cache *cache) {
-    const char *reason,
-        *path = memory_format(cache->memory, "%s/refdyn-%ld", scratch_parent(), (long)geteuid());
-    const bool is_open = open_folder(cache, path, O_NOFOLLOW, &reason);
-    if (!is_open)
+    const char *path = text_format("%s/refdyn-%ld", scratch_parent(), (long)geteuid());
+    const char *reason = open_folder(cache, path, O_NOFOLLOW);
+    if (reason)
         fprintf(stderr, "refdyn: %s: no folder for compiled models: %s; set REFDYN_CACHE or HOME\n", path,
                 reason);
-    return is_open;
+    return !reason;
 }
 
-bool cache_open(struct cache *cache, struct memory *memory) {
+bool cache_open(struct cache *cache) {
     const char *own = getenv("REFDYN_CACHE");
-    *cache = (struct cache){.memory = memory, .folder = -1};
+    *cache = (struct cache){.folder = -1};
     if (own && *own)
         return open_own(cache, own);
     return open_xdg(cache) || open_temporary(cache);
@@ -155,7 +148,7 @@ static bool is_whole(int file, off_t size) {
 /* A descriptor of the library, checked; -1: it is not to be loaded. */
 static int open_library(const struct cache *cache, const char *key) {
     struct stat status;
-    const char *name = memory_format(cache->memory, "%s.so", key);
+    const char *name = text_format("%s.so", key);
     const int file = openat(cache->folder, name, O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
     if (file >= 0 && fstat(file, &status) == 0 && S_ISREG(status.st_mode) && is_ours(&status) &&
         is_whole(file, status.st_size))
@@ -170,7 +163,7 @@ void *cache_load(const struct cache *cache, const char *key, int *file) {
     *file = open_library(cache, key);
     if (*file < 0)
         return NULL;
-    const char *path = memory_format(cache->memory, "/proc/self/fd/%d", *file);
+    const char *path = text_format("/proc/self/fd/%d", *file);
     void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
     if (!library)
         close(*file);
@@ -191,7 +184,7 @@ static bool seal(const char *library) {
 }
 
 bool cache_add(const struct cache *cache, const char *key, const char *library) {
-    const char *name = memory_format(cache->memory, "%s.so", key);
+    const char *name = text_format("%s.so", key);
     const bool is_good = seal(library) && renameat(AT_FDCWD, library, cache->folder, name) == 0;
     if (!is_good)
         fprintf(stderr, "refdyn: %s/%s: cannot be made: %s\n", cache->path, name, strerror(errno));

@@ -12,16 +12,13 @@
 
 #include <stdbool.h>
 
-struct memory;
-
 struct cache {
-    struct memory *memory;
     const char *path; /* without links */
     int folder;       /* its descriptor: what was checked is what is used */
 };
 
-/* Lives in `memory`. Complains on stderr when there is none; cache_close in any case. */
-bool cache_open(struct cache *cache, struct memory *memory);
+/* Complains on stderr when there is none; cache_close in any case. */
+bool cache_open(struct cache *cache);
 /* The library KEY.so, as dlopen gives it, and the descriptor that it came from, to be closed after dlclose;
  * NULL: it is not there, not whole or not this user's. */
 void *cache_load(const struct cache *cache, const char *key, int *file);

@@ -179,8 +179,6 @@ static enum status print_quantities(struct scene *scene, FILE *out) {
             !print_quantity(out, name, &subject, gen_count(&scene->generation, name)))
             status = numbers_failed(scene, REFDYN_NOT_FINITE, scene->state.t, scene->q, scene->qd);
     }
-    free(subject.out);
-    free(subject.rest);
     return status;
 }
 
@@ -190,7 +188,7 @@ static enum status print_build(const struct options *options, FILE *out) {
     struct build_cost cost = {.seconds = 0};
     double start = wall_seconds();
     long source_bytes = 0;
-    enum status status = scene_read_again(&scene, options);
+    enum status status = scene_read(&scene, options, false);
     if (status == STATUS_DONE && gen_plan(&scene.generation, options->emit) != GEN_OK)
         status = STATUS_FAULT;
     const struct emitted_file *files = status == STATUS_DONE ? gen_files(&scene.generation) : NULL;
@@ -228,10 +226,5 @@ static enum status bench(struct scene *scene, const struct options *options) {
 }
 
 enum status run_bench(const struct options *options) {
-    struct scene scene;
-    enum status status = scene_open(&scene, options, NEEDS_RESULT | NEEDS_ALL, NULL);
-    if (status == STATUS_DONE)
-        status = bench(&scene, options);
-    scene_close(&scene);
-    return status;
+    return scene_run(options, NEEDS_RESULT | NEEDS_ALL, NULL, bench);
 }

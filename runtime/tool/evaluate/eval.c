@@ -1,9 +1,7 @@
 /* `refdyn eval`: every quantity of the equations at one state, as one JSON object. */
 #include "command_line/commands.h"
-#include "scene/scene_json.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 /* One residual a row, null for rows of the levels in `without` (a set of bits). */
 static void put_residual(struct document *document, const char *key, const struct refdyn_model *model,
@@ -36,12 +34,11 @@ static void put_point(struct document *document, const struct scene *scene, int 
 
 static void put_points(struct document *document, const struct scene *scene) {
     const struct refdyn_model *model = scene->model;
-    double *room = allocate(3 * (size_t)model->point_count * (size_t)(model->n + 1), sizeof *room);
+    double *room = allocate_matrix(3 * model->point_count, model->n + 1);
     put_open(document, "points", '{');
     for (int i = 0; i < model->point_count; i++)
         put_point(document, scene, i, room);
     put_close(document, '}');
-    free(room);
 }
 
 static void put_equations(struct document *document, const struct scene *scene, double *room) {
@@ -71,48 +68,24 @@ static void put_dependent(struct document *document, const struct scene *scene) 
     put_close(document, ']');
 }
 
-/* M qdd = h + Q as a motion without rows has it. */
-static int free_accelerations(const struct scene *scene, double *qdd) {
-    const struct refdyn_workspace *work = &scene->work;
-    if (scene->model->qdd_free) {
-        scene->model->qdd_free(work->p, work->x, scene->state.t, scene->q, scene->qd, qdd);
-        for (int i = 0; i < scene->model->n; i++)
-            if (!isfinite(qdd[i]))
-                return REFDYN_NOT_FINITE;
-        return REFDYN_OK;
-    }
-    struct refdyn_model bare = *scene->model;
-    struct refdyn_workspace other;
-    bare.m = 0;
-    bare.dependent = NULL;
-    bare.equations = NULL;
-    size_t size = refdyn_workspace_size(&bare), values = (size_t)(bare.parameter_count + bare.derived_count);
-    void *memory = allocate(1, size);
-    int status = refdyn_workspace_init(&other, &bare, memory, size);
-    for (size_t i = 0; i < values && status == REFDYN_OK; i++)
-        other.p[i] = work->p[i];
-    for (int i = 0; i < bare.input_count && status == REFDYN_OK; i++)
-        other.x[i] = work->x[i];
-    if (status == REFDYN_OK)
-        status = refdyn_accelerate(&other, scene->state.t, scene->q, scene->qd, REFDYN_NONE, qdd);
-    free(memory);
-    return status;
-}
-
 static void put_accelerations(struct document *document, struct scene *scene, const double *qdd,
                               double *room) {
-    int n = scene->model->n;
+    struct refdyn_workspace *work = &scene->work;
+    const int n = scene->model->n;
+    bool is_finite = true;
     put_dependent(document, scene);
     put_array(document, "qdd", qdd, n);
-    if (free_accelerations(scene, room) == REFDYN_OK)
+    scene->model->qdd_free(work->p, work->x, scene->state.t, scene->q, scene->qd, room);
+    for (int i = 0; i < n; i++)
+        is_finite = is_finite && isfinite(room[i]);
+    if (is_finite)
         put_array(document, "qdd_free", room, n);
     else
         put_null(document, "qdd_free");
-    double *lambda = allocate((size_t)scene->model->m, sizeof *lambda);
-    refdyn_multipliers(&scene->work, qdd, lambda);
-    refdyn_programme_force(&scene->work, lambda, room);
+    double *lambda = allocate_matrix(scene->model->m, 1);
+    refdyn_multipliers(work, qdd, lambda);
+    refdyn_programme_force(work, lambda, room);
     put_array(document, "force", room, n);
-    free(lambda);
 }
 
 static void put_energy(struct document *document, const struct scene *scene) {
@@ -128,7 +101,7 @@ static void put_energy(struct document *document, const struct scene *scene) {
 static enum status print_state(struct scene *scene, const double *qdd) {
     struct document document;
     document_open(&document);
-    double *room = allocate((size_t)scene->model->n, sizeof *room);
+    double *room = allocate_matrix(scene->model->n, 1);
     put_open(&document, NULL, '{');
     put_text(&document, "name", scene->model->name);
     put_coordinates(&document, "coordinates", scene->model, NULL);
@@ -137,28 +110,22 @@ static enum status print_state(struct scene *scene, const double *qdd) {
     put_accelerations(&document, scene, qdd, room);
     put_energy(&document, scene);
     put_close(&document, '}');
-    free(room);
     return scene_finish(scene, &document);
 }
 
-static enum status evaluate_state(struct scene *scene) {
-    double *qdd = allocate((size_t)scene->model->n, sizeof *qdd);
+static enum status evaluate_state(struct scene *scene, const struct options *options) {
+    (void)options;
+    double *qdd = allocate_matrix(scene->model->n, 1);
     int result = refdyn_accelerate(&scene->work, scene->state.t, scene->q, scene->qd, REFDYN_BAUMGARTE, qdd);
     const enum status status = result == REFDYN_OK
                                    ? print_state(scene, qdd)
                                    : numbers_failed(scene, result, scene->state.t, scene->q, scene->qd);
     if (status == STATUS_DONE)
         print_redundant_rows(&scene->work);
-    free(qdd);
     return status;
 }
 
 enum status run_eval(const struct options *options) {
-    struct scene scene;
-    enum status status = scene_open(
-        &scene, options, NEEDS_RESULT | NEEDS_STATE | NEEDS_POINTS | NEEDS_POINT_RATES, options->state);
-    if (status == STATUS_DONE)
-        status = evaluate_state(&scene);
-    scene_close(&scene);
-    return status;
+    return scene_run(options, NEEDS_RESULT | NEEDS_STATE | NEEDS_POINTS | NEEDS_POINT_RATES, options->state,
+                     evaluate_state);
 }

@@ -5,7 +5,6 @@
 #include "text/output.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* Pixels. */
@@ -25,41 +24,33 @@ static const char ink[] = "#222222", frame[] = "#555555", grid[] = "#e4e4e4";
 
 /* ---- Lists */
 
-/* Room for one more entry of `size` bytes. */
-static void *grow(void *list, int count, int *room, size_t size) {
-    if (count < *room)
-        return list;
-    *room = 2 * count + 8;
-    void *more = allocate((size_t)*room, size);
-    if (count)
-        memcpy(more, list, (size_t)count * size);
-    free(list);
-    return more;
-}
-
 int chart_key(struct chart *chart, const char *name, size_t length) {
     int place = 0;
     for (; place < chart->key_count; place++)
         if (strncmp(chart->keys[place].name, name, length) == 0 && !chart->keys[place].name[length])
             return place;
-    chart->keys = grow(chart->keys, chart->key_count++, &chart->key_room, sizeof *chart->keys);
+    chart->keys =
+        memory_room(&program_memory, chart->keys, chart->key_count++, &chart->key_room, sizeof *chart->keys);
     chart->keys[place].name = text_format("%.*s", (int)length, name);
     return place;
 }
 
 void chart_add_curve(struct chart *chart, struct curve curve) {
-    chart->curves = grow(chart->curves, chart->curve_count, &chart->curve_room, sizeof *chart->curves);
+    chart->curves = memory_room(&program_memory, chart->curves, chart->curve_count, &chart->curve_room,
+                                sizeof *chart->curves);
     chart->curves[chart->curve_count++] = curve;
 }
 
-void chart_release(struct chart *chart) {
-    for (int i = 0; i < chart->key_count; i++)
-        free(chart->keys[i].name);
-    free(chart->keys);
-    free(chart->curves);
-    free(chart->title);
-    free(chart->x_label);
-    free(chart->y_label);
+void chart_add_band(struct chart *chart, struct band band) {
+    chart->bands = memory_room(&program_memory, chart->bands, chart->band_count, &chart->band_room,
+                               sizeof *chart->bands);
+    chart->bands[chart->band_count++] = band;
+}
+
+void chart_add_cell(struct chart *chart, struct cell cell) {
+    chart->cells = memory_room(&program_memory, chart->cells, chart->cell_count, &chart->cell_room,
+                               sizeof *chart->cells);
+    chart->cells[chart->cell_count++] = cell;
 }
 
 /* ---- Pieces */
@@ -78,11 +69,9 @@ static void put_label(FILE *out, double x, double y, const char *how, const char
         return;
     for (int i = 0; i < most && *end; i++)
         utf8_next(&end);
-    char *shown = text_format("%.*s%s", (int)(end - text), text, *end ? "..." : "");
     fprintf(out, "<text x=\"%.1f\" y=\"%.1f\" %s>", x, y, how);
-    put_xml_text(out, shown);
+    put_xml_text(out, text_format("%.*s%s", (int)(end - text), text, *end ? "..." : ""));
     fputs("</text>\n", out);
-    free(shown);
 }
 
 static void put_line(FILE *out, double x, double y, double x_end, double y_end, const char *colour) {
@@ -128,16 +117,33 @@ struct range {
     double low, high;
 };
 
+static void extend(struct range *range, double low, double high) {
+    range->low = fmin(range->low, low);
+    range->high = fmax(range->high, high);
+}
+
+static void extend_by_areas(const struct chart *chart, bool is_x, struct range *range) {
+    for (int i = 0; i < chart->cell_count; i++) {
+        const struct cell *cell = &chart->cells[i];
+        extend(range, is_x ? cell->left : cell->low, is_x ? cell->right : cell->high);
+    }
+    for (int i = 0; i < chart->band_count; i++)
+        for (long k = 0; k < chart->bands[i].count; k++) {
+            const struct band *band = &chart->bands[i];
+            extend(range, is_x ? band->x[k] : band->low[k], is_x ? band->x[k] : band->high[k]);
+        }
+}
+
 static struct range find_range(const struct chart *chart, bool is_x) {
     struct range range = {INFINITY, -INFINITY};
+    extend_by_areas(chart, is_x, &range);
     for (int k = 0; k < chart->curve_count; k++)
         for (long i = 0; i < chart->curves[k].count; i++) {
             const struct curve *curve = &chart->curves[k];
             const double value = is_x ? curve->x[i * curve->stride] : y_of(chart, curve, i);
             if (!is_x && chart->is_y_logarithmic && value <= chart->floor)
                 continue;
-            range.low = fmin(range.low, value);
-            range.high = fmax(range.high, value);
+            extend(&range, value, value);
         }
     return range.low <= range.high ? range : (struct range){chart->floor, chart->floor};
 }
@@ -161,7 +167,7 @@ static void make_scales(struct box *box, const struct chart *chart) {
     if (!chart->is_x_logarithmic)
         scale_widen(&x.low, &x.high, chart->is_path ? room : 0);
     if (!chart->is_y_logarithmic)
-        scale_widen(&y.low, &y.high, room);
+        scale_widen(&y.low, &y.high, chart->cell_count > 0 ? 0 : room);
     if (chart->is_equal)
         make_equal(box, &x, &y);
     box->x = make_scale(chart->is_x_logarithmic, x, box->width, X_TICK);
@@ -203,17 +209,21 @@ static void put_y_axis(FILE *out, const struct box *box, const char *label) {
     }
     scale_note(&box->y, text);
     put_label(out, box->left, box->top - 6, "", text, TEXT_MOST);
-    char *turn = text_format("text-anchor=\"middle\" transform=\"translate(%.1f %.1f) rotate(-90)\"",
-                             box->left - LEFT + 16, box->top + 0.5 * box->height);
-    put_label(out, 0, 0, turn, label, TEXT_MOST);
-    free(turn);
+    put_label(out, 0, 0,
+              text_format("text-anchor=\"middle\" transform=\"translate(%.1f %.1f) rotate(-90)\"",
+                          box->left - LEFT + 16, box->top + 0.5 * box->height),
+              label, TEXT_MOST);
+}
+
+static void put_frame(FILE *out, const struct box *box) {
+    fprintf(out, "<path d=\"M%.1f %.1fv%.1fh%.1f\" fill=\"none\" stroke=\"%s\"/>\n", box->left, box->top,
+            box->height, box->width, frame);
 }
 
 static void put_axes(FILE *out, const struct box *box, const struct chart *chart) {
     put_x_axis(out, box, chart->x_label);
     put_y_axis(out, box, chart->y_label);
-    fprintf(out, "<path d=\"M%.1f %.1fv%.1fh%.1f\" fill=\"none\" stroke=\"%s\"/>\n", box->left, box->top,
-            box->height, box->width, frame);
+    put_frame(out, box);
 }
 
 /* ---- Curves */
@@ -245,6 +255,30 @@ static void put_curve(FILE *out, const struct box *box, const struct chart *char
         fprintf(out, "M%.1f %.1f%s", pixel_x(box, scale_place(&box->x, curve->x[i * curve->stride])),
                 pixel_y(box, scale_place(&box->y, y_of(chart, curve, i))), curve->stroke.mark);
     fputs("\"/>\n", out);
+}
+
+/* ---- Areas */
+
+static void put_cell(FILE *out, const struct box *box, const struct cell *cell) {
+    const double left = pixel_x(box, scale_place(&box->x, cell->left)),
+                 right = pixel_x(box, scale_place(&box->x, cell->right));
+    const double top = pixel_y(box, scale_place(&box->y, cell->high)),
+                 bottom = pixel_y(box, scale_place(&box->y, cell->low));
+    fprintf(out, "<path fill=\"#%06x\" shape-rendering=\"crispEdges\" d=\"M%.1f %.1fH%.1fV%.1fH%.1fz\"/>\n",
+            cell->colour, left, top, right, bottom, left);
+}
+
+/* There along the low side and back along the high one. */
+static void put_band(FILE *out, const struct box *box, const struct band *band) {
+    fprintf(out, "<path fill=\"#%06x\" d=\"", band->colour);
+    for (long i = 0; i < 2 * band->count; i++) {
+        const bool is_back = i >= band->count;
+        const long at = is_back ? 2 * band->count - 1 - i : i;
+        const double y = is_back ? band->high[at] : band->low[at];
+        fprintf(out, "%c%.1f %.1f", i == 0 ? 'M' : 'L', pixel_x(box, scale_place(&box->x, band->x[at])),
+                pixel_y(box, scale_place(&box->y, y)));
+    }
+    fputs("z\"/>\n", out);
 }
 
 /* ---- The key */
@@ -292,6 +326,12 @@ static void put_chart(FILE *out, const struct figure *figure, int place, int top
     make_scales(&box, chart);
     put_label(out, box.left, box.top - 22, "font-size=\"13\" font-weight=\"bold\"", chart->title, TEXT_MOST);
     put_axes(out, &box, chart);
+    for (int i = 0; i < chart->cell_count; i++)
+        put_cell(out, &box, &chart->cells[i]);
+    for (int i = 0; i < chart->band_count; i++)
+        put_band(out, &box, &chart->bands[i]);
+    if (chart->cell_count > 0)
+        put_frame(out, &box); /* once more, over what hides it */
     for (int i = 0; i < chart->curve_count; i++)
         put_curve(out, &box, chart, &chart->curves[i]);
     put_key(out, &box, chart);

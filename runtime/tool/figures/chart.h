@@ -15,7 +15,7 @@
 
 /* A name and what stands for it. */
 struct key {
-    char *name;
+    const char *name;
     struct stroke stroke;
 };
 
@@ -27,8 +27,21 @@ struct curve {
     int key, run; /* of a quantity and a run, for those who make the stroke of them; not needed to draw */
 };
 
+/* Between two courses over x, below all curves. */
+struct band {
+    const double *x, *low, *high;
+    long count;
+    unsigned colour;
+};
+
+/* A rectangle in one colour, below all curves. */
+struct cell {
+    double left, right, low, high;
+    unsigned colour;
+};
+
 struct chart {
-    char *title, *x_label, *y_label;
+    const char *title, *x_label, *y_label;
     bool is_x_logarithmic, is_y_logarithmic; /* of the absolute value */
     bool is_path;                            /* x is no time: it leaves room at its ends */
     bool is_equal;                           /* one scale for x and y */
@@ -37,6 +50,10 @@ struct chart {
     int key_count, key_room;
     struct curve *curves;
     int curve_count, curve_room;
+    struct band *bands;
+    int band_count, band_room;
+    struct cell *cells; /* a chart that has any is as large as these */
+    int cell_count, cell_room;
 };
 
 struct figure {
@@ -51,7 +68,8 @@ struct figure {
  * empty name is not shown. */
 int chart_key(struct chart *chart, const char *name, size_t length);
 void chart_add_curve(struct chart *chart, struct curve curve);
-void chart_release(struct chart *chart);
+void chart_add_band(struct chart *chart, struct band band);
+void chart_add_cell(struct chart *chart, struct cell cell);
 
 void chart_draw_figure(FILE *out, const struct figure *figure);
 

@@ -3,7 +3,6 @@
 #include "command_line/options.h"
 #include "text/output.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 enum {
@@ -21,59 +20,12 @@ static const double rounding = 1e-16;
 struct view {
     const char *name, *title, *quantity;
     const char *unit; /* NULL: not known by the kind of column */
-    void (*add)(struct panels *panels, const struct view *view);
-    int which, over; /* of coordinates and forces a group; of points columns y and x, counted from their x */
+    bool (*shows)(const struct view *view, const struct run *run, int column);
+    int which;    /* a group of coordinates or forces; of points the column, counted from their x */
+    bool is_path; /* over the x of the point, not over time */
 };
 
-/* ---- One chart in the making */
-
-static struct chart *begin(struct panels *panels) {
-    struct chart *chart = &panels->charts[panels->count++];
-    *chart = (struct chart){.floor = 0};
-    return chart;
-}
-
-/* Column y over column x of a run, as the quantity that the first letters of `name` tell. */
-static void add_line(struct chart *chart, const struct panels *panels, int r, int x, int y, const char *name,
-                     size_t length) {
-    const struct run *run = &panels->runs[r];
-    chart_add_curve(chart, (struct curve){.x = run->kept + x,
-                                          .y = run->kept + y,
-                                          .count = run->kept_count,
-                                          .stride = run->column_count,
-                                          .key = chart_key(chart, name, length),
-                                          .run = r});
-}
-
-/* "angle [rad]": the unit of the first curve, which all have. */
-static char *y_label(const struct panels *panels, const struct chart *chart, const struct view *view,
-                     const char *quantity) {
-    const struct run *run = &panels->runs[chart->curves[0].run];
-    const json_t *given = json_object_get(panels->units, run->columns[chart->curves[0].y - run->kept]);
-    const char *unit = given ? json_string_value(given) : view->unit;
-    return unit ? text_format("%s [%s]", quantity, unit) : text_format("%s", quantity);
-}
-
-/* The chart goes, and the result is false, when nothing is in it. */
-static bool end(struct panels *panels, const struct view *view, const char *title, const char *quantity) {
-    struct chart *chart = &panels->charts[panels->count - 1];
-    if (chart->curve_count == 0) {
-        panels->count--;
-        return false;
-    }
-    chart->title = text_format("%s", title);
-    chart->x_label = text_format("t [s]");
-    chart->y_label = y_label(panels, chart, view, quantity);
-    for (int i = 0; i < chart->key_count; i++)
-        chart->keys[i].stroke = style_quantity(i, chart->key_count, 0, 1);
-    for (int i = 0; i < chart->curve_count; i++) {
-        struct curve *curve = &chart->curves[i];
-        curve->stroke = style_quantity(curve->key, chart->key_count, curve->run, panels->run_count);
-    }
-    return true;
-}
-
-/* ---- Coordinates: slides, turns, and the turns of elements by kind */
+/* ---- Kinds of coordinates: slides, turns, and the turns of elements */
 
 enum group { SLIDES, TURNS, ELEMENT_PSI, ELEMENT_THETA, ELEMENT_PHI, OTHERS };
 
@@ -100,136 +52,149 @@ static bool is_turn(enum group group) {
     return group != SLIDES && group != OTHERS;
 }
 
+/* ---- Which columns a panel shows */
+
 /* Elements that do not bend are left out: a planar motion has many. */
-static void add_coordinates(struct panels *panels, const struct view *view) {
+static bool shows_coordinate(const struct view *view, const struct run *run, int column) {
     const bool is_of_elements = is_turn(view->which) && view->which != TURNS;
-    struct chart *chart = begin(panels);
-    for (int r = 0; r < panels->run_count; r++) {
-        const struct run *run = &panels->runs[r];
-        for (int i = run->coordinates; i < run->coordinates + run->coordinate_count; i++)
-            if (group_of(run->columns[i]) == (enum group)view->which &&
-                (!is_of_elements || run->largest[i] > 0))
-                add_line(chart, panels, r, 0, i, run->columns[i], strlen(run->columns[i]));
-    }
-    end(panels, view, view->title, view->quantity);
+    return column >= run->coordinates && column < run->coordinates + run->coordinate_count &&
+           group_of(run->columns[column]) == (enum group)view->which &&
+           (!is_of_elements || run->largest[column] > 0);
 }
 
-/* ---- Points */
-
-enum { OVER_TIME = -1 };
-
-static void add_points(struct panels *panels, const struct view *view) {
-    struct chart *chart = begin(panels);
-    for (int r = 0; r < panels->run_count; r++) {
-        const struct run *run = &panels->runs[r];
-        for (int i = 0; i < run->point_count; i++) {
-            const int first = run->points[i];
-            add_line(chart, panels, r, view->over == OVER_TIME ? 0 : first + view->over, first + view->which,
-                     run->columns[first], strlen(run->columns[first]) - strlen("_x"));
-        }
-    }
-    if (!end(panels, view, view->title, view->quantity) || view->over == OVER_TIME)
-        return;
-    free(chart->x_label);
-    chart->x_label = text_format("x [m]");
-    chart->is_path = true;
-    chart->is_equal = view->which == 1; /* in the horizontal plane */
+static bool shows_point(const struct view *view, const struct run *run, int column) {
+    for (int i = 0; i < run->point_count; i++)
+        if (run->points[i] + view->which == column)
+            return true;
+    return false;
 }
 
-/* ---- Programme forces, inputs and courses, residuals, energy */
-
-/* How many forces of the same kind in the run are larger than that of column `column`, the earlier first
- * among equals, or far too many where it is noise beside them. */
-static int rank_of(const struct run *run, int column, bool wants_turns) {
+/* Of a kind the forces that are no noise and have fewer than LARGEST_FORCES larger ones in the run, the
+ * earlier first among equals. */
+static bool shows_force(const struct view *view, const struct run *run, int column) {
+    const bool wants_turns = view->which == TURNS;
     int rank = 0;
-    for (int i = run->forces; i < run->forces + run->force_count; i++) {
+    if (column < run->forces || column >= run->inputs ||
+        is_turn(group_of(run->columns[column])) != wants_turns)
+        return false;
+    for (int i = run->forces; i < run->inputs; i++) {
         if (is_turn(group_of(run->columns[i])) != wants_turns)
             continue;
         rank +=
             run->largest[i] > run->largest[column] || (run->largest[i] == run->largest[column] && i < column);
         if (run->largest[column] <= noise_part * run->largest[i])
-            return LARGEST_FORCES;
+            return false;
     }
-    return rank;
+    return rank < LARGEST_FORCES;
 }
 
-static void add_forces(struct panels *panels, const struct view *view) {
-    const size_t prefix = strlen("force_");
-    const bool wants_turns = view->which == TURNS;
-    struct chart *chart = begin(panels);
-    for (int r = 0; r < panels->run_count; r++) {
-        const struct run *run = &panels->runs[r];
-        for (int i = run->forces; i < run->forces + run->force_count; i++)
-            if (is_turn(group_of(run->columns[i])) == wants_turns &&
-                rank_of(run, i, wants_turns) < LARGEST_FORCES)
-                add_line(chart, panels, r, 0, i, run->columns[i] + prefix, strlen(run->columns[i] + prefix));
-    }
-    end(panels, view, view->title, view->quantity);
+static bool shows_energy(const struct view *view, const struct run *run, int column) {
+    (void)view;
+    return column == run->energy;
 }
 
-static void add_column(struct panels *panels, const struct view *view, const char *name, const char *title,
-                       const char *quantity) {
-    struct chart *chart = begin(panels);
-    for (int r = 0; r < panels->run_count; r++) {
-        const int column = run_column(&panels->runs[r], name);
-        if (column >= 0)
-            add_line(chart, panels, r, 0, column, "", 0);
-    }
-    end(panels, view, title, quantity);
+/* The column of that name, whatever it is. */
+static bool shows_name(const struct view *view, const struct run *run, int column) {
+    return strcmp(run->columns[column], view->name) == 0;
 }
 
-/* One panel for each input or course of the first run that has any: their units differ. */
+/* The columns whose names begin with that of the view. */
+static bool shows_residual(const struct view *view, const struct run *run, int column) {
+    const size_t length = strlen(view->name);
+    const char *name = run->columns[column];
+    return column < run->energy && strncmp(name, view->name, length) == 0 && name[length] == '_';
+}
+
+/* ---- One chart */
+
+/* The key's name of a column: of a point or a force its own, of a single column none. */
+static int find_key(struct chart *chart, const struct view *view, const char *column) {
+    const size_t prefix = view->shows == shows_force ? strlen("force_") : 0;
+    size_t length = strlen(column) - prefix;
+    if (view->shows == shows_energy || view->shows == shows_name)
+        length = 0;
+    if (view->shows == shows_point)
+        length = (size_t)(strrchr(column, '_') - column);
+    return chart_key(chart, column + prefix, length);
+}
+
+static void add_lines(struct chart *chart, const struct view *view, const struct run *run, int r) {
+    for (int i = 0; i < run->column_count; i++)
+        if (view->shows(view, run, i))
+            chart_add_curve(chart, (struct curve){.x = run->kept + (view->is_path ? i - view->which : 0),
+                                                  .y = run->kept + i,
+                                                  .count = run->kept_count,
+                                                  .stride = run->column_count,
+                                                  .key = find_key(chart, view, run->columns[i]),
+                                                  .run = r});
+}
+
+/* "angle [rad]": the unit of the first curve, which all have. */
+static const char *y_label(const struct panels *panels, const struct chart *chart, const struct view *view) {
+    const struct run *run = &panels->runs[chart->curves[0].run];
+    const json_t *given = json_object_get(panels->units, run->columns[chart->curves[0].y - run->kept]);
+    const char *unit = given ? json_string_value(given) : view->unit;
+    return unit ? text_format("%s [%s]", view->quantity, unit) : view->quantity;
+}
+
+/* The chart of a view, unless nothing is in it. */
+static void add_chart(struct panels *panels, const struct view *view) {
+    const bool is_residual = view->shows == shows_residual;
+    struct chart chart = {.title = view->title,
+                          .x_label = view->is_path ? "x [m]" : "t [s]",
+                          .is_path = view->is_path,
+                          .is_equal = view->is_path && view->which == 1, /* in the horizontal plane */
+                          .is_y_logarithmic = is_residual,
+                          .floor = is_residual ? rounding : 0};
+    for (int r = 0; r < panels->run_count; r++)
+        add_lines(&chart, view, &panels->runs[r], r);
+    if (chart.curve_count == 0)
+        return;
+    chart.y_label = y_label(panels, &chart, view);
+    for (int i = 0; i < chart.key_count; i++)
+        chart.keys[i].stroke = style_quantity(i, chart.key_count, 0, 1);
+    for (int i = 0; i < chart.curve_count; i++) {
+        struct curve *curve = &chart.curves[i];
+        curve->stroke = style_quantity(curve->key, chart.key_count, curve->run, panels->run_count);
+    }
+    panels->charts[panels->count++] = chart;
+}
+
+/* One chart for each input or course of the first run that has any: their units differ. */
 static void add_inputs(struct panels *panels, const struct view *view) {
     const struct run *first = panels->runs;
     for (int r = 0; r < panels->run_count && first->input_count == 0; r++)
         first = &panels->runs[r];
     for (int i = 0; i < first->input_count && i < MOST_INPUTS; i++) {
         const char *name = first->columns[first->inputs + i];
-        char *title = text_format("%s: %s", view->title, name);
-        add_column(panels, view, name, title, name);
-        free(title);
+        const struct view one = {.name = name,
+                                 .title = text_format("%s: %s", view->title, name),
+                                 .quantity = name,
+                                 .shows = shows_name};
+        add_chart(panels, &one);
     }
-}
-
-static void add_energy(struct panels *panels, const struct view *view) {
-    add_column(panels, view, view->name, view->title, view->quantity);
-}
-
-/* The columns whose names begin with that of the view. */
-static void add_residuals(struct panels *panels, const struct view *view) {
-    const size_t length = strlen(view->name);
-    struct chart *chart = begin(panels);
-    for (int r = 0; r < panels->run_count; r++) {
-        const struct run *run = &panels->runs[r];
-        for (int i = 0; i < run->energy; i++)
-            if (strncmp(run->columns[i], view->name, length) == 0 && run->columns[i][length] == '_')
-                add_line(chart, panels, r, 0, i, run->columns[i], strlen(run->columns[i]));
-    }
-    if (!end(panels, view, view->title, view->quantity))
-        return;
-    chart->is_y_logarithmic = true;
-    chart->floor = rounding;
 }
 
 /* ---- All of them */
 
 static const struct view views[] = {
-    {"angles", "Joint angles", "angle", "rad", add_coordinates, TURNS, 0},
-    {"slides", "Slides", "position", "m", add_coordinates, SLIDES, 0},
-    {"bending-psi", "Bending of the elements, psi", "angle", "rad", add_coordinates, ELEMENT_PSI, 0},
-    {"bending-theta", "Bending of the elements, theta", "angle", "rad", add_coordinates, ELEMENT_THETA, 0},
-    {"torsion", "Torsion of the elements, phi", "angle", "rad", add_coordinates, ELEMENT_PHI, 0},
-    {"others", "Further coordinates", "coordinate", NULL, add_coordinates, OTHERS, 0},
-    {"path", "Path seen from above", "y", "m", add_points, 1, 0},
-    {"side", "Path seen from the side", "z", "m", add_points, 2, 0},
-    {"height", "Height", "z", "m", add_points, 2, OVER_TIME},
-    {"velocity", "Vertical velocity", "dz/dt", "m/s", add_points, 5, OVER_TIME},
-    {"forces", "Programme forces, the largest", "force", "N", add_forces, SLIDES, 0},
-    {"torques", "Programme torques, the largest", "torque", "N m", add_forces, TURNS, 0},
-    {"inputs", "Input or course", NULL, NULL, add_inputs, 0, 0},
-    {"phi", "Residuals of position constraints", "|phi|", NULL, add_residuals, 0, 0},
-    {"psi", "Residuals at velocity level", "|psi|", NULL, add_residuals, 0, 0},
-    {"energy", "Kinetic and potential energy", "energy", "J", add_energy, 0, 0},
+    {"angles", "Joint angles", "angle", "rad", shows_coordinate, TURNS, false},
+    {"slides", "Slides", "position", "m", shows_coordinate, SLIDES, false},
+    {"bending-psi", "Bending of the elements, psi", "angle", "rad", shows_coordinate, ELEMENT_PSI, false},
+    {"bending-theta", "Bending of the elements, theta", "angle", "rad", shows_coordinate, ELEMENT_THETA,
+     false},
+    {"torsion", "Torsion of the elements, phi", "angle", "rad", shows_coordinate, ELEMENT_PHI, false},
+    {"others", "Further coordinates", "coordinate", NULL, shows_coordinate, OTHERS, false},
+    {"path", "Path seen from above", "y", "m", shows_point, 1, true},
+    {"side", "Path seen from the side", "z", "m", shows_point, 2, true},
+    {"height", "Height", "z", "m", shows_point, 2, false},
+    {"velocity", "Vertical velocity", "dz/dt", "m/s", shows_point, 5, false},
+    {"forces", "Programme forces, the largest", "force", "N", shows_force, SLIDES, false},
+    {"torques", "Programme torques, the largest", "torque", "N m", shows_force, TURNS, false},
+    {"inputs", "Input or course", NULL, NULL, NULL, 0, false},
+    {"phi", "Residuals of position constraints", "|phi|", NULL, shows_residual, 0, false},
+    {"psi", "Residuals at velocity level", "|psi|", NULL, shows_residual, 0, false},
+    {"energy", "Kinetic and potential energy", "energy", "J", shows_energy, 0, false},
 };
 
 enum { VIEW_COUNT = sizeof views / sizeof views[0] };
@@ -243,37 +208,27 @@ static int find_view(const char *name) {
     return view;
 }
 
-char *panels_choose(struct panels *panels, const char *names) {
-    char *name;
+const char *panels_choose(struct panels *panels, const char *names) {
     for (int i = 0; i < VIEW_COUNT; i++)
         panels->is_wanted[i] = !names;
-    for (int i = 0; (name = options_list_item(names, i)); i++) {
-        const int view = find_view(name);
+    for (const char **name = options_list(names); *name; name++) {
+        const int view = find_view(*name);
         if (view == VIEW_COUNT)
-            return name;
+            return *name;
         panels->is_wanted[view] = true;
-        free(name);
     }
     return NULL;
 }
 
-char *panels_names(void) {
-    char *text;
-    size_t size;
-    FILE *out = text_stream(&text, &size);
+const char *panels_names(void) {
+    struct text text = {.memory = &program_memory};
     for (int i = 0; i < VIEW_COUNT; i++)
-        fprintf(out, "%s%s", i ? ", " : "", views[i].name);
-    fclose(out);
-    return text;
+        text_add(&text, "%s%s", i ? ", " : "", views[i].name);
+    return text.data;
 }
 
 void panels_make(struct panels *panels) {
     for (int i = 0; i < VIEW_COUNT; i++)
         if (panels->is_wanted[i])
-            views[i].add(panels, &views[i]);
-}
-
-void panels_release(struct panels *panels) {
-    for (int i = 0; i < panels->count; i++)
-        chart_release(&panels->charts[i]);
+            (views[i].shows ? add_chart : add_inputs)(panels, &views[i]);
 }

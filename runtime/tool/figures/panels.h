@@ -20,13 +20,11 @@ struct panels {
     int count;
 };
 
-/* Panels by a list of their names, NULL: all. Gives the first name that is none, in heap memory, or NULL. */
-char *panels_choose(struct panels *panels, const char *names);
-/* All names, "a, b, c", in heap memory. */
-char *panels_names(void);
+/* Panels by a list of their names, NULL: all. Gives the first name that is none, or NULL. */
+const char *panels_choose(struct panels *panels, const char *names);
+/* All names, "a, b, c". */
+const char *panels_names(void);
 /* The charts of those that were chosen, once the runs are there. */
 void panels_make(struct panels *panels);
-/* The charts alone. */
-void panels_release(struct panels *panels);
 
 #endif

@@ -1,12 +1,10 @@
 /* A figure as SVG, PNG or PDF: see picture.h. */
 #include "figures/picture.h"
-#include "text/csv.h"
 #include "system/temporary_folder.h"
 #include "text/output.h"
 #include "system/process.h"
 
 #include <errno.h>
-#include <stdlib.h>
 #include <string.h>
 
 struct picture_format {
@@ -30,35 +28,19 @@ const struct picture_format *picture_format_of(const char *path) {
 }
 
 bool picture_can_write(const struct picture_format *format) {
-    char *file = format->argv ? process_find(converter) : NULL;
-    const bool is_good = file || !format->argv;
+    const bool is_good = !format->argv || process_find(converter);
     if (!is_good)
         fprintf(stderr, "refdyn: %s makes %s files and is not installed (Debian: apt install librsvg2-bin)\n",
                 converter, format->suffix);
-    free(file);
     return is_good;
 }
 
-static bool copy_file(const char *path, FILE *out) {
-    FILE *file = fopen(path, "rb");
-    for (int c; file && (c = getc(file)) != EOF;)
-        putc(c, out);
-    const bool is_good = file && !ferror(file);
-    if (file)
-        fclose(file);
-    return is_good;
-}
-
-/* The files in the folder: what goes in, what comes out, what is said. */
-struct files {
-    char *svg, *made, *log;
-};
-
-static bool run(const struct picture_format *format, const struct scratch *scratch,
-                const struct files *files) {
+static bool run(const struct picture_format *format, const struct scratch *scratch, const char *svg,
+                const char *made) {
     enum { BY_SIGNAL = 128 /* and its number, as the result of a process: see process.h */ };
+    const char *log = scratch_file(scratch, "log");
     struct process process;
-    const int error = process_start(&process, scratch, format->argv, files->svg, files->made, files->log);
+    const int error = process_start(&process, scratch, format->argv, svg, made, log);
     const bool has_ended = !error && process_wait(&process, 1) == 0;
     if (has_ended && process.result == 0)
         return true;
@@ -71,30 +53,19 @@ static bool run(const struct picture_format *format, const struct scratch *scrat
         fprintf(stderr, ", by signal %d (%s)", process.result - BY_SIGNAL,
                 strsignal(process.result - BY_SIGNAL));
     fputs(":\n", stderr);
-    char *log = read_text(files->log, "messages");
-    fputs(log ? log : "", stderr);
-    free(log);
+    file_copy(log, stderr);
     return false;
-}
-
-static bool write_text(const char *path, const char *text) {
-    FILE *file = fopen(path, "w");
-    const bool is_put = file && fputs(text, file) >= 0;
-    return file && fclose(file) == 0 && is_put;
 }
 
 static bool convert(const struct picture_format *format, const struct scratch *scratch, const char *svg,
                     FILE *out) {
-    struct files files = {text_format("%s/svg", scratch->path), text_format("%s/made", scratch->path),
-                          text_format("%s/log", scratch->path)};
-    const bool is_written = write_text(files.svg, svg);
-    const bool is_made = is_written && run(format, scratch, &files);
-    const bool is_good = is_made && copy_file(files.made, out);
-    if (!is_written || (is_made && !is_good))
-        fprintf(stderr, "refdyn: %s: %s\n", is_made ? files.made : files.svg, strerror(errno));
-    free(files.svg);
-    free(files.made);
-    free(files.log);
+    const char *made = scratch_file(scratch, "made");
+    if (!scratch_write(scratch, "svg", svg, strlen(svg)) ||
+        !run(format, scratch, scratch_file(scratch, "svg"), made))
+        return false;
+    const bool is_good = file_copy(made, out);
+    if (!is_good)
+        fprintf(stderr, "refdyn: %s: %s\n", made, strerror(errno));
     return is_good;
 }
 

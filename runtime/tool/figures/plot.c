@@ -4,9 +4,11 @@
 #include "text/output.h"
 #include "figures/panels.h"
 #include "figures/picture.h"
+#include "figures/runs_figure.h"
 #include "system/output_file.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 /* One call. */
 struct drawing {
@@ -17,17 +19,29 @@ struct drawing {
     struct target *target;
 };
 
+static bool is_file_of_runs(const char *path) {
+    return run_is_hdf5(path) && !motion_is_in(path);
+}
+
+static enum status check_runs(const struct options *options) {
+    for (int i = 0; i < options->operand_count; i++)
+        if (is_file_of_runs(options->operands[i]) && options->operand_count > 1)
+            return usage_error(options->command, "%s: a file of runs is drawn alone", options->operands[i]);
+    if (is_file_of_runs(options->operands[0]) && options->units)
+        return usage_error(options->command, "--units: a file of runs has its own");
+    return STATUS_DONE;
+}
+
 static enum status check_usage(struct drawing *drawing) {
     const struct options *options = drawing->options;
-    char *unknown = panels_choose(&drawing->panels, options->panel), *names = panels_names();
-    enum status status = STATUS_DONE;
+    const bool is_of_runs = is_file_of_runs(options->operands[0]);
+    const char *unknown = is_of_runs ? NULL : panels_choose(&drawing->panels, options->panel);
+    const enum status status = check_runs(options);
     drawing->format = picture_format_of(options->output);
-    if (unknown)
-        status = usage_error(options->command, "--panel: '%s' is none of %s", unknown, names);
-    else if (!drawing->format)
-        status = usage_error(options->command, "-o: '%s' ends in none of .svg, .png, .pdf", options->output);
-    free(unknown);
-    free(names);
+    if (status == STATUS_DONE && unknown)
+        return usage_error(options->command, "--panel: '%s' is none of %s", unknown, panels_names());
+    if (status == STATUS_DONE && !drawing->format)
+        return usage_error(options->command, "-o: '%s' ends in none of .svg, .png, .pdf", options->output);
     return status;
 }
 
@@ -38,14 +52,11 @@ static bool read_units(struct panels *panels, const char *path) {
     json_t *root = text ? json_loads(text, JSON_REJECT_DUPLICATES, &error) : NULL;
     panels->units = json_incref(json_object_get(root, "units"));
     const bool is_good = json_is_object(panels->units);
-    if (text && !is_good) {
-        char *said = text_format("units: %s, a summary of refdyn sim is needed",
-                                 root ? "no object 'units'" : error.text);
-        complain_line(path, root ? 1 : error.line, said);
-        free(said);
-    }
+    if (text && !is_good)
+        complain_line(path, root ? 1 : error.line,
+                      text_format("units: %s, a summary of refdyn sim is needed",
+                                  root ? "no object 'units'" : error.text));
     json_decref(root);
-    free(text);
     return is_good;
 }
 
@@ -63,14 +74,11 @@ static void draw(const struct panels *panels, FILE *out) {
                             .width = WIDTH,
                             .height = HEIGHT};
     for (int i = 0; i < panels->run_count; i++) {
-        figure.heads[i].name = text_format("%s", panels->runs[i].name);
+        figure.heads[i].name = panels->runs[i].name;
         if (panels->run_count > 1)
             figure.heads[i].stroke = style_run(i, panels->run_count);
     }
     chart_draw_figure(out, &figure);
-    for (int i = 0; i < panels->run_count; i++)
-        free(figure.heads[i].name);
-    free(figure.heads);
 }
 
 static bool write_drawing(struct drawing *drawing) {
@@ -86,12 +94,25 @@ static bool write_drawing(struct drawing *drawing) {
                       "run: no column that these panels draw, a CSV file of refdyn sim is needed");
     is_good = is_good && picture_write(drawing->format, svg, drawing->target->file) &&
               target_finish(drawing->target);
-    panels_release(&drawing->panels);
     free(svg);
     return is_good;
 }
 
-/* Opens the target and reads all files. */
+/* The same of a file of runs. */
+static bool write_runs(struct drawing *drawing) {
+    const struct options *options = drawing->options;
+    char *svg;
+    size_t size;
+    FILE *out = text_stream(&svg, &size);
+    bool is_good = runs_figure_draw(options->operands[0], options->panel, out);
+    fclose(out);
+    is_good = is_good && picture_write(drawing->format, svg, drawing->target->file) &&
+              target_finish(drawing->target);
+    free(svg);
+    return is_good;
+}
+
+/* Opens the target and reads all files of single motions. */
 static bool open_files(struct drawing *drawing) {
     const struct options *options = drawing->options;
     for (int i = 0; i < options->operand_count; i++)
@@ -101,7 +122,7 @@ static bool open_files(struct drawing *drawing) {
     drawing->target =
         picture_can_write(drawing->format) ? target_open(&drawing->targets, options->output) : NULL;
     bool is_good = drawing->target && (!options->units || read_units(&drawing->panels, options->units));
-    for (int i = 0; i < options->operand_count && is_good; i++)
+    for (int i = 0; i < options->operand_count && is_good && !is_file_of_runs(options->operands[0]); i++)
         is_good = run_read(&drawing->panels.runs[i], options->operands[i]);
     return is_good;
 }
@@ -113,11 +134,10 @@ enum status run_plot(const struct options *options) {
     if (status != STATUS_DONE)
         return status;
     panels->runs = allocate((size_t)panels->run_count, sizeof *panels->runs);
-    const bool is_good = open_files(&drawing) && write_drawing(&drawing);
+    const bool is_good =
+        open_files(&drawing) &&
+        (is_file_of_runs(options->operands[0]) ? write_runs(&drawing) : write_drawing(&drawing));
     targets_release(&drawing.targets);
     json_decref(panels->units);
-    for (int i = 0; i < panels->run_count; i++)
-        run_release(&panels->runs[i]);
-    free(panels->runs);
     return is_good ? STATUS_DONE : STATUS_FAULT;
 }

@@ -3,14 +3,9 @@
 #include "text/output.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { POINT_COLUMNS = 9 };
-
-int run_column(const struct run *run, const char *name) {
-    return csv_column(&run->csv, name);
-}
 
 static bool is_named(const struct run *run, int column, const char *stem, size_t length, const char *ending) {
     if (column < 0 || column >= run->column_count)
@@ -44,7 +39,7 @@ static void find_points(struct run *run) {
 static void find_columns(struct run *run) {
     find_coordinates(run);
     find_points(run);
-    run->energy = run_column(run, "energy");
+    run->energy = text_index("energy", (const char *const *)run->columns, run->column_count);
     run->forces = run->energy < 0 ? run->column_count : run->energy + 1;
     while (run->forces + run->force_count < run->column_count &&
            strncmp(run->columns[run->forces + run->force_count], "force_", 6) == 0)
@@ -78,34 +73,35 @@ static bool warn_of_cut(const struct csv *csv) {
     return true;
 }
 
-static bool read_rows(struct run *run) {
+/* As motion_next. */
+static int next_line(struct run *run, double *row) {
     struct csv *csv = &run->csv;
+    const int answer = csv_next(csv);
+    if (answer <= 0 || (csv->is_cut && warn_of_cut(csv)))
+        return answer < 0 ? -1 : 0;
+    for (int i = 0; i < run->column_count; i++)
+        if (!csv_number(csv, i, &row[i]))
+            return -1;
+    return 1;
+}
+
+static bool read_rows(struct run *run) {
     const size_t width = (size_t)run->column_count;
     double *last = allocate(width, sizeof *last);
-    bool is_good = true;
-    for (int answer; is_good && (answer = csv_next(csv)) != 0;) {
-        if (answer > 0 && csv->is_cut && warn_of_cut(csv))
-            break;
-        is_good = answer > 0;
-        for (int i = 0; i < run->column_count && is_good; i++)
-            is_good = csv_number(csv, i, &last[i]);
-        if (!is_good)
-            break;
+    int answer;
+    while ((answer = run->motion ? motion_next(run->motion, last) : next_line(run, last)) > 0) {
         memcpy(run->kept + (size_t)run->kept_count * width, last, width * sizeof *last);
         take_row(run, last);
     }
-    if (is_good && run->rows > 0 && (run->rows - 1) % run->stride != 0)
+    if (answer == 0 && run->rows > 0 && (run->rows - 1) % run->stride != 0)
         memcpy(run->kept + (size_t)run->kept_count++ * width, last, width * sizeof *last);
-    free(last);
-    return is_good;
+    return answer == 0;
 }
 
 /* ---- The file ---- */
 
 static void get_room(struct run *run) {
-    const size_t width = (size_t)run->csv.count;
-    run->columns = run->csv.names;
-    run->column_count = run->csv.count;
+    const size_t width = (size_t)run->column_count;
     run->stride = 1;
     run->largest = allocate(width, sizeof *run->largest);
     run->room = RUN_NUMBERS_MOST / run->column_count;
@@ -115,14 +111,41 @@ static void get_room(struct run *run) {
     run->kept = allocate((size_t)(run->room + 1) * width, sizeof *run->kept);
 }
 
-bool run_read(struct run *run, const char *path) {
-    const char *slash = strrchr(path, '/');
-    *run = (struct run){.path = path, .name = slash ? slash + 1 : path, .energy = -1};
+static bool open_csv(struct run *run, const char *path) {
     if (!csv_open(&run->csv, path, "run"))
         return false;
     if (strcmp(run->csv.names[0], "t") != 0 || run->csv.count < 2)
         return csv_complain(
             &run->csv, "the header does not begin with t and a name, a CSV file of refdyn sim is needed");
+    run->columns = run->csv.names;
+    run->column_count = run->csv.count;
+    return true;
+}
+
+static bool open_hdf5(struct run *run, const char *path) {
+    run->motion = motion_open(path);
+    if (!run->motion)
+        return false;
+    char **names = motion_names(run->motion, &run->column_count);
+    char **kept = allocate((size_t)run->column_count, sizeof *kept);
+    for (int i = 0; i < run->column_count; i++)
+        kept[i] = text_format("%s", names[i]);
+    run->columns = kept;
+    return true;
+}
+
+bool run_is_hdf5(const char *path) {
+    static const char *const endings[] = {".h5", ".hdf5", ".h5.part", ".hdf5.part"};
+    const size_t length = strlen(path);
+    for (size_t i = 0; i < sizeof endings / sizeof endings[0]; i++)
+        if (length > strlen(endings[i]) && strcmp(path + length - strlen(endings[i]), endings[i]) == 0)
+            return true;
+    return false;
+}
+
+static bool read_run(struct run *run, const char *path) {
+    if (!(run_is_hdf5(path) ? open_hdf5 : open_csv)(run, path))
+        return false;
     get_room(run);
     find_columns(run);
     if (!read_rows(run))
@@ -131,10 +154,12 @@ bool run_read(struct run *run, const char *path) {
     return run->rows > 0 || csv_complain(&run->csv, "there are no rows, a CSV file of refdyn sim is needed");
 }
 
-void run_release(struct run *run) {
+bool run_read(struct run *run, const char *path) {
+    const char *slash = strrchr(path, '/');
+    *run = (struct run){.path = path, .name = slash ? slash + 1 : path, .energy = -1};
+    const bool is_good = read_run(run, path);
     csv_close(&run->csv);
-    free(run->points);
-    free(run->kept);
-    free(run->largest);
-    *run = (struct run){.path = NULL};
+    motion_close(run->motion);
+    run->motion = NULL;
+    return is_good;
 }

@@ -4,6 +4,7 @@
 #ifndef REFDYN_TOOL_RECORDED_MOTION_H
 #define REFDYN_TOOL_RECORDED_MOTION_H
 
+#include "simulate/motion_file.h"
 #include "text/csv.h"
 
 #include <stdbool.h>
@@ -17,8 +18,9 @@ enum {
 struct run {
     const char *path;
     const char *name;              /* without folders */
-    struct csv csv;                /* its names */
-    char **columns;                /* of csv */
+    struct csv csv;                /* of a CSV file */
+    struct motion_reader *motion;  /* of a file of HDF5; NULL: it is CSV */
+    char **columns;                /* names, of one of these */
     double *kept;                  /* (kept_count x column_count) rows at equal distances, and the last one */
     long kept_count, stride, room; /* every stride-th row is kept */
     double *largest;               /* absolute value in each column */
@@ -34,10 +36,9 @@ struct run {
     int inputs, input_count;
 };
 
+/* Whether a file's name says that it is one of HDF5. */
+bool run_is_hdf5(const char *path);
 /* Complains on stderr with FILE:LINE and returns false when it is no such file. */
 bool run_read(struct run *run, const char *path);
-void run_release(struct run *run);
-/* Column of that name, -1: none. */
-int run_column(const struct run *run, const char *name);
 
 #endif

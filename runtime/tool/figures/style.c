@@ -76,6 +76,19 @@ struct stroke style_method(int method, int line) {
     return method == 0 ? band(stroke) : stroke;
 }
 
+unsigned style_value(double part) {
+    return colour_on_map(part);
+}
+
+unsigned style_no_value(void) {
+    return 0xd4d4d4;
+}
+
+struct stroke style_band(int index) {
+    const double paleness = 0.8, step = 0.3, height = 12;
+    return (struct stroke){mix(colours[0], 0xffffff, paleness - step * index), height, dashes[0], NULL};
+}
+
 struct stroke style_limit(void) {
     return (struct stroke){0x888888, thin_width, dashes[2], NULL};
 }

@@ -21,6 +21,11 @@ struct stroke style_run(int run, int runs);
 /* A method, by its number, 0 for the automatic choice; the same in every figure. line: 0, or that of another
  * stabilisation. */
 struct stroke style_method(int method, int line);
+/* A value on a map, 0 to 1 from the lowest to the highest; what has none. */
+unsigned style_value(double part);
+unsigned style_no_value(void);
+/* Around the first quantity: band number `index`, 0 the widest, as a sample of it. */
+struct stroke style_band(int index);
 /* What is no result: limits, floors. */
 struct stroke style_limit(void);
 

@@ -9,11 +9,11 @@
 static bool write_files(struct scene *scene, const char *folder) {
     const struct emitted_file *files = gen_files(&scene->generation);
     const int count = gen_file_count(&scene->generation);
-    struct target **open = memory_get(&scene->memory, (size_t)count * sizeof *open);
+    struct target **open = allocate((size_t)count, sizeof *open);
     sigset_t before;
     bool is_good = true;
     for (int i = 0; i < count && is_good; i++) {
-        open[i] = target_open(&scene->targets, memory_format(&scene->memory, "%s/%s", folder, files[i].name));
+        open[i] = target_open(&scene->targets, text_format("%s/%s", folder, files[i].name));
         is_good = open[i] && target_write(open[i], files[i].text, files[i].length);
     }
     interrupt_hold(&before); /* all or none */
@@ -27,21 +27,17 @@ static bool write_files(struct scene *scene, const char *folder) {
 static enum status emit_into_folder(struct scene *scene, const struct options *options) {
     struct generation *generation = &scene->generation;
     const char *folder = options->output;
-    const int seen = generation->messages.count;
-    const enum status status =
-        print_outcome(generation, *options->operands, seen, gen_check_folder(generation, folder));
+    const enum status status = scene_outcome(scene, options, gen_check_folder(generation, folder));
     if (status != STATUS_DONE)
         return status;
     if (!write_files(scene, folder))
         return STATUS_FAULT;
-    return print_outcome(generation, *options->operands, seen, gen_remove_stale_parts(generation, folder));
+    return scene_outcome(scene, options, gen_remove_stale_parts(generation, folder));
 }
 
 static enum status emit_scene(struct scene *scene, const struct options *options) {
     struct generation *generation = &scene->generation;
-    const int seen = generation->messages.count;
-    enum status status =
-        print_outcome(generation, *options->operands, seen, gen_plan(generation, options->emit));
+    enum status status = scene_outcome(scene, options, gen_plan(generation, options->emit));
     if (status != STATUS_DONE)
         return status;
     scene_spare_sources(scene, &scene->targets);
@@ -55,34 +51,31 @@ static enum status emit_scene(struct scene *scene, const struct options *options
 
 static enum status explain_pass(struct scene *scene, const struct options *options) {
     struct generation *generation = &scene->generation;
-    const int seen = generation->messages.count;
     const char *wrong = gen_wrong_pass(generation, options->explain);
     if (wrong)
         return usage_error(options->command, "--explain: %s", wrong);
     if (options->output)
         return usage_error(options->command, "--explain prints and writes no files, -o is too much");
-    return print_outcome(generation, *options->operands, seen,
-                         gen_explain(generation, options->emit, options->explain, stdout));
+    return scene_outcome(scene, options, gen_explain(generation, options->emit, options->explain, stdout));
+}
+
+static enum status generate(struct scene *scene, const struct options *options) {
+    const char *wrong = options->emit ? gen_wrong_emit(&scene->generation, options->emit) : NULL;
+    if (wrong)
+        return usage_error(options->command, "--emit: %s", wrong);
+    return options->explain ? explain_pass(scene, options) : emit_scene(scene, options);
 }
 
 enum status run_gen(const struct options *options) {
-    struct scene scene;
-    enum status status = scene_read(&scene, options);
-    if (status == STATUS_DONE) {
-        const char *wrong = options->emit ? gen_wrong_emit(&scene.generation, options->emit) : NULL;
-        status = wrong              ? usage_error(options->command, "--emit: %s", wrong)
-                 : options->explain ? explain_pass(&scene, options)
-                                    : emit_scene(&scene, options);
-    }
-    scene_close(&scene);
-    return status;
+    return scene_run(options, 0, NULL, generate);
+}
+
+static enum status check(struct scene *scene, const struct options *options) {
+    (void)options;
+    gen_print_model(&scene->generation, stdout);
+    return STATUS_DONE;
 }
 
 enum status run_check(const struct options *options) {
-    struct scene scene;
-    enum status status = scene_read(&scene, options);
-    if (status == STATUS_DONE)
-        gen_print_model(&scene.generation, stdout);
-    scene_close(&scene);
-    return status;
+    return scene_run(options, 0, NULL, check);
 }

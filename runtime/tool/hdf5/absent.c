@@ -1,5 +1,6 @@
 /* What stands for files of HDF5 in a refdyn that was built without: a complaint. */
 #include "batch/runs_file.h"
+#include "simulate/motion_file.h"
 #include "text/csv.h"
 
 static const char absent[] = "this refdyn is built without HDF5, CSV is what it writes";
@@ -56,5 +57,42 @@ const char *runs_attribute(const struct runs_reader *reader, const char *name) {
 }
 
 void runs_close(struct runs_reader *reader) {
+    (void)reader;
+}
+
+struct motion_writer *motion_create(const char *path, const struct motion_layout *layout) {
+    (void)layout;
+    complain_line(path, 0, absent);
+    return NULL;
+}
+
+bool motion_put(struct motion_writer *writer, const double *values) {
+    return writer && values && false;
+}
+
+bool motion_finish(struct motion_writer *writer) {
+    return writer && false;
+}
+
+bool motion_is_in(const char *path) {
+    return path && false;
+}
+
+struct motion_reader *motion_open(const char *path) {
+    complain_line(path, 0, absent);
+    return NULL;
+}
+
+char **motion_names(const struct motion_reader *reader, int *count) {
+    (void)reader;
+    *count = 0;
+    return NULL;
+}
+
+int motion_next(struct motion_reader *reader, double *values) {
+    return reader && values ? -1 : 0;
+}
+
+void motion_close(struct motion_reader *reader) {
     (void)reader;
 }

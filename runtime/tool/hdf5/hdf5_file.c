@@ -6,6 +6,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <hdf5_hl.h>
+#include <limits.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -42,7 +43,6 @@ static struct cause find_cause(void) {
 static void complain(struct hdf5_file *file, const char *fact, const char *cause) {
     char *text = text_format("%s%s%s", fact, *cause ? ": " : "", cause);
     complain_line(file->path, 0, text);
-    free(text);
     file->has_failed = true;
 }
 
@@ -63,7 +63,6 @@ bool hdf5_refuse(struct hdf5_file *file, const char *format, ...) {
     va_end(list);
     if (!file->has_failed)
         complain(file, text, "");
-    free(text);
     return false;
 }
 
@@ -154,6 +153,18 @@ bool hdf5_open(struct hdf5_file *file, const char *path, const char *content, in
     return file->id >= 0 && check_content(file, content, version, what);
 }
 
+bool hdf5_has_content(struct hdf5_file *file, const char *path, const char *content) {
+    if (!begin(file, path) || H5Fis_hdf5(path) <= 0)
+        return false;
+    const hid_t access = access_to_files();
+    file->id = H5Fopen(path, H5F_ACC_RDONLY, access);
+    H5Pclose(access);
+    char *found = file->id < 0 ? NULL : hdf5_get_text(file, "/", content_name);
+    const bool is_right = found && strcmp(found, content) == 0;
+    free(found);
+    return is_right;
+}
+
 static bool synchronise(const char *path) {
     const int descriptor = open(path, O_RDONLY | O_CLOEXEC);
     const bool is_good = descriptor >= 0 && fsync(descriptor) == 0;
@@ -180,7 +191,6 @@ void hdf5_release(struct hdf5_file *file) {
         H5Fclose(file->id);
     if (file->text >= 0)
         H5Tclose(file->text);
-    free(file->path);
     *file = (struct hdf5_file){.id = -1, .text = -1};
 }
 
@@ -247,9 +257,46 @@ char *hdf5_get_text(struct hdf5_file *file, const char *object, const char *name
     char *text = NULL;
     if (!get_attribute(file, object, name, H5T_STRING, file->text, &text))
         return NULL;
-    char *copy = text_format("%s", text ? text : ""); /* HDF5 gives an empty one as NULL */
+    char *copy = allocate_large(text ? strlen(text) + 1 : 1, 1); /* HDF5 gives an empty one as NULL */
+    strcpy(copy, text ? text : "");
     H5free_memory(text);
     return copy;
+}
+
+/* How many texts a list has, 0: it is none. */
+static int count_texts(hid_t attribute) {
+    const hid_t stored = H5Aget_type(attribute), space = H5Aget_space(attribute);
+    const hssize_t count = space < 0 ? 0 : H5Sget_simple_extent_npoints(space);
+    const bool is_list = stored >= 0 && H5Tis_variable_str(stored) > 0 && count > 0 && count <= INT_MAX;
+    H5Sclose(space);
+    H5Tclose(stored);
+    return is_list ? (int)count : 0;
+}
+
+char **hdf5_get_texts(struct hdf5_file *file, const char *object, const char *name, int *count) {
+    char **texts = NULL;
+    *count = 0;
+    if (H5Aexists_by_name(file->id, object, name, H5P_DEFAULT) <= 0)
+        return NULL;
+    const hid_t attribute = H5Aopen_by_name(file->id, object, name, H5P_DEFAULT, H5P_DEFAULT);
+    if (attribute < 0)
+        return NULL;
+    *count = count_texts(attribute);
+    if (*count > 0)
+        texts = allocate_large((size_t)*count, sizeof *texts);
+    if (texts && H5Aread(attribute, file->text, texts) < 0)
+        *count = 0;
+    for (int i = 0; i < *count; i++)
+        if (!texts[i]) /* HDF5 gives an empty one so */
+            texts[i] = text_format("%s", "");
+    H5Aclose(attribute);
+    return texts;
+}
+
+void hdf5_free_texts(char **texts, int count) {
+    for (int i = 0; i < count; i++)
+        free(texts[i]);
+    free(texts);
 }
 
 bool hdf5_get_whole(struct hdf5_file *file, const char *object, const char *name, long *value) {
@@ -277,7 +324,6 @@ static bool make_groups_above(struct hdf5_file *file, const char *path) {
     while (is_good && (slash = strchr(slash, '/'))) {
         char *group = text_format("%.*s", (int)(slash++ - path), path);
         is_good = make_one_group(file, group);
-        free(group);
     }
     return is_good;
 }

@@ -25,6 +25,8 @@ enum { HDF5_MOST_ROOM = 1 << 22 /* bytes of rows that are held at a time */ };
 bool hdf5_create(struct hdf5_file *file, const char *path, const char *content, int version);
 /* One of ours to read. `what` it is, in words: "file of runs". */
 bool hdf5_open(struct hdf5_file *file, const char *path, const char *content, int version, const char *what);
+/* Whether the file is one of ours with that content; complains of nothing. hdf5_release in any case. */
+bool hdf5_has_content(struct hdf5_file *file, const char *path, const char *content);
 /* All is on the disk. */
 bool hdf5_finish(struct hdf5_file *file);
 void hdf5_release(struct hdf5_file *file);
@@ -43,6 +45,9 @@ bool hdf5_put_whole(struct hdf5_file *file, const char *object, const char *name
 bool hdf5_put_number(struct hdf5_file *file, const char *object, const char *name, double value);
 /* NULL: there is none, or it is no text. In heap memory. */
 char *hdf5_get_text(struct hdf5_file *file, const char *object, const char *name);
+/* The texts of a list, in heap memory, for hdf5_free_texts; NULL: there is none. */
+char **hdf5_get_texts(struct hdf5_file *file, const char *object, const char *name, int *count);
+void hdf5_free_texts(char **texts, int count);
 /* False: there is none, or it is no whole number; that is not complained of. */
 bool hdf5_get_whole(struct hdf5_file *file, const char *object, const char *name, long *value);
 

@@ -16,7 +16,7 @@ bool hdf5_rows_add(struct hdf5_rows *rows, struct hdf5_column column) {
         return false;
     if (rows->column_count == rows->column_room) {
         rows->column_room = 2 * rows->column_room + 16;
-        struct hdf5_column *more = allocate((size_t)rows->column_room, sizeof *more);
+        struct hdf5_column *more = allocate_large((size_t)rows->column_room, sizeof *more);
         if (rows->column_count)
             memcpy(more, rows->columns, (size_t)rows->column_count * sizeof *more);
         free(rows->columns);
@@ -47,8 +47,8 @@ void hdf5_rows_make_room(struct hdf5_rows *rows, int width, int text_width) {
     rows->width = width;
     rows->text_width = text_width;
     rows->room = fitting < 1 ? 1 : fitting < ROWS_MOST ? (long)fitting : ROWS_MOST;
-    rows->values = allocate((size_t)rows->room * (size_t)width + 1, sizeof *rows->values);
-    rows->texts = allocate((size_t)rows->room * (size_t)text_width + 1, sizeof *rows->texts);
+    rows->values = allocate_large((size_t)rows->room * (size_t)width + 1, sizeof *rows->values);
+    rows->texts = allocate_large((size_t)rows->room * (size_t)text_width + 1, sizeof *rows->texts);
 }
 
 /* ---- One column of the block ---- */
@@ -117,6 +117,11 @@ bool hdf5_rows_flush(struct hdf5_rows *rows) {
     return is_good && !rows->file->has_failed;
 }
 
+/* In heap memory: there is one a row. */
+static char *heap_copy(const char *text) {
+    return strcpy(allocate_large(strlen(text) + 1, 1), text);
+}
+
 bool hdf5_rows_put(struct hdf5_rows *rows, const double *values, const char *const *texts) {
     const size_t width = (size_t)rows->width;
     if (rows->count == rows->room && !hdf5_rows_flush(rows))
@@ -124,7 +129,7 @@ bool hdf5_rows_put(struct hdf5_rows *rows, const double *values, const char *con
     if (width > 0)
         memcpy(rows->values + (size_t)rows->count * width, values, width * sizeof *values);
     for (int i = 0; i < rows->text_width; i++)
-        rows->texts[rows->count * rows->text_width + i] = text_format("%s", texts[i]);
+        rows->texts[rows->count * rows->text_width + i] = heap_copy(texts[i]);
     rows->count++;
     return !rows->file->has_failed;
 }

@@ -103,12 +103,15 @@ static herr_t add_attribute_name(hid_t object, const char *name, const H5A_info_
     return add_link(object, name, NULL, where);
 }
 
-/* In the order in which they were made. */
+/* In the order in which they were made, where the file keeps it. */
 static bool list(struct runs_reader *reader, const char *path, struct listing *listing) {
-    *listing = (struct listing){.memory = &reader->memory};
-    if (H5Literate_by_name(reader->file.id, path, H5_INDEX_CRT_ORDER, H5_ITER_INC, NULL, add_link, listing,
-                           H5P_DEFAULT) >= 0)
-        return true;
+    const H5_index_t orders[] = {H5_INDEX_CRT_ORDER, H5_INDEX_NAME};
+    for (int i = 0; i < 2; i++) {
+        *listing = (struct listing){.memory = &reader->memory};
+        if (H5Literate_by_name(reader->file.id, path, orders[i], H5_ITER_INC, NULL, add_link, listing,
+                               H5P_DEFAULT) >= 0)
+            return true;
+    }
     return hdf5_fail(&reader->file, "cannot be read");
 }
 
@@ -204,7 +207,7 @@ static herr_t take_scale_name(hid_t dataset, unsigned dimension, hid_t scale, vo
     (void)dimension;
     if (length <= 0)
         return -1;
-    *name = allocate((size_t)length + 1, 1);
+    *name = allocate_large((size_t)length + 1, 1);
     H5Iget_name(scale, *name, (size_t)length + 1);
     return 1;
 }
@@ -333,7 +336,7 @@ static int keep_different(const char **texts, long count) {
 /* Texts come as they are by row, and become which of the different ones they are. */
 static void number_texts(struct runs_reader *reader, struct varied *varied) {
     const size_t count = (size_t)reader->count;
-    const char **by_row = allocate(count + 1, sizeof *by_row);
+    const char **by_row = allocate_large(count + 1, sizeof *by_row);
     memcpy(by_row, varied->texts, count * sizeof *by_row);
     varied->text_count = keep_different(varied->texts, reader->count);
     for (size_t i = 0; i < count; i++) {
@@ -395,7 +398,7 @@ static bool read_all(struct runs_reader *reader, const char *path) {
 }
 
 struct runs_reader *runs_open(const char *path) {
-    struct runs_reader *reader = allocate(1, sizeof *reader);
+    struct runs_reader *reader = allocate_large(1, sizeof *reader);
     *reader = (struct runs_reader){.memory = arena_start()};
     hdf5_rows_start(&reader->rows, &reader->file);
     if (read_all(reader, path))

@@ -64,7 +64,6 @@ static void add_varied(struct runs_writer *writer, int i) {
     put_unit(file, path, varied->unit);
     hdf5_put_text(file, path, RUNS_KIND, runs_kinds[varied->kind]);
     hdf5_put_text(file, path, RUNS_TARGET, varied->target);
-    free(path);
 }
 
 static void add_axis(struct runs_writer *writer, const struct kept_axis *axis) {
@@ -74,7 +73,6 @@ static void add_axis(struct runs_writer *writer, const struct kept_axis *axis) {
         hdf5_make_scale(file, path, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, axis->count, axis->values, axis->unit);
     else
         hdf5_make_scale(file, path, file->text, file->text, axis->count, axis->names, axis->unit);
-    free(path);
 }
 
 static void add_item(struct runs_writer *writer, const struct kept_item *item) {
@@ -86,10 +84,8 @@ static void add_item(struct runs_writer *writer, const struct kept_item *item) {
     if (item->axis) {
         char *axis = text_format("/%s", item->axis);
         hdf5_attach_scale(file, dataset, axis, 1);
-        free(axis);
     }
     put_unit(file, path, item->unit);
-    free(path);
 }
 
 static bool add_all(struct runs_writer *writer) {
@@ -120,7 +116,7 @@ static void release(struct runs_writer *writer) {
 }
 
 struct runs_writer *runs_create(const char *path, const struct runs_layout *layout, long count) {
-    struct runs_writer *writer = allocate(1, sizeof *writer);
+    struct runs_writer *writer = allocate_large(1, sizeof *writer);
     *writer = (struct runs_writer){.layout = layout, .count = count, .last = -1};
     const bool is_open = hdf5_create(&writer->file, path, RUNS_CONTENT, RUNS_VERSION);
     hdf5_rows_start(&writer->rows, &writer->file);
@@ -130,8 +126,8 @@ struct runs_writer *runs_create(const char *path, const struct runs_layout *layo
     }
     const int width = RUNS_HEAD_COUNT + layout->cases.width + layout->width;
     hdf5_rows_make_room(&writer->rows, width, writer->text_count);
-    writer->values = allocate((size_t)width, sizeof *writer->values);
-    writer->texts = allocate((size_t)writer->text_count, sizeof *writer->texts);
+    writer->values = allocate_large((size_t)width, sizeof *writer->values);
+    writer->texts = allocate_large((size_t)writer->text_count, sizeof *writer->texts);
     return writer;
 }
 

@@ -1,6 +1,5 @@
 /* `refdyn modes`: frequencies, damping ratios and shapes of small motions about a state at rest. */
 #include "command_line/commands.h"
-#include "scene/scene_json.h"
 #include "modes/spectrum.h"
 
 #include <math.h>
@@ -25,11 +24,6 @@ struct analysis {
 
 static const char *place_of(const struct options *options) {
     return options->at ? options->at : "statics";
-}
-
-static const char *state_path(const struct options *options) {
-    const char *at = place_of(options);
-    return strcmp(at, "initial") != 0 && strcmp(at, "statics") != 0 ? at : NULL;
 }
 
 /* Small motions of such a row would need derivatives of v. */
@@ -64,7 +58,7 @@ static enum status place(struct analysis *analysis, const struct options *option
     if (strcmp(analysis->at, "statics") == 0) {
         struct equilibrium equilibrium;
         status = find_equilibrium(scene, options, &equilibrium);
-        memcpy(analysis->held, equilibrium.held, (size_t)scene->model->n * sizeof *analysis->held);
+        analysis->held = equilibrium.held;
     } else
         status = choose_held(scene, options, analysis->held);
     warn_of_rates(scene, options->at);
@@ -88,63 +82,60 @@ static void print_warnings(const struct analysis *analysis) {
                 analysis->phi);
 }
 
+/* -1 for a growth without oscillation, 0 where nothing brings the motion back. */
+static double damping_of(const struct mode *mode) {
+    const double omega = cabs(mode->eigenvalue);
+    return omega > 0 ? 0 - creal(mode->eigenvalue) / omega : 0; /* no -0 */
+}
+
 static void print_table(const struct analysis *analysis) {
     fputs("mode  frequency [Hz]  omega [rad/s]  damping ratio\n", stderr);
     for (int i = 0; i < analysis->count; i++) {
         const struct mode *mode = &analysis->spectrum.modes[i];
-        const double omega = hypot(mode->re, mode->im);
-        fprintf(stderr, "%4d  %14.6g  %13.6g  %13.6g%s\n", i + 1, mode->im / (2 * pi), omega,
-                omega > 0 ? 0 - mode->re / omega : 0, mode->re > 0 ? "  unstable" : "");
+        fprintf(stderr, "%4d  %14.6g  %13.6g  %13.6g%s\n", i + 1, (cimag(mode->eigenvalue) + 0.0) / (2 * pi),
+                cabs(mode->eigenvalue), damping_of(mode), creal(mode->eigenvalue) > 0 ? "  unstable" : "");
     }
 }
 
 /* ---- JSON ---- */
 
-static void put_complex(struct document *document, const char *key, const double *re, const double *im,
-                        int count) {
+static void put_complex(struct document *document, const char *key, const double complex *values, int count) {
+    static const char *const parts[] = {"re", "im"};
     put_open(document, key, '{');
-    put_array(document, "re", re, count);
-    put_array(document, "im", im, count);
+    for (int part = 0; part < 2; part++) {
+        put_open(document, parts[part], '[');
+        for (int i = 0; i < count; i++)
+            put_number(document, NULL, (part ? cimag(values[i]) : creal(values[i])) + 0.0); /* no -0 */
+        put_close(document, ']');
+    }
     put_close(document, '}');
-}
-
-/* C shape of one point; re (3), then im (3). */
-static void displacement(const struct analysis *analysis, int point, const double *shape, double out[6]) {
-    const int n = analysis->scene->model->n;
-    for (int part = 0; part < 2; part++)
-        for (int axis = 0; axis < 3; axis++) {
-            double sum = 0;
-            for (int j = 0; j < n; j++)
-                sum += analysis->C[(3 * point + axis) * n + j] * shape[part * n + j];
-            out[3 * part + axis] = sum;
-        }
 }
 
 static void put_shape(struct document *document, const struct analysis *analysis, const struct mode *mode) {
     const struct refdyn_model *model = analysis->scene->model;
-    const struct linear *linear = &analysis->linear;
     const int n = model->n;
-    double *shape = memory_get(&analysis->scene->memory, 2 * (size_t)n * sizeof *shape), moved[6];
-    for (int j = 0; j < linear->n; j++) {
-        shape[linear->place[j]] = mode->shape[j];
-        shape[n + linear->place[j]] = mode->shape[linear->n + j];
-    }
-    put_complex(document, "shape", shape, shape + n, n);
+    double complex *shape = allocate((size_t)n, sizeof *shape);
+    for (int j = 0; j < analysis->linear.n; j++)
+        shape[analysis->linear.place[j]] = mode->shape[j];
+    put_complex(document, "shape", shape, n);
     put_open(document, "points", '{');
     for (int i = 0; i < model->point_count; i++) {
-        displacement(analysis, i, shape, moved);
-        put_complex(document, model->points[i], moved, moved + 3, 3);
+        double complex moved[3] = {0}; /* C shape */
+        for (int axis = 0; axis < 3; axis++)
+            for (int j = 0; j < n; j++)
+                moved[axis] += analysis->C[(3 * i + axis) * n + j] * shape[j];
+        put_complex(document, model->points[i], moved, 3);
     }
     put_close(document, '}');
 }
 
 static void put_mode(struct document *document, const struct analysis *analysis, const struct mode *mode) {
-    const double omega = hypot(mode->re, mode->im);
+    const double re = creal(mode->eigenvalue) + 0.0, im = cimag(mode->eigenvalue) + 0.0; /* no -0 */
     put_open(document, NULL, '{');
-    put_number(document, "frequency", mode->im / (2 * pi));
-    put_number(document, "omega", omega);
-    put_number(document, "damping", omega > 0 ? 0 - mode->re / omega : 0); /* no -0 */
-    put_array(document, "eigenvalue", (const double[]){mode->re, mode->im}, 2);
+    put_number(document, "frequency", im / (2 * pi));
+    put_number(document, "omega", cabs(mode->eigenvalue));
+    put_number(document, "damping", damping_of(mode));
+    put_array(document, "eigenvalue", (const double[]){re, im}, 2);
     put_shape(document, analysis, mode);
     put_close(document, '}');
 }
@@ -156,7 +147,7 @@ static enum status print_analysis(const struct analysis *analysis) {
     int unstable = 0;
     document_open(&document);
     for (int i = 0; i < spectrum->count; i++)
-        unstable += spectrum->modes[i].re > 0;
+        unstable += creal(spectrum->modes[i].eigenvalue) > 0;
     put_open(&document, NULL, '{');
     put_text(&document, "name", scene->model->name);
     put_coordinates(&document, "coordinates", scene->model, NULL);
@@ -198,9 +189,11 @@ static int compute(struct analysis *analysis, const struct options *options) {
 static enum status analyse(struct scene *scene, const struct options *options) {
     const size_t n = (size_t)scene->model->n, points = (size_t)scene->model->point_count;
     struct analysis analysis = {.scene = scene, .at = place_of(options)};
-    analysis.held = memory_get(&scene->memory, n * sizeof *analysis.held);
-    analysis.C = memory_get(&scene->memory, 3 * points * n * sizeof *analysis.C);
-    enum status status = place(&analysis, options);
+    analysis.held = allocate(n, sizeof *analysis.held);
+    analysis.C = allocate(3 * points * n, sizeof *analysis.C);
+    enum status status = check(scene);
+    if (status == STATUS_DONE)
+        status = place(&analysis, options);
     int result = status == STATUS_DONE ? compute(&analysis, options) : REFDYN_OK;
     if (result != REFDYN_OK)
         status = numbers_failed(scene, result, scene->state.t, scene->q, NULL);
@@ -214,14 +207,6 @@ static enum status analyse(struct scene *scene, const struct options *options) {
 }
 
 enum status run_modes(const struct options *options) {
-    struct scene scene;
-    enum status status = scene_open(
-        &scene, options, NEEDS_RESULT | NEEDS_STATICS | NEEDS_POINTS | NEEDS_TANGENT | NEEDS_LINEAR,
-        state_path(options));
-    if (status == STATUS_DONE)
-        status = check(&scene);
-    if (status == STATUS_DONE)
-        status = analyse(&scene, options);
-    scene_close(&scene);
-    return status;
+    return scene_run(options, NEEDS_RESULT | NEEDS_STATICS | NEEDS_POINTS | NEEDS_TANGENT | NEEDS_LINEAR,
+                     options_state_path(options->at), analyse);
 }

@@ -13,9 +13,7 @@
  */
 #include "modes/spectrum.h"
 #include "scene/constraint_basis.h"
-#include "base/memory.h"
 
-#include <complex.h>
 #include <lapacke.h>
 #include <math.h>
 #include <stdlib.h>
@@ -42,7 +40,6 @@ static const double low_share = 1e-6;
 static const double shift_share = 0.6180339887498949;
 
 struct pencil {
-    struct memory *memory;
     const struct linear *linear;
     int n, position_count, size; /* of x, y, z */
     double *unit;                /* (n) 1/sqrt(M_jj) */
@@ -67,30 +64,24 @@ static void add_product(double *out, double factor, const double *left, const do
         }
 }
 
-static double *new_matrix(struct memory *memory, int rows, int columns) {
-    return memory_get(memory, (size_t)rows * (size_t)columns * sizeof(double));
-}
-
-static double *product(struct memory *memory, const double *left, const double *right, int rows, int inner,
-                       int columns) {
-    double *out = new_matrix(memory, rows, columns);
+static double *product(const double *left, const double *right, int rows, int inner, int columns) {
+    double *out = allocate_matrix(rows, columns);
     add_product(out, 1, left, right, rows, inner, columns);
     return out;
 }
 
 /* left^T right, both n rows */
-static double *product_of_columns(struct memory *memory, const double *left, int left_columns,
-                                  const double *right, int columns, int n) {
-    double *turned = new_matrix(memory, left_columns, n);
+static double *product_of_columns(const double *left, int left_columns, const double *right, int columns,
+                                  int n) {
+    double *out = allocate_matrix(left_columns, columns);
     for (int i = 0; i < n; i++)
-        for (int j = 0; j < left_columns; j++)
-            turned[j * n + i] = left[i * left_columns + j];
-    return product(memory, turned, right, left_columns, n, columns);
+        add_product(out, 1, left + i * left_columns, right + i * columns, left_columns, 1, columns);
+    return out;
 }
 
 static double *scaled(const struct pencil *pencil, const double *matrix, int rows, bool both) {
     const int n = pencil->n;
-    double *out = new_matrix(pencil->memory, rows, n);
+    double *out = allocate_matrix(rows, n);
     for (int i = 0; i < rows; i++)
         for (int j = 0; j < n; j++)
             out[i * n + j] = (both ? pencil->unit[i] : 1) * matrix[i * n + j] * pencil->unit[j];
@@ -115,13 +106,13 @@ static void find_freedoms(struct pencil *pencil) {
     const int n = pencil->n;
     double *u = scaled(pencil, linear->u, linear->m, false);
     double *psi_q = scaled(pencil, linear->psi_q, linear->m, false);
-    double *level_q = new_matrix(pencil->memory, linear->m, n);
+    double *level_q = allocate_matrix(linear->m, n);
     int count = 0;
     for (int i = 0; i < linear->m; i++)
         if (linear->is_level_q[i])
             memcpy(level_q + count++ * n, u + i * n, (size_t)n * sizeof *u);
-    find_freedom(&pencil->position, pencil->memory, level_q, NULL, count, n);
-    find_freedom(&pencil->velocity, pencil->memory, u, psi_q, linear->m, n);
+    find_freedom(&pencil->position, level_q, NULL, count, n);
+    find_freedom(&pencil->velocity, u, psi_q, linear->m, n);
     pencil->position_count = n - pencil->position.rank;
     pencil->size = pencil->position_count + n - pencil->velocity.rank;
 }
@@ -145,38 +136,30 @@ static void put_rates(struct pencil *pencil, const double *drift, int rates) {
     }
 }
 
-static void put_motion(struct pencil *pencil, const double *drift, int rates) {
+/* MASS_NOT_POSITIVE unless the mass of what is free has a factor. */
+static int put_motion(struct pencil *pencil, const double *drift, int rates) {
     const int n = pencil->n, positions = pencil->position_count;
     const double *N = pencil->velocity.basis, s = pencil->scale;
-    double *damping = product(pencil->memory, pencil->M, pencil->velocity.drift, n, n, n);
-    double *stiffness = product(pencil->memory, pencil->K, pencil->position.basis, n, n, positions);
+    double *damping = product(pencil->M, pencil->velocity.drift, n, n, n);
+    double *stiffness = product(pencil->K, pencil->position.basis, n, n, positions);
     for (int i = 0; i < n * n; i++)
         damping[i] += pencil->D[i];
     add_product(stiffness, 1, damping, drift, n, n, positions);
-    double *on_rates = product(pencil->memory, damping, N, n, n, rates),
-           *mass = product(pencil->memory, pencil->M, N, n, n, rates);
-    double *mass_part = product_of_columns(pencil->memory, N, rates, mass, rates, n);
-    double *stiffness_part = product_of_columns(pencil->memory, N, rates, stiffness, positions, n);
-    double *damping_part = product_of_columns(pencil->memory, N, rates, on_rates, rates, n);
+    double *on_rates = product(damping, N, n, n, rates), *mass = product(pencil->M, N, n, n, rates);
+    double *mass_part = product_of_columns(N, rates, mass, rates, n);
+    double *stiffness_part = product_of_columns(N, rates, stiffness, positions, n);
+    double *damping_part = product_of_columns(N, rates, on_rates, rates, n);
     put_block(pencil, pencil->E, positions, positions, mass_part, rates, rates, 1);
     put_block(pencil, pencil->A, positions, 0, stiffness_part, rates, positions, -1 / (s * s));
     put_block(pencil, pencil->A, positions, positions, damping_part, rates, rates, -1 / s);
-}
-
-static int check_mass(const struct pencil *pencil) {
-    const int first = pencil->position_count, rates = pencil->size - first;
-    double *mass = new_matrix(pencil->memory, rates, rates);
-    for (int i = 0; i < rates; i++)
-        memcpy(mass + i * rates, pencil->E + (first + i) * pencil->size + first,
-               (size_t)rates * sizeof *mass);
-    lapack_int info = rates ? LAPACKE_dpotrf(LAPACK_ROW_MAJOR, 'U', rates, mass, rates) : 0;
+    const lapack_int info = rates ? LAPACKE_dpotrf(LAPACK_ROW_MAJOR, 'U', rates, mass_part, rates) : 0;
     return info == 0 ? REFDYN_OK : REFDYN_MASS_NOT_POSITIVE;
 }
 
 static int build_pencil(struct pencil *pencil, const struct linear *linear) {
     const int n = linear->n;
-    *pencil = (struct pencil){.memory = linear->memory, .linear = linear, .n = n};
-    pencil->unit = new_matrix(pencil->memory, n, 1);
+    *pencil = (struct pencil){.linear = linear, .n = n};
+    pencil->unit = allocate_matrix(n, 1);
     for (int j = 0; j < n; j++)
         pencil->unit[j] = 1 / sqrt(linear->M[j * (n + 1)]);
     pencil->M = scaled(pencil, linear->M, n, true);
@@ -184,13 +167,12 @@ static int build_pencil(struct pencil *pencil, const struct linear *linear) {
     pencil->K = scaled(pencil, linear->K, n, true);
     choose_scale(pencil);
     find_freedoms(pencil);
-    pencil->A = new_matrix(pencil->memory, pencil->size, pencil->size);
-    pencil->E = new_matrix(pencil->memory, pencil->size, pencil->size);
+    pencil->A = allocate_matrix(pencil->size, pencil->size);
+    pencil->E = allocate_matrix(pencil->size, pencil->size);
     const int positions = pencil->position_count, rates = pencil->size - positions;
-    double *drift = product(pencil->memory, pencil->velocity.drift, pencil->position.basis, n, n, positions);
+    double *drift = product(pencil->velocity.drift, pencil->position.basis, n, n, positions);
     put_rates(pencil, drift, rates);
-    put_motion(pencil, drift, rates);
-    return check_mass(pencil);
+    return put_motion(pencil, drift, rates);
 }
 
 /* ---- Eigenvalues ---- */
@@ -198,14 +180,13 @@ static int build_pencil(struct pencil *pencil, const struct linear *linear) {
 static int solve_pencil(struct pencil *pencil) {
     const int size = pencil->size;
     const size_t room = (size_t)size * (size_t)size;
-    struct memory *memory = pencil->memory;
-    double *T = new_matrix(memory, size, size);
-    pencil->factor = new_matrix(memory, size, size);
-    pencil->pivots = memory_get(memory, (size_t)size * sizeof *pencil->pivots);
-    pencil->tau_re = new_matrix(memory, size, 1);
-    pencil->tau_im = new_matrix(memory, size, 1);
-    pencil->left = new_matrix(memory, size, size);
-    pencil->right = new_matrix(memory, size, size);
+    double *T = allocate_matrix(size, size);
+    pencil->factor = allocate_matrix(size, size);
+    pencil->pivots = allocate((size_t)size, sizeof *pencil->pivots);
+    pencil->tau_re = allocate_matrix(size, 1);
+    pencil->tau_im = allocate_matrix(size, 1);
+    pencil->left = allocate_matrix(size, size);
+    pencil->right = allocate_matrix(size, size);
     for (size_t i = 0; i < room; i++) {
         pencil->factor[i] = pencil->A[i] - pencil->E[i];
         T[i] = pencil->E[i];
@@ -280,7 +261,7 @@ static void normalise(double complex *x, int n) {
 /* x = Z y of vector k, in the model's units. */
 static double complex *shape_of(const struct pencil *pencil, int k) {
     const int positions = pencil->position_count;
-    double complex *x = memory_get(pencil->memory, (size_t)pencil->n * sizeof *x);
+    double complex *x = allocate((size_t)pencil->n, sizeof *x);
     for (int i = 0; i < pencil->n; i++) {
         for (int j = 0; j < positions; j++)
             x[i] += pencil->position.basis[i * positions + j] * entry(pencil, pencil->right, j, k);
@@ -290,15 +271,8 @@ static double complex *shape_of(const struct pencil *pencil, int k) {
     return x;
 }
 
-static void add_mode(struct spectrum *spectrum, double complex eigenvalue, const double complex *x, int n) {
-    struct mode *mode = &spectrum->modes[spectrum->count++];
-    mode->re = creal(eigenvalue) + 0.0; /* no -0 */
-    mode->im = cimag(eigenvalue) + 0.0;
-    mode->shape = new_matrix(spectrum->memory, 2, n);
-    for (int j = 0; j < n; j++) {
-        mode->shape[j] = creal(x[j]) + 0.0;
-        mode->shape[n + j] = cimag(x[j]) + 0.0;
-    }
+static void add_mode(struct spectrum *spectrum, double complex eigenvalue, const double complex *shape) {
+    spectrum->modes[spectrum->count++] = (struct mode){eigenvalue, shape};
 }
 
 /* ---- Eigenvalues 0 ---- */
@@ -353,8 +327,7 @@ static void clear_column(struct resting *resting, int n, int row, int column) {
 
 /* One mode for each coordinate that the vectors leave free, in the order of the coordinates. */
 static void add_resting_modes(struct spectrum *spectrum, struct resting *resting, int n) {
-    int *row_of = memory_get(spectrum->memory, (size_t)n * sizeof *row_of), count = 0, row, column;
-    double complex *x = memory_get(spectrum->memory, (size_t)n * sizeof *x);
+    int *row_of = allocate((size_t)n, sizeof *row_of), count = 0, row, column;
     while (count < resting->count && find_largest(resting, n, count, &row, &column) > same_tol) {
         exchange_rows(resting->vectors + row * n, resting->vectors + count * n, n);
         clear_column(resting, n, count, column);
@@ -364,20 +337,21 @@ static void add_resting_modes(struct spectrum *spectrum, struct resting *resting
         if (!row_of[j])
             continue;
         const double *vector = resting->vectors + (row_of[j] - 1) * n;
+        double complex *x = allocate((size_t)n, sizeof *x);
         for (int i = 0; i < n; i++)
             x[i] = fabs(vector[i]) > zero_tol ? vector[i] : 0;
         normalise(x, n);
-        add_mode(spectrum, 0, x, n);
+        add_mode(spectrum, 0, x);
     }
 }
 
 /* ---- All modes ---- */
 
 static bool stands_before(const struct mode *a, const struct mode *b) {
-    const double size_a = hypot(a->re, a->im), size_b = hypot(b->re, b->im);
+    const double size_a = cabs(a->eigenvalue), size_b = cabs(b->eigenvalue);
     if (fabs(size_a - size_b) > equal_tol * fmax(size_a, size_b))
         return size_a < size_b;
-    return a->re > b->re;
+    return creal(a->eigenvalue) > creal(b->eigenvalue);
 }
 
 static void sort_modes(struct spectrum *spectrum) {
@@ -391,7 +365,7 @@ static void sort_modes(struct spectrum *spectrum) {
 
 /* A pair that is real but for rounding: two modes, whose shapes are apart unless the system is defective. */
 static void add_real_pair(struct spectrum *spectrum, double eigenvalue, const double complex *x, int n) {
-    double complex *parts = memory_get(spectrum->memory, 2 * (size_t)n * sizeof *parts);
+    double complex *parts = allocate(2 * (size_t)n, sizeof *parts);
     double apart = 0;
     for (int j = 0; j < n; j++) {
         parts[j] = creal(x[j]);
@@ -400,8 +374,8 @@ static void add_real_pair(struct spectrum *spectrum, double eigenvalue, const do
     }
     normalise(parts, n);
     normalise(parts + n, n);
-    add_mode(spectrum, eigenvalue, parts, n);
-    add_mode(spectrum, eigenvalue, apart > same_tol ? parts + n : parts, n);
+    add_mode(spectrum, eigenvalue, parts);
+    add_mode(spectrum, eigenvalue, apart > same_tol ? parts + n : parts);
 }
 
 /* dgeev names the tau with the positive imaginary part first; mu = 1 + 1/tau has the negative one. */
@@ -420,14 +394,14 @@ static void add_vector(struct spectrum *spectrum, const struct pencil *pencil, s
         if (!is_real && fabs(cimag(eigenvalue)) <= pair_tol * cabs(eigenvalue))
             add_real_pair(spectrum, creal(eigenvalue), x, n);
         else
-            add_mode(spectrum, eigenvalue, x, n);
+            add_mode(spectrum, eigenvalue, x);
     }
 }
 
 static void collect(struct spectrum *spectrum, const struct pencil *pencil) {
     const int n = pencil->n;
-    struct resting resting = {.vectors = new_matrix(spectrum->memory, pencil->size, n)};
-    spectrum->modes = memory_get(spectrum->memory, (size_t)pencil->size * sizeof *spectrum->modes);
+    struct resting resting = {.vectors = allocate_matrix(pencil->size, n)};
+    spectrum->modes = allocate((size_t)pencil->size, sizeof *spectrum->modes);
     for (int k = 0; k < pencil->size; k += pencil->tau_im[k] == 0 ? 1 : 2)
         add_vector(spectrum, pencil, &resting, k);
     add_resting_modes(spectrum, &resting, n);
@@ -436,7 +410,7 @@ static void collect(struct spectrum *spectrum, const struct pencil *pencil) {
 
 int find_spectrum(struct spectrum *spectrum, const struct linear *linear) {
     struct pencil pencil;
-    *spectrum = (struct spectrum){.memory = linear->memory};
+    *spectrum = (struct spectrum){.count = 0};
     int status = build_pencil(&pencil, linear);
     if (status == REFDYN_OK && pencil.size > 0)
         status = solve_pencil(&pencil);

@@ -9,14 +9,15 @@
 
 #include "scene/linear_model.h"
 
+#include <complex.h>
+
 struct mode {
-    double re, im; /* the eigenvalue [1/s]; exactly 0 where it is within rounding */
-    double *shape; /* (2 n) real, then imaginary parts; the largest entry is 1 */
+    double complex eigenvalue;   /* [1/s]; its parts exactly 0 where they are within rounding */
+    const double complex *shape; /* (n) the largest entry is 1 */
 };
 
 struct spectrum {
-    struct memory *memory; /* of the linear equations: all lives in it */
-    struct mode *modes;    /* by |eigenvalue|, ascending; a growing one before a decaying one */
+    struct mode *modes; /* by |eigenvalue|, ascending; a growing one before a decaying one */
     int count;
     const int *redundant; /* (redundant_count) rows that say what others say, or nothing at rest */
     int redundant_count;

@@ -1,11 +1,10 @@
-/* The drawing of error over run time: see diagram.h. */
-#include "report/diagram.h"
+/* The drawing of error over run time: see page.h. */
+#include "report/page.h"
 #include "figures/chart.h"
 #include "report/findings.h"
 #include "text/output.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { WIDTH = 900, HEIGHT = 480 };
@@ -51,9 +50,8 @@ static void add_series(struct chart *chart, const struct study *study, const str
     take_points(points, study, series);
     if (points->count == 0)
         return;
-    char *name = series_name(study, series);
-    add_curve(chart, name, points, style_method((int)series->method, line_of(study, series)));
-    free(name);
+    add_curve(chart, series_name(study, series), points,
+              style_method((int)series->method, line_of(study, series)));
 }
 
 /* From the quickest to the slowest run. */
@@ -71,11 +69,10 @@ static void add_floor(struct chart *chart, const struct study *study, struct poi
 
 /* points: one for each series, and one for the floor. */
 static struct chart make_chart(const struct study *study, struct points *points) {
-    struct chart chart = {.title = text_format("%s", study->name),
-                          .x_label = text_format("CPU time of the integration [s]"),
-                          .y_label =
-                              text_format(study->stride == 3 ? "largest position error of the points [m]"
-                                                             : "largest error of a coordinate [m, rad]"),
+    struct chart chart = {.title = study->name,
+                          .x_label = "CPU time of the integration [s]",
+                          .y_label = study->has_points ? "largest position error of the points [m]"
+                                                       : "largest error of a coordinate [m, rad]",
                           .is_x_logarithmic = true,
                           .is_y_logarithmic = true};
     for (int i = 0; i < study->series_count; i++)
@@ -85,7 +82,7 @@ static struct chart make_chart(const struct study *study, struct points *points)
     return chart;
 }
 
-void diagram_draw(FILE *out, char *title, const struct study *studies, int count) {
+void diagram_draw(FILE *out, const char *title, const struct study *studies, int count) {
     struct points *points = allocate((size_t)count * (SERIES_MAX + 1), sizeof *points);
     struct chart *charts = allocate((size_t)count, sizeof *charts);
     struct key head = {.name = title};
@@ -93,14 +90,7 @@ void diagram_draw(FILE *out, char *title, const struct study *studies, int count
         .heads = &head, .head_count = 1, .charts = charts, .columns = 1, .width = WIDTH, .height = HEIGHT};
     for (int i = 0; i < count; i++) {
         charts[figure.count] = make_chart(&studies[i], points + i * (SERIES_MAX + 1));
-        if (charts[figure.count].curve_count > 0)
-            figure.count++;
-        else
-            chart_release(&charts[figure.count]);
+        figure.count += charts[figure.count].curve_count > 0;
     }
     chart_draw_figure(out, &figure);
-    for (int i = 0; i < figure.count; i++)
-        chart_release(&charts[i]);
-    free(charts);
-    free(points);
 }

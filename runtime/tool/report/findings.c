@@ -3,7 +3,6 @@
 #include "text/output.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* Errors at which methods are compared. */
@@ -18,10 +17,10 @@ static const double gain_least =
 static const double plateau_slope = 0.05; /* log steps over log 1/tol: below half of 1/8, that of order 8 */
 
 const char *study_unit(const struct study *study) {
-    return study->stride == 3 ? "m" : "m or rad";
+    return study->has_points ? "m" : "m or rad";
 }
 
-char *series_name(const struct study *study, const struct series *series) {
+const char *series_name(const struct study *study, const struct series *series) {
     int same = 0;
     for (int i = 0; i < study->series_count; i++)
         same += study->series[i].method == series->method;
@@ -29,14 +28,14 @@ char *series_name(const struct study *study, const struct series *series) {
                        same > 1 ? stabilise_names[series->stabilise] : "");
 }
 
-char *trial_setting(const struct trial *trial) {
+const char *trial_setting(const struct trial *trial) {
     return trial->tol > 0 ? text_format("tolerance %.3g", trial->tol)
                           : text_format("step %.3g s", trial->step);
 }
 
-char *trial_outcome(const struct trial *trial) {
+const char *trial_outcome(const struct trial *trial) {
     if (is_done(trial))
-        return text_format("done");
+        return "done";
     if (trial->result == MOTION_TOO_SLOW)
         return text_format("stopped: too slow, some %.2g s were expected and %.2g s were left for it",
                            trial->cpu_s, trial->cpu_limit_s);
@@ -57,33 +56,26 @@ static const char *kind_of(enum refdyn_method method) {
     return method == REFDYN_GAUSS12 || method == REFDYN_RADAU9 ? "collocation" : "Rosenbrock";
 }
 
-char *findings_reference(const struct study *study) {
-    char *text;
-    size_t size;
-    FILE *out = text_stream(&text, &size);
+const char *findings_reference(const struct study *study) {
     const struct trial *a = &study->references[0], *b = &study->references[1];
-    const char *kind = kind_of(a->method);
-    const char *unit = study_unit(study);
-    if (has_reference(study))
-        fprintf(out, "Reference: %s at tolerance %g and %s at tolerance %g agree to %.2g %s at %ld times; ",
-                refdyn_method_name((int)a->method), a->tol, refdyn_method_name((int)b->method), b->tol,
-                study->floor, unit, study->outputs);
+    const char *kind = kind_of(a->method), *unit = study_unit(study);
+    const bool is_found = has_reference(study);
+    struct text text = {.memory = &program_memory};
+    text_add(&text, "%s %s at tolerance %g and %s at tolerance %g ",
+             is_found ? "Reference:" : "There is no reference:", refdyn_method_name((int)a->method), a->tol,
+             refdyn_method_name((int)b->method), b->tol);
+    if (is_found)
+        text_add(&text, "agree to %.2g %s at %ld times; ", study->floor, unit, study->outputs);
     else
-        fprintf(
-            out,
-            "There is no reference: %s at tolerance %g and %s at tolerance %g are %.2g %s apart, on a way of "
-            "%.2g; ",
-            refdyn_method_name((int)a->method), a->tol, refdyn_method_name((int)b->method), b->tol,
-            study->floor, unit, study->way);
-    fprintf(out, "errors are distances from the first, and none below %.2g %s is claimed.\n", study->floor,
-            unit);
+        text_add(&text, "are %.2g %s apart, on a way of %.2g; ", study->floor, unit, study->way);
+    text_add(&text, "errors are distances from the first, and none below %.2g %s is claimed.\n", study->floor,
+             unit);
     if (strcmp(kind, kind_of(b->method)) == 0)
-        fprintf(out,
-                "Both methods of the reference are %s methods, which makes it weaker: none of another kind "
-                "came to the end.\n",
-                kind);
-    fclose(out);
-    return text;
+        text_add(&text,
+                 "Both methods of the reference are %s methods, which makes it weaker: none of another kind "
+                 "came to the end.\n",
+                 kind);
+    return text.data;
 }
 
 /* ---- The order that errors show */
@@ -111,7 +103,7 @@ static double floor_of(const struct study *study, const struct series *series) {
 }
 
 /* Least-squares slope of log error over log setting, above the floor. */
-static char *tell_slope(const struct study *study, const struct series *series) {
+static const char *tell_slope(const struct study *study, const struct series *series) {
     const double floor = floor_of(study, series);
     double x = 0, y = 0, xx = 0, xy = 0;
     int n = 0;
@@ -127,16 +119,14 @@ static char *tell_slope(const struct study *study, const struct series *series) 
         n++;
     }
     if (n < SLOPE_RUNS)
-        return text_format("-");
+        return "-";
     return text_format("%s^%.2f (%d runs)", series->is_fixed ? "step" : "tolerance",
                        (n * xy - x * y) / (n * xx - x * x), n);
 }
 
-static char *tell_least_error(const struct study *study, const struct series *series) {
+static const char *tell_least_error(const struct study *study, const struct series *series) {
     const double least = least_error(study, series);
-    return least <= study->floor ? text_format("floor")
-           : isfinite(least)     ? text_format("%.1e", least)
-                                 : text_format("-");
+    return least <= study->floor ? "floor" : isfinite(least) ? text_format("%.1e", least) : "-";
 }
 
 /* ---- What rules the step */
@@ -168,7 +158,7 @@ static double mean_step(const struct study *study, const struct trial *trial) {
 
 /* With steps the largest stable one; with tolerances those at which stability rules the steps, which the
  * automatic choice and implicit methods do not have. */
-static char *tell_stability(const struct study *study, const struct series *series) {
+static const char *tell_stability(const struct study *study, const struct series *series) {
     const int edge = series->is_fixed ? edge_of_steps(study, series) : 0;
     if (edge > 0)
         return text_format("step %.3g s, not %.3g s", series->trials[edge].step,
@@ -179,14 +169,14 @@ static char *tell_stability(const struct study *study, const struct series *seri
     if (last > 0)
         return text_format("step %.2g s at tolerances from %g to %g", mean_step(study, &series->trials[last]),
                            series->trials[0].tol, series->trials[last].tol);
-    return text_format("-");
+    return "-";
 }
 
 /* ---- What ended early */
 
 /* The first of the runs from `first` on that ended early, for lack of time or for another reason, and how
  * many more did. */
-static void put_stops(FILE *out, const struct series *series, int first, bool is_slow) {
+static void put_stops(struct text *text, const struct series *series, int first, bool is_slow) {
     const struct trial *stopped = NULL;
     int more = -1;
     for (int i = first; i < series->count; i++) {
@@ -198,23 +188,18 @@ static void put_stops(FILE *out, const struct series *series, int first, bool is
     }
     if (!stopped)
         return;
-    char *setting = trial_setting(stopped), *outcome = trial_outcome(stopped);
-    fprintf(out, "%s%s: %s", ftell(out) > 0 ? "; " : "", setting, is_slow ? "too slow" : outcome);
+    text_add(text, "%s%s: %s", text->length > 0 ? "; " : "", trial_setting(stopped),
+             is_slow ? "too slow" : trial_outcome(stopped));
     if (more > 0)
-        fprintf(out, "; and %d more", more);
-    free(outcome);
-    free(setting);
+        text_add(text, "; and %d more", more);
 }
 
 /* Steps beyond the limit of stability are told there. */
-static char *tell_stops(const struct study *study, const struct series *series) {
-    char *text;
-    size_t size;
-    FILE *out = text_stream(&text, &size);
-    put_stops(out, series, series->is_fixed ? edge_of_steps(study, series) : 0, false);
-    put_stops(out, series, 0, true);
-    fclose(out);
-    return text;
+static const char *tell_stops(const struct study *study, const struct series *series) {
+    struct text text = {.memory = &program_memory};
+    put_stops(&text, series, series->is_fixed ? edge_of_steps(study, series) : 0, false);
+    put_stops(&text, series, 0, true);
+    return text.data ? text.data : "";
 }
 
 /* ---- What the clock said */
@@ -230,14 +215,14 @@ static double quickest(const struct series *series, double level) {
 
 /* Beside the quickest of the methods that the automatic choice chooses from, or of itself when it is alone.
  */
-static char *tell_time(const struct study *study, const struct series *series, double level) {
+static const char *tell_time(const struct study *study, const struct series *series, double level) {
     const double cpu_s = level >= study->floor ? quickest(series, level) : INFINITY;
     double best = INFINITY;
     for (int i = 0; i < study->series_count; i++)
         if (study->series[i].method != REFDYN_AUTO)
             best = fmin(best, quickest(&study->series[i], level));
     if (!isfinite(cpu_s))
-        return text_format("-");
+        return "-";
     return isfinite(best) ? text_format("%.3g (%.2f)", cpu_s, cpu_s / best) : text_format("%.3g", cpu_s);
 }
 
@@ -249,30 +234,18 @@ const char findings_note[] = "CPU times are those of the integration on one core
                              "every machine, of the runs that "
                              "there was time for.";
 
-void findings_heads(const struct study *study, char *cells[static FINDING_COLUMNS]) {
-    static const char *const heads[] = {"error goes with", "least error", "limit of stability",
-                                        "ended early"};
-    int column = 0;
-    cells[column++] = text_format("method");
-    for (int i = 0; i < LEVEL_COUNT; i++)
-        cells[column++] = text_format("CPU s for %g %s", levels[i], study_unit(study));
-    for (int i = 0; column < FINDING_COLUMNS; i++)
-        cells[column++] = text_format("%s", heads[i]);
-}
-
-void findings_row(const struct study *study, const struct series *series,
-                  char *cells[static FINDING_COLUMNS]) {
-    int column = 0;
-    cells[column++] = series_name(study, series);
-    for (int i = 0; i < LEVEL_COUNT; i++)
-        cells[column++] = tell_time(study, series, levels[i]);
-    cells[column++] = tell_slope(study, series);
-    cells[column++] = tell_least_error(study, series);
-    cells[column++] = tell_stability(study, series);
-    cells[column] = tell_stops(study, series);
-}
-
-void findings_release(char *cells[static FINDING_COLUMNS]) {
-    for (int i = 0; i < FINDING_COLUMNS; i++)
-        free(cells[i]);
+const char *findings_cell(const struct study *study, const struct series *series, int column) {
+    static const struct {
+        const char *head;
+        const char *(*tell)(const struct study *study, const struct series *series);
+    } told[] = {{"method", series_name},
+                {"error goes with", tell_slope},
+                {"least error", tell_least_error},
+                {"limit of stability", tell_stability},
+                {"ended early", tell_stops}};
+    const int level = column - 1, place = column == 0 ? 0 : column - LEVEL_COUNT;
+    if (level < 0 || level >= LEVEL_COUNT)
+        return series ? told[place].tell(study, series) : told[place].head;
+    return series ? tell_time(study, series, levels[level])
+                  : text_format("CPU s for %g %s", levels[level], study_unit(study));
 }

@@ -6,17 +6,17 @@
 
 #include "report/study.h"
 
-/* "rk4", "rk4, baumgarte": the stabilisation where the method has several. In heap memory. */
-char *series_name(const struct study *study, const struct series *series);
-/* "tolerance 1e-06" or "step 0.001 s". In heap memory. */
-char *trial_setting(const struct trial *trial);
-/* "done", or where the run stopped and why. In heap memory. */
-char *trial_outcome(const struct trial *trial);
+/* "rk4", "rk4, baumgarte": the stabilisation where the method has several. */
+const char *series_name(const struct study *study, const struct series *series);
+/* "tolerance 1e-06" or "step 0.001 s". */
+const char *trial_setting(const struct trial *trial);
+/* "done", or where the run stopped and why. */
+const char *trial_outcome(const struct trial *trial);
 /* Unit of errors. */
 const char *study_unit(const struct study *study);
 
-/* What errors are measured against, in heap memory. */
-char *findings_reference(const struct study *study);
+/* What errors are measured against. */
+const char *findings_reference(const struct study *study);
 
 enum {
     LEVEL_COUNT = 3,
@@ -26,10 +26,7 @@ enum {
 /* What the table's times are, for a line below it. */
 extern const char findings_note[];
 
-/* The heads of the table's columns, or of a series what is in them; the texts are in heap memory. */
-void findings_heads(const struct study *study, char *cells[static FINDING_COLUMNS]);
-void findings_row(const struct study *study, const struct series *series,
-                  char *cells[static FINDING_COLUMNS]);
-void findings_release(char *cells[static FINDING_COLUMNS]);
+/* What is in a column of the table for a series, or NULL: the column's head. */
+const char *findings_cell(const struct study *study, const struct series *series, int column);
 
 #endif

@@ -5,7 +5,6 @@
 #include "text/output.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 static const char head[] =
@@ -47,7 +46,7 @@ static void put_row_of_texts(FILE *out, const char *name, const char *value) {
 
 static const char *start_text(const struct options *options) {
     const char *from = options->from;
-    if (motion_state_path(options))
+    if (options_state_path(from))
         return "a given state";
     return from && strcmp(from, "statics") == 0 ? "the static equilibrium" : "the model's initial state";
 }
@@ -55,22 +54,20 @@ static const char *start_text(const struct options *options) {
 static void put_motion(FILE *out, const struct scene *scene, const struct options *options,
                        const struct study_plan *plan) {
     const struct refdyn_model *model = scene->model;
-    char *size =
-        text_format("coordinates %d, constraint rows %d, points %d", model->n, model->m, model->point_count);
-    char *span = text_format("t = %g to %g s from %s, made consistent; states compared every %g s",
-                             scene->state.t, plan->until, start_text(options), plan->every);
     fputs("<table>\n", out);
     put_row_of_texts(out, "model", model->name);
     put_row_of_texts(out, "hash of its C", model->hash);
-    put_row_of_texts(out, "size", size);
-    put_row_of_texts(out, "motion", span);
+    put_row_of_texts(
+        out, "size",
+        text_format("coordinates %d, constraint rows %d, points %d", model->n, model->m, model->point_count));
+    put_row_of_texts(out, "motion",
+                     text_format("t = %g to %g s from %s, made consistent; states compared every %g s",
+                                 scene->state.t, plan->until, start_text(options), plan->every));
     for (int i = 0; i < scene->generation.model.option_count; i++) {
         const struct option *option = &scene->generation.model.options[i];
         put_row_of_texts(out, option->name, option->value);
     }
     fputs("</table>\n", out);
-    free(span);
-    free(size);
 }
 
 static void put_named(FILE *out, const char *title, const struct refdyn_name *names, const double *values,
@@ -113,10 +110,9 @@ static void put_error(FILE *out, const struct study *study, const struct trial *
 }
 
 static void put_trial(FILE *out, const struct study *study, const char *name, const struct trial *trial) {
-    char *setting = trial_setting(trial), *outcome = trial_outcome(trial);
     fputs("<tr>", out);
     put_cell(out, name);
-    put_cell(out, setting);
+    put_cell(out, trial_setting(trial));
     fprintf(out, "<td>%ld</td><td>%ld</td><td>%ld</td><td>%ld</td>", trial->steps, trial->rejected,
             trial->evaluations, trial->tangents);
     put_error(out, study, trial);
@@ -124,10 +120,8 @@ static void put_trial(FILE *out, const struct study *study, const char *name, co
     put_value(out, "%.1e", trial->psi_max);
     put_value(out, "%.1e", trial->energy_error);
     put_value(out, "%.3g", is_done(trial) ? trial->cpu_s : NAN);
-    put_cell(out, outcome);
+    put_cell(out, trial_outcome(trial));
     fputs("</tr>\n", out);
-    free(outcome);
-    free(setting);
 }
 
 static void put_trials(FILE *out, const struct study *study) {
@@ -138,49 +132,41 @@ static void put_trials(FILE *out, const struct study *study) {
             study_unit(study));
     for (int i = 0; i < study->series_count; i++) {
         const struct series *series = &study->series[i];
-        char *name = series_name(study, series);
         for (int j = 0; j < series->count; j++)
-            put_trial(out, study, name, &series->trials[j]);
-        free(name);
+            put_trial(out, study, series_name(study, series), &series->trials[j]);
     }
     fputs("</table>\n", out);
 }
 
-/* kind: "th" or "td". */
-static void put_findings_row(FILE *out, char *cells[static FINDING_COLUMNS], const char *kind) {
+/* Of a series, or NULL: the heads. */
+static void put_findings_row(FILE *out, const struct study *study, const struct series *series) {
+    const char *kind = series ? "td" : "th";
     fputs("<tr>", out);
     for (int i = 0; i < FINDING_COLUMNS; i++) {
         fprintf(out, "<%s>", kind);
-        put_xml_text(out, cells[i]);
+        put_xml_text(out, findings_cell(study, series, i));
         fprintf(out, "</%s>", kind);
     }
     fputs("</tr>\n", out);
-    findings_release(cells);
 }
 
 static void put_findings(FILE *out, const struct study *study) {
-    char *cells[FINDING_COLUMNS];
     fputs("<table>\n", out);
-    findings_heads(study, cells);
-    put_findings_row(out, cells, "th");
-    for (int i = 0; i < study->series_count; i++) {
-        findings_row(study, &study->series[i], cells);
-        put_findings_row(out, cells, "td");
-    }
+    put_findings_row(out, study, NULL);
+    for (int i = 0; i < study->series_count; i++)
+        put_findings_row(out, study, &study->series[i]);
     fputs("</table>\n", out);
 }
 
 static void put_study(FILE *out, const struct study *study) {
-    char *reference = findings_reference(study);
     fputs("<h2>", out);
     put_xml_text(out, study->name);
     fprintf(out, "</h2>\n%s<h3>Findings</h3>\n<p>", study->facts);
-    put_xml_text(out, reference);
+    put_xml_text(out, findings_reference(study));
     fputs("</p>\n", out);
     put_findings(out, study);
     fprintf(out, "<p>%s</p>\n<h3>All runs</h3>\n", findings_note);
     put_trials(out, study);
-    free(reference);
 }
 
 void page_write(FILE *out, const char *title, const struct study *studies, int count, const char *figure) {

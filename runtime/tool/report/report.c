@@ -1,5 +1,4 @@
 /* `refdyn report`: error against run time of all methods, as CSV, SVG and a page. */
-#include "report/diagram.h"
 #include "text/escape.h"
 #include "report/findings.h"
 #include "system/interrupt.h"
@@ -18,8 +17,8 @@ static const double seconds_default = 60; /* of all runs together */
 
 struct report {
     const struct options *options;
-    char *model_name, *vary_name;
-    char *values[VARIANTS_MAX]; /* of the varied option; NULL: the model as it is given */
+    const char *model_name, *vary_name;
+    const char *values[VARIANTS_MAX]; /* of the varied option; NULL: the model as it is given */
     int variant_count;
     struct study_plan plan;
     struct study studies[VARIANTS_MAX];
@@ -37,42 +36,42 @@ static int by_descent(const void *a, const void *b) {
 
 /* A list of positive numbers below `most`, sorted from the loosest setting on. */
 static enum status read_numbers(const struct options *options, const char *name, const char *text,
-                                double most, double numbers[static SETTINGS_MAX], int *count) {
-    char *item;
-    for (int i = 0; (item = options_list_item(text, i)); i++) {
-        double number = 0;
-        const bool is_good = text_to_number(item, &number) && number > 0 && number < most && i < SETTINGS_MAX;
-        free(item);
-        if (!is_good)
+                                double most, struct settings *settings) {
+    for (const char **item = options_list(text); *item; item++) {
+        double number;
+        if (!text_to_number(*item, &number) || !(number > 0 && number < most) ||
+            settings->count == SETTINGS_MAX)
             return usage_error(options->command, "--%s: '%s' is no list of up to %d numbers between 0 and %g",
                                name, text, SETTINGS_MAX, most);
-        numbers[(*count)++] = number;
+        settings->list[settings->count++] = number;
     }
-    qsort(numbers, (size_t)*count, sizeof *numbers, by_descent);
-    for (int i = 1; i < *count; i++)
-        if (numbers[i] == numbers[i - 1])
+    settings->are_given = true;
+    qsort(settings->list, (size_t)settings->count, sizeof *settings->list, by_descent);
+    for (int i = 1; i < settings->count; i++)
+        if (settings->list[i] == settings->list[i - 1])
             return usage_error(options->command, "--%s: '%s' has one number twice", name, text);
     return STATUS_DONE;
 }
 
-/* From 1e-2 to 1e-12. */
-static void list_tolerances(struct study_plan *plan) {
+/* Those that were not given: tolerances from 1e-2 to 1e-12, steps halved from the time between outputs on. */
+static void list_settings(struct study_plan *plan) {
     static const double tols[] = {1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12};
-    plan->tol_count = sizeof tols / sizeof tols[0];
-    memcpy(plan->tols, tols, sizeof tols);
+    if (!plan->tols.are_given) {
+        plan->tols.count = sizeof tols / sizeof tols[0];
+        memcpy(plan->tols.list, tols, sizeof tols);
+    }
+    for (int i = 0; i < HALVINGS_MAX && !plan->steps.are_given; i++)
+        plan->steps.list[plan->steps.count++] = ldexp(plan->every, -i);
 }
 
 static enum status read_methods(const struct options *options, struct study_plan *plan) {
-    char known[METHODS_LENGTH];
     for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
         plan->methods[method] = !options->methods;
-    char *name;
-    for (int i = 0; options->methods && (name = options_list_item(options->methods, i)); i++) {
-        const int method = refdyn_method_find(name);
-        free(name);
+    for (const char **name = options_list(options->methods); *name; name++) {
+        const int method = refdyn_method_find(*name);
         if (method < 0)
             return usage_error(options->command, "--methods: '%s' is no list of %s", options->methods,
-                               known_methods(known, false));
+                               options_methods(false));
         plan->methods[method] = true;
     }
     return STATUS_DONE;
@@ -82,15 +81,11 @@ static enum status read_plan(struct report *report) {
     const struct options *options = report->options;
     struct study_plan *plan = &report->plan;
     plan->until = options->until;
-    plan->are_tols_given = options->tols;
     enum status status = read_methods(options, plan);
     if (status == STATUS_DONE && options->tols)
-        status = read_numbers(options, "tols", options->tols, 1, plan->tols, &plan->tol_count);
-    else
-        list_tolerances(plan);
+        status = read_numbers(options, "tols", options->tols, 1, &plan->tols);
     if (status == STATUS_DONE && options->steps)
-        status =
-            read_numbers(options, "steps", options->steps, options->until, plan->steps, &plan->step_count);
+        status = read_numbers(options, "steps", options->steps, options->until, &plan->steps);
     return status;
 }
 
@@ -103,13 +98,10 @@ static enum status read_vary(struct report *report) {
         if (strcmp(report->options->settings[i].name, report->vary_name) == 0)
             return usage_error(report->options->command, "--vary: --set gives a value to %s, too",
                                report->vary_name);
-    char *value;
-    for (int i = 0; (value = options_list_item(equals + 1, i)); i++) {
-        if (i == VARIANTS_MAX) {
-            free(value);
+    for (const char **value = options_list(equals + 1); *value; value++) {
+        if (report->variant_count == VARIANTS_MAX)
             return usage_error(report->options->command, "--vary: more than %d values", VARIANTS_MAX);
-        }
-        report->values[report->variant_count++] = value;
+        report->values[report->variant_count++] = *value;
     }
     return check_list(report->options->command, "vary", equals + 1);
 }
@@ -123,15 +115,13 @@ static bool has_option(const struct model *model, const char *name) {
 
 /* The target NAME.ending in the folder of -o. */
 static struct target *open_file(struct report *report, const char *ending) {
-    char *path = text_format("%s/%s.%s", report->options->output, report->model_name, ending);
-    struct target *target = target_open(&report->targets, path);
-    free(path);
-    return target;
+    return target_open(&report->targets,
+                       text_format("%s/%s.%s", report->options->output, report->model_name, ending));
 }
 
 /* All that is written at the end, opened before the runs. */
 static enum status open_files(struct report *report, const struct scene *scene) {
-    const char *state = motion_state_path(report->options);
+    const char *state = options_state_path(report->options->from);
     scene_spare_sources(scene, &report->targets);
     if (state)
         targets_spare(&report->targets, state);
@@ -151,7 +141,7 @@ static enum status plan_report(struct report *report) {
         status = read_vary(report);
     if (status != STATUS_DONE)
         return status;
-    status = scene_read_again(&scene, report->options);
+    status = scene_read(&scene, report->options, false);
     if (status == STATUS_DONE) {
         report->model_name = text_format("%s", scene.generation.model.name);
         if (!report->options->vary)
@@ -172,16 +162,15 @@ static enum status run_study(struct report *report, struct study *study, const s
                              double seconds) {
     struct scene scene;
     struct study_plan plan = report->plan;
-    unsigned needs = NEEDS_MOTION | NEEDS_POINTS | NEEDS_TANGENT;
-    if (options->from && strcmp(options->from, "statics") == 0)
-        needs |= NEEDS_STATICS;
-    enum status status = scene_open(&scene, options, needs, motion_state_path(options));
+    enum status status =
+        scene_open(&scene, options, motion_needs(options) | NEEDS_TANGENT, options_state_path(options->from));
     if (status == STATUS_DONE)
         status = motion_place(&scene, options);
     if (status == STATUS_DONE)
         status = motion_check_times(&scene, options);
     if (status == STATUS_DONE) {
         plan.every = options->every > 0 ? options->every : (options->until - scene.state.t) / REPORT_OUTPUTS;
+        list_settings(&plan);
         study->facts = page_facts(&scene, options, &plan);
         status = study_run(study, &plan, &scene, seconds);
     }
@@ -198,12 +187,10 @@ static enum status run_variant(struct report *report, int i, double seconds) {
     if (report->values[i])
         settings[options.setting_count++] = (struct setting){report->vary_name, report->values[i]};
     options.settings = settings;
-    study->name = report->values[i] ? text_format("%s=%s", report->vary_name, report->values[i])
-                                    : text_format("%s", report->model_name);
+    study->name =
+        report->values[i] ? text_format("%s=%s", report->vary_name, report->values[i]) : report->model_name;
     report->done++;
-    enum status status = run_study(report, study, &options, seconds);
-    free(settings);
-    return status;
+    return run_study(report, study, &options, seconds);
 }
 
 static enum status run_all(struct report *report) {
@@ -228,7 +215,6 @@ static void put_csv_number(FILE *out, double value, bool is_there) {
 }
 
 static void put_csv_trial(FILE *out, const struct study *study, const struct trial *trial, const char *kind) {
-    char *outcome = trial_outcome(trial);
     put_csv_text(out, study->name);
     fprintf(out, ",%s,%s,", kind, refdyn_method_name((int)trial->method));
     put_csv_number(out, trial->tol, trial->tol > 0);
@@ -240,9 +226,8 @@ static void put_csv_trial(FILE *out, const struct study *study, const struct tri
     put_csv_number(out, trial->psi_max, true);
     put_csv_number(out, trial->energy_error, true);
     put_csv_number(out, trial->cpu_s, is_done(trial));
-    put_csv_text(out, outcome);
+    put_csv_text(out, trial_outcome(trial));
     fputc('\n', out);
-    free(outcome);
 }
 
 static bool write_csv(const struct report *report) {
@@ -266,49 +251,45 @@ static bool write_csv(const struct report *report) {
 static bool draw(const struct report *report, char **figure) {
     size_t size;
     FILE *out = text_stream(figure, &size);
-    char *title = text_format("%s, %g s: error against run time, one mark a tolerance or step",
-                              report->model_name, report->options->until);
+    const char *title = text_format("%s, %g s: error against run time, one mark a tolerance or step",
+                                    report->model_name, report->options->until);
     diagram_draw(out, title, report->studies, report->done);
-    free(title);
     fclose(out);
     fwrite(*figure, 1, size, report->svg->file);
     return target_finish(report->svg);
 }
 
 static bool write_page(const struct report *report, const char *figure) {
-    char *title =
+    const char *title =
         text_format("%s: error against run time%s", report->model_name, interrupted ? ", interrupted" : "");
     page_write(report->page->file, title, report->studies, report->done, figure);
-    free(title);
     return target_finish(report->page);
 }
 
-/* Row 0 has the heads; columns are as wide as their widest text. */
-static void print_rows(char *(*rows)[FINDING_COLUMNS], int count) {
-    int widths[FINDING_COLUMNS] = {0};
-    for (int i = 0; i < count * FINDING_COLUMNS; i++) {
-        const int column = i % FINDING_COLUMNS, width = (int)strlen(rows[i / FINDING_COLUMNS][column]);
-        widths[column] = width > widths[column] ? width : widths[column];
+/* Of the widest text in the column. */
+static int find_width(const struct study *study, int column) {
+    size_t widest = strlen(findings_cell(study, NULL, column));
+    for (int i = 0; i < study->series_count; i++) {
+        const size_t width = strlen(findings_cell(study, &study->series[i], column));
+        widest = width > widest ? width : widest;
     }
-    for (int i = 0; i < count; i++) {
-        for (int j = 0; j + 1 < FINDING_COLUMNS; j++)
-            printf("%-*s  ", widths[j], rows[i][j]);
-        puts(rows[i][FINDING_COLUMNS - 1]);
-        findings_release(rows[i]);
-    }
+    return (int)widest;
+}
+
+/* series NULL: the heads. */
+static void print_row(const struct study *study, const struct series *series) {
+    const int last = FINDING_COLUMNS - 1;
+    for (int i = 0; i < last; i++)
+        printf("%-*s  ", find_width(study, i), findings_cell(study, series, i));
+    puts(findings_cell(study, series, last));
 }
 
 static void print_findings(const struct study *study) {
-    char *reference = findings_reference(study),
-         *(*rows)[FINDING_COLUMNS] = allocate((size_t)study->series_count + 1, sizeof *rows);
-    findings_heads(study, rows[0]);
+    printf("== %s\n%s", study->name, findings_reference(study));
+    print_row(study, NULL);
     for (int i = 0; i < study->series_count; i++)
-        findings_row(study, &study->series[i], rows[i + 1]);
-    printf("== %s\n%s", study->name, reference);
-    print_rows(rows, study->series_count + 1);
+        print_row(study, &study->series[i]);
     puts(findings_note);
-    free(rows);
-    free(reference);
 }
 
 static enum status write_report(const struct report *report) {
@@ -331,15 +312,8 @@ static void forget_unfinished(struct report *report) {
 
 static void release_report(struct report *report) {
     targets_release(&report->targets);
-    for (int i = 0; i < VARIANTS_MAX; i++) {
+    for (int i = 0; i < VARIANTS_MAX; i++)
         free(report->studies[i].facts);
-        free(report->studies[i].name);
-    }
-    for (int i = 0; i < report->variant_count; i++)
-        free(report->values[i]);
-    free(report->vary_name);
-    free(report->model_name);
-    free(report);
 }
 
 enum status run_report(const struct options *options) {

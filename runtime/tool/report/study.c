@@ -1,14 +1,14 @@
 /* Error against run time: see study.h. */
 #include "report/study.h"
+#include "simulate/error_estimate.h"
 #include "system/interrupt.h"
 #include "text/output.h"
 #include "system/timing.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
-enum { HALVINGS_MAX = 26 /* of the time between outputs */, REPEATS_MAX = 10 };
+enum { REPEATS_MAX = 10 };
 
 /* The first three are of different kinds, so that the two that are taken are, too, unless only one of these
  * three comes to the end: an explicit method does not where damping is stiff. */
@@ -28,7 +28,7 @@ struct runs {
     const struct study_plan *plan;
     struct scene *scene;
     struct progress progress;
-    double *track, *reference; /* (outputs x tracked) of the last run, and of the reference */
+    struct track track, reference; /* of the last run, and of the reference */
 };
 
 bool is_done(const struct trial *trial) {
@@ -44,17 +44,6 @@ bool is_settled(const struct study *study, const struct trial *trial) {
 }
 
 /* ---- One run */
-
-static void put_track(const struct runs *runs, const struct motion *motion, long output) {
-    const struct refdyn_integrator *integrator = &motion->integrator;
-    const struct refdyn_workspace *work = integrator->work;
-    const int tracked = runs->study->tracked;
-    double *track = runs->track + output * tracked;
-    if (runs->study->stride == 3)
-        work->model->r(work->p, work->x, integrator->t, integrator->q, integrator->qd, track);
-    else
-        memcpy(track, integrator->q, (size_t)tracked * sizeof *track);
-}
 
 static void keep_facts(struct trial *trial, const struct motion *motion) {
     const struct refdyn_statistics *s = &motion->integrator.statistics;
@@ -73,18 +62,10 @@ static void keep_facts(struct trial *trial, const struct motion *motion) {
     trial->energy_error = refdyn_energy_error(&motion->energy);
 }
 
-static void make_room(struct runs *runs, long outputs) {
-    const size_t count = (size_t)(outputs * runs->study->tracked);
-    if (runs->track)
-        return;
-    runs->study->outputs = outputs;
-    runs->track = allocate(count, sizeof *runs->track);
-    runs->reference = allocate(count, sizeof *runs->reference);
-}
-
-static bool is_track_finite(const struct runs *runs) {
-    for (long i = 0; i < runs->study->outputs * runs->study->tracked; i++)
-        if (!isfinite(runs->track[i]))
+/* What is infinite or NaN has no distance from itself. */
+static bool is_finite(const struct track *track) {
+    for (long i = 0; i < track->count; i++)
+        if (track_distance(track, i, track, i) != 0)
             return false;
     return true;
 }
@@ -100,13 +81,15 @@ static void run_once(struct runs *runs, struct trial *trial) {
     integration.balance = 1;
     trial->result = motion_start(&motion, runs->scene, &integration, runs->plan->until, runs->plan->every);
     motion.cpu_limit = trial->cpu_limit_s;
-    make_room(runs, motion.outputs);
+    runs->study->outputs = motion.outputs;
+    track_release(&runs->track);
+    track_start(&runs->track, runs->scene->model, motion.outputs);
     for (long i = 0; i < motion.outputs && trial->result == REFDYN_OK; i++) {
         if (i > 0)
             trial->result = motion_to(&motion, i, &runs->progress);
-        put_track(runs, &motion, i);
+        track_add(&runs->track, &motion.integrator);
     }
-    if (is_done(trial) && !is_track_finite(runs))
+    if (is_done(trial) && !is_finite(&runs->track))
         trial->result = REFDYN_NOT_FINITE;
     keep_facts(trial, &motion);
     motion_release(&motion);
@@ -125,34 +108,16 @@ static void repeat_short(struct runs *runs, struct trial *trial) {
     trial->cpu_s = least;
 }
 
-/* ---- Distances */
-
-static double distance(const double *a, const double *b, int count) {
-    double sum = 0;
-    for (int i = 0; i < count; i++)
-        sum += (a[i] - b[i]) * (a[i] - b[i]);
-    return sqrt(sum);
-}
-
 /* Largest distance of the last run from the reference; NaN when any is. */
 static double distance_from_reference(const struct runs *runs) {
-    const struct study *study = runs->study;
     double largest = 0;
-    for (long i = 0; i < study->outputs * study->tracked; i += study->stride) {
-        const double apart = distance(runs->track + i, runs->reference + i, study->stride);
+    for (long i = 0; i < runs->track.count; i++) {
+        const double apart = track_distance(&runs->track, i, &runs->reference, i);
         if (isnan(apart))
             return NAN;
         largest = fmax(largest, apart);
     }
     return largest;
-}
-
-static double find_way(const struct runs *runs) {
-    const struct study *study = runs->study;
-    double way = 0;
-    for (long i = 0; i < study->outputs * study->tracked; i += study->stride)
-        way = fmax(way, distance(runs->reference + i, runs->reference + i % study->tracked, study->stride));
-    return way;
 }
 
 /* ---- The reference */
@@ -181,14 +146,16 @@ static enum status find_reference(struct runs *runs, double seconds) {
         struct trial *trial = &study->references[found];
         if (!run_witness(runs, trial, witnesses[i], seconds * witness_share))
             continue;
-        if (found++ == 0)
-            memcpy(runs->reference, runs->track,
-                   (size_t)(study->outputs * study->tracked) * sizeof *runs->track);
-        trial->error = distance_from_reference(runs);
+        if (found++ > 0)
+            trial->error = distance_from_reference(runs);
+        else {
+            runs->reference = runs->track;
+            runs->track = (struct track){.count = 0};
+        }
     }
     study->reference_count = found;
     study->floor = study->references[REFERENCES - 1].error;
-    study->way = find_way(runs);
+    study->way = track_way(&runs->reference, runs->reference.count);
     if (found < REFERENCES && !interrupted)
         fprintf(
             stderr,
@@ -200,17 +167,8 @@ static enum status find_reference(struct runs *runs, double seconds) {
 
 /* ---- Series */
 
-/* Settings of a series: as the plan lists them, or steps halved from the time between outputs on. */
-static int setting_count(const struct runs *runs, const struct series *series) {
-    const struct study_plan *plan = runs->plan;
-    return !series->is_fixed ? plan->tol_count : plan->step_count ? plan->step_count : HALVINGS_MAX;
-}
-
-static double setting_at(const struct runs *runs, const struct series *series, int i) {
-    const struct study_plan *plan = runs->plan;
-    if (!series->is_fixed)
-        return plan->tols[i];
-    return plan->step_count ? plan->steps[i] : ldexp(plan->every, -i);
+static const struct settings *settings_of(const struct runs *runs, const struct series *series) {
+    return series->is_fixed ? &runs->plan->steps : &runs->plan->tols;
 }
 
 /* CPU time that the next run will take: it grows as from the run before the last one to the last. */
@@ -236,7 +194,7 @@ static void forget_before_edge(const struct study *study, struct series *series)
 static bool is_exhausted(const struct runs *runs, const struct series *series) {
     const struct study *study = runs->study;
     const struct trial *now = &series->trials[series->count - 1];
-    if (series->is_fixed ? runs->plan->step_count > 0 : runs->plan->are_tols_given)
+    if (settings_of(runs, series)->are_given)
         return false;
     return series->count == SETTINGS_MAX ||
            (is_settled(study, now) &&
@@ -246,7 +204,8 @@ static bool is_exhausted(const struct runs *runs, const struct series *series) {
 
 /* Adds the next run to the series; a limit below what is expected lists it without trying. */
 static void run_next(struct runs *runs, struct series *series, double limit) {
-    const double setting = setting_at(runs, series, series->next++), expected = expected_time(series);
+    const struct settings *settings = settings_of(runs, series);
+    const double setting = settings->list[series->next++], expected = expected_time(series);
     struct trial *trial = &series->trials[series->count++];
     *trial = (struct trial){.method = series->method,
                             .stabilise = series->stabilise,
@@ -266,10 +225,10 @@ static void run_next(struct runs *runs, struct series *series, double limit) {
         return;
     }
     repeat_short(runs, trial);
-    if (series->is_fixed && runs->plan->step_count == 0)
+    if (series->is_fixed && !settings->are_given)
         forget_before_edge(runs->study, series);
     series->is_over = series->trials[series->count - 1].result == MOTION_TOO_SLOW ||
-                      series->next == setting_count(runs, series) || is_exhausted(runs, series);
+                      series->next == settings->count || is_exhausted(runs, series);
 }
 
 /* Of fixed steps each stabilisation, since their stability limits differ; of the others the projection. */
@@ -314,8 +273,7 @@ enum status study_run(struct study *study, const struct study_plan *plan, struct
     const double end = wall_seconds() + seconds;
     struct runs runs = {.study = study, .plan = plan, .scene = scene};
     study->from = scene->state.t;
-    study->stride = model->point_count ? 3 : 1;
-    study->tracked = model->point_count ? 3 * model->point_count : model->n;
+    study->has_points = model->point_count > 0;
     list_series(study, plan, model);
     if (!refdyn_has_tangent(model))
         fprintf(stderr, "refdyn report: %s: the exact tangent is missing, so are implicit methods\n",
@@ -325,7 +283,7 @@ enum status study_run(struct study *study, const struct study_plan *plan, struct
     if (status == STATUS_DONE)
         run_all_series(&runs, end);
     progress_end(&runs.progress);
-    free(runs.reference);
-    free(runs.track);
+    track_release(&runs.track);
+    track_release(&runs.reference);
     return status;
 }

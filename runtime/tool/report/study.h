@@ -7,14 +7,24 @@
 
 #include "simulate/motion.h"
 
-enum { SETTINGS_MAX = 24, SERIES_MAX = REFDYN_METHOD_COUNT * STABILISE_COUNT, REFERENCES = 2 };
+enum {
+    SETTINGS_MAX = 24,
+    HALVINGS_MAX = 26 /* of the time between outputs */,
+    SERIES_MAX = REFDYN_METHOD_COUNT * STABILISE_COUNT,
+    REFERENCES = 2
+};
+
+/* Tolerances or steps, descending. */
+struct settings {
+    double list[HALVINGS_MAX];
+    int count;
+    bool are_given; /* else a series ends where the next one tells nothing */
+};
 
 /* What is to be run. */
 struct study_plan {
     bool methods[REFDYN_METHOD_COUNT];
-    double tols[SETTINGS_MAX], steps[SETTINGS_MAX]; /* descending */
-    int tol_count, step_count;                      /* no step: they are found */
-    bool are_tols_given;
+    struct settings tols, steps;
     double until, every; /* [s] */
 };
 
@@ -45,8 +55,8 @@ struct series {
 };
 
 struct study {
-    char *name;  /* "n_rfe=4", or the model's name */
-    char *facts; /* of the scene, as HTML: page.h */
+    const char *name; /* "n_rfe=4", or the model's name */
+    char *facts;      /* of the scene, as HTML: page.h */
     struct series series[SERIES_MAX];
     int series_count;
     struct trial references[REFERENCES]; /* errors are distances from the first one */
@@ -55,8 +65,7 @@ struct study {
     double floor;                        /* their distance: no error below it is claimed */
     double way;                          /* how far the motion gets from its start */
     long outputs;                        /* times at which runs are compared */
-    int tracked;                         /* numbers an output: positions of points, or coordinates */
-    int stride;                          /* numbers that make one distance: 3 for points, 1 for coordinates */
+    bool has_points;                     /* errors are those of points, else those of coordinates */
 };
 
 /* Runs all within about `seconds`; an interrupt ends it early. Returns STATUS_DONE also when runs failed,

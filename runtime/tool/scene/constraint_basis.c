@@ -1,14 +1,14 @@
 /* What linear rows leave free: see constraint_basis.h. */
 #include "scene/constraint_basis.h"
-#include "base/memory.h"
+#include "text/output.h"
 
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
 
 /* [R B], each row divided by the largest entry of R in it: a row that has none becomes 0. */
-static double *scaled_rows(struct memory *memory, const double *R, const double *B, int count, int n) {
-    double *rows = memory_get(memory, (size_t)count * 2 * (size_t)n * sizeof *rows);
+static double *scaled_rows(const double *R, const double *B, int count, int n) {
+    double *rows = allocate((size_t)count * 2 * (size_t)n, sizeof *rows);
     for (int i = 0; i < count; i++) {
         double size = 0;
         for (int j = 0; j < n; j++)
@@ -61,10 +61,10 @@ static int ascending(const void *a, const void *b) {
     return *(const int *)a - *(const int *)b;
 }
 
-static void fill(struct freedom *freedom, struct memory *memory, const double *rows) {
+static void fill(struct freedom *freedom, const double *rows) {
     const int n = freedom->n, rank = freedom->rank, left = n - rank;
-    freedom->basis = memory_get(memory, (size_t)(n * left) * sizeof *freedom->basis);
-    freedom->drift = memory_get(memory, (size_t)(n * n) * sizeof *freedom->drift);
+    freedom->basis = allocate((size_t)(n * left), sizeof *freedom->basis);
+    freedom->drift = allocate((size_t)(n * n), sizeof *freedom->drift);
     for (int k = 0; k < rank; k++) {
         const double *row = rows + 2 * freedom->row[k] * n;
         for (int b = 0; b < left; b++)
@@ -76,12 +76,11 @@ static void fill(struct freedom *freedom, struct memory *memory, const double *r
         freedom->basis[freedom->column[rank + b] * left + b] = 1;
 }
 
-void find_freedom(struct freedom *freedom, struct memory *memory, const double *R, const double *B, int count,
-                  int n) {
+void find_freedom(struct freedom *freedom, const double *R, const double *B, int count, int n) {
     *freedom = (struct freedom){.n = n, .count = count};
-    freedom->row = memory_get(memory, (size_t)count * sizeof *freedom->row);
-    freedom->column = memory_get(memory, (size_t)n * sizeof *freedom->column);
-    double *rows = scaled_rows(memory, R, B, count, n);
+    freedom->row = allocate((size_t)count, sizeof *freedom->row);
+    freedom->column = allocate((size_t)n, sizeof *freedom->column);
+    double *rows = scaled_rows(R, B, count, n);
     for (int i = 0; i < count; i++)
         freedom->row[i] = i;
     for (int j = 0; j < n; j++)
@@ -92,5 +91,5 @@ void find_freedom(struct freedom *freedom, struct memory *memory, const double *
         eliminate(freedom, rows, freedom->rank++);
     qsort(freedom->column + freedom->rank, (size_t)(n - freedom->rank), sizeof *freedom->column, ascending);
     qsort(freedom->row + freedom->rank, (size_t)(count - freedom->rank), sizeof *freedom->row, ascending);
-    fill(freedom, memory, rows);
+    fill(freedom, rows);
 }

@@ -8,8 +8,6 @@
 #ifndef REFDYN_TOOL_CONSTRAINT_BASIS_H
 #define REFDYN_TOOL_CONSTRAINT_BASIS_H
 
-struct memory;
-
 struct freedom {
     int n, rank, count;
     int *row;      /* (count) rows: the first `rank` are used, the others redundant */
@@ -19,8 +17,7 @@ struct freedom {
     double *drift; /* (n x n) */
 };
 
-/* Lives in `memory`. B may be NULL: none. */
-void find_freedom(struct freedom *freedom, struct memory *memory, const double *R, const double *B, int count,
-                  int n);
+/* B may be NULL: none. */
+void find_freedom(struct freedom *freedom, const double *R, const double *B, int count, int n);
 
 #endif

@@ -6,7 +6,6 @@
 #include <lapacke.h>
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 
 /* Beyond this, accelerations have lost a quarter of their digits. */
 static const double singular = 1e4;
@@ -90,19 +89,14 @@ void print_residuals(struct refdyn_workspace *work, double t, const double *q, c
  * found. */
 static double condition_of_rows(const struct refdyn_workspace *work) {
     const int n = work->n, rank = work->partition.rank;
-    double *rows = allocate((size_t)(rank * n), sizeof *rows),
-           *values = allocate((size_t)rank, sizeof *values);
-    double *room = allocate((size_t)rank, sizeof *room);
+    double *rows = allocate_matrix(rank, n), *values = allocate_matrix(rank, 1),
+           *room = allocate_matrix(rank, 1);
     for (int a = 0; a < rank; a++)
         for (int j = 0; j < n; j++)
             rows[a * n + j] = work->u[work->partition.row[a] * n + j] / sqrt(work->M[j * n + j]);
     const lapack_int info =
         LAPACKE_dgesvd(LAPACK_ROW_MAJOR, 'N', 'N', rank, n, rows, n, values, NULL, 1, NULL, 1, room);
-    const double condition = info == 0 ? values[0] / values[rank - 1] : -1;
-    free(room);
-    free(values);
-    free(rows);
-    return condition;
+    return info == 0 ? values[0] / values[rank - 1] : -1;
 }
 
 bool print_condition(struct refdyn_workspace *work, double t, const double *q, const double *qd) {

@@ -12,47 +12,19 @@
 static const double distance_tol = 1e-6;
 static const double acceleration_tol = 1e-9;
 
-/* What the emitted functions give at the state, over all coordinates. */
-struct values {
-    int n, m;
-    double *Q;
-    double *rest;    /* (2 n + 1 + m) rates, accelerations, power: 0, and multipliers */
-    double *tangent; /* f_t g_t G_q G_qd u K D M */
-    double *rows;    /* psi_q psi_qd ... */
-};
-
 /* d_rows begins with psi_q and psi_qd; behind them stand derivatives by t, inputs and parameters, k, phi. */
 static size_t rows_room(const struct refdyn_model *model) {
     size_t variables = 2 * (size_t)model->n + 1 + (size_t)model->input_count + (size_t)model->parameter_count;
     return 3 * (size_t)model->m * variables;
 }
 
-static double *new_numbers(struct memory *memory, size_t count) {
-    return memory_get(memory, count * sizeof(double));
-}
-
-static struct values get_room(struct scene *scene) {
-    const struct refdyn_model *model = scene->model;
-    const size_t n = (size_t)model->n, m = (size_t)model->m;
-    return (struct values){.n = model->n,
-                           .m = model->m,
-                           .Q = new_numbers(&scene->memory, n),
-                           .rest = new_numbers(&scene->memory, 2 * n + 1 + m),
-                           .tangent = new_numbers(&scene->memory, n + m + 3 * n * n + 3 * m * n),
-                           .rows = new_numbers(&scene->memory, rows_room(model))};
-}
-
 static void call(const struct scene *scene, refdyn_function *function, const double *qd, double *out) {
     function(scene->work.p, scene->work.x, scene->state.t, scene->q, qd, out);
 }
 
-static double *multipliers_of(const struct values *values) {
-    return values->rest + 2 * values->n + 1;
-}
-
 static double *part_of(const struct linear *linear, const double *whole, int rows, int stride,
                        const int *row_place) {
-    double *part = new_numbers(linear->memory, (size_t)(rows * linear->n));
+    double *part = allocate_matrix(rows, linear->n);
     for (int i = 0; i < rows; i++)
         for (int j = 0; j < linear->n; j++)
             part[i * linear->n + j] = whole[(row_place ? row_place[i] : i) * stride + linear->place[j]];
@@ -62,10 +34,8 @@ static double *part_of(const struct linear *linear, const double *whole, int row
 /* min |Q + u^T lambda|, both sides in units of sqrt(M_jj), as rows are in the runtime. */
 static int find_multipliers(const struct linear *linear, const double *Q, double *lambda) {
     const int n = linear->n, m = linear->m, larger = n > m ? n : m;
-    double *A = new_numbers(linear->memory, (size_t)(n * m)),
-           *b = new_numbers(linear->memory, (size_t)larger);
-    double *size = new_numbers(linear->memory, (size_t)m),
-           *singular = new_numbers(linear->memory, (size_t)larger);
+    double *A = allocate_matrix(n, m), *b = allocate_matrix(larger, 1);
+    double *size = allocate_matrix(m, 1), *singular = allocate_matrix(larger, 1);
     lapack_int rank;
     for (int j = 0; j < n; j++)
         b[j] = -Q[linear->place[j]] / sqrt(linear->M[j * n + j]);
@@ -85,7 +55,7 @@ static int find_multipliers(const struct linear *linear, const double *Q, double
 }
 
 static void find_residual(struct linear *linear, const double *Q, const double *lambda) {
-    linear->force = new_numbers(linear->memory, (size_t)linear->n);
+    linear->force = allocate_matrix(linear->n, 1);
     for (int j = 0; j < linear->n; j++) {
         linear->force[j] = Q[linear->place[j]];
         for (int i = 0; i < linear->m; i++)
@@ -95,9 +65,9 @@ static void find_residual(struct linear *linear, const double *Q, const double *
 }
 
 static void choose_places(struct linear *linear, struct scene *scene, const int *held) {
-    *linear = (struct linear){.memory = &scene->memory, .m = scene->model->m};
-    linear->place = memory_get(linear->memory, (size_t)scene->model->n * sizeof *linear->place);
-    linear->is_level_q = memory_get(linear->memory, (size_t)linear->m * sizeof *linear->is_level_q);
+    *linear = (struct linear){.m = scene->model->m};
+    linear->place = allocate((size_t)scene->model->n, sizeof *linear->place);
+    linear->is_level_q = allocate((size_t)linear->m, sizeof *linear->is_level_q);
     for (int j = 0; j < scene->model->n; j++)
         if (!held[j])
             linear->place[linear->n++] = j;
@@ -117,17 +87,20 @@ static int check_finite(const struct linear *linear, struct refdyn_fault *fault)
     return fault->coordinate < 0 && fault->row < 0 ? REFDYN_OK : REFDYN_NOT_FINITE;
 }
 
-/* K, D and psi_q over the coordinates not held, once lambda is known. */
-static int finish(struct linear *linear, struct scene *scene, struct values *values) {
-    const int n = linear->n, all = values->n;
-    call(scene, scene->model->tangent, values->rest, values->tangent);
-    if (linear->m)
-        call(scene, scene->model->d_rows, scene->qd, values->rows);
-    const double *K = values->tangent + all + linear->m * (1 + 3 * all);
+/* K, D and psi_q over the coordinates not held. rest (2 n + 1 + m): rates, accelerations and power, 0, and
+ * lambda. */
+static int finish(struct linear *linear, struct scene *scene, const double *rest) {
+    const int n = linear->n, m = linear->m, all = scene->model->n;
+    double *tangent = allocate_matrix(1, all + m + 3 * (all + m) * all); /* f_t g_t G_q G_qd u K D M */
+    double *rows = allocate(rows_room(scene->model), sizeof *rows);      /* psi_q psi_qd ... */
+    call(scene, scene->model->tangent, rest, tangent);
+    if (m)
+        call(scene, scene->model->d_rows, scene->qd, rows);
+    const double *K = tangent + all + m * (1 + 3 * all);
     linear->K = part_of(linear, K, n, all, linear->place);
     linear->D = part_of(linear, K + all * all, n, all, linear->place);
-    linear->psi_q = part_of(linear, values->rows, linear->m, all, NULL);
-    for (int i = 0; i < linear->m; i++)
+    linear->psi_q = part_of(linear, rows, m, all, NULL);
+    for (int i = 0; i < m; i++)
         if (linear->is_level_q[i])
             memset(linear->psi_q + i * n, 0, (size_t)n * sizeof(double));
     return check_finite(linear, &scene->work.fault);
@@ -144,21 +117,23 @@ static int check_mass(const struct linear *linear, struct scene *scene) {
 }
 
 int linearise(struct linear *linear, struct scene *scene, const int *held) {
+    const int all = scene->model->n;
     choose_places(linear, scene, held);
     int status = refdyn_equations(&scene->work, scene->state.t, scene->q, scene->qd);
     if (status != REFDYN_OK)
         return status;
     scene->work.fault = (struct refdyn_fault){.row = -1, .coordinate = -1};
-    struct values values = get_room(scene);
-    call(scene, scene->model->Q, scene->qd, values.Q);
-    linear->M = part_of(linear, scene->work.M, linear->n, scene->model->n, linear->place);
-    linear->u = part_of(linear, scene->work.u, linear->m, scene->model->n, NULL);
+    double *Q = allocate_matrix(all, 1), *rest = allocate_matrix(1, 2 * all + 1 + linear->m);
+    double *lambda = rest + 2 * all + 1;
+    call(scene, scene->model->Q, scene->qd, Q);
+    linear->M = part_of(linear, scene->work.M, linear->n, all, linear->place);
+    linear->u = part_of(linear, scene->work.u, linear->m, all, NULL);
     status = check_mass(linear, scene);
     if (status == REFDYN_OK && linear->m && linear->n)
-        status = find_multipliers(linear, values.Q, multipliers_of(&values));
+        status = find_multipliers(linear, Q, lambda);
     if (status == REFDYN_OK)
-        status = finish(linear, scene, &values);
-    find_residual(linear, values.Q, multipliers_of(&values));
+        status = finish(linear, scene, rest);
+    find_residual(linear, Q, lambda);
     return status;
 }
 

@@ -12,7 +12,6 @@
 #include "scene/scene.h"
 
 struct linear {
-    struct memory *memory; /* of the scene: all lives in it */
     int n, m;
     int *place;      /* (n) of the coordinates not held, in q */
     double *M, *D;   /* (n x n) */

@@ -6,10 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The generator's messages from number `first` on. */
-static void print_messages(const struct generation *generation, int first) {
-    for (int i = first; i < generation->messages.count; i++) {
-        const struct message *message = &generation->messages.list[i];
+/* The generator's messages that were not told yet. */
+static void print_messages(struct scene *scene) {
+    for (; scene->told < scene->generation.messages.count; scene->told++) {
+        const struct message *message = &scene->generation.messages.list[scene->told];
         fputs(message->place.file, stderr);
         if (message->place.line > 0)
             fprintf(stderr, ":%d", message->place.line);
@@ -17,70 +17,47 @@ static void print_messages(const struct generation *generation, int first) {
     }
 }
 
-enum status print_outcome(const struct generation *generation, const char *path, int first,
-                          enum gen_status status) {
-    print_messages(generation, first);
+enum status scene_outcome(struct scene *scene, const struct options *options, enum gen_status status) {
+    print_messages(scene);
     if (status == GEN_NO_MEMORY)
-        fprintf(stderr, "refdyn: %s: out of memory\n", path);
+        fprintf(stderr, "refdyn: %s: out of memory\n", *options->operands);
     return status == GEN_OK ? STATUS_DONE : STATUS_FAULT;
-}
-
-/* The place of `word` among three names; the first one's without a word, -1 with a complaint. */
-static int place_of(const struct options *options, const char *option, const char *word,
-                    const char *const names[3]) {
-    const int place = word ? text_index(word, names, 3) : 0;
-    if (place < 0)
-        usage_error(options->command, "--%s: '%s' is none of %s, %s, %s", option, word, names[0], names[1],
-                    names[2]);
-    return place;
 }
 
 static bool read_variant(const struct options *options, struct read_request *request) {
     static const char *const methods[] = {[ACCELERATIONS_AUTO] = "auto",
                                           [ACCELERATIONS_RECURSIVE] = "recursive",
-                                          [ACCELERATIONS_DENSE] = "dense"};
+                                          [ACCELERATIONS_DENSE] = "dense",
+                                          NULL};
     static const char *const loops[] = {
-        [LOOPS_AUTO] = "auto", [LOOPS_ALWAYS] = "always", [LOOPS_NEVER] = "never"};
-    const int method = place_of(options, "accelerations", options->accelerations, methods);
-    const int loop = method < 0 ? -1 : place_of(options, "loops", options->loops, loops);
-    if (loop < 0)
-        return false;
-    request->accelerations = (enum accelerations)method;
+        [LOOPS_AUTO] = "auto", [LOOPS_ALWAYS] = "always", [LOOPS_NEVER] = "never", NULL};
+    const char *method = options->accelerations ? options->accelerations : methods[0];
+    const char *when = options->loops ? options->loops : loops[0];
+    const int place = options_choice(options->command, "accelerations", method, methods);
+    const int loop = place < 0 ? -1 : options_choice(options->command, "loops", when, loops);
+    request->accelerations = (enum accelerations)place;
     request->loops = (enum loops)loop;
-    return true;
+    return loop >= 0;
 }
 
+/* Tells the messages of a model at fault, those of another one where they are wanted. */
 static enum status read_with(struct scene *scene, const struct options *options,
-                             const struct setting *settings, int count, bool fold) {
-    const char *path = options->operands[0];
-    struct read_request request = {.file = path, .settings = settings, .setting_count = count, .fold = fold};
+                             const struct setting *settings, int count, bool fold, bool is_telling) {
+    struct read_request request = {
+        .file = *options->operands, .settings = settings, .setting_count = count, .fold = fold};
     if (!read_variant(options, &request))
         return STATUS_USAGE;
     if (scene->is_read)
         gen_release(&scene->generation);
     scene->is_read = true;
-    enum gen_status status = gen_read(&scene->generation, &request, -1);
-    /* the caller knows which messages are to be told */
-    return print_outcome(&scene->generation, path, scene->generation.messages.count, status);
+    const enum gen_status status = gen_read(&scene->generation, &request, -1);
+    scene->told = is_telling || status != GEN_OK ? 0 : scene->generation.messages.count;
+    return scene_outcome(scene, options, status);
 }
 
-static enum status read_as_set(struct scene *scene, const struct options *options) {
-    *scene = (struct scene){.memory = arena_start(), .compiled = {.file = -1}};
-    return read_with(scene, options, options->settings, options->setting_count, options->fold);
-}
-
-enum status scene_read(struct scene *scene, const struct options *options) {
-    enum status status = read_as_set(scene, options);
-    if (scene->is_read)
-        print_messages(&scene->generation, 0);
-    return status;
-}
-
-enum status scene_read_again(struct scene *scene, const struct options *options) {
-    enum status status = read_as_set(scene, options);
-    if (scene->is_read && status != STATUS_DONE)
-        print_messages(&scene->generation, 0);
-    return status;
+enum status scene_read(struct scene *scene, const struct options *options, bool is_telling) {
+    *scene = (struct scene){.compiled = {.file = -1}};
+    return read_with(scene, options, options->settings, options->setting_count, options->fold, is_telling);
 }
 
 /* Values that are applied at run time, later ones win: the STATE.json's parameters, then --set. */
@@ -93,13 +70,13 @@ static struct values given_values(struct scene *scene) {
     const struct model *model = &scene->generation.model;
     const struct state *state = &scene->state;
     const size_t most = (size_t)(state->parameter_count + model->parameter_count);
-    struct values values = {.list = memory_get(&scene->memory, most * sizeof *values.list)};
+    struct values values = {.list = allocate(most, sizeof *values.list)};
     for (int i = 0; i < state->parameter_count; i++)
         values.list[values.count++] = state->parameters[i];
     for (int i = 0; i < model->parameter_count; i++)
         if (model->parameters[i].is_given) /* a name that lives on when the model is read again */
-            values.list[values.count++] = (struct named_value){
-                memory_text(&scene->memory, model->parameters[i].name), model->parameters[i].value};
+            values.list[values.count++] = (struct named_value){text_format("%s", model->parameters[i].name),
+                                                               model->parameters[i].value};
     return values;
 }
 
@@ -115,28 +92,24 @@ static enum status read_valued(struct scene *scene, const struct options *option
                                const struct values *values) {
     int count = options->setting_count;
     const size_t most = (size_t)(count + values->count);
-    struct setting *settings = memory_grow(&scene->memory, options->settings,
+    struct setting *settings = memory_grow(&program_memory, options->settings,
                                            (size_t)count * sizeof *settings, most * sizeof *settings);
     for (int i = 0; i < values->count; i++)
-        settings[count++] =
-            (struct setting){values->list[i].name,
-                             exact_text(values->list[i].value, memory_get(&scene->memory, NUMBER_LENGTH))};
-    enum status status = read_with(scene, options, settings, count, options->fold);
-    if (status != STATUS_DONE)
-        print_messages(&scene->generation, 0);
-    return status;
+        settings[count++] = (struct setting){values->list[i].name,
+                                             exact_text(values->list[i].value, allocate(NUMBER_LENGTH, 1))};
+    return read_with(scene, options, settings, count, options->fold, false);
 }
 
 /* Without --fold the C is that of the default parameters: the same text, and the same library, for all
  * values. */
 static enum status read_structure(struct scene *scene, const struct options *options,
                                   const struct values *values) {
-    struct setting *settings = memory_get(&scene->memory, (size_t)options->setting_count * sizeof *settings);
+    struct setting *settings = allocate((size_t)options->setting_count, sizeof *settings);
     int count = 0;
     for (int i = 0; i < options->setting_count; i++)
         if (!is_given(values, options->settings[i].name))
             settings[count++] = options->settings[i];
-    return read_with(scene, options, settings, count, false);
+    return read_with(scene, options, settings, count, false, false);
 }
 
 /* The model's values checked with everything that is given, then the C's text made ready. */
@@ -154,12 +127,11 @@ static enum status read_for_values(struct scene *scene, const struct options *op
 static char *emit_list(struct scene *scene, const struct options *options, unsigned needs) {
     const struct model *model = &scene->generation.model;
     if (needs & NEEDS_ALL)
-        return memory_format(&scene->memory, "%s%s", options->emit ? "start,equations," : "all",
-                             options->emit ? options->emit : "");
+        return text_format("%s%s", options->emit ? "start,equations," : "all",
+                           options->emit ? options->emit : "");
     bool rows = model->row_count > 0, points = model->point_count > 0;
-    return memory_format(
-        &scene->memory, "%s%s%s%s%s%s%s%s%s%s",
-        needs & NEEDS_STATE ? "start,M,h,Q,qdd_free" : "start,equations",
+    return text_format(
+        "%s%s%s%s%s%s%s%s%s%s", needs & NEEDS_STATE ? "start,M,h,Q,qdd_free" : "start,equations",
         needs & NEEDS_STATE && rows ? ",u,v,phi,psi,k" : "", needs & NEEDS_STATICS ? ",Q,Q_q" : "",
         needs & (NEEDS_STATE | NEEDS_MOTION) ? ",energy,power,course" : "",
         !(needs & NEEDS_MOTION) ? ""
@@ -174,14 +146,13 @@ static char *emit_list(struct scene *scene, const struct options *options, unsig
 
 static enum status emit_and_load(struct scene *scene, const struct options *options, unsigned needs) {
     struct generation *generation = &scene->generation;
-    int seen = generation->messages.count;
     const char *wrong = options->emit ? gen_wrong_emit(generation, options->emit) : NULL;
     if (wrong)
         return usage_error(options->command, "--emit: %s", wrong);
-    enum gen_status status = gen_plan(generation, emit_list(scene, options, needs));
-    const enum status planned = print_outcome(generation, options->operands[0], seen, status);
-    if (planned != STATUS_DONE)
-        return planned;
+    const enum status status =
+        scene_outcome(scene, options, gen_plan(generation, emit_list(scene, options, needs)));
+    if (status != STATUS_DONE)
+        return status;
     if (!compile_load(&scene->compiled, generation->model.name, gen_files(generation),
                       gen_file_count(generation)))
         return STATUS_FAULT;
@@ -191,11 +162,10 @@ static enum status emit_and_load(struct scene *scene, const struct options *opti
 
 static enum status start_workspace(struct scene *scene) {
     size_t size = refdyn_workspace_size(scene->model), n = (size_t)scene->model->n;
-    scene->workspace = allocate(1, size);
-    scene->q = memory_get(&scene->memory, n * sizeof *scene->q);
-    scene->qd = memory_get(&scene->memory, n * sizeof *scene->qd);
-    scene->given = memory_get(&scene->memory, (size_t)scene->model->anchored_count * sizeof *scene->given);
-    int status = refdyn_workspace_init(&scene->work, scene->model, scene->workspace, size);
+    scene->q = allocate(n, sizeof *scene->q);
+    scene->qd = allocate(n, sizeof *scene->qd);
+    scene->given = allocate((size_t)scene->model->anchored_count, sizeof *scene->given);
+    int status = refdyn_workspace_init(&scene->work, scene->model, allocate(1, size), size);
     if (status == REFDYN_OK)
         return STATUS_DONE;
     fprintf(stderr, "refdyn: %s: %s\n", scene->model->name, refdyn_status_text(status));
@@ -248,13 +218,12 @@ static enum status make_ready(struct scene *scene, const struct options *options
 
 enum status scene_refuse_row(struct scene *scene, bool (*wrong)(const struct row *row), const char *fact) {
     struct generation *generation = &scene->generation;
-    const int seen = generation->messages.count;
     for (int i = 0; i < generation->model.row_count; i++) {
         const struct row *row = &generation->model.rows[i];
         if (!wrong(row))
             continue;
         message_error(&generation->messages, row->place, "%s: %s", row->name, fact);
-        print_messages(generation, seen);
+        print_messages(scene);
         return STATUS_FAULT;
     }
     return STATUS_DONE;
@@ -288,23 +257,30 @@ enum status scene_finish(struct scene *scene, struct document *document) {
 
 enum status scene_open(struct scene *scene, const struct options *options, unsigned needs,
                        const char *state_path) {
-    enum status status =
-        needs & NEEDS_NO_WARNINGS ? scene_read_again(scene, options) : scene_read(scene, options);
+    enum status status = scene_read(scene, options, !(needs & NEEDS_NO_WARNINGS));
     if (status == STATUS_DONE && needs & NEEDS_RESULT)
         status = open_targets(scene, options, state_path);
-    if (status != STATUS_DONE)
+    if (status != STATUS_DONE || !needs)
         return status;
-    if (state_path && !state_read(&scene->state, state_path, &scene->generation, &scene->memory))
+    if (state_path && !state_read(&scene->state, state_path, &scene->generation))
         return STATUS_FAULT;
     struct values values = given_values(scene);
     return make_ready(scene, options, needs, &values);
 }
 
 void scene_close(struct scene *scene) {
-    free(scene->workspace);
     compile_release(&scene->compiled);
     targets_release(&scene->targets);
     if (scene->is_read)
         gen_release(&scene->generation);
-    memory_release(&scene->memory);
+}
+
+enum status scene_run(const struct options *options, unsigned needs, const char *state_path,
+                      enum status (*work)(struct scene *scene, const struct options *options)) {
+    struct scene scene;
+    enum status status = scene_open(&scene, options, needs, state_path);
+    if (status == STATUS_DONE)
+        status = work(&scene, options);
+    scene_close(&scene);
+    return status;
 }

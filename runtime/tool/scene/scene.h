@@ -18,11 +18,10 @@
 struct scene {
     struct generation generation;
     bool is_read; /* generation is to be released */
+    int told;     /* of its messages */
     struct compiled compiled;
     const struct refdyn_model *model;
     struct refdyn_workspace work;
-    void *workspace;       /* of `work` */
-    struct memory memory;  /* of all else that lives as long as the scene */
     struct state state;    /* as the STATE.json gave it; empty without one */
     double *q, *qd;        /* (n) the model's initial state, or the STATE.json's where it gave one */
     struct inputs *inputs; /* sampled inputs of motions, the caller's; NULL: none */
@@ -44,28 +43,34 @@ enum {
     NEEDS_RESULT = 256       /* the files of -o and --summary, opened before anything is computed */
 };
 
-/* Reads the model for `gen` and `check`; messages go to stderr. */
-enum status scene_read(struct scene *scene, const struct options *options);
-/* The same beside a call that tells its warnings: those of a model at fault alone. */
-enum status scene_read_again(struct scene *scene, const struct options *options);
+/* Reads the model alone. Its messages go to stderr: all, or beside a call that tells them those of a model at
+ * fault. */
+enum status scene_read(struct scene *scene, const struct options *options, bool is_telling);
 /*
- * Everything: `needs` chooses what is emitted. state_path may be NULL. Anchored parameters are set from the
- * model's initial state. scene_close in any case.
+ * Everything: `needs` chooses what is emitted, 0 reads the model alone. state_path may be NULL. Anchored
+ * parameters are set from the model's initial state. scene_close in any case.
  */
 enum status scene_open(struct scene *scene, const struct options *options, unsigned needs,
                        const char *state_path);
 void scene_close(struct scene *scene);
+/* A command on one scene: opens it, does the work, and closes it. */
+enum status scene_run(const struct options *options, unsigned needs, const char *state_path,
+                      enum status (*work)(struct scene *scene, const struct options *options));
 
 /* No target may be a file that the command has read until now: the model with all that it requires. */
 void scene_spare_sources(const struct scene *scene, struct targets *targets);
 /* The document, which ends here, becomes the result: STATUS_NUMBERS when a number of it is not finite. */
 enum status scene_finish(struct scene *scene, struct document *document);
 
+/* The names of the coordinates that are non-zero in `which` (n), NULL: of all; and "points": where each is.
+ */
+void put_coordinates(struct document *document, const char *key, const struct refdyn_model *model,
+                     const int *which);
+void put_positions(struct document *document, const struct scene *scene);
+
 /* Complains of the first row that is `wrong`, with `fact`; STATUS_DONE when there is none. */
 enum status scene_refuse_row(struct scene *scene, bool (*wrong)(const struct row *row), const char *fact);
-/* What a step of the generator with the model's file `path` ended with, after its messages from `first` on.
- */
-enum status print_outcome(const struct generation *generation, const char *path, int first,
-                          enum gen_status status);
+/* What a step of the generator ended with, after its messages. */
+enum status scene_outcome(struct scene *scene, const struct options *options, enum gen_status status);
 
 #endif

@@ -1,7 +1,5 @@
-/* What several commands say of a scene: see scene_json.h. */
-#include "scene/scene_json.h"
-
-#include <stdlib.h>
+/* What several commands say of a scene: see scene.h. */
+#include "scene/scene.h"
 
 void put_coordinates(struct document *document, const char *key, const struct refdyn_model *model,
                      const int *which) {
@@ -14,12 +12,11 @@ void put_coordinates(struct document *document, const char *key, const struct re
 
 void put_positions(struct document *document, const struct scene *scene) {
     const struct refdyn_model *model = scene->model;
-    double *r = allocate(3 * (size_t)model->point_count, sizeof *r);
+    double *r = allocate_matrix(model->point_count, 3);
     if (model->point_count)
         model->r(scene->work.p, scene->work.x, scene->state.t, scene->q, scene->qd, r);
     put_open(document, "points", '{');
     for (int i = 0; i < model->point_count; i++)
         put_array(document, model->points[i], r + 3 * i, 3);
     put_close(document, '}');
-    free(r);
 }

@@ -7,14 +7,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- lines of the text: one walk over its letters with the depth and the key at depth 1 ---- */
+/* ---- Lines of the text, which is correct JSON ---- */
 
-struct walk {
-    const char *at;
-    int line, depth;
-    bool is_inside; /* in the value of the wanted key */
-    int element;    /* of the array at depth 2 */
-};
+static const char blanks[] = " \t\r\n";
 
 static const char *end_of_string(const char *quote) {
     const char *at = quote + 1;
@@ -23,55 +18,51 @@ static const char *end_of_string(const char *quote) {
     return at;
 }
 
-/* Whether the string at `quote` is this key of an object. */
+/* Behind the value. */
+static const char *skip_value(const char *at) {
+    int depth = 0;
+    for (; *at && (depth > 0 || !strchr(",]}", *at)); at++) {
+        if (*at == '"')
+            at = end_of_string(at);
+        depth += (*at == '{' || *at == '[') - (*at == '}' || *at == ']');
+    }
+    return at;
+}
+
+/* Whether the string at `quote` is this key. */
 static bool is_key(const char *quote, const char *key) {
-    const char *end = end_of_string(quote);
-    size_t length = (size_t)(end - quote) - 1;
-    if (strlen(key) != length || strncmp(quote + 1, key, length) != 0 || !*end)
-        return false;
-    return end[1 + strspn(end + 1, " \t\r\n")] == ':';
+    const size_t length = (size_t)(end_of_string(quote) - quote) - 1;
+    return strlen(key) == length && strncmp(quote + 1, key, length) == 0;
 }
 
-static bool at_string(struct walk *walk, const char *key, const char *member, int index) {
-    if (walk->depth == 1) {
-        walk->is_inside = is_key(walk->at, key) || (walk->is_inside && !is_key(walk->at, key));
-        if (walk->is_inside && !member && index < 0)
-            return true;
+/* Where member `key` of the object that begins at `at` stands, or for key NULL element `index` of the array;
+ * NULL: it is not there. */
+static const char *find_entry(const char *at, const char *key, int index) {
+    at++;
+    for (int i = 0; *(at += strspn(at, blanks)) && !strchr("]}", *at); i++) {
+        if (key ? is_key(at, key) : i == index)
+            return at;
+        at = skip_value(at);
+        at += *at == ',';
     }
-    bool found = walk->depth == 2 && walk->is_inside && member && is_key(walk->at, member);
-    if (!found)
-        walk->at = end_of_string(walk->at);
-    return found;
-}
-
-static void step(struct walk *walk) {
-    char c = *walk->at;
-    walk->line += c == '\n';
-    walk->depth += (c == '{' || c == '[') - (c == '}' || c == ']');
-    if (c == ',' && walk->depth == 2)
-        walk->element++;
-    if (walk->depth == 1) {
-        walk->element = 0;
-        if (c == ',')
-            walk->is_inside = false;
-    }
+    return NULL;
 }
 
 /*
  * Line of member `key` of the outermost object; with `member`, of that member of the object it holds; with
- * index >= 0, of that element of the array it holds. Line 1 when it is not there. `text` is correct JSON.
+ * index >= 0, of that element of the array it holds. Line 1 when it is not there.
  */
 static int locate_line(const char *text, const char *key, const char *member, int index) {
-    struct walk walk = {.at = text, .line = 1};
-    for (; *walk.at; walk.at++) {
-        if (*walk.at == '"' && at_string(&walk, key, member, index))
-            return walk.line;
-        bool is_value = !strchr(" \t\r\n[,", *walk.at);
-        if (index >= 0 && walk.is_inside && walk.depth == 2 && walk.element == index && is_value)
-            return walk.line;
-        step(&walk);
+    const char *at = find_entry(text + strspn(text, blanks), key, 0);
+    int line = 1;
+    if (at && (member || index >= 0)) {
+        at = end_of_string(at) + 1;
+        at += strspn(at, blanks) + 1; /* the colon */
+        at = find_entry(at + strspn(at, blanks), member, index);
     }
-    return 1;
+    for (; at && text < at; text++)
+        line += *text == '\n';
+    return line;
 }
 
 /* ---- values ---- */
@@ -79,7 +70,6 @@ static int locate_line(const char *text, const char *key, const char *member, in
 struct reading {
     const char *path, *text;
     const struct generation *generation;
-    struct memory *memory;
     int complaints;
 };
 
@@ -92,10 +82,8 @@ static void complain_at(struct reading *reading, int line, const char *format, .
 static void complain_at(struct reading *reading, int line, const char *format, ...) {
     va_list list;
     va_start(list, format);
-    char *text = text_vformat(format, list);
+    complain_line(reading->path, line, text_vformat(format, list));
     va_end(list);
-    complain_line(reading->path, line, text);
-    free(text);
     reading->complaints++;
 }
 
@@ -129,7 +117,7 @@ static double *read_vector(struct reading *reading, const char *key, const json_
                     tree->count ? tree->frames[tree->count - 1].name : "none");
         return NULL;
     }
-    double *values = memory_get(reading->memory, (size_t)tree->count * sizeof *values);
+    double *values = allocate((size_t)tree->count, sizeof *values);
     for (int i = 0; i < tree->count && reading->complaints < COMPLAINTS_MOST; i++) {
         const json_t *value = json_array_get(array, (size_t)i);
         values[i] = json_number_value(value);
@@ -144,7 +132,7 @@ static double *read_vector(struct reading *reading, const char *key, const json_
 static struct named_value *read_values(struct reading *reading, const char *key, const char *what,
                                        json_t *object, const char *const *known, int known_count,
                                        int *count) {
-    struct named_value *values = memory_get(reading->memory, json_object_size(object) * sizeof *values);
+    struct named_value *values = allocate(json_object_size(object), sizeof *values);
     const char *name;
     json_t *value;
     *count = 0;
@@ -160,15 +148,14 @@ static struct named_value *read_values(struct reading *reading, const char *key,
         else if (!json_is_number(value))
             complain_at(reading, line, "%s: %s, a number is needed", name, kind_of(value));
         else
-            values[(*count)++] =
-                (struct named_value){memory_text(reading->memory, name), json_number_value(value)};
+            values[(*count)++] = (struct named_value){text_format("%s", name), json_number_value(value)};
     }
     return values;
 }
 
 static void read_inputs(struct reading *reading, struct state *state, json_t *object) {
     const struct model *model = &reading->generation->model;
-    const char **names = memory_get(reading->memory, (size_t)model->input_count * sizeof *names);
+    const char **names = allocate((size_t)model->input_count, sizeof *names);
     for (int i = 0; i < model->input_count; i++)
         names[i] = model->inputs[i].name;
     state->inputs =
@@ -177,7 +164,7 @@ static void read_inputs(struct reading *reading, struct state *state, json_t *ob
 
 static void read_parameters(struct reading *reading, struct state *state, json_t *object) {
     const struct model *model = &reading->generation->model;
-    const char **names = memory_get(reading->memory, (size_t)model->parameter_count * sizeof *names);
+    const char **names = allocate((size_t)model->parameter_count, sizeof *names);
     for (int i = 0; i < model->parameter_count; i++)
         names[i] = model->parameters[i].name;
     state->parameters = read_values(reading, "parameters", "parameter", object, names, model->parameter_count,
@@ -204,13 +191,12 @@ static void read_member(struct reading *reading, struct state *state, const char
                      sizeof keys / sizeof keys[0]);
 }
 
-bool state_read(struct state *state, const char *path, const struct generation *generation,
-                struct memory *memory) {
+bool state_read(struct state *state, const char *path, const struct generation *generation) {
     *state = (struct state){.t = 0};
     char *text = read_text(path, "state");
     if (!text)
         return false;
-    struct reading reading = {.path = path, .text = text, .generation = generation, .memory = memory};
+    struct reading reading = {.path = path, .text = text, .generation = generation};
     json_error_t error;
     json_t *root = json_loads(text, JSON_REJECT_DUPLICATES | JSON_DECODE_INT_AS_REAL, &error);
     const char *key;
@@ -225,6 +211,5 @@ bool state_read(struct state *state, const char *path, const struct generation *
             read_member(&reading, state, key, value);
     }
     json_decref(root);
-    free(text);
     return reading.complaints == 0;
 }

@@ -22,9 +22,8 @@ struct state {
     int input_count, parameter_count;
 };
 
-/* Values live in `memory`. Complains on stderr with FILE:LINE and returns false when the file is not a state
+/* Complains on stderr with FILE:LINE and returns false when the file is not a state
  * of this model. */
-bool state_read(struct state *state, const char *path, const struct generation *generation,
-                struct memory *memory);
+bool state_read(struct state *state, const char *path, const struct generation *generation);
 
 #endif

@@ -28,16 +28,14 @@ enum { FAILURES_MOST = 3 };
 
 static void release(struct candidate *candidate) {
     trial_release(&candidate->trial);
-    if (candidate->has_estimate)
-        estimate_release(&candidate->estimate);
+    estimate_release(&candidate->estimate);
     if (candidate->rows)
         fclose(candidate->rows);
     *candidate = (struct candidate){.rows = NULL};
 }
 
 static void estimate(struct candidate *judged, const struct candidate *other, double share) {
-    if (judged->has_estimate)
-        estimate_release(&judged->estimate);
+    estimate_release(&judged->estimate);
     estimate_make(&judged->estimate, &judged->trial.track, &other->trial.track, share);
     judged->has_estimate = true;
 }
@@ -102,8 +100,10 @@ static void run(struct search *search, struct candidate *candidate, const struct
     *candidate = (struct candidate){.rows = tmpfile()};
     if (!candidate->rows)
         perror("refdyn: a temporary file");
-    else
-        trial_run(&candidate->trial, task, integration, candidate->rows);
+    else {
+        struct row_sink rows = row_sink_numbers(candidate->rows);
+        trial_run(&candidate->trial, task, integration, &rows);
+    }
     search->cpu_total_s += candidate->trial.motion.cpu_s;
     search->tries += tries_of(candidate);
 }

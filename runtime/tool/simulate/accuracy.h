@@ -13,7 +13,7 @@
 /* A run with its rows in a file of its own. */
 struct candidate {
     struct trial trial;
-    FILE *rows;
+    FILE *rows;               /* as row_sink_numbers writes them */
     struct estimate estimate; /* of its error */
     bool has_estimate;
 };
@@ -21,8 +21,8 @@ struct candidate {
 struct search {
     struct candidate *taken; /* NULL: nothing ran to its end */
     bool is_reached;
-    bool is_exhausted; /* rounding: runs no longer come nearer to each other as the tolerance falls */
-    const struct candidate *last; /* the run that failed or was interrupted, when nothing was taken */
+    bool is_exhausted;      /* rounding: runs no longer come nearer to each other as the tolerance falls */
+    struct candidate *last; /* the run that failed or was interrupted, when nothing was taken */
     double cpu_total_s;
     long tries; /* steps of all runs */
     double difference_before,

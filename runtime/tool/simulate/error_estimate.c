@@ -11,10 +11,10 @@ static const double near_part = 0.05;
 
 void track_start(struct track *track, const struct refdyn_model *model, long room) {
     const size_t outputs = (size_t)room;
-    *track = (struct track){.model = model, .room = room};
-    track->t = allocate(outputs, sizeof *track->t);
-    track->q = allocate(outputs * (size_t)model->n, sizeof *track->q);
-    track->r = allocate(outputs * 3 * (size_t)model->point_count, sizeof *track->r);
+    *track = (struct track){.model = model};
+    track->t = allocate_large(outputs, sizeof *track->t);
+    track->q = allocate_large(outputs * (size_t)model->n, sizeof *track->q);
+    track->r = allocate_large(outputs * 3 * (size_t)model->point_count, sizeof *track->r);
 }
 
 void track_add(struct track *track, const struct refdyn_integrator *integrator) {
@@ -54,16 +54,25 @@ static void raise(struct peak *peak, double error, double t) {
         *peak = (struct peak){error, t};
 }
 
-/* How far the motion gets from its start, in the measure of `largest`. */
-static double find_way(const struct track *track, long count) {
-    const int n = track->model->n, points = track->model->point_count;
+/* NaN when one of them is. */
+static double larger(double a, double b) {
+    return isnan(a) || a > b ? a : b;
+}
+
+double track_distance(const struct track *a, long i, const struct track *b, long j) {
+    const int n = a->model->n, points = a->model->point_count;
+    double largest = 0;
+    for (int k = 0; k < points; k++)
+        largest = larger(largest, distance(a->r + 3 * (i * points + k), b->r + 3 * (j * points + k)));
+    for (int k = 0; k < n && points == 0; k++)
+        largest = larger(largest, fabs(a->q[i * n + k] - b->q[j * n + k]));
+    return largest;
+}
+
+double track_way(const struct track *track, long count) {
     double way = 0;
-    for (long i = 0; i < count; i++) {
-        for (int k = 0; k < points; k++)
-            way = fmax(way, distance(track->r + 3 * (i * points + k), track->r + 3 * k));
-        for (int j = 0; j < n && points == 0; j++)
-            way = fmax(way, fabs(track->q[i * n + j] - track->q[j]));
-    }
+    for (long i = 0; i < count; i++)
+        way = fmax(way, track_distance(track, i, track, 0));
     return way;
 }
 
@@ -75,14 +84,10 @@ static void compare_output(struct estimate *estimate, const struct track *a, con
         const double error = factor * distance(a->r + at, b->r + at);
         estimate->distances[k * estimate->count + i] = error;
         raise(&estimate->points[k], error, a->t[i]);
-        raise(&estimate->largest, error, a->t[i]);
     }
-    for (int j = 0; j < n; j++) {
-        const double error = factor * fabs(a->q[i * n + j] - b->q[i * n + j]);
-        raise(&estimate->coordinates[j], error, a->t[i]);
-        if (points == 0)
-            raise(&estimate->largest, error, a->t[i]);
-    }
+    for (int j = 0; j < n; j++)
+        raise(&estimate->coordinates[j], factor * fabs(a->q[i * n + j] - b->q[i * n + j]), a->t[i]);
+    raise(&estimate->largest, factor * track_distance(a, i, b, i), a->t[i]);
 }
 
 void estimate_make(struct estimate *estimate, const struct track *judged, const struct track *other,
@@ -90,16 +95,14 @@ void estimate_make(struct estimate *estimate, const struct track *judged, const 
     const struct refdyn_model *model = judged->model;
     const long count = count_common(judged, other);
     const double factor = 1 / fabs(1 - share);
-    *estimate = (struct estimate){.model = model, .count = count};
-    estimate->t = allocate((size_t)count, sizeof *estimate->t);
-    estimate->distances = allocate((size_t)(count * model->point_count), sizeof *estimate->distances);
+    *estimate = (struct estimate){.model = model, .count = count, .t = judged->t};
+    estimate->distances = allocate_large((size_t)(count * model->point_count), sizeof *estimate->distances);
     estimate->points = allocate((size_t)model->point_count, sizeof *estimate->points);
     estimate->coordinates = allocate((size_t)model->n, sizeof *estimate->coordinates);
-    memcpy(estimate->t, judged->t, (size_t)count * sizeof *estimate->t);
     for (long i = 0; i < count; i++)
         compare_output(estimate, judged, other, i, factor);
     estimate->difference = estimate->largest.error / factor;
-    estimate->is_trusted = estimate->difference <= near_part * find_way(judged, count);
+    estimate->is_trusted = estimate->difference <= near_part * track_way(judged, count);
 }
 
 void estimate_print(const struct estimate *estimate) {
@@ -138,9 +141,6 @@ void estimate_put(const struct estimate *estimate, struct document *document) {
 }
 
 void estimate_release(struct estimate *estimate) {
-    free(estimate->t);
     free(estimate->distances);
-    free(estimate->points);
-    free(estimate->coordinates);
     *estimate = (struct estimate){.count = 0};
 }

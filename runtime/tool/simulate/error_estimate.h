@@ -15,7 +15,7 @@
 /* Positions at the outputs of one run. */
 struct track {
     const struct refdyn_model *model;
-    long count, room;
+    long count;
     double *t; /* (count) [s] */
     double *q; /* (count x n) */
     double *r; /* (count x point_count x 3) [m] */
@@ -24,6 +24,11 @@ struct track {
 void track_start(struct track *track, const struct refdyn_model *model, long room);
 /* The integration's state is the next output. */
 void track_add(struct track *track, const struct refdyn_integrator *integrator);
+/* How far the points of output i of one are from those of output j of the other, the largest; of a model
+ * without points the coordinates. NaN when any is. */
+double track_distance(const struct track *a, long i, const struct track *b, long j);
+/* How far the motion gets from its start in the first `count` outputs. */
+double track_way(const struct track *track, long count);
 void track_release(struct track *track);
 
 /* The largest of some errors, and when. */
@@ -34,7 +39,7 @@ struct peak {
 struct estimate {
     const struct refdyn_model *model;
     long count;               /* outputs that both runs have */
-    double *t;                /* (count) [s] */
+    const double *t;          /* (count) [s], of the judged one */
     double *distances;        /* (point_count x count) estimated error of each point [m] */
     struct peak *points;      /* (point_count) */
     struct peak *coordinates; /* (n) */

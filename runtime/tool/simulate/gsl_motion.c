@@ -34,44 +34,38 @@ enum refdyn_stabilise by_gsl_stabilise(const char *method) {
 
 #include <gsl/gsl_errno.h>
 
-struct by_gsl {
-    struct refdyn_gsl steps;
-};
-
-int by_gsl_open(struct by_gsl **gsl, struct refdyn_integrator *integrator, const char *method) {
+int by_gsl_open(struct refdyn_gsl **gsl, struct refdyn_integrator *integrator, const char *method) {
     gsl_set_error_handler_off();
     *gsl = allocate(1, sizeof **gsl);
-    return refdyn_gsl_init(&(*gsl)->steps, integrator,
-                           (enum refdyn_gsl_method)refdyn_gsl_method_find(method));
+    return refdyn_gsl_init(*gsl, integrator, (enum refdyn_gsl_method)refdyn_gsl_method_find(method));
 }
 
-int by_gsl_step(struct by_gsl *gsl, double t_out, long steps) {
-    return refdyn_gsl_step(&gsl->steps, t_out, steps);
+int by_gsl_step(struct refdyn_gsl *gsl, double t_out, long steps) {
+    return refdyn_gsl_step(gsl, t_out, steps);
 }
 
-void by_gsl_close(struct by_gsl *gsl) {
+void by_gsl_close(struct refdyn_gsl *gsl) {
     if (gsl)
-        refdyn_gsl_release(&gsl->steps);
-    free(gsl);
+        refdyn_gsl_release(gsl);
 }
 
 #else
 
-int by_gsl_open(struct by_gsl **gsl, struct refdyn_integrator *integrator, const char *method) {
+int by_gsl_open(struct refdyn_gsl **gsl, struct refdyn_integrator *integrator, const char *method) {
     (void)integrator;
     (void)method;
     *gsl = NULL;
     return REFDYN_BAD_OPTION;
 }
 
-int by_gsl_step(struct by_gsl *gsl, double t_out, long steps) {
+int by_gsl_step(struct refdyn_gsl *gsl, double t_out, long steps) {
     (void)gsl;
     (void)t_out;
     (void)steps;
     return REFDYN_BAD_OPTION;
 }
 
-void by_gsl_close(struct by_gsl *gsl) {
+void by_gsl_close(struct refdyn_gsl *gsl) {
     (void)gsl;
 }
 

@@ -6,7 +6,7 @@
 
 #include <stdbool.h>
 
-struct by_gsl;
+struct refdyn_gsl;
 
 /* Is it one of GSL's methods? NULL is none. */
 bool by_gsl_has(const char *method);
@@ -15,9 +15,9 @@ enum refdyn_stabilise by_gsl_stabilise(const char *method);
 
 /* From now on GSL takes the integration's steps. Returns a status of the runtime; by_gsl_close in any case.
  */
-int by_gsl_open(struct by_gsl **gsl, struct refdyn_integrator *integrator, const char *method);
+int by_gsl_open(struct refdyn_gsl **gsl, struct refdyn_integrator *integrator, const char *method);
 /* As refdyn_integrator_step. */
-int by_gsl_step(struct by_gsl *gsl, double t_out, long steps);
-void by_gsl_close(struct by_gsl *gsl);
+int by_gsl_step(struct refdyn_gsl *gsl, double t_out, long steps);
+void by_gsl_close(struct refdyn_gsl *gsl);
 
 #endif

@@ -37,19 +37,7 @@ static enum status choose_gsl(const struct options *options, struct refdyn_optio
     return STATUS_DONE;
 }
 
-/* "rk4, rk54, ...": all, or those that need no tangent. */
-const char *known_methods(char text[static METHODS_LENGTH], bool is_explicit) {
-    size_t length = 0;
-    text[0] = '\0';
-    for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
-        if (!is_explicit || !refdyn_method_is_implicit((enum refdyn_method)method))
-            length += (size_t)snprintf(text + length, METHODS_LENGTH - length, "%s%s", length ? ", " : "",
-                                       refdyn_method_name(method));
-    return text;
-}
-
 static enum status choose_method(const struct options *options, struct refdyn_options *integration) {
-    char known[METHODS_LENGTH];
     int method = options->step > 0 ? REFDYN_RK4 : REFDYN_AUTO;
     if (by_gsl_has(options->method))
         return choose_gsl(options, integration);
@@ -57,7 +45,7 @@ static enum status choose_method(const struct options *options, struct refdyn_op
         method = refdyn_method_find(options->method);
     if (method < 0)
         return usage_error(options->command, "--method: '%s' is none of %s", options->method,
-                           known_methods(known, false));
+                           options_methods(false));
     if (options->tolerance > 0 && options->step > 0)
         return usage_error(options->command, "--step is for fixed steps, --tol for steps that are found");
     if (options->step_max > 0 && options->step > 0)
@@ -80,38 +68,46 @@ static enum status choose_method(const struct options *options, struct refdyn_op
 const char *const stabilise_names[STABILISE_COUNT] = {
     [REFDYN_NONE] = "none", [REFDYN_BAUMGARTE] = "baumgarte", [REFDYN_PROJECT] = "project"};
 
-static const char *const singular_names[SINGULAR_COUNT] = {[REFDYN_STOP] = "stop", [REFDYN_PASS] = "pass"};
+/* --stabilise; baumgarte-auto is baumgarte with gains from the step. */
+static enum status choose_stabilisation(const struct options *options, struct refdyn_options *integration) {
+    static const char *const names[] = {"none", "baumgarte", "baumgarte-auto", "project", NULL};
+    static const enum refdyn_stabilise stabilise[] = {REFDYN_NONE, REFDYN_BAUMGARTE, REFDYN_BAUMGARTE,
+                                                      REFDYN_PROJECT};
+    if (!options->stabilise)
+        return STATUS_DONE;
+    const int place = options_choice(options->command, "stabilise", options->stabilise, names);
+    if (place < 0)
+        return STATUS_USAGE;
+    integration->stabilise = stabilise[place];
+    if (strcmp(options->stabilise, "baumgarte-auto") == 0)
+        integration->gain_share = automatic_share;
+    if (integration->stabilise == REFDYN_PROJECT && by_gsl_has(options->method) &&
+        by_gsl_stabilise(options->method) != REFDYN_PROJECT)
+        return usage_error(options->command,
+                           "--stabilise: a projection would make %s start again after each step",
+                           options->method);
+    return STATUS_DONE;
+}
 
 enum status motion_options(const struct options *options, struct refdyn_options *integration) {
+    static const char *const starts[] = {"as-is", "project", NULL};
+    static const char *const singular[] = {[REFDYN_STOP] = "stop", [REFDYN_PASS] = "pass", NULL};
     const char *fact;
     enum status status = choose_method(options, integration);
+    if (status == STATUS_DONE)
+        status = choose_stabilisation(options, integration);
     if (status != STATUS_DONE)
         return status;
-    if (options->stabilise && strcmp(options->stabilise, "baumgarte-auto") == 0) {
-        integration->stabilise = REFDYN_BAUMGARTE;
-        integration->gain_share = automatic_share;
-    } else if (options->stabilise) {
-        int found = text_index(options->stabilise, stabilise_names, STABILISE_COUNT);
-        if (found < 0)
-            return usage_error(options->command,
-                               "--stabilise: '%s' is none of none, baumgarte, baumgarte-auto, project",
-                               options->stabilise);
-        integration->stabilise = (enum refdyn_stabilise)found;
-        if (found == REFDYN_PROJECT && by_gsl_has(options->method) &&
-            by_gsl_stabilise(options->method) != REFDYN_PROJECT)
-            return usage_error(options->command,
-                               "--stabilise: a projection would make %s start again after each step",
-                               options->method);
-    }
-    if (options->start && strcmp(options->start, "as-is") != 0 && strcmp(options->start, "project") != 0)
-        return usage_error(options->command, "--start: '%s' is none of as-is, project", options->start);
+    const int start = options->start ? options_choice(options->command, "start", options->start, starts) : 0;
+    if (start < 0)
+        return STATUS_USAGE;
     if (options->singular) {
-        int found = text_index(options->singular, singular_names, SINGULAR_COUNT);
-        if (found < 0)
-            return usage_error(options->command, "--singular: '%s' is none of stop, pass", options->singular);
-        integration->singular = (enum refdyn_singular)found;
+        const int place = options_choice(options->command, "singular", options->singular, singular);
+        if (place < 0)
+            return STATUS_USAGE;
+        integration->singular = (enum refdyn_singular)place;
     }
-    integration->project_start = options->start && strcmp(options->start, "project") == 0;
+    integration->project_start = start;
     integration->balance = 1;
     if (refdyn_options_validate(integration, &fact) != REFDYN_OK)
         return usage_error(options->command, "%s", fact);
@@ -120,25 +116,27 @@ enum status motion_options(const struct options *options, struct refdyn_options 
 
 enum status motion_fit(const struct scene *scene, const struct options *options,
                        const struct refdyn_options *integration) {
-    char known[METHODS_LENGTH];
     if (refdyn_can_run(scene->model, integration->method))
         return STATUS_DONE;
     fprintf(stderr,
             "refdyn: %s: --method %s needs the exact tangent, which the printed form does not have; without "
             "it go "
             "%s\n",
-            scene->model->name, options->method, known_methods(known, true));
+            scene->model->name, options->method, options_methods(true));
     return STATUS_FAULT;
 }
 
-const char *motion_state_path(const struct options *options) {
-    const char *from = options->from;
-    return from && strcmp(from, "initial") != 0 && strcmp(from, "statics") != 0 ? from : NULL;
+static bool is_from_statics(const struct options *options) {
+    return options->from && strcmp(options->from, "statics") == 0;
+}
+
+unsigned motion_needs(const struct options *options) {
+    return NEEDS_MOTION | NEEDS_POINTS | (is_from_statics(options) ? NEEDS_STATICS : 0);
 }
 
 enum status motion_place(struct scene *scene, const struct options *options) {
     enum status status = STATUS_DONE;
-    if (options->from && strcmp(options->from, "statics") == 0) {
+    if (is_from_statics(options)) {
         struct equilibrium equilibrium;
         status = find_equilibrium(scene, options, &equilibrium);
     } else if (options->hold)
@@ -180,7 +178,7 @@ int motion_start(struct motion *motion, struct scene *scene, const struct refdyn
     motion->every = every > 0 ? every : span / DEFAULT_OUTPUTS;
     motion->outputs = count_outputs(motion);
     size_t size = refdyn_integrator_size(scene->model, integration);
-    motion->memory = allocate(1, size);
+    motion->memory = allocate_large(1, size);
     int status = refdyn_integrator_init(&motion->integrator, &scene->work, integration, motion->memory, size);
     double begin = cpu_seconds();
     if (scene->inputs)

@@ -13,8 +13,7 @@ enum {
     MOTION_INTERRUPTED = 1000 /* beside the runtime's statuses */,
     MOTION_TOO_SLOW,
     MOTION_NOT_WRITTEN,
-    STABILISE_COUNT = 3,
-    SINGULAR_COUNT = 2
+    STABILISE_COUNT = 3
 };
 
 /* By enum refdyn_stabilise. */
@@ -24,7 +23,7 @@ struct motion {
     struct scene *scene;
     struct refdyn_integrator integrator;
     const char *method;
-    struct by_gsl *gsl; /* takes the steps, NULL: the integration does */
+    struct refdyn_gsl *gsl; /* takes the steps, NULL: the integration does */
     void *memory;
     struct refdyn_energy energy;
     struct stops *stops;       /* conditions that end it, the caller's; NULL, as after motion_start: none */
@@ -35,18 +34,14 @@ struct motion {
     double started;
 };
 
-/* Room for the names of all methods. */
-enum { METHODS_LENGTH = 32 * REFDYN_METHOD_COUNT };
-/* "rk4, rk54, ...": all, or those that need no tangent. */
-const char *known_methods(char text[static METHODS_LENGTH], bool is_explicit);
 /* Runtime options from --method --step --tol --step-max --stabilise --singular --start; complains when they
  * do not go together. */
 enum status motion_options(const struct options *options, struct refdyn_options *integration);
 /* A model in the printed form has no tangent: complains when the method that was asked for needs it. */
 enum status motion_fit(const struct scene *scene, const struct options *options,
                        const struct refdyn_options *integration);
-/* NULL unless --from names a STATE.json. */
-const char *motion_state_path(const struct options *options);
+/* What a scene needs for a motion from where --from tells. */
+unsigned motion_needs(const struct options *options);
 /* Sets the scene's q, qd and t to the start of the motion that --from tells, and the anchored parameters from
  * it. */
 enum status motion_place(struct scene *scene, const struct options *options);

@@ -12,20 +12,14 @@ static const char *const point_units[] = {"m", "m/s", "m/s^2"};
 
 /* ---- Names ---- */
 
-static int count_columns(const struct refdyn_model *model) {
-    int count = 2 + 3 * model->n + 9 * model->point_count + model->input_count + model->course_count;
-    for (int i = 0; i < model->m; i++)
-        count += (model->rows[i].level == REFDYN_POSITION) + (model->rows[i].level != REFDYN_ACCELERATION);
-    return count;
-}
-
 const char table_input_lead[] = "input_";
 
 /* The columns so far; a unit is NULL where the model does not say. */
 struct columns {
-    struct memory *memory;
     const char **names, **units;
     int count;
+    struct motion_part *parts;
+    int part_count, part_room;
 };
 
 /* Columns that are computed together. */
@@ -34,13 +28,35 @@ struct block {
     void (*put)(struct table *table);
 };
 
+/* The columns from now on lie in that dataset; axis NULL: it has one axis, and this one column. */
+static void begin_part(struct columns *columns, const char *path, const char *axis,
+                       const char *const *names) {
+    columns->parts = memory_room(&program_memory, columns->parts, columns->part_count, &columns->part_room,
+                                 sizeof *columns->parts);
+    columns->parts[columns->part_count++] =
+        (struct motion_part){.path = path, .axis = axis, .axis_names = names, .first = columns->count};
+}
+
+/* All of them are there: each part ends where the next one begins. Empty ones go. */
+static void end_parts(struct columns *columns) {
+    int kept = 0;
+    for (int i = 0; i < columns->part_count; i++) {
+        struct motion_part part = columns->parts[i];
+        const int end = i + 1 < columns->part_count ? columns->parts[i + 1].first : columns->count;
+        part.count = end - part.first;
+        if (part.count > 0)
+            columns->parts[kept++] = part;
+    }
+    columns->part_count = kept;
+}
+
 /* Columns from `first` on get their kind before their names, all of them, until no column before has one. */
 static void settle(struct columns *columns, int first, const char *lead) {
     for (int i = first; i < columns->count;) {
         if (text_index(columns->names[i++], columns->names, first) < 0)
             continue;
         for (int j = first; j < columns->count; j++)
-            columns->names[j] = memory_format(columns->memory, "%s%s", lead, columns->names[j]);
+            columns->names[j] = text_format("%s%s", lead, columns->names[j]);
         i = first;
     }
 }
@@ -59,23 +75,26 @@ static void add_settled(struct columns *columns, const char *lead, const char *n
 static void name_points(const struct refdyn_model *model, struct columns *columns) {
     for (int point = 0; point < model->point_count; point++) {
         const int first = columns->count;
-        for (int rate = 0; rate < 3; rate++)
+        for (int rate = 0; rate < 3; rate++) {
+            begin_part(columns, text_format("/points/%s/r%s", model->points[point], rates[rate]), "/axis",
+                       axes);
             for (int axis = 0; axis < 3; axis++)
-                add_name(
-                    columns,
-                    memory_format(columns->memory, "%s_%s%s", model->points[point], axes[axis], rates[rate]),
-                    point_units[rate]);
+                add_name(columns, text_format("%s_%s%s", model->points[point], axes[axis], rates[rate]),
+                         point_units[rate]);
+        }
         settle(columns, first, "point_");
     }
 }
 
 static void name_residuals(const struct refdyn_model *model, struct columns *columns) {
+    begin_part(columns, "/phi", "/phi_row", columns->names + columns->count);
     for (int i = 0; i < model->m; i++)
         if (model->rows[i].level == REFDYN_POSITION)
-            add_name(columns, memory_format(columns->memory, "phi_%d", i + 1), NULL);
+            add_name(columns, text_format("phi_%d", i + 1), NULL);
+    begin_part(columns, "/psi", "/psi_row", columns->names + columns->count);
     for (int i = 0; i < model->m; i++)
         if (model->rows[i].level != REFDYN_ACCELERATION)
-            add_name(columns, memory_format(columns->memory, "psi_%d", i + 1), NULL);
+            add_name(columns, text_format("psi_%d", i + 1), NULL);
 }
 
 static bool is_slide(const struct refdyn_name *coordinate) {
@@ -84,35 +103,44 @@ static bool is_slide(const struct refdyn_name *coordinate) {
 
 static void name_state(const struct refdyn_model *model, struct columns *columns) {
     const struct refdyn_name *q = model->coordinates;
+    const char *const *coordinates = columns->names + 1;
+    begin_part(columns, "/t", NULL, NULL);
     add_name(columns, "t", "s");
+    begin_part(columns, "/q", "/coordinate", coordinates);
     for (int i = 0; i < model->n; i++)
         add_name(columns, q[i].name, q[i].unit);
+    begin_part(columns, "/qd", "/coordinate", coordinates);
     for (int i = 0; i < model->n; i++)
-        add_name(columns, memory_format(columns->memory, "%s_d", q[i].name),
-                 is_slide(&q[i]) ? "m/s" : "rad/s");
+        add_name(columns, text_format("%s_d", q[i].name), is_slide(&q[i]) ? "m/s" : "rad/s");
 }
 
 static void name_energy(const struct refdyn_model *model, struct columns *columns) {
     (void)model;
+    begin_part(columns, "/energy", NULL, NULL);
     add_name(columns, "energy", "J");
 }
 
 static void name_forces(const struct refdyn_model *model, struct columns *columns) {
     const int first = columns->count;
+    begin_part(columns, "/force", "/coordinate", columns->names + 1);
     for (int i = 0; i < model->n; i++)
-        add_name(columns, memory_format(columns->memory, "force_%s", model->coordinates[i].name),
+        add_name(columns, text_format("force_%s", model->coordinates[i].name),
                  is_slide(&model->coordinates[i]) ? "N" : "N m");
     settle(columns, first, "force_");
 }
 
 static void name_inputs(const struct refdyn_model *model, struct columns *columns) {
-    for (int i = 0; i < model->input_count; i++)
+    for (int i = 0; i < model->input_count; i++) {
+        begin_part(columns, text_format("/inputs/%s", model->inputs[i].name), NULL, NULL);
         add_settled(columns, table_input_lead, model->inputs[i].name, model->inputs[i].unit);
+    }
 }
 
 static void name_courses(const struct refdyn_model *model, struct columns *columns) {
-    for (int i = 0; i < model->course_count; i++)
+    for (int i = 0; i < model->course_count; i++) {
+        begin_part(columns, text_format("/courses/%s", model->courses[i]), NULL, NULL);
         add_settled(columns, "course_", model->courses[i], NULL);
+    }
 }
 
 /* ---- Values ---- */
@@ -207,34 +235,36 @@ static const struct block blocks[TABLE_BLOCKS] = {{name_state, put_state},      
                                                   {name_courses, put_courses}};
 
 static void name_columns(const struct refdyn_model *model, struct columns *columns, int *ends) {
-    const size_t count = (size_t)count_columns(model);
-    columns->names = memory_get(columns->memory, count * sizeof *columns->names);
-    columns->units = memory_get(columns->memory, count * sizeof *columns->units);
+    const int most =
+        2 + 3 * model->n + 9 * model->point_count + 2 * model->m + model->input_count + model->course_count;
+    columns->names = allocate((size_t)most, sizeof *columns->names);
+    columns->units = allocate((size_t)most, sizeof *columns->units);
     for (int block = 0; block < TABLE_BLOCKS; block++) {
         blocks[block].name(model, columns);
         ends[block] = columns->count;
     }
+    end_parts(columns);
 }
 
 void table_start(struct table *table, struct refdyn_integrator *integrator) {
     const struct refdyn_model *model = integrator->work->model;
-    size_t n = (size_t)model->n, columns = 3 * (size_t)model->point_count;
-    *table = (struct table){.integrator = integrator, .count = count_columns(model)};
-    table->memory = arena_start();
-    table->values = memory_get(&table->memory, (size_t)table->count * sizeof *table->values);
-    table->room = memory_get(&table->memory,
-                             (n + columns * (n + 3) + (size_t)model->course_count) * sizeof *table->room);
-    struct columns named = {.memory = &table->memory};
-    name_columns(model, &named, table->ends);
-    table->names = named.names;
-    table->units = named.units;
+    const size_t n = (size_t)model->n, rows = 3 * (size_t)model->point_count;
+    struct columns columns = {.count = 0};
+    *table = (struct table){.integrator = integrator};
+    name_columns(model, &columns, table->ends);
+    table->names = columns.names;
+    table->units = columns.units;
+    table->count = columns.count;
+    table->parts = columns.parts;
+    table->part_count = columns.part_count;
+    table->values = allocate((size_t)table->count, sizeof *table->values);
+    table->room = allocate(n + rows * (n + 3) + (size_t)model->course_count, sizeof *table->room);
     for (int block = 0; block < TABLE_BLOCKS; block++)
         table->is_wanted[block] = true;
 }
 
 void table_put_units(const struct refdyn_model *model, struct document *document) {
-    struct memory memory = arena_start();
-    struct columns columns = {.memory = &memory};
+    struct columns columns = {.count = 0};
     int ends[TABLE_BLOCKS];
     name_columns(model, &columns, ends);
     put_open(document, "units", '{');
@@ -242,7 +272,6 @@ void table_put_units(const struct refdyn_model *model, struct document *document
         if (columns.units[i])
             put_text(document, columns.names[i], columns.units[i]);
     put_close(document, '}');
-    memory_release(&memory);
 }
 
 void table_want(struct table *table, const bool *wanted) {
@@ -275,16 +304,11 @@ const char *table_not_finite(const struct table *table) {
     return NULL;
 }
 
-void table_row(struct table *table, FILE *out) {
+void table_row(const struct table *table, FILE *out) {
     for (int i = 0; i < table->count; i++) {
         if (i)
             fputc(',', out);
         print_number(out, table->values[i]);
     }
     fputc('\n', out);
-}
-
-void table_release(struct table *table) {
-    memory_release(&table->memory);
-    *table = (struct table){.count = 0};
 }

@@ -9,6 +9,7 @@
 #include "base/memory.h"
 #include "text/output.h"
 #include "refdyn.h"
+#include "simulate/motion_file.h"
 
 #include <stdio.h>
 
@@ -16,11 +17,12 @@ enum { TABLE_BLOCKS = 7 }; /* of columns that are computed together: the state, 
 
 struct table {
     struct refdyn_integrator *integrator;
-    struct memory memory; /* of all below */
-    const char **names;   /* (count) */
-    const char **units;   /* (count) NULL: the model does not say */
+    const char **names; /* (count) */
+    const char **units; /* (count) NULL: the model does not say */
     int ends[TABLE_BLOCKS];
     bool is_wanted[TABLE_BLOCKS];
+    struct motion_part *parts; /* what belongs together, as a file of HDF5 has it */
+    int part_count;
     double *values; /* (count) of the last table_fill */
     int count, filled;
     double *room; /* for points, their columns and the programme force */
@@ -39,7 +41,6 @@ const char *table_not_finite(const struct table *table);
 /* The units of the columns, as object "units"; those that the model does not say are not there. */
 void table_put_units(const struct refdyn_model *model, struct document *document);
 /* A line of the values. */
-void table_row(struct table *table, FILE *out);
-void table_release(struct table *table);
+void table_row(const struct table *table, FILE *out);
 
 #endif

@@ -13,7 +13,6 @@
 /* A file being read: what each of its columns is. */
 struct reading {
     struct inputs *inputs;
-    struct memory *memory;
     const struct refdyn_model *model;
     struct csv csv;
     int *role; /* (csv.count) number among the inputs' columns, or one of: */
@@ -27,7 +26,7 @@ static bool no_input(const struct reading *reading) {
         return csv_complain(&reading->csv, "the model has no inputs");
     const char *names = model->inputs[0].name;
     for (int i = 1; i < model->input_count; i++)
-        names = memory_format(reading->memory, "%s, %s", names, model->inputs[i].name);
+        names = text_format("%s, %s", names, model->inputs[i].name);
     return csv_complain(&reading->csv, "no column is an input, those of the model are %s", names);
 }
 
@@ -35,7 +34,7 @@ static bool no_input(const struct reading *reading) {
  * before it (motion_table.h). `t` is the time alone. */
 static int find_input(const struct reading *reading, const char *name) {
     const struct csv *csv = &reading->csv;
-    int column = csv_column(csv, memory_format(reading->memory, "%s%s", table_input_lead, name));
+    int column = csv_column(csv, text_format("%s%s", table_input_lead, name));
     if (column < 0 && strcmp(name, "t") != 0)
         column = csv_column(csv, name);
     return column;
@@ -45,7 +44,7 @@ static int find_input(const struct reading *reading, const char *name) {
 static void warn_of_passed(const struct reading *reading) {
     const struct refdyn_model *model = reading->model;
     const struct csv *csv = &reading->csv;
-    const char **missing = memory_get(reading->memory, (size_t)model->input_count * sizeof *missing);
+    const char **missing = allocate((size_t)model->input_count, sizeof *missing);
     int count = 0;
     for (int i = 0; i < model->input_count; i++)
         if (find_input(reading, model->inputs[i].name) < 0)
@@ -55,9 +54,8 @@ static void warn_of_passed(const struct reading *reading) {
             reading->role[i] == ROLE_NONE ? message_nearest_name(csv->names[i], missing, count) : NULL;
         if (near)
             complain_line(csv->path, csv->line,
-                          memory_format(reading->memory,
-                                        "warning: inputs: column %s is passed over, the nearest input is %s",
-                                        csv->names[i], near));
+                          text_format("warning: inputs: column %s is passed over, the nearest input is %s",
+                                      csv->names[i], near));
     }
 }
 
@@ -65,8 +63,8 @@ static bool assign_columns(struct reading *reading) {
     struct inputs *inputs = reading->inputs;
     const struct csv *csv = &reading->csv;
     const struct refdyn_model *model = reading->model;
-    reading->role = memory_get(reading->memory, (size_t)csv->count * sizeof *reading->role);
-    inputs->place = memory_get(reading->memory, (size_t)model->input_count * sizeof *inputs->place);
+    reading->role = allocate((size_t)csv->count, sizeof *reading->role);
+    inputs->place = allocate((size_t)model->input_count, sizeof *inputs->place);
     for (int i = 0; i < csv->count; i++)
         reading->role[i] = strcmp(csv->names[i], "t") == 0 ? ROLE_TIME : ROLE_NONE;
     for (int i = 0; i < model->input_count; i++) {
@@ -94,7 +92,7 @@ static bool take_row(struct reading *reading) {
     struct inputs *inputs = reading->inputs;
     const struct csv *csv = &reading->csv;
     struct refdyn_samples *samples = &inputs->samples;
-    inputs->rows = memory_room(reading->memory, inputs->rows, samples->count, &inputs->room,
+    inputs->rows = memory_room(&program_memory, inputs->rows, samples->count, &inputs->room,
                                (size_t)(samples->width + 1) * sizeof *inputs->rows);
     samples->rows = inputs->rows;
     double *row = row_of(inputs, samples->count);
@@ -122,9 +120,8 @@ static bool take_rows(struct reading *reading) {
     return answer == 0;
 }
 
-bool inputs_read(struct inputs *inputs, struct memory *memory, const char *path,
-                 const struct refdyn_model *model) {
-    struct reading reading = {.inputs = inputs, .memory = memory, .model = model};
+bool inputs_read(struct inputs *inputs, const char *path, const struct refdyn_model *model) {
+    struct reading reading = {.inputs = inputs, .model = model};
     *inputs = (struct inputs){.path = path};
     const bool is_good =
         csv_open(&reading.csv, path, "inputs") && assign_columns(&reading) && take_rows(&reading);

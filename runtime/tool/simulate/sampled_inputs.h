@@ -11,20 +11,17 @@
 
 #include <stdbool.h>
 
-struct memory;
-
 struct inputs {
     const char *path;
     struct refdyn_samples samples; /* all of the file */
-    int *place;   /* (width) as the samples have them, while they are read */
-    double *rows; /* (room x (1 + width)) */
+    int *place;                    /* (width) as the samples have them, while they are read */
+    double *rows;                  /* (room x (1 + width)) */
     int room;
     double next; /* time of the sample that lies ahead, INFINITY: none [s] */
 };
 
-/* Lives in `memory`. False, with a complaint as FILE:LINE, when the file does not have them. */
-bool inputs_read(struct inputs *inputs, struct memory *memory, const char *path,
-                 const struct refdyn_model *model);
+/* False, with a complaint as FILE:LINE, when the file does not have them. */
+bool inputs_read(struct inputs *inputs, const char *path, const struct refdyn_model *model);
 /* Sets x to the values at t; ahead of it lies inputs->next. */
 void inputs_set(struct inputs *inputs, double t, double *x);
 #endif

@@ -3,6 +3,7 @@
 #include "simulate/accuracy.h"
 #include "system/interrupt.h"
 #include "simulate/summary.h"
+#include "text/csv.h"
 
 #include <errno.h>
 #include <float.h>
@@ -11,11 +12,6 @@
 
 /* Of the tolerance, in the run that tells the error of the other one. */
 static const double verify_part = 0.1;
-
-static const char *level_name(enum refdyn_row_level level) {
-    static const char *const names[] = {"position", "velocity", "acceleration"};
-    return names[level];
-}
 
 static void print_remedies(const struct options *options, const struct refdyn_options *chosen) {
     static const char *const what[] = {
@@ -36,6 +32,7 @@ static void print_remedies(const struct options *options, const struct refdyn_op
 
 /* A start off the programme: the residual of each row, and what can be done. */
 static void print_start(const struct options *options, const struct refdyn_integrator *integrator) {
+    static const char *const levels[] = {"position", "velocity", "acceleration"};
     const struct refdyn_workspace *work = integrator->work;
     char text[2][NUMBER_LENGTH];
     if (!integrator->start_is_off)
@@ -52,7 +49,7 @@ static void print_start(const struct options *options, const struct refdyn_integ
         enum refdyn_row_level level = work->model->rows[i].level;
         if (level == REFDYN_ACCELERATION)
             continue;
-        fprintf(stderr, "  %s (%s): ", work->model->rows[i].name, level_name(level));
+        fprintf(stderr, "  %s (%s): ", work->model->rows[i].name, levels[level]);
         if (level == REFDYN_POSITION)
             fprintf(stderr, "phi = %s, ", exact_text(work->phi[i], text[0]));
         fprintf(stderr, "psi = %s\n", exact_text(work->psi[i], text[1]));
@@ -134,12 +131,12 @@ static void print_failure(const struct trial *trial) {
     }
 }
 
-static enum status stop(const struct trial *trial, struct target *target) {
+static enum status stop(const struct trial *trial, struct target *target, const struct row_sink *rows) {
     const struct summary summary = {.trial = trial};
     print_failure(trial);
     if (trial->is_started)
         summary_print(&summary);
-    const bool is_kept = keep_part(target, trial->is_started, !trial->unfit);
+    const bool is_kept = keep_part(target, trial->is_started && !rows->is_lost, !trial->unfit);
     return is_kept && trial->result != MOTION_NOT_WRITTEN ? STATUS_NUMBERS : STATUS_FAULT;
 }
 
@@ -198,17 +195,18 @@ static enum status verify(const struct trial *trial, const struct task *task, st
     return status;
 }
 
-static enum status simulate(const struct task *task, const struct refdyn_options *integration) {
+static enum status simulate(const struct task *task, const struct refdyn_options *integration,
+                            struct row_sink *rows) {
     struct target *target = task->scene->result;
     struct trial trial;
     struct estimate estimate = {.count = 0};
     struct summary summary = {.trial = &trial};
-    trial_run(&trial, task, integration, target->file);
+    trial_run(&trial, task, integration, rows);
     enum status status = trial.usage;
     if (status != STATUS_DONE)
         keep_part(target, false, false);
     else if (trial.result != REFDYN_OK)
-        status = stop(&trial, target);
+        status = stop(&trial, target, rows);
     else {
         summary.cpu_total_s = trial.motion.cpu_s;
         enum status verified = STATUS_DONE;
@@ -224,54 +222,52 @@ static enum status simulate(const struct task *task, const struct refdyn_options
 
 /* ---- --accuracy ---- */
 
-/* False: they are not all in the temporary file, as is told. */
-static bool copy_rows(FILE *from, struct target *to) {
-    char text[BUFSIZ];
-    size_t length;
-    if (fflush(from) != 0) {
+/* False: they are not all in the temporary file or in the result, as is told. */
+static bool copy_rows(struct candidate *from, struct row_sink *to, struct target *target) {
+    struct table table;
+    if (fflush(from->rows) != 0) {
         fprintf(stderr, "refdyn: a temporary file: not all could be written: %s\n", strerror(errno));
-        keep_part(to, false, false);
+        keep_part(target, false, false);
         return false;
     }
-    rewind(from);
-    while ((length = fread(text, 1, sizeof text, from)) > 0)
-        fwrite(text, 1, length, to->file);
-    return true;
+    if (!from->trial.is_started)
+        return true;
+    table_start(&table, &from->trial.motion.integrator);
+    const bool is_copied = row_sink_copy(from->rows, to, &table);
+    if (to->is_lost)
+        keep_part(target, false, false);
+    return is_copied || !to->is_lost; /* the end of a file of text tells itself */
 }
 
-static enum status not_reached(const struct search *search, const struct options *options,
-                               struct target *target) {
-    const struct candidate *best = search->taken ? search->taken : search->last;
-    const struct trial *trial = &best->trial;
-    const struct summary summary = {.trial = trial,
+/* What came of the search, once the rows of its best run are in the target. */
+static enum status conclude(const struct search *search, const struct candidate *best,
+                            const struct task *task, struct row_sink *rows) {
+    struct target *target = task->scene->result;
+    const struct summary summary = {.trial = &best->trial,
                                     .estimate = best->has_estimate ? &best->estimate : NULL,
-                                    .accuracy = options->accuracy,
+                                    .accuracy = task->options->accuracy,
                                     .cpu_total_s = search->cpu_total_s};
-    if (!copy_rows(best->rows, target))
-        return STATUS_FAULT;
-    if (trial->result != REFDYN_OK)
-        return stop(trial, target);
+    if (search->is_reached)
+        return finish(&summary, task->scene);
+    if (best->trial.result != REFDYN_OK)
+        return stop(&best->trial, target, rows);
     summary_print(&summary);
-    fprintf(stderr, "refdyn: --accuracy %g cannot be reached", options->accuracy);
+    fprintf(stderr, "refdyn: --accuracy %g cannot be reached", summary.accuracy);
     if (best->has_estimate)
         fprintf(stderr, ", the best estimated error is %.2g", best->estimate.largest.error);
     fputs("\n", stderr);
     return keep_part(target, true, false) ? STATUS_NUMBERS : STATUS_FAULT;
 }
 
-static enum status search(const struct task *task, const struct refdyn_options *integration) {
+static enum status search(const struct task *task, const struct refdyn_options *integration,
+                          struct row_sink *rows) {
     struct target *target = task->scene->result;
     struct search search;
     enum status status = search_run(&search, task, integration);
-    if (status == STATUS_DONE) {
-        const struct summary summary = {.trial = &search.taken->trial,
-                                        .estimate = &search.taken->estimate,
-                                        .accuracy = task->options->accuracy,
-                                        .cpu_total_s = search.cpu_total_s};
-        status = copy_rows(search.taken->rows, target) ? finish(&summary, task->scene) : STATUS_FAULT;
-    } else if (status == STATUS_NUMBERS)
-        status = not_reached(&search, task->options, target);
-    else
+    if (status == STATUS_DONE || status == STATUS_NUMBERS) {
+        struct candidate *best = search.taken ? search.taken : search.last;
+        status = copy_rows(best, rows, target) ? conclude(&search, best, task, rows) : STATUS_FAULT;
+    } else
         keep_part(target, false, false);
     search_release(&search);
     return status;
@@ -279,47 +275,44 @@ static enum status search(const struct task *task, const struct refdyn_options *
 
 /* ---- The command ---- */
 
-/* Rows that have gains, as the model was told. */
-static bool has_gains(const struct scene *scene) {
+/* Has a row gains, as the model was told, or places for those that the runtime may set from the step? */
+static bool has_gains(const struct scene *scene, bool are_set_by_step) {
     const struct refdyn_model *model = scene->model;
-    for (int i = 0; i < 2 * model->m; i++)
-        if (model->gains && model->gains[i] >= 0 && scene->work.p[model->gains[i]] != 0)
-            return true;
-    return false;
-}
-
-/* Gains that the runtime may set from the step need a place that `k` reads. */
-static bool has_places_of_gains(const struct refdyn_model *model) {
-    for (int i = 0; i < 2 * model->m; i++)
-        if (model->gains && model->gains[i] >= 0)
+    for (int i = 0; model->gains && i < 2 * model->m; i++)
+        if (model->gains[i] >= 0 && (are_set_by_step || scene->work.p[model->gains[i]] != 0))
             return true;
     return false;
 }
 
 static void print_gains(const struct scene *scene, const struct refdyn_options *integration) {
-    if (integration->stabilise != REFDYN_BAUMGARTE || scene->model->m == 0)
-        return;
-    if (integration->gain_share > 0 ? has_places_of_gains(scene->model) : has_gains(scene))
-        return;
-    fputs("refdyn: warning: no row has gains (alpha, beta), so that baumgarte leaves the residuals to drift; "
-          "--stabilise project holds them\n",
-          stderr);
-}
-
-/* A signal ends the motion and leaves its rows in order. */
-static enum status run_task(const struct task *task, const struct refdyn_options *integration) {
-    const struct options *options = task->options;
-    const enum status status = motion_check_times(task->scene, options);
-    if (status != STATUS_DONE)
-        return status;
-    print_gains(task->scene, integration);
-    interrupt_defer(true);
-    return options->accuracy > 0 ? search(task, integration) : simulate(task, integration);
+    if (integration->stabilise == REFDYN_BAUMGARTE && scene->model->m > 0 &&
+        !has_gains(scene, integration->gain_share > 0))
+        fputs("refdyn: warning: no row has gains (alpha, beta), so that baumgarte leaves the residuals to "
+              "drift; --stabilise project holds them\n",
+              stderr);
 }
 
 static bool has_ending(const char *path, const char *ending) {
     size_t length = strlen(path), end = strlen(ending);
     return length >= end && strcmp(path + length - end, ending) == 0;
+}
+
+static bool wants_hdf5(const struct options *options) {
+    return options->output && (has_ending(options->output, ".h5") || has_ending(options->output, ".hdf5"));
+}
+
+/* A signal ends the motion and leaves its rows in order. */
+static enum status run_task(const struct task *task, const struct refdyn_options *integration) {
+    const struct options *options = task->options;
+    const struct target *target = task->scene->result;
+    struct row_sink rows =
+        wants_hdf5(options) ? row_sink_hdf5(target->part, task) : row_sink_csv(target->file);
+    const enum status status = motion_check_times(task->scene, options);
+    if (status != STATUS_DONE)
+        return status;
+    print_gains(task->scene, integration);
+    interrupt_defer(true);
+    return options->accuracy > 0 ? search(task, integration, &rows) : simulate(task, integration, &rows);
 }
 
 /* Which options of the error go together. */
@@ -335,15 +328,6 @@ static enum status check_error_options(const struct options *options,
     return STATUS_DONE;
 }
 
-static unsigned find_needs(const struct options *options, const struct refdyn_options *integration) {
-    unsigned needs = NEEDS_RESULT | NEEDS_MOTION | NEEDS_POINTS | NEEDS_POINT_RATES;
-    if (options->from && strcmp(options->from, "statics") == 0)
-        needs |= NEEDS_STATICS;
-    if (refdyn_method_is_implicit(integration->method))
-        needs |= NEEDS_TANGENT;
-    return needs;
-}
-
 static enum status run_scene(struct scene *scene, const struct options *options,
                              struct refdyn_options *integration) {
     struct inputs inputs = {.path = NULL};
@@ -355,8 +339,7 @@ static enum status run_scene(struct scene *scene, const struct options *options,
     enum status status = motion_fit(scene, options, integration);
     if (status == STATUS_DONE && options->inputs) {
         scene->inputs = &inputs;
-        status =
-            inputs_read(&inputs, &scene->memory, options->inputs, scene->model) ? STATUS_DONE : STATUS_FAULT;
+        status = inputs_read(&inputs, options->inputs, scene->model) ? STATUS_DONE : STATUS_FAULT;
         if (status == STATUS_DONE)
             inputs_set(&inputs, scene->state.t, scene->work.x);
     }
@@ -373,15 +356,22 @@ enum status run_sim(const struct options *options) {
     struct scene scene;
     if (options->of)
         return run_case_again(options);
-    if (options->output && (has_ending(options->output, ".h5") || has_ending(options->output, ".hdf5")))
-        return usage_error(options->command, "-o %s: this version writes CSV, name a .csv file",
+    if (wants_hdf5(options) && !HAS_HDF5)
+        return usage_error(options->command,
+                           "-o %s: this refdyn is built without HDF5, CSV is what it writes",
                            options->output);
     enum status status = motion_options(options, &integration);
     if (status == STATUS_DONE)
         status = check_error_options(options, &integration);
     if (status != STATUS_DONE)
         return status;
-    status = scene_open(&scene, options, find_needs(options, &integration), motion_state_path(options));
+    const unsigned tangent = refdyn_method_is_implicit(integration.method) ? NEEDS_TANGENT : 0;
+    status = scene_open(&scene, options, NEEDS_RESULT | NEEDS_POINT_RATES | motion_needs(options) | tangent,
+                        options_state_path(options->from));
+    if (status == STATUS_DONE && wants_hdf5(options) && !scene.result->part) {
+        complain_line(scene.result->name, 0, "output: HDF5 needs a file, which this is not");
+        status = STATUS_FAULT;
+    }
     if (status == STATUS_DONE)
         status = run_scene(&scene, options, &integration);
     scene_close(&scene);

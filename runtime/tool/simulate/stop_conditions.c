@@ -6,7 +6,6 @@
 
 #include <float.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 static enum status wrong_column(const struct stops *stops, const struct options *options, const char *name) {
@@ -22,12 +21,10 @@ static enum status read_stop(struct stops *stops, const struct options *options,
     if (length == 0 || !text_to_number(number, &stop.value))
         return usage_error(options->command, "--stop: '%s' is not of the form NAME<VALUE or NAME>VALUE",
                            text);
-    char *name = text_format("%.*s", (int)length, text);
+    const char *name = text_format("%.*s", (int)length, text);
     stop.column = text_index(name, stops->table.names, stops->table.count);
-    enum status status = stop.column < 0 ? wrong_column(stops, options, name) : STATUS_DONE;
-    free(name);
     stops->list[stops->count++] = stop;
-    return status;
+    return stop.column < 0 ? wrong_column(stops, options, name) : STATUS_DONE;
 }
 
 enum status stops_read(struct stops *stops, const struct options *options,
@@ -73,10 +70,4 @@ int stops_meet(struct stops *stops, double t_before) {
     if (status == REFDYN_OK)
         stops_hold(stops);
     return status;
-}
-
-void stops_release(struct stops *stops) {
-    table_release(&stops->table);
-    free(stops->list);
-    *stops = (struct stops){.count = 0};
 }

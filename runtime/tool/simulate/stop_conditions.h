@@ -27,7 +27,7 @@ struct stops {
     double t;                   /* when it was [s] */
 };
 
-/* Complains as usage errors are. stops_release in any case. */
+/* Complains as usage errors are. */
 enum status stops_read(struct stops *stops, const struct options *options,
                        struct refdyn_integrator *integrator);
 /* Does one of them hold at the integration's state? Then it is the one that was reached. */
@@ -35,6 +35,5 @@ bool stops_hold(struct stops *stops);
 /* None held at t_before, inside the last step or at its begin: when one holds now, moves the integrator back
  * to the first time at which one does. Returns a status of the runtime. */
 int stops_meet(struct stops *stops, double t_before);
-void stops_release(struct stops *stops);
 
 #endif

@@ -2,29 +2,26 @@
 #include "simulate/trial.h"
 #include "text/output.h"
 
-#include <stdlib.h>
-
 /* A row is written when all of it is finite; else the motion ends there. */
-static void add_output(struct trial *trial, struct table *table, FILE *rows) {
+static void add_output(struct trial *trial, struct table *table, struct row_sink *rows) {
     struct refdyn_integrator *integrator = &trial->motion.integrator;
     if (rows) {
         table_fill(table);
         const char *unfit = table_not_finite(table);
         if (unfit) {
-            trial->unfit = text_format("%s", unfit);
+            trial->unfit = unfit;
             trial->result = REFDYN_NOT_FINITE;
             integrator->work->fault = (struct refdyn_fault){.row = -1, .coordinate = -1};
             return;
         }
-        table_row(table, rows);
-        if (ferror(rows))
+        if (!row_sink_put(rows, table))
             trial->result = MOTION_NOT_WRITTEN;
     }
     track_add(&trial->track, integrator);
 }
 
 /* The state in which the motion ended before its time, as one more row. What is told of the failure stays. */
-static void add_last(struct trial *trial, struct table *table, FILE *rows) {
+static void add_last(struct trial *trial, struct table *table, struct row_sink *rows) {
     struct refdyn_integrator *integrator = &trial->motion.integrator;
     const struct refdyn_fault fault = integrator->work->fault;
     const int cause = integrator->cause;
@@ -34,7 +31,7 @@ static void add_last(struct trial *trial, struct table *table, FILE *rows) {
         if (is_seen)
             table_fill(table);
         if (is_seen && !table_not_finite(table))
-            table_row(table, rows);
+            row_sink_put(rows, table);
     }
     integrator->work->fault = fault;
     integrator->cause = cause;
@@ -42,14 +39,15 @@ static void add_last(struct trial *trial, struct table *table, FILE *rows) {
 }
 
 /* From the start to the end, output by output. */
-static void go(struct trial *trial, struct table *table, FILE *rows) {
+static void go(struct trial *trial, struct table *table, struct row_sink *rows) {
     struct motion *motion = &trial->motion;
     struct progress progress;
     if (motion->stops)
         stops_hold(motion->stops);
-    if (rows)
-        table_header(table, rows);
-    add_output(trial, table, rows);
+    if (rows && !row_sink_begin(rows, table))
+        trial->result = MOTION_NOT_WRITTEN;
+    else
+        add_output(trial, table, rows);
     progress_start(&progress, "motion");
     for (long i = 1; i < motion->outputs && trial->result == REFDYN_OK && !motion_is_stopped(motion); i++) {
         trial->result = motion_to(motion, i, &progress);
@@ -59,10 +57,12 @@ static void go(struct trial *trial, struct table *table, FILE *rows) {
     progress_end(&progress);
     if (rows && trial->result != REFDYN_OK && trial->result != MOTION_NOT_WRITTEN && !trial->unfit)
         add_last(trial, table, rows);
+    if (rows && !row_sink_end(rows) && trial->result == REFDYN_OK)
+        trial->result = MOTION_NOT_WRITTEN;
 }
 
 void trial_run(struct trial *trial, const struct task *task, const struct refdyn_options *integration,
-               FILE *rows) {
+               struct row_sink *rows) {
     struct motion *motion = &trial->motion;
     struct table table;
     *trial = (struct trial){.usage = STATUS_DONE};
@@ -83,12 +83,9 @@ void trial_run(struct trial *trial, const struct task *task, const struct refdyn
     table_start(&table, &motion->integrator);
     track_start(&trial->track, task->scene->model, motion->outputs);
     go(trial, &table, rows);
-    table_release(&table);
 }
 
 void trial_release(struct trial *trial) {
-    free(trial->unfit);
     track_release(&trial->track);
-    stops_release(&trial->stops);
     motion_release(&trial->motion);
 }

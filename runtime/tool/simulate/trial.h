@@ -1,11 +1,12 @@
 /*
- * One run of a motion for `sim`: its rows as CSV, its positions at the outputs.
+ * One run of a motion for `sim`: its rows, its positions at the outputs.
  */
 #ifndef REFDYN_TOOL_TRIAL_H
 #define REFDYN_TOOL_TRIAL_H
 
 #include "simulate/error_estimate.h"
 #include "simulate/motion.h"
+#include "simulate/row_sink.h"
 
 struct trial {
     struct motion motion;
@@ -14,7 +15,7 @@ struct trial {
     enum status usage; /* not STATUS_DONE: the stops are wrong, and nothing ran */
     int result;        /* status of the runtime, or MOTION_INTERRUPTED */
     bool is_started;   /* the start could be evaluated */
-    char *unfit;       /* the column that is infinite or NaN, which ended it; NULL: none */
+    const char *unfit; /* the column that is infinite or NaN, which ended it; NULL: none */
 };
 
 /* What the motion is, whatever its tolerance. */
@@ -26,9 +27,9 @@ struct task {
     void (*on_start)(const struct task *task, const struct motion *motion); /* may be NULL */
 };
 
-/* rows: where they go, NULL: nowhere. trial_release in any case. */
+/* rows: where they go, which ends here; NULL: nowhere. trial_release in any case. */
 void trial_run(struct trial *trial, const struct task *task, const struct refdyn_options *integration,
-               FILE *rows);
+               struct row_sink *rows);
 void trial_release(struct trial *trial);
 
 #endif

@@ -27,10 +27,9 @@ char *path_from_root(const char *path) {
 char *slurm_folder_name(const struct slurm_folder *folder, const char *format, ...) {
     va_list list;
     va_start(list, format);
-    char *name = text_vformat(format, list), *path = text_format("%s/%s", folder->path, name);
+    char *name = text_vformat(format, list);
     va_end(list);
-    free(name);
-    return path;
+    return text_format("%s/%s", folder->path, name);
 }
 
 static bool complain(const struct slurm_folder *folder, const char *fact) {
@@ -41,9 +40,8 @@ static bool complain(const struct slurm_folder *folder, const char *fact) {
 /* ---- submitted.txt ---- */
 
 static bool open_locked(struct slurm_folder *folder) {
-    char *path = slurm_folder_name(folder, "submitted.txt");
-    folder->file = open(path, O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
-    free(path);
+    folder->file =
+        open(slurm_folder_name(folder, "submitted.txt"), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
     if (folder->file < 0)
         return complain(folder, strerror(errno));
     if (flock(folder->file, LOCK_EX | LOCK_NB) == 0)
@@ -80,16 +78,13 @@ bool slurm_folder_write(struct slurm_folder *folder) {
     const size_t length = strlen(text);
     const bool is_written =
         ftruncate(folder->file, 0) == 0 && pwrite(folder->file, text, length, 0) == (ssize_t)length;
-    free(text);
     return is_written || complain(folder, "submitted.txt cannot be written");
 }
 
 /* ---- The folder ---- */
 
 bool slurm_folder_open(struct slurm_folder *folder, const char *result) {
-    char *path = path_from_root(result);
-    *folder = (struct slurm_folder){.path = text_format("%s.slurm", path), .file = -1};
-    free(path);
+    *folder = (struct slurm_folder){.path = text_format("%s.slurm", path_from_root(result)), .file = -1};
     if (mkdir(folder->path, 0777) != 0 && errno != EEXIST)
         return complain(folder, strerror(errno));
     return open_locked(folder) && read_submitted(folder);
@@ -98,6 +93,5 @@ bool slurm_folder_open(struct slurm_folder *folder, const char *result) {
 void slurm_folder_close(struct slurm_folder *folder) {
     if (folder->file >= 0)
         close(folder->file);
-    free(folder->path);
-    *folder = (struct slurm_folder){.file = -1};
+    folder->file = -1;
 }

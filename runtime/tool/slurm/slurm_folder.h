@@ -34,12 +34,12 @@ struct slurm_folder {
 bool slurm_folder_open(struct slurm_folder *folder, const char *result);
 /* Writes submitted.txt. False, with a complaint. */
 bool slurm_folder_write(struct slurm_folder *folder);
-/* A file of the folder, as printf names it, in heap memory. */
+/* A file of the folder, as printf names it. */
 char *slurm_folder_name(const struct slurm_folder *folder, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 void slurm_folder_close(struct slurm_folder *folder);
 
-/* The path from the root, in heap memory: what is not there yet has one, too. */
+/* The path from the root: what is not there yet has one, too. */
 char *path_from_root(const char *path);
 
 #endif

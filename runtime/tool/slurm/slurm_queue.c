@@ -32,19 +32,16 @@ static bool run_into(const char *const *argv, const char *output, const char *er
     char *said = read_text(errors, argv[0]);
     if (said)
         complain(argv[0], said);
-    free(said);
     return false;
 }
 
-/* What the program prints, in heap memory; NULL: it failed, as is told. */
+/* What the program prints; NULL: it failed, as is told. */
 static char *run(const struct slurm_folder *folder, const char *const *argv) {
     char *output = slurm_folder_name(folder, ".%s.out", argv[0]);
     char *errors = slurm_folder_name(folder, ".%s.err", argv[0]);
     char *said = run_into(argv, output, errors) ? read_text(output, argv[0]) : NULL;
     unlink(output);
     unlink(errors);
-    free(output);
-    free(errors);
     return said;
 }
 
@@ -75,13 +72,7 @@ long slurm_submit(const struct slurm_folder *folder, const char *words, const ch
         argv[count++] = option;
     argv[count++] = path;
     char *said = run(folder, argv);
-    const long job = said ? job_number(said) : 0;
-    free(said);
-    free(argv);
-    free(path);
-    free(chdir);
-    free(copy);
-    return job;
+    return said ? job_number(said) : 0;
 }
 
 /* The user's jobs are looked through, since squeue fails for the number of a job that is forgotten. */
@@ -92,14 +83,11 @@ bool slurm_ask(const struct slurm_folder *folder, bool *is_running) {
     *is_running = false;
     for (long job; said && (job = strtol(at, &end, 10)) > 0; at = end)
         *is_running = *is_running || job == folder->array || job == folder->merge;
-    free(user);
-    free(said);
     return said != NULL;
 }
 
 void slurm_cancel(const struct slurm_folder *folder, long job) {
     char *number = text_format("%ld", job);
     const char *const argv[] = {"scancel", number, NULL};
-    free(run(folder, argv));
-    free(number);
+    run(folder, argv);
 }

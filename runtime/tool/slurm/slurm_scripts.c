@@ -168,7 +168,6 @@ static void put_merge_script(struct script *script) {
           "fi\n"
           "rm -f -- \"$@\"\n",
           script->out);
-    free(result);
 }
 
 /* ---- Files ---- */
@@ -184,7 +183,6 @@ static bool write_script(struct script *script, const char *name, void put(struc
     }
     if (!is_written)
         fprintf(stderr, "refdyn: %s: %s\n", path, strerror(errno));
-    free(path);
     return is_written;
 }
 

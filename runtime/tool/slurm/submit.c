@@ -44,10 +44,7 @@ static bool is_hdf5_name(const char *path) {
 /* Slurm replaces %a and the like also in the folder that a job's output goes to, and reads scripts by lines.
  */
 static bool has_fit_name(const struct options *options) {
-    char *folder = path_from_root(options->output);
-    const bool is_fit = !strpbrk(folder, "%\\\n\r");
-    free(folder);
-    return is_fit;
+    return !strpbrk(path_from_root(options->output), "%\\\n\r");
 }
 
 static enum status check_options(const struct options *options) {
@@ -66,9 +63,7 @@ static enum status check_options(const struct options *options) {
     if (options->chunks > CHUNKS_MOST)
         return usage_error(options->command, "--chunks %.0f: at most %d are taken", options->chunks,
                            CHUNKS_MOST);
-    char *program = process_find("sbatch");
-    free(program);
-    if (program)
+    if (process_find("sbatch"))
         return STATUS_DONE;
     fprintf(stderr, "refdyn: --slurm: the program sbatch of Slurm is not in PATH; with another scheduler, "
                     "--cases A:B computes a part and refdyn merge joins parts\n");
@@ -87,9 +82,7 @@ static bool check_result(const struct submission *submission, enum status *statu
     const struct batch_setup *setup = &submission->setup;
     const char *result = submission->options->output;
     const enum present_result present = present_result(setup, result, setup->first, setup->end);
-    char *journal = text_format("%s.journal", result);
-    const bool has_journal = access(journal, F_OK) == 0;
-    free(journal);
+    const bool has_journal = access(text_format("%s.journal", result), F_OK) == 0;
     *status = present == PRESENT_COMPLETE ? STATUS_DONE : STATUS_FAULT;
     if (present == PRESENT_COMPLETE)
         fprintf(stderr, "refdyn: %s has all %ld cases: nothing is left to do\n", result,
@@ -151,9 +144,7 @@ static long choose_chunks(const struct submission *submission) {
 
 static bool begin_folder(struct submission *submission) {
     struct slurm_folder *folder = &submission->folder;
-    char *merged = slurm_folder_name(folder, "merged");
-    unlink(merged);
-    free(merged);
+    unlink(slurm_folder_name(folder, "merged"));
     folder->key = submission->setup.key;
     folder->chunks =
         (struct chunks){submission->setup.first, submission->setup.end, choose_chunks(submission)};
@@ -166,9 +157,7 @@ static bool prepare_folder(struct submission *submission) {
     struct slurm_folder *folder = &submission->folder;
     if (!slurm_folder_open(folder, submission->options->output) || !check_queue(submission))
         return false;
-    char *merged = slurm_folder_name(folder, "merged");
-    const bool is_merged = access(merged, F_OK) == 0;
-    free(merged);
+    const bool is_merged = access(slurm_folder_name(folder, "merged"), F_OK) == 0;
     return folder->chunks.count == 0 || is_merged ? begin_folder(submission) : check_same(submission);
 }
 
@@ -193,7 +182,6 @@ static bool find_missing(struct submission *submission) {
             &submission->setup, part, chunks_start(chunks, chunk), chunks_start(chunks, chunk + 1));
         const bool is_missing = present == PRESENT_NONE;
         const bool is_good = present != PRESENT_OTHER && (!is_missing || begin_journal(submission, part));
-        free(part);
         if (!is_good)
             return false;
         submission->is_missing[chunk] = is_missing;
@@ -202,7 +190,7 @@ static bool find_missing(struct submission *submission) {
     return true;
 }
 
-/* "--array=0-3,7", in heap memory. */
+/* "--array=0-3,7", in heap memory, as it may be long. */
 static char *array_option(const struct submission *submission) {
     const long count = submission->folder.chunks.count;
     char *text, separator = '=';
@@ -235,9 +223,8 @@ static bool submit_array(struct submission *submission) {
 /* After the tasks, however they end: it tells which are missing. */
 static bool submit_merge(struct submission *submission) {
     struct slurm_folder *folder = &submission->folder;
-    char *option = folder->array ? text_format("--dependency=afterany:%ld", folder->array) : NULL;
+    const char *option = folder->array ? text_format("--dependency=afterany:%ld", folder->array) : NULL;
     folder->merge = slurm_submit(folder, submission->options->slurm_options, option, "merge.sh");
-    free(option);
     if (folder->merge == 0 && folder->array) {
         slurm_cancel(folder, folder->array);
         folder->array = 0;
@@ -285,7 +272,6 @@ static enum status run_slurm(const struct options *options) {
     status = batch_setup_open(&submission.setup, options);
     if (status == STATUS_DONE)
         status = submit(&submission);
-    free(submission.is_missing);
     slurm_folder_close(&submission.folder);
     batch_setup_close(&submission.setup);
     return status;

@@ -1,6 +1,5 @@
 /* `refdyn statics`: the equilibrium of a model under its loads, with some coordinates held. */
 #include "command_line/commands.h"
-#include "scene/scene_json.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -8,7 +7,7 @@
 
 static enum status unknown_coordinate(struct scene *scene, const struct options *options, const char *name) {
     const struct refdyn_model *model = scene->model;
-    const char **names = memory_get(&scene->memory, (size_t)model->n * sizeof *names);
+    const char **names = allocate((size_t)model->n, sizeof *names);
     for (int i = 0; i < model->n; i++)
         names[i] = model->coordinates[i].name;
     const char *near = message_nearest_name(name, names, model->n);
@@ -18,24 +17,15 @@ static enum status unknown_coordinate(struct scene *scene, const struct options 
     return usage_error(options->command, "--hold: the model has no coordinate '%s'", name);
 }
 
-/* Marks the coordinates of a list "a,b"; an empty list marks none. */
-static enum status mark_held(struct scene *scene, const struct options *options, int *held) {
-    for (const char *at = options->hold; *at;) {
-        size_t length = strcspn(at, ",");
-        const char *name = memory_format(&scene->memory, "%.*s", (int)length, at);
-        int place = refdyn_find_name(scene->model->coordinates, scene->model->n, name);
-        if (place < 0)
-            return unknown_coordinate(scene, options, name);
-        held[place] = 1;
-        at += length + (at[length] == ',');
-    }
-    return STATUS_DONE;
-}
-
 enum status choose_held(struct scene *scene, const struct options *options, int *held) {
-    if (options->hold)
-        return mark_held(scene, options, held);
-    for (int i = 0; i < scene->model->held_count; i++)
+    const char *list = options->hold && *options->hold ? options->hold : NULL;
+    for (const char **name = options_list(list); *name; name++) {
+        const int place = refdyn_find_name(scene->model->coordinates, scene->model->n, *name);
+        if (place < 0)
+            return unknown_coordinate(scene, options, *name);
+        held[place] = 1;
+    }
+    for (int i = 0; !options->hold && i < scene->model->held_count; i++)
         held[scene->model->held[i]] = 1;
     return STATUS_DONE;
 }
@@ -48,8 +38,7 @@ static bool closes_loop(const struct row *row) {
 /* The largest force that neither the coordinate's spring nor a hold bears. */
 static void print_imbalance(struct scene *scene, const struct equilibrium *equilibrium) {
     const struct refdyn_model *model = scene->model;
-    const size_t size = (size_t)model->n * sizeof(double);
-    double *Q = memory_get(&scene->memory, size), *rest = memory_get(&scene->memory, size);
+    double *Q = allocate_matrix(model->n, 1), *rest = allocate_matrix(model->n, 1);
     int largest = -1;
     char text[NUMBER_LENGTH];
     model->Q(scene->work.p, scene->work.x, 0, scene->q, rest, Q);
@@ -66,15 +55,13 @@ static enum status solve(struct scene *scene, struct equilibrium *equilibrium) {
     size_t n = (size_t)scene->model->n, size = refdyn_statics_size(scene->model);
     struct refdyn_statics_options options = refdyn_statics_default();
     struct refdyn_statics_result result;
-    int *list = memory_get(&scene->memory, n * sizeof *list), count = 0;
+    int *list = allocate(n, sizeof *list), count = 0;
     for (int i = 0; i < scene->model->n; i++)
         if (equilibrium->held[i])
             list[count++] = i;
-    void *memory = allocate(1, size);
     int answer = refdyn_statics(&scene->work, &options, list, count, scene->q, equilibrium->hold_force,
-                                &result, memory, size);
+                                &result, allocate(1, size), size);
     equilibrium->residual = result.residual;
-    free(memory);
     if (answer == REFDYN_OK && !result.is_followed)
         fputs("refdyn: warning: this equilibrium is not the one that the growing load leads to: "
               "there is a limit point before\n",
@@ -99,8 +86,8 @@ enum status check_statics(struct scene *scene, const struct options *options, in
 enum status find_equilibrium(struct scene *scene, const struct options *options,
                              struct equilibrium *equilibrium) {
     size_t n = (size_t)scene->model->n;
-    equilibrium->held = memory_get(&scene->memory, n * sizeof *equilibrium->held);
-    equilibrium->hold_force = memory_get(&scene->memory, n * sizeof *equilibrium->hold_force);
+    equilibrium->held = allocate(n, sizeof *equilibrium->held);
+    equilibrium->hold_force = allocate(n, sizeof *equilibrium->hold_force);
     enum status status = check_statics(scene, options, equilibrium->held);
     if (status == STATUS_DONE)
         status = solve(scene, equilibrium);
@@ -108,8 +95,12 @@ enum status find_equilibrium(struct scene *scene, const struct options *options,
     return status;
 }
 
-static enum status print_equilibrium(struct scene *scene, const struct equilibrium *equilibrium) {
+static enum status find_and_print(struct scene *scene, const struct options *options) {
     const struct refdyn_model *model = scene->model;
+    struct equilibrium equilibrium;
+    const enum status status = find_equilibrium(scene, options, &equilibrium);
+    if (status != STATUS_DONE)
+        return status;
     struct document document;
     document_open(&document);
     put_open(&document, NULL, '{');
@@ -118,22 +109,14 @@ static enum status print_equilibrium(struct scene *scene, const struct equilibri
     put_positions(&document, scene);
     put_open(&document, "hold_force", '[');
     for (int i = 0; i < model->n; i++)
-        if (equilibrium->held[i])
-            put_number(&document, NULL, equilibrium->hold_force[i]);
+        if (equilibrium.held[i])
+            put_number(&document, NULL, equilibrium.hold_force[i]);
     put_close(&document, ']');
-    put_number(&document, "residual", equilibrium->residual);
+    put_number(&document, "residual", equilibrium.residual);
     put_close(&document, '}');
     return scene_finish(scene, &document);
 }
 
 enum status run_statics(const struct options *options) {
-    struct scene scene;
-    struct equilibrium equilibrium;
-    enum status status = scene_open(&scene, options, NEEDS_RESULT | NEEDS_STATICS | NEEDS_POINTS, NULL);
-    if (status == STATUS_DONE)
-        status = find_equilibrium(&scene, options, &equilibrium);
-    if (status == STATUS_DONE)
-        status = print_equilibrium(&scene, &equilibrium);
-    scene_close(&scene);
-    return status;
+    return scene_run(options, NEEDS_RESULT | NEEDS_STATICS | NEEDS_POINTS, NULL, find_and_print);
 }

@@ -23,23 +23,17 @@ static bool refuse(const char *name, const char *fact) {
 }
 
 static bool refuse_for(const char *name, const char *what) {
-    char *fact = text_format("%s: %s", what, strerror(errno));
-    refuse(name, fact);
-    free(fact);
-    return false;
+    return refuse(name, text_format("%s: %s", what, strerror(errno)));
 }
 
 /* ---- Where it will be ---- */
 
-/* Where a link leads, in heap memory; NULL with errno. */
-static char *follow(const char *path) {
-    char *text = allocate(PATH_MAX + 1, 1), *folder = text_format("%s", path);
-    char *target = NULL;
-    if (readlink(path, text, PATH_MAX) >= 0)
-        target = *text == '/' ? text_format("%s", text) : text_format("%s/%s", dirname(folder), text);
-    free(folder);
-    free(text);
-    return target;
+/* Where a link leads; NULL with errno. */
+static char *follow(char *path) {
+    char *text = allocate(PATH_MAX + 1, 1);
+    if (readlink(path, text, PATH_MAX) < 0)
+        return NULL;
+    return *text == '/' ? text : text_format("%s/%s", dirname(path), text);
 }
 
 /* Links there lead to what is open, which has no name that could be taken: /dev/stdout. */
@@ -54,26 +48,19 @@ static bool find_path(struct target *target) {
     int links = 0;
     while (lstat(path, &status) == 0 && S_ISLNK(status.st_mode) && !is_of_system(path)) {
         errno = ELOOP;
-        char *next = links++ < LINKS_MOST ? follow(path) : NULL;
-        free(path);
-        path = next;
+        path = links++ < LINKS_MOST ? follow(path) : NULL;
         if (!path)
             return refuse_for(target->name, "the link cannot be followed");
         status.st_mode = S_IFREG;
     }
     if (S_ISREG(status.st_mode) || S_ISDIR(status.st_mode))
         target->path = path;
-    else
-        free(path);
     return S_ISDIR(status.st_mode) ? refuse(target->name, "is a folder, a file is needed") : true;
 }
 
 /* A folder with the sticky bit, in which files belong to their users. */
 static bool is_in_common_folder(const char *path, struct stat *folder) {
-    char *copy = text_format("%s", path);
-    const bool is_sticky = stat(dirname(copy), folder) == 0 && (folder->st_mode & S_ISVTX);
-    free(copy);
-    return is_sticky;
+    return stat(dirname(text_format("%s", path)), folder) == 0 && (folder->st_mode & S_ISVTX);
 }
 
 /* What renaming will meet: a file that may not be replaced. */
@@ -108,18 +95,12 @@ static const char *find_owner(const struct targets *targets, const struct target
     return NULL;
 }
 
-static bool refuse_owned(const struct target *target, const char *path, const char *owner) {
-    char *fact = text_format(
-        "%s is the file %s, which this command reads or writes, too; another name is needed", path, owner);
-    refuse(target->name, fact);
-    free(fact);
-    return false;
-}
-
 static bool check_apart(const struct targets *targets, const struct target *target, const char *path) {
     struct stat status;
     const char *owner = stat(path, &status) == 0 ? find_owner(targets, target, &status) : NULL;
-    return !owner || refuse_owned(target, path, owner);
+    return !owner || refuse(target->name, text_format("%s is the file %s, which this command reads or "
+                                                      "writes, too; another name is needed",
+                                                      path, owner));
 }
 
 /* ---- NAME.part ---- */
@@ -190,15 +171,6 @@ static bool take_part(const struct targets *targets, struct target *target) {
     return false;
 }
 
-/* No signal comes between the file and the way to undo it. */
-static bool take_part_whole(const struct targets *targets, struct target *target) {
-    sigset_t before;
-    interrupt_hold(&before);
-    const bool is_taken = take_part(targets, target);
-    interrupt_release(&before);
-    return is_taken;
-}
-
 /* ---- Opening ---- */
 
 static bool open_stdout(struct target *target) {
@@ -222,14 +194,13 @@ static bool open_target(const struct targets *targets, struct target *target, co
         return false;
     if (!target->path)
         return open_itself(target);
-    return check_present(target) && take_part_whole(targets, target);
-}
-
-static void free_target(struct target *target) {
-    free(target->name);
-    free(target->path);
-    free(target->part);
-    free(target);
+    if (!check_present(target))
+        return false;
+    sigset_t before;
+    interrupt_hold(&before); /* no signal comes between the file and the way to undo it */
+    const bool is_taken = take_part(targets, target);
+    interrupt_release(&before);
+    return is_taken;
 }
 
 struct target *target_open(struct targets *targets, const char *path) {
@@ -240,27 +211,19 @@ struct target *target_open(struct targets *targets, const char *path) {
         targets->first = target;
         return target;
     }
-    free_target(target);
     return NULL;
 }
 
 void targets_spare(struct targets *targets, const char *path) {
-    char **longer = allocate((size_t)targets->spared_count + 1, sizeof *longer);
-    if (targets->spared_count)
-        memcpy(longer, targets->spared, (size_t)targets->spared_count * sizeof *longer);
-    longer[targets->spared_count++] = text_format("%s", path);
-    free(targets->spared);
-    targets->spared = longer;
+    targets->spared = memory_room(&program_memory, targets->spared, targets->spared_count,
+                                  &targets->spared_room, sizeof *targets->spared);
+    targets->spared[targets->spared_count++] = text_format("%s", path);
 }
 
 /* When a signal ends the program. */
 static void remove_folders(void *what) {
     const struct targets *targets = what;
-    int count = 0;
-    while (targets->folders[count])
-        count++;
-    while (count > 0)
-        rmdir(targets->folders[--count]); /* fails where something is in it, as it should */
+    folder_unmake(targets->folders);
 }
 
 bool targets_make_folder(struct targets *targets, const char *path) {
@@ -328,19 +291,12 @@ static void release(struct target *target) {
         fclose(target->file);
     if (target->lock >= 0)
         close(target->lock);
-    free_target(target);
 }
 
 void targets_release(struct targets *targets) {
-    while (targets->first) {
-        struct target *next = targets->first->next;
-        release(targets->first);
-        targets->first = next;
-    }
+    for (struct target *target = targets->first; target; target = target->next)
+        release(target);
     undo_forget(&targets->undo);
     folder_unmake(targets->folders);
-    for (int i = 0; i < targets->spared_count; i++)
-        free(targets->spared[i]);
-    free(targets->spared);
     *targets = (struct targets){.first = NULL};
 }

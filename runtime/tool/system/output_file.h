@@ -27,7 +27,7 @@ struct target {
 struct targets {
     struct target *first;
     char **spared; /* files that are read */
-    int spared_count;
+    int spared_count, spared_room;
     char **folders;   /* that were made for them; NULL: none */
     struct undo undo; /* of these */
 };

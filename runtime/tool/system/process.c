@@ -31,7 +31,6 @@ char *process_find(const char *name) {
         char *file = length ? text_format("%.*s/%s", (int)length, path, name) : text_format("./%s", name);
         if (is_program(file))
             return file;
-        free(file);
         path += length + (path[length] == ':');
     }
     return NULL;
@@ -66,7 +65,7 @@ static int set_attributes(posix_spawnattr_t *attributes, const struct scratch *s
     return error;
 }
 
-/* This environment with TMPDIR=folder; the caller frees the first entry and the list. */
+/* This environment with TMPDIR=folder. */
 static char **make_environment(const char *folder) {
     static const char name[] = "TMPDIR=";
     int count = 0, kept = 0;
@@ -86,14 +85,10 @@ static int spawn(struct process *process, const struct scratch *scratch, const c
     int error = posix_spawnattr_init(&attributes);
     if (error)
         return error;
-    char **environment = scratch ? make_environment(scratch->path) : environ;
     error = set_attributes(&attributes, scratch);
     if (!error) /* posix_spawnp does not write to argv */
-        error = posix_spawnp(&process->pid, argv[0], actions, &attributes, (char *const *)argv, environment);
-    if (scratch) {
-        free(environment[0]);
-        free(environment);
-    }
+        error = posix_spawnp(&process->pid, argv[0], actions, &attributes, (char *const *)argv,
+                             scratch ? make_environment(scratch->path) : environ);
     posix_spawnattr_destroy(&attributes);
     return error;
 }

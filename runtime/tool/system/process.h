@@ -15,7 +15,7 @@ struct process {
     long peak_kb; /* largest memory of it and its children */
 };
 
-/* The file of a program as PATH finds it, in heap memory; NULL: there is none. */
+/* The file of a program as PATH finds it; NULL: there is none. */
 char *process_find(const char *name);
 /*
  * Starts argv[0], found along PATH; its own temporary files go to the folder. Without a folder (NULL) it has

@@ -7,11 +7,11 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <ftw.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/file.h>
 #include <sys/prctl.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -33,14 +33,8 @@ bool folder_make(const char *path, mode_t mode, char ***made) {
     const int reason = errno;
     struct stat status;
     const bool is_there = stat(part, &status) == 0 && S_ISDIR(status.st_mode);
-    free(part);
     if (made && is_there)
         *made = list;
-    else {
-        for (int i = 0; i < count; i++)
-            free(list[i]);
-        free(list);
-    }
     errno = reason;
     return is_there;
 }
@@ -49,11 +43,8 @@ void folder_unmake(char **made) {
     int count = 0;
     while (made && made[count])
         count++;
-    while (count > 0) {
-        rmdir(made[--count]);
-        free(made[count]);
-    }
-    free(made);
+    while (count > 0)
+        rmdir(made[--count]); /* fails where something is in it, as it should */
 }
 
 /* ---- Temporary folders ---- */
@@ -93,7 +84,6 @@ static void remove_dead(const char *parent, const char *prefix) {
             remove_tree(path);
             close(lock);
         }
-        free(path);
     }
     if (folder)
         closedir(folder);
@@ -109,8 +99,6 @@ static bool make_locked(struct scratch *scratch, const char *parent, const char 
         if (scratch->lock >= 0)
             return true;
         rmdir(scratch->path);
-        free(scratch->path);
-        scratch->path = NULL;
         errno = ENOLCK;
     }
     return false;
@@ -144,15 +132,15 @@ static pid_t start_leader(void) {
     return leader;
 }
 
-/* The pipe `life` ends when the last one that could write into it is gone. */
-static _Noreturn void keep_watch(const char *path, int life, int answer) {
+/* The connection ends when the last one that holds its other end is gone. */
+static _Noreturn void keep_watch(const char *path, int connection) {
     char nothing;
     setpgid(0, 0);
     ignore_signals();
     const pid_t group = start_leader();
-    if (write(answer, &group, sizeof group) < 0)
+    if (write(connection, &group, sizeof group) < 0)
         errno = 0; /* the program is gone, which is seen next */
-    dup2(life, STDIN_FILENO);
+    dup2(connection, STDIN_FILENO);
     closefrom(STDIN_FILENO + 1);
     while (read(STDIN_FILENO, &nothing, 1) < 0 && errno == EINTR)
         continue;
@@ -165,31 +153,25 @@ static _Noreturn void keep_watch(const char *path, int life, int answer) {
 }
 
 /* What the guard has started as leader of the group; -1: it is gone or could not. */
-static pid_t read_group(int answer) {
+static pid_t read_group(int connection) {
     pid_t group = -1;
     ssize_t length;
-    while ((length = read(answer, &group, sizeof group)) < 0 && errno == EINTR)
+    while ((length = read(connection, &group, sizeof group)) < 0 && errno == EINTR)
         continue;
     return length == sizeof group ? group : -1;
 }
 
 /* The guard comes first, so that nothing else is ever without it. */
 static bool start_guard(struct scratch *scratch) {
-    int life[2], answer[2];
-    if (pipe2(life, O_CLOEXEC) != 0)
+    int ends[2];
+    if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
         return false;
-    scratch->life = life[1];
-    if (pipe2(answer, O_CLOEXEC) != 0) {
-        close(life[0]);
-        return false;
-    }
+    scratch->life = ends[0];
     scratch->guard = fork();
     if (scratch->guard == 0)
-        keep_watch(scratch->path, life[0], answer[1]);
-    close(life[0]);
-    close(answer[1]);
-    scratch->group = scratch->guard > 0 ? read_group(answer[0]) : -1;
-    close(answer[0]);
+        keep_watch(scratch->path, ends[1]);
+    close(ends[1]);
+    scratch->group = scratch->guard > 0 ? read_group(scratch->life) : -1;
     if (scratch->guard > 0 && scratch->group < 0)
         errno = EAGAIN; /* as fork said in the guard */
     return scratch->group > 0;
@@ -228,7 +210,6 @@ bool scratch_open(struct scratch *scratch, const char *parent, const char *prefi
     else {
         fprintf(stderr, "refdyn: %s: cannot make a temporary folder: %s\n", parent, strerror(errno));
         give_up(scratch);
-        free(scratch->path);
     }
     interrupt_release(&before);
     free(folder);
@@ -239,7 +220,30 @@ void scratch_close(struct scratch *scratch) {
     undo_forget(&scratch->undo);
     undo_scratch(scratch);
     close(scratch->lock);
-    free(scratch->path);
+}
+
+const char *scratch_file(const struct scratch *scratch, const char *name) {
+    return text_format("%s/%s", scratch->path, name);
+}
+
+bool scratch_write(const struct scratch *scratch, const char *name, const char *text, size_t length) {
+    const char *path = scratch_file(scratch, name);
+    FILE *file = fopen(path, "w");
+    bool is_good = file && fwrite(text, 1, length, file) == length;
+    is_good = file && fclose(file) == 0 && is_good;
+    if (!is_good)
+        fprintf(stderr, "refdyn: %s: cannot be written: %s\n", path, strerror(errno));
+    return is_good;
+}
+
+bool file_copy(const char *path, FILE *out) {
+    FILE *file = fopen(path, "rb");
+    for (int c; file && (c = getc(file)) != EOF;)
+        putc(c, out);
+    const bool is_good = file && !ferror(file);
+    if (file)
+        fclose(file);
+    return is_good;
 }
 
 const char *scratch_parent(void) {

@@ -7,12 +7,13 @@
 #include "system/interrupt.h"
 
 #include <stdbool.h>
+#include <stdio.h>
 #include <sys/types.h>
 
 /* mkdir -p: `mode` is that of the last one. False with errno when it is not there at the end. made, unless
  * NULL, becomes a list of those that were made, outermost first, which ends with NULL. */
 bool folder_make(const char *path, mode_t mode, char ***made);
-/* Removes those of the list that are empty, and the list. */
+/* Removes those of the list that are empty; a signal's handler may call it. */
 void folder_unmake(char **made);
 
 /*
@@ -25,7 +26,7 @@ struct scratch {
     char *path;
     pid_t group; /* of the processes: a process that only sleeps leads it */
     pid_t guard;
-    int lock, life; /* descriptors: of the folder, and the end of a pipe that the guard reads */
+    int lock, life; /* descriptors: of the folder, and the end of a connection with the guard */
     struct undo undo;
 };
 
@@ -33,6 +34,12 @@ struct scratch {
 bool scratch_open(struct scratch *scratch, const char *parent, const char *prefix);
 /* Kills what still runs in it and removes it. */
 void scratch_close(struct scratch *scratch);
+/* The path of a file in it. */
+const char *scratch_file(const struct scratch *scratch, const char *name);
+/* Writes a file in it; complains on stderr when it cannot. */
+bool scratch_write(const struct scratch *scratch, const char *name, const char *text, size_t length);
+/* What a file holds goes to `out`. False with errno when it cannot be read. */
+bool file_copy(const char *path, FILE *out);
 /* $TMPDIR, or /tmp. */
 const char *scratch_parent(void);
 

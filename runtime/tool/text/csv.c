@@ -9,7 +9,7 @@
 #include <string.h>
 
 /* What is larger is no file of this kind, but might take all memory. */
-enum { LINE_MOST = 16 << 20, TEXT_MOST = 256 << 20, FIRST_ROOM = 4096, SHOWN_MOST = 40, SHOWN_TEXT = 300 };
+enum { LINE_MOST = 16 << 20, TEXT_MOST = 256 << 20, SHOWN_MOST = 40, SHOWN_TEXT = 300 };
 
 static const char byte_order_mark[] = "\xEF\xBB\xBF"; /* UTF-8's, which spreadsheets write */
 
@@ -19,11 +19,9 @@ void complain_line(const char *path, long line, const char *text) {
         fprintf(stderr, ":%ld", line);
     fputs(": ", stderr);
     if (strlen(text) > 2 * SHOWN_TEXT) {
-        char *begin = text_format("%.*s", SHOWN_TEXT, text);
-        put_plain_text(stderr, begin);
+        put_plain_text(stderr, text_format("%.*s", SHOWN_TEXT, text));
         fputs(" ... ", stderr);
         text += strlen(text) - SHOWN_TEXT;
-        free(begin);
     }
     put_plain_text(stderr, text);
     fputc('\n', stderr);
@@ -32,33 +30,38 @@ void complain_line(const char *path, long line, const char *text) {
 bool csv_complain(const struct csv *csv, const char *format, ...) {
     va_list list;
     va_start(list, format);
-    char *fact = text_vformat(format, list), *text = text_format("%s: %s", csv->what, fact);
+    const char *fact = text_vformat(format, list);
     va_end(list);
-    complain_line(csv->path, csv->line, text);
-    free(text);
-    free(fact);
+    complain_line(csv->path, csv->line, text_format("%s: %s", csv->what, fact));
     return false;
 }
 
 static bool complain_file(const char *path, const char *what) {
-    char *text = text_format("%s: %s, a readable file is needed", what, strerror(errno));
-    complain_line(path, 0, text);
-    free(text);
+    complain_line(path, 0, text_format("%s: %s, a readable file is needed", what, strerror(errno)));
     return false;
 }
 
 /* ---- Lines ---- */
 
-static void grow(char **text, size_t *size, size_t length) {
-    if (length < *size)
-        return;
-    const size_t larger = *size ? 2 * *size : FIRST_ROOM;
-    char *grown = allocate(larger, 1);
-    if (length)
-        memcpy(grown, *text, length);
-    free(*text);
-    *text = grown;
-    *size = larger;
+/* What ended the reading of bytes, beside EOF and the byte that was to end it. */
+enum { BYTE_IS_0 = -2, TOO_LONG = -3 };
+
+_Static_assert(EOF == -1, "EOF is none of these");
+
+/* Bytes up to `end`, which is left out, or up to the end of the file; text grows. */
+static int take_bytes(FILE *file, int end, int most, char **text, int *size, int *length) {
+    int c, count = 0;
+    while ((c = getc_unlocked(file)) != EOF && c != end) {
+        if (c == '\0' || count == most)
+            return c ? TOO_LONG : BYTE_IS_0;
+        if (count + 1 >= *size) /* its end needs a byte, too */
+            *text = memory_room(&program_memory, *text, count + 1, size, 1);
+        (*text)[count++] = (char)c;
+    }
+    *text = memory_room(&program_memory, *text, count, size, 1);
+    (*text)[count] = '\0';
+    *length = count;
+    return c;
 }
 
 static int failed(bool is_said) {
@@ -67,24 +70,18 @@ static int failed(bool is_said) {
 
 /* The next line into csv->text, without its end: 1, 0 at the end of the file, -1 with a complaint. */
 static int read_line(struct csv *csv) {
-    size_t length = 0;
-    int c = getc_unlocked(csv->file);
-    if (c == EOF)
+    int length = 0;
+    const int end = take_bytes(csv->file, '\n', LINE_MOST, &csv->text, &csv->size, &length);
+    if (end == EOF && length == 0)
         return ferror(csv->file) ? failed(complain_file(csv->path, csv->what)) : 0;
     csv->line++;
-    for (; c != EOF && c != '\n'; c = getc_unlocked(csv->file)) {
-        if (c == '\0')
-            return failed(csv_complain(csv, "a byte is 0, a text is needed"));
-        if (length == LINE_MOST)
-            return failed(csv_complain(csv, "the line has more than %d bytes", LINE_MOST));
-        grow(&csv->text, &csv->size, length);
-        csv->text[length++] = (char)c;
-    }
-    csv->is_cut = c == EOF;
+    if (end == BYTE_IS_0)
+        return failed(csv_complain(csv, "a byte is 0, a text is needed"));
+    if (end == TOO_LONG)
+        return failed(csv_complain(csv, "the line has more than %d bytes", LINE_MOST));
+    csv->is_cut = end == EOF;
     if (length > 0 && csv->text[length - 1] == '\r')
-        length--;
-    grow(&csv->text, &csv->size, length);
-    csv->text[length] = '\0';
+        csv->text[length - 1] = '\0';
     return 1;
 }
 
@@ -192,30 +189,21 @@ bool csv_number(const struct csv *csv, int i, double *value) {
 void csv_close(struct csv *csv) {
     if (csv->file)
         fclose(csv->file);
-    free(csv->fields);
-    free(csv->names);
-    free(csv->header);
-    free(csv->text);
-    *csv = (struct csv){.path = NULL};
+    csv->file = NULL;
 }
 
 /* ---- Whole files ---- */
 
 static bool read_all(FILE *file, char **text, const char *path, const char *what) {
-    size_t size = 0, length = 0;
-    for (int c; (c = getc_unlocked(file)) != EOF; (*text)[length++] = (char)c) {
-        grow(text, &size, length);
-        if (c != '\0' && length < TEXT_MOST)
-            continue;
-        char *fact = c ? text_format("%s: more than %d bytes, no such file is read", what, TEXT_MOST)
-                       : text_format("%s: a byte is 0, a text is needed", what);
-        complain_line(path, 0, fact);
-        free(fact);
-        return false;
-    }
-    grow(text, &size, length);
-    (*text)[length] = '\0';
-    return !ferror(file) || complain_file(path, what);
+    int size = 0, length;
+    const int end = take_bytes(file, EOF, TEXT_MOST, text, &size, &length);
+    if (end == EOF)
+        return !ferror(file) || complain_file(path, what);
+    complain_line(path, 0,
+                  end == TOO_LONG
+                      ? text_format("%s: more than %d bytes, no such file is read", what, TEXT_MOST)
+                      : text_format("%s: a byte is 0, a text is needed", what));
+    return false;
 }
 
 char *read_text(const char *path, const char *what) {
@@ -224,8 +212,5 @@ char *read_text(const char *path, const char *what) {
     const bool is_read = file ? read_all(file, &text, path, what) : complain_file(path, what);
     if (file)
         fclose(file);
-    if (is_read)
-        return text;
-    free(text);
-    return NULL;
+    return is_read ? text : NULL;
 }

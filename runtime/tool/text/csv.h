@@ -15,7 +15,7 @@ struct csv {
     const char *path, *what; /* what the file is for */
     FILE *file;
     char *text; /* the present line, cut into fields */
-    size_t size;
+    int size;
     long line;
     bool is_cut;  /* the present line is the last one and has no end */
     char *header; /* the names lie in it */
@@ -37,7 +37,7 @@ void csv_close(struct csv *csv);
 
 /* PATH:LINE: text on stderr, without the control characters that a file may have; line 0: none is named. */
 void complain_line(const char *path, long line, const char *text);
-/* All of a text file in heap memory; NULL with a complaint. `what` it is for. */
+/* All of a text file; NULL with a complaint. `what` it is for. */
 char *read_text(const char *path, const char *what);
 
 #endif

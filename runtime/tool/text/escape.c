@@ -44,20 +44,10 @@ void put_json_text(FILE *out, const char *text) {
 
 /* What stands for a character that is a sign of XML, NULL: it stands for itself. */
 static const char *xml_name(unsigned long point) {
-    switch (point) {
-    case '&':
-        return "&amp;";
-    case '<':
-        return "&lt;";
-    case '>':
-        return "&gt;";
-    case '"':
-        return "&quot;";
-    case '\'':
-        return "&#39;";
-    default:
-        return NULL;
-    }
+    static const char signs[] = "&<>\"'";
+    static const char *const names[] = {"&amp;", "&lt;", "&gt;", "&quot;", "&#39;"};
+    const char *sign = point < 0x80 ? strchr(signs, (int)point) : NULL;
+    return sign ? names[sign - signs] : NULL;
 }
 
 void put_xml_text(FILE *out, const char *text) {

@@ -24,7 +24,6 @@ bool document_close(struct document *document, FILE *file) {
     else
         fprintf(stderr, "refdyn: the result has numbers that are not finite, under \"%s\"\n",
                 document->unfit);
-    free(document->unfit);
     free(document->text);
     return is_fit;
 }
@@ -120,20 +119,31 @@ static void *checked(void *memory) {
     return memory;
 }
 
+struct memory program_memory = {.allowance = -1, .fail = out_of_memory};
+
 struct memory arena_start(void) {
     return (struct memory){.allowance = -1, .fail = out_of_memory};
 }
 
 void *allocate(size_t count, size_t size) {
+    return memory_get(&program_memory, count * size);
+}
+
+double *allocate_matrix(int rows, int columns) {
+    return allocate((size_t)rows * (size_t)columns, sizeof(double));
+}
+
+void *allocate_large(size_t count, size_t size) {
     return checked(calloc(count ? count : 1, size));
 }
 
 char *text_vformat(const char *format, va_list list) {
-    char *text;
-    size_t size;
-    FILE *out = text_stream(&text, &size);
-    vfprintf(out, format, list);
-    fclose(out);
+    va_list again;
+    va_copy(again, list);
+    const size_t size = (size_t)vsnprintf(NULL, 0, format, again) + 1;
+    va_end(again);
+    char *text = allocate(size, 1);
+    vsnprintf(text, size, format, list);
     return text;
 }
 

@@ -24,7 +24,7 @@ struct document {
     bool has_entry; /* at the present level */
     bool one_line;
     char section[64]; /* the key at the outermost level */
-    char *unfit;      /* the section of the first number that was not finite, in heap memory; NULL: none */
+    char *unfit;      /* the section of the first number that was not finite; NULL: none */
 };
 
 /* key NULL: in an array or at the top */
@@ -43,15 +43,19 @@ void document_open(struct document *document);
  * stderr. Returns whether it was written; the document ends here in any case. */
 bool document_close(struct document *document, FILE *file);
 
-/* A copy of text in heap memory made like printf; ends the program with a message when memory is short. */
+/* What the program takes lives until its end, texts above all: nobody has to know who frees one. The program
+ * ends with a message when memory is short. */
+extern struct memory program_memory;
+/* Zeroed. */
+void *allocate(size_t count, size_t size);
+double *allocate_matrix(int rows, int columns);
 char *text_format(const char *format, ...) __attribute__((format(printf, 1, 2)));
 char *text_vformat(const char *format, va_list list) __attribute__((format(printf, 1, 0)));
-/* A stream whose text is in *text (heap memory) once it is closed; ends the program when memory is short. */
-FILE *text_stream(char **text, size_t *size);
-/* An arena (memory.h) for all that lives as long as a command; ends the program with a message when memory is
- * short. */
+/* An arena (memory.h) for what ends before the program does, and is large. */
 struct memory arena_start(void);
-/* Zeroed heap memory; ends the program with a message when memory is short. */
-void *allocate(size_t count, size_t size);
+/* The same in heap memory, to be freed: what each of many motions takes, and texts that are long. */
+void *allocate_large(size_t count, size_t size);
+/* A stream whose text is in *text once it is closed. */
+FILE *text_stream(char **text, size_t *size);
 
 #endif

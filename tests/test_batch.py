@@ -1,0 +1,359 @@
+"""
+`refdyn batch`: its numbers are those of `refdyn sim`, whatever the threads, kills and neighbours; what is kept of them;
+what a journal survives; `refdyn sim --case`.
+"""
+import os
+import random
+import resource
+import signal
+import subprocess
+import time
+
+import h5py
+import numpy as np
+import pytest
+
+from program import REFDYN, REFERENCE, TESTS, read_run, refdyn
+
+MODEL = TESTS / "batch" / "model.lua"
+HEAD = 'local rd = require "refdyn"\n'
+KEEP = 'keep = { final = true, at = { 0.25, 0.5 }, extremes = { "tip_z" }, norms = { "tip_z" }, history = { "tip_x", "energy" } }'
+SWEEP = HEAD + """return rd.sweep {
+  vary = { mass = rd.grid(0.5, 2, 4), pieces = { 2, 3 }, arm_psi = rd.uniform(-0.7, 0.9) },
+  draws = 3, seed = 5, t_end = 0.5, every = 0.05, tol = 1e-7,
+  %s,
+}
+""" % KEEP
+CASES = 24
+
+
+def datasets(path):
+    """All numbers and texts of a file but processor times, by name."""
+    found = {}
+
+    def add(name, item):
+        if isinstance(item, h5py.Dataset) and name != "cpu_s":
+            found[name] = item[...].tobytes() if item.dtype.kind in "fiu" else repr(item[...].tolist())
+    with h5py.File(path) as file:
+        file.visititems(add)
+    return found
+
+
+def batch(folder, sweep=SWEEP, *arguments, model=MODEL, output="runs.h5", status=0, **options):
+    (folder / "sweep.lua").write_text(sweep)
+    return refdyn("batch", model, folder / "sweep.lua", "-o", folder / output, *arguments, status=status, **options)
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("batch")
+    batch(folder, SWEEP, "--threads", "2")
+    return folder / "runs.h5"
+
+
+# ---- The numbers ----
+
+def test_each_case_is_a_motion_of_sim(done, tmp_path):
+    """Final states, times, extremes, norms and histories are those of the CSV of `sim`, bit for bit."""
+    with h5py.File(done) as file:
+        for case in (0, 5, 13, 23):
+            pieces = int(file["cases/pieces"][case])
+            refdyn("sim", MODEL, "--set", f"mass={file['cases/mass'][case]!r}", "--set", f"pieces={pieces}", "--from", write_state(tmp_path, file, case), "--until", "0.5", "--every", "0.05", "--tol", "1e-7", "-o", tmp_path / "sim.csv")
+            run = read_run(tmp_path / "sim.csv")
+            final = file["final"]
+            for name in run:
+                if name in final:
+                    assert final[name][case] == run[name][-1], name
+            z = run["tip_z"]
+            assert list(file["extremes/tip_z"][case]) == [z.min(), run["t"][z.argmin()], z.max(), run["t"][z.argmax()]]
+            square = np.sqrt(np.sum(np.diff(run["t"]) * (z[1:]**2 + z[:-1]**2) / 2) / 0.5)
+            assert abs(file["norms/tip_z"][case] - square) <= 1e-14 * square
+            assert np.array_equal(file["history/energy"][case], run["energy"])
+            assert np.array_equal(file["history/t"][...], run["t"])
+            assert np.array_equal(file["at/tip_x"][case], run["tip_x"][[5, 10]])
+            assert np.isnan(final["third_psi"][case]) == (pieces == 2)
+
+
+def write_state(folder, file, case):
+    """The start of a case as a STATE.json: the swept start value, all else as the model has it."""
+    import json
+    pieces = int(file["cases/pieces"][case])
+    q = [file["cases/arm_psi"][case]] + [0.05] * (pieces - 1)
+    (folder / "state.json").write_text(json.dumps({"q": q, "qd": [0.0] * pieces}))
+    return folder / "state.json"
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+def test_threads_do_not_matter(threads, done, tmp_path):
+    batch(tmp_path, SWEEP, "--threads", threads)
+    assert datasets(tmp_path / "runs.h5") == datasets(done)
+
+
+def test_parts_are_joined(done, tmp_path):
+    """Ranges in any order, each for itself, make the same file."""
+    for name, cases in (("b.h5", "9:17"), ("a.h5", ":9"), ("c.h5", "17:")):
+        batch(tmp_path, SWEEP, "--cases", cases, output=name)
+    refdyn("merge", tmp_path / "c.h5", tmp_path / "a.h5", tmp_path / "b.h5", "-o", tmp_path / "all.h5")
+    assert datasets(tmp_path / "all.h5") == datasets(done)
+
+
+def test_a_failed_case_leaves_the_others(tmp_path):
+    """A mass that the model refuses in one row of a table, infinite accelerations in another: these cases fail, in words,
+    and no bit of the others changes."""
+    rows = [f"{0.5 + 0.01 * i!r},{0.2 + 0.001 * i!r},0.1" for i in range(40)]
+    good = tmp_path / "good.csv"
+    good.write_text("mass,arm_psi,torque\n" + "\n".join(rows) + "\n")
+    rows[17] = "-5,0.3,0.1"
+    rows[29] = "1,0.3,1e308"
+    bad = tmp_path / "bad.csv"
+    bad.write_text("mass,arm_psi,torque\n" + "\n".join(rows) + "\n")
+    for table in (good, bad):
+        done = refdyn("batch", MODEL, "--table", table, "--until", "0.3", "--threads", "2", "-o", table.with_suffix(".h5"))
+    assert "2 of these failed" in done.stderr
+    with h5py.File(good.with_suffix(".h5")) as all_good, h5py.File(bad.with_suffix(".h5")) as two_bad:
+        assert list(np.flatnonzero(two_bad["status"][...])) == [17, 29] and not all_good["status"][...].any()
+        assert list(two_bad["status"][[17, 29]]) == [1, 3]
+        reasons = two_bad["reason"].asstr()[...]
+        assert reasons[17].endswith("model.lua:10: links[1].mass: value -5, a positive number is needed")
+        assert reasons[29].startswith("start at t = 0 s: ") and reasons[0] == ""
+        others = [i for i in range(40) if i not in (17, 29)]
+        for name in all_good["final"]:
+            assert all_good["final"][name][others].tobytes() == two_bad["final"][name][others].tobytes(), name
+            assert name == "t" or np.isnan(two_bad["final"][name][[17, 29]]).all(), name
+
+
+def test_from_statics(tmp_path):
+    batch(tmp_path, HEAD + 'return rd.sweep { vary = { mass = { 0.7, 1.9 } }, t_end = 0.2, from = "statics" }')
+    with h5py.File(tmp_path / "runs.h5") as file:
+        for case, mass in enumerate((0.7, 1.9)):
+            refdyn("sim", MODEL, "--set", f"mass={mass}", "--from", "statics", "--until", "0.2", "-o", tmp_path / "sim.csv")
+            assert file["final/arm_psi"][case] == read_run(tmp_path / "sim.csv")["arm_psi"][-1]
+
+
+def test_courses_of_inputs(tmp_path):
+    """Files of samples vary; each motion is that of `sim --inputs`."""
+    (tmp_path / "calm.csv").write_text("t,torque\n0,0.1\n")
+    (tmp_path / "gust.csv").write_text("t,torque\n0,0.1\n0.0731,0.4\n0.1713,-0.3\n")
+    batch(tmp_path, HEAD + 'return rd.sweep { vary = { inputs = { "calm.csv", "gust.csv" } }, t_end = 0.3 }')
+    with h5py.File(tmp_path / "runs.h5") as file:
+        for case, name in enumerate(("calm.csv", "gust.csv")):
+            refdyn("sim", MODEL, "--inputs", tmp_path / name, "--until", "0.3", "-o", tmp_path / "sim.csv")
+            assert file["final/arm_psi"][case] == read_run(tmp_path / "sim.csv")["arm_psi"][-1]
+
+
+def test_one_case_again(done, tmp_path):
+    """`sim --case` needs the file alone, and gives the same bits at the times that the batch looked at."""
+    for case in (3, 22):
+        refdyn("sim", "--case", case, "--of", done, "-o", tmp_path / "case.csv", cwd=tmp_path)
+        run = read_run(tmp_path / "case.csv")
+        with h5py.File(done) as file:
+            assert np.array_equal(file["history/tip_x"][case], run["tip_x"])
+            for name, values in run.items():
+                assert name not in file["final"] or values[-1] == file["final"][name][case], name
+    assert "it has no case 24" in refdyn("sim", "--case", "24", "--of", done, "-o", tmp_path / "x.csv", status=1).stderr
+    assert "stand together" in refdyn("sim", MODEL, "--case", "2", "--until", "1", status=2).stderr
+
+
+def test_what_a_structure_lacks(tmp_path):
+    """A start value of the third rod varies in cases that have one, and is NaN in the others."""
+    batch(tmp_path, HEAD + "return rd.sweep { vary = { third_psi = { 0.1, 0.2 }, pieces = { 2, 3 } }, t_end = 0.1 }")
+    with h5py.File(tmp_path / "runs.h5") as file:
+        assert [int(pieces) for pieces in file["cases/pieces"][...]] == [2, 2, 3, 3]
+        assert np.array_equal(file["cases/third_psi"][...], [np.nan, np.nan, 0.1, 0.2], equal_nan=True)
+        assert np.array_equal(np.isnan(file["final/third_psi"][...]), [True, True, False, False])
+        assert file["final/arm_psi"][0] == file["final/arm_psi"][1] and file["final/arm_psi"][2] != file["final/arm_psi"][3]
+
+
+def test_csv(tmp_path):
+    sweep = HEAD + """return rd.sweep { vary = { mass = rd.grid(0.5, 2, 3) }, t_end = 0.3,
+      keep = { final = true, extremes = { "tip_z" }, norms = { "tip_x" } } }"""
+    batch(tmp_path, sweep)
+    batch(tmp_path, sweep, output="runs.csv")
+    run = read_run(tmp_path / "runs.csv")
+    with h5py.File(tmp_path / "runs.h5") as file:
+        assert np.array_equal(run["arm_psi"], file["final/arm_psi"][...])
+        assert np.array_equal(run["tip_z_max_t"], file["extremes/tip_z"][:, 3])
+        assert np.array_equal(run["tip_x_rms"], file["norms/tip_x"][...])
+        assert list(run["case"]) == [0, 1, 2] and list(run["mass"]) == [0.5, 1.25, 2]
+
+
+def test_dry_run(tmp_path):
+    said = batch(tmp_path, SWEEP, "--dry-run").stderr
+    assert "cases        24, 2 structures; what varies: arm_psi mass pieces" in said
+    assert "time         about " in said and "file         about " in said
+    assert sorted(os.listdir(tmp_path)) == ["sweep.lua"]
+
+
+def test_summary(tmp_path):
+    import json
+    batch(tmp_path, SWEEP, "--summary", tmp_path / "s.json")
+    summary = json.loads((tmp_path / "s.json").read_text())
+    assert set(summary) == {"cases", "failed", "wall_s", "cpu_s", "cases_per_s", "lanes", "threads"}
+    assert summary["cases"] == CASES and summary["failed"] == 0
+
+
+# ---- What goes wrong ----
+
+LONG = HEAD + """return rd.sweep { vary = { mass = rd.grid(0.5, 2, 3000) }, t_end = 4, tol = 1e-9,
+  keep = { final = true, history = { "tip_x" } }, every = 0.1 }"""
+
+
+def start(folder, *arguments):
+    (folder / "sweep.lua").write_text(LONG)
+    return subprocess.Popen([REFDYN, "batch", str(MODEL), str(folder / "sweep.lua"), "-o", str(folder / "runs.h5"),
+                             "--threads", "2", *arguments], stderr=subprocess.PIPE, text=True)
+
+
+@pytest.fixture(scope="module")
+def long_done(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("long")
+    begun = time.time()
+    assert start(folder).wait() == 0
+    return folder / "runs.h5", time.time() - begun
+
+
+def test_killed_at_any_moment(long_done, tmp_path):
+    """kill -9 at twenty random moments, each time it goes on; the file is that of an undisturbed batch."""
+    path, seconds = long_done
+    moments = random.Random(5)
+    for kill in range(20):
+        process = start(tmp_path, *(["--resume"] if kill else []))
+        try:
+            process.wait(timeout=moments.uniform(0, seconds / 8))
+            break
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+    process = start(tmp_path, "--resume")
+    assert process.wait() == 0, process.stderr.read()
+    assert datasets(tmp_path / "runs.h5") == datasets(path)
+    assert sorted(os.listdir(tmp_path)) == ["runs.h5", "sweep.lua"]
+
+
+def interrupt(folder):
+    """A batch with some cases in its journal."""
+    process = start(folder)
+    journal = folder / "runs.h5.journal"
+    while not journal.exists() or journal.stat().st_size < 20000:
+        time.sleep(0.01)
+    process.send_signal(signal.SIGINT)
+    said = process.stderr.read()
+    process.wait()
+    return said
+
+
+def test_interrupted(long_done, tmp_path):
+    said = interrupt(tmp_path)
+    assert "interrupted: " in said and "--resume goes on" in said
+    assert sorted(os.listdir(tmp_path)) == ["runs.h5.journal", "sweep.lua"]
+    again = start(tmp_path)
+    assert "an interrupted batch has left its cases here: --resume goes on" in again.stderr.read() and again.wait() == 1
+    assert start(tmp_path, "--resume").wait() == 0
+    assert datasets(tmp_path / "runs.h5") == datasets(long_done[0])
+
+
+def test_another_batch_does_not_go_on(tmp_path):
+    interrupt(tmp_path)
+    kept = (tmp_path / "runs.h5.journal").read_bytes()
+    changes = {"cases": (LONG.replace("3000", "2999"), MODEL, []), "options": (LONG.replace("1e-9", "1e-8"), MODEL, [])}
+    model = tmp_path / "batch.lua"
+    model.write_text(MODEL.read_text() + "-- changed\n")
+    changes["model files"] = (LONG, model, [])
+    for what, (sweep, path, arguments) in changes.items():
+        said = batch(tmp_path, sweep, "--resume", *arguments, model=path, status=1).stderr
+        assert "the journal: --resume needs the same" in said and (what in said or what == "options"), said
+        assert (tmp_path / "runs.h5.journal").read_bytes() == kept
+
+
+def test_two_writers(tmp_path):
+    process = start(tmp_path)
+    while not (tmp_path / "runs.h5.journal").exists():
+        time.sleep(0.01)
+    said = batch(tmp_path, LONG, status=1).stderr
+    assert "another" in said, said
+    process.kill()
+    process.wait()
+
+
+@pytest.mark.parametrize("damage", ["cut", "changed", "foreign"])
+def test_damaged_journals(damage, long_done, tmp_path):
+    interrupt(tmp_path)
+    journal = tmp_path / "runs.h5.journal"
+    content = bytearray(journal.read_bytes())
+    if damage == "foreign":
+        journal.write_bytes(b"this is a text of somebody\n" * 1000)
+        assert "this is no journal of a batch" in start(tmp_path, "--resume").stderr.read()
+        return
+    if damage == "cut":
+        del content[-7:]
+    else:
+        content[len(content) // 2] ^= 64
+    journal.write_bytes(content)
+    assert start(tmp_path, "--resume").wait() == 0
+    assert datasets(tmp_path / "runs.h5") == datasets(long_done[0])
+
+
+def test_disk_full(tmp_path):
+    """Where no more can be written, what was computed stays, and the batch goes on once there is room."""
+    (tmp_path / "sweep.lua").write_text(SWEEP)
+
+    def limit():
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (9000, 9000))
+    command = [REFDYN, "batch", str(MODEL), str(tmp_path / "sweep.lua"), "-o", str(tmp_path / "runs.h5")]
+    refdyn("check", MODEL)
+    batch(tmp_path, SWEEP, "--dry-run")  # compiled before files are short
+    done = subprocess.run(command, preexec_fn=limit, capture_output=True, text=True)
+    assert done.returncode == 1 and "File too large" in done.stderr and "--resume" in done.stderr, done.stderr
+    batch(tmp_path, SWEEP, "--resume")
+    assert len(datasets(tmp_path / "runs.h5")) > 10
+
+
+def test_read_only_target(tmp_path):
+    if os.geteuid() == 0:
+        pytest.skip("root writes everywhere")
+    (tmp_path / "closed").mkdir(mode=0o500)
+    assert "Permission denied" in batch(tmp_path, SWEEP, output="closed/runs.h5", status=1).stderr
+
+
+VARY = HEAD + "return rd.sweep { vary = { %s }, t_end = 0.1%s }"
+
+
+@pytest.mark.parametrize("sweep, arguments, status, message", [
+    (SWEEP, ["--cases", "5:25"], 2, "--cases 5:25: the batch has the cases 0 to 23, a range of these is needed"),
+    (SWEEP, ["--cases", "5"], 2, "--cases: '5' is not of the form A:B, which takes A up to B - 1"),
+    (SWEEP, ["--cases", "7:7"], 2, "--cases 7:7: the batch has the cases 0 to 23"),
+    (SWEEP, ["--threads", "0"], 2, "--threads: '0' is no positive number"),
+    (SWEEP, ["--threads", "5000"], 2, "--threads: 5000, at most 1024 are taken"),
+    (SWEEP, ["--table", "x.csv"], 2, "--table stands for the sweep"),
+    (VARY % ("mass = { 1, 2 }", ', keep = { extremes = { "tip_zz" } }'), [], 1,
+     "keep: a motion has no column 'tip_zz', the nearest is tip_z"),
+    (VARY % ("mass = { 1, 2 }", ", keep = { at = { 0.05, 0.2 } }"), [], 1, "sweep.lua:2: keep.at[2]: time 0.2, the motions end at 0.1"),
+    (VARY % ("arm_psi = { 0.1, 0.2 }", ', from = "statics"'), [], 1,
+     "the start value of arm_psi varies, and from statics the coordinate takes its equilibrium: hold keeps it"),
+    (VARY % ("mass = { 1, 2 }", ', method = "msbdf"'), [], 2, "msbdf takes one motion alone"),
+])
+def test_refused(sweep, arguments, status, message, tmp_path):
+    said = batch(tmp_path, sweep, *arguments, status=status).stderr
+    assert message in said, said
+    assert sorted(os.listdir(tmp_path)) == ["sweep.lua"]
+
+
+@pytest.mark.parametrize("output, message", [
+    ("runs.txt", "a name that ends in .h5 or .csv is needed"),
+    ("runs.csv", "one row a case has no place for the times of arm_psi"), ("sweep.lua", "")])
+def test_wrong_outputs(output, message, tmp_path):
+    said = batch(tmp_path, SWEEP, output=output, status=2).stderr
+    assert message in said, said
+
+
+def test_memory_does_not_grow(tmp_path):
+    """100,000 cases of a small model: under 300 MB."""
+    sweep = HEAD + "return rd.sweep { vary = { mass = rd.uniform(0.5, 2) }, draws = 100000, t_end = 0.01, tol = 1e-4, method = 'rk54' }"
+    (tmp_path / "sweep.lua").write_text(sweep)
+    process = subprocess.Popen([REFDYN, "batch", str(MODEL), str(tmp_path / "sweep.lua"), "-o", str(tmp_path / "runs.h5")])
+    _, status, usage = os.wait4(process.pid, 0)
+    process.returncode = 0
+    assert status == 0 and usage.ru_maxrss < 300e3
+    with h5py.File(tmp_path / "runs.h5") as file:
+        assert len(file["final/arm_psi"]) == 100000 and not np.isnan(file["final/arm_psi"][...]).any()
