@@ -246,6 +246,7 @@ def test_resume_of_what_is_complete(work):
     batch(work, "--resume")
     with h5py.File(work / "runs.h5") as file:
         assert len(file["case"]) == CASES
+    assert "has all 9 cases" in batch(work, "--cases", "0:9", "--resume").stderr
 
 
 # ---- With Slurm ----

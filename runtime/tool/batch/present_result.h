@@ -8,8 +8,8 @@
 #include "batch/batch_setup.h"
 
 enum present_result {
-    PRESENT_NONE,     /* no file, or other cases of the same batch */
-    PRESENT_COMPLETE, /* the cases [first, end) of this batch and no others */
+    PRESENT_NONE,     /* no file, or one of this batch that lacks some of the cases */
+    PRESENT_COMPLETE, /* the cases [first, end) of this batch, maybe among others */
     PRESENT_OTHER     /* it cannot be read or is of another batch, as is told on stderr */
 };
 
