@@ -246,6 +246,12 @@ const char *gen_values_fault(struct generation *gen, const bool *is_asked) {
     return setjmp(gen->out_of_memory) ? "out of memory" : first_wrong(gen, is_asked);
 }
 
+bool gen_is_for_lanes(const char *name) {
+    static const char ending[] = "_lanes.c";
+    const size_t length = strlen(name), end = sizeof ending - 1;
+    return length > end && strcmp(name + length - end, ending) == 0;
+}
+
 int gen_file_count(const struct generation *gen) {
     return gen->plan->file_count;
 }

@@ -63,6 +63,8 @@ void gen_mark_requirements(struct generation *generation, const bool *is_varied,
 const char *gen_values_fault(struct generation *generation, const bool *is_asked);
 
 /* The files of the emitted C, as text. */
+/* Is it the name of a file for lanes? */
+bool gen_is_for_lanes(const char *name);
 struct emitted_file {
     const char *name; /* without folder */
     const char *text;

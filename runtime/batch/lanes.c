@@ -76,11 +76,14 @@ int refdyn_lanes_start(struct lanes *lanes, const struct refdyn_lane_model *mode
     return REFDYN_OK;
 }
 
+/* By the binary logarithm of the width: on processors that have such vectors, and on others. */
+static lanes_take *const takes[2][3] = {
+    {refdyn_lanes_take_2, refdyn_lanes_take_4, refdyn_lanes_take_8},
+    {refdyn_lanes_take_2, refdyn_lanes_take_4_apart, refdyn_lanes_take_8_apart}};
+
 void refdyn_lanes_take(struct lanes *lanes, struct lane_step *steps) {
-    lanes_take *const take_steps = lanes->model->width == 8   ? refdyn_lanes_take_8
-                                   : lanes->model->width == 4 ? refdyn_lanes_take_4
-                                                              : refdyn_lanes_take_2;
-    take_steps(lanes, steps);
+    const int width = lanes->model->width, is_apart = width > refdyn_lanes_widest();
+    takes[is_apart][width == 8 ? 2 : width == 4 ? 1 : 0](lanes, steps);
 }
 
 void refdyn_lanes_release(struct lanes *lanes) {

@@ -39,8 +39,10 @@ int refdyn_lanes_start(struct lanes *lanes, const struct refdyn_lane_model *mode
 void refdyn_lanes_take(struct lanes *lanes, struct lane_step *steps);
 void refdyn_lanes_release(struct lanes *lanes);
 
-/* ---- lanes_2.c, lanes_4.c, lanes_8.c: refdyn_lanes_take of their width. ---- */
+/* ---- lanes_2.c, lanes_4.c ...: refdyn_lanes_take of their width; apart: for processors without such
+ * vectors, which the compiler takes apart. ---- */
 typedef void lanes_take(struct lanes *lanes, struct lane_step *steps);
-lanes_take refdyn_lanes_take_2, refdyn_lanes_take_4, refdyn_lanes_take_8;
+lanes_take refdyn_lanes_take_2, refdyn_lanes_take_4, refdyn_lanes_take_8, refdyn_lanes_take_4_apart,
+    refdyn_lanes_take_8_apart;
 
 #endif

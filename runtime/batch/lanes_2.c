@@ -2,4 +2,5 @@
 #include "base/arithmetic.h"
 
 #define LANES 2
+#define VARIANT 2
 #include "batch/lanes_step.h"

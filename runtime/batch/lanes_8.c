@@ -9,6 +9,7 @@
 #endif
 
 #define LANES 8
+#define VARIANT 8
 #include "batch/lanes_step.h"
 
 #if defined(__x86_64__) && defined(__clang__)

@@ -1,5 +1,6 @@
 /*
- * The steps of LANES motions: see lanes.h. Included by a file for each width, which defines LANES.
+ * The steps of LANES motions: see lanes.h. Included by a file for each width, which defines LANES, and
+ * VARIANT, what its names end with.
  *
  * States are gathered into lanes, stepped by the source that steps one motion (methods/runge_kutta_step.h),
  * and given back.
@@ -10,7 +11,12 @@
 
 #define JOINED_BEFORE(name, width) name##_##width
 #define JOINED(name, width) JOINED_BEFORE(name, width)
-#define NAMED(name) JOINED(name, LANES)
+#define NAMED(name) JOINED(name, VARIANT)
+
+/* Vectors are passed by value between functions of this file alone. */
+#if defined(__GNUC__)
+#pragma GCC diagnostic ignored "-Wpsabi"
+#endif
 
 typedef double NAMED(vector) __attribute__((vector_size(LANES * sizeof(double)), aligned(sizeof(double))));
 

@@ -15,14 +15,14 @@ static const struct command commands[] = {
     {.name = "gen",
      .run = run_gen,
      .operands = "MODEL.lua",
-     .options = "output! emit lanes explain accelerations loops set fold",
+     .options = "output! emit for-lanes explain accelerations loops set fold",
      .output = "DIR",
      .purpose = "write the C code of a model",
      .help = "Writes NAME.h and NAME.c (more .c files when long) into the folder of -o, and prints what was "
              "emitted.\n\n"
              "  refdyn gen models/manipulator.lua -o out\n"
              "  refdyn gen models/manipulator.lua --set n_rfe=8 --emit qdd -o out\n"
-             "  refdyn gen models/manipulator.lua --emit qdd_free,constrained --lanes -o out\n"
+             "  refdyn gen models/manipulator.lua --emit qdd_free,constrained --for-lanes -o out\n"
              "  refdyn gen models/manipulator.lua --emit M --explain plan\n"},
     {.name = "check",
      .run = run_check,
@@ -88,18 +88,23 @@ static const struct command commands[] = {
          "flexible.csv\n"
          "  refdyn sim --case 12 --of runs.h5 -o case12.csv\n"},
     {.name = "batch",
-     .run = run_batch,
+     .run = run_batch_anywhere,
      .operands = "MODEL.lua [SWEEP.lua]",
      .options = "output! table until from method step tol step-max every stabilise singular start hold "
-                "cases threads resume dry-run summary set",
+                "cases threads lanes resume dry-run slurm chunks slurm-options summary set",
      .output = "RUNS.h5",
      .purpose = "many motions of a model, into one file",
      .help = "The cases are those of SWEEP.lua, or the rows of a table. RUNS.h5 has what varied, status and "
              "reason of each\n"
              "case, and what was kept of it; RUNS.csv one row a case. While it runs, what is done is in "
-             "RUNS.h5.journal.\n\n"
+             "RUNS.h5.journal.\n"
+             "With --slurm jobs of Slurm compute the cases; their scripts and messages are in "
+             "RUNS.h5.slurm. Given again,\n"
+             "it computes what is missing.\n\n"
              "  refdyn batch models/manipulator.lua sweep.lua -o runs.h5\n"
-             "  refdyn batch models/manipulator.lua --table cases.csv --until 1 -o runs.csv\n"},
+             "  refdyn batch models/manipulator.lua --table cases.csv --until 1 -o runs.csv\n"
+             "  refdyn batch models/manipulator.lua sweep.lua --slurm --slurm-options '--partition=long' -o "
+             "runs.h5\n"},
     {.name = "plot",
      .run = run_plot,
      .operands = "RUN...",

@@ -54,6 +54,7 @@ static void put_options(struct document *document, const struct batch_setup *set
     put_given(document, "step", options->step);
     put_given(document, "step-max", options->step_max);
     put_given(document, "tol", options->tolerance);
+    put_whole(document, "lanes", setup->lanes);
     put_optional(document, "method", options->method);
     put_optional(document, "from", options->from);
     put_optional(document, "hold", options->hold);
@@ -111,5 +112,5 @@ void batch_identify(struct batch_setup *setup) {
         add(setup, memory_format(&setup->memory, "%s_hash", names[part]), setup->key.hash[part]);
     }
     add(setup, "command", command_of(setup));
-    add(setup, "lanes", "1");
+    add(setup, "lanes", memory_format(&setup->memory, "%d", setup->lanes));
 }

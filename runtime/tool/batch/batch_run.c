@@ -151,6 +151,7 @@ struct refdyn_batch batch_of_structure(const struct batch_setup *setup, const st
     const struct scene *scene = &structure->scene;
     const struct seen_times *times = &setup->kept.times;
     return (struct refdyn_batch){.model = scene->model,
+                                 .lanes = scene->compiled.lanes,
                                  .options = setup->integration,
                                  .p = scene->work.p,
                                  .x = scene->work.x,
@@ -184,7 +185,8 @@ static int run_cases(struct running *running, struct structure *structure, long 
 static enum status run_structure(struct running *running, struct structure *structure) {
     const int threads = running->setup->threads;
     long *numbers = allocate_large((size_t)structure->count, sizeof *numbers);
-    running->recorders = allocate_large((size_t)threads, sizeof *running->recorders);
+    running->recorders =
+        allocate_large((size_t)(threads * running->setup->lanes), sizeof *running->recorders);
     const int result = run_cases(running, structure, numbers);
     free(running->recorders);
     free(numbers);

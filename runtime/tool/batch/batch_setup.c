@@ -28,6 +28,21 @@ static enum status choose_threads(struct batch_setup *setup) {
     return STATUS_DONE;
 }
 
+/* Steps of a fixed length, with gains of their own or of implicit methods are taken one by one. */
+static bool may_use_lanes(const struct refdyn_options *integration) {
+    return integration->tol > 0 && integration->gain_share == 0 &&
+           (integration->method == REFDYN_AUTO || !refdyn_method_is_implicit(integration->method));
+}
+
+static enum status choose_lanes(struct batch_setup *setup) {
+    const double asked = setup->options.lanes;
+    if (asked > 0 && asked != 1 && asked != 2 && asked != 4 && asked != 8)
+        return usage_error(setup->options.command, "--lanes: %.0f is none of 1, 2, 4, 8", asked);
+    setup->lanes = !may_use_lanes(&setup->integration) ? 1 : asked > 0 ? (int)asked : refdyn_batch_widest();
+    setup->options.lanes = setup->lanes;
+    return STATUS_DONE;
+}
+
 /* "A:B", A up to B - 1; either may be left out. */
 static enum status choose_range(struct batch_setup *setup) {
     const struct options *options = &setup->options;
@@ -128,6 +143,8 @@ enum status batch_setup_complete(struct batch_setup *setup) {
     enum status status = check_motion(setup);
     if (status == STATUS_DONE)
         status = choose_threads(setup);
+    if (status == STATUS_DONE)
+        status = choose_lanes(setup);
     if (status == STATUS_DONE)
         status = choose_range(setup);
     if (status != STATUS_DONE)

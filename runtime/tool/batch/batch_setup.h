@@ -17,7 +17,7 @@ struct batch_setup {
     struct scene base; /* the model with the settings of the command alone: not compiled */
     struct sweep sweep;
     long first, end; /* cases that this call computes */
-    int threads;
+    int threads, lanes;
     struct structures structures;
     struct kept kept;
     struct runs_layout layout;

@@ -79,6 +79,7 @@ static void read_options(struct again *again, const struct options *given, const
     options->step = number_of(again, "step");
     options->step_max = number_of(again, "step-max");
     options->tolerance = number_of(again, "tol");
+    options->lanes = number_of(again, "lanes");
     options->method = text_of(again, "method");
     options->from = text_of(again, "from");
     options->hold = text_of(again, "hold");

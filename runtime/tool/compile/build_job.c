@@ -1,5 +1,6 @@
 /* One build of emitted C: see build_job.h. No shell is involved, so any path will do. */
 #include "compile/build_job.h"
+#include "refdyn_batch.h"
 #include "text/output.h"
 #include "system/process.h"
 #include "system/timing.h"
@@ -54,6 +55,14 @@ const char *const gcc_flags[] = {"-fno-tree-slp-vectorize",
 /* clang says that it is a GNU compiler, too. */
 static const char gcc_question[] = "#if !defined(__GNUC__) || defined(__clang__)\n#error not gcc\n#endif\n";
 
+const char *const *lanes_flags(int width) {
+    static const char *const two[] = {"-DLANES=2", NULL}, *const four[] = {"-DLANES=4", "-mavx2", NULL},
+                             *const eight[] = {"-DLANES=8", "-mavx512f", NULL};
+    static const char *const four_apart[] = {"-DLANES=4", NULL}, *const eight_apart[] = {"-DLANES=8", NULL};
+    const bool is_apart = width > refdyn_batch_widest(); /* the compiler takes the vectors apart */
+    return width == 8 ? is_apart ? eight_apart : eight : width == 4 ? is_apart ? four_apart : four : two;
+}
+
 static const char blanks[] = " \t\n";
 
 /* $CC is a program's file, blanks included, or a command of words apart by blanks ("ccache gcc"). */
@@ -102,6 +111,8 @@ static void object_job(struct job *job, const struct toolchain *chain, const str
     add_words(job, compile_flags);
     if (build->is_gcc)
         add_words(job, gcc_flags);
+    if (build->lanes && gen_is_for_lanes(name))
+        add_words(job, lanes_flags(build->lanes));
     add_words(job, (const char *[]){"-c", job->source, "-o", job->object, NULL});
 }
 
@@ -206,7 +217,8 @@ bool build_run(struct build *build, const struct toolchain *chain, const struct 
     struct job *jobs = allocate((size_t)count, sizeof *jobs);
     int job_count = 0;
     bool is_good =
-        scratch_write(&build->scratch, "refdyn_model.h", refdyn_model_header, refdyn_model_header_size);
+        scratch_write(&build->scratch, "refdyn_model.h", refdyn_model_header, refdyn_model_header_size) &&
+        scratch_write(&build->scratch, "refdyn_lanes.h", refdyn_lanes_header, refdyn_lanes_header_size);
     build->library = scratch_file(&build->scratch, "model.so");
     build->is_gcc = is_gcc(chain, build);
     for (int i = 0; i < count && is_good; i++) {

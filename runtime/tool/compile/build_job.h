@@ -9,9 +9,9 @@
 
 #include <stddef.h>
 
-/* The text of runtime/refdyn_model.h, put in at build time. */
-extern const char refdyn_model_header[];
-extern const size_t refdyn_model_header_size;
+/* The texts of runtime/refdyn_model.h and refdyn_lanes.h, put in at build time. */
+extern const char refdyn_model_header[], refdyn_lanes_header[];
+extern const size_t refdyn_model_header_size, refdyn_lanes_header_size;
 
 /* What emitted C is compiled with, by every compiler, and by gcc beside that; both end with NULL. */
 extern const char *const compile_flags[], *const gcc_flags[];
@@ -22,6 +22,9 @@ struct toolchain {
     const char *const *words; /* end with NULL */
 };
 
+/* What the files of lanes are compiled with beside that: how many there are, and for which vectors. */
+const char *const *lanes_flags(int width);
+
 /* Complains on stderr when there is none. */
 bool toolchain_find(struct toolchain *chain);
 
@@ -29,6 +32,7 @@ struct build {
     struct scratch scratch; /* open: all that is made lies in it */
     const char *library;    /* the linked library in it */
     bool is_gcc;            /* what compiles it */
+    int lanes;              /* of files for lanes; 0: there are none */
 };
 
 /* Complains on stderr, with the compiler's own output, and returns false when it fails. cost may be NULL. */

@@ -35,7 +35,7 @@ static void hash_words(SHA2_CTX *sha, const char *const *words) {
         hash_text(sha, *words, strlen(*words));
 }
 
-static void hash_build(const struct toolchain *chain, const struct emitted_file *files, int count,
+static void hash_build(const struct toolchain *chain, const struct emitted_file *files, int count, int lanes,
                        char key[SHA256_DIGEST_STRING_LENGTH]) {
     SHA2_CTX sha;
     SHA256Init(&sha);
@@ -44,6 +44,10 @@ static void hash_build(const struct toolchain *chain, const struct emitted_file 
     hash_words(&sha, compile_flags);
     hash_words(&sha, gcc_flags);
     hash_text(&sha, refdyn_model_header, refdyn_model_header_size);
+    if (lanes) {
+        hash_words(&sha, lanes_flags(lanes));
+        hash_text(&sha, refdyn_lanes_header, refdyn_lanes_header_size);
+    }
     for (int i = 0; i < count; i++) {
         hash_text(&sha, files[i].name, strlen(files[i].name));
         hash_text(&sha, files[i].text, files[i].length);
@@ -51,19 +55,22 @@ static void hash_build(const struct toolchain *chain, const struct emitted_file 
     SHA256End(&sha, key);
 }
 
-static bool load(struct compiled *compiled, const char *name, const struct cache *cache, const char *key) {
+static bool load(struct compiled *compiled, const char *name, const struct cache *cache, const char *key,
+                 int lanes) {
     compiled->library = cache_load(cache, key, &compiled->file);
     if (!compiled->library)
         return false;
     compiled->model = dlsym(compiled->library, text_format("%s_model", name));
-    if (!compiled->model)
+    if (lanes)
+        compiled->lanes = dlsym(compiled->library, text_format("%s_lanes_%d", name, lanes));
+    if (!compiled->model || (lanes && !compiled->lanes))
         compile_release(compiled);
     return compiled->model;
 }
 
-static bool build_into(const struct toolchain *chain, const struct emitted_file *files, int count,
+static bool build_into(const struct toolchain *chain, const struct emitted_file *files, int count, int lanes,
                        const struct cache *cache, const char *key) {
-    struct build build;
+    struct build build = {.lanes = lanes};
     if (!scratch_open(&build.scratch, cache->path, "build-"))
         return false;
     const bool is_good = build_run(&build, chain, files, count, NULL) && cache_add(cache, key, build.library);
@@ -72,14 +79,15 @@ static bool build_into(const struct toolchain *chain, const struct emitted_file 
 }
 
 static bool load_or_build(struct compiled *compiled, const char *name, const struct cache *cache,
-                          const struct toolchain *chain, const struct emitted_file *files, int count) {
+                          const struct toolchain *chain, const struct emitted_file *files, int count,
+                          int lanes) {
     char key[SHA256_DIGEST_STRING_LENGTH];
-    hash_build(chain, files, count, key);
-    if (load(compiled, name, cache, key))
+    hash_build(chain, files, count, lanes, key);
+    if (load(compiled, name, cache, key, lanes))
         return true;
-    if (!build_into(chain, files, count, cache, key))
+    if (!build_into(chain, files, count, lanes, cache, key))
         return false;
-    if (load(compiled, name, cache, key))
+    if (load(compiled, name, cache, key, lanes))
         return true;
     const char *reason = dlerror();
     fprintf(stderr, "refdyn: %s/%s.so: cannot be loaded: %s\n", cache->path, key,
@@ -87,12 +95,13 @@ static bool load_or_build(struct compiled *compiled, const char *name, const str
     return false;
 }
 
-bool compile_load(struct compiled *compiled, const char *name, const struct emitted_file *files, int count) {
+bool compile_load(struct compiled *compiled, const char *name, const struct emitted_file *files, int count,
+                  int lanes) {
     struct toolchain chain;
     struct cache cache;
     *compiled = (struct compiled){.file = -1};
     const bool is_loaded = cache_open(&cache) && toolchain_find(&chain) &&
-                           load_or_build(compiled, name, &cache, &chain, files, count);
+                           load_or_build(compiled, name, &cache, &chain, files, count, lanes);
     cache_close(&cache);
     return is_loaded;
 }
@@ -107,7 +116,7 @@ void compile_release(struct compiled *compiled) {
 
 bool compile_measure(const struct emitted_file *files, int count, struct build_cost *cost) {
     struct toolchain chain;
-    struct build build;
+    struct build build = {.lanes = 0};
     if (!toolchain_find(&chain) || !scratch_open(&build.scratch, scratch_parent(), "refdyn-build-"))
         return false;
     const bool is_good = build_run(&build, &chain, files, count, cost);

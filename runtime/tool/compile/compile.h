@@ -8,7 +8,7 @@
 #define REFDYN_TOOL_COMPILE_H
 
 #include "gen.h"
-#include "refdyn_model.h"
+#include "refdyn_lanes.h"
 
 #include <stdbool.h>
 
@@ -16,11 +16,13 @@ struct compiled {
     void *library;
     int file; /* descriptor that the library was loaded from */
     const struct refdyn_model *model;
+    const struct refdyn_lane_model *lanes; /* NULL: it has none */
 };
 
-/* Loads model `name` from its emitted files, compiled unless the cache has it. Complains on stderr when it
- * fails. */
-bool compile_load(struct compiled *compiled, const char *name, const struct emitted_file *files, int count);
+/* Loads model `name` from its emitted files, compiled unless the cache has it; those for lanes with so many,
+ * 0: there are none. Complains on stderr when it fails. */
+bool compile_load(struct compiled *compiled, const char *name, const struct emitted_file *files, int count,
+                  int lanes);
 void compile_release(struct compiled *compiled);
 
 struct build_cost {

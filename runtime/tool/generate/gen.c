@@ -37,7 +37,7 @@ static enum status emit_into_folder(struct scene *scene, const struct options *o
 
 static enum status emit_scene(struct scene *scene, const struct options *options) {
     struct generation *generation = &scene->generation;
-    generation->has_lanes = options->lanes;
+    generation->has_lanes = options->for_lanes;
     enum status status = scene_outcome(scene, options, gen_plan(generation, options->emit));
     if (status != STATUS_DONE)
         return status;

@@ -149,12 +149,14 @@ static enum status emit_and_load(struct scene *scene, const struct options *opti
     const char *wrong = options->emit ? gen_wrong_emit(generation, options->emit) : NULL;
     if (wrong)
         return usage_error(options->command, "--emit: %s", wrong);
+    const int lanes = options->lanes > 1 ? (int)options->lanes : 0;
+    generation->has_lanes = lanes > 0;
     const enum status status =
         scene_outcome(scene, options, gen_plan(generation, emit_list(scene, options, needs)));
     if (status != STATUS_DONE)
         return status;
     if (!compile_load(&scene->compiled, generation->model.name, gen_files(generation),
-                      gen_file_count(generation)))
+                      gen_file_count(generation), lanes))
         return STATUS_FAULT;
     scene->model = scene->compiled.model;
     return STATUS_DONE;
