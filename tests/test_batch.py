@@ -47,7 +47,7 @@ def batch(folder, sweep=SWEEP, *arguments, model=MODEL, output="runs.h5", status
 @pytest.fixture(scope="module")
 def done(tmp_path_factory):
     folder = tmp_path_factory.mktemp("batch")
-    batch(folder, SWEEP, "--threads", "2")
+    batch(folder, SWEEP, "--threads", "2", "--lanes", "1")
     return folder / "runs.h5"
 
 
@@ -85,14 +85,35 @@ def write_state(folder, file, case):
 
 @pytest.mark.parametrize("threads", [1, 3])
 def test_threads_do_not_matter(threads, done, tmp_path):
-    batch(tmp_path, SWEEP, "--threads", threads)
+    batch(tmp_path, SWEEP, "--threads", threads, "--lanes", "1")
     assert datasets(tmp_path / "runs.h5") == datasets(done)
+
+
+@pytest.fixture(scope="module")
+def in_lanes(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("lanes")
+    batch(folder, SWEEP, "--lanes", "2")
+    return folder / "runs.h5"
+
+
+@pytest.mark.parametrize("arguments", [["--lanes", "4"], ["--lanes", "8", "--threads", "3"], ["--lanes", "4", "--threads", "1"]])
+def test_lanes_do_not_matter(arguments, in_lanes, tmp_path):
+    """Numbers in lanes are the same for all widths, threads and neighbours; those of one case at a time differ by rounding."""
+    batch(tmp_path, SWEEP, *arguments)
+    assert datasets(tmp_path / "runs.h5") == datasets(in_lanes)
+    batch(tmp_path, SWEEP, *arguments, "--cases", "3:4", output="one.h5")
+    batch(tmp_path, SWEEP, "--lanes", "1", output="alone.h5")
+    with h5py.File(in_lanes) as lanes, h5py.File(tmp_path / "one.h5") as one, h5py.File(tmp_path / "alone.h5") as alone:
+        assert one["final/tip_x"][0] == lanes["final/tip_x"][3] and lanes.attrs["lanes"] == "2"
+        for name in ("final/tip_x", "history/energy"):
+            assert np.nanmax(abs(lanes[name][...] - alone[name][...])) <= 1e-9, name
+        assert np.array_equal(np.isnan(lanes["final/third_psi"][...]), np.isnan(alone["final/third_psi"][...]))
 
 
 def test_parts_are_joined(done, tmp_path):
     """Ranges in any order, each for itself, make the same file."""
     for name, cases in (("b.h5", "9:17"), ("a.h5", ":9"), ("c.h5", "17:")):
-        batch(tmp_path, SWEEP, "--cases", cases, output=name)
+        batch(tmp_path, SWEEP, "--cases", cases, "--lanes", "1", output=name)
     refdyn("merge", tmp_path / "c.h5", tmp_path / "a.h5", tmp_path / "b.h5", "-o", tmp_path / "all.h5")
     assert datasets(tmp_path / "all.h5") == datasets(done)
 
@@ -123,7 +144,7 @@ def test_a_failed_case_leaves_the_others(tmp_path):
 
 
 def test_from_statics(tmp_path):
-    batch(tmp_path, HEAD + 'return rd.sweep { vary = { mass = { 0.7, 1.9 } }, t_end = 0.2, from = "statics" }')
+    batch(tmp_path, HEAD + 'return rd.sweep { vary = { mass = { 0.7, 1.9 } }, t_end = 0.2, from = "statics" }', "--lanes", "1")
     with h5py.File(tmp_path / "runs.h5") as file:
         for case, mass in enumerate((0.7, 1.9)):
             refdyn("sim", MODEL, "--set", f"mass={mass}", "--from", "statics", "--until", "0.2", "-o", tmp_path / "sim.csv")
@@ -134,16 +155,19 @@ def test_courses_of_inputs(tmp_path):
     """Files of samples vary; each motion is that of `sim --inputs`."""
     (tmp_path / "calm.csv").write_text("t,torque\n0,0.1\n")
     (tmp_path / "gust.csv").write_text("t,torque\n0,0.1\n0.0731,0.4\n0.1713,-0.3\n")
-    batch(tmp_path, HEAD + 'return rd.sweep { vary = { inputs = { "calm.csv", "gust.csv" } }, t_end = 0.3 }')
+    batch(tmp_path, HEAD + 'return rd.sweep { vary = { inputs = { "calm.csv", "gust.csv" } }, t_end = 0.3 }', "--lanes", "1")
     with h5py.File(tmp_path / "runs.h5") as file:
         for case, name in enumerate(("calm.csv", "gust.csv")):
             refdyn("sim", MODEL, "--inputs", tmp_path / name, "--until", "0.3", "-o", tmp_path / "sim.csv")
             assert file["final/arm_psi"][case] == read_run(tmp_path / "sim.csv")["arm_psi"][-1]
 
 
-def test_one_case_again(done, tmp_path):
+def test_one_case_again(done, in_lanes, tmp_path):
     """`sim --case` needs the file alone, and gives the same bits at the times that the batch looked at."""
     for case in (3, 22):
+        refdyn("sim", "--case", case, "--of", in_lanes, "-o", tmp_path / "lanes.csv", cwd=tmp_path)
+        with h5py.File(in_lanes) as file:
+            assert np.array_equal(file["history/tip_x"][case], read_run(tmp_path / "lanes.csv")["tip_x"])
         refdyn("sim", "--case", case, "--of", done, "-o", tmp_path / "case.csv", cwd=tmp_path)
         run = read_run(tmp_path / "case.csv")
         with h5py.File(done) as file:
@@ -324,6 +348,7 @@ VARY = HEAD + "return rd.sweep { vary = { %s }, t_end = 0.1%s }"
     (SWEEP, ["--cases", "5"], 2, "--cases: '5' is not of the form A:B, which takes A up to B - 1"),
     (SWEEP, ["--cases", "7:7"], 2, "--cases 7:7: the batch has the cases 0 to 23"),
     (SWEEP, ["--threads", "0"], 2, "--threads: '0' is no positive number"),
+    (SWEEP, ["--lanes", "3"], 2, "--lanes: 3 is none of 1, 2, 4, 8"),
     (SWEEP, ["--threads", "5000"], 2, "--threads: 5000, at most 1024 are taken"),
     (SWEEP, ["--table", "x.csv"], 2, "--table stands for the sweep"),
     (VARY % ("mass = { 1, 2 }", ', keep = { extremes = { "tip_zz" } }'), [], 1,

@@ -61,6 +61,15 @@ static const struct refdyn_model pendulum = {.interface_version = REFDYN_MODEL_V
                                              .Q_q = force_tangent,
                                              .qdd_free = accelerations};
 
+/* Its functions for lanes: each lane by the function of one, whose bits are the same therefore. */
+static int width;
+
+static void in_lanes(const double *p, const double *x, const double *t, const double *q, const double *qd,
+                     double *out) {
+    for (int lane = 0; lane < width; lane++)
+        accelerations(p + lane, x + lane, t[lane], q + lane, qd + lane, out + lane);
+}
+
 /* ---- A batch of it ---- */
 
 static const int torque_place[] = {0};
@@ -191,6 +200,34 @@ static void test_each_case_is_as_alone(void) {
     }
 }
 
+/* In lanes, too, whatever their width, also where they are more than the cases. */
+static void test_lanes(void) {
+    static struct table table;
+    double all[CASES][2], lanes[CASES][2];
+    fill(&table);
+    for (int method = REFDYN_RK54; method <= REFDYN_RK8; method++)
+        for (width = 2; width <= 8; width *= 2) {
+            const struct refdyn_lane_model model = {.interface_version = REFDYN_LANES_VERSION,
+                                                    .width = width,
+                                                    .model = &pendulum,
+                                                    .qdd_free = in_lanes};
+            struct refdyn_batch batch = batch_of(&table);
+            long ended;
+            batch.options = refdyn_options_default((enum refdyn_method)method);
+            batch.states = &all[0][0];
+            CHECK(refdyn_batch_run(&batch, NULL) == REFDYN_OK);
+            batch.lanes = &model;
+            batch.states = &lanes[0][0];
+            batch.threads = 2;
+            CHECK(refdyn_batch_run(&batch, &ended) == REFDYN_OK && ended == CASES);
+            for (int i = 0; i < CASES; i++)
+                CHECK(i == FAILED || memcmp(all[i], lanes[i], sizeof all[i]) == 0);
+            batch.count = 1;
+            CHECK(refdyn_batch_run(&batch, &ended) == REFDYN_OK && ended == 1);
+            CHECK(memcmp(all[0], lanes[0], sizeof all[0]) == 0);
+        }
+}
+
 static void test_order_and_selection(void) {
     static struct table table;
     double all[CASES][2], some[20][2];
@@ -268,6 +305,15 @@ static void test_refusals(void) {
     table.columns[0].place = 0;
     batch.options.tol = -1;
     CHECK(refdyn_batch_run(&batch, NULL) == REFDYN_BAD_OPTION);
+    const struct refdyn_lane_model of_none = {
+        .interface_version = REFDYN_LANES_VERSION, .width = 4, .model = &pendulum};
+    const struct refdyn_lane_model of_other = {
+        .interface_version = REFDYN_LANES_VERSION + 1, .width = 4, .model = &pendulum};
+    batch = good;
+    batch.lanes = &of_none;
+    CHECK(refdyn_batch_run(&batch, NULL) == REFDYN_FUNCTION_MISSING);
+    batch.lanes = &of_other;
+    CHECK(refdyn_batch_run(&batch, NULL) == REFDYN_OTHER_VERSION);
     batch = good;
     batch.options.method = REFDYN_RODAS5P;
     CHECK(refdyn_batch_run(&batch, NULL) == REFDYN_FUNCTION_MISSING);
@@ -284,6 +330,7 @@ static void test_samples(void) {
 
 int main(void) {
     test_each_case_is_as_alone();
+    test_lanes();
     test_order_and_selection();
     test_statics();
     test_leaving();
