@@ -8,8 +8,8 @@ import pytest
 from program import BUILD, SOURCE
 
 RUNTIME = SOURCE / "runtime"
-PUBLIC = [RUNTIME / "refdyn.h", RUNTIME / "refdyn_model.h", RUNTIME / "gsl" / "refdyn_gsl.h"]
-CORE_ONLY = PUBLIC[:2]
+PUBLIC = [RUNTIME / "refdyn.h", RUNTIME / "refdyn_model.h", RUNTIME / "refdyn_lanes.h", RUNTIME / "gsl" / "refdyn_gsl.h"]
+CORE_ONLY = PUBLIC[:3]
 WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Wconversion", "-Werror"]
 COMPILERS = {"gcc C11": ["gcc", "-std=c11", "-xc"], "gcc newer C": ["gcc", "-std=gnu2x", "-xc"],
              "gcc C++17": ["g++", "-std=c++17", "-xc++"], "gcc newer C++": ["g++", "-std=gnu++20", "-xc++"],
