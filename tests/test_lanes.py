@@ -34,7 +34,7 @@ def emit(folder, scene, *options):
 
 def compile_all(folder, scene, compiler, link=True):
     """All sources, that of lanes for each width; the symbols of the objects of lanes by width."""
-    name, files = emit(folder, scene, "--lanes")
+    name, files = emit(folder, scene, "--for-lanes")
     include = ["-I", SOURCE / "runtime"]
     jobs = [(source, []) for source in files if source.endswith(".c") and not source.endswith("_lanes.c")]
     jobs += [(f"{name}_lanes.c", [f"-DLANES={width}", "-Wno-psabi"]) for width in WIDTHS]
@@ -89,7 +89,7 @@ def test_same_bits_without_fused_sums(compiler, tmp_path):
 @pytest.mark.parametrize("compiler", COMPILERS, ids=name_of)
 @pytest.mark.parametrize("scene", FEW, ids=name_of)
 def test_compiles_without_warning(scene, compiler, tmp_path):
-    name, _ = emit(tmp_path, scene, "--lanes")
+    name, _ = emit(tmp_path, scene, "--for-lanes")
     for width in WIDTHS:
         done = subprocess.run([*compiler, *WARNINGS, f"-DLANES={width}", "-I", SOURCE / "runtime", "-O1", "-c", f"{name}_lanes.c", "-o", "out.o"],
                               cwd=tmp_path, capture_output=True, text=True)
@@ -111,7 +111,7 @@ def test_one_name_and_libm(scene, tmp_path):
 
 
 def test_width_is_asked_for(tmp_path):
-    name, _ = emit(tmp_path, FEW[-1], "--lanes")
+    name, _ = emit(tmp_path, FEW[-1], "--for-lanes")
     for option in ([], ["-DLANES=3"]):
         done = subprocess.run(["gcc", *option, "-I", SOURCE / "runtime", "-c", f"{name}_lanes.c"], cwd=tmp_path, capture_output=True, text=True)
         assert done.returncode != 0 and "how many motions stand side by side" in done.stderr
@@ -119,7 +119,7 @@ def test_width_is_asked_for(tmp_path):
 
 @pytest.mark.parametrize("scene", FEW, ids=name_of)
 def test_equal_on_every_run_and_beside_the_same_files(scene, tmp_path):
-    first, again = (emit(tmp_path / folder, scene, "--lanes")[1] for folder in "ab")
+    first, again = (emit(tmp_path / folder, scene, "--for-lanes")[1] for folder in "ab")
     assert first == again
     refdyn("gen", scene[0], *scene[1], "-o", tmp_path / "plain")
     plain = {path.name: path.read_text() for path in (tmp_path / "plain").iterdir()}
@@ -129,7 +129,7 @@ def test_equal_on_every_run_and_beside_the_same_files(scene, tmp_path):
 def test_old_lanes_are_removed(tmp_path):
     """They would be compiled with functions that they are not made for; a file of somebody else stays."""
     scene = FEW[-1]
-    name, files = emit(tmp_path, scene, "--lanes")
+    name, files = emit(tmp_path, scene, "--for-lanes")
     refdyn("gen", scene[0], *scene[1], "-o", tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == {f"{name}.h", f"{name}.c"}
     (tmp_path / f"{name}_lanes.c").write_text("int mine;\n")
@@ -137,7 +137,7 @@ def test_old_lanes_are_removed(tmp_path):
     assert (tmp_path / f"{name}_lanes.c").read_text() == "int mine;\n"
     shutil.rmtree(tmp_path)
     long = (REFERENCE, ["--set", "n_rfe=24", "--loops", "never", "--emit", "all,tangent"])
-    parts = [path for path in emit(tmp_path, long, "--lanes")[1] if re.search(r"_\d+\.c$", path)]
+    parts = [path for path in emit(tmp_path, long, "--for-lanes")[1] if re.search(r"_\d+\.c$", path)]
     assert parts
-    emit(tmp_path, scene, "--lanes")
+    emit(tmp_path, scene, "--for-lanes")
     assert {path.name for path in tmp_path.iterdir()} == set(files)

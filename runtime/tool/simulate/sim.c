@@ -225,7 +225,7 @@ static enum status simulate(const struct task *task, const struct refdyn_options
 /* False: they are not all in the temporary file or in the result, as is told. */
 static bool copy_rows(struct candidate *from, struct row_sink *to, struct target *target) {
     struct table table;
-    if (fflush(from->rows) != 0) {
+    if (fflush(from->rows) != 0 || ferror(from->rows)) { /* then errno is that of the write which failed */
         fprintf(stderr, "refdyn: a temporary file: not all could be written: %s\n", strerror(errno));
         keep_part(target, false, false);
         return false;
