@@ -130,6 +130,17 @@ def test_from_statics(tmp_path):
             assert file["final/arm_psi"][case] == read_run(tmp_path / "sim.csv")["arm_psi"][-1]
 
 
+@pytest.mark.parametrize("threads", [1, 4])
+def test_no_equilibrium(threads, tmp_path):
+    """A case that finds none has made no steps, whatever its thread did before."""
+    sweep = HEAD + 'return rd.sweep { vary = { torque = { 0.1, 1e308, 0.2, -1e308 }, arm_psi_d = 3 }, t_end = 1, from = "statics" }'
+    batch(tmp_path, sweep, "--threads", threads)
+    with h5py.File(tmp_path / "runs.h5") as file:
+        assert list(file["status"]) == [0, 3, 0, 3]
+        assert list(file["steps"][...] == 0) == [False, True, False, True]
+        assert file["reason"].asstr()[1].startswith("equilibrium at t = 0 s: ")
+
+
 def test_courses_of_inputs(tmp_path):
     """Files of samples vary; each motion is that of `sim --inputs`."""
     (tmp_path / "calm.csv").write_text("t,torque\n0,0.1\n")

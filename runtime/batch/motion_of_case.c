@@ -215,6 +215,7 @@ int refdyn_worker_run(struct worker *worker, long index) {
     worker->now.index = index;
     worker->now.number = batch->numbers ? batch->numbers[index] : index;
     worker->integrator.t = batch->t;
+    worker->integrator.statistics = (struct refdyn_statistics){.steps = 0}; /* not of the case before */
     worker->work.fault = (struct refdyn_fault){.row = -1, .coordinate = -1};
     if (!left)
         result.status = move(worker, &result, &left);
