@@ -304,6 +304,29 @@ def test_damaged_journals(damage, long_done, tmp_path):
     assert datasets(tmp_path / "runs.h5") == datasets(long_done[0])
 
 
+def test_short_file_with_the_name_of_the_journal(tmp_path):
+    """Somebody's text is neither written over nor removed; the beginning of a journal is."""
+    journal = tmp_path / "runs.h5.journal"
+    journal.write_text("a note")
+    assert "this is no journal of a batch" in batch(tmp_path, SWEEP, status=1).stderr
+    assert journal.read_text() == "a note"
+    journal.write_text("refdyn ba")
+    batch(tmp_path, SWEEP)
+    assert not journal.exists()
+
+
+def test_outputs_spare_inputs(tmp_path):
+    """Files of samples and of the state, which the batch reads, are not written over."""
+    (tmp_path / "in.csv").write_text("t,torque\n0,0.1\n")
+    (tmp_path / "state.h5").write_text('{"q": [0.3, 0.1], "qd": [0, 0]}')
+    sweep = HEAD + 'return rd.sweep { vary = { inputs = "in.csv" }, t_end = 0.1, from = "state.h5" }'
+    for name in ("in.csv", "state.h5"):
+        before = (tmp_path / name).read_bytes()
+        assert "another name is needed" in batch(tmp_path, sweep, output=name, status=1).stderr
+        assert (tmp_path / name).read_bytes() == before
+    assert sorted(os.listdir(tmp_path)) == ["in.csv", "state.h5", "sweep.lua"]
+
+
 def test_disk_full(tmp_path):
     """Where no more can be written, what was computed stays, and the batch goes on once there is room."""
     (tmp_path / "sweep.lua").write_text(SWEEP)

@@ -204,10 +204,19 @@ static bool is_of_same_batch(const struct journal *journal, const struct head *f
     return true;
 }
 
+static const char not_a_journal[] = "this is no journal of a batch, another name of the result is needed";
+
+/* What a kill leaves of a head, too. */
+static bool begins_as_journal(const struct journal *journal, int64_t size) {
+    char found[LEAD_LENGTH];
+    const size_t length = size < LEAD_LENGTH ? (size_t)size : LEAD_LENGTH;
+    return read_at(journal, found, length, 0) && memcmp(found, lead, length) == 0;
+}
+
 static bool go_on(struct journal *journal, const struct head *asked, bool resume) {
     struct head found;
     if (!read_at(journal, &found, sizeof found, 0) || memcmp(found.lead, lead, LEAD_LENGTH) != 0)
-        return complain(journal, "this is no journal of a batch, another name of the result is needed");
+        return complain(journal, not_a_journal);
     if (!resume)
         return complain(journal, "an interrupted batch has left its cases here: --resume goes on with it, "
                                  "without the file it begins anew");
@@ -243,6 +252,8 @@ bool journal_open(struct journal *journal, const char *result, const struct jour
     const struct head head = head_of(journal, key);
     if (status.st_size > (off_t)sizeof head)
         return go_on(journal, &head, resume);
+    if (!begins_as_journal(journal, status.st_size))
+        return complain(journal, not_a_journal);
     return write_at(journal, &head, sizeof head, 0); /* no case has ended in it */
 }
 
