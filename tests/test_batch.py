@@ -165,6 +165,37 @@ def test_one_case_again(done, tmp_path):
     assert "stand together" in refdyn("sim", MODEL, "--case", "2", "--until", "1", status=2).stderr
 
 
+WITH_FILES = HEAD + """return rd.sweep {
+  vary = { inputs = { "calm.csv", "gust.csv" }, mass = rd.grid(0.5, 2, 1000) }, t_end = 10, tol = 1e-9, from = "state.json" }
+"""
+
+
+def write_files(folder):
+    (folder / "calm.csv").write_text("t,torque\n0,0.1\n")
+    (folder / "gust.csv").write_text("t,torque\n0,0.1\n0.07,0.4\n")
+    (folder / "state.json").write_text('{"q": [0.3, 0.1], "qd": [0, 0]}')
+
+
+def test_one_case_again_after_its_files_changed(tmp_path):
+    """A case takes its own files only, the same as in the batch, and does not write over them."""
+    write_files(tmp_path)
+    batch(tmp_path, WITH_FILES.replace("1000", "2").replace("10,", "0.3,"))
+    again = ["sim", "--case", "0", "--of", tmp_path / "runs.h5", "-o"]
+    (tmp_path / "gust.csv").unlink()
+    refdyn(*again, tmp_path / "case.csv")
+    with h5py.File(tmp_path / "runs.h5") as file:
+        assert file["final/arm_psi"][0] == read_run(tmp_path / "case.csv")["arm_psi"][-1]
+    for name in ("calm.csv", "state.json"):
+        assert "another name is needed" in refdyn(*again, tmp_path / name, status=1).stderr
+    for name in ("calm.csv", "state.json"):
+        text = (tmp_path / name).read_text()
+        (tmp_path / name).write_text(text.replace("0.1", "0.2"))
+        said = refdyn(*again, tmp_path / "other.csv", status=1).stderr
+        assert f"{name}: it has changed since the batch was computed" in said, said
+        (tmp_path / name).write_text(text)
+    assert not (tmp_path / "other.csv").exists()
+
+
 def test_what_a_structure_lacks(tmp_path):
     """A start value of the third rod varies in cases that have one, and is NaN in the others."""
     batch(tmp_path, HEAD + "return rd.sweep { vary = { third_psi = { 0.1, 0.2 }, pieces = { 2, 3 } }, t_end = 0.1 }")
@@ -209,8 +240,8 @@ LONG = HEAD + """return rd.sweep { vary = { mass = rd.grid(0.5, 2, 3000) }, t_en
   keep = { final = true, history = { "tip_x" } }, every = 0.1 }"""
 
 
-def start(folder, *arguments):
-    (folder / "sweep.lua").write_text(LONG)
+def start(folder, *arguments, sweep=LONG):
+    (folder / "sweep.lua").write_text(sweep)
     return subprocess.Popen([REFDYN, "batch", str(MODEL), str(folder / "sweep.lua"), "-o", str(folder / "runs.h5"),
                              "--threads", "2", *arguments], stderr=subprocess.PIPE, text=True)
 
@@ -241,9 +272,9 @@ def test_killed_at_any_moment(long_done, tmp_path):
     assert sorted(os.listdir(tmp_path)) == ["runs.h5", "sweep.lua"]
 
 
-def interrupt(folder):
+def interrupt(folder, *arguments, sweep=LONG):
     """A batch with some cases in its journal."""
-    process = start(folder)
+    process = start(folder, *arguments, sweep=sweep)
     journal = folder / "runs.h5.journal"
     while not journal.exists() or journal.stat().st_size < 20000:
         time.sleep(0.01)
@@ -274,6 +305,18 @@ def test_another_batch_does_not_go_on(tmp_path):
         said = batch(tmp_path, sweep, "--resume", *arguments, model=path, status=1).stderr
         assert "the journal: --resume needs the same" in said and (what in said or what == "options"), said
         assert (tmp_path / "runs.h5.journal").read_bytes() == kept
+
+
+def test_changed_files_do_not_go_on(tmp_path):
+    write_files(tmp_path)
+    interrupt(tmp_path, sweep=WITH_FILES)
+    for name in ("calm.csv", "state.json"):
+        text = (tmp_path / name).read_text()
+        (tmp_path / name).write_text(text.replace("0.1", "0.2"))
+        said = batch(tmp_path, WITH_FILES, "--resume", status=1).stderr
+        assert "the files of inputs or of the state of this batch are not those of the journal" in said, said
+        (tmp_path / name).write_text(text)
+    batch(tmp_path, WITH_FILES, "--resume")
 
 
 def test_two_writers(tmp_path):

@@ -35,18 +35,17 @@ static enum status check_suffix(struct results *results, const struct batch_setu
     return usage_error(setup->options.command, "-o %s: a name that ends in .h5 or .csv is needed", path);
 }
 
+static bool spare(void *context, const char *path) {
+    targets_spare(context, path);
+    return true;
+}
+
 /* What the batch reads is no place for what it writes. */
 static void spare_inputs(struct targets *targets, const struct batch_setup *setup) {
     const struct options *options = &setup->options;
-    const struct cases *cases = &setup->sweep.cases;
-    const char *state = options_state_path(options->from);
     scene_spare_sources(&setup->base, targets);
     targets_spare(targets, options->table ? options->table : options->operands[1]);
-    if (state)
-        targets_spare(targets, state);
-    for (int i = 0; i < cases->width; i++)
-        for (int k = 0; cases->columns[i].kind == VARIED_SAMPLES && k < cases->columns[i].text_count; k++)
-            targets_spare(targets, cases->columns[i].texts[k]);
+    batch_for_each_file(setup, spare, targets);
 }
 
 static enum status open_results(struct results *results, struct batch_setup *setup) {

@@ -19,7 +19,7 @@ struct again {
     struct runs_reader *runs;
     struct scratch folder; /* of the model's files */
     bool has_folder;
-    json_t *model, *options;
+    json_t *model, *options, *files;
     struct targets targets;
     struct target *rows;
     struct table table;
@@ -89,6 +89,15 @@ static void read_options(struct again *again, const struct options *given, const
     options->loops = text_of(again, "loops");
 }
 
+/* Texts of other cases are not needed: their files may be gone. */
+static void leave_one_text(struct varied *column) {
+    if (!column->texts)
+        return;
+    column->texts += (int)column->values[0];
+    column->text_count = 1;
+    column->values[0] = 0;
+}
+
 /* The case alone, as case number 0. */
 static enum status read_case(struct again *again, const char *path, double number) {
     struct memory *memory = &again->setup.memory;
@@ -105,8 +114,22 @@ static enum status read_case(struct again *again, const char *path, double numbe
         cases->columns[i] = all->columns[i];
         cases->columns[i].values = memory_get(memory, sizeof(double));
         cases->columns[i].values[0] = all->columns[i].values[row];
+        leave_one_text(&cases->columns[i]);
     }
     return STATUS_DONE;
+}
+
+/* A file that has another hash than `files` tells would give other numbers. */
+static bool check_file(void *context, const char *path) {
+    const struct again *again = context;
+    const char *known = json_string_value(json_object_get(again->files, path));
+    char hash[JOURNAL_HASH];
+    if (!known)
+        return true;
+    if (!batch_hash_file(path, hash))
+        return false;
+    return strcmp(hash, known) == 0 ||
+           complain(path, "it has changed since the batch was computed") == STATUS_DONE;
 }
 
 /* What made the batch look at its times: outputs where anything is kept of them, and times of their own. */
@@ -171,20 +194,29 @@ static enum status move(struct again *again) {
     return again->status ? STATUS_NUMBERS : status;
 }
 
+static bool spare(void *context, const char *path) {
+    targets_spare(context, path);
+    return true;
+}
+
 static enum status open_case(struct again *again, const struct options *given, const char **path) {
     const char *of = given->of;
     again->model = load_attribute(again->runs, "model");
     again->options = load_attribute(again->runs, "options");
+    again->files = load_attribute(again->runs, "files");
     if (!again->model || !again->options)
         return complain(of, "the file does not tell its model and options");
     enum status status = write_model(again, path);
     read_options(again, given, path);
     if (status == STATUS_DONE)
         status = read_case(again, of, given->case_number);
+    if (status == STATUS_DONE && !batch_for_each_file(&again->setup, check_file, again))
+        status = STATUS_FAULT;
     read_keep(again);
     if (status == STATUS_DONE)
         status = batch_setup_complete(&again->setup);
     targets_spare(&again->targets, of);
+    batch_for_each_file(&again->setup, spare, &again->targets);
     if (status == STATUS_DONE && !(again->rows = target_open(&again->targets, given->output)))
         status = STATUS_FAULT;
     return status;
@@ -204,5 +236,6 @@ enum status run_case_again(const struct options *options) {
         runs_close(again.runs);
     json_decref(again.model);
     json_decref(again.options);
+    json_decref(again.files);
     return status;
 }

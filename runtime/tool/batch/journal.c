@@ -11,11 +11,12 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-const char *const journal_parts[JOURNAL_PARTS] = {"model files", "cases", "options"};
+const char *const journal_parts[JOURNAL_PARTS] = {"model files", "cases", "options",
+                                                  "files of inputs or of the state"};
 
 enum { LEAD_LENGTH = 16, REASON_MOST = 4096 };
 
-static const char lead[LEAD_LENGTH] = "refdyn batch 1\n";
+static const char lead[LEAD_LENGTH] = "refdyn batch 2\n";
 
 struct head {
     char lead[LEAD_LENGTH];

@@ -14,7 +14,7 @@
 #include <stdint.h>
 
 /* What must be the same for a batch to go on: hashes of its parts, which are named here in words. */
-enum { JOURNAL_PARTS = 3, JOURNAL_HASH = 65 };
+enum { JOURNAL_PARTS = 4, JOURNAL_HASH = 65 };
 extern const char *const journal_parts[JOURNAL_PARTS];
 
 struct journal_key {
