@@ -165,6 +165,16 @@ def test_one_case_again(done, tmp_path):
     assert "stand together" in refdyn("sim", MODEL, "--case", "2", "--until", "1", status=2).stderr
 
 
+@pytest.mark.parametrize("arguments, message", [
+    (["-o", "case.csv", "--tol", "1e-9"], "--tol: the case of --of has its own"),
+    (["-o", "case.csv", "--set", "mass=3"], "--set: the case of --of has its own"),
+    (["-o", "case.h5"], "-o case.h5: a case of --of is written as CSV")])
+def test_one_case_again_takes_no_options(arguments, message, done, tmp_path):
+    said = refdyn("sim", "--case", "0", "--of", done, *arguments, cwd=tmp_path, status=2).stderr
+    assert message in said, said
+    assert not os.listdir(tmp_path)
+
+
 WITH_FILES = HEAD + """return rd.sweep {
   vary = { inputs = { "calm.csv", "gust.csv" }, mass = rd.grid(0.5, 2, 1000) }, t_end = 10, tol = 1e-9, from = "state.json" }
 """
@@ -305,6 +315,17 @@ def test_another_batch_does_not_go_on(tmp_path):
         said = batch(tmp_path, sweep, "--resume", *arguments, model=path, status=1).stderr
         assert "the journal: --resume needs the same" in said and (what in said or what == "options"), said
         assert (tmp_path / "runs.h5.journal").read_bytes() == kept
+
+
+def test_another_range_does_not_go_on(long_done, tmp_path):
+    """Cases that are done are not thrown away; a wider range takes them."""
+    interrupt(tmp_path, "--cases", "0:2000")
+    kept = (tmp_path / "runs.h5.journal").read_bytes()
+    said = batch(tmp_path, LONG, "--resume", "--cases", "2500:2501", status=1).stderr
+    assert "case 0 is done here, and --cases leaves it out" in said, said
+    assert (tmp_path / "runs.h5.journal").read_bytes() == kept
+    batch(tmp_path, LONG, "--resume")
+    assert datasets(tmp_path / "runs.h5") == datasets(long_done[0])
 
 
 def test_changed_files_do_not_go_on(tmp_path):

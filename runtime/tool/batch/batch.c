@@ -59,10 +59,10 @@ static enum status open_results(struct results *results, struct batch_setup *set
         results->summary = target_open(&results->targets, options->summary);
     if (!results->runs || (options->summary && !results->summary))
         return STATUS_FAULT;
-    return journal_open(&results->journal, options->output, &setup->key, setup->sweep.cases.count,
-                        setup->layout.width, options->resume)
-               ? STATUS_DONE
-               : STATUS_FAULT;
+    const bool is_open = journal_open(&results->journal, options->output, &setup->key,
+                                      setup->sweep.cases.count, setup->layout.width, options->resume) &&
+                         journal_is_within(&results->journal, setup->first, setup->end);
+    return is_open ? STATUS_DONE : STATUS_FAULT;
 }
 
 /* ---- A trial ---- */

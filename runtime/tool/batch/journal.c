@@ -258,6 +258,15 @@ bool journal_open(struct journal *journal, const char *result, const struct jour
     return write_at(journal, &head, sizeof head, 0); /* no case has ended in it */
 }
 
+bool journal_is_within(const struct journal *journal, long first, long end) {
+    for (long number = 0; number < journal->case_count; number++)
+        if (journal->offsets[number] != 0 && (number < first || number >= end))
+            return complain(journal, text_format("case %ld is done here, and --cases leaves it out: --resume "
+                                                 "needs the same range or a wider one",
+                                                 number));
+    return true;
+}
+
 void journal_remove(struct journal *journal) {
     unlink(journal->path);
 }
