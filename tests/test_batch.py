@@ -229,6 +229,37 @@ def test_csv(tmp_path):
         assert list(run["case"]) == [0, 1, 2] and list(run["mass"]) == [0.5, 1.25, 2]
 
 
+def test_csv_with_texts(tmp_path):
+    """Names of files with a comma and quotes, as other programs read them."""
+    import csv
+    names = ["a,b.csv", 'say "x".csv', "plain.csv"]
+    for name in names:
+        (tmp_path / name).write_text("t,torque\n0,0.1\n")
+    listed = ", ".join("[[%s]]" % name for name in names)
+    batch(tmp_path, HEAD + "return rd.sweep { vary = { inputs = { %s } }, t_end = 0.1 }" % listed, output="runs.csv")
+    with open(tmp_path / "runs.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [os.path.basename(row["inputs"]) for row in rows] == names
+    assert all(row["status"] == "0" and row["t"] == "0.1" for row in rows)
+
+
+def test_input_has_one_source(tmp_path):
+    """Samples would hide the number that varies."""
+    write_files(tmp_path)
+    said = batch(tmp_path, HEAD + 'return rd.sweep { vary = { inputs = "gust.csv", torque = { 1, 2 } }, t_end = 0.1 }', status=1).stderr
+    assert "the input torque varies as a number and in files of inputs, one of them is needed" in said, said
+
+
+def test_failed_cases_again(tmp_path):
+    """Told as in the batch, and no empty file is left where no motion began."""
+    (tmp_path / "cases.csv").write_text("mass,torque\n-5,0\n1,1e308\n")
+    refdyn("batch", MODEL, "--table", tmp_path / "cases.csv", "--until", "0.1", "--from", "statics", "-o", tmp_path / "runs.h5")
+    for case, status in ((0, 1), (1, 3)):
+        said = refdyn("sim", "--case", case, "--of", tmp_path / "runs.h5", "-o", tmp_path / "case.csv", status=status).stderr
+        assert not case and said.startswith("model.lua:10: links[1].mass: value -5") or "Newton" in said, said
+    assert sorted(os.listdir(tmp_path)) == ["cases.csv", "runs.h5"]
+
+
 def test_dry_run(tmp_path):
     said = batch(tmp_path, SWEEP, "--dry-run").stderr
     assert "cases        24, 2 structures; what varies: arm_psi mass pieces" in said

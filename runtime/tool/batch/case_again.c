@@ -23,7 +23,8 @@ struct again {
     struct targets targets;
     struct target *rows;
     struct table table;
-    int status; /* of the runtime */
+    bool has_rows; /* the motion has begun */
+    int status;    /* of the runtime */
 };
 
 static enum status complain(const char *path, const char *fact) {
@@ -154,6 +155,7 @@ static void read_keep(struct again *again) {
 static int write_row(void *context, const struct refdyn_batch_case *one, int number) {
     struct again *again = context;
     if (number == 0) {
+        again->has_rows = true;
         table_start(&again->table, one->integrator);
         table_header(&again->table, again->rows->file);
     }
@@ -175,6 +177,12 @@ static int note_end(void *context, const struct refdyn_batch_case *one,
     return 0;
 }
 
+/* The folder of the model is gone when its place is read. */
+static const char *without_folder(const struct again *again, const char *text) {
+    const size_t length = strlen(again->folder.path);
+    return strncmp(text, again->folder.path, length) == 0 && text[length] == '/' ? text + length + 1 : text;
+}
+
 static enum status move(struct again *again) {
     struct structure *structure = &again->setup.structures.list[0];
     struct refdyn_batch batch = batch_of_structure(&again->setup, structure);
@@ -184,12 +192,14 @@ static enum status move(struct again *again) {
     batch.end = note_end;
     const char *reason = structure_refuses(structure, &again->setup.sweep.cases, 0);
     if (reason) {
-        fprintf(stderr, "%s\n", reason);
+        fprintf(stderr, "%s\n", without_folder(again, reason));
         return STATUS_FAULT;
     }
     const int result = refdyn_batch_run(&batch, NULL);
     if (result)
         return complain(structure->scene.model->name, refdyn_status_text(result));
+    if (!again->has_rows)
+        return STATUS_NUMBERS;
     const enum status status = target_finish(again->rows) ? STATUS_DONE : STATUS_FAULT;
     return again->status ? STATUS_NUMBERS : status;
 }
