@@ -216,6 +216,22 @@ def test_what_a_structure_lacks(tmp_path):
         assert file["final/arm_psi"][0] == file["final/arm_psi"][1] and file["final/arm_psi"][2] != file["final/arm_psi"][3]
 
 
+def test_names_of_many_structures(tmp_path):
+    """A name that only the 66th structure has is known, and the one that none has is told of."""
+    (tmp_path / "chain.lua").write_text("""local rd = require "refdyn"
+local links = {}
+for i = 1, rd.option("n", 1, { from = 1 }) do
+  links[i] = { "l" .. i, on = i > 1 and "l" .. i - 1 or nil, joint = { "psi" }, mass = 1, center = { 0.2, 0, 0 }, inertia = { zz = 1 } }
+end
+return rd.model { name = "chain", gravity = { 0, -9.81, 0 }, links = links }
+""")
+    sweep = HEAD + """local n = {}
+for i = 1, 70 do n[i] = i end
+return rd.sweep { vary = { n = n, l66_psi = 0.1, l71_psi = 0.1 }, t_end = 0.1 }"""
+    said = batch(tmp_path, sweep, model=tmp_path / "chain.lua", status=1).stderr
+    assert "l71_psi: unknown name" in said and "l66_psi: unknown" not in said, said
+
+
 def test_csv(tmp_path):
     sweep = HEAD + """return rd.sweep { vary = { mass = rd.grid(0.5, 2, 3) }, t_end = 0.3,
       keep = { final = true, extremes = { "tip_z" }, norms = { "tip_x" } } }"""
