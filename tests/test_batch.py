@@ -175,6 +175,21 @@ def test_one_case_again_takes_no_options(arguments, message, done, tmp_path):
     assert not os.listdir(tmp_path)
 
 
+@pytest.mark.parametrize("where, name, value, message", [
+    ("/", "model", "[]", "the file does not tell its model and options"),
+    ("/", "options", "[]", "the file does not tell its model and options"),
+    ("/", "options", '{"set": {"torque": 3}, "until": 0.5}', "torque"),
+    ("cases/mass", "kind", "option", "/cases/mass: has no form of a file of runs"),
+    ("cases/pieces", "kind", "parameter", "/cases/pieces: has no form of a file of runs")])
+def test_one_case_of_a_damaged_file(where, name, value, message, done, tmp_path):
+    import shutil
+    shutil.copy(done, tmp_path / "runs.h5")
+    with h5py.File(tmp_path / "runs.h5", "r+") as file:
+        file[where].attrs[name] = value
+    said = refdyn("sim", "--case", "0", "--of", tmp_path / "runs.h5", "-o", tmp_path / "case.csv", status=1).stderr
+    assert message in said, said
+
+
 WITH_FILES = HEAD + """return rd.sweep {
   vary = { inputs = { "calm.csv", "gust.csv" }, mass = rd.grid(0.5, 2, 1000) }, t_end = 10, tol = 1e-9, from = "state.json" }
 """

@@ -74,7 +74,7 @@ static void read_options(struct again *again, const struct options *given, const
     options->settings =
         memory_get(&again->setup.memory, (json_object_size(set) + 1) * sizeof *options->settings);
     json_object_foreach(set, name, value) options->settings[options->setting_count++] =
-        (struct setting){.name = name, .value = json_string_value(value)};
+        (struct setting){.name = name, .value = json_is_string(value) ? json_string_value(value) : ""};
     options->until = number_of(again, "until");
     options->every = number_of(again, "every");
     options->step = number_of(again, "step");
@@ -214,7 +214,7 @@ static enum status open_case(struct again *again, const struct options *given, c
     again->model = load_attribute(again->runs, "model");
     again->options = load_attribute(again->runs, "options");
     again->files = load_attribute(again->runs, "files");
-    if (!again->model || !again->options)
+    if (json_object_size(again->model) == 0 || !json_is_object(again->options))
         return complain(of, "the file does not tell its model and options");
     enum status status = write_model(again, path);
     read_options(again, given, path);
