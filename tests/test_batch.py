@@ -260,6 +260,16 @@ def test_csv(tmp_path):
         assert list(run["case"]) == [0, 1, 2] and list(run["mass"]) == [0.5, 1.25, 2]
 
 
+def test_command_is_told(tmp_path):
+    """As a shell takes it, whatever the words have in them."""
+    import shlex
+    output = "it's \"50 %\" $x.h5"
+    batch(tmp_path, VARY % ("mass = 1", ""), "--hold", "", output=output)
+    with h5py.File(tmp_path / output) as file:
+        words = shlex.split(file.attrs["command"])
+    assert words[1] == "batch" and "" in words and str(tmp_path / output) in words
+
+
 def test_csv_with_texts(tmp_path):
     """Names of files with a comma and quotes, as other programs read them."""
     import csv

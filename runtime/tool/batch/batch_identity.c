@@ -115,13 +115,26 @@ static const char *text_of(struct batch_setup *setup,
     return copy;
 }
 
-/* The command line, its words in quotes where they have blanks. */
+/* A word as a shell takes it: in single quotes where it is empty or has a character that means something. */
+static void add_word(struct text *text, const char *word) {
+    static const char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+./,:=@%";
+    if (*word && word[strspn(word, plain)] == '\0') {
+        text_add(text, "%s", word);
+        return;
+    }
+    text_add(text, "'");
+    for (; *word; word++)
+        text_add(text, "%.*s", *word == '\'' ? 4 : 1, *word == '\'' ? "'\\''" : word);
+    text_add(text, "'");
+}
+
 static const char *command_of(struct batch_setup *setup) {
     const struct options *options = &setup->options;
     struct text text = {.memory = &setup->memory};
-    for (int i = 0; i < options->argument_count; i++)
-        text_add(&text, strpbrk(options->arguments[i], " \t\n'") ? "%s\"%s\"" : "%s%s", i ? " " : "",
-                 options->arguments[i]);
+    for (int i = 0; i < options->argument_count; i++) {
+        text_add(&text, "%s", i ? " " : "");
+        add_word(&text, options->arguments[i]);
+    }
     return text.data;
 }
 
