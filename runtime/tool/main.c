@@ -6,6 +6,11 @@
 #include <stdio.h>
 #include <unistd.h>
 
+/* `sim` of a model, or of a case of a batch. */
+static enum status run_motion(const struct options *options) {
+    return options->of ? run_case_again(options) : run_sim(options);
+}
+
 static const struct command commands[] = {
     {.name = "gen",
      .run = run_gen,
@@ -65,7 +70,7 @@ static const struct command commands[] = {
          "  refdyn modes models/pendulum.lua --modes 4\n"
          "  refdyn modes models/fourbar.lua --at state.json\n"},
     {.name = "sim",
-     .run = run_sim,
+     .run = run_motion,
      .operands = "MODEL.lua",
      .options = "until! from method step tol step-max accuracy verify inputs stop every stabilise singular "
                 "start hold "
@@ -82,18 +87,23 @@ static const struct command commands[] = {
          "flexible.csv\n"
          "  refdyn sim --case 12 --of runs.h5 -o case12.csv\n"},
     {.name = "batch",
-     .run = run_batch,
+     .run = run_batch_anywhere,
      .operands = "MODEL.lua [SWEEP.lua]",
      .options = "output! table until from method step tol step-max every stabilise singular start hold "
-                "cases threads resume dry-run summary set",
+                "cases threads resume dry-run slurm chunks slurm-options summary set",
      .output = "RUNS.h5",
      .purpose = "many motions of a model, into one file",
      .help = "The cases are those of SWEEP.lua, or the rows of a table. RUNS.h5 has what varied, status and "
              "reason of each\n"
              "case, and what was kept of it; RUNS.csv one row a case. While it runs, what is done is in "
-             "RUNS.h5.journal.\n\n"
+             "RUNS.h5.journal.\n"
+             "With --slurm jobs of Slurm compute the cases; their scripts and messages are in "
+             "RUNS.h5.slurm. Given again,\n"
+             "it computes what is missing.\n\n"
              "  refdyn batch models/manipulator.lua sweep.lua -o runs.h5\n"
-             "  refdyn batch models/manipulator.lua --table cases.csv --until 1 -o runs.csv\n"},
+             "  refdyn batch models/manipulator.lua --table cases.csv --until 1 -o runs.csv\n"
+             "  refdyn batch models/manipulator.lua sweep.lua --slurm --slurm-options '--partition=long' -o "
+             "runs.h5\n"},
     {.name = "plot",
      .run = run_plot,
      .operands = "RUN...",

@@ -1,10 +1,12 @@
 /* `refdyn batch`: many motions of one model, into one file. */
 #include "batch/batch_run.h"
+#include "batch/present_result.h"
 #include "batch/runs_csv.h"
 #include "command_line/commands.h"
 #include "system/interrupt.h"
 
 #include <string.h>
+#include <unistd.h>
 
 /* What a call writes. */
 struct results {
@@ -208,17 +210,37 @@ static enum status compute(struct results *results, struct batch_setup *setup) {
     return status;
 }
 
+/* With --resume and without a journal: a file that is there is the result already, or is not to be replaced.
+ * A CSV does not tell of what batch it is. */
+static enum present_result find_present(const struct batch_setup *setup) {
+    const char *path = setup->options.output;
+    if (!setup->options.resume || has_ending(path, ".csv"))
+        return PRESENT_NONE;
+    const bool has_journal = access(text_format("%s.journal", path), F_OK) == 0;
+    return has_journal ? PRESENT_NONE : present_result(setup, path, setup->first, setup->end);
+}
+
+static enum status compute_missing(struct results *results, struct batch_setup *setup) {
+    const enum present_result present = find_present(setup);
+    if (present == PRESENT_OTHER) {
+        fprintf(stderr, "refdyn: --resume needs the same batch; without it the file is replaced\n");
+        return STATUS_FAULT;
+    }
+    if (present == PRESENT_COMPLETE) {
+        fprintf(stderr, "refdyn: %s has all %ld cases: nothing is left to do\n", setup->options.output,
+                setup->end - setup->first);
+        return STATUS_DONE;
+    }
+    const enum status status = open_results(results, setup);
+    return status == STATUS_DONE ? compute(results, setup) : status;
+}
+
 enum status run_batch(const struct options *options) {
     struct batch_setup setup;
     struct results results = {.journal = {.file = -1}};
     enum status status = batch_setup_open(&setup, options);
-    if (status == STATUS_DONE && options->dry_run)
-        status = run_dry(&setup);
-    else if (status == STATUS_DONE) {
-        status = open_results(&results, &setup);
-        if (status == STATUS_DONE)
-            status = compute(&results, &setup);
-    }
+    if (status == STATUS_DONE)
+        status = options->dry_run ? run_dry(&setup) : compute_missing(&results, &setup);
     journal_close(&results.journal);
     targets_release(&results.targets);
     batch_setup_close(&setup);

@@ -251,7 +251,8 @@ bool journal_open(struct journal *journal, const char *result, const struct jour
     if (fstat(journal->file, &status) != 0 || !S_ISREG(status.st_mode))
         return complain(journal, "it is no regular file");
     const struct head head = head_of(journal, key);
-    if (status.st_size > (off_t)sizeof head)
+    const off_t size = (off_t)sizeof head;
+    if (status.st_size > size || (status.st_size == size && resume))
         return go_on(journal, &head, resume);
     if (!begins_as_journal(journal, status.st_size))
         return complain(journal, not_a_journal);

@@ -36,7 +36,8 @@ struct journal {
 
 /*
  * Opens the journal of the result `result` for a batch of `case_count` cases that keep `width` numbers each.
- * One that is there is gone on with when `resume` is set and its key is the same, and refused otherwise.
+ * One that is there is gone on with when `resume` is set and its key is the same, and refused otherwise; one
+ * without a record is written anew unless `resume` is set.
  * False, with a complaint on stderr; journal_close in any case.
  */
 bool journal_open(struct journal *journal, const char *result, const struct journal_key *key, long case_count,

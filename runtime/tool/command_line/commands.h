@@ -16,6 +16,8 @@ enum status run_sim(const struct options *options);
 /* `sim` of a case of a batch. */
 enum status run_case_again(const struct options *options);
 enum status run_batch(const struct options *options);
+/* With --slurm gives the batch to Slurm, and is run_batch without. */
+enum status run_batch_anywhere(const struct options *options);
 enum status run_plot(const struct options *options);
 enum status run_merge(const struct options *options);
 enum status run_bench(const struct options *options);

@@ -90,6 +90,12 @@ static const struct rule rules[] = {
     {"resume", NULL, KIND_FLAG, FIELD(resume), "go on with a batch that was interrupted"},
     {"dry-run", NULL, KIND_FLAG, FIELD(dry_run),
      "check, compile and try a few cases, and tell how many there are, and time and size of all"},
+    {"slurm", NULL, KIND_FLAG, FIELD(slurm),
+     "compute the cases by jobs of Slurm, on as many machines as it gives"},
+    {"chunks", "N", KIND_COUNT, FIELD(chunks),
+     "with --slurm: how many jobs share the cases (default: one for each 16 cases, at most 100)"},
+    {"slurm-options", "TEXT", KIND_TEXT, FIELD(slurm_options),
+     "with --slurm: options of sbatch, '--partition=long --time=1:00:00'"},
     {"set", "NAME=VALUE", KIND_SETTING, 0, "set an option or a parameter of the model (repeatable)"},
     {"loops", "WHEN", KIND_TEXT, FIELD(loops),
      "auto (default), always or never: loops over equal elements instead of code for each"},
@@ -348,7 +354,50 @@ static enum status take_option(struct options *options, const struct rule *rule,
 
 static bool is_given(const struct options *options, const struct rule *rule) {
     const char *field = (const char *)options + rule->offset;
-    return rule->kind == KIND_POSITIVE ? *(const double *)field > 0 : *(const char *const *)field != NULL;
+    switch (rule->kind) {
+    case KIND_FLAG:
+        return *(const bool *)field;
+    case KIND_POSITIVE:
+    case KIND_COUNT:
+        return *(const double *)field > 0;
+    case KIND_NUMBER:
+        return *(const double *)field >= 0;
+    case KIND_SETTING:
+    case KIND_STOP:
+    case KIND_HELP:
+        return false; /* not in a field of its own */
+    default:
+        return *(const char *const *)field != NULL;
+    }
+}
+
+/* `number` has room for one. */
+static const char *value_as_text(const struct options *options, const struct rule *rule,
+                                 char number[static NUMBER_LENGTH]) {
+    const char *field = (const char *)options + rule->offset;
+    switch (rule->kind) {
+    case KIND_FLAG:
+        return NULL;
+    case KIND_POSITIVE:
+    case KIND_COUNT:
+    case KIND_NUMBER:
+        return exact_text(*(const double *)field, number);
+    default:
+        return *(const char *const *)field;
+    }
+}
+
+void options_give(const struct options *options,
+                  void take(void *context, const char *name, const char *value), void *context) {
+    for (int i = 0; i < RULE_COUNT; i++) {
+        char number[NUMBER_LENGTH];
+        if (standing_of(options->command, &rules[i]) != UNKNOWN && is_given(options, &rules[i]))
+            take(context, rules[i].name, value_as_text(options, &rules[i], number));
+    }
+    for (int i = 0; i < options->stop_count; i++)
+        take(context, "stop", options->stops[i]);
+    for (int i = 0; i < options->setting_count; i++)
+        take(context, "set", text_format("%s=%s", options->settings[i].name, options->settings[i].value));
 }
 
 /* Of a case again the file tells all but where it goes. */

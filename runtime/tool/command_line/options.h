@@ -38,13 +38,13 @@ struct options {
     int setting_count;
     const char **stops; /* --stop NAME<VALUE */
     int stop_count;
-    bool fold, verify, resume, dry_run;
+    bool fold, verify, resume, dry_run, slurm;
     /* NULL: not given */
     const char *output, *emit, *explain, *state, *from, *at, *method, *stabilise, *singular, *start, *hold,
         *summary, *vary, *steps, *tols, *methods, *inputs, *accelerations, *loops, *panel, *units, *table,
-        *cases, *of;
+        *cases, *of, *slurm_options;
     /* 0: not given */
-    double until, step, step_max, tolerance, accuracy, every, modes, seconds, threads;
+    double until, step, step_max, tolerance, accuracy, every, modes, seconds, threads, chunks;
     double case_number; /* -1: not given */
 };
 
@@ -63,6 +63,10 @@ struct command {
  * otherwise *status is the exit status (help and version were printed). */
 bool options_read(const struct command *commands, int argc, char **argv, struct options *options,
                   enum status *status);
+/* Gives each option that was given, in the order of the help: its long name, and its value as text that reads
+ * back as the same, NULL for one that takes none. */
+void options_give(const struct options *options,
+                  void take(void *context, const char *name, const char *value), void *context);
 /* A list "a,b" of option `name` has no empty item, and none twice. */
 enum status check_list(const struct command *command, const char *name, const char *list);
 /* The items of such a list, behind the last one NULL; of list NULL none. */

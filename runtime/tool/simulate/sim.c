@@ -354,10 +354,6 @@ static enum status run_scene(struct scene *scene, const struct options *options,
 enum status run_sim(const struct options *options) {
     struct refdyn_options integration;
     struct scene scene;
-    if (options->of && wants_hdf5(options))
-        return usage_error(options->command, "-o %s: a case of --of is written as CSV", options->output);
-    if (options->of)
-        return run_case_again(options);
     if (wants_hdf5(options) && !HAS_HDF5)
         return usage_error(options->command,
                            "-o %s: this refdyn is built without HDF5, CSV is what it writes",

@@ -51,16 +51,17 @@ static int redirect(posix_spawn_file_actions_t *actions, const char *input, cons
     return error;
 }
 
-/* In the group, with SIGPIPE as programs expect it. */
-static int set_group(posix_spawnattr_t *attributes, pid_t group) {
+/* In the folder's group, with SIGPIPE as programs expect it. */
+static int set_attributes(posix_spawnattr_t *attributes, const struct scratch *scratch) {
+    const int flags = POSIX_SPAWN_SETSIGDEF | (scratch ? POSIX_SPAWN_SETPGROUP : 0);
     sigset_t defaults;
     sigemptyset(&defaults);
     sigaddset(&defaults, SIGPIPE);
-    int error = posix_spawnattr_setpgroup(attributes, group);
+    int error = scratch ? posix_spawnattr_setpgroup(attributes, scratch->group) : 0;
     if (!error)
         error = posix_spawnattr_setsigdefault(attributes, &defaults);
     if (!error)
-        error = posix_spawnattr_setflags(attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGDEF);
+        error = posix_spawnattr_setflags(attributes, (short)flags);
     return error;
 }
 
@@ -84,10 +85,10 @@ static int spawn(struct process *process, const struct scratch *scratch, const c
     int error = posix_spawnattr_init(&attributes);
     if (error)
         return error;
-    error = set_group(&attributes, scratch->group);
+    error = set_attributes(&attributes, scratch);
     if (!error) /* posix_spawnp does not write to argv */
         error = posix_spawnp(&process->pid, argv[0], actions, &attributes, (char *const *)argv,
-                             make_environment(scratch->path));
+                             scratch ? make_environment(scratch->path) : environ);
     posix_spawnattr_destroy(&attributes);
     return error;
 }

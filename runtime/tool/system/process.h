@@ -18,7 +18,8 @@ struct process {
 /* The file of a program as PATH finds it; NULL: there is none. */
 char *process_find(const char *name);
 /*
- * Starts argv[0], found along PATH; its own temporary files go to the folder. Standard input is file `input`
+ * Starts argv[0], found along PATH; its own temporary files go to the folder. Without a folder (NULL) it has
+ * this program's environment as it is, and its group. Standard input is file `input`
  * (NULL: empty), standard output goes to file `output`, standard error to file `errors` (NULL: to the same).
  * Returns 0, or errno when it could not be started.
  */

@@ -77,6 +77,16 @@ void put_csv_text(FILE *out, const char *text) {
         fputc('"', out);
 }
 
+void put_shell_text(FILE *out, const char *text) {
+    fputc('\'', out);
+    for (; *text; text++)
+        if (*text == '\'')
+            fputs("'\\''", out);
+        else
+            fputc(*text, out);
+    fputc('\'', out);
+}
+
 void put_plain_text(FILE *out, const char *text) {
     while (*text) {
         const char *begin = text;

@@ -18,6 +18,8 @@ void put_json_text(FILE *out, const char *text);
 void put_xml_text(FILE *out, const char *text);
 /* A field of a CSV file (RFC 4180), in quotes where it needs them. */
 void put_csv_text(FILE *out, const char *text);
+/* One word of a shell, to the byte: a path stays the same file. */
+void put_shell_text(FILE *out, const char *text);
 /* A text for a terminal: control characters, which would act there, as \xNN. */
 void put_plain_text(FILE *out, const char *text);
 
