@@ -151,6 +151,17 @@ def test_from_statics(tmp_path):
             assert file["final/arm_psi"][case] == read_run(tmp_path / "sim.csv")["arm_psi"][-1]
 
 
+@pytest.mark.parametrize("threads", [1, 4])
+def test_no_equilibrium(threads, tmp_path):
+    """A case that finds none has made no steps, whatever its thread did before."""
+    sweep = HEAD + 'return rd.sweep { vary = { torque = { 0.1, 1e308, 0.2, -1e308 }, arm_psi_d = 3 }, t_end = 1, from = "statics" }'
+    batch(tmp_path, sweep, "--threads", threads)
+    with h5py.File(tmp_path / "runs.h5") as file:
+        assert list(file["status"]) == [0, 3, 0, 3]
+        assert list(file["steps"][...] == 0) == [False, True, False, True]
+        assert file["reason"].asstr()[1].startswith("equilibrium at t = 0 s: ")
+
+
 def test_courses_of_inputs(tmp_path):
     """Files of samples vary; each motion is that of `sim --inputs`."""
     (tmp_path / "calm.csv").write_text("t,torque\n0,0.1\n")
@@ -178,6 +189,62 @@ def test_one_case_again(done, in_lanes, tmp_path):
     assert "stand together" in refdyn("sim", MODEL, "--case", "2", "--until", "1", status=2).stderr
 
 
+@pytest.mark.parametrize("arguments, message", [
+    (["-o", "case.csv", "--tol", "1e-9"], "--tol: the case of --of has its own"),
+    (["-o", "case.csv", "--set", "mass=3"], "--set: the case of --of has its own"),
+    (["-o", "case.h5"], "-o case.h5: a case of --of is written as CSV")])
+def test_one_case_again_takes_no_options(arguments, message, done, tmp_path):
+    said = refdyn("sim", "--case", "0", "--of", done, *arguments, cwd=tmp_path, status=2).stderr
+    assert message in said, said
+    assert not os.listdir(tmp_path)
+
+
+@pytest.mark.parametrize("where, name, value, message", [
+    ("/", "model", "[]", "the file does not tell its model and options"),
+    ("/", "options", "[]", "the file does not tell its model and options"),
+    ("/", "options", '{"set": {"torque": 3}, "until": 0.5}', "torque"),
+    ("cases/mass", "kind", "option", "/cases/mass: has no form of a file of runs"),
+    ("cases/pieces", "kind", "parameter", "/cases/pieces: has no form of a file of runs")])
+def test_one_case_of_a_damaged_file(where, name, value, message, done, tmp_path):
+    import shutil
+    shutil.copy(done, tmp_path / "runs.h5")
+    with h5py.File(tmp_path / "runs.h5", "r+") as file:
+        file[where].attrs[name] = value
+    said = refdyn("sim", "--case", "0", "--of", tmp_path / "runs.h5", "-o", tmp_path / "case.csv", status=1).stderr
+    assert message in said, said
+
+
+WITH_FILES = HEAD + """return rd.sweep {
+  vary = { inputs = { "calm.csv", "gust.csv" }, mass = rd.grid(0.5, 2, 1000) }, t_end = 10, tol = 1e-9, from = "state.json" }
+"""
+
+
+def write_files(folder):
+    (folder / "calm.csv").write_text("t,torque\n0,0.1\n")
+    (folder / "gust.csv").write_text("t,torque\n0,0.1\n0.07,0.4\n")
+    (folder / "state.json").write_text('{"q": [0.3, 0.1], "qd": [0, 0]}')
+
+
+def test_one_case_again_after_its_files_changed(tmp_path):
+    """A case takes its own files only, the same as in the batch, and does not write over them."""
+    write_files(tmp_path)
+    batch(tmp_path, WITH_FILES.replace("1000", "2").replace("10,", "0.3,"))
+    again = ["sim", "--case", "0", "--of", tmp_path / "runs.h5", "-o"]
+    (tmp_path / "gust.csv").unlink()
+    refdyn(*again, tmp_path / "case.csv")
+    with h5py.File(tmp_path / "runs.h5") as file:
+        assert file["final/arm_psi"][0] == read_run(tmp_path / "case.csv")["arm_psi"][-1]
+    for name in ("calm.csv", "state.json"):
+        assert "another name is needed" in refdyn(*again, tmp_path / name, status=1).stderr
+    for name in ("calm.csv", "state.json"):
+        text = (tmp_path / name).read_text()
+        (tmp_path / name).write_text(text.replace("0.1", "0.2"))
+        said = refdyn(*again, tmp_path / "other.csv", status=1).stderr
+        assert f"{name}: it has changed since the batch was computed" in said, said
+        (tmp_path / name).write_text(text)
+    assert not (tmp_path / "other.csv").exists()
+
+
 def test_what_a_structure_lacks(tmp_path):
     """A start value of the third rod varies in cases that have one, and is NaN in the others."""
     batch(tmp_path, HEAD + "return rd.sweep { vary = { third_psi = { 0.1, 0.2 }, pieces = { 2, 3 } }, t_end = 0.1 }")
@@ -186,6 +253,22 @@ def test_what_a_structure_lacks(tmp_path):
         assert np.array_equal(file["cases/third_psi"][...], [np.nan, np.nan, 0.1, 0.2], equal_nan=True)
         assert np.array_equal(np.isnan(file["final/third_psi"][...]), [True, True, False, False])
         assert file["final/arm_psi"][0] == file["final/arm_psi"][1] and file["final/arm_psi"][2] != file["final/arm_psi"][3]
+
+
+def test_names_of_many_structures(tmp_path):
+    """A name that only the 66th structure has is known, and the one that none has is told of."""
+    (tmp_path / "chain.lua").write_text("""local rd = require "refdyn"
+local links = {}
+for i = 1, rd.option("n", 1, { from = 1 }) do
+  links[i] = { "l" .. i, on = i > 1 and "l" .. i - 1 or nil, joint = { "psi" }, mass = 1, center = { 0.2, 0, 0 }, inertia = { zz = 1 } }
+end
+return rd.model { name = "chain", gravity = { 0, -9.81, 0 }, links = links }
+""")
+    sweep = HEAD + """local n = {}
+for i = 1, 70 do n[i] = i end
+return rd.sweep { vary = { n = n, l66_psi = 0.1, l71_psi = 0.1 }, t_end = 0.1 }"""
+    said = batch(tmp_path, sweep, model=tmp_path / "chain.lua", status=1).stderr
+    assert "l71_psi: unknown name" in said and "l66_psi: unknown" not in said, said
 
 
 def test_csv(tmp_path):
@@ -199,6 +282,47 @@ def test_csv(tmp_path):
         assert np.array_equal(run["tip_z_max_t"], file["extremes/tip_z"][:, 3])
         assert np.array_equal(run["tip_x_rms"], file["norms/tip_x"][...])
         assert list(run["case"]) == [0, 1, 2] and list(run["mass"]) == [0.5, 1.25, 2]
+
+
+def test_command_is_told(tmp_path):
+    """As a shell takes it, whatever the words have in them."""
+    import shlex
+    output = "it's \"50 %\" $x.h5"
+    batch(tmp_path, VARY % ("mass = 1", ""), "--hold", "", output=output)
+    with h5py.File(tmp_path / output) as file:
+        words = shlex.split(file.attrs["command"])
+    assert words[1] == "batch" and "" in words and str(tmp_path / output) in words
+
+
+def test_csv_with_texts(tmp_path):
+    """Names of files with a comma and quotes, as other programs read them."""
+    import csv
+    names = ["a,b.csv", 'say "x".csv', "plain.csv"]
+    for name in names:
+        (tmp_path / name).write_text("t,torque\n0,0.1\n")
+    listed = ", ".join("[[%s]]" % name for name in names)
+    batch(tmp_path, HEAD + "return rd.sweep { vary = { inputs = { %s } }, t_end = 0.1 }" % listed, output="runs.csv")
+    with open(tmp_path / "runs.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [os.path.basename(row["inputs"]) for row in rows] == names
+    assert all(row["status"] == "0" and row["t"] == "0.1" for row in rows)
+
+
+def test_input_has_one_source(tmp_path):
+    """Samples would hide the number that varies."""
+    write_files(tmp_path)
+    said = batch(tmp_path, HEAD + 'return rd.sweep { vary = { inputs = "gust.csv", torque = { 1, 2 } }, t_end = 0.1 }', status=1).stderr
+    assert "the input torque varies as a number and in files of inputs, one of them is needed" in said, said
+
+
+def test_failed_cases_again(tmp_path):
+    """Told as in the batch, and no empty file is left where no motion began."""
+    (tmp_path / "cases.csv").write_text("mass,torque\n-5,0\n1,1e308\n")
+    refdyn("batch", MODEL, "--table", tmp_path / "cases.csv", "--until", "0.1", "--from", "statics", "-o", tmp_path / "runs.h5")
+    for case, status in ((0, 1), (1, 3)):
+        said = refdyn("sim", "--case", case, "--of", tmp_path / "runs.h5", "-o", tmp_path / "case.csv", status=status).stderr
+        assert not case and said.startswith("model.lua:10: links[1].mass: value -5") or "Newton" in said, said
+    assert sorted(os.listdir(tmp_path)) == ["cases.csv", "runs.h5"]
 
 
 def test_dry_run(tmp_path):
@@ -222,8 +346,8 @@ LONG = HEAD + """return rd.sweep { vary = { mass = rd.grid(0.5, 2, 3000) }, t_en
   keep = { final = true, history = { "tip_x" } }, every = 0.1 }"""
 
 
-def start(folder, *arguments):
-    (folder / "sweep.lua").write_text(LONG)
+def start(folder, *arguments, sweep=LONG):
+    (folder / "sweep.lua").write_text(sweep)
     return subprocess.Popen([REFDYN, "batch", str(MODEL), str(folder / "sweep.lua"), "-o", str(folder / "runs.h5"),
                              "--threads", "2", *arguments], stderr=subprocess.PIPE, text=True)
 
@@ -254,9 +378,9 @@ def test_killed_at_any_moment(long_done, tmp_path):
     assert sorted(os.listdir(tmp_path)) == ["runs.h5", "sweep.lua"]
 
 
-def interrupt(folder):
+def interrupt(folder, *arguments, sweep=LONG):
     """A batch with some cases in its journal."""
-    process = start(folder)
+    process = start(folder, *arguments, sweep=sweep)
     journal = folder / "runs.h5.journal"
     while not journal.exists() or journal.stat().st_size < 20000:
         time.sleep(0.01)
@@ -289,6 +413,29 @@ def test_another_batch_does_not_go_on(tmp_path):
         assert (tmp_path / "runs.h5.journal").read_bytes() == kept
 
 
+def test_another_range_does_not_go_on(long_done, tmp_path):
+    """Cases that are done are not thrown away; a wider range takes them."""
+    interrupt(tmp_path, "--cases", "0:2000")
+    kept = (tmp_path / "runs.h5.journal").read_bytes()
+    said = batch(tmp_path, LONG, "--resume", "--cases", "2500:2501", status=1).stderr
+    assert "case 0 is done here, and --cases leaves it out" in said, said
+    assert (tmp_path / "runs.h5.journal").read_bytes() == kept
+    batch(tmp_path, LONG, "--resume")
+    assert datasets(tmp_path / "runs.h5") == datasets(long_done[0])
+
+
+def test_changed_files_do_not_go_on(tmp_path):
+    write_files(tmp_path)
+    interrupt(tmp_path, sweep=WITH_FILES)
+    for name in ("calm.csv", "state.json"):
+        text = (tmp_path / name).read_text()
+        (tmp_path / name).write_text(text.replace("0.1", "0.2"))
+        said = batch(tmp_path, WITH_FILES, "--resume", status=1).stderr
+        assert "the files of inputs or of the state of this batch are not those of the journal" in said, said
+        (tmp_path / name).write_text(text)
+    batch(tmp_path, WITH_FILES, "--resume")
+
+
 def test_two_writers(tmp_path):
     process = start(tmp_path)
     while not (tmp_path / "runs.h5.journal").exists():
@@ -315,6 +462,29 @@ def test_damaged_journals(damage, long_done, tmp_path):
     journal.write_bytes(content)
     assert start(tmp_path, "--resume").wait() == 0
     assert datasets(tmp_path / "runs.h5") == datasets(long_done[0])
+
+
+def test_short_file_with_the_name_of_the_journal(tmp_path):
+    """Somebody's text is neither written over nor removed; the beginning of a journal is."""
+    journal = tmp_path / "runs.h5.journal"
+    journal.write_text("a note")
+    assert "this is no journal of a batch" in batch(tmp_path, SWEEP, status=1).stderr
+    assert journal.read_text() == "a note"
+    journal.write_text("refdyn ba")
+    batch(tmp_path, SWEEP)
+    assert not journal.exists()
+
+
+def test_outputs_spare_inputs(tmp_path):
+    """Files of samples and of the state, which the batch reads, are not written over."""
+    (tmp_path / "in.csv").write_text("t,torque\n0,0.1\n")
+    (tmp_path / "state.h5").write_text('{"q": [0.3, 0.1], "qd": [0, 0]}')
+    sweep = HEAD + 'return rd.sweep { vary = { inputs = "in.csv" }, t_end = 0.1, from = "state.h5" }'
+    for name in ("in.csv", "state.h5"):
+        before = (tmp_path / name).read_bytes()
+        assert "another name is needed" in batch(tmp_path, sweep, output=name, status=1).stderr
+        assert (tmp_path / name).read_bytes() == before
+    assert sorted(os.listdir(tmp_path)) == ["in.csv", "state.h5", "sweep.lua"]
 
 
 def test_disk_full(tmp_path):

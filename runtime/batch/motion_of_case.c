@@ -197,6 +197,7 @@ enum turn refdyn_worker_begin(struct worker *worker, long index, int share) {
     worker->now.index = index;
     worker->now.number = batch->numbers ? batch->numbers[index] : index;
     worker->integrator.t = batch->t;
+    worker->integrator.statistics = (struct refdyn_statistics){.steps = 0}; /* not of the case before */
     worker->work.fault = (struct refdyn_fault){.row = -1, .coordinate = -1};
     worker->attempt.is_over = 1;
     worker->is_new = 1;

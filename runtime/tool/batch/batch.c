@@ -37,22 +37,34 @@ static enum status check_suffix(struct results *results, const struct batch_setu
     return usage_error(setup->options.command, "-o %s: a name that ends in .h5 or .csv is needed", path);
 }
 
+static bool spare(void *context, const char *path) {
+    targets_spare(context, path);
+    return true;
+}
+
+/* What the batch reads is no place for what it writes. */
+static void spare_inputs(struct targets *targets, const struct batch_setup *setup) {
+    const struct options *options = &setup->options;
+    scene_spare_sources(&setup->base, targets);
+    targets_spare(targets, options->table ? options->table : options->operands[1]);
+    batch_for_each_file(setup, spare, targets);
+}
+
 static enum status open_results(struct results *results, struct batch_setup *setup) {
     const struct options *options = &setup->options;
     const enum status status = check_suffix(results, setup);
     if (status != STATUS_DONE)
         return status;
-    scene_spare_sources(&setup->base, &results->targets);
-    targets_spare(&results->targets, options->table ? options->table : options->operands[1]);
+    spare_inputs(&results->targets, setup);
     results->runs = target_open(&results->targets, options->output);
     if (results->runs && options->summary)
         results->summary = target_open(&results->targets, options->summary);
     if (!results->runs || (options->summary && !results->summary))
         return STATUS_FAULT;
-    return journal_open(&results->journal, options->output, &setup->key, setup->sweep.cases.count,
-                        setup->layout.width, options->resume)
-               ? STATUS_DONE
-               : STATUS_FAULT;
+    const bool is_open = journal_open(&results->journal, options->output, &setup->key,
+                                      setup->sweep.cases.count, setup->layout.width, options->resume) &&
+                         journal_is_within(&results->journal, setup->first, setup->end);
+    return is_open ? STATUS_DONE : STATUS_FAULT;
 }
 
 /* ---- A trial ---- */

@@ -1,12 +1,16 @@
 /*
- * What tells a batch from others: texts and hashes of its model, its sweep and its options.
+ * What tells a batch from others: texts and hashes of its model, its sweep and its options, and hashes of the
+ * files that its motions read.
  *
  * They stand in the head of the journal, so that only the same batch goes on with it, and as attributes in
  * the file of runs, from which a single case can be run again.
  */
 #include "batch/batch_setup.h"
 #include "read/source_file.h"
+#include "text/csv.h"
+#include "text/output.h"
 
+#include <errno.h>
 #include <sha2.h>
 #include <stdlib.h>
 #include <string.h>
@@ -66,6 +70,36 @@ static void put_options(struct document *document, const struct batch_setup *set
     put_close(document, '}');
 }
 
+bool batch_hash_file(const char *path, char hash[static JOURNAL_HASH]) {
+    uint8_t block[4096];
+    SHA2_CTX sha;
+    FILE *file = fopen(path, "r");
+    SHA256Init(&sha);
+    for (size_t length; file && (length = fread(block, 1, sizeof block, file)) > 0;)
+        SHA256Update(&sha, block, length);
+    const bool is_read = file && !ferror(file);
+    if (!is_read)
+        complain_line(path, 0, text_format("%s, a readable file is needed", strerror(errno)));
+    if (file)
+        fclose(file);
+    SHA256End(&sha, hash);
+    return is_read;
+}
+
+/* A file that is gone has no hash. */
+static bool put_file(void *context, const char *path) {
+    char hash[JOURNAL_HASH];
+    put_text(context, path, batch_hash_file(path, hash) ? hash : "");
+    return true;
+}
+
+/* {"PATH": "hash", ...} */
+static void put_files(struct document *document, const struct batch_setup *setup) {
+    put_open(document, NULL, '{');
+    batch_for_each_file(setup, put_file, document);
+    put_close(document, '}');
+}
+
 /* A document as text, in the setup's memory. */
 static const char *text_of(struct batch_setup *setup,
                            void put(struct document *document, const struct batch_setup *setup)) {
@@ -82,13 +116,26 @@ static const char *text_of(struct batch_setup *setup,
     return copy;
 }
 
-/* The command line, its words in quotes where they have blanks. */
+/* A word as a shell takes it: in single quotes where it is empty or has a character that means something. */
+static void add_word(struct text *text, const char *word) {
+    static const char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+./,:=@%";
+    if (*word && word[strspn(word, plain)] == '\0') {
+        text_add(text, "%s", word);
+        return;
+    }
+    text_add(text, "'");
+    for (; *word; word++)
+        text_add(text, "%.*s", *word == '\'' ? 4 : 1, *word == '\'' ? "'\\''" : word);
+    text_add(text, "'");
+}
+
 static const char *command_of(struct batch_setup *setup) {
     const struct options *options = &setup->options;
     struct text text = {.memory = &setup->memory};
-    for (int i = 0; i < options->argument_count; i++)
-        text_add(&text, strpbrk(options->arguments[i], " \t\n'") ? "%s\"%s\"" : "%s%s", i ? " " : "",
-                 options->arguments[i]);
+    for (int i = 0; i < options->argument_count; i++) {
+        text_add(&text, "%s", i ? " " : "");
+        add_word(&text, options->arguments[i]);
+    }
     return text.data;
 }
 
@@ -97,11 +144,12 @@ static void add(struct batch_setup *setup, const char *name, const char *text) {
 }
 
 void batch_identify(struct batch_setup *setup) {
-    enum { ATTRIBUTES = 10 };
-    const char *model = text_of(setup, put_sources), *options = text_of(setup, put_options);
+    enum { ATTRIBUTES = 4 + 2 * JOURNAL_PARTS };
+    const char *model = text_of(setup, put_sources), *options = text_of(setup, put_options),
+               *files = text_of(setup, put_files);
     const char *sweep = setup->sweep.text;
-    const char *const texts[JOURNAL_PARTS] = {model, sweep, options};
-    static const char *const names[JOURNAL_PARTS] = {"model", "sweep", "options"};
+    const char *const texts[JOURNAL_PARTS] = {model, sweep, options, files};
+    static const char *const names[JOURNAL_PARTS] = {"model", "sweep", "options", "files"};
     for (int part = 0; part < JOURNAL_PARTS; part++)
         hash_text(texts[part], setup->key.hash[part]);
     setup->layout.attributes = memory_get(&setup->memory, ATTRIBUTES * sizeof *setup->layout.attributes);

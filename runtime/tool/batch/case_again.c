@@ -19,11 +19,12 @@ struct again {
     struct runs_reader *runs;
     struct scratch folder; /* of the model's files */
     bool has_folder;
-    json_t *model, *options;
+    json_t *model, *options, *files;
     struct targets targets;
     struct target *rows;
     struct table table;
-    int status; /* of the runtime */
+    bool has_rows; /* the motion has begun */
+    int status;    /* of the runtime */
 };
 
 static enum status complain(const char *path, const char *fact) {
@@ -73,7 +74,7 @@ static void read_options(struct again *again, const struct options *given, const
     options->settings =
         memory_get(&again->setup.memory, (json_object_size(set) + 1) * sizeof *options->settings);
     json_object_foreach(set, name, value) options->settings[options->setting_count++] =
-        (struct setting){.name = name, .value = json_string_value(value)};
+        (struct setting){.name = name, .value = json_is_string(value) ? json_string_value(value) : ""};
     options->until = number_of(again, "until");
     options->every = number_of(again, "every");
     options->step = number_of(again, "step");
@@ -88,6 +89,15 @@ static void read_options(struct again *again, const struct options *given, const
     options->start = text_of(again, "start");
     options->accelerations = text_of(again, "accelerations");
     options->loops = text_of(again, "loops");
+}
+
+/* Texts of other cases are not needed: their files may be gone. */
+static void leave_one_text(struct varied *column) {
+    if (!column->texts)
+        return;
+    column->texts += (int)column->values[0];
+    column->text_count = 1;
+    column->values[0] = 0;
 }
 
 /* The case alone, as case number 0. */
@@ -106,8 +116,22 @@ static enum status read_case(struct again *again, const char *path, double numbe
         cases->columns[i] = all->columns[i];
         cases->columns[i].values = memory_get(memory, sizeof(double));
         cases->columns[i].values[0] = all->columns[i].values[row];
+        leave_one_text(&cases->columns[i]);
     }
     return STATUS_DONE;
+}
+
+/* A file that has another hash than `files` tells would give other numbers. */
+static bool check_file(void *context, const char *path) {
+    const struct again *again = context;
+    const char *known = json_string_value(json_object_get(again->files, path));
+    char hash[JOURNAL_HASH];
+    if (!known)
+        return true;
+    if (!batch_hash_file(path, hash))
+        return false;
+    return strcmp(hash, known) == 0 ||
+           complain(path, "it has changed since the batch was computed") == STATUS_DONE;
 }
 
 /* What made the batch look at its times: outputs where anything is kept of them, and times of their own. */
@@ -132,6 +156,7 @@ static void read_keep(struct again *again) {
 static int write_row(void *context, const struct refdyn_batch_case *one, int number) {
     struct again *again = context;
     if (number == 0) {
+        again->has_rows = true;
         table_start(&again->table, one->integrator);
         table_header(&again->table, again->rows->file);
     }
@@ -153,6 +178,12 @@ static int note_end(void *context, const struct refdyn_batch_case *one,
     return 0;
 }
 
+/* The folder of the model is gone when its place is read. */
+static const char *without_folder(const struct again *again, const char *text) {
+    const size_t length = strlen(again->folder.path);
+    return strncmp(text, again->folder.path, length) == 0 && text[length] == '/' ? text + length + 1 : text;
+}
+
 static enum status move(struct again *again) {
     struct structure *structure = &again->setup.structures.list[0];
     struct refdyn_batch batch = batch_of_structure(&again->setup, structure);
@@ -162,36 +193,54 @@ static enum status move(struct again *again) {
     batch.end = note_end;
     const char *reason = structure_refuses(structure, &again->setup.sweep.cases, 0);
     if (reason) {
-        fprintf(stderr, "%s\n", reason);
+        fprintf(stderr, "%s\n", without_folder(again, reason));
         return STATUS_FAULT;
     }
     const int result = refdyn_batch_run(&batch, NULL);
     if (result)
         return complain(structure->scene.model->name, refdyn_status_text(result));
+    if (!again->has_rows)
+        return STATUS_NUMBERS;
     const enum status status = target_finish(again->rows) ? STATUS_DONE : STATUS_FAULT;
     return again->status ? STATUS_NUMBERS : status;
+}
+
+static bool spare(void *context, const char *path) {
+    targets_spare(context, path);
+    return true;
 }
 
 static enum status open_case(struct again *again, const struct options *given, const char **path) {
     const char *of = given->of;
     again->model = load_attribute(again->runs, "model");
     again->options = load_attribute(again->runs, "options");
-    if (!again->model || !again->options)
+    again->files = load_attribute(again->runs, "files");
+    if (json_object_size(again->model) == 0 || !json_is_object(again->options))
         return complain(of, "the file does not tell its model and options");
     enum status status = write_model(again, path);
     read_options(again, given, path);
     if (status == STATUS_DONE)
         status = read_case(again, of, given->case_number);
+    if (status == STATUS_DONE && !batch_for_each_file(&again->setup, check_file, again))
+        status = STATUS_FAULT;
     read_keep(again);
     if (status == STATUS_DONE)
         status = batch_setup_complete(&again->setup);
     targets_spare(&again->targets, of);
+    batch_for_each_file(&again->setup, spare, &again->targets);
     if (status == STATUS_DONE && !(again->rows = target_open(&again->targets, given->output)))
         status = STATUS_FAULT;
     return status;
 }
 
+static bool wants_hdf5(const struct options *options) {
+    const char *ending = options->output ? strrchr(options->output, '.') : NULL;
+    return ending && (strcmp(ending, ".h5") == 0 || strcmp(ending, ".hdf5") == 0);
+}
+
 enum status run_case_again(const struct options *options) {
+    if (wants_hdf5(options))
+        return usage_error(options->command, "-o %s: a case of --of is written as CSV", options->output);
     struct again again = {.setup = {.memory = arena_start()}, .runs = runs_open(options->of)};
     const char *path;
     enum status status = again.runs ? open_case(&again, options, &path) : STATUS_FAULT;
@@ -205,5 +254,6 @@ enum status run_case_again(const struct options *options) {
         runs_close(again.runs);
     json_decref(again.model);
     json_decref(again.options);
+    json_decref(again.files);
     return status;
 }

@@ -221,7 +221,7 @@ static void check_files(const struct case_names *names, struct place place, cons
 
 /* ---- Structures ---- */
 
-/* More than these are not read beforehand: each is, once its cases run. */
+/* More than these are read beforehand only while a name is sought: each is, before its cases run. */
 enum { STRUCTURES_MOST = 64 };
 
 /* The options of a case as settings behind those of the command line; their number. */
@@ -295,12 +295,19 @@ static bool differs(const struct cases *cases, long i) {
     return i == 0;
 }
 
+static bool is_any_sought(const struct cases *cases) {
+    for (int c = 0; c < cases->width; c++)
+        if (!cases->columns[c].target)
+            return true;
+    return false;
+}
+
 static void read_structures(const struct case_names *names, const struct case_table *table,
                             struct cases *cases) {
     struct text_set seen = {.memory = names->memory};
     const size_t most = (size_t)(names->options->setting_count + cases->width);
     struct setting *settings = memory_get(names->memory, most * sizeof *settings);
-    for (long i = 0; i < cases->count && seen.count < STRUCTURES_MOST; i++) {
+    for (long i = 0; i < cases->count && (seen.count < STRUCTURES_MOST || is_any_sought(cases)); i++) {
         if (!differs(cases, i))
             continue;
         const int count = settings_of(names, cases, i, settings), before = seen.count;

@@ -11,11 +11,12 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-const char *const journal_parts[JOURNAL_PARTS] = {"model files", "cases", "options"};
+const char *const journal_parts[JOURNAL_PARTS] = {"model files", "cases", "options",
+                                                  "files of inputs or of the state"};
 
 enum { LEAD_LENGTH = 16, REASON_MOST = 4096 };
 
-static const char lead[LEAD_LENGTH] = "refdyn batch 1\n";
+static const char lead[LEAD_LENGTH] = "refdyn batch 2\n";
 
 struct head {
     char lead[LEAD_LENGTH];
@@ -204,10 +205,19 @@ static bool is_of_same_batch(const struct journal *journal, const struct head *f
     return true;
 }
 
+static const char not_a_journal[] = "this is no journal of a batch, another name of the result is needed";
+
+/* What a kill leaves of a head, too. */
+static bool begins_as_journal(const struct journal *journal, int64_t size) {
+    char found[LEAD_LENGTH];
+    const size_t length = size < LEAD_LENGTH ? (size_t)size : LEAD_LENGTH;
+    return read_at(journal, found, length, 0) && memcmp(found, lead, length) == 0;
+}
+
 static bool go_on(struct journal *journal, const struct head *asked, bool resume) {
     struct head found;
     if (!read_at(journal, &found, sizeof found, 0) || memcmp(found.lead, lead, LEAD_LENGTH) != 0)
-        return complain(journal, "this is no journal of a batch, another name of the result is needed");
+        return complain(journal, not_a_journal);
     if (!resume)
         return complain(journal, "an interrupted batch has left its cases here: --resume goes on with it, "
                                  "without the file it begins anew");
@@ -244,7 +254,18 @@ bool journal_open(struct journal *journal, const char *result, const struct jour
     const off_t size = (off_t)sizeof head;
     if (status.st_size > size || (status.st_size == size && resume))
         return go_on(journal, &head, resume);
+    if (!begins_as_journal(journal, status.st_size))
+        return complain(journal, not_a_journal);
     return write_at(journal, &head, sizeof head, 0); /* no case has ended in it */
+}
+
+bool journal_is_within(const struct journal *journal, long first, long end) {
+    for (long number = 0; number < journal->case_count; number++)
+        if (journal->offsets[number] != 0 && (number < first || number >= end))
+            return complain(journal, text_format("case %ld is done here, and --cases leaves it out: --resume "
+                                                 "needs the same range or a wider one",
+                                                 number));
+    return true;
 }
 
 void journal_remove(struct journal *journal) {

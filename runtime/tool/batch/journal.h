@@ -14,7 +14,7 @@
 #include <stdint.h>
 
 /* What must be the same for a batch to go on: hashes of its parts, which are named here in words. */
-enum { JOURNAL_PARTS = 3, JOURNAL_HASH = 65 };
+enum { JOURNAL_PARTS = 4, JOURNAL_HASH = 65 };
 extern const char *const journal_parts[JOURNAL_PARTS];
 
 struct journal_key {
@@ -42,6 +42,8 @@ struct journal {
  */
 bool journal_open(struct journal *journal, const char *result, const struct journal_key *key, long case_count,
                   int width, bool resume);
+/* Are all its cases among `first` to `end` - 1? False, with a complaint: the result would be without some. */
+bool journal_is_within(const struct journal *journal, long first, long end);
 /* Adds a record. Not to be called by two threads at once. False, with a complaint, when it is not written. */
 bool journal_put(struct journal *journal, const struct case_record *record);
 /* The record of a case, valid until the next call; false: it has none, or, with a complaint, it is damaged.

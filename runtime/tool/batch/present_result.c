@@ -7,7 +7,8 @@
 
 /* Which part of the batch is another one, in words; NULL: none. */
 static const char *other_part(const struct runs_reader *reader, const struct journal_key *key) {
-    static const char *const names[JOURNAL_PARTS] = {"model_hash", "sweep_hash", "options_hash"};
+    static const char *const names[JOURNAL_PARTS] = {"model_hash", "sweep_hash", "options_hash",
+                                                     "files_hash"};
     for (int part = 0; part < JOURNAL_PARTS; part++) {
         const char *hash = runs_attribute(reader, names[part]);
         if (!hash || strcmp(hash, key->hash[part]) != 0)

@@ -42,13 +42,22 @@ static void print_field(double value, FILE *out) {
         print_number(out, value);
 }
 
+/* In quotes where it has a comma or quotes, which are doubled. */
+static void print_text(const char *text, FILE *out) {
+    const char *quote = strpbrk(text, ",\"\r\n") ? "\"" : "";
+    fprintf(out, ",%s", quote);
+    for (; *text; text++)
+        fputs(*text == '"' ? "\"\"" : (const char[]){*text, '\0'}, out);
+    fputs(quote, out);
+}
+
 void runs_csv_row(const struct runs_layout *layout, const struct case_record *record, FILE *out) {
     fprintf(out, "%ld", record->number);
     for (int i = 0; i < layout->cases.width; i++) {
         const struct varied *column = &layout->cases.columns[i];
         const double value = column->values[record->number];
         if (column->texts)
-            fprintf(out, ",%s", column->texts[(int)value]);
+            print_text(column->texts[(int)value], out);
         else
             print_field(value, out);
     }

@@ -195,6 +195,29 @@ static enum status find_columns(struct structure *structure, struct memory *memo
     return STATUS_DONE;
 }
 
+static bool has_input(const struct refdyn_samples *samples, int place) {
+    for (int i = 0; i < samples->width; i++)
+        if (samples->place[i] == place)
+            return true;
+    return false;
+}
+
+/* An input with samples would never have the number that varies. */
+static enum status check_inputs(const struct structure *structure) {
+    for (int i = 0; i < structure->column_count; i++) {
+        const struct refdyn_batch_column *column = &structure->columns[i];
+        for (int k = 0; k < structure->sample_count && column->what == REFDYN_VARIED_INPUT; k++)
+            if (has_input(&structure->samples[k], column->place)) {
+                fprintf(
+                    stderr,
+                    "refdyn: the input %s varies as a number and in files of inputs, one of them is needed\n",
+                    structure->scene.model->inputs[column->place].name);
+                return STATUS_FAULT;
+            }
+    }
+    return STATUS_DONE;
+}
+
 /* ---- Values that the model refuses ---- */
 
 static void find_requirements(struct structure *structure, struct memory *memory, const struct cases *cases) {
@@ -265,6 +288,8 @@ static enum status open_structure(struct structure *structure, struct memory *me
         status = motion_fit(&structure->scene, &structure->options, integration);
     if (status == STATUS_DONE)
         status = find_columns(structure, memory, cases);
+    if (status == STATUS_DONE)
+        status = check_inputs(structure);
     if (status == STATUS_DONE)
         find_requirements(structure, memory, cases);
     if (status == STATUS_DONE && needs_of(&structure->options, integration) & NEEDS_STATICS)

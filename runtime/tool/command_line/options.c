@@ -404,6 +404,15 @@ void options_give(const struct options *options,
         take(context, "set", text_format("%s=%s", options->settings[i].name, options->settings[i].value));
 }
 
+/* Of a case again the file tells all but where it goes. */
+static enum status check_alone(const struct options *options, const bool is_taken[static RULE_COUNT]) {
+    for (int i = 0; i < RULE_COUNT && options->of; i++)
+        if (is_taken[i] && rules[i].offset != FIELD(output) && rules[i].offset != FIELD(of) &&
+            rules[i].offset != FIELD(case_number))
+            return usage_error(options->command, "%s: the case of --of has its own", shown_name(&rules[i]));
+    return STATUS_DONE;
+}
+
 /* Operands and needed options; what explains a pass writes nothing. */
 static enum status check_complete(const struct options *options) {
     const struct command *command = options->command;
@@ -453,6 +462,8 @@ static bool read_command(int argc, char **argv, struct options *options, enum st
     options->operand_count = argc - optind;
     if (*status == STATUS_DONE)
         *status = check_complete(options);
+    if (*status == STATUS_DONE)
+        *status = check_alone(options, is_taken);
     return *status == STATUS_DONE;
 }
 

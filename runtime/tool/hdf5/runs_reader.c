@@ -150,7 +150,10 @@ static bool add_varied(struct runs_reader *reader, const char *name) {
     *varied = (struct varied){.name = name, .target = target ? target : name, .unit = unit ? unit : ""};
     varied->kind = find_kind(kind);
     free(kind);
-    if (is_good && found.class == H5T_STRING)
+    const bool has_texts = varied->kind == VARIED_OPTION || varied->kind == VARIED_SAMPLES;
+    if (is_good && (found.class == H5T_STRING) != has_texts)
+        is_good = hdf5_refuse(&reader->file, "%s: has no form of a file of runs", path);
+    if (is_good && has_texts)
         varied->texts = memory_get(&reader->memory, ((size_t)reader->count + 1) * sizeof *varied->texts);
     varied->values = memory_get(&reader->memory, ((size_t)reader->count + 1) * sizeof *varied->values);
     is_good = is_good && take(reader, path, &found, RUNS_HEAD_COUNT + cases->width++);

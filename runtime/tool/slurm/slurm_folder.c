@@ -11,7 +11,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-_Static_assert((int)JOURNAL_HASH == 65, "as the format that reads them has it");
+_Static_assert((int)JOURNAL_HASH == 65 && (int)JOURNAL_PARTS == 4, "as the format that reads them has it");
 
 long chunks_start(const struct chunks *chunks, long chunk) {
     return chunks->first + (chunks->end - chunks->first) * chunk / chunks->count;
@@ -53,9 +53,10 @@ static bool scan(struct slurm_folder *folder, const char *text) {
     struct chunks *chunks = &folder->chunks;
     char(*hash)[JOURNAL_HASH] = folder->key.hash;
     const int found = sscanf(
-        text, "model %64s sweep %64s options %64s cases %ld:%ld chunks %ld array %ld merge %ld", hash[0],
-        hash[1], hash[2], &chunks->first, &chunks->end, &chunks->count, &folder->array, &folder->merge);
-    return found == 8 && chunks->first >= 0 && chunks->count > 0 &&
+        text, "model %64s sweep %64s options %64s files %64s cases %ld:%ld chunks %ld array %ld merge %ld",
+        hash[0], hash[1], hash[2], hash[3], &chunks->first, &chunks->end, &chunks->count, &folder->array,
+        &folder->merge);
+    return found == 9 && chunks->first >= 0 && chunks->count > 0 &&
            chunks->end - chunks->first >= chunks->count;
 }
 
@@ -73,8 +74,9 @@ bool slurm_folder_write(struct slurm_folder *folder) {
     const struct chunks *chunks = &folder->chunks;
     char(*hash)[JOURNAL_HASH] = folder->key.hash;
     char *text = text_format(
-        "model %s\nsweep %s\noptions %s\ncases %ld:%ld\nchunks %ld\narray %ld\nmerge %ld\n", hash[0], hash[1],
-        hash[2], chunks->first, chunks->end, chunks->count, folder->array, folder->merge);
+        "model %s\nsweep %s\noptions %s\nfiles %s\ncases %ld:%ld\nchunks %ld\narray %ld\nmerge %ld\n",
+        hash[0], hash[1], hash[2], hash[3], chunks->first, chunks->end, chunks->count, folder->array,
+        folder->merge);
     const size_t length = strlen(text);
     const bool is_written =
         ftruncate(folder->file, 0) == 0 && pwrite(folder->file, text, length, 0) == (ssize_t)length;
