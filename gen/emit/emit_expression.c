@@ -7,6 +7,10 @@
 
 #include <string.h>
 
+const char *emit_lane_function(enum operation operation) {
+    return operation == OP_LESS ? "less" : operation == OP_WHERE ? "where" : operation_text(operation);
+}
+
 enum { WIDTH = 104 }; /* a line is broken after an operator from here on */
 
 enum binding binding_of(const struct node *node) {

@@ -14,10 +14,6 @@
 
 #include <string.h>
 
-const char *emit_lane_function(enum operation operation) {
-    return operation == OP_LESS ? "less" : operation == OP_WHERE ? "where" : operation_text(operation);
-}
-
 /* ---- What functions of the file call ---- */
 
 static void put_types(struct text *text) {

@@ -15,6 +15,19 @@
 #include <stdlib.h>
 #include <string.h>
 
+bool batch_for_each_file(const struct batch_setup *setup, bool call(void *context, const char *path),
+                         void *context) {
+    const struct cases *cases = &setup->sweep.cases;
+    const char *state = options_state_path(setup->options.from);
+    if (state && !call(context, state))
+        return false;
+    for (int i = 0; i < cases->width; i++)
+        for (int k = 0; cases->columns[i].kind == VARIED_SAMPLES && k < cases->columns[i].text_count; k++)
+            if (!call(context, cases->columns[i].texts[k]))
+                return false;
+    return true;
+}
+
 _Static_assert((int)JOURNAL_HASH == (int)SHA256_DIGEST_STRING_LENGTH, "a hash fits");
 
 static void hash_text(const char *text, char *hash) {

@@ -168,19 +168,6 @@ enum status batch_setup_open(struct batch_setup *setup, const struct options *op
     return status;
 }
 
-bool batch_for_each_file(const struct batch_setup *setup, bool call(void *context, const char *path),
-                         void *context) {
-    const struct cases *cases = &setup->sweep.cases;
-    const char *state = options_state_path(setup->options.from);
-    if (state && !call(context, state))
-        return false;
-    for (int i = 0; i < cases->width; i++)
-        for (int k = 0; cases->columns[i].kind == VARIED_SAMPLES && k < cases->columns[i].text_count; k++)
-            if (!call(context, cases->columns[i].texts[k]))
-                return false;
-    return true;
-}
-
 void batch_setup_close(struct batch_setup *setup) {
     structures_close(&setup->structures);
     scene_close(&setup->base);

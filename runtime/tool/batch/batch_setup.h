@@ -29,12 +29,13 @@ enum status batch_setup_open(struct batch_setup *setup, const struct options *op
 /* The same where options and cases are there. */
 enum status batch_setup_complete(struct batch_setup *setup);
 void batch_setup_close(struct batch_setup *setup);
+
+/* ---- batch_identity.c ---- */
+
 /* Calls for each file that the motions read, which are the state and the samples of inputs, until one call is
  * false; false: one was. */
 bool batch_for_each_file(const struct batch_setup *setup, bool call(void *context, const char *path),
                          void *context);
-
-/* ---- batch_identity.c ---- */
 
 /* The key of the journal, and the attributes of the file: texts and hashes of model, sweep and options, and
  * hashes of the files that the motions read. */
