@@ -149,7 +149,9 @@ static bool begin_folder(struct submission *submission) {
     folder->chunks =
         (struct chunks){submission->setup.first, submission->setup.end, choose_chunks(submission)};
     folder->array = folder->merge = 0;
-    return slurm_scripts_write(folder, submission->options) && slurm_folder_write(folder);
+    struct options options = *submission->options;
+    options.lanes = submission->setup.lanes; /* the same on all machines, whatever their vectors */
+    return slurm_scripts_write(folder, &options) && slurm_folder_write(folder);
 }
 
 /* A batch that was merged leaves its folder: when its result has gone, all begins anew. */
