@@ -68,15 +68,15 @@ struct pair {
 };
 
 static void open_linear(struct pair *of, const struct refdyn_model *model, int is_chain) {
-    struct room room = {NULL, 0};
+    struct layout layout = {NULL, 0};
     of->model = *model;
     if (is_chain)
         of->model.tangent = NULL;
     else
         of->model.tangent_vectors = NULL;
-    refdyn_linear_lay_out(&of->linear, &of->model, 1, 3, &room);
-    room = (struct room){calloc(room.used + 8, 1), 0};
-    refdyn_linear_lay_out(&of->linear, &of->model, 1, 3, &room);
+    refdyn_linear_lay_out(&of->linear, &of->model, 1, 3, &layout);
+    layout = (struct layout){calloc(layout.used + 8, 1), 0};
+    refdyn_linear_lay_out(&of->linear, &of->model, 1, 3, &layout);
     of->size = of->linear.is_chain;
 }
 

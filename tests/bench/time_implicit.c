@@ -53,7 +53,7 @@ static void set_state(struct form *form) {
 }
 
 static void open_form(struct form *form, int is_chain) {
-    struct room room = {NULL, 0};
+    struct layout layout = {NULL, 0};
     const int n = MODEL.n;
     form->model = MODEL;
     if (is_chain)
@@ -63,9 +63,9 @@ static void open_form(struct form *form, int is_chain) {
     if (refdyn_workspace_init(form->work, &form->model, room_for(size), size))
         exit(1);
     refdyn_prepare(form->work);
-    refdyn_linear_lay_out(&form->linear, &form->model, 1, 0, &room);
-    room = (struct room){room_for(room.used), 0};
-    refdyn_linear_lay_out(&form->linear, &form->model, 1, 0, &room);
+    refdyn_linear_lay_out(&form->linear, &form->model, 1, 0, &layout);
+    layout = (struct layout){room_for(layout.used), 0};
+    refdyn_linear_lay_out(&form->linear, &form->model, 1, 0, &layout);
     form->q = room_for((size_t)n * sizeof *form->q);
     form->slope = room_for((size_t)(2 * n + 1 + form->model.m) * sizeof *form->slope);
     form->sides = room_for((size_t)(4 * n) * sizeof *form->sides);
