@@ -16,23 +16,18 @@ struct results {
     bool is_csv;
 };
 
-static bool has_ending(const char *path, const char *ending) {
-    const size_t length = strlen(path), end = strlen(ending);
-    return length >= end && strcmp(path + length - end, ending) == 0;
-}
-
 /* ---- Opening ---- */
 
 static enum status check_suffix(struct results *results, const struct batch_setup *setup) {
     const char *path = setup->options.output;
-    results->is_csv = has_ending(path, ".csv");
+    results->is_csv = text_ends_with(path, ".csv");
     const char *unfit = results->is_csv ? runs_csv_unfit(&setup->layout) : NULL;
     if (unfit)
         return usage_error(setup->options.command,
                            "-o %s: one row a case has no place for the times of %s, "
                            "a file RUNS.h5 has",
                            path, unfit);
-    if (results->is_csv || has_ending(path, ".h5") || has_ending(path, ".hdf5"))
+    if (results->is_csv || text_names_hdf5(path))
         return STATUS_DONE;
     return usage_error(setup->options.command, "-o %s: a name that ends in .h5 or .csv is needed", path);
 }
@@ -214,7 +209,7 @@ static enum status compute(struct results *results, struct batch_setup *setup) {
  * A CSV does not tell of what batch it is. */
 static enum present_result find_present(const struct batch_setup *setup) {
     const char *path = setup->options.output;
-    if (!setup->options.resume || has_ending(path, ".csv"))
+    if (!setup->options.resume || text_ends_with(path, ".csv"))
         return PRESENT_NONE;
     const bool has_journal = access(text_format("%s.journal", path), F_OK) == 0;
     return has_journal ? PRESENT_NONE : present_result(setup, path, setup->first, setup->end);

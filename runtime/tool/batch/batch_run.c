@@ -196,14 +196,13 @@ static enum status run_structure(struct running *running, struct structure *stru
 }
 
 enum status batch_run(struct batch_setup *setup, const struct batch_sink *sink, struct batch_count *count) {
-    struct running running = {.setup = setup,
-                              .sink = sink,
-                              .count = count,
-                              .lock = PTHREAD_MUTEX_INITIALIZER,
-                              .total = setup->end - setup->first};
+    struct running running = {
+        .setup = setup, .sink = sink, .count = count, .lock = PTHREAD_MUTEX_INITIALIZER};
     enum status status = STATUS_DONE;
     const double started = wall_seconds();
     *count = (struct batch_count){.cases = 0};
+    for (long number = setup->first; number < setup->end; number++)
+        running.total += !sink->has(sink->context, number);
     progress_start(&running.progress, running.what);
     for (int i = 0; i < setup->structures.count && status == STATUS_DONE && !interrupted; i++)
         status = run_structure(&running, &setup->structures.list[i]);

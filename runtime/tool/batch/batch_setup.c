@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { DEFAULT_OUTPUTS = 200, OUTPUTS_MAX = 1000000, THREADS_MAX = 1024 };
+enum { OUTPUTS_MAX = 1000000, THREADS_MAX = 1024 };
 
 /* Processors that this process may use. */
 static int count_processors(void) {
@@ -105,7 +105,7 @@ static enum status check_times(const struct batch_setup *setup, double t, double
     const struct keep *keep = &setup->sweep.keep;
     if (!(options->until > t))
         return usage_error(options->command, "until %g: the motions start at t = %g", options->until, t);
-    if ((options->until - t) / every > OUTPUTS_MAX)
+    if (every > 0 && (options->until - t) / every > OUTPUTS_MAX)
         return usage_error(options->command, "every %g: %.3g outputs, at most %d are taken", every,
                            (options->until - t) / every, OUTPUTS_MAX);
     for (int i = 0; i < keep->at_count; i++)
@@ -116,8 +116,7 @@ static enum status check_times(const struct batch_setup *setup, double t, double
 }
 
 static enum status lay_out(struct batch_setup *setup) {
-    const double t = setup->structures.list[0].scene.state.t, span = setup->options.until - t;
-    const double every = setup->options.every > 0 ? setup->options.every : span / DEFAULT_OUTPUTS;
+    const double t = setup->structures.list[0].scene.state.t, every = setup->options.every;
     const int count = setup->structures.count;
     const char *near = NULL;
     const enum status status = check_times(setup, t, every);

@@ -10,7 +10,7 @@ static const double end_slack =
 
 static const char *const extremes_names[] = {"smallest", "time of the smallest", "largest",
                                              "time of the largest"};
-enum { EXTREMES = 4 };
+enum { EXTREMES = 4, DEFAULT_OUTPUTS = 200 };
 
 /* ---- Times ---- */
 
@@ -20,14 +20,16 @@ static bool needs_outputs(const struct keep *keep) {
 
 struct seen_times seen_times_make(struct memory *memory, const struct keep *keep, double t, double until,
                                   double every) {
-    const long outputs = needs_outputs(keep) ? (long)ceil((until - t) / every - end_slack) : 1;
+    const bool is_seen = needs_outputs(keep) || every > 0;
+    const double distance = every > 0 ? every : (until - t) / DEFAULT_OUTPUTS;
+    const long outputs = is_seen ? (long)ceil((until - t) / distance - end_slack) : 1;
     const size_t most = (size_t)outputs + (size_t)keep->at_count + 2;
     double *times = memory_get(memory, most * sizeof *times);
     int *output = memory_get(memory, most * sizeof *output), *at = memory_get(memory, most * sizeof *at);
     struct seen_times seen = {.t = times, .output = output, .at = at, .output_count = (int)outputs + 1};
     int next_at = 0;
     for (long i = 0; i <= outputs;) {
-        const double t_output = i == outputs ? until : t + (double)i * every;
+        const double t_output = i == outputs ? until : t + (double)i * distance;
         const double t_at = next_at < keep->at_count ? keep->at[next_at] : INFINITY;
         times[seen.count] = fmin(t_output, t_at);
         at[seen.count] = t_at <= t_output ? next_at++ : -1;

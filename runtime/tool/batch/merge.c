@@ -329,6 +329,8 @@ static bool merge_into(struct merge *merge, const char *path) {
 
 enum status run_merge(const struct options *options) {
     const size_t count = (size_t)options->operand_count;
+    if (!text_names_hdf5(options->output))
+        return usage_error(options->command, "-o %s: a name that ends in .h5 is needed", options->output);
     struct merge merge = {.file_count = options->operand_count,
                           .paths = options->operands,
                           .readers = allocate(count, sizeof *merge.readers),

@@ -30,7 +30,8 @@ struct kept {
     const char **columns;  /* (layout.item_count) names in the table of a motion */
 };
 
-/* The outputs of `every` from t to `until` where something is kept of them, and the times of keep->at. */
+/* The outputs of `every` from t to `until`, those of a 200th of the motion where it is 0 and something is
+ * kept of them, and the times of keep->at. */
 struct seen_times seen_times_make(struct memory *memory, const struct keep *keep, double t, double until,
                                   double every);
 

@@ -292,13 +292,8 @@ static void print_gains(const struct scene *scene, const struct refdyn_options *
               stderr);
 }
 
-static bool has_ending(const char *path, const char *ending) {
-    size_t length = strlen(path), end = strlen(ending);
-    return length >= end && strcmp(path + length - end, ending) == 0;
-}
-
 static bool wants_hdf5(const struct options *options) {
-    return options->output && (has_ending(options->output, ".h5") || has_ending(options->output, ".hdf5"));
+    return options->output && text_names_hdf5(options->output);
 }
 
 /* A signal ends the motion and leaves its rows in order. */

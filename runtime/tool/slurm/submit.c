@@ -36,11 +36,6 @@ static const char *find_unfit_word(const char *words) {
     return NULL;
 }
 
-static bool is_hdf5_name(const char *path) {
-    const char *dot = strrchr(path, '.');
-    return dot && (strcmp(dot, ".h5") == 0 || strcmp(dot, ".hdf5") == 0);
-}
-
 /* Slurm replaces %a and the like also in the folder that a job's output goes to, and reads scripts by lines.
  */
 static bool has_fit_name(const struct options *options) {
@@ -49,7 +44,7 @@ static bool has_fit_name(const struct options *options) {
 
 static enum status check_options(const struct options *options) {
     const char *unfit = find_unfit_word(options->slurm_options);
-    if (!is_hdf5_name(options->output))
+    if (!text_names_hdf5(options->output))
         return usage_error(options->command, "-o %s: --slurm needs a name that ends in .h5", options->output);
     if (!has_fit_name(options))
         return usage_error(options->command,

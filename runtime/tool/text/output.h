@@ -43,6 +43,10 @@ void document_open(struct document *document);
  * stderr. Returns whether it was written; the document ends here in any case. */
 bool document_close(struct document *document, FILE *file);
 
+bool text_ends_with(const char *text, const char *ending);
+/* Is it the name of a file of HDF5? */
+bool text_names_hdf5(const char *path);
+
 /* What the program takes lives until its end, texts above all: nobody has to know who frees one. The program
  * ends with a message when memory is short. */
 extern struct memory program_memory;
