@@ -314,7 +314,9 @@ static bool merge_into(struct merge *merge, const char *path) {
     if (!target)
         return false;
     if (!target->part)
-        return refuse(target->name, text_format("output: HDF5 needs a file, which this is not"));
+        return refuse(target->name, "output: HDF5 needs a file, which this is not");
+    if (!text_names_hdf5(path))
+        return refuse(path, "output: HDF5 is what is written, a name that ends in .h5 is needed");
     if (!open_files(merge) || !check_all(merge))
         return false;
     const long total = runs_batch_count(merge->readers[0]);
@@ -329,8 +331,6 @@ static bool merge_into(struct merge *merge, const char *path) {
 
 enum status run_merge(const struct options *options) {
     const size_t count = (size_t)options->operand_count;
-    if (!text_names_hdf5(options->output))
-        return usage_error(options->command, "-o %s: a name that ends in .h5 is needed", options->output);
     struct merge merge = {.file_count = options->operand_count,
                           .paths = options->operands,
                           .readers = allocate(count, sizeof *merge.readers),
