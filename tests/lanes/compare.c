@@ -1,8 +1,8 @@
 /*
  * Functions of lanes against those of one motion, for test_lanes.py. Compiled with -DMODEL=NAME and linked
- * with NAME.c and NAME_lanes.c of all widths. Prints a line for each width and quantity: the largest
- * difference relative to the largest entry of a result, entries whose bits differ, and lanes whose bits
- * depended on what stood in another one.
+ * with NAME.c and NAME_lanes.c of all widths, or of that of -DONLY. Prints a line for each width and
+ * quantity: the largest difference relative to the largest entry of a result, entries whose bits differ, and
+ * lanes whose bits depended on what stood in another one.
  */
 #define JOIN_(a, b) a##b
 #define JOIN(a, b) JOIN_(a, b)
@@ -70,14 +70,17 @@ static void draw(int l) {
     t.of[l][0] = uniform(0, 2);
     if (model->prepare)
         model->prepare(p.of[l]);
-    model->start(p.of[l], x.of[l], 0, start, start, start);
+    for (int i = 0; i < model->n; i++)
+        start[i] = model->coordinates[i].value;
+    if (model->start)
+        model->start(p.of[l], x.of[l], 0, start, start, start);
     for (int i = 0; i < model->n; i++) {
         const int is_angle = !strcmp(model->coordinates[i].unit, "rad");
         q.of[l][i] = start[i] + (is_angle ? uniform(-1.5, 1.5) : uniform(-0.05, 0.05));
     }
     for (int i = 0; i < qd.count; i++)
         qd.of[l][i] = uniform(-2, 2);
-    if (model->anchor) {
+    if (model->anchor && model->start) {
         model->anchor(p.of[l], x.of[l], 0, start, start + model->n, anchors);
         for (int i = 0; i < model->anchored_count; i++)
             p.of[l][model->anchored[i]] = anchors[i];
@@ -194,12 +197,13 @@ static void report(const struct refdyn_lane_model *lanes, const char *name, refd
            count_neighbours(lanes, f));
 }
 
-#define QUANTITIES(E)                                                                                    \
-    E(start)                                                                                             \
-    E(anchor) E(M) E(h) E(Q) E(u) E(v) E(phi) E(psi) E(k) E(r) E(rd) E(C) E(d) E(energy) E(power) E(Q_q) \
-        E(qdd_free) E(qdd) E(force) E(equations) E(M_h) E(f) E(row_terms) E(point_terms) E(constrained)  \
-            E(terms) E(accelerations) E(tangent) E(tangent_vectors) E(d_qdd) E(d_qdd_free) E(d_force)    \
-                E(d_statics) E(d_rows) E(course) E(breaks) E(switches)
+#define QUANTITIES(E)                                                                                      \
+    E(start)                                                                                               \
+    E(anchor)                                                                                              \
+    E(M) E(h) E(Q) E(u) E(v) E(phi) E(psi) E(k) E(r) E(rd) E(C) E(d) E(energy) E(power) E(Q_q) E(qdd_free) \
+        E(qdd) E(force) E(equations) E(M_h) E(f) E(row_terms) E(point_terms) E(constrained) E(terms)       \
+            E(accelerations) E(tangent) E(tangent_vectors) E(d_qdd) E(d_qdd_free) E(d_force) E(d_statics)  \
+                E(d_rows) E(course) E(breaks) E(switches)
 
 static void report_all(const struct refdyn_lane_model *lanes) {
     if (lanes->interface_version != REFDYN_LANES_VERSION || lanes->model != model)
@@ -214,9 +218,13 @@ int main(void) {
     open_argument(&t, 1);
     open_argument(&q, model->n);
     open_argument(&qd, 2 * model->n + 1 + model->m);
+#ifdef ONLY
+    report_all(&JOIN(MODEL, JOIN(_lanes_, ONLY)));
+#else
     report_all(&JOIN(MODEL, _lanes_1));
     report_all(&JOIN(MODEL, _lanes_2));
     report_all(&JOIN(MODEL, _lanes_4));
     report_all(&JOIN(MODEL, _lanes_8));
+#endif
     return 0;
 }
