@@ -14,6 +14,8 @@ REFDYN = os.path.abspath(os.environ.get("REFDYN", BUILD / "bin" / "refdyn"))
 SCALE = float(os.environ.get("REFDYN_TOLERANCE_SCALE", "1"))
 
 REFERENCE = MODELS / "manipulator.lua"
+# tests/long: all models where otherwise a few stand for them.
+LONG = "REFDYN_LONG" in os.environ
 
 
 def some(paths):

@@ -5,7 +5,7 @@ import subprocess
 
 import pytest
 
-from program import REFERENCE, SOURCE, TESTS, all_models, models_of_tests, refdyn
+from program import LONG, REFERENCE, SOURCE, TESTS, all_models, models_of_tests, refdyn
 
 WIDTHS = (1, 2, 4, 8)
 WARNINGS = "-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror".split()
@@ -16,7 +16,9 @@ DERIVATIVES = ["--emit", "all,tangent,tangent_vectors,d_statics"]
 RUNS, FUNCTIONS, SWITCHED = (TESTS / "models" / f"{name}.lua" for name in ("runs", "functions", "switched"))
 RODS = (RUNS, ["--set", "kind=rods", "--set", "rfe=3", "--loops", "always", *CALLED])
 FLEXIBLE = (REFERENCE, ["--set", "n_rfe=4", "--emit", "M,h,Q,energy,qdd_free,constrained,tangent"])
-SCENES = [(path, []) for path in all_models() + models_of_tests()] + [RODS, FLEXIBLE]
+ALL = [(path, []) for path in all_models() + models_of_tests()]
+SOME = {"crane", "spacearm", "fourbar", "functions", "switched"}
+SCENES = (ALL if LONG else [scene for scene in ALL if scene[0].stem in SOME]) + [RODS, FLEXIBLE]
 FEW = [(FUNCTIONS, []), (SWITCHED, []), (REFERENCE, ["--set", "n_rfe=1", *DERIVATIVES])]
 # Sums that are fused differently, or sines of libm, differ by rounding, and what is solved with them by more.
 ROUNDING, SOLVED = 1e-13, 1e-10

@@ -8,8 +8,9 @@ import pytest
 from program import BUILD, SOURCE
 
 RUNTIME = SOURCE / "runtime"
-PUBLIC = [RUNTIME / "refdyn.h", RUNTIME / "refdyn_model.h", RUNTIME / "refdyn_lanes.h", RUNTIME / "gsl" / "refdyn_gsl.h"]
-CORE_ONLY = PUBLIC[:3]
+PUBLIC = [RUNTIME / "refdyn.h", RUNTIME / "refdyn_model.h", RUNTIME / "refdyn_lanes.h", RUNTIME / "batch" / "refdyn_batch.h",
+          RUNTIME / "gsl" / "refdyn_gsl.h"]
+CORE_ONLY = PUBLIC[:4]
 WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Wconversion", "-Werror"]
 COMPILERS = {"gcc C11": ["gcc", "-std=c11", "-xc"], "gcc newer C": ["gcc", "-std=gnu2x", "-xc"],
              "gcc C++17": ["g++", "-std=c++17", "-xc++"], "gcc newer C++": ["g++", "-std=gnu++20", "-xc++"],
@@ -49,7 +50,7 @@ def foreign(compiler):
 
 
 def check(compiler, text, *flags):
-    done = subprocess.run([*compiler, *WARNINGS, *flags, "-I", RUNTIME, "-I", RUNTIME / "gsl", "-fsyntax-only", "-"], input=text,
+    done = subprocess.run([*compiler, *WARNINGS, *flags, "-I", RUNTIME, "-I", RUNTIME / "gsl", "-I", RUNTIME / "batch", "-fsyntax-only", "-"], input=text,
                           capture_output=True, text=True)
     assert done.returncode == 0, done.stderr[:3000]
 
@@ -153,7 +154,7 @@ def test_public_headers_alone_are_installed(prefix):
 def test_every_symbol_begins_with_ours(prefix):
     """Also of functions that several files of the library share."""
     libraries = sorted(prefix.rglob("*.a"))
-    assert len(libraries) == 1 + has_gsl()
+    assert len(libraries) == 2 + has_gsl()
     for library in libraries:
         text = subprocess.run(["nm", "-g", "--defined-only", library], check=True, capture_output=True, text=True).stdout
         names = [line.split()[2] for line in text.splitlines() if len(line.split()) == 3]
