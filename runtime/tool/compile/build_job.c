@@ -109,10 +109,10 @@ static void object_job(struct job *job, const struct toolchain *chain, const str
     job->object = text_format("%.*s.o", (int)strlen(job->source) - 2, job->source);
     job->log = text_format("%s.log", job->object);
     add_words(job, compile_flags);
-    if (build->is_gcc)
-        add_words(job, gcc_flags);
-    if (build->lanes && gen_is_for_lanes(name))
+    if (build->lanes && gen_is_for_lanes(name)) /* vectors gain a fifth by the passes that numbers do without */
         add_words(job, lanes_flags(build->lanes));
+    else if (build->is_gcc)
+        add_words(job, gcc_flags);
     add_words(job, (const char *[]){"-c", job->source, "-o", job->object, NULL});
 }
 
