@@ -183,7 +183,8 @@ static void keep(const struct worker *worker, const struct refdyn_batch_result *
 static enum turn end(struct worker *worker, struct refdyn_batch_result result, int share) {
     const struct refdyn_batch *batch = worker->batch;
     result.t = worker->integrator.t;
-    result.cpu_s = (thread_seconds() - worker->begun) / share;
+    /* a case that never halted has had the thread for itself */
+    result.cpu_s = (thread_seconds() - worker->begun) / (worker->has_halted ? share : 1);
     keep(worker, &result);
     return batch->end && batch->end(batch->context, &worker->now, &result) ? TURN_LEFT : TURN_ENDED;
 }
@@ -201,6 +202,7 @@ enum turn refdyn_worker_begin(struct worker *worker, long index, int share) {
     worker->work.fault = (struct refdyn_fault){.row = -1, .coordinate = -1};
     worker->attempt.is_over = 1;
     worker->is_new = 1;
+    worker->has_halted = 0;
     worker->output = worker->turns = 0;
     result.status = begin(worker, &result);
     if (result.status)
@@ -232,8 +234,10 @@ enum turn refdyn_worker_go(struct worker *worker, int share) {
         if (++worker->turns % TURNS_BETWEEN_QUESTIONS == 0 && is_left(batch))
             return TURN_LEFT;
         status = refdyn_integrator_halt(&worker->integrator, goal(worker), &worker->attempt);
-        if (status == REFDYN_HALTED)
+        if (status == REFDYN_HALTED) {
+            worker->has_halted = 1;
             return TURN_HALTED;
+        }
         if (!status)
             status = arrive(worker, &left);
     }

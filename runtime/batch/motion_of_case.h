@@ -26,6 +26,7 @@ struct worker {
     int turns;                     /* since the case began */
     double begun;                  /* processor time of the thread then [s] */
     struct refdyn_attempt attempt; /* at which it has halted */
+    int has_halted;                /* since the case began */
     int is_new;                    /* its parameters or inputs have changed since a step in lanes */
 };
 

@@ -97,6 +97,8 @@ static int complete(struct refdyn_motion *motion) {
     if (!status)
         status = refdyn_partition_watch(work, t, q, qd);
     work->partition.rank_most = work->partition.rank;
+    if (!status && is_known && !step->method->is_last_new)
+        work->evaluations++; /* whoever took the step has evaluated them */
     if (!status && !is_known)
         status = refdyn_rates(&step->evaluation, t, step->state_new, step->rates_new);
     work->partition.rank_most = work->partition.rank;
