@@ -42,6 +42,7 @@ static const struct {
     {"a macro that compilers define for some machines",
      "AVR MIPSEB MIPSEL MSP430 PPC SPIR SPIR32 SPIR64 WIN32 WIN64 WINNT i386 linux mc68000 mips sparc sun "
      "tce unix"},
+    {"a macro of emitted files", "INLINE LANES"},
 };
 
 /* The same for all names that begin so and go on with a capital. */

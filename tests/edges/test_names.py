@@ -118,7 +118,7 @@ def test_what_is_refused(words, tmp_path):
     assert set(links) == set(links) & set(members) and not set(links) & {"M_PI", "NAN", "linux", "EOF", "size_t"}
     for word in ("sin", "t", "q", "size_t", "M", "SET", "ELEMENT_1", "complex", "I", "final", "near", "row_1", "REFDYN"):
         assert word not in members
-    reasons = {"M_PIf64x": "a macro of math.h", "FP_NAN": "a macro of math.h", "EOF": "a macro of stdio.h", "unix": "a macro that compilers define for some machines", "M_TWOPI": "a macro of math.h",
+    reasons = {"M_PIf64x": "a macro of math.h", "FP_NAN": "a macro of math.h", "EOF": "a macro of stdio.h", "LANES": "a macro of emitted files", "unix": "a macro that compilers define for some machines", "M_TWOPI": "a macro of math.h",
                "RAND_MAX": "a macro of stdlib.h, which C++ takes for math.h", "co_await": "a reserved word of C or C++",
                "REFDYN_MODEL_H": "names that begin with REFDYN_ are the runtime's", "typeof": "a reserved word of C or C++"}
     found = refused(scene(tmp_path, reasons), "parameters")
