@@ -39,13 +39,13 @@ int main(int argument_count, char **arguments) {
     const size_t most = (size_t)(3 * (points + 1) + 3 * n + 3 * m + 8) * (size_t)(variables + 8);
     double *p = calloc((size_t)(model->parameter_count + model->derived_count) + 1, sizeof *p);
     double *x = calloc((size_t)model->input_count + 1, sizeof *x);
-    double *values = calloc(4 * (size_t)n + 2 + (size_t)m, sizeof *values), *out = calloc(most, sizeof *out);
+    double *values = calloc(3 * (size_t)n + 2 + (size_t)m, sizeof *values), *out = calloc(most, sizeof *out);
     FILE *in = fopen(arguments[argument_count - 1], "r");
     if (!in || !read_list(in, p, model->parameter_count) || !read_list(in, x, model->input_count))
         return 1;
     if (model->prepare)
         model->prepare(p);
-    for (int state = 0; read_list(in, values, 4 * n + 2 + m); state++) {
+    for (int state = 0; read_list(in, values, 3 * n + 2 + m); state++) {
         const double t = values[0], *q = values + 1, *qd = q + n;
 #define PRINT(name, count)                 \
     if (model->name && (count) > 0) {      \
