@@ -14,6 +14,7 @@
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdlib.h>
+#include <string.h>
 
 struct queue {
     long count;
@@ -74,27 +75,27 @@ static struct lane_step step_of(struct worker *worker) {
     return step;
 }
 
-/* The steps of all that have halted, those of each method side by side. */
-static void take_steps(struct thread *thread, const int *has_halted) {
-    int is_open[LANES_MOST];
+/* The steps of a method side by side, of those that still wait for theirs. */
+static void take_steps_of(struct thread *thread, const struct refdyn_method_definition *method, int *waits) {
+    struct lane_step steps[LANES_MOST] = {{.step = NULL}};
     for (int i = 0; i < thread->width; i++)
-        is_open[i] = has_halted[i];
-    for (int first = 0; first < thread->width; first++) {
-        struct lane_step steps[LANES_MOST] = {{.step = NULL}};
-        const struct refdyn_step *one = &thread->workers[first].integrator.motion->step;
-        for (int i = first; i < thread->width && is_open[first]; i++)
-            if (i != first && is_open[i] && thread->workers[i].integrator.motion->step.method == one->method)
-                steps[i] = step_of(&thread->workers[i]);
-        if (!is_open[first])
-            continue;
-        steps[first] = step_of(&thread->workers[first]);
-        refdyn_lanes_take(&thread->lanes, steps);
-        for (int i = first; i < thread->width; i++)
-            if (steps[i].step) {
-                refdyn_worker_judge(&thread->workers[i], steps[i].is_taken);
-                is_open[i] = 0;
-            }
-    }
+        if (waits[i] && thread->workers[i].integrator.motion->step.method == method)
+            steps[i] = step_of(&thread->workers[i]);
+    refdyn_lanes_take(&thread->lanes, steps);
+    for (int i = 0; i < thread->width; i++)
+        if (steps[i].step) {
+            refdyn_worker_judge(&thread->workers[i], steps[i].is_taken);
+            waits[i] = 0;
+        }
+}
+
+/* The steps of all that have halted, method by method. */
+static void take_steps(struct thread *thread, const int *has_halted) {
+    int waits[LANES_MOST];
+    memcpy(waits, has_halted, sizeof waits);
+    for (int i = 0; i < thread->width; i++)
+        if (waits[i])
+            take_steps_of(thread, thread->workers[i].integrator.motion->step.method, waits);
 }
 
 static void *run_cases(void *argument) {

@@ -11,7 +11,9 @@
 #include "text/output.h"
 
 #include <errno.h>
+#include <jansson.h>
 #include <sha2.h>
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -48,39 +50,63 @@ static void put_sources(struct document *document, const struct batch_setup *set
     put_close(document, '}');
 }
 
-static void put_optional(struct document *document, const char *key, const char *text) {
-    if (text)
-        put_text(document, key, text);
-}
-
-static void put_given(struct document *document, const char *key, double value) {
-    if (value > 0)
-        put_number(document, key, value);
-}
-
 /* The options of the motions, by their names on the command line. */
+static const struct {
+    const char *name;
+    size_t offset; /* in struct options */
+} number_options[] = {{"until", offsetof(struct options, until)},
+                      {"every", offsetof(struct options, every)},
+                      {"step", offsetof(struct options, step)},
+                      {"step-max", offsetof(struct options, step_max)},
+                      {"tol", offsetof(struct options, tolerance)},
+                      {"lanes", offsetof(struct options, lanes)}},
+  text_options[] = {{"method", offsetof(struct options, method)},
+                    {"from", offsetof(struct options, from)},
+                    {"hold", offsetof(struct options, hold)},
+                    {"stabilise", offsetof(struct options, stabilise)},
+                    {"singular", offsetof(struct options, singular)},
+                    {"start", offsetof(struct options, start)},
+                    {"accelerations", offsetof(struct options, accelerations)},
+                    {"loops", offsetof(struct options, loops)}};
+enum {
+    NUMBERS = sizeof number_options / sizeof number_options[0],
+    TEXTS = sizeof text_options / sizeof text_options[0]
+};
+
 static void put_options(struct document *document, const struct batch_setup *setup) {
     const struct options *options = &setup->options;
+    const char *base = (const char *)options;
     put_open(document, NULL, '{');
     put_open(document, "set", '{');
     for (int i = 0; i < options->setting_count; i++)
         put_text(document, options->settings[i].name, options->settings[i].value);
     put_close(document, '}');
-    put_given(document, "until", options->until);
-    put_given(document, "every", options->every);
-    put_given(document, "step", options->step);
-    put_given(document, "step-max", options->step_max);
-    put_given(document, "tol", options->tolerance);
-    put_whole(document, "lanes", setup->lanes);
-    put_optional(document, "method", options->method);
-    put_optional(document, "from", options->from);
-    put_optional(document, "hold", options->hold);
-    put_optional(document, "stabilise", options->stabilise);
-    put_optional(document, "singular", options->singular);
-    put_optional(document, "start", options->start);
-    put_optional(document, "accelerations", options->accelerations);
-    put_optional(document, "loops", options->loops);
+    for (int i = 0; i < NUMBERS; i++) {
+        const double value = *(const double *)(const void *)(base + number_options[i].offset);
+        if (value > 0)
+            put_number(document, number_options[i].name, value);
+    }
+    for (int i = 0; i < TEXTS; i++) {
+        const char *text = *(const char *const *)(const void *)(base + text_options[i].offset);
+        if (text)
+            put_text(document, text_options[i].name, text);
+    }
     put_close(document, '}');
+}
+
+void batch_read_options(const json_t *from, struct options *options) {
+    json_t *set = json_object_get(from, "set"), *value;
+    const char *name;
+    char *base = (char *)options;
+    options->settings = allocate(json_object_size(set) + 1, sizeof *options->settings);
+    json_object_foreach(set, name, value) options->settings[options->setting_count++] =
+        (struct setting){.name = name, .value = json_is_string(value) ? json_string_value(value) : ""};
+    for (int i = 0; i < NUMBERS; i++)
+        *(double *)(void *)(base + number_options[i].offset) =
+            json_number_value(json_object_get(from, number_options[i].name));
+    for (int i = 0; i < TEXTS; i++)
+        *(const char **)(void *)(base + text_options[i].offset) =
+            json_string_value(json_object_get(from, text_options[i].name));
 }
 
 bool batch_hash_file(const char *path, char hash[static JOURNAL_HASH]) {

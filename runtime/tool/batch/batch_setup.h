@@ -10,6 +10,8 @@
 #include "batch/structures.h"
 #include "batch/sweep.h"
 
+#include <jansson.h>
+
 struct batch_setup {
     struct memory memory;   /* of all below */
     struct options options; /* of the command, and where it is silent those of the sweep */
@@ -40,6 +42,9 @@ bool batch_for_each_file(const struct batch_setup *setup, bool call(void *contex
 /* The key of the journal, and the attributes of the file: texts and hashes of model, sweep and options, and
  * hashes of the files that the motions read. */
 void batch_identify(struct batch_setup *setup);
+/* Settings and options of the motions, as the attribute `options` of a file has them; their texts live as
+ * long as it. */
+void batch_read_options(const json_t *from, struct options *options);
 /* Of a file's content; false, with a complaint, when it cannot be read. */
 bool batch_hash_file(const char *path, char hash[static JOURNAL_HASH]);
 

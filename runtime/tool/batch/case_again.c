@@ -58,37 +58,10 @@ static enum status write_model(struct again *again, const char **path) {
     return *path ? STATUS_DONE : STATUS_FAULT;
 }
 
-static const char *text_of(const struct again *again, const char *name) {
-    return json_string_value(json_object_get(again->options, name));
-}
-
-static double number_of(const struct again *again, const char *name) {
-    return json_number_value(json_object_get(again->options, name));
-}
-
 static void read_options(struct again *again, const struct options *given, const char **path) {
     struct options *options = &again->setup.options;
-    json_t *set = json_object_get(again->options, "set"), *value;
-    const char *name;
     *options = (struct options){.command = given->command, .operands = path, .operand_count = 1};
-    options->settings =
-        memory_get(&again->setup.memory, (json_object_size(set) + 1) * sizeof *options->settings);
-    json_object_foreach(set, name, value) options->settings[options->setting_count++] =
-        (struct setting){.name = name, .value = json_is_string(value) ? json_string_value(value) : ""};
-    options->until = number_of(again, "until");
-    options->every = number_of(again, "every");
-    options->step = number_of(again, "step");
-    options->step_max = number_of(again, "step-max");
-    options->tolerance = number_of(again, "tol");
-    options->lanes = number_of(again, "lanes");
-    options->method = text_of(again, "method");
-    options->from = text_of(again, "from");
-    options->hold = text_of(again, "hold");
-    options->stabilise = text_of(again, "stabilise");
-    options->singular = text_of(again, "singular");
-    options->start = text_of(again, "start");
-    options->accelerations = text_of(again, "accelerations");
-    options->loops = text_of(again, "loops");
+    batch_read_options(again->options, options);
 }
 
 /* Texts of other cases are not needed: their files may be gone. */

@@ -1,16 +1,14 @@
 /* Which numbers a batch keeps of a case, and at which times it looks: see recorder.h. */
 #include "batch/recorder.h"
 #include "base/message.h"
+#include "simulate/motion.h"
 
 #include <math.h>
 #include <string.h>
 
-static const double end_slack =
-    1e-9; /* of an output's distance: a multiple this near to the end is the end */
-
 static const char *const extremes_names[] = {"smallest", "time of the smallest", "largest",
                                              "time of the largest"};
-enum { EXTREMES = 4, DEFAULT_OUTPUTS = 200 };
+enum { EXTREMES = 4 };
 
 /* ---- Times ---- */
 
@@ -21,8 +19,8 @@ static bool needs_outputs(const struct keep *keep) {
 struct seen_times seen_times_make(struct memory *memory, const struct keep *keep, double t, double until,
                                   double every) {
     const bool is_seen = needs_outputs(keep) || every > 0;
-    const double distance = every > 0 ? every : (until - t) / DEFAULT_OUTPUTS;
-    const long outputs = is_seen ? (long)ceil((until - t) / distance - end_slack) : 1;
+    const double distance = motion_distance(until - t, every);
+    const long outputs = is_seen ? motion_count_outputs(until - t, distance) - 1 : 1;
     const size_t most = (size_t)outputs + (size_t)keep->at_count + 2;
     double *times = memory_get(memory, most * sizeof *times);
     int *output = memory_get(memory, most * sizeof *output), *at = memory_get(memory, most * sizeof *at);

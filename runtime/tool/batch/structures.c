@@ -73,9 +73,7 @@ void structures_sort(struct structures *structures, struct memory *memory, const
 /* ---- Compiling ---- */
 
 static unsigned needs_of(const struct options *options, const struct refdyn_options *integration) {
-    unsigned needs = NEEDS_MOTION | NEEDS_POINTS | NEEDS_POINT_RATES | NEEDS_NO_WARNINGS;
-    if (options->from && strcmp(options->from, "statics") == 0)
-        needs |= NEEDS_STATICS;
+    const unsigned needs = motion_needs(options) | NEEDS_POINT_RATES | NEEDS_NO_WARNINGS;
     return refdyn_method_is_implicit(integration->method) ? needs | NEEDS_TANGENT : needs;
 }
 

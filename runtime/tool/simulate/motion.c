@@ -158,10 +158,12 @@ enum status motion_check_times(const struct scene *scene, const struct options *
     return STATUS_DONE;
 }
 
-/* Multiples of `every` up to the end, and the end itself. */
-static long count_outputs(const struct motion *motion) {
-    double span = (motion->until - motion->from) / motion->every;
-    return (long)ceil(span - end_slack) + 1;
+double motion_distance(double span, double every) {
+    return every > 0 ? every : span / DEFAULT_OUTPUTS;
+}
+
+long motion_count_outputs(double span, double every) {
+    return (long)ceil(span / every - end_slack) + 1;
 }
 
 /* When the inputs change next, INFINITY: never. */
@@ -175,8 +177,8 @@ int motion_start(struct motion *motion, struct scene *scene, const struct refdyn
     *motion =
         (struct motion){.scene = scene, .from = scene->state.t, .until = until, .started = wall_seconds()};
     motion->method = refdyn_method_name((int)integration->method);
-    motion->every = every > 0 ? every : span / DEFAULT_OUTPUTS;
-    motion->outputs = count_outputs(motion);
+    motion->every = motion_distance(span, every);
+    motion->outputs = motion_count_outputs(span, motion->every);
     size_t size = refdyn_integrator_size(scene->model, integration);
     motion->memory = allocate_large(1, size);
     int status = refdyn_integrator_init(&motion->integrator, &scene->work, integration, motion->memory, size);
