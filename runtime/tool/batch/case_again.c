@@ -206,13 +206,8 @@ static enum status open_case(struct again *again, const struct options *given, c
     return status;
 }
 
-static bool wants_hdf5(const struct options *options) {
-    const char *ending = options->output ? strrchr(options->output, '.') : NULL;
-    return ending && (strcmp(ending, ".h5") == 0 || strcmp(ending, ".hdf5") == 0);
-}
-
 enum status run_case_again(const struct options *options) {
-    if (wants_hdf5(options))
+    if (options->output && text_names_hdf5(options->output))
         return usage_error(options->command, "-o %s: a case of --of is written as CSV", options->output);
     struct again again = {.setup = {.memory = arena_start()}, .runs = runs_open(options->of)};
     const char *path;

@@ -17,26 +17,29 @@ struct drawing {
     struct panels panels;
     struct targets targets;
     struct target *target;
+    bool is_of_runs; /* the operand is a file of runs, which is drawn alone */
 };
 
 static bool is_file_of_runs(const char *path) {
     return run_is_hdf5(path) && !motion_is_in(path);
 }
 
-static enum status check_runs(const struct options *options) {
-    for (int i = 0; i < options->operand_count; i++)
-        if (is_file_of_runs(options->operands[i]) && options->operand_count > 1)
+static enum status check_runs(struct drawing *drawing) {
+    const struct options *options = drawing->options;
+    for (int i = 0; i < options->operand_count; i++) {
+        drawing->is_of_runs = is_file_of_runs(options->operands[i]);
+        if (drawing->is_of_runs && options->operand_count > 1)
             return usage_error(options->command, "%s: a file of runs is drawn alone", options->operands[i]);
-    if (is_file_of_runs(options->operands[0]) && options->units)
+    }
+    if (drawing->is_of_runs && options->units)
         return usage_error(options->command, "--units: a file of runs has its own");
     return STATUS_DONE;
 }
 
 static enum status check_usage(struct drawing *drawing) {
     const struct options *options = drawing->options;
-    const bool is_of_runs = is_file_of_runs(options->operands[0]);
-    const char *unknown = is_of_runs ? NULL : panels_choose(&drawing->panels, options->panel);
-    const enum status status = check_runs(options);
+    const enum status status = check_runs(drawing);
+    const char *unknown = drawing->is_of_runs ? NULL : panels_choose(&drawing->panels, options->panel);
     drawing->format = picture_format_of(options->output);
     if (status == STATUS_DONE && unknown)
         return usage_error(options->command, "--panel: '%s' is none of %s", unknown, panels_names());
@@ -122,7 +125,7 @@ static bool open_files(struct drawing *drawing) {
     drawing->target =
         picture_can_write(drawing->format) ? target_open(&drawing->targets, options->output) : NULL;
     bool is_good = drawing->target && (!options->units || read_units(&drawing->panels, options->units));
-    for (int i = 0; i < options->operand_count && is_good && !is_file_of_runs(options->operands[0]); i++)
+    for (int i = 0; i < options->operand_count && is_good && !drawing->is_of_runs; i++)
         is_good = run_read(&drawing->panels.runs[i], options->operands[i]);
     return is_good;
 }
@@ -135,8 +138,7 @@ enum status run_plot(const struct options *options) {
         return status;
     panels->runs = allocate((size_t)panels->run_count, sizeof *panels->runs);
     const bool is_good =
-        open_files(&drawing) &&
-        (is_file_of_runs(options->operands[0]) ? write_runs(&drawing) : write_drawing(&drawing));
+        open_files(&drawing) && (drawing.is_of_runs ? write_runs(&drawing) : write_drawing(&drawing));
     targets_release(&drawing.targets);
     json_decref(panels->units);
     return is_good ? STATUS_DONE : STATUS_FAULT;
