@@ -2,8 +2,8 @@
  * The cases of a batch on several threads: see refdyn_batch.h.
  *
  * A counter that all threads count up is the queue. Each case has a workspace and an integrator of its own; a
- * thread computes as many cases at a time as there are lanes: each halts where it would take an explicit
- * step, then these are taken together.
+ * thread computes as many cases at a time as there are lanes: each halts where it would take a step, then
+ * these are taken together.
  */
 #define _POSIX_C_SOURCE 200809L
 #include "base/model_check.h"
@@ -62,14 +62,13 @@ static int bring_to_halt(struct thread *thread, struct worker *worker, int is_bu
 }
 
 static struct lane_step step_of(struct worker *worker) {
-    const struct refdyn_attempt *attempt = &worker->attempt;
+    struct refdyn_attempt *attempt = &worker->attempt;
     struct refdyn_motion *motion = worker->integrator.motion;
-    const struct lane_step step = {.step = &motion->step,
-                                   .p = motion->parameters.own,
+    const struct lane_step step = {.motion = motion,
+                                   .attempt = attempt,
                                    .x = worker->work.x,
                                    .is_new = worker->is_new,
-                                   .h = attempt->h,
-                                   .t_new = attempt->t_new,
+                                   .t_right = refdyn_events_right_of(&motion->events, attempt->t_new),
                                    .needs_stages = attempt->t_out < attempt->t_new};
     worker->is_new = 0;
     return step;
@@ -77,22 +76,32 @@ static struct lane_step step_of(struct worker *worker) {
 
 /* The steps of a method side by side, of those that still wait for theirs. */
 static void take_steps_of(struct thread *thread, const struct refdyn_method_definition *method, int *waits) {
-    struct lane_step steps[LANES_MOST] = {{.step = NULL}};
+    struct lane_step steps[LANES_MOST] = {{.motion = NULL}};
     for (int i = 0; i < thread->width; i++)
         if (waits[i] && thread->workers[i].integrator.motion->step.method == method)
             steps[i] = step_of(&thread->workers[i]);
     refdyn_lanes_take(&thread->lanes, steps);
     for (int i = 0; i < thread->width; i++)
-        if (steps[i].step) {
-            refdyn_worker_judge(&thread->workers[i], steps[i].is_taken);
+        if (steps[i].motion) {
+            refdyn_worker_judge(&thread->workers[i], steps[i].status);
             waits[i] = 0;
         }
+}
+
+/* What lanes lack, the motion takes itself. */
+static int is_left_to_motion(struct thread *thread, int lane) {
+    struct worker *worker = &thread->workers[lane];
+    if (refdyn_lanes_can_take(&thread->lanes, worker->integrator.motion))
+        return 0;
+    refdyn_worker_judge(worker, REFDYN_LEFT_TO_MOTION);
+    return 1;
 }
 
 /* The steps of all that have halted, method by method. */
 static void take_steps(struct thread *thread, const int *has_halted) {
     int waits[LANES_MOST];
-    memcpy(waits, has_halted, sizeof waits);
+    for (int i = 0; i < thread->width; i++)
+        waits[i] = has_halted[i] && !is_left_to_motion(thread, i);
     for (int i = 0; i < thread->width; i++)
         if (waits[i])
             take_steps_of(thread, thread->workers[i].integrator.motion->step.method, waits);
@@ -109,10 +118,7 @@ static void *run_cases(void *argument) {
         }
         if (atomic_load_explicit(&thread->queue->is_left, memory_order_relaxed))
             break;
-        if (thread->lanes.model && count > 0)
-            take_steps(thread, has_halted);
-        else if (count > 0)
-            refdyn_worker_judge(&thread->workers[0], 0);
+        take_steps(thread, has_halted);
     } while (count > 0);
     return NULL;
 }

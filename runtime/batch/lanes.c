@@ -1,4 +1,4 @@
-/* Explicit steps of several motions side by side: see lanes.h. */
+/* Steps of several motions side by side: see lanes.h. */
 #include "base/arithmetic.h"
 
 #include "batch/lanes.h"
@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "methods/collocation.h"
+#include "methods/rosenbrock.h"
 #include "methods/runge_kutta.h"
 
 enum { WIDEST = 8 };
@@ -20,40 +22,79 @@ int refdyn_lanes_widest(void) {
     return 2;
 }
 
-/* Of all methods whose table is a tableau. */
-static int most_stages(void) {
+static int is_of_lanes(const struct refdyn_method_kind *kind, int has_tangent) {
+    return kind == &refdyn_explicit ||
+           (has_tangent && (kind == &refdyn_rosenbrock || kind == &refdyn_collocation));
+}
+
+/* The most memory of all methods that lanes take. */
+static int most_memory(const struct lanes *lanes) {
+    const struct refdyn_model *model = lanes->model->model;
     int most = 0;
     for (int number = REFDYN_AUTO + 1; number < REFDYN_METHOD_COUNT; number++) {
         const struct refdyn_method_definition *method = refdyn_method_definition((enum refdyn_method)number);
-        const struct refdyn_tableau *tableau = method->kind == &refdyn_explicit ? method->table : NULL;
-        most = tableau && tableau->stages > most ? tableau->stages : most;
+        const int memory =
+            is_of_lanes(method->kind, lanes->has_tangent) ? method->kind->memory_size(method, model) : 0;
+        most = memory > most ? memory : most;
     }
     return most;
 }
 
 /* Counts what it gives: with memory NULL, all that is needed. */
-static double *take(double *memory, size_t *used, int count, int width) {
-    double *piece = memory ? memory + *used : NULL;
-    *used += (size_t)(count * width + WIDEST - 1) / WIDEST * WIDEST;
+struct room {
+    char *memory;
+    size_t used;
+    int width;
+};
+
+static void *take(struct room *room, int count, size_t size) {
+    void *piece = room->memory ? room->memory + room->used : NULL;
+    const size_t unit = WIDEST * sizeof(double);
+    room->used += ((size_t)(count * room->width) * size + unit - 1) / unit * unit;
     return piece;
 }
 
-static size_t lay_out(struct lanes *lanes, double *memory) {
+static double *take_doubles(struct room *room, int count) {
+    return take(room, count, sizeof(double));
+}
+
+static void lay_out_linear(struct lanes *lanes, struct room *room) {
     const struct refdyn_model *model = lanes->model->model;
-    const int width = lanes->model->width, size = 2 * model->n + 1, rates = size + model->m;
-    size_t used = 0;
-    lanes->p = take(memory, &used, model->parameter_count + model->derived_count, width);
-    lanes->x = take(memory, &used, model->input_count, width);
-    lanes->t = take(memory, &used, 1, width);
-    lanes->state = take(memory, &used, size, width);
-    lanes->rates = take(memory, &used, rates, width);
-    lanes->state_new = take(memory, &used, size, width);
-    lanes->rates_new = take(memory, &used, rates, width);
-    lanes->stage = take(memory, &used, size, width);
-    lanes->side = take(memory, &used, size, width);
-    lanes->error = take(memory, &used, size, width);
-    lanes->stages = take(memory, &used, most_stages() * rates, width);
-    return used;
+    const int n = model->n, m = model->m, size = n + m, matrices = 1 + REFDYN_COMPLEXES_MOST;
+    for (int i = 0; i < 2; i++) {
+        struct lanes_linear *linear = &lanes->linear[i];
+        linear->tangent = take_doubles(room, n + m * (1 + 3 * n) + 3 * n * n);
+        linear->real = take_doubles(room, size * size);
+        linear->complexes = take_doubles(room, REFDYN_COMPLEXES_MOST * 2 * size * size);
+        linear->pivots = take(room, matrices * size, sizeof(int));
+        linear->moves = take(room, matrices * size, sizeof(int));
+    }
+    lanes->linear_room = take_doubles(room, n + 3 * size);
+}
+
+static size_t lay_out(struct lanes *lanes, char *memory) {
+    const struct refdyn_model *model = lanes->model->model;
+    const int n = model->n, m = model->m, size = 2 * n + 1, rates = size + m;
+    struct room room = {memory, 0, lanes->model->width};
+    lanes->p = take_doubles(&room, model->parameter_count + model->derived_count);
+    lanes->x = take_doubles(&room, model->input_count);
+    lanes->t = take_doubles(&room, 1);
+    lanes->state = take_doubles(&room, size);
+    lanes->rates = take_doubles(&room, rates);
+    lanes->state_new = take_doubles(&room, size);
+    lanes->rates_new = take_doubles(&room, rates);
+    lanes->stage = take_doubles(&room, size);
+    lanes->side = take_doubles(&room, rates);
+    lanes->error = take_doubles(&room, size);
+    lanes->stages = take_doubles(&room, most_memory(lanes));
+    lanes->row_terms = take_doubles(&room, m * (n + 4));
+    lanes->small = take_doubles(&room, m * (m + 2));
+    lanes->small_pivots = take(&room, 2 * m, sizeof(int));
+    lanes->directions = take_doubles(&room, m * n);
+    lanes->mass_directions = take_doubles(&room, m * n);
+    if (lanes->has_tangent)
+        lay_out_linear(lanes, &room);
+    return room.used;
 }
 
 static int has_functions(const struct refdyn_lane_model *model) {
@@ -67,13 +108,41 @@ int refdyn_lanes_start(struct lanes *lanes, const struct refdyn_lane_model *mode
         return REFDYN_OTHER_VERSION;
     if (!has_functions(model))
         return REFDYN_FUNCTION_MISSING;
-    const size_t size = lay_out(lanes, NULL) * sizeof(double);
+    lanes->has_tangent = model->tangent && model->model->tangent;
+    const size_t size = lay_out(lanes, NULL);
     lanes->memory = aligned_alloc(WIDEST * sizeof(double), size);
     if (!lanes->memory)
         return REFDYN_BAD_MEMORY;
     memset(lanes->memory, 0, size);
     lay_out(lanes, lanes->memory);
     return REFDYN_OK;
+}
+
+int refdyn_lanes_can_take(const struct lanes *lanes, const struct refdyn_motion *motion) {
+    const struct refdyn_workspace *work = motion->work;
+    return is_of_lanes(motion->step.method->kind, lanes->has_tangent) &&
+           (work->m == 0 || work->partition.rank == work->m);
+}
+
+int refdyn_lanes_can_meet(const struct lanes *lanes, const struct refdyn_motion *motion) {
+    return motion->work->m == 0 || (lanes->model->row_terms && motion->work->model->row_terms);
+}
+
+int refdyn_lanes_align(struct lanes *lanes, struct lane_step *one, int lane) {
+    struct refdyn_motion *motion = one->motion;
+    refdyn_parameters_enter(&motion->parameters, motion->work);
+    one->is_met =
+        !refdyn_programme_align(&motion->programme, &motion->step, one->t_right, motion->step.state_new);
+    refdyn_parameters_leave(&motion->parameters, motion->work);
+    const int is_other = one->is_met && lanes->aligned[lane] != motion->programme.aligned;
+    if (is_other)
+        lanes->aligned[lane] = motion->programme.aligned;
+    return is_other;
+}
+
+void refdyn_lanes_forget(struct lanes *lanes, int lane) {
+    lanes->factored_h[lane] = 0;
+    lanes->aligned[lane] = -1;
 }
 
 /* By the binary logarithm of the width: on processors that have such vectors, and on others. */

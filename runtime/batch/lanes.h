@@ -1,42 +1,68 @@
 /*
- * Explicit steps of several motions side by side, one in each lane of vectors.
+ * Steps of several motions side by side, one in each lane of vectors.
  *
- * Takes motions that have halted at such a step (motion/lockstep.h) and the functions for lanes that were
- * emitted for their model; gives each motion the step's end, its error and where they are wanted its rates,
- * to the bit what it would have found itself. Widths are 2, 4 and 8; the wider ones are compiled for
- * processors that have such vectors, and run on these alone.
+ * Takes motions that have halted at a step (motion/lockstep.h) and the functions for lanes that were emitted
+ * for their model; gives each motion the step's end, its error and, where that is small enough, its rates on
+ * the programme. Methods are those of one motion (methods/..._step.h). Widths are 2, 4 and 8; the wider ones
+ * are compiled for processors that have such vectors, and run on these alone. What a lane computes depends on
+ * no other one.
  */
 #ifndef REFDYN_BATCH_LANES_H
 #define REFDYN_BATCH_LANES_H
 
 #include "refdyn_lanes.h"
 
-#include "motion/motion.h"
+#include "motion/lockstep.h"
 
 /* The widest that this processor's vectors hold: 2, 4 or 8. */
 int refdyn_lanes_widest(void);
 
 /* One step of a motion, to be taken. */
 struct lane_step {
-    struct refdyn_step *step; /* NULL: the lane rests */
-    const double *p, *x;      /* its parameters and inputs, */
-    int is_new;               /* which have changed since its last step */
-    double h, t_new;
+    struct refdyn_motion *motion; /* NULL: the lane rests */
+    struct refdyn_attempt *attempt;
+    const double *x;  /* its inputs */
+    int is_new;       /* parameters or inputs have changed since its last step */
+    double t_right;   /* at which the rates of its end are evaluated: right of a time event [s] */
     int needs_stages; /* a state inside of the step will be asked for */
-    int is_taken;     /* behind lanes_take: it is; otherwise its numbers are not finite */
+    int status;       /* behind lanes_take: OK, NO_CONVERGENCE or LEFT_TO_MOTION */
+    int is_met;       /* its end has been brought onto the programme */
+};
+
+/* Matrices of an implicit step: implicit/linearisation_lanes.h. */
+struct lanes_linear {
+    double *tangent, *real, *complexes;
+    int *pivots, *moves; /* of the real matrix, then of the complex ones */
 };
 
 struct lanes {
     const struct refdyn_lane_model *model;
-    double *memory; /* one block */
+    void *memory; /* one block */
     double *p, *x, *t, *state, *rates, *state_new, *rates_new, *stage, *side, *error, *stages;
+    double *row_terms, *directions, *mass_directions; /* of the programme: lanes_meet.h */
+    double *small;                                    /* its system */
+    int *small_pivots;
+    int has_tangent;
+    struct lanes_linear linear[2]; /* the factors in use, and room for new ones */
+    double *linear_room;
+    double factored_h[8]; /* by lane: step of the factors in use, 0: there are none [s] */
+    long aligned[8];      /* by lane: programme.aligned of its directions in the metric of M */
 };
 
-/* Room for all explicit methods. REFDYN_OK, FUNCTION_MISSING where no function for lanes gives accelerations,
- * OTHER_VERSION, BAD_MEMORY; lanes_release in any case. */
+/* Room for all methods that lanes take. REFDYN_OK, FUNCTION_MISSING where no function for lanes gives
+ * accelerations, OTHER_VERSION, BAD_MEMORY; lanes_release in any case. */
 int refdyn_lanes_start(struct lanes *lanes, const struct refdyn_lane_model *model);
+/* Do lanes have what the next step of this motion takes? */
+int refdyn_lanes_can_take(const struct lanes *lanes, const struct refdyn_motion *motion);
+/* Do lanes have what its end takes? */
+int refdyn_lanes_can_meet(const struct lanes *lanes, const struct refdyn_motion *motion);
+/* Directions in the metric of M that suit the end of the step are with the motion: 1 where they are others
+ * than those of this lane. Where there are none, the end is the motion's. */
+int refdyn_lanes_align(struct lanes *lanes, struct lane_step *one, int lane);
 /* Takes the steps (width), each lane always of the same motion, all by one method. */
 void refdyn_lanes_take(struct lanes *lanes, struct lane_step *steps);
+/* The motion of this lane has taken a step itself. */
+void refdyn_lanes_forget(struct lanes *lanes, int lane);
 void refdyn_lanes_release(struct lanes *lanes);
 
 /* ---- lanes_2.c, lanes_4.c ...: refdyn_lanes_take of their width; apart: for processors without such

@@ -2,10 +2,13 @@
  * The steps of LANES motions: see lanes.h. Included by a file for each width, which defines LANES, and
  * VARIANT, what its names end with.
  *
- * States are gathered into lanes, stepped by the source that steps one motion (methods/runge_kutta_step.h),
+ * States are gathered into lanes, stepped by the sources that step one motion, brought onto the programme,
  * and given back.
  */
 #include "batch/lanes.h"
+
+#include <math.h>
+#include <string.h>
 
 #include "linear/dense.h"
 
@@ -18,66 +21,45 @@
 #pragma GCC diagnostic ignored "-Wpsabi"
 #endif
 
-typedef double NAMED(vector) __attribute__((vector_size(LANES * sizeof(double)), aligned(sizeof(double))));
+#include "base/lane.h"
 
 /* y += h sum_j weight_j x_j, in the order of refdyn_add_all. */
-static inline void NAMED(add_all)(NAMED(vector) *restrict y, NAMED(vector) h, const double *weights,
-                                  int count, const NAMED(vector) *restrict x, int stride, int n) {
-    int j = 0;
-    for (; j + 3 < count; j += 4) {
-        const NAMED(vector) a = h * weights[j], b = h * weights[j + 1], c = h * weights[j + 2],
-                            d = h * weights[j + 3];
-        const NAMED(vector) *u = x + j * stride, *v = u + stride, *w = v + stride, *z = w + stride;
+static inline void NAMED(add_all)(LANE *restrict y, LANE h, const double *weights, int count,
+                                  const LANE *restrict x, int stride, int n) {
+    LANE a[4];
+    const LANE *u[4];
+    int found = 0;
+    for (int j = 0; j < count; j++) {
+        if (weights[j] == 0)
+            continue;
+        a[found] = h * weights[j];
+        u[found++] = x + j * stride;
+        if (found < 4)
+            continue;
         for (int i = 0; i < n; i++)
-            y[i] = y[i] + a * u[i] + b * v[i] + c * w[i] + d * z[i];
+            y[i] = y[i] + a[0] * u[0][i] + a[1] * u[1][i] + a[2] * u[2][i] + a[3] * u[3][i];
+        found = 0;
     }
-    for (; j < count; j++) {
-        const NAMED(vector) a = h * weights[j], *u = x + j * stride;
+    for (int k = 0; k < found; k++)
         for (int i = 0; i < n; i++)
-            y[i] += a * u[i];
-    }
+            y[i] += a[k] * u[k][i];
 }
 
 #define ADD_ALL NAMED(add_all)
-#include "methods/runge_kutta_step.h"
+#include "methods/step_arrays.h"
 
 /* The steps that are being taken. */
 struct NAMED(taking) {
     struct lanes *lanes;
     struct lane_step *steps;
     const struct refdyn_method_definition *method;
-    const struct refdyn_tableau *tableau;
-    int n, m, has_rates_new;
+    struct NAMED(arrays) arrays;
+    int n, m;
     LANE h;
 };
 
-static void NAMED(find_rates)(const struct NAMED(taking) * taking, const LANE *state, LANE *rates) {
-    struct lanes *lanes = taking->lanes;
-    const int n = taking->n;
-    refdyn_lane_function *function = taking->m == 0 ? lanes->model->qdd_free : lanes->model->constrained;
-    function(lanes->p, lanes->x, lanes->t, (const double *)state, (const double *)(state + n),
-             (double *)(rates + n));
-    memcpy(rates, state + n, (size_t)n * sizeof *rates);
-    memset(rates + 2 * n, 0, sizeof *rates); /* no power */
-}
-
-static int NAMED(find_stage)(void *context, double c, LANE *stage, LANE *rates) {
-    const struct NAMED(taking) *taking = context;
-    for (int lane = 0; lane < LANES; lane++) {
-        const struct lane_step *one = &taking->steps[lane];
-        if (one->step)
-            taking->lanes->t[lane] = refdyn_step_inside(one->step, one->step->t_begin + c * one->h);
-    }
-    NAMED(find_rates)(taking, stage, rates);
-    return REFDYN_OK;
-}
-
-/* Rates at the ends, as the motions would find them: where no row may move the ends before. */
-static void NAMED(find_rates_new)(const struct NAMED(taking) * taking) {
-    struct lanes *lanes = taking->lanes;
-    for (int lane = 0; lane < LANES; lane++)
-        lanes->t[lane] = taking->steps[lane].t_new;
-    NAMED(find_rates)(taking, (const LANE *)(void *)lanes->state_new, (LANE *)(void *)lanes->rates_new);
+static inline LANE *NAMED(lanes_of)(double *numbers) {
+    return (LANE *)(void *)numbers;
 }
 
 /* An array of one motion into its lane, and back. */
@@ -91,71 +73,143 @@ static void NAMED(scatter)(double *to, const double *from, int lane, int count) 
         to[i] = from[i * LANES + lane];
 }
 
+/* Into lanes->t: the time of a stage at t_begin + c h. */
+static void NAMED(set_stage_times)(const struct NAMED(taking) * taking, double c) {
+    for (int lane = 0; lane < LANES; lane++) {
+        const struct lane_step *one = &taking->steps[lane];
+        if (one->motion)
+            taking->lanes->t[lane] =
+                refdyn_step_inside(&one->motion->step, one->motion->step.t_begin + c * one->attempt->h);
+    }
+}
+
+/* Rates at lanes->t. */
+static void NAMED(find_rates)(const struct NAMED(taking) * taking, const LANE *state, LANE *rates) {
+    struct lanes *lanes = taking->lanes;
+    const int n = taking->n;
+    refdyn_lane_function *function = taking->m == 0 ? lanes->model->qdd_free : lanes->model->constrained;
+    function(lanes->p, lanes->x, lanes->t, (const double *)state, (const double *)(state + n),
+             (double *)(rates + n));
+    memcpy(rates, state + n, (size_t)n * sizeof *rates);
+    memset(rates + 2 * n, 0, sizeof *rates); /* no power */
+}
+
+static int NAMED(find_stage)(void *context, double c, LANE *stage, LANE *rates) {
+    NAMED(set_stage_times)(context, c);
+    NAMED(find_rates)(context, stage, rates);
+    return REFDYN_OK;
+}
+
+/* ---- The kinds of methods: each leaves state_new and error, and a status in each step ---- */
+
+#include "methods/runge_kutta_step.h"
+
+static void NAMED(take_by_runge_kutta)(struct NAMED(taking) * taking) {
+    const struct refdyn_tableau *tableau = taking->method->table;
+    struct lanes *lanes = taking->lanes;
+    const int rates = taking->arrays.rates_size;
+    NAMED(take_explicit)(tableau, &taking->arrays, taking->h, 1, NAMED(find_stage), taking);
+    if (taking->method->is_last_new)
+        memcpy(lanes->rates_new, lanes->stages + (tableau->stages - 1) * rates * LANES,
+               (size_t)(rates * LANES) * sizeof(double));
+    for (int lane = 0; lane < LANES; lane++)
+        if (taking->steps[lane].motion)
+            taking->steps[lane].motion->work->evaluations += tableau->stages - 1;
+}
+
+#include "batch/lanes_implicit.h"
+#include "batch/lanes_meet.h"
+
+/* ---- All of a step ---- */
+
 static void NAMED(load)(struct NAMED(taking) * taking, int lane) {
     struct lanes *lanes = taking->lanes;
     const struct refdyn_model *model = lanes->model->model;
     struct lane_step *one = &taking->steps[lane];
-    taking->h[lane] = one->h;
+    const struct refdyn_step *step = &one->motion->step;
+    taking->h[lane] = one->attempt->h;
     if (one->is_new) {
-        NAMED(gather)(lanes->p, one->p, lane, model->parameter_count + model->derived_count);
+        NAMED(gather)
+        (lanes->p, one->motion->parameters.own, lane, model->parameter_count + model->derived_count);
         NAMED(gather)(lanes->x, one->x, lane, model->input_count);
-        one->is_new = 0;
+        refdyn_lanes_forget(lanes, lane);
     }
-    NAMED(gather)(lanes->state, one->step->state, lane, 2 * taking->n + 1);
-    NAMED(gather)(lanes->rates, one->step->rates, lane, 2 * taking->n + 1 + taking->m);
+    NAMED(gather)(lanes->state, step->state, lane, 2 * taking->n + 1);
+    NAMED(gather)(lanes->rates, step->rates, lane, 2 * taking->n + 1 + taking->m);
+    one->status = REFDYN_OK;
 }
 
-static void NAMED(unload)(const struct NAMED(taking) * taking, int lane) {
-    const struct lanes *lanes = taking->lanes;
-    struct lane_step *one = &taking->steps[lane];
-    struct refdyn_step *step = one->step;
-    const int n = taking->n, size = 2 * n + 1, rates = size + taking->m, stages = taking->tableau->stages;
-    refdyn_step_take_up(step, one->t_new);
-    step->has_rates_new = taking->has_rates_new;
-    NAMED(scatter)(step->state_new, lanes->state_new, lane, size);
-    NAMED(scatter)(step->error, lanes->error, lane, 2 * n);
-    if (taking->has_rates_new)
-        NAMED(scatter)(step->rates_new, lanes->rates_new, lane, rates);
-    for (int s = 0; s < stages && one->needs_stages; s++)
-        NAMED(scatter)(step->memory + s * rates, lanes->stages + s * rates * LANES, lane, rates);
-    step->evaluation.work->evaluations += stages - 1;
-    one->is_taken = refdyn_is_finite(step->state_new, size) && refdyn_is_finite(step->error, 2 * n) &&
-                    (!taking->has_rates_new || refdyn_is_finite(step->rates_new, rates));
-}
-
-static void NAMED(take_all)(struct NAMED(taking) * taking) {
+/* What a state inside of the step is found from, and what the next step goes on from. */
+static void NAMED(unload_memory)(const struct NAMED(taking) * taking, int lane) {
     struct lanes *lanes = taking->lanes;
-    const int n = taking->n, rates = 2 * n + 1 + taking->m;
-    const struct NAMED(arrays) arrays = {.n = n,
-                                         .size = 2 * n + 1,
-                                         .rates_size = rates,
-                                         .state = (const LANE *)(void *)lanes->state,
-                                         .rates = (const LANE *)(void *)lanes->rates,
-                                         .state_new = (LANE *)(void *)lanes->state_new,
-                                         .stage = (LANE *)(void *)lanes->stage,
-                                         .side = (LANE *)(void *)lanes->side,
-                                         .error = (LANE *)(void *)lanes->error,
-                                         .memory = (LANE *)(void *)lanes->stages};
-    NAMED(take_stages)(taking->tableau, &arrays, taking->h, 1, NAMED(find_stage), taking);
-    if (taking->method->is_last_new)
-        memcpy(lanes->rates_new, lanes->stages + (taking->tableau->stages - 1) * rates * LANES,
-               (size_t)(rates * LANES) * sizeof(double));
-    else if (taking->has_rates_new)
-        NAMED(find_rates_new)(taking);
+    const struct lane_step *one = &taking->steps[lane];
+    struct refdyn_step *step = &one->motion->step;
+    const int size = step->method->kind->memory_size(step->method, lanes->model->model);
+    if (step->method->kind == &refdyn_collocation)
+        NAMED(unload_stages)(taking, lane);
+    else if (one->needs_stages)
+        NAMED(scatter)(step->memory, lanes->stages, lane, size);
+}
+
+/* Gives the end of the step, and the size of its error. */
+static void NAMED(unload)(const struct NAMED(taking) * taking, int lane, double error) {
+    struct lane_step *one = &taking->steps[lane];
+    struct refdyn_step *step = &one->motion->step;
+    if (!isfinite(error)) {
+        one->status = REFDYN_LEFT_TO_MOTION;
+        return;
+    }
+    refdyn_step_take_up(step, one->attempt->t_new);
+    NAMED(scatter)(step->state_new, taking->lanes->state_new, lane, 2 * taking->n + 1);
+    NAMED(unload_memory)(taking, lane);
+    refdyn_attempt_measured(one->motion, one->attempt, error);
+}
+
+/* refdyn_step_largest_error; not finite where that or the state is not. */
+static LANE NAMED(find_errors)(const struct NAMED(taking) * taking) {
+    const struct NAMED(arrays) *arrays = &taking->arrays;
+    const int n = taking->n;
+    const double *units = NULL;
+    LANE largest = NAMED(every)(0), not_finite = largest;
+    for (int lane = 0; lane < LANES; lane++)
+        units = taking->steps[lane].motion ? taking->steps[lane].motion->step.units : units;
+    for (int j = 0; j < n; j++) {
+        const LANE position = NAMED(size)(arrays->error[j]),
+                   velocity = taking->h * NAMED(size)(arrays->error[n + j]);
+        largest = NAMED(larger)(largest, NAMED(larger)(velocity, position) / units[j]);
+        not_finite += 0 * arrays->state_new[j] + 0 * arrays->state_new[n + j];
+    }
+    return largest + not_finite;
 }
 
 void NAMED(refdyn_lanes_take)(struct lanes *lanes, struct lane_step *steps) {
     const struct refdyn_model *model = lanes->model->model;
-    struct NAMED(taking) taking = {.lanes = lanes, .steps = steps, .n = model->n, .m = model->m};
+    const int n = model->n, m = model->m;
+    struct NAMED(taking) taking = {.lanes = lanes, .steps = steps, .n = n, .m = m};
     for (int lane = 0; lane < LANES; lane++)
-        if (steps[lane].step) {
-            taking.method = steps[lane].step->method;
+        if (steps[lane].motion) {
+            taking.method = steps[lane].motion->step.method;
             NAMED(load)(&taking, lane);
         }
-    taking.tableau = taking.method->table;
-    taking.has_rates_new = taking.method->is_last_new || model->m == 0;
-    NAMED(take_all)(&taking);
+    taking.arrays = (struct NAMED(arrays)){.n = n,
+                                           .size = 2 * n + 1,
+                                           .rates_size = 2 * n + 1 + m,
+                                           .state = NAMED(lanes_of)(lanes->state),
+                                           .rates = NAMED(lanes_of)(lanes->rates),
+                                           .state_new = NAMED(lanes_of)(lanes->state_new),
+                                           .stage = NAMED(lanes_of)(lanes->stage),
+                                           .side = NAMED(lanes_of)(lanes->side),
+                                           .error = NAMED(lanes_of)(lanes->error),
+                                           .memory = NAMED(lanes_of)(lanes->stages)};
+    if (taking.method->kind == &refdyn_explicit)
+        NAMED(take_by_runge_kutta)(&taking);
+    else if (taking.method->kind == &refdyn_rosenbrock)
+        NAMED(take_by_rosenbrock)(&taking);
+    else
+        NAMED(take_by_collocation)(&taking);
+    const LANE errors = NAMED(find_errors)(&taking);
     for (int lane = 0; lane < LANES; lane++)
-        if (steps[lane].step)
-            NAMED(unload)(&taking, lane);
+        if (steps[lane].motion && !steps[lane].status)
+            NAMED(unload)(&taking, lane, errors[lane]);
+    NAMED(meet)(&taking);
 }

@@ -233,7 +233,8 @@ enum turn refdyn_worker_go(struct worker *worker, int share) {
     while (!status && !left && worker->output < batch->time_count) {
         if (++worker->turns % TURNS_BETWEEN_QUESTIONS == 0 && is_left(batch))
             return TURN_LEFT;
-        status = refdyn_integrator_halt(&worker->integrator, goal(worker), &worker->attempt);
+        status = batch->lanes ? refdyn_integrator_halt(&worker->integrator, goal(worker), &worker->attempt)
+                              : refdyn_integrator_to(&worker->integrator, goal(worker));
         if (status == REFDYN_HALTED) {
             worker->has_halted = 1;
             return TURN_HALTED;
@@ -246,6 +247,6 @@ enum turn refdyn_worker_go(struct worker *worker, int share) {
                : end(worker, (struct refdyn_batch_result){.status = status, .stage = REFDYN_AT_STEPS}, share);
 }
 
-void refdyn_worker_judge(struct worker *worker, int is_taken) {
-    refdyn_integrator_judge(&worker->integrator, &worker->attempt, is_taken);
+void refdyn_worker_judge(struct worker *worker, int taken) {
+    refdyn_integrator_judge(&worker->integrator, &worker->attempt, taken);
 }

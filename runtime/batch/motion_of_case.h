@@ -35,13 +35,13 @@ enum turn { TURN_LEFT, TURN_ENDED, TURN_HALTED };
 
 /* 0 or an error as refdyn_batch_run; worker_release in any case. */
 int refdyn_worker_start(struct worker *worker, const struct refdyn_batch *batch, int room);
-/* Begins case `index`, and goes on with it until an explicit step is to be taken (HALTED), until it has
+/* Begins case `index`, and goes on with it until a step is to be taken (HALTED), until it has
  * ended, as the batch's `end` is told, or until a callback has ended the batch. `share` is how many cases the
  * thread computes at the same time. */
 enum turn refdyn_worker_begin(struct worker *worker, long index, int share);
 enum turn refdyn_worker_go(struct worker *worker, int share);
-/* The step at which it halted was taken; otherwise the case takes it itself. */
-void refdyn_worker_judge(struct worker *worker, int is_taken);
+/* taken: how the step at which it halted was taken (motion/lockstep.h). */
+void refdyn_worker_judge(struct worker *worker, int taken);
 void refdyn_worker_release(struct worker *worker);
 
 #endif

@@ -65,8 +65,8 @@ struct refdyn_batch_result {
 
 struct refdyn_batch {
     const struct refdyn_model *model;
-    /* The functions of the model for lanes: each thread takes explicit steps of so many cases side by side.
-     * NULL: one case at a time. */
+    /* The functions of the model for lanes: each thread takes steps of so many cases side by side. NULL: one
+     * case at a time. */
     const struct refdyn_lane_model *lanes;
     struct refdyn_options options;
 

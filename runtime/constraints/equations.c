@@ -13,6 +13,10 @@
 
 #include "linear/dense.h"
 
+#define LANES 1
+#define NAMED(name) name##_of_one
+#include "constraints/programme_distance.h"
+
 static void call(refdyn_function *function, const struct refdyn_workspace *work, double t, const double *q,
                  const double *qd, double *out) {
     if (function)
@@ -83,11 +87,6 @@ int refdyn_equations(struct refdyn_workspace *work, double t, const double *q, c
 }
 
 double refdyn_distance(const struct refdyn_workspace *work, const double *residual) {
-    double largest = 0;
-    for (int a = 0; a < work->m; a++) {
-        const double size = refdyn_largest(work->u + a * work->n, work->n, NULL);
-        if (size > 0)
-            largest = fmax(largest, fabs(residual[a]) / size);
-    }
-    return largest;
+    const struct level_of_one rows = {.n = work->n, .m = work->m, .u = work->u, .residual = residual};
+    return distance_of_one(&rows);
 }

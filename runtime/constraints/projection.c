@@ -18,16 +18,13 @@
 #include "linear/dense.h"
 #include "linear/elimination.h"
 
+#define LANES 1
+#define NAMED(name) name##_of_one
+#include "constraints/programme_distance.h"
+
 /* Newton doubles the digits from any start that it converges from; 30 iterations also halve a distance 30
  * times. */
 enum { ITERATIONS_MOST = 30 };
-
-/* Rounding of a residual: a few units in the last place of each term. */
-static const double rounding = 4 * DBL_EPSILON;
-
-/* Near enough to the programme for Newton to square the residual: one more correction would reach rounding.
- */
-static const double near = 0x1p-26; /* sqrt(DBL_EPSILON) */
 
 /* Positions are met by the rows up to position level, velocities by those up to velocity level. */
 struct level {
@@ -65,20 +62,14 @@ struct refdyn_residual refdyn_residuals(const struct refdyn_workspace *work) {
     return largest;
 }
 
-/* sum_j |u_aj| max(|x_j|, least): what row a makes of the state x */
-static double row_terms(const struct refdyn_workspace *work, int a, const double *x, double least) {
-    double sum = 0;
-    for (int j = 0; j < work->n; j++)
-        sum += fabs(work->u[a * work->n + j]) * fmax(fabs(x[j]), least);
-    return sum;
+static struct level_of_one rows_of(const struct refdyn_workspace *work, struct level level) {
+    return (struct level_of_one){work->n, work->m, work->model->rows, level.last, work->u, level.residual};
 }
 
 static int rows_hold(const struct refdyn_workspace *work, struct level level, double tol, double least,
                      const double *x) {
-    for (int a = 0; a < work->m; a++)
-        if (has(work, level, a) && !(fabs(level.residual[a]) <= tol * row_terms(work, a, x, least)))
-            return 0;
-    return 1;
+    const struct level_of_one rows = rows_of(work, level);
+    return rows_hold_of_one(&rows, tol, least, x);
 }
 
 int refdyn_is_consistent(const struct refdyn_workspace *work, double tol, const double *q, const double *qd) {
@@ -170,11 +161,9 @@ static void smallest_change(struct refdyn_workspace *work, struct level level, d
     refdyn_factor_half_backward(work->reduced, work->n, work->n, change);
 }
 
-/* At rounding level, or near it and no longer falling; *last is the distance before the last correction. */
 static int is_done(const struct refdyn_workspace *work, struct level level, const double *x, double *last) {
-    const double now = refdyn_distance(work, level.residual), before = *last;
-    *last = now;
-    return rows_hold(work, level, rounding, 0, x) || (now > before / 2 && rows_hold(work, level, near, 1, x));
+    const struct level_of_one rows = rows_of(work, level);
+    return level_is_done_of_one(&rows, x, last);
 }
 
 /* Beside a residual of this size the rows hold that are used, so a redundant one has it. */

@@ -327,9 +327,8 @@ static int factor_complex(struct refdyn_linear *linear, int k, double re, double
     return failed < 0 ? REFDYN_OK : REFDYN_MATRIX_SINGULAR;
 }
 
-/* What the first `count` eigenvalues count beside a real one: complex operations are four real ones; those of
- * chains, side by side, take the time of four together. */
-static int weight_of(const struct refdyn_linear *linear, int count, const double *lambda) {
+/* Complex operations are four real ones; those of chains, side by side, take the time of four together. */
+long refdyn_linear_weight(const struct refdyn_linear *linear, int count, const double *lambda) {
     const int is_real = lambda[1] == 0, is_one = count == 1 && is_real;
     return linear->is_chain && !is_one ? 4 : 4 * count - (is_real ? 3 : 0);
 }
@@ -352,11 +351,29 @@ static int factor_all(struct refdyn_linear *linear, const struct refdyn_workspac
 
 int refdyn_linear_factor_all(struct refdyn_linear *linear, const struct refdyn_workspace *work, int count,
                              const double *lambda, double h) {
-    linear->counts.factorisations += weight_of(linear, count, lambda);
+    linear->counts.factorisations += refdyn_linear_weight(linear, count, lambda);
     const int status = factor_all(linear, work, count, lambda, h);
-    linear->all_h = status ? 0 : h;
-    linear->all_choice = work->partition.choices;
+    refdyn_linear_mark_factors(linear, work, status ? 0 : h);
     return status;
+}
+
+void refdyn_linear_mark_factors(struct refdyn_linear *linear, const struct refdyn_workspace *work, double h) {
+    linear->all_h = h;
+    linear->all_choice = work->partition.choices;
+}
+
+void refdyn_linear_count(struct refdyn_linear *linear, long tangents, long factorisations, long solutions) {
+    linear->counts.tangents += tangents;
+    linear->counts.factorisations += factorisations;
+    linear->counts.solutions += solutions;
+}
+
+double *refdyn_linear_take_directions(struct refdyn_linear *linear) {
+    linear->size = linear->n + linear->m;
+    for (int a = 0; a < linear->m; a++)
+        linear->rows[a] = a;
+    linear->factored++;
+    return linear->directions;
 }
 
 int refdyn_linear_has_factors(const struct refdyn_linear *linear, const struct refdyn_workspace *work,
@@ -382,7 +399,7 @@ static void solve_complex(struct refdyn_linear *linear, int k, double *x) {
 
 void refdyn_linear_solve_all(struct refdyn_linear *linear, int count, const double *lambda, double *x) {
     const int n = linear->n, is_one = count == 1 && lambda[1] == 0;
-    linear->counts.solutions += weight_of(linear, count, lambda);
+    linear->counts.solutions += refdyn_linear_weight(linear, count, lambda);
     if (linear->is_chain && !is_one) {
         const struct refdyn_border border = border_of(linear);
         refdyn_chain_solve_all(&linear->chain, count, lambda, &border, x);

@@ -27,6 +27,8 @@ struct refdyn_linear_counts {
     long solutions;      /* with these factors, counted alike */
 };
 
+enum { REFDYN_COMPLEXES_MOST = 3 }; /* complex matrices that a method needs: six stages at Gauss's points */
+
 struct refdyn_linear {
     int n, m, size;  /* size: n and the independent rows */
     double g;        /* gamma h of the matrix [s] */
@@ -102,6 +104,16 @@ void refdyn_linear_solve_all(struct refdyn_linear *linear, int count, const doub
 /* Are the factors of refdyn_linear_factor_all those for a step of h? */
 int refdyn_linear_has_factors(const struct refdyn_linear *linear, const struct refdyn_workspace *work,
                               double h);
+/* ---- For steps whose matrices somebody else factors: batch/lanes.h ---- */
+/* What the first `count` eigenvalues count beside a real one. */
+long refdyn_linear_weight(const struct refdyn_linear *linear, int count, const double *lambda);
+void refdyn_linear_count(struct refdyn_linear *linear, long tangents, long factorisations, long solutions);
+/* As refdyn_linear_factor_all leaves it: there are factors for a step of h. */
+void refdyn_linear_mark_factors(struct refdyn_linear *linear, const struct refdyn_workspace *work, double h);
+/* As refdyn_linear_directions leaves it, of all rows in their order: returns where the directions go (m x n).
+ */
+double *refdyn_linear_take_directions(struct refdyn_linear *linear);
+
 /*
  * The largest |eigenvalue| [1/s] of the linearised equations at the begin of a step, and its damping ratio,
  * by iteration of vectors: good to some per cent, since what is asked is a limit of steps. Where forces

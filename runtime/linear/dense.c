@@ -95,22 +95,28 @@ INLINE int times(const double *A, int rows, int columns, const double *x, double
     return 0;
 }
 
-/* y += scale sum_j weight_j x_j, vectors `stride` apart; four of them in one pass */
+/* y += scale sum_j weight_j x_j, vectors `stride` apart: those whose weight is not 0, four of them in one
+ * pass
+ */
 INLINE int add_all(double *restrict y, double scale, const double *weights, int count,
                    const double *restrict x, int stride, int n) {
-    int j = 0;
-    for (; j + 3 < count; j += 4) {
-        const double a = scale * weights[j], b = scale * weights[j + 1], c = scale * weights[j + 2],
-                     d = scale * weights[j + 3];
-        const double *u = x + j * stride, *v = u + stride, *w = v + stride, *z = w + stride;
+    double a[4];
+    const double *u[4];
+    int found = 0;
+    for (int j = 0; j < count; j++) {
+        if (weights[j] == 0)
+            continue;
+        a[found] = scale * weights[j];
+        u[found++] = x + j * stride;
+        if (found < 4)
+            continue;
         for (int i = 0; i < n; i++)
-            y[i] = y[i] + a * u[i] + b * v[i] + c * w[i] + d * z[i];
+            y[i] = y[i] + a[0] * u[0][i] + a[1] * u[1][i] + a[2] * u[2][i] + a[3] * u[3][i];
+        found = 0;
     }
-    for (; j < count; j++) {
-        const double a = scale * weights[j], *u = x + j * stride;
+    for (int k = 0; k < found; k++)
         for (int i = 0; i < n; i++)
-            y[i] += a * u[i];
-    }
+            y[i] += a[k] * u[k][i];
     return 0;
 }
 

@@ -15,76 +15,76 @@
 #include "linear/dense.h"
 #include "methods/step.h"
 
-static int count_all(const struct refdyn_rosenbrock_table *table) {
-    return table->stages + table->interpolant_stages;
-}
+#define LANES 1
+#define NAMED(name) name##_of_one
+#define ADD_ALL refdyn_add_all
+#include "methods/rosenbrock_step.h"
 
 static const struct refdyn_rosenbrock_table *table_of(const struct refdyn_step *step) {
     return step->method->table;
 }
 
-/* The increments U_i (2 n) of all stages. */
 static int memory_size(const struct refdyn_method_definition *method, const struct refdyn_model *model) {
-    return count_all(method->table) * 2 * model->n;
+    return all_stages_of_one(method->table) * 2 * model->n;
 }
 
-/* y := state + sum_j weight_j U_j, q and qd */
-static void combine(const struct refdyn_step *step, const double *weights, int count, double *y) {
-    const int size = 2 * step->n;
-    memcpy(y, step->state, (size_t)size * sizeof *y);
-    refdyn_add_all(y, 1, weights, count, step->memory, size, size);
+static struct arrays_of_one arrays_of(struct refdyn_step *step) {
+    return (struct arrays_of_one){.n = step->n,
+                                  .state = step->state,
+                                  .rates = step->rates,
+                                  .state_new = step->state_new,
+                                  .stage = step->stage,
+                                  .side = step->side,
+                                  .error = step->error,
+                                  .memory = step->memory};
 }
 
-/* Rates of stage i, whose point is step->stage. */
-static int stage_rates(struct refdyn_step *step, const struct refdyn_rosenbrock_table *table, int i,
-                       double h) {
-    const double t = refdyn_step_inside(step, step->t_begin + table->alpha[i] * h);
-    const int status = refdyn_rates(&step->evaluation, t, step->stage, step->side);
+/* A step that is being taken. */
+struct taking {
+    struct refdyn_step *step;
+    double h;
+};
+
+static int find_rates(void *context, double alpha, double *stage, double *rates) {
+    const struct taking *taking = context;
+    struct refdyn_step *step = taking->step;
+    const double t = refdyn_step_inside(step, step->t_begin + alpha * taking->h);
+    const int status = refdyn_rates(&step->evaluation, t, stage, rates);
     if (status)
         step->failed_t = t;
     return status;
 }
 
-static int take_stage(struct refdyn_step *step, const struct refdyn_rosenbrock_table *table, int i,
-                      double h) {
-    const int n = step->n, size = 2 * n;
-    double *right = step->side, *U = step->memory + i * size;
-    if (i == 0) {
-        memcpy(right, step->rates, (size_t)size * sizeof *right);
-    } else {
-        combine(step, table->a + i * count_all(table), i, step->stage);
-        const int status = stage_rates(step, table, i, h);
-        if (status)
-            return status;
-    }
-    refdyn_add_all(right, 1 / h, table->c + i * count_all(table), i, step->memory, size, size);
-    refdyn_linear_solve(step->linear, right, right + n, table->gamma_sum[i] * h, U, U + n);
-    return REFDYN_OK;
+static void solve(void *context, const double *right_q, const double *right_v, double dt, double *dq,
+                  double *dqd) {
+    const struct taking *taking = context;
+    refdyn_linear_solve(taking->step->linear, right_q, right_v, dt, dq, dqd);
 }
 
 static int take(struct refdyn_step *step, double h) {
     const struct refdyn_rosenbrock_table *table = table_of(step);
-    const int size = 2 * step->n;
+    const struct arrays_of_one arrays = arrays_of(step);
+    struct taking taking = {step, h};
+    const struct rosenbrock_needs_of_one needs = {find_rates, solve, &taking};
     struct refdyn_workspace *work = step->evaluation.work;
     int status = refdyn_linear_at_begin(step->linear, work, step->t_begin, step->state, step->rates);
     if (!status)
         status = refdyn_linear_factor(step->linear, work, table->gamma * h);
-    for (int i = 0; i < table->stages && !status; i++)
-        status = take_stage(step, table, i, h);
+    if (!status)
+        status = take_rosenbrock_of_one(table, &arrays, h, &needs);
     if (status)
         return status;
-    combine(step, table->b, table->stages, step->state_new);
-    memset(step->error, 0, (size_t)size * sizeof(double));
-    refdyn_add_all(step->error, 1, table->e, table->stages, step->memory, size, size);
-    return refdyn_is_finite(step->state_new, size) ? REFDYN_OK : REFDYN_NOT_FINITE;
+    return refdyn_is_finite(step->state_new, 2 * step->n) ? REFDYN_OK : REFDYN_NOT_FINITE;
 }
 
-/* The stages that only the interpolant needs, once a step. */
-static int look_into(struct refdyn_step *step, const struct refdyn_rosenbrock_table *table) {
-    const double h = step->t_end - step->t_begin;
+/* Once a step. */
+static int look_into(struct refdyn_step *step) {
+    const struct arrays_of_one arrays = arrays_of(step);
+    struct taking taking = {step, step->t_end - step->t_begin};
+    const struct rosenbrock_needs_of_one needs = {find_rates, solve, &taking};
     int status = REFDYN_OK;
-    for (int i = table->stages; i < count_all(table) && !status && !step->is_looked_into; i++)
-        status = take_stage(step, table, i, h);
+    if (!step->is_looked_into)
+        status = look_into_rosenbrock_of_one(table_of(step), &arrays, taking.h, &needs);
     step->is_looked_into = !status;
     return status;
 }
@@ -104,10 +104,10 @@ static int hermite(struct refdyn_step *step, double theta, double *state) {
 /* (1 - theta) y + theta (y_new + (1 - theta) (K_1 + theta (K_2 + ...))) */
 static int interpolate(struct refdyn_step *step, double theta, double *state) {
     const struct refdyn_rosenbrock_table *table = table_of(step);
-    const int size = 2 * step->n, all = count_all(table);
+    const int size = 2 * step->n, all = all_stages_of_one(table);
     if (table->interpolant_terms == 0)
         return hermite(step, theta, state);
-    const int status = look_into(step, table);
+    const int status = look_into(step);
     for (int i = 0; i < size; i++)
         state[i] = (1 - theta) * step->state[i] + theta * step->state_new[i];
     double power = theta * (1 - theta);

@@ -70,7 +70,7 @@ static int take(struct refdyn_step *step, double h) {
     struct taking taking = {step, h};
     /* not of stages that are moved: then the first of two errors alone is safe */
     const int has_low = !step->guide;
-    const int status = take_stages_of_one(tableau, &arrays, h, has_low, find_rates, &taking);
+    const int status = take_explicit_of_one(tableau, &arrays, h, has_low, find_rates, &taking);
     if (!status && step->method->is_last_new)
         memcpy(step->rates_new, step->memory + (tableau->stages - 1) * arrays.rates_size,
                (size_t)arrays.rates_size * sizeof(double));
@@ -83,7 +83,7 @@ static int look_into(struct refdyn_step *step, const struct refdyn_tableau *tabl
     struct taking taking = {step, h};
     for (int i = 0; i < tableau->interpolant_stages && !step->is_looked_into; i++) {
         const int s = tableau->stages + i;
-        combine_of_one(&arrays, h, tableau->interpolant_a + i * count_all(tableau), s, step->stage);
+        combine_rates_of_one(&arrays, h, tableau->interpolant_a + i * count_all(tableau), s, step->stage);
         const int status =
             find_rates(&taking, tableau->interpolant_c[i], step->stage, step->memory + s * arrays.rates_size);
         if (status)

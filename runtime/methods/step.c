@@ -61,7 +61,7 @@ void refdyn_step_end(struct refdyn_step *step, double t_end) {
 void refdyn_step_take_up(struct refdyn_step *step, double t_new) {
     refdyn_step_end(step, t_new);
     step->failed_t = step->t_begin;
-    step->is_looked_into = 0;
+    step->is_looked_into = step->is_met = 0;
     step->has_rates_new = step->method->is_last_new;
 }
 
@@ -75,7 +75,7 @@ void refdyn_step_limit(struct refdyn_step *step, double t) {
 }
 
 double refdyn_step_inside(const struct refdyn_step *step, double t) {
-    return fmin(t, step->t_limit);
+    return t < step->t_limit ? t : step->t_limit;
 }
 
 double refdyn_step_theta(const struct refdyn_step *step, double t) {
@@ -101,7 +101,8 @@ double refdyn_step_largest_error(const struct refdyn_step *step, double h) {
         const double position = fabs(step->error[j]), velocity = h * fabs(step->error[n + j]);
         if (isnan(position + velocity))
             return NAN;
-        largest = fmax(largest, fmax(position, velocity) / step->units[j]);
+        const double size = (position > velocity ? position : velocity) / step->units[j];
+        largest = size > largest ? size : largest;
     }
     return largest;
 }

@@ -78,8 +78,12 @@ struct refdyn_step {
     double *units;        /* (n) what 1 rad weighs against: options.length for translations, 1 */
     double *memory;       /* the method's own */
     int has_rates_new;    /* rates_new are those of state_new, whatever the method leaves there */
-    int is_looked_into;   /* the method has evaluated what its interpolant alone needs */
-    double failed_t;      /* where the last step that failed did [s] */
+    int is_met; /* whoever took the step has brought state_new onto the programme, of which row met_row
+                   was off most, with the state before in `side`, and evaluated its row terms and
+                   rates_new */
+    int met_row;
+    int is_looked_into; /* the method has evaluated what its interpolant alone needs */
+    double failed_t;    /* where the last step that failed did [s] */
 };
 
 void refdyn_step_lay_out(struct refdyn_step *step, const struct refdyn_model *model, int memory_size,

@@ -27,23 +27,27 @@ void refdyn_motion_failed(struct refdyn_motion *motion, int cause, double t) {
 
 /* ---- One step ---- */
 
+int refdyn_attempt_prepare(struct refdyn_motion *motion) {
+    const struct refdyn_step *step = &motion->step;
+    if (!step->method->kind->begins_by_tangent)
+        return REFDYN_OK;
+    const int status =
+        refdyn_linear_at_begin(&motion->linear, motion->work, step->t_begin, step->state, step->rates);
+    if (!status || refdyn_automatic_after_failure(motion))
+        return REFDYN_OK;
+    refdyn_motion_failed(motion, status, step->t_begin);
+    return status;
+}
+
 /* The end of the last step is the begin of the next one, on the right side of a time event. */
-static int begin(struct refdyn_motion *motion) {
+static void begin(struct refdyn_motion *motion) {
     struct refdyn_step *step = &motion->step;
-    int status = REFDYN_OK;
     refdyn_crossing_leave(motion);
     if (step->t_begin != step->t_end) {
         refdyn_step_next(step, refdyn_events_right_of(&motion->events, step->t_end));
         refdyn_linear_leave_begin(&motion->linear);
     }
     refdyn_automatic_take_up(motion);
-    if (step->method->kind->begins_by_tangent)
-        status =
-            refdyn_linear_at_begin(&motion->linear, motion->work, step->t_begin, step->state, step->rates);
-    if (!status || refdyn_automatic_after_failure(motion))
-        return REFDYN_OK;
-    refdyn_motion_failed(motion, status, step->t_begin);
-    return status;
 }
 
 /* Far off the programme: the fault is at a row, and at a coordinate or none. */
@@ -80,24 +84,34 @@ static int meet_programme_nearby(struct refdyn_motion *motion, double t_new) {
     return judge_projection(motion, step->side, row);
 }
 
-/* Row terms, projection where that is asked for, partition, rates and work at the new state. */
+/* Row terms, and projection where that is asked for; *is_known: rates_new are those of the state. */
+static int meet_end(struct refdyn_motion *motion, double t, int *is_known) {
+    struct refdyn_step *step = &motion->step;
+    const int is_projected =
+        motion->work->m > 0 && (motion->options.stabilise == REFDYN_PROJECT || motion->crossing.is_on);
+    *is_known = step->is_met || (step->has_rates_new && step->t_end < step->t_limit);
+    if (step->is_met)
+        return is_projected ? judge_projection(motion, step->side, step->met_row) : REFDYN_OK;
+    int status = refdyn_row_terms(motion->work, t, step->state_new, step->state_new + step->n);
+    if (status || !is_projected)
+        return status;
+    status = meet_programme_nearby(motion, t);
+    *is_known =
+        *is_known && memcmp(step->side, step->state_new, (size_t)(2 * step->n) * sizeof *step->side) == 0;
+    return status;
+}
+
+/* The end of a step on the programme, its partition, rates and work. */
 static int complete(struct refdyn_motion *motion) {
     struct refdyn_workspace *work = motion->work;
     struct refdyn_step *step = &motion->step;
-    const int n = work->n;
     const double t = refdyn_events_right_of(&motion->events, step->t_end);
-    double *q = step->state_new, *qd = step->state_new + n;
-    int status = refdyn_row_terms(work, t, q, qd);
-    int is_known = step->has_rates_new && step->t_end < step->t_limit;
-    if (!status && work->m > 0 && (motion->options.stabilise == REFDYN_PROJECT || motion->crossing.is_on)) {
-        status = meet_programme_nearby(motion, t);
-        is_known = is_known && memcmp(step->side, step->state_new, (size_t)(2 * n) * sizeof *q) == 0;
-    }
+    int is_known, status = meet_end(motion, t, &is_known);
     work->partition.rank_most = work->m;
     if (!status)
-        status = refdyn_partition_watch(work, t, q, qd);
+        status = refdyn_partition_watch(work, t, step->state_new, step->state_new + step->n);
     work->partition.rank_most = work->partition.rank;
-    if (!status && is_known && !step->method->is_last_new)
+    if (!status && step->is_met)
         work->evaluations++; /* whoever took the step has evaluated them */
     if (!status && !is_known)
         status = refdyn_rates(&step->evaluation, t, step->state_new, step->rates_new);
@@ -205,16 +219,24 @@ static int step_fixed(struct refdyn_motion *motion, double t_out, double t_bound
 
 /* ---- Adaptive steps ---- */
 
+void refdyn_attempt_measured(const struct refdyn_motion *motion, struct refdyn_attempt *attempt,
+                             double error) {
+    attempt->size = error / refdyn_automatic_tolerance(motion);
+    attempt->is_measured = 1;
+}
+
 /* What was attempted; *error: in tolerances, INFINITY where it could not be evaluated. The step is accepted
  * when it is at most 1. */
-static int find_error(struct refdyn_motion *motion, const struct refdyn_attempt *attempt, int status,
+static int find_error(struct refdyn_motion *motion, struct refdyn_attempt *attempt, int status,
                       double *error) {
     *error = INFINITY;
     if (status) {
         refdyn_motion_failed(motion, status, motion->step.failed_t);
         return status;
     }
-    *error = refdyn_step_largest_error(&motion->step, attempt->h) / refdyn_automatic_tolerance(motion);
+    if (!attempt->is_measured)
+        refdyn_attempt_measured(motion, attempt, refdyn_step_largest_error(&motion->step, attempt->h));
+    *error = attempt->size;
     if (!(*error <= 1))
         return REFDYN_OK;
     status = complete(motion);
@@ -274,6 +296,7 @@ int refdyn_attempt_plan(struct refdyn_motion *motion, struct refdyn_attempt *att
         return REFDYN_TOO_MANY_STEPS;
     if (!(fmin(control->next, attempt->half_way) >= refdyn_control_least(t_begin, attempt->t_out)))
         return REFDYN_STEP_TOO_SMALL;
+    attempt->is_measured = 0;
     attempt->h = refdyn_control_clip(control, t_begin, attempt->t_near);
     attempt->t_new = attempt->h == attempt->t_near - t_begin ? attempt->t_near : t_begin + attempt->h;
     return REFDYN_OK;
@@ -290,9 +313,7 @@ double refdyn_motion_bound(const struct refdyn_motion *motion) {
 
 int refdyn_attempt_begin(struct refdyn_motion *motion, double t_out, struct refdyn_attempt *attempt) {
     *attempt = (struct refdyn_attempt){.t_out = t_out};
-    const int status = begin(motion);
-    if (status)
-        return status;
+    begin(motion);
     if (refdyn_step_limit_reached(motion))
         return REFDYN_TOO_MANY_STEPS;
     const int is_fixed = motion->options.tol == 0;
@@ -320,7 +341,9 @@ int refdyn_accept_step(struct refdyn_motion *motion, double t_out) {
     struct refdyn_attempt attempt;
     int status = refdyn_attempt_begin(motion, t_out, &attempt);
     while (!status && !attempt.is_over) {
-        status = refdyn_attempt_plan(motion, &attempt);
+        status = refdyn_attempt_prepare(motion);
+        if (!status)
+            status = refdyn_attempt_plan(motion, &attempt);
         if (!status)
             refdyn_attempt_judge(motion, &attempt, refdyn_attempt_take(motion, &attempt));
     }

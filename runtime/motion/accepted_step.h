@@ -8,21 +8,30 @@
  * rank. From state_new at t_end to the same, later. Errors: as refdyn_integrator_step. */
 int refdyn_accept_step(struct refdyn_motion *motion, double t_out);
 /*
- * The same in parts, so that somebody else may take the step: begin, then plan, take and judge until is_over,
- * when the step is accepted. Fixed steps, and those through a state where the rows lose rank, are over behind
- * begin. Errors: as refdyn_integrator_step.
+ * The same in parts, so that somebody else may take the step: begin, then prepare, plan, take and judge until
+ * is_over, when the step is accepted. Fixed steps, and those through a state where the rows lose rank, are
+ * over behind begin. Errors: as refdyn_integrator_step.
  */
 struct refdyn_attempt {
     double t_out;    /* what is asked for, */
     double t_near;   /* beyond which the step does not reach [s] */
     double half_way; /* to a state where the rows lose rank; INFINITY: none is near [s] */
     double h, t_new; /* length and end of the step to take [s] */
+    double size;     /* its error, in tolerances, behind refdyn_attempt_measured */
+    int is_measured; /* that is known */
+    int is_left;     /* somebody else was to take the step and could not */
     int is_over;     /* no step is being tried */
 };
 int refdyn_attempt_begin(struct refdyn_motion *motion, double t_out, struct refdyn_attempt *attempt);
+/* What the steps of some methods begin with, unless somebody else takes them; without it the automatic method
+ * goes on with another one. */
+int refdyn_attempt_prepare(struct refdyn_motion *motion);
 int refdyn_attempt_plan(struct refdyn_motion *motion, struct refdyn_attempt *attempt);
 /* Errors: those of the method, for judge. */
 int refdyn_attempt_take(struct refdyn_motion *motion, const struct refdyn_attempt *attempt);
+/* The error of what was tried, as refdyn_step_largest_error. */
+void refdyn_attempt_measured(const struct refdyn_motion *motion, struct refdyn_attempt *attempt,
+                             double error);
 /* taken: what taking it ended with. */
 void refdyn_attempt_judge(struct refdyn_motion *motion, struct refdyn_attempt *attempt, int taken);
 /*

@@ -386,9 +386,9 @@ int refdyn_integrator_step(struct refdyn_integrator *integrator, double t_out, l
     return arrive(integrator, t_out, status);
 }
 
-/* A step by stages that others may evaluate: explicit, with the parameters as they are. */
-static int may_be_taken_beside(const struct refdyn_motion *motion) {
-    return !motion->step.method->kind->is_implicit && !motion->step.guide && !motion->options.balance &&
+/* A step by the method alone, with the parameters as they are. */
+static int may_be_taken_beside(const struct refdyn_motion *motion, const struct refdyn_attempt *attempt) {
+    return !attempt->is_left && !motion->step.guide && !motion->options.balance &&
            motion->options.gain_share == 0;
 }
 
@@ -401,22 +401,31 @@ int refdyn_integrator_halt(struct refdyn_integrator *integrator, double t_out,
             status = refdyn_attempt_begin(motion, t_out, attempt);
         if (status || attempt->is_over)
             continue;
-        status = refdyn_attempt_plan(motion, attempt);
-        if (!status && may_be_taken_beside(motion)) {
+        const int is_beside = may_be_taken_beside(motion, attempt);
+        if (!is_beside)
+            status = refdyn_attempt_prepare(motion);
+        if (!status)
+            status = refdyn_attempt_plan(motion, attempt);
+        if (!status && is_beside) {
             refdyn_parameters_leave(&motion->parameters, motion->work);
             return REFDYN_HALTED;
         }
         if (!status)
             refdyn_attempt_judge(motion, attempt, refdyn_attempt_take(motion, attempt));
+        attempt->is_left = 0;
     }
     attempt->is_over = 1;
     return arrive(integrator, t_out, status);
 }
 
 void refdyn_integrator_judge(struct refdyn_integrator *integrator, struct refdyn_attempt *attempt,
-                             int is_taken) {
+                             int taken) {
     struct refdyn_motion *motion = enter(integrator);
-    refdyn_attempt_judge(motion, attempt, is_taken ? REFDYN_OK : refdyn_attempt_take(motion, attempt));
+    attempt->is_left = taken == REFDYN_LEFT_TO_MOTION;
+    if (attempt->is_left)
+        refdyn_linear_drop_factors(&motion->linear);
+    else
+        refdyn_attempt_judge(motion, attempt, taken);
     refdyn_parameters_leave(&motion->parameters, motion->work);
 }
 

@@ -26,7 +26,7 @@ void refdyn_programme_forget(struct refdyn_programme *programme) {
 }
 
 /* In the metric of a mass matrix that is not far away. */
-static int align_with_mass(struct refdyn_programme *programme, struct refdyn_step *step, double t,
+int refdyn_programme_align(struct refdyn_programme *programme, struct refdyn_step *step, double t,
                            const double *state) {
     struct refdyn_workspace *work = step->evaluation.work;
     if (programme->choice == work->partition.choices &&
@@ -38,6 +38,7 @@ static int align_with_mass(struct refdyn_programme *programme, struct refdyn_ste
     memcpy(programme->q, state, (size_t)step->n * sizeof *state);
     programme->choice = work->partition.choices;
     programme->factored = -1;
+    programme->aligned++;
     return REFDYN_OK;
 }
 
@@ -49,13 +50,20 @@ static void align_with_matrix(struct refdyn_programme *programme, struct refdyn_
     programme->choice = -1;
 }
 
+double *refdyn_programme_take_directions(struct refdyn_programme *programme, struct refdyn_linear *linear) {
+    double *directions = refdyn_linear_take_directions(linear);
+    programme->factored = linear->factored;
+    programme->choice = -1;
+    return directions;
+}
+
 int refdyn_programme_meet(struct refdyn_programme *programme, struct refdyn_step *step, double t,
                           double *state) {
     int status = REFDYN_OK;
     if (step->method->projects_by_matrix)
         align_with_matrix(programme, step->linear);
     else
-        status = align_with_mass(programme, step, t, state);
+        status = refdyn_programme_align(programme, step, t, state);
     const struct refdyn_directions along = refdyn_linear_found(step->linear);
     return status ? status : refdyn_project_along(step->evaluation.work, &along, t, state, state + step->n);
 }

@@ -10,6 +10,7 @@ struct refdyn_programme {
     double *q;     /* (n) in the metric of M at this position, */
     int choice;    /* with partition.choices then, -1: not of M; */
     long factored; /* of a step's matrix, linear->factored then, -1: not of one */
+    long aligned;  /* how often directions in the metric of M were found */
 };
 
 void refdyn_programme_lay_out(struct refdyn_programme *programme, const struct refdyn_model *model,
@@ -20,6 +21,13 @@ void refdyn_programme_forget(struct refdyn_programme *programme);
  * those of the new one. Errors: those of refdyn_project. */
 int refdyn_programme_meet(struct refdyn_programme *programme, struct refdyn_step *step, double t,
                           double *state);
+/* Its part for methods that do not project by their matrix: finds directions that suit the state, unless
+ * those that there are do. Errors: NOT_FINITE, MATRIX_SINGULAR. */
+int refdyn_programme_align(struct refdyn_programme *programme, struct refdyn_step *step, double t,
+                           const double *state);
+/* Directions of a step's matrix that somebody else has factored go where this points (m x n, of all rows in
+ * their order). */
+double *refdyn_programme_take_directions(struct refdyn_programme *programme, struct refdyn_linear *linear);
 /* Does a projection change velocities by a part of the largest that no error of a step is, and, over a time
  * h, by more than positions may? Where the rows lose rank it says nothing about velocities. Both states (2
  * n). */

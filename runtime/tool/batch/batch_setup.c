@@ -28,10 +28,9 @@ static enum status choose_threads(struct batch_setup *setup) {
     return STATUS_DONE;
 }
 
-/* Steps of a fixed length, with gains of their own or of implicit methods are taken one by one. */
+/* Steps of a fixed length or with gains of their own are taken one by one. */
 static bool may_use_lanes(const struct refdyn_options *integration) {
-    return integration->tol > 0 && integration->gain_share == 0 &&
-           (integration->method == REFDYN_AUTO || !refdyn_method_is_implicit(integration->method));
+    return integration->tol > 0 && integration->gain_share == 0;
 }
 
 static enum status choose_lanes(struct batch_setup *setup) {
