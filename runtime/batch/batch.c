@@ -74,6 +74,12 @@ static struct lane_step step_of(struct worker *worker) {
     return step;
 }
 
+static void judge(struct thread *thread, int lane, int taken) {
+    if (taken == REFDYN_LEFT_TO_MOTION)
+        refdyn_lanes_forget(&thread->lanes, lane);
+    refdyn_worker_judge(&thread->workers[lane], taken);
+}
+
 /* The steps of a method side by side, of those that still wait for theirs. */
 static void take_steps_of(struct thread *thread, const struct refdyn_method_definition *method, int *waits) {
     struct lane_step steps[LANES_MOST] = {{.motion = NULL}};
@@ -83,17 +89,16 @@ static void take_steps_of(struct thread *thread, const struct refdyn_method_defi
     refdyn_lanes_take(&thread->lanes, steps);
     for (int i = 0; i < thread->width; i++)
         if (steps[i].motion) {
-            refdyn_worker_judge(&thread->workers[i], steps[i].status);
+            judge(thread, i, steps[i].status);
             waits[i] = 0;
         }
 }
 
 /* What lanes lack, the motion takes itself. */
 static int is_left_to_motion(struct thread *thread, int lane) {
-    struct worker *worker = &thread->workers[lane];
-    if (refdyn_lanes_can_take(&thread->lanes, worker->integrator.motion))
+    if (refdyn_lanes_can_take(&thread->lanes, thread->workers[lane].integrator.motion))
         return 0;
-    refdyn_worker_judge(worker, REFDYN_LEFT_TO_MOTION);
+    judge(thread, lane, REFDYN_LEFT_TO_MOTION);
     return 1;
 }
 

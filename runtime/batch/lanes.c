@@ -6,10 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "methods/collocation.h"
-#include "methods/rosenbrock.h"
-#include "methods/runge_kutta.h"
-
 enum { WIDEST = 8 };
 
 int refdyn_lanes_widest(void) {
@@ -22,11 +18,6 @@ int refdyn_lanes_widest(void) {
     return 2;
 }
 
-static int is_of_lanes(const struct refdyn_method_kind *kind, int has_tangent) {
-    return kind == &refdyn_explicit ||
-           (has_tangent && (kind == &refdyn_rosenbrock || kind == &refdyn_collocation));
-}
-
 /* The most memory of all methods that lanes take. */
 static int most_memory(const struct lanes *lanes) {
     const struct refdyn_model *model = lanes->model->model;
@@ -34,7 +25,7 @@ static int most_memory(const struct lanes *lanes) {
     for (int number = REFDYN_AUTO + 1; number < REFDYN_METHOD_COUNT; number++) {
         const struct refdyn_method_definition *method = refdyn_method_definition((enum refdyn_method)number);
         const int memory =
-            is_of_lanes(method->kind, lanes->has_tangent) ? method->kind->memory_size(method, model) : 0;
+            refdyn_lanes_have_kind(lanes, method->kind) ? method->kind->memory_size(method, model) : 0;
         most = memory > most ? memory : most;
     }
     return most;
@@ -116,33 +107,6 @@ int refdyn_lanes_start(struct lanes *lanes, const struct refdyn_lane_model *mode
     memset(lanes->memory, 0, size);
     lay_out(lanes, lanes->memory);
     return REFDYN_OK;
-}
-
-int refdyn_lanes_can_take(const struct lanes *lanes, const struct refdyn_motion *motion) {
-    const struct refdyn_workspace *work = motion->work;
-    return is_of_lanes(motion->step.method->kind, lanes->has_tangent) &&
-           (work->m == 0 || work->partition.rank == work->m);
-}
-
-int refdyn_lanes_can_meet(const struct lanes *lanes, const struct refdyn_motion *motion) {
-    return motion->work->m == 0 || (lanes->model->row_terms && motion->work->model->row_terms);
-}
-
-int refdyn_lanes_align(struct lanes *lanes, struct lane_step *one, int lane) {
-    struct refdyn_motion *motion = one->motion;
-    refdyn_parameters_enter(&motion->parameters, motion->work);
-    one->is_met =
-        !refdyn_programme_align(&motion->programme, &motion->step, one->t_right, motion->step.state_new);
-    refdyn_parameters_leave(&motion->parameters, motion->work);
-    const int is_other = one->is_met && lanes->aligned[lane] != motion->programme.aligned;
-    if (is_other)
-        lanes->aligned[lane] = motion->programme.aligned;
-    return is_other;
-}
-
-void refdyn_lanes_forget(struct lanes *lanes, int lane) {
-    lanes->factored_h[lane] = 0;
-    lanes->aligned[lane] = -1;
 }
 
 /* By the binary logarithm of the width: on processors that have such vectors, and on others. */

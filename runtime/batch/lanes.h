@@ -52,18 +52,22 @@ struct lanes {
 /* Room for all methods that lanes take. REFDYN_OK, FUNCTION_MISSING where no function for lanes gives
  * accelerations, OTHER_VERSION, BAD_MEMORY; lanes_release in any case. */
 int refdyn_lanes_start(struct lanes *lanes, const struct refdyn_lane_model *model);
-/* Do lanes have what the next step of this motion takes? */
+/* Takes the steps (width), each lane always of the same motion, all by one method. */
+void refdyn_lanes_take(struct lanes *lanes, struct lane_step *steps);
+void refdyn_lanes_release(struct lanes *lanes);
+
+/* ---- lanes_motion.c ---- */
+/* Do lanes take steps of methods of this kind? */
+int refdyn_lanes_have_kind(const struct lanes *lanes, const struct refdyn_method_kind *kind);
+/* Do they have what the next step of this motion takes? */
 int refdyn_lanes_can_take(const struct lanes *lanes, const struct refdyn_motion *motion);
 /* Do lanes have what its end takes? */
 int refdyn_lanes_can_meet(const struct lanes *lanes, const struct refdyn_motion *motion);
 /* Directions in the metric of M that suit the end of the step are with the motion: 1 where they are others
  * than those of this lane. Where there are none, the end is the motion's. */
 int refdyn_lanes_align(struct lanes *lanes, struct lane_step *one, int lane);
-/* Takes the steps (width), each lane always of the same motion, all by one method. */
-void refdyn_lanes_take(struct lanes *lanes, struct lane_step *steps);
-/* The motion of this lane has taken a step itself. */
+/* The motion of this lane takes a step itself, or another one comes. */
 void refdyn_lanes_forget(struct lanes *lanes, int lane);
-void refdyn_lanes_release(struct lanes *lanes);
 
 /* ---- lanes_2.c, lanes_4.c ...: refdyn_lanes_take of their width; apart: for processors without such
  * vectors, which the compiler takes apart. ---- */

@@ -73,6 +73,10 @@ void refdyn_linear_reset(struct refdyn_linear *linear) {
     linear->counts = (struct refdyn_linear_counts){0, 0, 0};
 }
 
+int refdyn_linear_is_at_begin(const struct refdyn_linear *linear) {
+    return linear->is_at_begin;
+}
+
 void refdyn_linear_leave_begin(struct refdyn_linear *linear) {
     linear->is_at_begin = 0;
 }

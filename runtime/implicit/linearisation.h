@@ -58,6 +58,8 @@ void refdyn_linear_lay_out(struct refdyn_linear *linear, const struct refdyn_mod
                            int complexes, struct layout *layout);
 /* Counts begin anew. */
 void refdyn_linear_reset(struct refdyn_linear *linear);
+/* Was the tangent evaluated at the begin of the step? */
+int refdyn_linear_is_at_begin(const struct refdyn_linear *linear);
 /* The tangent is not that of the begin of the step any more. */
 void refdyn_linear_leave_begin(struct refdyn_linear *linear);
 /* Factors of refdyn_linear_factor_all are not used again. */

@@ -61,15 +61,18 @@ static void solve(void *context, const double *right_q, const double *right_v, d
     refdyn_linear_solve(taking->step->linear, right_q, right_v, dt, dq, dqd);
 }
 
+static int factor(struct refdyn_step *step, double h) {
+    struct refdyn_workspace *work = step->evaluation.work;
+    const int status = refdyn_linear_at_begin(step->linear, work, step->t_begin, step->state, step->rates);
+    return status ? status : refdyn_linear_factor(step->linear, work, table_of(step)->gamma * h);
+}
+
 static int take(struct refdyn_step *step, double h) {
     const struct refdyn_rosenbrock_table *table = table_of(step);
     const struct arrays_of_one arrays = arrays_of(step);
     struct taking taking = {step, h};
     const struct rosenbrock_needs_of_one needs = {find_rates, solve, &taking};
-    struct refdyn_workspace *work = step->evaluation.work;
-    int status = refdyn_linear_at_begin(step->linear, work, step->t_begin, step->state, step->rates);
-    if (!status)
-        status = refdyn_linear_factor(step->linear, work, table->gamma * h);
+    int status = factor(step, h);
     if (!status)
         status = take_rosenbrock_of_one(table, &arrays, h, &needs);
     if (status)
@@ -83,7 +86,11 @@ static int look_into(struct refdyn_step *step) {
     struct taking taking = {step, step->t_end - step->t_begin};
     const struct rosenbrock_needs_of_one needs = {find_rates, solve, &taking};
     int status = REFDYN_OK;
-    if (!step->is_looked_into)
+    if (step->is_looked_into || table_of(step)->interpolant_stages == 0)
+        return REFDYN_OK;
+    if (!refdyn_linear_is_at_begin(step->linear)) /* somebody else has taken the step */
+        status = factor(step, taking.h);
+    if (!status)
         status = look_into_rosenbrock_of_one(table_of(step), &arrays, taking.h, &needs);
     step->is_looked_into = !status;
     return status;

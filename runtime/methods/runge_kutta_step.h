@@ -25,11 +25,7 @@ static inline void NAMED(estimate_by_rates)(const struct NAMED(arrays) * arrays,
                                             const double *weights, int stages, LANE *error) {
     const int count = 2 * arrays->n;
     memset(error, 0, (size_t)count * sizeof *error);
-    for (int j = 0; j < stages; j++) {
-        const LANE weight = h * weights[j], *rates = arrays->memory + j * arrays->rates_size;
-        for (int i = 0; i < count && weights[j] != 0; i++)
-            error[i] += weight * rates[i];
-    }
+    ADD_ALL(error, h, weights, stages, arrays->memory, arrays->rates_size, count);
 }
 
 /* E^2 / sqrt(E^2 + E_low^2 / 100) of each entry, 0 where both are; such small ones are 0 to all who ask. */

@@ -1,0 +1,40 @@
+/* What lanes can do for a motion, and what they know of it: see lanes.h. */
+#include "base/arithmetic.h"
+
+#include "batch/lanes.h"
+
+#include "methods/collocation.h"
+#include "methods/rosenbrock.h"
+#include "methods/runge_kutta.h"
+
+int refdyn_lanes_have_kind(const struct lanes *lanes, const struct refdyn_method_kind *kind) {
+    return kind == &refdyn_explicit ||
+           (lanes->has_tangent && (kind == &refdyn_rosenbrock || kind == &refdyn_collocation));
+}
+
+int refdyn_lanes_can_take(const struct lanes *lanes, const struct refdyn_motion *motion) {
+    const struct refdyn_workspace *work = motion->work;
+    return refdyn_lanes_have_kind(lanes, motion->step.method->kind) &&
+           (work->m == 0 || work->partition.rank == work->m);
+}
+
+int refdyn_lanes_can_meet(const struct lanes *lanes, const struct refdyn_motion *motion) {
+    return motion->work->m == 0 || (lanes->model->row_terms && motion->work->model->row_terms);
+}
+
+int refdyn_lanes_align(struct lanes *lanes, struct lane_step *one, int lane) {
+    struct refdyn_motion *motion = one->motion;
+    refdyn_parameters_enter(&motion->parameters, motion->work);
+    one->is_met =
+        !refdyn_programme_align(&motion->programme, &motion->step, one->t_right, motion->step.state_new);
+    refdyn_parameters_leave(&motion->parameters, motion->work);
+    const int is_other = one->is_met && lanes->aligned[lane] != motion->programme.aligned;
+    if (is_other)
+        lanes->aligned[lane] = motion->programme.aligned;
+    return is_other;
+}
+
+void refdyn_lanes_forget(struct lanes *lanes, int lane) {
+    lanes->factored_h[lane] = 0;
+    lanes->aligned[lane] = -1;
+}
