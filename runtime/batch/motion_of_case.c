@@ -185,6 +185,7 @@ static enum turn end(struct worker *worker, struct refdyn_batch_result result, i
     result.t = worker->integrator.t;
     /* a case that never halted has had the thread for itself */
     result.cpu_s = (thread_seconds() - worker->begun) / (worker->has_halted ? share : 1);
+    result.steps_alone = worker->steps_alone;
     keep(worker, &result);
     return batch->end && batch->end(batch->context, &worker->now, &result) ? TURN_LEFT : TURN_ENDED;
 }
@@ -203,6 +204,7 @@ enum turn refdyn_worker_begin(struct worker *worker, long index, int share) {
     worker->attempt.is_over = 1;
     worker->is_new = 1;
     worker->has_halted = 0;
+    worker->steps_alone = 0;
     worker->output = worker->turns = 0;
     result.status = begin(worker, &result);
     if (result.status)
@@ -248,5 +250,6 @@ enum turn refdyn_worker_go(struct worker *worker, int share) {
 }
 
 void refdyn_worker_judge(struct worker *worker, int taken) {
+    worker->steps_alone += taken == REFDYN_LEFT_TO_MOTION;
     refdyn_integrator_judge(&worker->integrator, &worker->attempt, taken);
 }

@@ -61,6 +61,8 @@ struct refdyn_batch_result {
     enum refdyn_batch_stage stage; /* where it ended */
     double t;                      /* time that was reached [s] */
     double cpu_s;                  /* of its thread, this case's share [s] */
+    long steps_alone; /* steps that its motion took itself, since lanes lack what they take or their numbers
+                         were not finite; 0 without lanes */
 };
 
 struct refdyn_batch {

@@ -176,6 +176,9 @@ static void print_count(const struct batch_setup *setup, const struct batch_coun
     fprintf(stderr, "time         %.3g s CPU, %.3g s wall on %d thread%s: %.4g cases a second\n",
             count->cpu_s, count->wall_s, setup->threads, setup->threads > 1 ? "s" : "",
             count->wall_s > 0 ? (double)count->cases / count->wall_s : 0);
+    if (setup->lanes > 1)
+        fprintf(stderr, "lanes        %d; of %ld steps %ld were taken one by one\n", setup->lanes,
+                count->steps, count->steps_alone);
 }
 
 /* All cases are in the journal: they become the file. */

@@ -108,6 +108,8 @@ static int end_case(void *context, const struct refdyn_batch_case *one,
     running->count->cases++;
     running->count->failed += result->status != 0;
     running->count->cpu_s += result->cpu_s;
+    running->count->steps += one->integrator->statistics.steps;
+    running->count->steps_alone += result->steps_alone;
     show_progress(running);
     const bool is_broken = running->is_broken;
     pthread_mutex_unlock(&running->lock);

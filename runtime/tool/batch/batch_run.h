@@ -9,6 +9,7 @@
 struct batch_count {
     long cases, failed; /* that ended in this call, well or not */
     double cpu_s, wall_s;
+    long steps, steps_alone; /* all, and those that lanes left to the motions */
 };
 
 /* Where records go, and which cases have one already. */
