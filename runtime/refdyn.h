@@ -460,6 +460,13 @@ double refdyn_energy_error(const struct refdyn_energy *energy);
 
 /* ---- Equilibria ---- */
 
+/* From the start to the equilibrium. */
+enum refdyn_statics_way {
+    REFDYN_ALONG_LOAD, /* the load is raised; where it cannot be raised further, a jump to any equilibrium */
+    REFDYN_ALONG_PATH, /* the same past limit points, where the load has to fall before it grows on */
+    REFDYN_DOWNHILL    /* with the whole load to where its potential is least: a stable one */
+};
+
 struct refdyn_statics_options {
     double tol;        /* largest last Newton correction [rad, or `length`] */
     double length;     /* what 1 rad weighs against in translations [m] */
@@ -471,8 +478,7 @@ struct refdyn_statics_options {
     double t;          /* at which forces and rows are taken [s] */
     const int *rows;   /* (row_count) the position rows that hold; NULL: none. Others have no part */
     int row_count;
-    int past_limits; /* follow the equilibria past limit points, where the load has to fall before it grows on
-                      */
+    enum refdyn_statics_way way;
 };
 
 struct refdyn_statics_result {
@@ -492,7 +498,9 @@ struct refdyn_statics_result {
                           was counted: 0 negative directions exclude that the state is left without
                           oscillation, no more */
     int unstable_coordinate; /* that moves most in the direction of the lowest stiffness; -1: stable */
-    const double *lambda; /* (row_count) multipliers, 0 for rows that depend on others; in the memory given */
+    /* in the memory given, also after a failure; NULL: there were none */
+    const double *force;  /* (n) Q + u^T lambda [N, N m] */
+    const double *lambda; /* (row_count) multipliers, 0 for rows that depend on others */
 };
 
 struct refdyn_statics_options refdyn_statics_default(void);
@@ -501,11 +509,13 @@ int refdyn_statics_validate(const struct refdyn_statics_options *options, const 
 size_t refdyn_statics_size(const struct refdyn_model *model);
 /*
  * Equilibrium: Q(q, qd = 0, t) + u^T lambda = 0 over the coordinates not held, phi(q, t) = 0 for the rows
- * that hold, by Newton on the same equations with Q(q) - (1 - s) Q(q0),   s from 0 to 1, in place of Q, the
- * step of s halved on failure; where s cannot reach 1 (a limit point), by pseudo-arclength with
- * options->past_limits (Keller 1977), else by damped Newton for s = 1 from q0. q0 is brought onto the rows
- * first, by the smallest change. Rows may depend on others. A coordinate without any stiffness or load (its
- * row and column of dQ/dq and its Q are 0) stays where it is. Stability: theory, sect. 8.7.
+ * that hold. q0 is brought onto the rows first, by the smallest change; rows may depend on others. Then
+ * Newton's iteration on the same equations with
+ *     Q(q) - (1 - s) Q(q0),   s from 0 to 1,
+ * in place of Q, the step of s halved on failure. Where s cannot reach 1 (a limit point), damped Newton for
+ * s = 1 from q0, or, REFDYN_ALONG_PATH, pseudo-arclength (Keller 1977). REFDYN_DOWNHILL: where the forces
+ * lead from q0 (Nocedal and Wright, Numerical Optimization, 3.4). A coordinate without any stiffness or load
+ * (its row and column of dQ/dq and its Q are 0) stays where it is. Stability: theory, sect. 8.7.
  *
  * - held (held_count): coordinates kept at their value in q; model->held and model->held_count, or others
  * - q (n): start, then the equilibrium; after a failure the last one, that under result->load

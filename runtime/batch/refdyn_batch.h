@@ -61,6 +61,8 @@ struct refdyn_batch_result {
     enum refdyn_batch_stage stage; /* where it ended */
     double t;                      /* time that was reached [s] */
     double cpu_s;                  /* of its thread, this case's share [s] */
+    int unstable; /* directions in which the equilibrium that it starts from is unstable; 0: stable, or none
+                   */
 };
 
 struct refdyn_batch {
@@ -78,6 +80,7 @@ struct refdyn_batch {
     int from_statics;     /* each case starts in its equilibrium, */
     const int *held;      /* (held_count) where these coordinates are held */
     int held_count;
+    const struct refdyn_statics_options *statics; /* NULL: the defaults */
     const double *times; /* (time_count) ascending and behind t: where states are seen; the last is the end */
     int time_count;
     const struct refdyn_samples *samples; /* (sample_count) */

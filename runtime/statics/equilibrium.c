@@ -6,10 +6,10 @@
  * coordinates, and whether the equilibrium is stable. The load is followed along
  *     F(q, s) = Q(q) - (1 - s) Q(q0),   F + u^T lambda = 0,   s from 0 to 1,
  * each by Newton with the exact tangent (newton.h); a load step is halved when Newton might end far away. A
- * load that cannot be followed to its end has a limit point before it. Where that is asked for, the way past
- * it is followed (limit_points.h); otherwise any equilibrium is looked for by damped Newton for the whole
- * load (Deuflhard, Newton Methods for Nonlinear Problems, 2004, sect. 3.3, 5.1). Lengths are in 1 rad and
- * `length`.
+ * load that cannot be followed to its end has a limit point before it. By what the options ask, the way past
+ * it is followed (limit_points.h), or any equilibrium is looked for by damped Newton for the whole load
+ * (Deuflhard, Newton Methods for Nonlinear Problems, 2004, sect. 3.3, 5.1). A stable one is found downhill
+ * (downhill.h). Lengths are in 1 rad and `length`.
  */
 #include "base/arithmetic.h"
 
@@ -19,6 +19,7 @@
 #include <string.h>
 
 #include "linear/dense.h"
+#include "statics/downhill.h"
 #include "statics/limit_points.h"
 #include "statics/stability.h"
 
@@ -37,6 +38,7 @@ static size_t lay_out(struct statics *statics, const struct refdyn_model *model,
     statics->step = layout_doubles(&layout, model->n);
     statics->step_next = layout_doubles(&layout, model->n);
     statics->q_start = layout_doubles(&layout, model->n);
+    statics->force = layout_doubles(&layout, model->n);
     limit_points_lay_out(statics, model, &layout);
     return layout.used;
 }
@@ -72,6 +74,8 @@ static const char *wrong_option(const struct refdyn_statics_options *options) {
         return "load_least must lie above 0 and at most at load_step";
     if (!isfinite(options->t))
         return "t must be finite";
+    if ((int)options->way < REFDYN_ALONG_LOAD || (int)options->way > REFDYN_DOWNHILL)
+        return "way must be one of those of refdyn_statics_way";
     if (options->row_count < 0 || (options->row_count > 0 && !options->rows))
         return "row_count must be that of rows";
     return NULL;
@@ -123,39 +127,41 @@ static int raise_load(struct statics *statics, double *q) {
     return REFDYN_OK;
 }
 
-static int is_end_of_path(int status) {
-    return status == REFDYN_NO_CONVERGENCE || status == REFDYN_TANGENT_SINGULAR;
-}
-
-/* The load could not be followed from the start, which is in q_start: the way past its limit point, or any
- * equilibrium. */
-static int find_beyond(struct statics *statics, double *q) {
-    const size_t bytes = (size_t)statics->balance.n * sizeof(double);
-    if (statics->options->past_limits) {
-        memcpy(q, statics->q_start, bytes);
-        return limit_points_pass(statics, q);
-    }
-    statics->is_following = 0; /* the whole load at once, wherever that leads */
+/* The whole load at once from the start, wherever that leads. */
+static int jump(struct statics *statics, double *q) {
+    statics->is_following = 0;
     const int status = newton_solve(statics, 1, statics->q_start);
     if (!status) {
-        memcpy(q, statics->q_start, bytes);
+        memcpy(q, statics->q_start, (size_t)statics->balance.n * sizeof *q);
         statics->result->is_followed = 0;
     }
     return status;
 }
 
-/* Follows the load; where that ends early, goes on as the options ask. */
-static int find_equilibrium(struct statics *statics, double *q) {
-    memcpy(statics->q_start, q, (size_t)statics->balance.n * sizeof(double));
+/* What cannot be raised further: the path goes on past a limit point, from the start again. */
+static int pass(struct statics *statics, double *q) {
+    memcpy(q, statics->q_start, (size_t)statics->balance.n * sizeof *q);
+    return limit_points_pass(statics, q);
+}
+
+static int follow_load(struct statics *statics, double *q) {
+    const int is_along_path = statics->options->way == REFDYN_ALONG_PATH;
+    memcpy(statics->q_start, q, (size_t)statics->balance.n * sizeof *q);
     statics->is_following = 1;
     const int status = raise_load(statics, q);
     const struct refdyn_fault fault = statics->balance.work->fault;
-    if (status != REFDYN_NO_CONVERGENCE && !(statics->options->past_limits && is_end_of_path(status)))
+    if (is_along_path && (status == REFDYN_NO_CONVERGENCE || status == REFDYN_TANGENT_SINGULAR))
+        return pass(statics, q);
+    if (status != REFDYN_NO_CONVERGENCE)
         return status;
-    if (!find_beyond(statics, q))
+    if (!jump(statics, q))
         return REFDYN_OK;
     statics->balance.work->fault = fault;
     return status;
+}
+
+static int find_equilibrium(struct statics *statics, double *q) {
+    return statics->options->way == REFDYN_DOWNHILL ? downhill_go(statics, q) : follow_load(statics, q);
 }
 
 static void list_free(struct balance *balance, const int *held, int held_count, double length) {
@@ -186,16 +192,20 @@ static void report(struct statics *statics, const double *q, double *hold_force)
     balance->share = 0;
     if (balance_read(balance, &balance->now) || balance_eliminate(balance, &balance->now))
         return;
+    for (int j = 0; j < balance->n; j++)
+        statics->force[j] = force_on(balance, j);
     for (int j = 0; hold_force && j < balance->n; j++)
-        hold_force[j] = 0 - force_on(balance, j); /* no -0 */
+        hold_force[j] = 0 - statics->force[j]; /* no -0 */
     for (int i = 0; i < balance->count; i++) {
         const int j = balance->free[i];
-        result->residual = fmax(result->residual, fabs(force_on(balance, j)));
+        result->residual = fmax(result->residual, fabs(statics->force[j]));
         if (hold_force)
             hold_force[j] = 0;
     }
     for (int a = 0; a < balance->row_count; a++)
         result->phi = fmax(result->phi, fabs(balance->now.phi[a]));
+    result->force = statics->force;
+    result->lambda = balance->now.lambda;
 }
 
 /* The start brought onto the rows, and the load that it meets there. */
@@ -220,7 +230,6 @@ static int solve(struct statics *statics, double *q, double *hold_force) {
     report(statics, q, hold_force);
     if (!status)
         stability_judge(&statics->balance, statics->result);
-    statics->result->lambda = statics->balance.now.lambda;
     work->fault = fault;
     return status;
 }

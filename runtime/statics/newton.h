@@ -29,6 +29,7 @@ struct statics {
     double *step;      /* (count) Newton correction of the coordinates not held */
     double *step_next; /* (count) the one that follows it */
     double *q_start;   /* (n) */
+    double *force;     /* (n) Q + u^T lambda at the end */
     struct path_room path;
 };
 

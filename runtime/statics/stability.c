@@ -23,7 +23,7 @@ static void find_sizes(const struct balance *b, double *size) {
     }
 }
 
-/* S = -(H + H^T)/2 in units of the sizes; is H symmetric? */
+/* D^-1 S D^-1; is H symmetric? */
 static int scale(const struct balance *b, const double *size, double *S) {
     const int left = b->count - b->rank;
     int is_symmetric = 1;
@@ -37,21 +37,47 @@ static int scale(const struct balance *b, const double *size, double *S) {
     return is_symmetric;
 }
 
-/* S is overwritten. Most equilibria are stable, and this is the quickest way to see it. */
-static int is_clearly_positive(double *S, int n) {
-    int is_clear = refdyn_factor(S, n, n) < 0;
-    for (int i = 0; i < n; i++)
-        is_clear &= S[i * (n + 1)] > pivot_clear;
+static struct spectrum room_of(const struct balance *b) {
+    return (struct spectrum){.size = b->trial.Q, .values = b->trial.g, .vectors = b->tangent};
+}
+
+void stability_find_spectrum(struct balance *b, struct spectrum *spectrum) {
+    const int left = b->count - b->rank;
+    *spectrum = room_of(b);
+    find_sizes(b, spectrum->size);
+    spectrum->is_symmetric = scale(b, spectrum->size, b->H);
+    refdyn_symmetric_eigenvalues(b->H, left, spectrum->values, spectrum->vectors);
+    for (int i = 0; i < left; i++) {
+        spectrum->unstable += spectrum->values[i] < -zero;
+        spectrum->neutral += fabs(spectrum->values[i]) <= zero;
+    }
+}
+
+void stability_lowest(const struct balance *b, const struct spectrum *spectrum, double *y) {
+    const int left = b->count - b->rank;
+    int lowest = 0;
+    for (int i = 1; i < left; i++)
+        lowest = spectrum->values[i] < spectrum->values[lowest] ? i : lowest;
+    for (int i = 0; i < left; i++)
+        y[i] = spectrum->vectors[i * left + lowest] / spectrum->size[i];
+}
+
+/* Most equilibria are stable, and this is the quickest way to see it. */
+static int is_clearly_stable(struct balance *b, struct refdyn_statics_result *result) {
+    const int left = b->count - b->rank;
+    const struct spectrum room = room_of(b);
+    find_sizes(b, room.size);
+    result->has_potential = scale(b, room.size, b->H);
+    int is_clear = refdyn_factor(b->H, left, left) < 0;
+    for (int i = 0; i < left; i++)
+        is_clear &= b->H[i * (left + 1)] > pivot_clear;
     return is_clear;
 }
 
-/* The coordinate that moves most when the independent ones move along y, in units. */
-static int most_moved(struct balance *b, const double *y, const double *size) {
-    const int left = b->count - b->rank;
+/* The coordinate that moves most when the independent ones move along b->y, in units. */
+static int most_moved(struct balance *b) {
     double *step = b->scale, largest = 0;
     int most = -1;
-    for (int i = 0; i < left; i++)
-        b->y[i] = y[i * left] / size[i];
     for (int k = 0; k < b->rank; k++)
         b->p[k] = 0;
     balance_expand(b, b->y, b->p, step);
@@ -64,20 +90,14 @@ static int most_moved(struct balance *b, const double *y, const double *size) {
 }
 
 void stability_judge(struct balance *b, struct refdyn_statics_result *result) {
-    const int left = b->count - b->rank;
-    double *size = b->Q_start, *S = b->H, *vectors = b->tangent, *values = b->trial.g;
-    int lowest = 0;
-    find_sizes(b, size);
-    result->has_potential = scale(b, size, S);
-    if (is_clearly_positive(S, left))
+    struct spectrum spectrum;
+    if (is_clearly_stable(b, result))
         return;
-    scale(b, size, S);
-    refdyn_symmetric_eigenvalues(S, left, values, vectors);
-    for (int i = 0; i < left; i++) {
-        result->unstable += values[i] < -zero;
-        result->neutral += fabs(values[i]) <= zero;
-        lowest = values[i] < values[lowest] ? i : lowest;
+    stability_find_spectrum(b, &spectrum);
+    result->unstable = spectrum.unstable;
+    result->neutral = spectrum.neutral;
+    if (spectrum.unstable > 0) {
+        stability_lowest(b, &spectrum, b->y);
+        result->unstable_coordinate = most_moved(b);
     }
-    if (result->unstable > 0)
-        result->unstable_coordinate = most_moved(b, vectors + lowest, size);
 }

@@ -1,0 +1,134 @@
+/* Downhill to a stable equilibrium: see downhill.h. */
+#include "base/arithmetic.h"
+
+#include "statics/downhill.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "linear/dense.h"
+#include "statics/stability.h"
+
+/* [rad, length] From here Newton's iteration goes on. */
+static const double near = 1e-4;
+/* [rad, length] From a saddle or a maximum, along the lowest eigenvector. */
+static const double push = 0.1;
+static const double part_least = 1e-6;
+/* Of the units of S: softer directions are taken for as stiff. */
+static const double softest = 1e-8;
+enum { STEPS_MOST = 1000 };
+
+/* y (count - rank) = D^-1 V |values|^-1 V^T D^-1 g, S = D V values V^T D. */
+static void step_downhill(const struct balance *b, const struct spectrum *s, double *y) {
+    const int left = b->count - b->rank;
+    memset(y, 0, (size_t)left * sizeof *y);
+    for (int k = 0; k < left; k++) {
+        double along = 0;
+        for (int i = 0; i < left; i++)
+            along += s->vectors[i * left + k] * b->now.g[i] / s->size[i];
+        along /= fmax(fabs(s->values[k]), softest);
+        for (int i = 0; i < left; i++)
+            y[i] += s->vectors[i * left + k] * along / s->size[i];
+    }
+}
+
+static void expand(struct statics *statics, const double *y) {
+    struct balance *b = &statics->balance;
+    memset(b->p, 0, (size_t)b->rank * sizeof(double));
+    balance_expand(b, y, b->p, statics->step);
+}
+
+static void shorten(struct balance *b, double *step, double scale) {
+    for (int i = 0; i < b->count; i++)
+        step[i] *= scale;
+}
+
+/* The step from `now`; *is_near: the minimum lies within it. */
+static void find_step(struct statics *statics, int *is_near) {
+    struct balance *b = &statics->balance;
+    struct spectrum spectrum;
+    stability_find_spectrum(b, &spectrum);
+    step_downhill(b, &spectrum, b->y);
+    expand(statics, b->y);
+    double length = balance_length(b, statics->step);
+    const int is_at_saddle = length <= near && spectrum.unstable > 0;
+    *is_near = length <= near && !is_at_saddle;
+    if (is_at_saddle) {
+        stability_lowest(b, &spectrum, b->y);
+        expand(statics, b->y);
+        length = balance_length(b, statics->step);
+        shorten(b, statics->step, push / length);
+    } else if (length > statics->options->reach)
+        shorten(b, statics->step, statics->options->reach / length);
+}
+
+/* g . (q - from) of `now` */
+static double work_along(const struct balance *b, const double *from, const double *to) {
+    double sum = 0;
+    for (int i = b->rank; i < b->count; i++) {
+        const int j = b->free[b->column[i]];
+        sum += b->now.g[i - b->rank] * (to[j] - from[j]);
+    }
+    return sum;
+}
+
+static int look_at(struct balance *b, const double *q) {
+    memcpy(b->now.q, q, (size_t)b->n * sizeof *q);
+    int status = balance_read(b, &b->now);
+    if (!status) {
+        balance_choose(b, &b->now);
+        status = balance_eliminate(b, &b->now);
+    }
+    return status;
+}
+
+/* q (n) := where a part of the step ends that the forces do work along. `now` is at q. */
+static int take_step(struct statics *statics, double *q) {
+    struct balance *b = &statics->balance;
+    double *next = statics->path.q_next, *forces = statics->path.d, *step = statics->path.d_next;
+    const size_t bytes = (size_t)b->n * sizeof *q;
+    memset(forces, 0, bytes);
+    for (int i = b->rank; i < b->count; i++)
+        forces[b->free[b->column[i]]] = b->now.g[i - b->rank];
+    memcpy(step, statics->step, (size_t)b->count * sizeof *step);
+    for (double part = 1; part >= part_least; part /= 2) {
+        memcpy(next, q, bytes);
+        balance_move(b, part, step, next);
+        if (newton_meet_rows(statics, next) || look_at(b, next))
+            continue;
+        double work = work_along(b, q, next);
+        for (int j = 0; j < b->n; j++)
+            work += forces[j] * (next[j] - q[j]);
+        if (work > 0) {
+            memcpy(q, next, bytes);
+            return REFDYN_OK;
+        }
+    }
+    return REFDYN_NO_CONVERGENCE;
+}
+
+/* The forces lead on, and the coordinate that they move. */
+static int no_end(const struct balance *b) {
+    int at;
+    refdyn_largest(b->now.g, b->count - b->rank, &at);
+    return balance_fail(b, REFDYN_NO_CONVERGENCE, -1, at < 0 ? -1 : b->column[b->rank + at]);
+}
+
+int downhill_go(struct statics *statics, double *q) {
+    struct balance *b = &statics->balance;
+    int is_near = 0;
+    b->share = 0;
+    for (int i = 0; i < STEPS_MOST && !is_near; i++) {
+        int status = look_at(b, q);
+        if (!status)
+            status = balance_find_tangent(b);
+        if (status)
+            return status;
+        statics->result->iterations++;
+        find_step(statics, &is_near);
+        if (!is_near && take_step(statics, q))
+            return no_end(b);
+    }
+    statics->is_following = 0;
+    return is_near ? newton_solve(statics, 1, q) : no_end(b);
+}
