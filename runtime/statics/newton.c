@@ -107,6 +107,13 @@ static int step_to_rows(struct statics *statics, int *done) {
     return *done ? REFDYN_OK : rows_not_met(balance);
 }
 
+/* Do the rows hold, too, that depend on those which were met? */
+static int all_rows_hold(struct balance *balance) {
+    double distance;
+    const int row = farthest_row(balance, &distance);
+    return distance <= rows_tol ? REFDYN_OK : balance_fail(balance, REFDYN_ROWS_INCONSISTENT, row, -1);
+}
+
 int newton_meet_rows(struct statics *statics, double *q) {
     struct balance *balance = &statics->balance;
     int done = balance->row_count == 0;
@@ -115,8 +122,8 @@ int newton_meet_rows(struct statics *statics, double *q) {
     int status = balance_read(balance, &balance->now);
     for (int i = 0; i < statics->options->iterations && !done && !status; i++)
         status = step_to_rows(statics, &done);
-    if (!status && !done)
-        status = rows_not_met(balance);
+    if (!status)
+        status = done ? all_rows_hold(balance) : rows_not_met(balance);
     if (status)
         return status;
     balance_choose(balance, &balance->now);
@@ -202,19 +209,18 @@ static int newton_step(struct statics *statics, int *done) {
 }
 
 /*
- * At an equilibrium: do the rows hold, too, that depend on others? They are counted anew where they do not,
- * since a row may have lost its dependence on the way; *done is then taken back.
+ * At an equilibrium: where a row does not hold that depends on others, they are counted anew, since it may have
+ * lost that dependence on the way; *done is then taken back.
  */
 static int judge_rows(struct statics *statics, int *done) {
     struct balance *balance = &statics->balance;
-    double distance;
-    const int row = farthest_row(balance, &distance), rank = balance->rank;
-    if (distance <= rows_tol)
+    const int rank = balance->rank, status = all_rows_hold(balance);
+    if (!status)
         return REFDYN_OK;
     balance->rank_most = balance->row_count;
     balance_choose(balance, &balance->now);
     *done = 0;
-    return balance->rank > rank ? REFDYN_OK : balance_fail(balance, REFDYN_ROWS_INCONSISTENT, row, -1);
+    return balance->rank > rank ? REFDYN_OK : status;
 }
 
 int newton_solve(struct statics *statics, double load, double *q) {
