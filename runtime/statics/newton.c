@@ -209,8 +209,8 @@ static int newton_step(struct statics *statics, int *done) {
 }
 
 /*
- * At an equilibrium: where a row does not hold that depends on others, they are counted anew, since it may have
- * lost that dependence on the way; *done is then taken back.
+ * At an equilibrium: where a row does not hold that depends on others, they are counted anew, since it may
+ * have lost that dependence on the way; *done is then taken back.
  */
 static int judge_rows(struct statics *statics, int *done) {
     struct balance *balance = &statics->balance;
