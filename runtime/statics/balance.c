@@ -38,6 +38,7 @@ void balance_lay_out(struct balance *b, const struct refdyn_model *model, struct
     b->row = layout_ints(layout, m);
     b->order = layout_ints(layout, n);
     b->unit = layout_doubles(layout, n);
+    b->size = layout_doubles(layout, m);
     b->Q_start = layout_doubles(layout, n);
     b->rates = layout_doubles(layout, 2 * n + 1 + model->m);
     lay_out_place(&b->now, n, m, layout);
@@ -84,8 +85,10 @@ static int read_rows(struct balance *b, struct place *place) {
         place->phi[a] = work->phi[b->rows[a]];
         if (!refdyn_is_finite(u, b->n))
             return balance_fail(b, REFDYN_NOT_FINITE, a, -1);
-        for (int j = 0; j < b->count; j++)
+        for (int j = 0; j < b->count; j++) {
             place->u[a * b->count + j] = u[b->free[j]];
+            b->size[a] = fmax(b->size[a], fabs(u[b->free[j]]) * b->unit[b->free[j]]);
+        }
     }
     return REFDYN_OK;
 }
@@ -100,17 +103,8 @@ double balance_force(const struct balance *b, const struct place *place, int i) 
     return place->Q[j] - b->share * b->Q_start[j];
 }
 
-/* Largest coefficient of row a, per 1 rad and `length`. */
-static double size_of_row(const struct balance *b, const struct place *place, int a) {
-    double largest = 0;
-    for (int j = 0; j < b->count; j++)
-        largest = fmax(largest, fabs(place->u[a * b->count + j]) * b->unit[b->free[j]]);
-    return largest;
-}
-
 double balance_distance(const struct balance *b, const struct place *place, int a) {
-    const double size = size_of_row(b, place, a);
-    return fabs(place->phi[a]) / (size > 0 ? size : 1);
+    return fabs(place->phi[a]) / (b->size[a] > 0 ? b->size[a] : 1);
 }
 
 /* ---- Elimination of the rows ---- */
@@ -127,14 +121,13 @@ static void sort(int *list, int count) {
             swap_int(&list[j - 1], &list[j]);
 }
 
-/* Rows with their largest entry 1, which are columns of K^T, into place of the terms; what they are off. */
+/* Rows in units of their sizes, which are columns of K^T, into the room of terms; what they are off. */
 static double scale_rows(struct balance *b, const struct place *place) {
     double farthest = 0;
     for (int a = 0; a < b->row_count; a++) {
-        const double size = size_of_row(b, place, a);
         for (int j = 0; j < b->count; j++)
             b->terms[a * b->count + j] =
-                size > 0 ? place->u[a * b->count + j] * b->unit[b->free[j]] / size : 0;
+                b->size[a] > 0 ? place->u[a * b->count + j] * b->unit[b->free[j]] / b->size[a] : 0;
         farthest = fmax(farthest, balance_distance(b, place, a));
     }
     return farthest;

@@ -35,6 +35,8 @@ struct balance {
     int n, count, row_count;
     int *free;       /* (count) coordinates not held */
     const int *rows; /* (row_count) rows that hold */
+    double *size;    /* (row_count) their largest coefficients in units, of all places that were read: a row that
+                        loses all of them loses its independence */
     double *unit;    /* (n) what 1 rad weighs against */
     double share;    /* of the load Q_start that is held back */
     double *Q_start; /* (n) */

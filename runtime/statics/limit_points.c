@@ -14,6 +14,8 @@ static const double h_first = 0.02, h_least = 1e-9;
 static const double growth = 1.6;
 /* The first correction, as a part of the step; each further one, as a part of the one before. */
 static const double bend = 0.3, contraction = 0.5;
+/* A change of the load along the path that is none. */
+static const double level = 1e-9;
 /* Points of the path are as good as their directions need. */
 static const double tol = 1e-9;
 enum { ITERATIONS_MOST = 8, ITERATIONS_FEW = 3, STEPS_MOST = 10000 };
@@ -203,16 +205,32 @@ static void record(struct statics *statics, const struct point *from, const stru
     result->limit_points += from->sigma * to->sigma < 0;
 }
 
-/* The direction at the start, towards a growing load. */
+/*
+ * The direction at the start, towards a growing load. It is looked for beside the one in which the load
+ * pulls, since the load cannot grow at a start that is a limit point itself, as a pendulum that is let go
+ * horizontally.
+ */
 static int begin(struct statics *statics, struct point *start, struct point *first) {
     struct balance *b = &statics->balance;
-    memset(start->d, 0, (size_t)b->count * sizeof(double));
-    start->sigma = 1;
     b->share = 1;
     memcpy(b->now.q, start->q, (size_t)b->n * sizeof(double));
-    const int status = balance_read(b, &b->now);
     memcpy(first->q, start->q, (size_t)b->n * sizeof(double));
-    return status ? status : find_direction(statics, start, first);
+    int status = balance_read(b, &b->now);
+    balance_choose(b, &b->now);
+    if (!status)
+        status = balance_eliminate(b, &b->now);
+    if (status)
+        return status;
+    for (int i = 0; i < b->count - b->rank; i++)
+        b->y[i] = load_on(b, i);
+    memset(b->p, 0, (size_t)b->rank * sizeof(double));
+    balance_expand(b, b->y, b->p, start->d);
+    start->sigma = 1;
+    status = find_direction(statics, start, first);
+    for (int i = 0; i < b->count && first->sigma < -level; i++)
+        first->d[i] = -first->d[i];
+    first->sigma = first->sigma < -level ? -first->sigma : first->sigma;
+    return status;
 }
 
 int limit_points_pass(struct statics *statics, double *q) {

@@ -209,7 +209,8 @@ static enum status print_failure(struct scene *scene, const struct equilibrium *
     if (answer == REFDYN_TANGENT_SINGULAR) {
         fputs("refdyn: --hold keeps coordinates at their start\n", stderr);
         print_rows_without_part(scene, &equilibrium->options);
-    } else if (equilibrium->options.way == REFDYN_ALONG_LOAD)
+    }
+    if (equilibrium->options.way == REFDYN_ALONG_LOAD)
         fputs("refdyn: --way path goes on past limit points of the load, --way downhill to where the forces "
               "lead\n",
               stderr);
