@@ -73,6 +73,13 @@ def test_four_bar_without_equilibrium():
         assert "Newton's iteration did not converge, coordinate" in said and last in said, said
 
 
+def test_change_point():
+    """Equal cranks from 1 rad down by steps of 0.5 rad: where all bars lie on a line a row has no coefficients, and the way leads through."""
+    found, _ = statics(TESTS / "models" / "four_bar.lua", "--way", "downhill")
+    agree(found["q"], [-pi / 2, pi / 2, -pi / 2], 1e-14)
+    assert found["stability"] == "stable" and found["residual"] < 1e-14 and abs(found["lambda"][1] - 9.81 * 1.2 / 2) < 1e-13
+
+
 # ---- The slider-crank ----
 
 def test_slidercrank(tmp_path):
@@ -244,6 +251,29 @@ def test_snap_through(tmp_path):
     assert "refdyn: equilibrium reached under 0.774 of the load only\nrefdyn: --way path goes on past limit points of the load, " in said, said
 
 
+HORIZONTAL = """local rd = require "refdyn"
+return rd.model { name = "pendulum", gravity = { 0, -9.81, 0 },
+  links = { { "a", joint = "psi", mass = 1, center = { 1, 0, 0 }, inertia = { zz = 0.1 } } } }
+"""
+
+
+def test_start_at_a_limit_point(tmp_path):
+    """A horizontal pendulum has no stiffness: the load alone cannot be raised."""
+    (tmp_path / "pendulum.lua").write_text(HORIZONTAL)
+    for way in "path", "downhill":
+        found, _ = statics(tmp_path / "pendulum.lua", "--way", way)
+        assert abs(found["q"][0] + pi / 2) < 1e-14 and found["stability"] == "stable"
+    said = statics(tmp_path / "pendulum.lua", status=3)
+    assert said.endswith("refdyn: --hold keeps coordinates at their start\n"
+                         "refdyn: --way path goes on past limit points of the load, --way downhill to where the forces lead\n"), said
+
+
+def test_neutral_across_coordinates():
+    """A body with arms, which floats, settles on its springs downhill, in whatever place."""
+    found, _ = statics(MODELS / "branched.lua", "--way", "downhill")
+    assert found["stability"] == "neutral in 4 directions" and found["residual"] < 1e-11
+
+
 def test_neutral(tmp_path):
     """A wheel that nothing holds or drives."""
     (tmp_path / "wheel.lua").write_text('local rd = require "refdyn"\nreturn rd.model { name = "wheel", links = { { "wheel", joint = "psi", mass = 1, '
@@ -289,6 +319,19 @@ def test_loop_starts_from_its_equilibrium(tmp_path):
         assert ("unstable" in done.stderr) == bool(warning) and warning in done.stderr, done.stderr
     q = [float(x) for x in (tmp_path / "downhill.csv").read_text().splitlines()[1].split(",")]
     assert all(any(abs(x - float(y)) < 1e-9 for x in q) for y in first[1:6]), (q, first)
+
+
+def test_batch_gives_what_a_programme_takes(tmp_path):
+    """A column for xc: the ellipse holds in each case, as in the motion of its own."""
+    (tmp_path / "cases.csv").write_text("xc\n0.5417\n0.5391\n")
+    common = ["--until", 1e-6, "--from", "statics", "--method", "rk8"]
+    refdyn("batch", REFERENCE, "--table", tmp_path / "cases.csv", *common, "-o", tmp_path / "runs.csv")
+    header, *rows = [line.split(",") for line in (tmp_path / "runs.csv").read_text().splitlines()]
+    for row, xc in zip(rows, (0.5417, 0.5391)):
+        found, _ = statics(REFERENCE, "--set", f"xc={xc}")
+        ends = dict(zip(header, row))
+        assert found["rows"] == ["ellipse"] and abs(found["points"]["E"][0] - xc - 0.875) < 1e-14
+        assert max(abs(float(ends[name]) - value) for name, value in zip(found["coordinates"], found["q"])) < 1e-9, (ends, found)
 
 
 # ---- What is refused ----

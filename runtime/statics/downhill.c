@@ -3,6 +3,7 @@
 
 #include "statics/downhill.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -16,9 +17,21 @@ static const double push = 0.1;
 static const double part_least = 1e-6;
 /* Of the units of S: softer directions are taken for as stiff. */
 static const double softest = 1e-8;
+/* [rad, length] A step in such a direction, were it stiff. */
+static const double nothing = 1e-10;
 enum { STEPS_MOST = 1000 };
 
-/* y (count - rank) = D^-1 V |values|^-1 V^T D^-1 g, S = D V values V^T D. */
+/* D^-1 times vector k of V, at its largest. */
+static double reach_of(const struct balance *b, const struct spectrum *s, int k) {
+    const int left = b->count - b->rank;
+    double largest = 0;
+    for (int i = 0; i < left; i++)
+        largest = fmax(largest, fabs(s->vectors[i * left + k]) / s->size[i]);
+    return largest;
+}
+
+/* y (count - rank) = D^-1 V |values|^-1 V^T D^-1 g, S = D V values V^T D; without what is nothing but
+ * rounding in directions that nothing holds. */
 static void step_downhill(const struct balance *b, const struct spectrum *s, double *y) {
     const int left = b->count - b->rank;
     memset(y, 0, (size_t)left * sizeof *y);
@@ -26,6 +39,8 @@ static void step_downhill(const struct balance *b, const struct spectrum *s, dou
         double along = 0;
         for (int i = 0; i < left; i++)
             along += s->vectors[i * left + k] * b->now.g[i] / s->size[i];
+        if (fabs(s->values[k]) < softest && fabs(along) * reach_of(b, s, k) < nothing)
+            continue;
         along /= fmax(fabs(s->values[k]), softest);
         for (int i = 0; i < left; i++)
             y[i] += s->vectors[i * left + k] * along / s->size[i];
@@ -43,23 +58,27 @@ static void shorten(struct balance *b, double *step, double scale) {
         step[i] *= scale;
 }
 
-/* The step from `now`; *is_near: the minimum lies within it. */
-static void find_step(struct statics *statics, int *is_near) {
+enum where { ON_THE_WAY, NEAR, THERE };
+
+/* The step from `now`. NEAR: Newton's iteration goes on; THERE: the step is the last, where that could not,
+ * since in some direction nothing holds. */
+static enum where find_step(struct statics *statics) {
     struct balance *b = &statics->balance;
     struct spectrum spectrum;
     stability_find_spectrum(b, &spectrum);
     step_downhill(b, &spectrum, b->y);
     expand(statics, b->y);
     double length = balance_length(b, statics->step);
-    const int is_at_saddle = length <= near && spectrum.unstable > 0;
-    *is_near = length <= near && !is_at_saddle;
-    if (is_at_saddle) {
+    if (length <= near && spectrum.unstable == 0 && spectrum.neutral == 0)
+        return NEAR;
+    if (length <= near && spectrum.unstable > 0) {
         stability_lowest(b, &spectrum, b->y);
         expand(statics, b->y);
         length = balance_length(b, statics->step);
         shorten(b, statics->step, push / length);
     } else if (length > statics->options->reach)
         shorten(b, statics->step, statics->options->reach / length);
+    return length <= statics->options->tol ? THERE : ON_THE_WAY;
 }
 
 /* g . (q - from) of `now` */
@@ -114,21 +133,35 @@ static int no_end(const struct balance *b) {
     return balance_fail(b, REFDYN_NO_CONVERGENCE, -1, at < 0 ? -1 : b->column[b->rank + at]);
 }
 
+/* Forces, rows and H at q, then the step from there. */
+static int look_on(struct statics *statics, const double *q, enum where *where) {
+    struct balance *b = &statics->balance;
+    int status = look_at(b, q);
+    if (!status)
+        status = balance_find_tangent(b);
+    if (!status)
+        *where = find_step(statics);
+    statics->result->iterations++;
+    return status;
+}
+
 int downhill_go(struct statics *statics, double *q) {
     struct balance *b = &statics->balance;
-    int is_near = 0;
+    enum where where = ON_THE_WAY;
     b->share = 0;
-    for (int i = 0; i < STEPS_MOST && !is_near; i++) {
-        int status = look_at(b, q);
-        if (!status)
-            status = balance_find_tangent(b);
+    for (int i = 0; i < STEPS_MOST && where == ON_THE_WAY; i++) {
+        const int status = look_on(statics, q, &where);
         if (status)
             return status;
-        statics->result->iterations++;
-        find_step(statics, &is_near);
-        if (!is_near && take_step(statics, q))
+        if (where != ON_THE_WAY || !take_step(statics, q))
+            continue;
+        if (balance_length(b, statics->path.d_next) > sqrt(DBL_EPSILON) || look_on(statics, q, &where))
             return no_end(b);
+        where = THERE; /* as near as rounding lets it come */
     }
+    if (where == ON_THE_WAY)
+        return no_end(b);
     statics->is_following = 0;
-    return is_near ? newton_solve(statics, 1, q) : no_end(b);
+    statics->result->load = 1;
+    return where == NEAR ? newton_solve(statics, 1, q) : REFDYN_OK;
 }
