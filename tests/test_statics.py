@@ -342,6 +342,7 @@ REFUSED = {
                "--release: the model has no constraint row 'guid y', the nearest is guide y"),
     "rate": (["statics", REFERENCE, "--release", "rise"], 2, "--release: rise is no row of positions, it has no part in statics"),
     "release": (["sim", REFERENCE, "--until", "1", "-o", "run.csv", "--release", "ellipse"], 2, "--release goes with --from statics"),
+    "way of a batch": (["batch", REFERENCE, "--table", "cases.csv", "--until", "1", "-o", "runs.csv", "--way", "path"], 2, "--way goes with --from statics"),
     "way of modes": (["modes", MODELS / "fourbar.lua", "--at", "initial", "--way", "path"], 2, "--way goes with --at statics"),
     "printed": (["statics", REFERENCE, "--set", "form=printed", "--set", "program=chapter"], 1,
                 "manipulator: statics with rows that hold takes the corrected form only, --release ellipse lets them go"),
@@ -351,8 +352,9 @@ REFUSED = {
 @pytest.mark.parametrize("which", REFUSED)
 def test_refused(which, tmp_path):
     arguments, status, text = REFUSED[which]
+    (tmp_path / "cases.csv").write_text("m_E\n2\n")
     done = refdyn(*arguments, status=status, cwd=tmp_path)
-    assert text in done.stderr and done.stdout == "" and list(tmp_path.iterdir()) == [], done.stderr
+    assert text in done.stderr and done.stdout == "" and [path.name for path in tmp_path.iterdir()] == ["cases.csv"], done.stderr
 
 
 def test_released():

@@ -305,8 +305,10 @@ static enum status open_structure(struct structure *structure, struct memory *me
         status = check_inputs(structure);
     if (status == STATUS_DONE)
         find_requirements(structure, memory, cases);
-    if (status == STATUS_DONE && structure->needs & NEEDS_STATICS)
-        status = find_statics(structure, memory);
+    if (status == STATUS_DONE)
+        status = structure->needs & NEEDS_STATICS
+                     ? find_statics(structure, memory)
+                     : refuse_statics_options(&structure->options, "--from statics");
     return status;
 }
 

@@ -66,7 +66,8 @@ static bool waits_for_start(const struct scene *scene, const int *given_beside, 
 
 /* Marks in released (m) the rows of --release. */
 static enum status choose_released(const struct scene *scene, const struct options *options, bool *released) {
-    for (const char **name = options_list(options->release); *name; name++) {
+    const char *list = options->release && *options->release ? options->release : NULL;
+    for (const char **name = options_list(list); *name; name++) {
         const int row = refdyn_find_row(scene->model, *name);
         if (row < 0)
             return unknown_row(scene, options, *name);
