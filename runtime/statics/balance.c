@@ -30,7 +30,7 @@ static void lay_out_place(struct place *place, int n, int m, struct layout *layo
     place->exchange = layout_ints(layout, m);
 }
 
-void balance_lay_out(struct balance *b, const struct refdyn_model *model, struct layout *layout) {
+void refdyn_balance_lay_out(struct balance *b, const struct refdyn_model *model, struct layout *layout) {
     const int has_rows = model->m > 0 && refdyn_has_tangent(model), n = model->n, m = has_rows ? model->m : 0;
     b->n = n;
     b->free = layout_ints(layout, n);
@@ -56,7 +56,7 @@ void balance_lay_out(struct balance *b, const struct refdyn_model *model, struct
         refdyn_linear_lay_out(&b->linear, model, 1, 0, layout);
 }
 
-int balance_fail(const struct balance *b, int status, int row, int coordinate) {
+int refdyn_balance_fail(const struct balance *b, int status, int row, int coordinate) {
     b->work->fault = (struct refdyn_fault){.row = row < 0 ? -1 : b->rows[row],
                                            .coordinate = coordinate < 0 ? -1 : b->free[coordinate]};
     return status;
@@ -84,7 +84,7 @@ static int read_rows(struct balance *b, struct place *place) {
         const double *u = work->u + b->rows[a] * b->n;
         place->phi[a] = work->phi[b->rows[a]];
         if (!refdyn_is_finite(u, b->n))
-            return balance_fail(b, REFDYN_NOT_FINITE, a, -1);
+            return refdyn_balance_fail(b, REFDYN_NOT_FINITE, a, -1);
         for (int j = 0; j < b->count; j++) {
             place->u[a * b->count + j] = u[b->free[j]];
             b->size[a] = fmax(b->size[a], fabs(u[b->free[j]]) * b->unit[b->free[j]]);
@@ -93,17 +93,17 @@ static int read_rows(struct balance *b, struct place *place) {
     return REFDYN_OK;
 }
 
-int balance_read(struct balance *b, struct place *place) {
+int refdyn_balance_read(struct balance *b, struct place *place) {
     const int status = read_forces(b, place);
     return status || b->row_count == 0 ? status : read_rows(b, place);
 }
 
-double balance_force(const struct balance *b, const struct place *place, int i) {
+double refdyn_balance_force(const struct balance *b, const struct place *place, int i) {
     const int j = b->free[i];
     return place->Q[j] - b->share * b->Q_start[j];
 }
 
-double balance_distance(const struct balance *b, const struct place *place, int a) {
+double refdyn_balance_distance(const struct balance *b, const struct place *place, int a) {
     return fabs(place->phi[a]) / (b->size[a] > 0 ? b->size[a] : 1);
 }
 
@@ -128,13 +128,13 @@ static double scale_rows(struct balance *b, const struct place *place) {
         for (int j = 0; j < b->count; j++)
             b->terms[a * b->count + j] =
                 b->size[a] > 0 ? place->u[a * b->count + j] * b->unit[b->free[j]] / b->size[a] : 0;
-        farthest = fmax(farthest, balance_distance(b, place, a));
+        farthest = fmax(farthest, refdyn_balance_distance(b, place, a));
     }
     return farthest;
 }
 
 /* As the index partition (theory, sect. 8.1), with units in place of masses. */
-void balance_choose(struct balance *b, const struct place *place) {
+void refdyn_balance_choose(struct balance *b, const struct place *place) {
     for (int j = 0; j < b->count; j++) {
         b->column[j] = j;
         b->scale[j] = 1;
@@ -178,7 +178,7 @@ static void find_P(const struct balance *b, struct place *place) {
 /* K_d^T lambda = -F_d */
 static void find_lambda(struct balance *b, struct place *place) {
     for (int k = 0; k < b->rank; k++)
-        b->p[k] = -balance_force(b, place, b->column[k]);
+        b->p[k] = -refdyn_balance_force(b, place, b->column[k]);
     refdyn_lu_solve(0, place->factors, b->rank, place->exchange, b->p);
     for (int a = 0; a < b->row_count; a++)
         place->lambda[b->row[a]] = a < b->rank ? b->p[a] : 0;
@@ -188,9 +188,9 @@ static void find_lambda(struct balance *b, struct place *place) {
 static void find_g(const struct balance *b, struct place *place) {
     const int rank = b->rank, left = b->count - rank;
     for (int i = 0; i < left; i++) {
-        double sum = balance_force(b, place, b->column[rank + i]), size = fabs(sum);
+        double sum = refdyn_balance_force(b, place, b->column[rank + i]), size = fabs(sum);
         for (int k = 0; k < rank; k++) {
-            const double term = place->P[k * left + i] * balance_force(b, place, b->column[k]);
+            const double term = place->P[k * left + i] * refdyn_balance_force(b, place, b->column[k]);
             sum += term;
             size += fabs(term);
         }
@@ -198,9 +198,9 @@ static void find_g(const struct balance *b, struct place *place) {
     }
 }
 
-int balance_eliminate(struct balance *b, struct place *place) {
+int refdyn_balance_eliminate(struct balance *b, struct place *place) {
     if (b->rank > 0 && !factor_dependent(b, place))
-        return balance_fail(b, REFDYN_NO_CONVERGENCE, b->row[0], -1);
+        return refdyn_balance_fail(b, REFDYN_NO_CONVERGENCE, b->row[0], -1);
     find_P(b, place);
     find_lambda(b, place);
     find_g(b, place);
@@ -222,7 +222,7 @@ static int find_T(struct balance *b) {
     for (int i = 0; i < count; i++) {
         const double *row = b->tangent + b->free[i] * n;
         if (!refdyn_is_finite(row, n))
-            return balance_fail(b, REFDYN_NOT_FINITE, -1, i);
+            return refdyn_balance_fail(b, REFDYN_NOT_FINITE, -1, i);
         for (int j = 0; j < count; j++)
             b->tangent[i * count + j] = b->row_count > 0 ? -row[b->free[j]] : row[b->free[j]];
     }
@@ -264,7 +264,7 @@ static void drop_rounding(const struct balance *b) {
             b->H[i] = 0;
 }
 
-int balance_find_tangent(struct balance *b) {
+int refdyn_balance_find_tangent(struct balance *b) {
     const int count = b->count, left = count - b->rank, status = find_T(b);
     if (status)
         return status;
@@ -295,25 +295,26 @@ static void leave_free_ones(struct balance *b) {
  * L U; H is not symmetric in general (follower forces). A column without a pivot above the rounding of its
  * row's largest entry is a coordinate that nothing holds.
  */
-int balance_factor(struct balance *b) {
+int refdyn_balance_factor(struct balance *b) {
     const int left = b->count - b->rank;
     leave_free_ones(b);
     int failed = refdyn_lu_factor(0, b->H, left, b->order, b->scale);
     for (int k = failed < 0 ? left - 1 : failed - 1; k >= 0; k--)
         if (!(b->scale[k] > left * DBL_EPSILON * fabs(b->H[k * left + k]))) /* the inverse pivot */
             failed = k;
-    return failed < 0 ? REFDYN_OK : balance_fail(b, REFDYN_TANGENT_SINGULAR, -1, b->column[b->rank + failed]);
+    return failed < 0 ? REFDYN_OK
+                      : refdyn_balance_fail(b, REFDYN_TANGENT_SINGULAR, -1, b->column[b->rank + failed]);
 }
 
 /* ---- Corrections ---- */
 
-void balance_meet_rows(const struct balance *b, const struct place *residual, double *p) {
+void refdyn_balance_meet_rows(const struct balance *b, const struct place *residual, double *p) {
     for (int k = 0; k < b->rank; k++)
         p[k] = -residual->phi[b->row[k]];
     refdyn_lu_solve_transposed(b->now.factors, b->rank, b->now.exchange, p, 1, 1);
 }
 
-void balance_expand(const struct balance *b, const double *y, const double *p, double *step) {
+void refdyn_balance_expand(const struct balance *b, const double *y, const double *p, double *step) {
     const int rank = b->rank, left = b->count - rank;
     for (int k = 0; k < rank; k++)
         step[b->column[k]] = p[k] + dense_dot(b->now.P + k * left, y, left);
@@ -321,18 +322,18 @@ void balance_expand(const struct balance *b, const double *y, const double *p, d
         step[b->column[rank + i]] = y[i];
 }
 
-void balance_correct(struct balance *b, const struct place *residual, double *step) {
+void refdyn_balance_correct(struct balance *b, const struct place *residual, double *step) {
     const int rank = b->rank, left = b->count - rank;
-    balance_meet_rows(b, residual, b->p);
+    refdyn_balance_meet_rows(b, residual, b->p);
     for (int i = 0; i < left; i++)
         b->y[i] = -residual->g[i];
     for (int i = 0; i < left && rank > 0; i++)
         b->y[i] -= dense_dot(b->coupling + i * rank, b->p, rank);
     refdyn_lu_solve(0, b->H, left, b->order, b->y);
-    balance_expand(b, b->y, b->p, step);
+    refdyn_balance_expand(b, b->y, b->p, step);
 }
 
-double balance_length(const struct balance *b, const double *step) {
+double refdyn_balance_length(const struct balance *b, const double *step) {
     double largest = 0;
     for (int i = 0; i < b->count; i++) {
         const double size = fabs(step[i]) / b->unit[b->free[i]];
@@ -342,7 +343,7 @@ double balance_length(const struct balance *b, const double *step) {
     return largest;
 }
 
-void balance_move(const struct balance *b, double damping, const double *step, double *q) {
+void refdyn_balance_move(const struct balance *b, double damping, const double *step, double *q) {
     for (int i = 0; i < b->count; i++)
         q[b->free[i]] += damping * step[i];
 }

@@ -35,10 +35,10 @@ struct balance {
     int n, count, row_count;
     int *free;       /* (count) coordinates not held */
     const int *rows; /* (row_count) rows that hold */
-    double *size;    /* (row_count) their largest coefficients in units, of all places that were read: a row that
-                        loses all of them loses its independence */
-    double *unit;    /* (n) what 1 rad weighs against */
-    double share;    /* of the load Q_start that is held back */
+    double *size; /* (row_count) their largest coefficients in units, of all places that were read: a row that
+                     loses all of them loses its independence */
+    double *unit; /* (n) what 1 rad weighs against */
+    double share; /* of the load Q_start that is held back */
     double *Q_start; /* (n) */
     double *rates;   /* (2 n + 1 + m) rates and accelerations 0, then lambda, for the tangent */
 
@@ -48,7 +48,7 @@ struct balance {
     int *row;            /* (row_count) places in `rows`: `rank` independent ones, then the others */
 
     struct place now, trial;
-    double *H;         /* ((count - rank)^2), after balance_factor its L U */
+    double *H;         /* ((count - rank)^2), after refdyn_balance_factor its L U */
     double *stiffness; /* ((count - rank)^2) H as it was */
     double *magnitude; /* ((count - rank)^2) sums of the sizes of the terms of each entry */
     double *coupling;  /* ((count - rank) x rank) of [1 P^T] T, dependent columns */
@@ -62,36 +62,36 @@ struct balance {
 };
 
 /* Lays the arrays out: with those for rows where the model has rows and their tangent. */
-void balance_lay_out(struct balance *balance, const struct refdyn_model *model, struct layout *layout);
+void refdyn_balance_lay_out(struct balance *balance, const struct refdyn_model *model, struct layout *layout);
 /* The failure `status` of a row, an index in balance->rows, or of a coordinate, one in balance->free; -1:
  * none. */
-int balance_fail(const struct balance *balance, int status, int row, int coordinate);
+int refdyn_balance_fail(const struct balance *balance, int status, int row, int coordinate);
 
 /* Forces and rows at place->q. Error: NOT_FINITE. */
-int balance_read(struct balance *balance, struct place *place);
+int refdyn_balance_read(struct balance *balance, struct place *place);
 /* How far row a is off, in units of 1 rad and `length`. */
-double balance_distance(const struct balance *balance, const struct place *place, int a);
+double refdyn_balance_distance(const struct balance *balance, const struct place *place, int a);
 /* Dependent coordinates and rows for a place that was read. */
-void balance_choose(struct balance *balance, const struct place *place);
+void refdyn_balance_choose(struct balance *balance, const struct place *place);
 /* P, lambda and g of a place that was read, with the coordinates that were chosen. Error: NO_CONVERGENCE,
  * where these do not serve it. */
-int balance_eliminate(struct balance *balance, struct place *place);
-/* H at `now`, after balance_eliminate. Error: NOT_FINITE. */
-int balance_find_tangent(struct balance *balance);
+int refdyn_balance_eliminate(struct balance *balance, struct place *place);
+/* H at `now`, after refdyn_balance_eliminate. Error: NOT_FINITE. */
+int refdyn_balance_find_tangent(struct balance *balance);
 /* Its L U. A coordinate whose row and column of H are 0 and that carries no load stays: its equation becomes
  * dq = 0. Error: TANGENT_SINGULAR at a coordinate that nothing holds. */
-int balance_factor(struct balance *balance);
+int refdyn_balance_factor(struct balance *balance);
 /* step (count): Newton's correction of what a place leaves of g and phi, with the tangent and P at `now`. */
-void balance_correct(struct balance *balance, const struct place *residual, double *step);
+void refdyn_balance_correct(struct balance *balance, const struct place *residual, double *step);
 /* step (count) of the coordinates not held, from changes y (count - rank) of the independent ones and p
  * (rank) of the dependent ones beside P y. */
-void balance_expand(const struct balance *balance, const double *y, const double *p, double *step);
+void refdyn_balance_expand(const struct balance *balance, const double *y, const double *p, double *step);
 /* p (rank) := -K_d^-1 phi of a place, with K_d at `now`. */
-void balance_meet_rows(const struct balance *balance, const struct place *residual, double *p);
+void refdyn_balance_meet_rows(const struct balance *balance, const struct place *residual, double *p);
 /* F of the coordinate free[i]. */
-double balance_force(const struct balance *balance, const struct place *place, int i);
+double refdyn_balance_force(const struct balance *balance, const struct place *place, int i);
 /* Largest entry of a step in units of 1 rad and `length`. */
-double balance_length(const struct balance *balance, const double *step);
-void balance_move(const struct balance *balance, double damping, const double *step, double *q);
+double refdyn_balance_length(const struct balance *balance, const double *step);
+void refdyn_balance_move(const struct balance *balance, double damping, const double *step, double *q);
 
 #endif

@@ -50,7 +50,7 @@ static void step_downhill(const struct balance *b, const struct spectrum *s, dou
 static void expand(struct statics *statics, const double *y) {
     struct balance *b = &statics->balance;
     memset(b->p, 0, (size_t)b->rank * sizeof(double));
-    balance_expand(b, y, b->p, statics->step);
+    refdyn_balance_expand(b, y, b->p, statics->step);
 }
 
 static void shorten(struct balance *b, double *step, double scale) {
@@ -65,16 +65,16 @@ enum where { ON_THE_WAY, NEAR, THERE };
 static enum where find_step(struct statics *statics) {
     struct balance *b = &statics->balance;
     struct spectrum spectrum;
-    stability_find_spectrum(b, &spectrum);
+    refdyn_stability_find_spectrum(b, &spectrum);
     step_downhill(b, &spectrum, b->y);
     expand(statics, b->y);
-    double length = balance_length(b, statics->step);
+    double length = refdyn_balance_length(b, statics->step);
     if (length <= near && spectrum.unstable == 0 && spectrum.neutral == 0)
         return NEAR;
     if (length <= near && spectrum.unstable > 0) {
-        stability_lowest(b, &spectrum, b->y);
+        refdyn_stability_lowest(b, &spectrum, b->y);
         expand(statics, b->y);
-        length = balance_length(b, statics->step);
+        length = refdyn_balance_length(b, statics->step);
         shorten(b, statics->step, push / length);
     } else if (length > statics->options->reach)
         shorten(b, statics->step, statics->options->reach / length);
@@ -93,10 +93,10 @@ static double work_along(const struct balance *b, const double *from, const doub
 
 static int look_at(struct balance *b, const double *q) {
     memcpy(b->now.q, q, (size_t)b->n * sizeof *q);
-    int status = balance_read(b, &b->now);
+    int status = refdyn_balance_read(b, &b->now);
     if (!status) {
-        balance_choose(b, &b->now);
-        status = balance_eliminate(b, &b->now);
+        refdyn_balance_choose(b, &b->now);
+        status = refdyn_balance_eliminate(b, &b->now);
     }
     return status;
 }
@@ -112,8 +112,8 @@ static int take_step(struct statics *statics, double *q) {
     memcpy(step, statics->step, (size_t)b->count * sizeof *step);
     for (double part = 1; part >= part_least; part /= 2) {
         memcpy(next, q, bytes);
-        balance_move(b, part, step, next);
-        if (newton_meet_rows(statics, next) || look_at(b, next))
+        refdyn_balance_move(b, part, step, next);
+        if (refdyn_newton_meet_rows(statics, next) || look_at(b, next))
             continue;
         double work = work_along(b, q, next);
         for (int j = 0; j < b->n; j++)
@@ -130,7 +130,7 @@ static int take_step(struct statics *statics, double *q) {
 static int no_end(const struct balance *b) {
     int at;
     refdyn_largest(b->now.g, b->count - b->rank, &at);
-    return balance_fail(b, REFDYN_NO_CONVERGENCE, -1, at < 0 ? -1 : b->column[b->rank + at]);
+    return refdyn_balance_fail(b, REFDYN_NO_CONVERGENCE, -1, at < 0 ? -1 : b->column[b->rank + at]);
 }
 
 /* Forces, rows and H at q, then the step from there. */
@@ -138,14 +138,14 @@ static int look_on(struct statics *statics, const double *q, enum where *where) 
     struct balance *b = &statics->balance;
     int status = look_at(b, q);
     if (!status)
-        status = balance_find_tangent(b);
+        status = refdyn_balance_find_tangent(b);
     if (!status)
         *where = find_step(statics);
     statics->result->iterations++;
     return status;
 }
 
-int downhill_go(struct statics *statics, double *q) {
+int refdyn_downhill_go(struct statics *statics, double *q) {
     struct balance *b = &statics->balance;
     enum where where = ON_THE_WAY;
     b->share = 0;
@@ -155,7 +155,7 @@ int downhill_go(struct statics *statics, double *q) {
             return status;
         if (where != ON_THE_WAY || !take_step(statics, q))
             continue;
-        if (balance_length(b, statics->path.d_next) > sqrt(DBL_EPSILON) || look_on(statics, q, &where))
+        if (refdyn_balance_length(b, statics->path.d_next) > sqrt(DBL_EPSILON) || look_on(statics, q, &where))
             return no_end(b);
         where = THERE; /* as near as rounding lets it come */
     }
@@ -163,5 +163,5 @@ int downhill_go(struct statics *statics, double *q) {
         return no_end(b);
     statics->is_following = 0;
     statics->result->load = 1;
-    return where == NEAR ? newton_solve(statics, 1, q) : REFDYN_OK;
+    return where == NEAR ? refdyn_newton_solve(statics, 1, q) : REFDYN_OK;
 }

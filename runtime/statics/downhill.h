@@ -13,8 +13,8 @@
 
 #include "statics/newton.h"
 
-/* From q (n), which becomes the equilibrium. Errors: those of newton_solve; NO_CONVERGENCE also where the
- * forces lead on and on. */
-int downhill_go(struct statics *statics, double *q);
+/* From q (n), which becomes the equilibrium. Errors: those of refdyn_newton_solve; NO_CONVERGENCE also where
+ * the forces lead on and on. */
+int refdyn_downhill_go(struct statics *statics, double *q);
 
 #endif

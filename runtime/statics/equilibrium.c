@@ -34,12 +34,12 @@ enum { ITERATIONS_DEFAULT = 50 };
 
 static size_t lay_out(struct statics *statics, const struct refdyn_model *model, char *base) {
     struct layout layout = {base, 0};
-    balance_lay_out(&statics->balance, model, &layout);
+    refdyn_balance_lay_out(&statics->balance, model, &layout);
     statics->step = layout_doubles(&layout, model->n);
     statics->step_next = layout_doubles(&layout, model->n);
     statics->q_start = layout_doubles(&layout, model->n);
     statics->force = layout_doubles(&layout, model->n);
-    limit_points_lay_out(statics, model, &layout);
+    refdyn_limit_points_lay_out(statics, model, &layout);
     return layout.used;
 }
 
@@ -113,7 +113,7 @@ static int raise_load(struct statics *statics, double *q) {
     double load = 0, step = statics->options->load_step;
     while (load < 1) {
         const double load_next = load + step < 1 ? load + step : 1;
-        const int status = newton_solve(statics, load_next, q);
+        const int status = refdyn_newton_solve(statics, load_next, q);
         if (status) {
             step /= 2;
             if (step < statics->options->load_least)
@@ -130,7 +130,7 @@ static int raise_load(struct statics *statics, double *q) {
 /* The whole load at once from the start, wherever that leads. */
 static int jump(struct statics *statics, double *q) {
     statics->is_following = 0;
-    const int status = newton_solve(statics, 1, statics->q_start);
+    const int status = refdyn_newton_solve(statics, 1, statics->q_start);
     if (!status) {
         memcpy(q, statics->q_start, (size_t)statics->balance.n * sizeof *q);
         statics->result->is_followed = 0;
@@ -141,7 +141,7 @@ static int jump(struct statics *statics, double *q) {
 /* What cannot be raised further: the path goes on past a limit point, from the start again. */
 static int pass(struct statics *statics, double *q) {
     memcpy(q, statics->q_start, (size_t)statics->balance.n * sizeof *q);
-    return limit_points_pass(statics, q);
+    return refdyn_limit_points_pass(statics, q);
 }
 
 static int follow_load(struct statics *statics, double *q) {
@@ -161,7 +161,8 @@ static int follow_load(struct statics *statics, double *q) {
 }
 
 static int find_equilibrium(struct statics *statics, double *q) {
-    return statics->options->way == REFDYN_DOWNHILL ? downhill_go(statics, q) : follow_load(statics, q);
+    return statics->options->way == REFDYN_DOWNHILL ? refdyn_downhill_go(statics, q)
+                                                    : follow_load(statics, q);
 }
 
 static void list_free(struct balance *balance, const int *held, int held_count, double length) {
@@ -190,7 +191,7 @@ static void report(struct statics *statics, const double *q, double *hold_force)
     struct refdyn_statics_result *result = statics->result;
     memcpy(balance->now.q, q, (size_t)balance->n * sizeof *q);
     balance->share = 0;
-    if (balance_read(balance, &balance->now) || balance_eliminate(balance, &balance->now))
+    if (refdyn_balance_read(balance, &balance->now) || refdyn_balance_eliminate(balance, &balance->now))
         return;
     for (int j = 0; j < balance->n; j++)
         statics->force[j] = force_on(balance, j);
@@ -211,11 +212,11 @@ static void report(struct statics *statics, const double *q, double *hold_force)
 /* The start brought onto the rows, and the load that it meets there. */
 static int start(struct statics *statics, double *q) {
     struct balance *balance = &statics->balance;
-    int status = newton_meet_rows(statics, q);
+    int status = refdyn_newton_meet_rows(statics, q);
     if (status)
         return status;
     memcpy(balance->now.q, q, (size_t)balance->n * sizeof *q);
-    status = balance_read(balance, &balance->now);
+    status = refdyn_balance_read(balance, &balance->now);
     memcpy(balance->Q_start, balance->now.Q, (size_t)balance->n * sizeof *q);
     return status;
 }
@@ -229,7 +230,7 @@ static int solve(struct statics *statics, double *q, double *hold_force) {
     const struct refdyn_fault fault = work->fault;
     report(statics, q, hold_force);
     if (!status)
-        stability_judge(&statics->balance, statics->result);
+        refdyn_stability_judge(&statics->balance, statics->result);
     work->fault = fault;
     return status;
 }

@@ -26,7 +26,8 @@ struct point {
     double *d, sigma; /* (count) direction of q and of the load, of length 1 */
 };
 
-void limit_points_lay_out(struct statics *statics, const struct refdyn_model *model, struct layout *layout) {
+void refdyn_limit_points_lay_out(struct statics *statics, const struct refdyn_model *model,
+                                 struct layout *layout) {
     const int n = model->n, size = n + 1;
     struct path_room *room = &statics->path;
     room->matrix = layout_doubles(layout, size * size);
@@ -75,10 +76,10 @@ static int is_untouched(const struct balance *b, const double *matrix, int i) {
 static int factor(struct statics *statics, const struct point *along) {
     struct balance *b = &statics->balance;
     struct path_room *room = &statics->path;
-    balance_choose(b, &b->now);
-    int status = balance_eliminate(b, &b->now);
+    refdyn_balance_choose(b, &b->now);
+    int status = refdyn_balance_eliminate(b, &b->now);
     if (!status)
-        status = balance_find_tangent(b);
+        status = refdyn_balance_find_tangent(b);
     if (status)
         return status;
     const int left = b->count - b->rank, size = left + 1;
@@ -110,7 +111,7 @@ static int find_direction(struct statics *statics, const struct point *before, s
     memset(b->p, 0, (size_t)b->rank * sizeof(double));
     room->side[left] = 1;
     refdyn_lu_solve(0, room->matrix, left + 1, room->order, room->side);
-    balance_expand(b, room->side, b->p, next->d);
+    refdyn_balance_expand(b, room->side, b->p, next->d);
     next->sigma = room->side[left];
     const double length = sqrt(product(b, next, next));
     const double scale = (product(b, next, before) < 0 ? -1 : 1) / length;
@@ -136,21 +137,21 @@ static int correct(struct statics *statics, const struct point *from, double h, 
     struct balance *b = &statics->balance;
     struct path_room *room = &statics->path;
     b->share = 1 - *load;
-    int status = balance_read(b, &b->now);
+    int status = refdyn_balance_read(b, &b->now);
     if (!status)
         status = factor(statics, from);
     if (status)
         return status;
     const int left = b->count - b->rank;
-    balance_meet_rows(b, &b->now, b->p);
+    refdyn_balance_meet_rows(b, &b->now, b->p);
     for (int i = 0; i < left; i++)
         room->side[i] = -b->now.g[i] - dense_dot(b->coupling + i * b->rank, b->p, b->rank);
     room->side[left] = -off_plane(b, from, h, *load);
     refdyn_lu_solve(0, room->matrix, left + 1, room->order, room->side);
-    balance_expand(b, room->side, b->p, statics->step);
-    balance_move(b, 1, statics->step, b->now.q);
+    refdyn_balance_expand(b, room->side, b->p, statics->step);
+    refdyn_balance_move(b, 1, statics->step, b->now.q);
     *load += room->side[left];
-    *length = fmax(balance_length(b, statics->step), fabs(room->side[left]));
+    *length = fmax(refdyn_balance_length(b, statics->step), fabs(room->side[left]));
     return isfinite(*length) ? REFDYN_OK : REFDYN_NO_CONVERGENCE;
 }
 
@@ -160,7 +161,7 @@ static int find_next(struct statics *statics, const struct point *from, double h
     struct balance *b = &statics->balance;
     double length = INFINITY, allowed = bend * h;
     memcpy(b->now.q, from->q, (size_t)b->n * sizeof(double));
-    balance_move(b, h, from->d, b->now.q);
+    refdyn_balance_move(b, h, from->d, b->now.q);
     next->load = from->load + h * from->sigma;
     for (*iterations = 0; *iterations < ITERATIONS_MOST && length > tol; ++*iterations) {
         const int status = correct(statics, from, h, &next->load, &length);
@@ -175,7 +176,7 @@ static int find_next(struct statics *statics, const struct point *from, double h
         return REFDYN_NO_CONVERGENCE;
     memcpy(next->q, b->now.q, (size_t)b->n * sizeof(double));
     b->share = 1 - next->load;
-    const int status = balance_read(b, &b->now);
+    const int status = refdyn_balance_read(b, &b->now);
     return status ? status : find_direction(statics, from, next);
 }
 
@@ -186,7 +187,7 @@ static int end_between(struct statics *statics, const struct point *from, const 
     double *start = statics->q_start;
     for (int j = 0; j < n; j++)
         start[j] = from->q[j] + part * (to->q[j] - from->q[j]);
-    const int status = newton_solve(statics, 1, start);
+    const int status = refdyn_newton_solve(statics, 1, start);
     if (!status)
         memcpy(q, start, (size_t)n * sizeof *q);
     return status;
@@ -215,16 +216,16 @@ static int begin(struct statics *statics, struct point *start, struct point *fir
     b->share = 1;
     memcpy(b->now.q, start->q, (size_t)b->n * sizeof(double));
     memcpy(first->q, start->q, (size_t)b->n * sizeof(double));
-    int status = balance_read(b, &b->now);
-    balance_choose(b, &b->now);
+    int status = refdyn_balance_read(b, &b->now);
+    refdyn_balance_choose(b, &b->now);
     if (!status)
-        status = balance_eliminate(b, &b->now);
+        status = refdyn_balance_eliminate(b, &b->now);
     if (status)
         return status;
     for (int i = 0; i < b->count - b->rank; i++)
         b->y[i] = load_on(b, i);
     memset(b->p, 0, (size_t)b->rank * sizeof(double));
-    balance_expand(b, b->y, b->p, start->d);
+    refdyn_balance_expand(b, b->y, b->p, start->d);
     start->sigma = 1;
     status = find_direction(statics, start, first);
     for (int i = 0; i < b->count && first->sigma < -level; i++)
@@ -233,7 +234,7 @@ static int begin(struct statics *statics, struct point *start, struct point *fir
     return status;
 }
 
-int limit_points_pass(struct statics *statics, double *q) {
+int refdyn_limit_points_pass(struct statics *statics, double *q) {
     struct path_room *room = &statics->path;
     const size_t bytes = (size_t)statics->balance.n * sizeof *q;
     struct point now = {.q = room->q, .d = room->d}, next = {.q = room->q_next, .d = room->d_next};

@@ -13,9 +13,10 @@
 
 #include "statics/newton.h"
 
-void limit_points_lay_out(struct statics *statics, const struct refdyn_model *model, struct layout *layout);
+void refdyn_limit_points_lay_out(struct statics *statics, const struct refdyn_model *model,
+                                 struct layout *layout);
 /* From q (n), where no load acts, until the whole load does; q keeps the last equilibrium. Errors: those of
- * newton_solve. */
-int limit_points_pass(struct statics *statics, double *q);
+ * refdyn_newton_solve. */
+int refdyn_limit_points_pass(struct statics *statics, double *q);
 
 #endif

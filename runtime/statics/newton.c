@@ -28,8 +28,8 @@ static void swap_places(struct balance *balance) {
 /* The state of `now` moved by a part of a step, read into `trial`. */
 static int try_step(struct balance *balance, double damping, const double *step) {
     memcpy(balance->trial.q, balance->now.q, (size_t)balance->n * sizeof(double));
-    balance_move(balance, damping, step, balance->trial.q);
-    return balance_read(balance, &balance->trial);
+    refdyn_balance_move(balance, damping, step, balance->trial.q);
+    return refdyn_balance_read(balance, &balance->trial);
 }
 
 /* ---- Onto the rows ---- */
@@ -50,7 +50,7 @@ static void shortest_step(struct balance *b, const struct place *residual, doubl
     for (int k = 0; k < rank; k++)
         for (int l = 0; l < rank; l++)
             gram[k * rank + l] = (k == l) + dense_dot(P + k * left, P + l * left, left);
-    balance_meet_rows(b, residual, b->p);
+    refdyn_balance_meet_rows(b, residual, b->p);
     for (int k = 0; k < rank; k++)
         b->p[k] /= unit_free[k];
     refdyn_factor(gram, rank, rank);
@@ -70,7 +70,7 @@ static int farthest_row(const struct balance *balance, double *distance) {
     int farthest = -1;
     *distance = 0;
     for (int a = 0; a < balance->row_count; a++) {
-        const double own = balance_distance(balance, &balance->now, a);
+        const double own = refdyn_balance_distance(balance, &balance->now, a);
         if (farthest < 0 || !(own <= *distance)) {
             *distance = own;
             farthest = a;
@@ -81,24 +81,24 @@ static int farthest_row(const struct balance *balance, double *distance) {
 
 static int rows_not_met(struct balance *balance) {
     double distance;
-    return balance_fail(balance, REFDYN_NO_CONVERGENCE, farthest_row(balance, &distance), -1);
+    return refdyn_balance_fail(balance, REFDYN_NO_CONVERGENCE, farthest_row(balance, &distance), -1);
 }
 
 /* A step towards the rows, damped; *done: it was within tol, or at rounding level and no longer falling. */
 static int step_to_rows(struct statics *statics, int *done) {
     struct balance *balance = &statics->balance;
-    balance_choose(balance, &balance->now);
-    const int status = balance_eliminate(balance, &balance->now);
+    refdyn_balance_choose(balance, &balance->now);
+    const int status = refdyn_balance_eliminate(balance, &balance->now);
     if (status)
         return status;
     shortest_step(balance, &balance->now, statics->step);
-    const double length = balance_length(balance, statics->step);
+    const double length = refdyn_balance_length(balance, statics->step);
     *done = length <= statics->options->tol;
     for (double damping = 1; damping >= damping_least; damping /= 2) {
         if (try_step(balance, damping, statics->step))
             continue;
         shortest_step(balance, &balance->trial, statics->step_next);
-        if (*done || balance_length(balance, statics->step_next) <= (1 - damping / 4) * length) {
+        if (*done || refdyn_balance_length(balance, statics->step_next) <= (1 - damping / 4) * length) {
             swap_places(balance);
             return REFDYN_OK;
         }
@@ -111,22 +111,22 @@ static int step_to_rows(struct statics *statics, int *done) {
 static int all_rows_hold(struct balance *balance) {
     double distance;
     const int row = farthest_row(balance, &distance);
-    return distance <= rows_tol ? REFDYN_OK : balance_fail(balance, REFDYN_ROWS_INCONSISTENT, row, -1);
+    return distance <= rows_tol ? REFDYN_OK : refdyn_balance_fail(balance, REFDYN_ROWS_INCONSISTENT, row, -1);
 }
 
-int newton_meet_rows(struct statics *statics, double *q) {
+int refdyn_newton_meet_rows(struct statics *statics, double *q) {
     struct balance *balance = &statics->balance;
     int done = balance->row_count == 0;
     balance->rank_most = balance->row_count;
     memcpy(balance->now.q, q, bytes_of(statics));
-    int status = balance_read(balance, &balance->now);
+    int status = refdyn_balance_read(balance, &balance->now);
     for (int i = 0; i < statics->options->iterations && !done && !status; i++)
         status = step_to_rows(statics, &done);
     if (!status)
         status = done ? all_rows_hold(balance) : rows_not_met(balance);
     if (status)
         return status;
-    balance_choose(balance, &balance->now);
+    refdyn_balance_choose(balance, &balance->now);
     balance->rank_most = balance->rank;
     memcpy(q, balance->now.q, bytes_of(statics));
     return REFDYN_OK;
@@ -147,11 +147,11 @@ static int take_damped(struct statics *statics, double length) {
     for (double damping = 1; damping >= least; damping /= 2) {
         status = try_step(balance, damping, statics->step);
         if (!status)
-            status = balance_eliminate(balance, &balance->trial);
+            status = refdyn_balance_eliminate(balance, &balance->trial);
         if (status)
             continue;
-        balance_correct(balance, &balance->trial, statics->step_next);
-        if (balance_length(balance, statics->step_next) <= allowed_growth(statics, damping) * length)
+        refdyn_balance_correct(balance, &balance->trial, statics->step_next);
+        if (refdyn_balance_length(balance, statics->step_next) <= allowed_growth(statics, damping) * length)
             return REFDYN_OK;
         status = REFDYN_NO_CONVERGENCE;
     }
@@ -167,21 +167,21 @@ static int not_converged(struct statics *statics, int status) {
         return status;
     const int row = farthest_row(balance, &distance);
     if (distance > rows_tol)
-        return balance_fail(balance, status, row, -1);
+        return refdyn_balance_fail(balance, status, row, -1);
     refdyn_largest(balance->now.g, balance->count - balance->rank, &at);
-    return balance_fail(balance, status, -1, at < 0 ? -1 : balance->column[balance->rank + at]);
+    return refdyn_balance_fail(balance, status, -1, at < 0 ? -1 : balance->column[balance->rank + at]);
 }
 
 static int find_correction(struct statics *statics) {
     struct balance *balance = &statics->balance;
-    balance_choose(balance, &balance->now);
-    int status = balance_eliminate(balance, &balance->now);
+    refdyn_balance_choose(balance, &balance->now);
+    int status = refdyn_balance_eliminate(balance, &balance->now);
     if (!status)
-        status = balance_find_tangent(balance);
+        status = refdyn_balance_find_tangent(balance);
     if (!status)
-        status = balance_factor(balance);
+        status = refdyn_balance_factor(balance);
     if (!status)
-        balance_correct(balance, &balance->now, statics->step);
+        refdyn_balance_correct(balance, &balance->now, statics->step);
     return status;
 }
 
@@ -192,14 +192,14 @@ static int newton_step(struct statics *statics, int *done) {
     int status = find_correction(statics);
     if (status)
         return status;
-    const double length = balance_length(balance, statics->step);
+    const double length = refdyn_balance_length(balance, statics->step);
     if (statics->is_first && statics->is_following && length > statics->options->reach)
         return REFDYN_NO_CONVERGENCE;
     statics->is_first = 0;
     *done = length <= statics->options->tol;
     if (*done) {
-        balance_move(balance, 1, statics->step, balance->now.q);
-        return balance_read(balance, &balance->now);
+        refdyn_balance_move(balance, 1, statics->step, balance->now.q);
+        return refdyn_balance_read(balance, &balance->now);
     }
     status = take_damped(statics, length);
     *done = status == REFDYN_NO_CONVERGENCE && length <= sqrt(DBL_EPSILON);
@@ -218,17 +218,17 @@ static int judge_rows(struct statics *statics, int *done) {
     if (!status)
         return REFDYN_OK;
     balance->rank_most = balance->row_count;
-    balance_choose(balance, &balance->now);
+    refdyn_balance_choose(balance, &balance->now);
     *done = 0;
     return balance->rank > rank ? REFDYN_OK : status;
 }
 
-int newton_solve(struct statics *statics, double load, double *q) {
+int refdyn_newton_solve(struct statics *statics, double load, double *q) {
     struct balance *balance = &statics->balance;
     memcpy(balance->now.q, q, bytes_of(statics));
     balance->share = 1 - load;
     statics->is_first = 1;
-    int done = 0, status = balance_read(balance, &balance->now);
+    int done = 0, status = refdyn_balance_read(balance, &balance->now);
     for (int i = 0; i < statics->options->iterations && !done && !status; i++) {
         status = newton_step(statics, &done);
         statics->result->iterations++;

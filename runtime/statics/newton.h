@@ -37,9 +37,9 @@ struct statics {
  * From q (n) on, which becomes the equilibrium under the part `load` of the load when there is one; H of it
  * stays in balance->stiffness. Errors: NOT_FINITE, NO_CONVERGENCE, TANGENT_SINGULAR, ROWS_INCONSISTENT.
  */
-int newton_solve(struct statics *statics, double load, double *q);
+int refdyn_newton_solve(struct statics *statics, double load, double *q);
 /* Moves q (n) onto the rows, by the smallest changes of the coordinates not held, and counts their
  * independent rows there. Errors: NOT_FINITE, NO_CONVERGENCE. */
-int newton_meet_rows(struct statics *statics, double *q);
+int refdyn_newton_meet_rows(struct statics *statics, double *q);
 
 #endif

@@ -41,7 +41,7 @@ static struct spectrum room_of(const struct balance *b) {
     return (struct spectrum){.size = b->trial.Q, .values = b->trial.g, .vectors = b->tangent};
 }
 
-void stability_find_spectrum(struct balance *b, struct spectrum *spectrum) {
+void refdyn_stability_find_spectrum(struct balance *b, struct spectrum *spectrum) {
     const int left = b->count - b->rank;
     *spectrum = room_of(b);
     find_sizes(b, spectrum->size);
@@ -53,7 +53,7 @@ void stability_find_spectrum(struct balance *b, struct spectrum *spectrum) {
     }
 }
 
-void stability_lowest(const struct balance *b, const struct spectrum *spectrum, double *y) {
+void refdyn_stability_lowest(const struct balance *b, const struct spectrum *spectrum, double *y) {
     const int left = b->count - b->rank;
     int lowest = 0;
     for (int i = 1; i < left; i++)
@@ -80,7 +80,7 @@ static int most_moved(struct balance *b) {
     int most = -1;
     for (int k = 0; k < b->rank; k++)
         b->p[k] = 0;
-    balance_expand(b, b->y, b->p, step);
+    refdyn_balance_expand(b, b->y, b->p, step);
     for (int i = 0; i < b->count; i++)
         if (fabs(step[i]) / b->unit[b->free[i]] > largest) {
             largest = fabs(step[i]) / b->unit[b->free[i]];
@@ -89,15 +89,15 @@ static int most_moved(struct balance *b) {
     return most;
 }
 
-void stability_judge(struct balance *b, struct refdyn_statics_result *result) {
+void refdyn_stability_judge(struct balance *b, struct refdyn_statics_result *result) {
     struct spectrum spectrum;
     if (is_clearly_stable(b, result))
         return;
-    stability_find_spectrum(b, &spectrum);
+    refdyn_stability_find_spectrum(b, &spectrum);
     result->unstable = spectrum.unstable;
     result->neutral = spectrum.neutral;
     if (spectrum.unstable > 0) {
-        stability_lowest(b, &spectrum, b->y);
+        refdyn_stability_lowest(b, &spectrum, b->y);
         result->unstable_coordinate = most_moved(b);
     }
 }

@@ -23,10 +23,10 @@ struct spectrum {
 };
 
 /* Of balance->stiffness; H, tangent and what was read of `trial` are overwritten. */
-void stability_find_spectrum(struct balance *balance, struct spectrum *spectrum);
+void refdyn_stability_find_spectrum(struct balance *balance, struct spectrum *spectrum);
 /* y (count - rank) along the lowest of the values. */
-void stability_lowest(const struct balance *balance, const struct spectrum *spectrum, double *y);
-/* Into result: unstable, neutral, has_potential, unstable_coordinate. After newton_solve. */
-void stability_judge(struct balance *balance, struct refdyn_statics_result *result);
+void refdyn_stability_lowest(const struct balance *balance, const struct spectrum *spectrum, double *y);
+/* Into result: unstable, neutral, has_potential, unstable_coordinate. After refdyn_newton_solve. */
+void refdyn_stability_judge(struct balance *balance, struct refdyn_statics_result *result);
 
 #endif
