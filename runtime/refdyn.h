@@ -112,11 +112,11 @@ struct refdyn_workspace {
     struct refdyn_fault fault; /* of the last call that failed */
 
     /* room to compute in; "ordered": in the order of partition.row and partition.column */
-    double *rows;     /* (m x n) ordered, first rank x rank: L U of K_d^T, column by column */
-    double *P;        /* (m x (n + 1)) ordered, rows n - rank + 1 apart: first rank rows [P c], qdd_d = P qdd_i +
-                         c; then what that leaves of the redundant rows */
-    double *scale;    /* (n) sizes by which pivots are compared */
-    int *exchange;    /* (m) row exchanges of that elimination */
+    double *rows;  /* (m x n) ordered, first rank x rank: L U of K_d^T, column by column */
+    double *P;     /* (m x (n + 1)) ordered, rows n - rank + 1 apart: first rank rows [P c], qdd_d = P qdd_i +
+                      c; then what that leaves of the redundant rows */
+    double *scale; /* (n) sizes by which pivots are compared */
+    int *exchange; /* (m) row exchanges of that elimination */
     double *mass_d;   /* (m x n) ordered, first rank rows: [M_dd M_di] */
     double *coupling; /* (m x n) M_di + M_dd P / 2 */
     double *reduced;  /* (n x n) mass matrix of the independent coordinates, or M in projection; its factor */
@@ -460,6 +460,13 @@ double refdyn_energy_error(const struct refdyn_energy *energy);
 
 /* ---- Equilibria ---- */
 
+/* From the start to the equilibrium. */
+enum refdyn_statics_way {
+    REFDYN_ALONG_LOAD, /* the load is raised; where it cannot be raised further, a jump to any equilibrium */
+    REFDYN_ALONG_PATH, /* the same past limit points, where the load has to fall before it grows on */
+    REFDYN_DOWNHILL    /* with the whole load to where its potential is least: a stable one */
+};
+
 struct refdyn_statics_options {
     double tol;        /* largest last Newton correction [rad, or `length`] */
     double length;     /* what 1 rad weighs against in translations [m] */
@@ -468,15 +475,32 @@ struct refdyn_statics_options {
     int iterations;    /* Newton iterations for each load */
     double load_step;  /* first part of the load that is tried, 0 < load_step <= 1 */
     double load_least; /* smallest part that is tried after failures */
+    double t;          /* at which forces and rows are taken [s] */
+    const int *rows;   /* (row_count) the position rows that hold; NULL: none. Others have no part */
+    int row_count;
+    enum refdyn_statics_way way;
 };
 
 struct refdyn_statics_result {
-    double residual; /* largest |Q| of the coordinates not held [N, N m] */
-    int iterations;  /* Newton iterations in all */
-    int loads;       /* load steps that converged */
-    double load;     /* part of the load that was reached, 1 when done */
-    int is_followed; /* 1: the load leads to this equilibrium; 0: it has a limit point before, and this is
-                        another one */
+    double residual;  /* largest |Q + u^T lambda| of the coordinates not held [N, N m] */
+    double phi;       /* largest |phi| of the rows that hold */
+    int iterations;   /* Newton iterations in all */
+    int loads;        /* load steps that converged */
+    double load;      /* part of the load that was reached, 1 when done */
+    int limit_points; /* that were passed */
+    int is_followed;  /* 1: the load leads to this equilibrium; 0: it has a limit point before, and this is
+                         another one */
+
+    /* of an equilibrium that was found: directions, of those that rows and held coordinates leave free, */
+    int unstable;      /* in which the stiffness is negative, */
+    int neutral;       /* and in which there is none. Both 0: it is stable */
+    int has_potential; /* 0: the stiffness is not symmetric, as with follower loads. Then its symmetric part
+                          was counted: 0 negative directions exclude that the state is left without
+                          oscillation, no more */
+    int unstable_coordinate; /* that moves most in the direction of the lowest stiffness; -1: stable */
+    /* in the memory given, also after a failure; NULL: there were none */
+    const double *force;  /* (n) Q + u^T lambda [N, N m] */
+    const double *lambda; /* (row_count) multipliers, 0 for rows that depend on others */
 };
 
 struct refdyn_statics_options refdyn_statics_default(void);
@@ -484,18 +508,24 @@ int refdyn_statics_validate(const struct refdyn_statics_options *options, const 
 /* Bytes that refdyn_statics needs; 0: it refuses the model. */
 size_t refdyn_statics_size(const struct refdyn_model *model);
 /*
- * Equilibrium: Q(q, qd = 0, t = 0) = 0 over the coordinates not held, by Newton on
- *     Q(q) - (1 - s) Q(q0) = 0,   s from 0 to 1,
- * the step of s halved on failure; where s cannot reach 1 (a limit point), by damped Newton on Q(q) = 0 from
- * q0. Constraint rows do not act. A coordinate without any stiffness or load (its row and column of dQ/dq and
- * its Q are 0) stays where it is.
+ * Equilibrium: Q(q, qd = 0, t) + u^T lambda = 0 over the coordinates not held, phi(q, t) = 0 for the rows
+ * that hold. q0 is brought onto the rows first, by the smallest change; rows may depend on others. Then
+ * Newton's iteration on the same equations with
+ *     Q(q) - (1 - s) Q(q0),   s from 0 to 1,
+ * in place of Q, the step of s halved on failure. Where s cannot reach 1 (a limit point), damped Newton for
+ * s = 1 from q0, or, REFDYN_ALONG_PATH, pseudo-arclength (Keller 1977). REFDYN_DOWNHILL: where the forces
+ * lead from q0 (Nocedal and Wright, Numerical Optimization, 3.4). A coordinate without any stiffness or load
+ * (its row and column of dQ/dq and its Q are 0) stays where it is. Stability: theory, sect. 8.7.
  *
  * - held (held_count): coordinates kept at their value in q; model->held and model->held_count, or others
  * - q (n): start, then the equilibrium; after a failure the last one, that under result->load
- * - hold_force (n, or NULL): -Q at held coordinates, 0 elsewhere
+ * - hold_force (n, or NULL): -(Q + u^T lambda) at held coordinates, 0 elsewhere
  *
- * Errors: NOT_FINITE, NO_CONVERGENCE, TANGENT_SINGULAR (work->fault.coordinate), BAD_OPTION, also when a held
- * coordinate is none of 0 ... n - 1, BAD_MEMORY, FUNCTION_MISSING (Q or Q_q); OTHER_VERSION, BAD_MODEL.
+ * Errors: NOT_FINITE, NO_CONVERGENCE (work->fault.row where rows cannot be met, else work->fault.coordinate),
+ * TANGENT_SINGULAR (work->fault.coordinate), ROWS_INCONSISTENT (work->fault.row), BAD_OPTION, also when a
+ * held coordinate is none of 0 ... n - 1, or a row that holds none of 0 ... m - 1, not of position level or
+ * there twice; BAD_MEMORY, FUNCTION_MISSING (Q, and Q_q or, with rows that hold, tangent or tangent_vectors);
+ * OTHER_VERSION, BAD_MODEL.
  */
 int refdyn_statics(struct refdyn_workspace *work, const struct refdyn_statics_options *options,
                    const int *held, int held_count, double *q, double *hold_force,

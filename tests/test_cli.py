@@ -103,13 +103,6 @@ def test_columns_of_one_name_are_warned_of(tmp_path):
     assert re.search(r"twice\.lua:4: warning: points\.cart: .*cart_z", done.stderr), done.stderr
 
 
-def test_statics_of_a_loop_is_refused():
-    """Rows do not act in statics: better no answer than a loop that has fallen apart."""
-    done = refdyn("statics", MODELS / "fourbar.lua", status=1)
-    assert PLACE.search(done.stderr) and "loop" in done.stderr, done.stderr
-    assert done.stdout == ""
-
-
 def test_impossible_parameter_in_state(tmp_path):
     """What a state gives is checked as what --set gives: the model's line, nothing computed."""
     (tmp_path / "state.json").write_text('{"parameters": {"m_E": -1}}')

@@ -136,9 +136,11 @@ def test_derived_files(folder):
 def test_how_motions_run_and_what_is_kept(folder):
     result = read(folder, """vary = { mass = 1 }, tol = 1e-7, step_max = 0.5, every = 0.25, method = "rk54", from = "statics", stabilise = "project",
         singular = "pass", start = "project", hold = { "cart_x", "arm_theta" },
+        release = { "guide x" }, way = "downhill",
         keep = { final = true, at = { 0.5, 1 }, extremes = { "tip_z" }, norms = "tip_x, tip_z", history = { "tip_x" } }""")
     assert result["options"] == {"until": 1, "tol": 1e-7, "step": 0, "step_max": 0.5, "every": 0.25, "method": "rk54", "from": "statics",
-                                 "stabilise": "project", "singular": "pass", "start": "project", "hold": "cart_x,arm_theta"}
+                                 "stabilise": "project", "singular": "pass", "start": "project", "hold": "cart_x,arm_theta",
+                                 "release": "guide x", "way": "downhill"}
     assert result["keep"] == {"final": True, "at": [0.5, 1], "extremes": ["tip_z"], "norms": ["tip_x", "tip_z"], "history": ["tip_x"]}
     assert result["text"] == (folder / "sweep.lua").read_text()
 

@@ -197,6 +197,31 @@ static bool waits_for_start(const struct declarations *declarations, expression 
     return false;
 }
 
+/* Does a parameter's default depend on the state at the start? */
+static bool depends_on_start(const struct declarations *declarations, const struct parameter *parameter) {
+    if (!parameter->is_anchored || parameter->is_given)
+        return false;
+    if (declarations->graph->nodes[parameter->anchor].depends & (ON_STATE | ON_RATE))
+        return true;
+    int count;
+    declarations_start_values(declarations, parameter->anchor, &count);
+    return count > 0;
+}
+
+const char **declarations_start_values(const struct declarations *declarations, expression e, int *count) {
+    int symbol_count;
+    const expression *symbols = rewrite_list_symbols(declarations->graph, e, &symbol_count);
+    const char **names = memory_get(declarations->memory, ((size_t)symbol_count + 1) * sizeof *names);
+    *count = 0;
+    for (int i = 0; i < symbol_count; i++) {
+        const struct symbol *symbol = expr_as_symbol(declarations->graph, symbols[i]);
+        if (symbol->kind == SYMBOL_PARAMETER &&
+            depends_on_start(declarations, &declarations->parameters[symbol->index]))
+            names[(*count)++] = declarations->parameters[symbol->index].name;
+    }
+    return names;
+}
+
 bool parameters_are_known(const struct declarations *declarations, expression e, double *value) {
     if (declarations->graph->nodes[e].depends & ~ON_PARAMETER || waits_for_start(declarations, e))
         return false;

@@ -45,6 +45,8 @@ void declarations_add_requirement(struct declarations *declarations, struct requ
 /* The value of an expression that is known while the model is read: of parameters, none of which waits for
  * the start of a motion. */
 bool parameters_are_known(const struct declarations *declarations, expression e, double *value);
+/* Names of the parameters with values of the state at the start of a motion, and not given, that e reads. */
+const char **declarations_start_values(const struct declarations *declarations, expression e, int *count);
 /* The expression that stands for parameter number `index`: a number when parameters are folded. */
 expression declarations_parameter_expression(const struct declarations *declarations, int index);
 /* To be called when all is declared. */

@@ -86,6 +86,14 @@ static void add_row(const struct group *group, enum row_level level, expression 
 
 /* ---- rows that the author writes ---- */
 
+/* A formula that the author writes may begin where the motion does. */
+static void add_programme(const struct group *group, enum row_level level, expression residual) {
+    const struct reader *reader = group->reader;
+    add_row(group, level, residual, NULL);
+    struct row *row = &reader->model->rows[reader->model->row_count - 1];
+    row->starts = declarations_start_values(reader->check.declarations, residual, &row->start_count);
+}
+
 /* A gain that has nothing to act on is a mistake of the author. */
 static void check_gains(const struct reader *reader, const struct value *value, enum row_level level,
                         const char *path) {
@@ -108,7 +116,7 @@ static void read_written_row(const struct reader *reader, const struct value *va
     value_expression(reader->check.graph, residual, &e);
     const char *name = memory_format(reader->check.memory, "row %d", reader->model->row_count + 1);
     const struct group group = start_group(reader, value, path, GAINS(ROW), name);
-    add_row(&group, level, e, NULL);
+    add_programme(&group, level, e);
 }
 
 static void read_position(const struct reader *reader, const struct value *value, const char *path) {
@@ -398,9 +406,9 @@ static int find_named_coordinate(const struct reader *reader, const struct value
     return found;
 }
 
-static void add_driven(const struct group *group, int coordinate, expression value) {
+static expression driven(const struct group *group, int coordinate, expression value) {
     struct graph *g = group->reader->check.graph;
-    add_row(group, ROW_POSITION, expr_sub(g, expr_symbol(g, SYMBOL_COORDINATE, coordinate, 0), value), NULL);
+    return expr_sub(g, expr_symbol(g, SYMBOL_COORDINATE, coordinate, 0), value);
 }
 
 static void read_drive(const struct reader *reader, const struct value *value, const char *path) {
@@ -413,7 +421,7 @@ static void read_drive(const struct reader *reader, const struct value *value, c
     value_expression(check->graph, course, &e);
     const char *name = memory_format(check->memory, "drive %s", reader->tree->frames[coordinate].name);
     const struct group group = start_group(reader, value, path, GAINS(DRIVE), name);
-    add_driven(&group, coordinate, e);
+    add_programme(&group, ROW_POSITION, driven(&group, coordinate, e));
 }
 
 /* Where it stays, when the model does not say so: at the start of the motion, an anchored parameter. */
@@ -440,7 +448,7 @@ static void read_lock(const struct reader *reader, const struct value *value, co
                              : start_parameter(reader, value, coordinate);
     const char *name = memory_format(check->memory, "lock %s", reader->tree->frames[coordinate].name);
     const struct group group = start_group(reader, value, path, GAINS(LOCK), name);
-    add_driven(&group, coordinate, e);
+    add_row(&group, ROW_POSITION, driven(&group, coordinate, e), NULL);
 }
 
 /* ---- all entries ---- */

@@ -130,7 +130,7 @@ static void read_names(const struct reading *reading, const struct value *value,
 }
 
 /* Names as the command line has them, commas between. */
-static void read_hold(const struct reading *reading, const struct value *value, const char *path,
+static void read_list(const struct reading *reading, const struct value *value, const char *path,
                       void *target) {
     struct sweep_names names = {.count = 0};
     const char *text = "";
@@ -394,7 +394,9 @@ static const struct field_reader sweep_fields[] = {
     {"stabilise", read_text, AT(run.stabilise)},
     {"singular", read_text, AT(run.singular)},
     {"start", read_text, AT(run.start)},
-    {"hold", read_hold, AT(run.hold)},
+    {"hold", read_list, AT(run.hold)},
+    {"release", read_list, AT(run.release)},
+    {"way", read_text, AT(run.way)},
     {"keep", read_keep, AT(keep)},
 };
 

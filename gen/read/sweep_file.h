@@ -53,8 +53,8 @@ enum sequence { SEQUENCE_RANDOM, SEQUENCE_SOBOL, SEQUENCE_HALTON };
 /* How the motions run, as the options of `sim`: 0 and NULL where the file does not say. */
 struct sweep_run {
     double t_end, tol, step, step_max, every;
-    const char *method, *from, *stabilise, *singular, *start;
-    const char *hold; /* names, commas between */
+    const char *method, *from, *stabilise, *singular, *start, *way;
+    const char *hold, *release; /* names, commas between */
 };
 
 struct sweep_names {

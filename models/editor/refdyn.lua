@@ -12,7 +12,7 @@
 ---@field courses? fun(s: table): table of the state: a table of named values to record with a motion, and to draw
 ---@field constraints? fun(s: table): table of the state: a list of rows: `rd.position`, `rd.loop` ..., or lists of them
 ---@field dependent? string|string[] dependent coordinates, as many as rows; left out: chosen at run time
----@field hold? string|string[] coordinates held in statics, where rows do not act (a model that closes loops is refused there), and in modes
+---@field hold? string|string[] coordinates held in statics, beside the rows of positions, and in modes
 ---@field form? string `"corrected"` (default), or `"printed"`: h and Q with the slips of the source chapter
 
 ---@class refdyn.link

@@ -110,11 +110,14 @@ static void set_state(struct worker *worker) {
 /* Rates of the case are those with which it leaves its equilibrium. */
 static int find_equilibrium(struct worker *worker) {
     const struct refdyn_batch *batch = worker->batch;
-    const struct refdyn_statics_options options = refdyn_statics_default();
+    const struct refdyn_statics_options defaults = refdyn_statics_default();
     struct refdyn_statics_result result;
     memset(worker->qd, 0, (size_t)batch->model->n * sizeof(double));
-    return refdyn_statics(&worker->work, &options, batch->held, batch->held_count, worker->q, NULL, &result,
-                          worker->statics, worker->statics_size);
+    const int status =
+        refdyn_statics(&worker->work, batch->statics ? batch->statics : &defaults, batch->held,
+                       batch->held_count, worker->q, NULL, &result, worker->statics, worker->statics_size);
+    worker->unstable = result.unstable;
+    return status;
 }
 
 static void meet_sample(struct worker *worker, double t) {
@@ -183,6 +186,7 @@ static void keep(const struct worker *worker, const struct refdyn_batch_result *
 static enum turn end(struct worker *worker, struct refdyn_batch_result result, int share) {
     const struct refdyn_batch *batch = worker->batch;
     result.t = worker->integrator.t;
+    result.unstable = worker->unstable;
     /* a case that never halted has had the thread for itself */
     result.cpu_s = (thread_seconds() - worker->begun) / (worker->has_halted ? share : 1);
     result.steps_alone = worker->steps_alone;
@@ -205,6 +209,7 @@ enum turn refdyn_worker_begin(struct worker *worker, long index, int share) {
     worker->is_new = 1;
     worker->has_halted = 0;
     worker->steps_alone = 0;
+    worker->unstable = 0;
     worker->output = worker->turns = 0;
     result.status = begin(worker, &result);
     if (result.status)

@@ -21,6 +21,7 @@ struct worker {
     int *given;                           /* (anchored_count) */
     void *statics;                        /* memory of refdyn_statics */
     size_t statics_size;
+    int unstable;                  /* directions of its equilibrium */
     void *memory;                  /* the block */
     int output;                    /* the next of the batch's times */
     int turns;                     /* since the case began */

@@ -63,6 +63,8 @@ struct refdyn_batch_result {
     double cpu_s;                  /* of its thread, this case's share [s] */
     long steps_alone; /* steps that its motion took itself, since lanes lack what they take or their numbers
                          were not finite; 0 without lanes */
+    int unstable; /* directions in which the equilibrium that it starts from is unstable; 0: stable, or none
+                   */
 };
 
 struct refdyn_batch {
@@ -80,6 +82,7 @@ struct refdyn_batch {
     int from_statics;     /* each case starts in its equilibrium, */
     const int *held;      /* (held_count) where these coordinates are held */
     int held_count;
+    const struct refdyn_statics_options *statics; /* NULL: the defaults */
     const double *times; /* (time_count) ascending and behind t: where states are seen; the last is the end */
     int time_count;
     const struct refdyn_samples *samples; /* (sample_count) */

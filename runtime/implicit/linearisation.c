@@ -113,6 +113,26 @@ int refdyn_linear_evaluate(struct refdyn_linear *linear, struct refdyn_workspace
     return take_tangent(linear, work, t, q, rates);
 }
 
+/* Of vectors column by column. */
+void refdyn_linear_stiffness(struct refdyn_linear *linear, const struct refdyn_workspace *work, double t,
+                             const double *q, const double *rates, double *K) {
+    const int n = linear->n;
+    double *unit = linear->sides, *column = linear->sides + n;
+    find_tangent(linear, work, t, q, rates);
+    if (!linear->is_chain) {
+        memcpy(K, linear->K, (size_t)(n * n) * sizeof *K);
+        return;
+    }
+    refdyn_chain_take(&linear->chain, linear->tangent, linear->diagonals);
+    for (int j = 0; j < n; j++) {
+        for (int i = 0; i < n; i++)
+            unit[i] = i == j;
+        refdyn_chain_times(&linear->chain, NULL, NULL, unit, column);
+        for (int i = 0; i < n; i++)
+            K[i * n + j] = column[i];
+    }
+}
+
 int refdyn_linear_at_begin(struct refdyn_linear *linear, struct refdyn_workspace *work, double t,
                            const double *q, const double *rates) {
     if (linear->is_at_begin)

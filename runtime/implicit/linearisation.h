@@ -70,6 +70,10 @@ int refdyn_linear_evaluate(struct refdyn_linear *linear, struct refdyn_workspace
 /* The same at the begin of a step, unless that was done. */
 int refdyn_linear_at_begin(struct refdyn_linear *linear, struct refdyn_workspace *work, double t,
                            const double *q, const double *rates);
+/* K (n x n) alone, of a tangent at q (n) and its rates, which steps then have lost. All else of it may be
+ * infinite: nothing is looked at. */
+void refdyn_linear_stiffness(struct refdyn_linear *linear, const struct refdyn_workspace *work, double t,
+                             const double *q, const double *rates, double *K);
 /* Factors the matrix for g. Errors: MATRIX_SINGULAR. */
 int refdyn_linear_factor(struct refdyn_linear *linear, const struct refdyn_workspace *work, double g);
 /*

@@ -45,16 +45,22 @@ static const struct command commands[] = {
     {.name = "statics",
      .run = run_statics,
      .operands = "MODEL.lua",
-     .options = "hold output set fold",
+     .options = "state hold release way output set fold",
      .output = "FILE",
      .purpose = "equilibrium",
-     .help = "Prints JSON: coordinates, q, points, hold_force of the held coordinates, residual.\n\n"
+     .help = "Prints JSON: coordinates, q, points, hold_force of the held coordinates, residual, rows that "
+             "hold, their\n"
+             "multipliers, phi, stability. Rows of positions hold at t = 0, but those of a programme that "
+             "begins where\n"
+             "the motion does: with --set NAME=VALUE of what it takes from there, it holds, too.\n\n"
              "  refdyn statics models/manipulator.lua\n"
-             "  refdyn statics models/manipulator.lua --hold column_psi,arm_psi,effector_z\n"},
+             "  refdyn statics models/manipulator.lua --hold column_psi,arm_psi,effector_z\n"
+             "  refdyn statics models/manipulator.lua --hold column_psi,arm_psi --set xc=0.54\n"
+             "  refdyn statics models/slidercrank.lua --release guide\n"},
     {.name = "modes",
      .run = run_modes,
      .operands = "MODEL.lua",
-     .options = "at modes hold output set fold",
+     .options = "at modes hold release way output set fold",
      .output = "FILE",
      .purpose = "frequencies, damping ratios and shapes about an equilibrium",
      .help =
@@ -74,7 +80,7 @@ static const struct command commands[] = {
      .run = run_motion,
      .operands = "MODEL.lua",
      .options = "until! from method step tol step-max accuracy verify inputs stop every stabilise singular "
-                "start hold "
+                "start hold release way "
                 "output summary set fold case of",
      .output = "RUN.csv",
      .purpose = "one motion, as CSV or HDF5",
@@ -91,7 +97,7 @@ static const struct command commands[] = {
      .run = run_batch_anywhere,
      .operands = "MODEL.lua [SWEEP.lua]",
      .options = "output! table until from method step tol step-max every stabilise singular start hold "
-                "cases threads lanes resume dry-run slurm chunks slurm-options summary set",
+                "release way cases threads lanes resume dry-run slurm chunks slurm-options summary set",
      .output = "RUNS.h5",
      .purpose = "many motions of a model, into one file",
      .help = "The cases are those of SWEEP.lua, or the rows of a table. RUNS.h5 has what varied, status and "

@@ -66,14 +66,15 @@ static void put_names(struct document *document, const char *key, const struct n
 static void put_options(struct document *document, const struct options *options) {
     const char *const texts[][2] = {{"method", options->method},       {"from", options->from},
                                     {"stabilise", options->stabilise}, {"singular", options->singular},
-                                    {"start", options->start},         {"hold", options->hold}};
+                                    {"start", options->start},         {"hold", options->hold},
+                                    {"release", options->release},     {"way", options->way}};
     put_open(document, "options", '{');
     put_number(document, "until", options->until);
     put_number(document, "tol", options->tolerance);
     put_number(document, "step", options->step);
     put_number(document, "step_max", options->step_max);
     put_number(document, "every", options->every);
-    for (int i = 0; i < 6; i++)
+    for (size_t i = 0; i < sizeof texts / sizeof *texts; i++)
         if (texts[i][1])
             put_text(document, texts[i][0], texts[i][1]);
     put_close(document, '}');

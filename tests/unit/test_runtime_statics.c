@@ -281,6 +281,195 @@ static void test_failures(void) {
     CHECK(rig_close(&rig));
 }
 
+/*
+ * A bead of weight w on a spring s along x, on a circle of radius R; the same row once more, doubled, with a
+ * radius of its own; and a row of rates. Q = (-s x + turn y, -w), turn: a force without a potential.
+ * Parameters: w, s, R, R of the second row, turn.
+ */
+enum { BEAD_N = 2, BEAD_M = 3 };
+
+static void bead_equations(const double *p, const double *x, double t, const double *q, const double *qd,
+                           double *out) {
+    double *M = out, *f = M + 4, *u = f + 2, *v = u + 6, *phi = v + 3;
+    (void)x, (void)t, (void)qd;
+    memset(out, 0, (4 + 2 + 6 + 4 * 3) * sizeof *out);
+    M[0] = M[3] = 1;
+    f[0] = -p[1] * q[0] + p[4] * q[1];
+    f[1] = -p[0];
+    for (int j = 0; j < 2; j++) {
+        u[j] = 2 * q[j];
+        u[2 + j] = 4 * q[j];
+        u[4 + j] = 1;
+    }
+    phi[0] = q[0] * q[0] + q[1] * q[1] - p[2] * p[2];
+    phi[1] = 2 * (q[0] * q[0] + q[1] * q[1] - p[3] * p[3]);
+}
+
+static void bead_Q(const double *p, const double *x, double t, const double *q, const double *qd,
+                   double *out) {
+    double equations[24];
+    bead_equations(p, x, t, q, qd, equations);
+    memcpy(out, equations + 4, 2 * sizeof *out);
+}
+
+/* f_t g_t G_q G_qd u K D M, of which statics reads K; what else there is may be infinite. */
+static void bead_tangent(const double *p, const double *x, double t, const double *q, const double *rates,
+                         double *out) {
+    const double *lambda = rates + 2 * BEAD_N + 1;
+    double *K = out + 2 + 3 + 3 * 6;
+    (void)x, (void)t, (void)q;
+    for (int i = 0; i < 2 + 3 + 3 * 6 + 3 * 4; i++)
+        out[i] = NAN;
+    K[0] = p[1] - 2 * lambda[0] - 4 * lambda[1];
+    K[1] = -p[4];
+    K[2] = 0;
+    K[3] = -2 * lambda[0] - 4 * lambda[1];
+}
+
+static struct refdyn_model bead_model(void) {
+    static const struct refdyn_name coordinates[] = {{"x", "m", 0}, {"y", "m", 0}};
+    static const struct refdyn_name parameters[] = {
+        {"w", "N", 3.17}, {"s", "N/m", 0}, {"R", "m", 1.3}, {"R2", "m", 1.3}, {"turn", "N/m", 0}};
+    static const struct refdyn_row rows[] = {
+        {"circle", REFDYN_POSITION}, {"again", REFDYN_POSITION}, {"rate", REFDYN_VELOCITY}};
+    return (struct refdyn_model){.interface_version = REFDYN_MODEL_VERSION,
+                                 .name = "bead",
+                                 .hash = "",
+                                 .n = BEAD_N,
+                                 .m = BEAD_M,
+                                 .coordinates = coordinates,
+                                 .parameters = parameters,
+                                 .parameter_count = 5,
+                                 .rows = rows,
+                                 .equations = bead_equations,
+                                 .Q = bead_Q,
+                                 .tangent = bead_tangent};
+}
+
+static const int bead_rows[] = {0, 1};
+
+static struct outcome solve_bead(struct rig *rig, double x, double y, int row_count,
+                                 enum refdyn_statics_way way, double *lambda) {
+    struct refdyn_statics_options options = refdyn_statics_default();
+    struct memory_piece memory = guarded(refdyn_statics_size(&rig->model));
+    struct outcome outcome;
+    options.rows = bead_rows;
+    options.row_count = row_count;
+    options.way = way;
+    rig->q[0] = x;
+    rig->q[1] = y;
+    outcome.status = refdyn_statics(&rig->work, &options, NULL, 0, rig->q, NULL, &outcome.result,
+                                    inside(memory), memory.size);
+    outcome.guards_hold = guards_hold(memory);
+    if (outcome.result.lambda)
+        memcpy(lambda, outcome.result.lambda, (size_t)row_count * sizeof *lambda);
+    free(memory.bytes);
+    return outcome;
+}
+
+/* Below or on top of its circle, from starts off it; with the same row twice one of two multipliers is 0. */
+static void test_rows(void) {
+    struct rig rig;
+    rig_open(&rig, bead_model());
+    const double R = rig.work.p[2], w = rig.work.p[0];
+    for (int count = 1; count <= 2; count++)
+        for (int side = -1; side <= 1; side += 2) {
+            double lambda[2] = {0};
+            const struct outcome outcome =
+                solve_bead(&rig, 0.317, side * 1.1, count, REFDYN_ALONG_LOAD, lambda);
+            CHECK(outcome.status == REFDYN_OK && outcome.guards_hold && outcome.result.load == 1);
+            CHECK_NEAR(rig.q[0], 0, 1e-14);
+            CHECK_NEAR(rig.q[1], side * R, 1e-14);
+            CHECK_NEAR(lambda[0] + 2 * lambda[1], w / (2 * side * R), 1e-14);
+            CHECK(count == 1 || lambda[0] == 0 || lambda[1] == 0);
+            CHECK(outcome.result.residual < 1e-14 && outcome.result.phi < 1e-14);
+            CHECK(outcome.result.unstable == (side > 0) && outcome.result.neutral == 0);
+            CHECK(outcome.result.has_potential && outcome.result.unstable_coordinate == (side > 0 ? 0 : -1));
+        }
+    CHECK(rig_close(&rig));
+}
+
+/* A spring takes the bead to a side where w = s y. */
+static void test_downhill(void) {
+    struct rig rig;
+    rig_open(&rig, bead_model());
+    double lambda[2];
+    for (int side = -1; side <= 1; side += 2) { /* the spring pushes */
+        rig.work.p[1] = -4.7;
+        struct outcome outcome = solve_bead(&rig, side * 1e-3, 1.3, 2, REFDYN_DOWNHILL, lambda);
+        CHECK(outcome.status == REFDYN_OK && outcome.guards_hold && outcome.result.unstable == 0);
+        CHECK_NEAR(rig.q[1], -rig.work.p[0] / 4.7, 1e-13);
+        CHECK_NEAR(rig.q[0], side * sqrt(1.3 * 1.3 - rig.q[1] * rig.q[1]), 1e-13);
+        rig.work.p[1] = 0;
+        outcome = solve_bead(&rig, 0, 1.3, 1, REFDYN_DOWNHILL, lambda); /* from the very top */
+        CHECK(outcome.status == REFDYN_OK && outcome.result.unstable == 0);
+        CHECK_NEAR(rig.q[1], -1.3, 1e-14);
+    }
+    CHECK(rig_close(&rig));
+}
+
+static void test_stability(void) {
+    struct rig rig;
+    double lambda[2];
+    rig_open(&rig, bead_model());
+    rig.work.p[0] = 0; /* without weight: nothing holds it along the circle */
+    struct outcome outcome = solve_bead(&rig, 0.5, 1.2, 2, REFDYN_ALONG_LOAD, lambda);
+    CHECK(outcome.status == REFDYN_OK && outcome.result.neutral == 1 && outcome.result.unstable == 0);
+    CHECK_NEAR(rig.q[0], 0.5, 1e-14);
+    CHECK_NEAR(rig.q[1], 1.2, 1e-14);
+    CHECK(rig_close(&rig));
+}
+
+static void test_rows_that_fail(void) {
+    struct rig rig;
+    double lambda[2] = {0};
+    rig_open(&rig, bead_model());
+    rig.work.p[3] = 1.31; /* two circles */
+    struct outcome outcome = solve_bead(&rig, 0.3, -1.2, 2, REFDYN_ALONG_LOAD, lambda);
+    CHECK(outcome.status == REFDYN_ROWS_INCONSISTENT && rig.work.fault.row >= 0 && outcome.guards_hold);
+    CHECK(!outcome.result.force && !outcome.result.lambda);
+    CHECK(solve_bead(&rig, 0, 0, 1, REFDYN_ALONG_LOAD, lambda).status == REFDYN_ROWS_INCONSISTENT);
+    CHECK(rig.work.fault.row == 0); /* at the centre the row has no direction */
+    rig.work.p[2] = NAN;
+    CHECK(solve_bead(&rig, 0.3, -1.2, 1, REFDYN_ALONG_LOAD, lambda).status == REFDYN_NOT_FINITE);
+    struct refdyn_statics_options options = refdyn_statics_default();
+    const int none[] = {3}, rate[] = {2}, twice[] = {1, 1};
+    const int *const wrong[] = {none, rate, twice};
+    for (int i = 0; i < 3; i++) {
+        options.rows = wrong[i];
+        options.row_count = 1 + (i == 2);
+        CHECK(solve(&rig, &options, NULL, 0, NULL).status == REFDYN_BAD_OPTION);
+    }
+    CHECK(rig_close(&rig));
+    struct refdyn_model model = bead_model();
+    model.tangent = NULL;
+    rig_open(&rig, model);
+    CHECK(solve_bead(&rig, 0.3, -1.2, 1, REFDYN_ALONG_LOAD, lambda).status == REFDYN_FUNCTION_MISSING);
+    CHECK(rig_close(&rig));
+}
+
+/* Past both limit points of the spring that snaps through. */
+static void test_path(void) {
+    struct refdyn_model model = chain_model();
+    const int held[] = {0, 1, 3, 4};
+    model.Q = snap_Q;
+    model.Q_q = snap_Q_q;
+    struct refdyn_statics_options options = refdyn_statics_default();
+    options.way = REFDYN_ALONG_PATH;
+    struct rig rig;
+    rig_open(&rig, model);
+    rig.work.p[2] = 0.117;
+    struct outcome outcome = solve(&rig, &options, held, 4, NULL);
+    CHECK(outcome.status == REFDYN_OK && outcome.result.limit_points == 2 && outcome.guards_hold);
+    CHECK(outcome.result.is_followed && outcome.result.unstable == 0 && rig.q[2] > 1);
+    CHECK_NEAR(rig.q[2] * (1 + rig.q[2] * (-3 + 2.1 * rig.q[2])), 0.117, 1e-14);
+    memset(rig.q, 0, sizeof rig.q);
+    rig.work.p[2] = 0.0713; /* that the load leads to: no limit point */
+    outcome = solve(&rig, &options, held, 4, NULL);
+    CHECK(outcome.status == REFDYN_OK && outcome.result.limit_points == 0 && rig.q[2] < 0.3);
+    CHECK(rig_close(&rig));
+}
+
 static void test_options(void) {
     struct refdyn_statics_options options = refdyn_statics_default();
     const char *fact = "";
@@ -297,6 +486,10 @@ static void test_options(void) {
     REFUSED(load_step, 1.5);
     REFUSED(load_least, 0);
     REFUSED(load_least, 2);
+    REFUSED(t, INFINITY);
+    REFUSED(row_count, -1);
+    REFUSED(row_count, 1);
+    REFUSED(way, (enum refdyn_statics_way)3);
 #undef REFUSED
 }
 
@@ -308,6 +501,11 @@ int main(void) {
     test_snaps_through();
     test_free_coordinates();
     test_failures();
+    test_rows();
+    test_downhill();
+    test_stability();
+    test_rows_that_fail();
+    test_path();
     test_options();
     return check_summary();
 }

@@ -63,6 +63,8 @@ static const struct {
   text_options[] = {{"method", offsetof(struct options, method)},
                     {"from", offsetof(struct options, from)},
                     {"hold", offsetof(struct options, hold)},
+                    {"release", offsetof(struct options, release)},
+                    {"way", offsetof(struct options, way)},
                     {"stabilise", offsetof(struct options, stabilise)},
                     {"singular", offsetof(struct options, singular)},
                     {"start", offsetof(struct options, start)},

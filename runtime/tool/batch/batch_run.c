@@ -86,6 +86,12 @@ static void show_progress(struct running *running) {
     progress_show(&running->progress, (double)count->cases / (double)running->total);
 }
 
+static void count_unstable(struct batch_count *count, long number) {
+    if (count->unstable == 0 || number < count->first_unstable)
+        count->first_unstable = number;
+    count->unstable++;
+}
+
 static int end_case(void *context, const struct refdyn_batch_case *one,
                     const struct refdyn_batch_result *result) {
     struct running *running = context;
@@ -110,6 +116,8 @@ static int end_case(void *context, const struct refdyn_batch_case *one,
     running->count->cpu_s += result->cpu_s;
     running->count->steps += one->integrator->statistics.steps;
     running->count->steps_alone += result->steps_alone;
+    if (result->unstable)
+        count_unstable(running->count, one->number);
     show_progress(running);
     const bool is_broken = running->is_broken;
     pthread_mutex_unlock(&running->lock);
@@ -164,6 +172,7 @@ struct refdyn_batch batch_of_structure(const struct batch_setup *setup, const st
                                  .from_statics = structure->held != NULL,
                                  .held = structure->held,
                                  .held_count = structure->held_count,
+                                 .statics = &structure->statics,
                                  .times = times->t + 1,
                                  .time_count = times->count - 1,
                                  .samples = structure->samples,

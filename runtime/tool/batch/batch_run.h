@@ -8,6 +8,8 @@
 
 struct batch_count {
     long cases, failed; /* that ended in this call, well or not */
+    long unstable,
+        first_unstable; /* that started from an equilibrium which is unstable, and the lowest of them */
     double cpu_s, wall_s;
     long steps, steps_alone; /* all, and those that lanes left to the motions */
 };

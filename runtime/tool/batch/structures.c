@@ -72,20 +72,24 @@ void structures_sort(struct structures *structures, struct memory *memory, const
 
 /* ---- Compiling ---- */
 
-static unsigned needs_of(const struct options *options, const struct refdyn_options *integration) {
-    const unsigned needs = motion_needs(options) | NEEDS_POINT_RATES | NEEDS_NO_WARNINGS;
+static unsigned needs_of(const struct options *options, const struct cases *cases,
+                         const struct refdyn_options *integration) {
+    unsigned needs = motion_needs(options) | NEEDS_POINT_RATES | NEEDS_NO_WARNINGS;
+    for (int i = 0; i < cases->width; i++)
+        if (cases->columns[i].kind == VARIED_PARAMETER)
+            needs |= NEEDS_EACH_START;
     return refdyn_method_is_implicit(integration->method) ? needs | NEEDS_TANGENT : needs;
 }
 
-static enum status open_scene(struct structure *structure, const struct refdyn_options *integration) {
+static enum status open_scene(struct structure *structure) {
     structure->is_open = true;
-    return scene_open(&structure->scene, &structure->options, needs_of(&structure->options, integration),
+    return scene_open(&structure->scene, &structure->options, structure->needs,
                       options_state_path(structure->options.from));
 }
 
 /* In a process of its own, which leaves the compiled code in the cache; what is wrong the caller says when it
  * opens the scene itself. */
-static pid_t compile_beside(const struct structure *structure, const struct refdyn_options *integration) {
+static pid_t compile_beside(const struct structure *structure) {
     const pid_t pid = fork();
     if (pid != 0)
         return pid;
@@ -93,7 +97,7 @@ static pid_t compile_beside(const struct structure *structure, const struct refd
     const int nowhere = open("/dev/null", O_WRONLY);
     if (nowhere >= 0)
         dup2(nowhere, STDERR_FILENO);
-    open_scene(&own, integration);
+    open_scene(&own);
     scene_close(&own.scene);
     _exit(0);
 }
@@ -104,15 +108,14 @@ static void wait_for_one(void) {
 }
 
 /* All but the first one, `most` at a time. */
-static void compile_all(const struct structures *structures, const struct refdyn_options *integration,
-                        int most) {
+static void compile_all(const struct structures *structures, int most) {
     int running = 0;
     for (int i = 0; i < structures->count && structures->count > 1; i++) {
         if (running == most) {
             wait_for_one();
             running--;
         }
-        running += compile_beside(&structures->list[i], integration) > 0;
+        running += compile_beside(&structures->list[i]) > 0;
     }
     for (; running > 0; running--)
         wait_for_one();
@@ -270,18 +273,30 @@ static enum status find_held(struct structure *structure, struct memory *memory)
     const int n = structure->scene.model->n;
     int *marks = memory_get(memory, ((size_t)n + 1) * sizeof *marks);
     structure->held = memory_get(memory, ((size_t)n + 1) * sizeof *structure->held);
-    const enum status status = check_statics(&structure->scene, &structure->options, marks);
+    const enum status status = choose_held(&structure->scene, &structure->options, marks);
     for (int i = 0; i < n; i++)
         if (marks[i])
             structure->held[structure->held_count++] = i;
     return status == STATUS_DONE ? check_held(structure) : status;
 }
 
+/* What rows take from the start of a motion is given where it varies. */
+static enum status find_statics(struct structure *structure, struct memory *memory) {
+    const struct scene *scene = &structure->scene;
+    int *is_varied = memory_get(memory, ((size_t)scene->model->parameter_count + 1) * sizeof *is_varied);
+    for (int i = 0; i < structure->column_count; i++)
+        if (structure->columns[i].what == REFDYN_VARIED_PARAMETER)
+            is_varied[structure->columns[i].place] = 1;
+    const enum status status = find_held(structure, memory);
+    return status == STATUS_DONE ? choose_statics(scene, &structure->options, is_varied, &structure->statics)
+                                 : status;
+}
+
 /* ---- All of it ---- */
 
 static enum status open_structure(struct structure *structure, struct memory *memory,
                                   const struct cases *cases, const struct refdyn_options *integration) {
-    enum status status = open_scene(structure, integration);
+    enum status status = open_scene(structure);
     if (status == STATUS_DONE)
         status = motion_fit(&structure->scene, &structure->options, integration);
     if (status == STATUS_DONE)
@@ -290,15 +305,19 @@ static enum status open_structure(struct structure *structure, struct memory *me
         status = check_inputs(structure);
     if (status == STATUS_DONE)
         find_requirements(structure, memory, cases);
-    if (status == STATUS_DONE && needs_of(&structure->options, integration) & NEEDS_STATICS)
-        status = find_held(structure, memory);
+    if (status == STATUS_DONE)
+        status = structure->needs & NEEDS_STATICS
+                     ? find_statics(structure, memory)
+                     : refuse_statics_options(&structure->options, "--from statics");
     return status;
 }
 
 enum status structures_open(struct structures *structures, struct memory *memory, const struct cases *cases,
                             const struct refdyn_options *integration, int threads) {
     enum status status = STATUS_DONE;
-    compile_all(structures, integration, threads);
+    for (int i = 0; i < structures->count; i++)
+        structures->list[i].needs = needs_of(&structures->list[i].options, cases, integration);
+    compile_all(structures, threads);
     for (int i = 0; i < structures->count && status == STATUS_DONE; i++)
         status = open_structure(&structures->list[i], memory, cases, integration);
     return status;

@@ -12,9 +12,10 @@
 struct structure {
     struct options options; /* of the command, and the values of the options that vary */
     struct scene scene;
-    bool is_open;  /* the scene is to be closed */
-    long example;  /* a case of it */
-    long *numbers; /* (count) of its cases that are computed, ascending */
+    unsigned needs; /* of the scene */
+    bool is_open;   /* the scene is to be closed */
+    long example;   /* a case of it */
+    long *numbers;  /* (count) of its cases that are computed, ascending */
     long count;
     struct refdyn_batch_column *columns; /* what varies and the model has */
     struct refdyn_samples *samples;      /* of the files of inputs */
@@ -22,6 +23,7 @@ struct structure {
     bool *is_asked; /* numbers of the model that depend on parameters which vary */
     int *held;      /* (held_count) from statics: coordinates that are held */
     int held_count;
+    struct refdyn_statics_options statics;
 };
 
 struct structures {

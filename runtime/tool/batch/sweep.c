@@ -138,6 +138,8 @@ static void set_options(struct sweep_reading *reading, struct options *options) 
     set_text(memory, &options->singular, run->singular);
     set_text(memory, &options->start, run->start);
     set_text(memory, &options->hold, run->hold);
+    set_text(memory, &options->release, run->release);
+    set_text(memory, &options->way, run->way);
     const bool is_file = run->from && strcmp(run->from, "initial") != 0 && strcmp(run->from, "statics") != 0;
     set_text(memory, &options->from,
              is_file && *run->from != '/' ? memory_format(memory, "%s%s", reading->names.folder, run->from)

@@ -41,20 +41,33 @@ void print_redundant_rows(const struct refdyn_workspace *work);
 /* Marks in held (n) the coordinates of --hold, or the model's. Complains about names that there are not. */
 enum status choose_held(struct scene *scene, const struct options *options, int *held);
 
-/* The same, where the scene is one that has equilibria: complains of rows that close a loop. */
-enum status check_statics(struct scene *scene, const struct options *options, int *held);
+/*
+ * How equilibria of the scene are looked for: its position rows hold, but those of --release and those of a
+ * programme that begins where the motion does (struct row, starts) while what it reads there is not given.
+ * is_given (parameters of the model in C): besides those of scene->given; NULL: none. Complains about words
+ * and rows that there are not.
+ */
+enum status choose_statics(const struct scene *scene, const struct options *options, const int *is_given,
+                           struct refdyn_statics_options *statics);
+/* Complains of options of statics where the command looks for no equilibrium; `place` is "--from statics". */
+enum status refuse_statics_options(const struct options *options, const char *place);
 
 /*
  * Equilibrium from the scene's q, with the coordinates of --hold (or the model's); q becomes the equilibrium.
- * It lives as long as the scene. Complains on stderr when it fails.
+ * It lives as long as the scene. Complains on stderr when it fails, and warns when it is unstable.
  */
 struct equilibrium {
     int *held;          /* (n) non-zero: held */
     double *hold_force; /* (n) */
-    double residual;    /* largest |Q| of the coordinates not held */
+    struct refdyn_statics_options options;
+    struct refdyn_statics_result result;
 };
 
 enum status find_equilibrium(struct scene *scene, const struct options *options,
                              struct equilibrium *equilibrium);
+/* Says which rows do not hold without being released, and why. */
+void print_rows_without_part(const struct scene *scene, const struct refdyn_statics_options *statics);
+/* "stable", "neutral in 1 direction", "unstable in 2 directions". */
+const char *stability_text(const struct refdyn_statics_result *result);
 
 #endif

@@ -69,6 +69,10 @@ static const struct rule rules[] = {
     {"start", "HOW", KIND_TEXT, FIELD(start), "as-is (default) or project: moved onto the programme first"},
     {"hold", "a,b", KIND_FREEING_LIST, FIELD(hold),
      "coordinates held in statics and modes, instead of the model's ('' frees all)"},
+    {"release", "a,b", KIND_LIST, FIELD(release), "constraint rows that do not hold in statics"},
+    {"way", "HOW", KIND_TEXT, FIELD(way),
+     "where the load of statics cannot grow on: jump (default) to any equilibrium, or pass them, step by "
+     "step"},
     {"summary", "FILE.json", KIND_TEXT, FIELD(summary), "the summary as JSON"},
     {"panel", "a,b", KIND_LIST, FIELD(panel),
      "these panels only: angles, slides, bending-psi, bending-theta, torsion, others, path, side, height, "

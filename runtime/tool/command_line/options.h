@@ -41,8 +41,8 @@ struct options {
     bool fold, verify, resume, dry_run, slurm, for_lanes;
     /* NULL: not given */
     const char *output, *emit, *explain, *state, *from, *at, *method, *stabilise, *singular, *start, *hold,
-        *summary, *vary, *steps, *tols, *methods, *inputs, *accelerations, *loops, *panel, *units, *table,
-        *cases, *of, *slurm_options;
+        *release, *way, *summary, *vary, *steps, *tols, *methods, *inputs, *accelerations, *loops, *panel,
+        *units, *table, *cases, *of, *slurm_options;
     /* 0: not given */
     double until, step, step_max, tolerance, accuracy, every, modes, seconds, threads, chunks, lanes;
     double case_number; /* -1: not given */

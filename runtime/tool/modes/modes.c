@@ -59,8 +59,11 @@ static enum status place(struct analysis *analysis, const struct options *option
         struct equilibrium equilibrium;
         status = find_equilibrium(scene, options, &equilibrium);
         analysis->held = equilibrium.held;
-    } else
-        status = choose_held(scene, options, analysis->held);
+    } else {
+        status = refuse_statics_options(options, "--at statics");
+        if (status == STATUS_DONE)
+            status = choose_held(scene, options, analysis->held);
+    }
     warn_of_rates(scene, options->at);
     memset(scene->qd, 0, (size_t)scene->model->n * sizeof *scene->qd);
     refdyn_anchor(&scene->work, scene->state.t, scene->q, scene->qd, scene->given);

@@ -123,13 +123,34 @@ static enum status read_for_values(struct scene *scene, const struct options *op
     return read_structure(scene, options, values);
 }
 
+/* May a row hold in statics? One that begins where the motion does may when all that it takes from there is
+ * given.
+ */
+static bool may_hold(const struct row *row, unsigned needs, const struct values *values) {
+    bool is_known = true;
+    for (int i = 0; i < row->start_count; i++)
+        is_known = is_known && is_given(values, row->starts[i]);
+    return row->level == ROW_POSITION && (is_known || needs & NEEDS_EACH_START);
+}
+
+/* Statics of rows takes a tangent, of either form. */
+static bool needs_row_tangent(const struct model *model, unsigned needs, const struct values *values) {
+    for (int i = 0; i < model->row_count && needs & NEEDS_STATICS; i++)
+        if (may_hold(&model->rows[i], needs, values))
+            return true;
+    return false;
+}
+
 /* The list of quantities for gen_plan, with only those that the scene has. */
-static char *emit_list(struct scene *scene, const struct options *options, unsigned needs) {
+static char *emit_list(struct scene *scene, const struct options *options, unsigned needs,
+                       const struct values *values) {
     const struct model *model = &scene->generation.model;
     if (needs & NEEDS_ALL)
         return text_format("%s%s", options->emit ? "start,equations," : "all",
                            options->emit ? options->emit : "");
     bool rows = model->row_count > 0, points = model->point_count > 0;
+    if (needs_row_tangent(model, needs, values))
+        needs |= NEEDS_TANGENT;
     return text_format(
         "%s%s%s%s%s%s%s%s%s%s", needs & NEEDS_STATE ? "start,M,h,Q,qdd_free" : "start,equations",
         needs & NEEDS_STATE && rows ? ",u,v,phi,psi,k" : "", needs & NEEDS_STATICS ? ",Q,Q_q" : "",
@@ -144,7 +165,8 @@ static char *emit_list(struct scene *scene, const struct options *options, unsig
         needs & NEEDS_LINEAR && rows ? ",d_rows" : "", needs & NEEDS_LINEAR && points ? ",C" : "");
 }
 
-static enum status emit_and_load(struct scene *scene, const struct options *options, unsigned needs) {
+static enum status emit_and_load(struct scene *scene, const struct options *options, unsigned needs,
+                                 const struct values *values) {
     struct generation *generation = &scene->generation;
     const char *wrong = options->emit ? gen_wrong_emit(generation, options->emit) : NULL;
     if (wrong)
@@ -152,7 +174,7 @@ static enum status emit_and_load(struct scene *scene, const struct options *opti
     const int lanes = options->lanes > 1 ? (int)options->lanes : 0;
     generation->has_lanes = lanes > 0;
     const enum status status =
-        scene_outcome(scene, options, gen_plan(generation, emit_list(scene, options, needs)));
+        scene_outcome(scene, options, gen_plan(generation, emit_list(scene, options, needs, values)));
     if (status != STATUS_DONE)
         return status;
     if (!compile_load(&scene->compiled, generation->model.name, gen_files(generation),
@@ -208,7 +230,7 @@ static enum status make_ready(struct scene *scene, const struct options *options
                               const struct values *values) {
     enum status status = read_for_values(scene, options, values);
     if (status == STATUS_DONE)
-        status = emit_and_load(scene, options, needs);
+        status = emit_and_load(scene, options, needs, values);
     if (status == STATUS_DONE)
         status = start_workspace(scene);
     if (status != STATUS_DONE)

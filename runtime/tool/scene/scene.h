@@ -25,14 +25,15 @@ struct scene {
     struct state state;    /* as the STATE.json gave it; empty without one */
     double *q, *qd;        /* (n) the model's initial state, or the STATE.json's where it gave one */
     struct inputs *inputs; /* sampled inputs of motions, the caller's; NULL: none */
-    int *given;            /* (anchored_count) anchored parameters that --set or the STATE.json gave */
+    const struct refdyn_statics_result *equilibrium; /* that a motion starts from; NULL: another state */
+    int *given; /* (anchored_count) anchored parameters that --set or the STATE.json gave */
     struct targets targets;
     struct target *result, *summary; /* of -o, or stdout; of --summary; NULL: none */
 };
 
 enum {
     NEEDS_MOTION = 1,        /* equations, accelerations, energy, power */
-    NEEDS_STATICS = 2,       /* Q, Q_q and what the workspace needs */
+    NEEDS_STATICS = 2,       /* Q, Q_q, what the workspace needs, and a tangent where rows hold */
     NEEDS_STATE = 4,         /* each quantity of the equations for itself, qdd_free, energy */
     NEEDS_POINTS = 8,        /* r */
     NEEDS_POINT_RATES = 16,  /* rd, C, d */
@@ -40,7 +41,9 @@ enum {
     NEEDS_TANGENT = 64,      /* tangent */
     NEEDS_LINEAR = 128,      /* d_rows, C */
     NEEDS_NO_WARNINGS = 512, /* another call has told the model's warnings */
-    NEEDS_RESULT = 256       /* the files of -o and --summary, opened before anything is computed */
+    NEEDS_EACH_START =
+        1024,          /* beside NEEDS_STATICS: what rows take from the start may be given by the cases */
+    NEEDS_RESULT = 256 /* the files of -o and --summary, opened before anything is computed */
 };
 
 /* Reads the model alone. Its messages go to stderr: all, or beside a call that tells them those of a model at

@@ -137,10 +137,13 @@ unsigned motion_needs(const struct options *options) {
 enum status motion_place(struct scene *scene, const struct options *options) {
     enum status status = STATUS_DONE;
     if (is_from_statics(options)) {
-        struct equilibrium equilibrium;
-        status = find_equilibrium(scene, options, &equilibrium);
+        struct equilibrium *equilibrium = allocate(1, sizeof *equilibrium);
+        status = find_equilibrium(scene, options, equilibrium);
+        scene->equilibrium = &equilibrium->result;
     } else if (options->hold)
         return usage_error(options->command, "--hold goes with --from statics");
+    else
+        status = refuse_statics_options(options, "--from statics");
     refdyn_anchor(&scene->work, scene->state.t, scene->q, scene->qd, scene->given);
     return status;
 }

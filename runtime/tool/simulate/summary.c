@@ -1,6 +1,7 @@
 /* What `sim` tells of a motion: see summary.h. */
 #include "simulate/summary.h"
 #include "simulate/motion_table.h"
+#include "command_line/commands.h"
 
 #include <math.h>
 
@@ -86,6 +87,8 @@ void summary_print(const struct summary *summary) {
     const struct refdyn_statistics *s = &motion->integrator.statistics;
     char text[NUMBER_LENGTH];
     print_method(motion);
+    if (motion->scene->equilibrium)
+        fprintf(stderr, "start        equilibrium, %s\n", stability_text(motion->scene->equilibrium));
     fprintf(stderr, "steps        %ld taken, %ld rejected, from %.3g to %.3g s\n", s->steps, s->rejected,
             s->step_smallest, s->step_largest);
     fprintf(stderr, "evaluations  %ld, tangents %ld%s\n", s->evaluations, s->tangents,
@@ -164,6 +167,8 @@ static void put_summary(struct document *document, const struct summary *summary
     const struct motion *motion = &summary->trial->motion;
     const struct refdyn_statistics *s = &motion->integrator.statistics;
     put_method(document, motion);
+    if (motion->scene->equilibrium)
+        put_text(document, "equilibrium", stability_text(motion->scene->equilibrium));
     put_whole(document, "steps", s->steps);
     put_whole(document, "rejected", s->rejected);
     put_number(document, "step_smallest", s->step_smallest);

@@ -1,122 +1,80 @@
-/* `refdyn statics`: the equilibrium of a model under its loads, with some coordinates held. */
+/* `refdyn statics`: the equilibrium of a model under its loads, with coordinates and rows that hold. */
 #include "command_line/commands.h"
 
-#include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
-static enum status unknown_coordinate(struct scene *scene, const struct options *options, const char *name) {
-    const struct refdyn_model *model = scene->model;
-    const char **names = allocate((size_t)model->n, sizeof *names);
-    for (int i = 0; i < model->n; i++)
-        names[i] = model->coordinates[i].name;
-    const char *near = message_nearest_name(name, names, model->n);
-    if (near)
-        return usage_error(options->command, "--hold: the model has no coordinate '%s', the nearest is %s",
-                           name, near);
-    return usage_error(options->command, "--hold: the model has no coordinate '%s'", name);
-}
-
-enum status choose_held(struct scene *scene, const struct options *options, int *held) {
-    const char *list = options->hold && *options->hold ? options->hold : NULL;
-    for (const char **name = options_list(list); *name; name++) {
-        const int place = refdyn_find_name(scene->model->coordinates, scene->model->n, *name);
-        if (place < 0)
-            return unknown_coordinate(scene, options, *name);
-        held[place] = 1;
-    }
-    for (int i = 0; !options->hold && i < scene->model->held_count; i++)
-        held[scene->model->held[i]] = 1;
-    return STATUS_DONE;
-}
-
-/* Rows do not act in statics: a loop would fall apart. */
-static bool closes_loop(const struct row *row) {
-    return row->is_closure;
-}
-
-/* The largest force that neither the coordinate's spring nor a hold bears. */
-static void print_imbalance(struct scene *scene, const struct equilibrium *equilibrium) {
-    const struct refdyn_model *model = scene->model;
-    double *Q = allocate_matrix(model->n, 1), *rest = allocate_matrix(model->n, 1);
-    int largest = -1;
-    char text[NUMBER_LENGTH];
-    model->Q(scene->work.p, scene->work.x, 0, scene->q, rest, Q);
-    for (int i = 0; i < model->n; i++)
-        if (!equilibrium->held[i] && (largest < 0 || fabs(Q[i]) > fabs(Q[largest])))
-            largest = i;
-    if (largest >= 0)
-        fprintf(stderr, "refdyn: there %s is farthest from balance, by %s %s\n",
-                model->coordinates[largest].name, exact_text(Q[largest], text),
-                strcmp(model->coordinates[largest].unit, "rad") == 0 ? "N m" : "N");
-}
-
-static enum status solve(struct scene *scene, struct equilibrium *equilibrium) {
-    size_t n = (size_t)scene->model->n, size = refdyn_statics_size(scene->model);
-    struct refdyn_statics_options options = refdyn_statics_default();
-    struct refdyn_statics_result result;
-    int *list = allocate(n, sizeof *list), count = 0;
-    for (int i = 0; i < scene->model->n; i++)
-        if (equilibrium->held[i])
-            list[count++] = i;
-    int answer = refdyn_statics(&scene->work, &options, list, count, scene->q, equilibrium->hold_force,
-                                &result, allocate(1, size), size);
-    equilibrium->residual = result.residual;
-    if (answer == REFDYN_OK && !result.is_followed)
-        fputs("refdyn: warning: this equilibrium is not the one that the growing load leads to: "
-              "there is a limit point before\n",
+/* Beside warnings, what the numbers of the result may need explained. */
+static void print_notes(const struct scene *scene, const struct equilibrium *equilibrium) {
+    const struct refdyn_statics_result *result = &equilibrium->result;
+    if (result->limit_points)
+        fprintf(stderr, "refdyn: %d limit point%s of the load passed\n", result->limit_points,
+                result->limit_points > 1 ? "s" : "");
+    if (!result->has_potential && !result->unstable)
+        fputs("refdyn: the forces have no potential, and the symmetric part of the stiffness is judged: "
+              "refdyn modes tells "
+              "whether oscillations grow\n",
               stderr);
-    if (answer == REFDYN_OK)
-        return STATUS_DONE;
-    const enum status status = numbers_failed(scene, answer, 0, scene->q, NULL);
-    if (answer != REFDYN_NOT_FINITE)
-        print_imbalance(scene, equilibrium);
-    fprintf(stderr, "refdyn: equilibrium reached under %.3g of the load only\n", result.load);
-    if (answer == REFDYN_TANGENT_SINGULAR)
-        fputs("refdyn: --hold keeps coordinates at their start\n", stderr);
-    return status;
+    print_rows_without_part(scene, &equilibrium->options);
 }
 
-enum status check_statics(struct scene *scene, const struct options *options, int *held) {
-    const enum status status = scene_refuse_row(
-        scene, closes_loop, "closes a loop, statics takes trees only (rows do not act in it)");
-    return status == STATUS_DONE ? choose_held(scene, options, held) : status;
+static void put_rows(struct document *document, const struct refdyn_model *model,
+                     const struct equilibrium *equilibrium) {
+    const struct refdyn_statics_options *options = &equilibrium->options;
+    put_open(document, "rows", '[');
+    for (int i = 0; i < options->row_count; i++)
+        put_text(document, NULL, model->rows[options->rows[i]].name);
+    put_close(document, ']');
+    put_array(document, "lambda", equilibrium->result.lambda, options->row_count);
+    put_number(document, "phi", equilibrium->result.phi);
 }
 
-enum status find_equilibrium(struct scene *scene, const struct options *options,
-                             struct equilibrium *equilibrium) {
-    size_t n = (size_t)scene->model->n;
-    equilibrium->held = allocate(n, sizeof *equilibrium->held);
-    equilibrium->hold_force = allocate(n, sizeof *equilibrium->hold_force);
-    enum status status = check_statics(scene, options, equilibrium->held);
-    if (status == STATUS_DONE)
-        status = solve(scene, equilibrium);
-    memset(scene->qd, 0, n * sizeof *scene->qd);
-    return status;
+static void put_stability(struct document *document, const struct refdyn_statics_result *result) {
+    put_text(document, "stability", stability_text(result));
+    put_whole(document, "unstable", result->unstable);
+    put_whole(document, "neutral", result->neutral);
+    put_truth(document, "potential", result->has_potential);
+}
+
+static void put_equilibrium(struct document *document, const struct scene *scene,
+                            const struct equilibrium *equilibrium) {
+    const struct refdyn_model *model = scene->model;
+    put_coordinates(document, "coordinates", model, NULL);
+    put_array(document, "q", scene->q, model->n);
+    put_positions(document, scene);
+    put_open(document, "hold_force", '[');
+    for (int i = 0; i < model->n; i++)
+        if (equilibrium->held[i])
+            put_number(document, NULL, equilibrium->hold_force[i]);
+    put_close(document, ']');
+    put_number(document, "residual", equilibrium->result.residual);
+    put_rows(document, model, equilibrium);
+    put_stability(document, &equilibrium->result);
+}
+
+static void warn_of_rates(const struct scene *scene, const char *path) {
+    for (int i = 0; scene->state.qd && i < scene->model->n; i++) {
+        if (scene->state.qd[i] == 0)
+            continue;
+        fprintf(stderr, "%s: warning: qd: statics takes rates as 0\n", path);
+        return;
+    }
 }
 
 static enum status find_and_print(struct scene *scene, const struct options *options) {
-    const struct refdyn_model *model = scene->model;
     struct equilibrium equilibrium;
+    warn_of_rates(scene, options->state);
     const enum status status = find_equilibrium(scene, options, &equilibrium);
     if (status != STATUS_DONE)
         return status;
     struct document document;
     document_open(&document);
     put_open(&document, NULL, '{');
-    put_coordinates(&document, "coordinates", model, NULL);
-    put_array(&document, "q", scene->q, model->n);
-    put_positions(&document, scene);
-    put_open(&document, "hold_force", '[');
-    for (int i = 0; i < model->n; i++)
-        if (equilibrium.held[i])
-            put_number(&document, NULL, equilibrium.hold_force[i]);
-    put_close(&document, ']');
-    put_number(&document, "residual", equilibrium.residual);
+    put_equilibrium(&document, scene, &equilibrium);
     put_close(&document, '}');
+    print_notes(scene, &equilibrium);
     return scene_finish(scene, &document);
 }
 
 enum status run_statics(const struct options *options) {
-    return scene_run(options, NEEDS_RESULT | NEEDS_STATICS | NEEDS_POINTS, NULL, find_and_print);
+    return scene_run(options, NEEDS_RESULT | NEEDS_STATICS | NEEDS_POINTS, options->state, find_and_print);
 }

@@ -1,0 +1,45 @@
+/*
+ * Newton's iteration to the balance under a share of the load.
+ *
+ * Takes a start and the part of the load that acts; gives the equilibrium under it. While the load is
+ * followed, a step is refused when its first correction is longer than `reach`, or a later one not half as
+ * long as the one before, since Newton might then end far away. Otherwise steps are damped by the restricted
+ * natural monotonicity test: a step a dq is taken when the correction that follows it, with the same tangent,
+ * is at most (1 - a/4) times as long (Deuflhard, Newton Methods for Nonlinear Problems, 2004, sect. 3.3).
+ */
+#ifndef REFDYN_NEWTON_H
+#define REFDYN_NEWTON_H
+
+#include "statics/balance.h"
+
+/* Of limit_points.c. */
+struct path_room {
+    double *matrix;                  /* ((n + 1)^2) */
+    double *side, *scale;            /* (n + 1) */
+    double *q, *q_next, *d, *d_next; /* (n) */
+    int *order;                      /* (n + 1) */
+};
+
+struct statics {
+    struct balance balance;
+    const struct refdyn_statics_options *options;
+    struct refdyn_statics_result *result;
+    int is_first;      /* the next Newton step is the first of its load */
+    int is_following;  /* load by load without damping; else one jump with it */
+    double *step;      /* (count) Newton correction of the coordinates not held */
+    double *step_next; /* (count) the one that follows it */
+    double *q_start;   /* (n) */
+    double *force;     /* (n) Q + u^T lambda at the end */
+    struct path_room path;
+};
+
+/*
+ * From q (n) on, which becomes the equilibrium under the part `load` of the load when there is one; H of it
+ * stays in balance->stiffness. Errors: NOT_FINITE, NO_CONVERGENCE, TANGENT_SINGULAR, ROWS_INCONSISTENT.
+ */
+int refdyn_newton_solve(struct statics *statics, double load, double *q);
+/* Moves q (n) onto the rows, by the smallest changes of the coordinates not held, and counts their
+ * independent rows there. Errors: NOT_FINITE, NO_CONVERGENCE. */
+int refdyn_newton_meet_rows(struct statics *statics, double *q);
+
+#endif
