@@ -112,11 +112,11 @@ struct refdyn_workspace {
     struct refdyn_fault fault; /* of the last call that failed */
 
     /* room to compute in; "ordered": in the order of partition.row and partition.column */
-    double *rows;     /* (m x n) ordered, first rank x rank: L U of K_d^T, column by column */
-    double *P;        /* (m x (n + 1)) ordered, rows n - rank + 1 apart: first rank rows [P c], qdd_d = P qdd_i +
-                         c; then what that leaves of the redundant rows */
-    double *scale;    /* (n) sizes by which pivots are compared */
-    int *exchange;    /* (m) row exchanges of that elimination */
+    double *rows;  /* (m x n) ordered, first rank x rank: L U of K_d^T, column by column */
+    double *P;     /* (m x (n + 1)) ordered, rows n - rank + 1 apart: first rank rows [P c], qdd_d = P qdd_i +
+                      c; then what that leaves of the redundant rows */
+    double *scale; /* (n) sizes by which pivots are compared */
+    int *exchange; /* (m) row exchanges of that elimination */
     double *mass_d;   /* (m x n) ordered, first rank rows: [M_dd M_di] */
     double *coupling; /* (m x n) M_di + M_dd P / 2 */
     double *reduced;  /* (n x n) mass matrix of the independent coordinates, or M in projection; its factor */
@@ -446,6 +446,7 @@ struct refdyn_energy {
     double kinetic_start, potential_start, work_start;
     double largest_change; /* of kinetic energy, potential energy or work [J] */
     double largest_error;  /* of |change of kinetic + potential - work| [J] */
+    double largest;        /* |kinetic| + |potential| + |work| [J], of which all these are differences */
 };
 
 /* Kinetic and potential energy at a state into energy (2). Error: FUNCTION_MISSING. */
@@ -457,6 +458,8 @@ int refdyn_energy_add(struct refdyn_energy *energy, const struct refdyn_integrat
 /* Largest |change of kinetic + potential - work| over the largest change of kinetic, potential or work; 0
  * when nothing changed. */
 double refdyn_energy_error(const struct refdyn_energy *energy);
+/* Has energy changed by more than rounding makes of it? Else refdyn_energy_error is a ratio of roundings. */
+int refdyn_energy_changes(const struct refdyn_energy *energy);
 
 /* ---- Equilibria ---- */
 
