@@ -143,6 +143,41 @@ def test_a_failed_case_leaves_the_others(tmp_path):
             assert name == "t" or np.isnan(two_bad["final"][name][[17, 29]]).all(), name
 
 
+NEEDS = """local rd = require "refdyn"
+local p = rd.parameters { { "ramp", 2 }, { "rise", 3 }, { "width", 0.1 }, { "outer", 0.05 }, { "hole", 0.03 }, { "size", 0.02 }, { "at", 0.4 }, { "yy", 0.2 },
+  { "xy", 0.01 }, { "way", 1 }, { "density", 7800 } }
+return rd.model {
+  name = "needs",
+  links = {
+    { "arm", joint = "psi", bodies = { rd.tube { outer = p.outer, inner = p.hole, length = 0.3, density = p.density } },
+      beam = { length = 0.5, section = rd.round(p.size), E = 7e10, nu = 0.3, rho = 2700, rfe = 2 } },
+    { "load", on = "arm", along = p.at, joint = "z", mass = 1 },
+    { "block", joint = "psi, theta", mass = 1, inertia = { xx = 0.15, yy = p.yy, zz = 0.25, xy = p.xy } },
+  },
+  points = { E = "load", B = "block" },
+  forces = function(s) return { arm_psi = rd.ramp(s.t, 0, p.ramp) - rd.smoothstep(s.t, 1, p.rise) + rd.friction(0.1, s.qd.arm_psi, p.width) } end,
+  constraints = function(s) return { rd.on_plane { "E", { "ground", { 0, 0, p.way } } } } end,
+}
+"""
+WRONG = [("ramp", 0), ("ramp", -1), ("rise", 1), ("width", 0), ("hole", 0.05), ("hole", -1), ("size", -0.02), ("at", 0.6), ("yy", 0.5), ("xy", 0.2),
+         ("way", 0), ("density", 0)]
+
+
+def test_what_a_case_is_refused_for(tmp_path):
+    """Numbers within formulas, order of two of them, sections, places along beams, inertias, directions: with the words of sim."""
+    (tmp_path / "needs.lua").write_text(NEEDS)
+    names = sorted({name for name, _ in WRONG})
+    sound = dict(ramp=2, rise=3, width=0.1, hole=0.03, size=0.02, at=0.4, yy=0.2, xy=0.01, way=1, density=7800)
+    rows = [{**sound, name: value} for name, value in [*WRONG, ("way", 2)]]
+    (tmp_path / "cases.csv").write_text("\n".join(",".join(map(str, row)) for row in [names, *([row[name] for name in names] for row in rows)]) + "\n")
+    refdyn("batch", tmp_path / "needs.lua", "--table", tmp_path / "cases.csv", "--until", "0.01", "-o", tmp_path / "runs.h5")
+    with h5py.File(tmp_path / "runs.h5") as file:
+        assert list(file["status"]) == [1] * len(WRONG) + [0]
+        for (name, value), reason in zip(WRONG, file["reason"].asstr()[...]):
+            said = refdyn("sim", tmp_path / "needs.lua", "--set", f"{name}={value}", "--until", "0.01", "-o", tmp_path / "sim.csv", status=1).stderr
+            assert reason == said.splitlines()[0], (name, value, reason, said)
+
+
 def test_from_statics(tmp_path):
     batch(tmp_path, HEAD + 'return rd.sweep { vary = { mass = { 0.7, 1.9 } }, t_end = 0.2, from = "statics" }', "--lanes", "1")
     with h5py.File(tmp_path / "runs.h5") as file:
