@@ -200,6 +200,30 @@ enum status usage_error(const struct command *command, const char *format, ...) 
     return STATUS_USAGE;
 }
 
+static const struct told_option *told_option(const struct options *options, const char *option) {
+    for (int i = 0; i < options->told_count; i++)
+        if (strcmp(options->told[i].option, option) == 0)
+            return &options->told[i];
+    return NULL;
+}
+
+enum status option_error(const struct options *options, const char *option, const char *format, ...) {
+    const struct told_option *told = told_option(options, option);
+    va_list list;
+    if (told)
+        fprintf(stderr, "%s: %s", told->place, told->field);
+    else
+        fprintf(stderr, "refdyn %s: --%s", options->command->name, option);
+    va_start(list, format);
+    vfprintf(stderr, format, list);
+    va_end(list);
+    fputc('\n', stderr);
+    if (told)
+        return STATUS_FAULT;
+    print_usage(options->command, stderr);
+    return STATUS_USAGE;
+}
+
 static enum status unknown_command(const struct command *commands, const char *name) {
     fprintf(stderr, "refdyn: unknown command '%s', the commands are", name);
     for (const struct command *command = commands; command->name; command++)
@@ -282,16 +306,15 @@ enum status check_list(const struct command *command, const char *name, const ch
     return STATUS_DONE;
 }
 
-int options_choice(const struct command *command, const char *option, const char *word,
-                   const char *const *names) {
+enum status options_choose(const struct options *options, const char *option, const char *word,
+                           const char *const *names, int *place) {
     struct text known = {.memory = &program_memory};
-    for (int i = 0; names[i]; i++) {
-        if (strcmp(word, names[i]) == 0)
-            return i;
-        text_add(&known, "%s%s", i ? ", " : "", names[i]);
+    for (*place = 0; names[*place]; ++*place) {
+        if (strcmp(word, names[*place]) == 0)
+            return STATUS_DONE;
+        text_add(&known, "%s%s", *place ? ", " : "", names[*place]);
     }
-    usage_error(command, "--%s: '%s' is none of %s", option, word, known.data);
-    return -1;
+    return option_error(options, option, ": '%s' is none of %s", word, known.data);
 }
 
 static enum status check_text(const struct command *command, const struct rule *rule, const char *text) {

@@ -12,9 +12,9 @@ static enum status unknown_coordinate(struct scene *scene, const struct options 
         names[i] = model->coordinates[i].name;
     const char *near = message_nearest_name(name, names, model->n);
     if (near)
-        return usage_error(options->command, "--hold: the model has no coordinate '%s', the nearest is %s",
-                           name, near);
-    return usage_error(options->command, "--hold: the model has no coordinate '%s'", name);
+        return option_error(options, "hold", ": the model has no coordinate '%s', the nearest is %s", name,
+                            near);
+    return option_error(options, "hold", ": the model has no coordinate '%s'", name);
 }
 
 enum status choose_held(struct scene *scene, const struct options *options, int *held) {
