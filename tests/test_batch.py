@@ -329,6 +329,36 @@ return rd.sweep { vary = { n = n, l66_psi = 0.1, l71_psi = 0.1 }, t_end = 0.1 }"
     assert "l71_psi: unknown name" in said and "l66_psi: unknown" not in said, said
 
 
+def test_too_many_structures(tmp_path):
+    (tmp_path / "cart.lua").write_text("""local rd = require "refdyn"
+rd.option("n", 1, { from = 1 })
+return rd.model { name = "cart", links = { { "cart", joint = { "x" }, mass = 1 } } }
+""")
+    sweep = HEAD + "return rd.sweep { vary = { n = rd.grid(1, 513, 513), cart_x = { 1, 2 } }, t_end = 0.1 }"
+    said = batch(tmp_path, sweep, model=tmp_path / "cart.lua", status=1).stderr
+    assert "sweep.lua: more than 512 structures, as many as can be compiled and open at once" in said, said
+    assert sorted(os.listdir(tmp_path)) == ["cart.lua", "sweep.lua"]
+
+
+def test_help_names_the_methods_that_a_batch_takes():
+    assert "bsimp" not in refdyn("batch", "--help").stdout
+    assert ("bsimp" in refdyn("sim", "--help").stdout) == ("bsimp" in refdyn("sim", MODEL, "--until", "1", "--method", "bsimp", "--step", "1", status=2).stderr)
+
+
+def test_one_case_again_is_interrupted(tmp_path):
+    """A signal ends it between steps, and what was computed stays readable."""
+    batch(tmp_path, HEAD + 'return rd.sweep { vary = { mass = 1.3 }, t_end = 3000, every = 1, tol = 1e-10, keep = { history = { "tip_z" } } }')
+    run = tmp_path / "case.csv.part"
+    process = subprocess.Popen([REFDYN, "sim", "--case", "0", "--of", str(tmp_path / "runs.h5"), "-o", str(tmp_path / "case.csv")],
+                               stderr=subprocess.PIPE, text=True)
+    while process.poll() is None and not (run.exists() and run.stat().st_size > 0):
+        time.sleep(0.005)
+    process.send_signal(signal.SIGTERM)
+    said = process.communicate()[1]
+    assert process.returncode in (-signal.SIGTERM, 128 + signal.SIGTERM) and "case.csv.part" in said, (process.returncode, said)
+    assert 0 < len(read_run(run)["t"]) < 3001 and not (tmp_path / "case.csv").exists()
+
+
 def test_csv(tmp_path):
     sweep = HEAD + """return rd.sweep { vary = { mass = rd.grid(0.5, 2, 3) }, t_end = 0.3,
       keep = { final = true, extremes = { "tip_z" }, norms = { "tip_x" } } }"""
@@ -381,6 +411,18 @@ def test_failed_cases_again(tmp_path):
         said = refdyn("sim", "--case", case, "--of", tmp_path / "runs.h5", "-o", tmp_path / "case.csv", status=status).stderr
         assert not case and said.startswith("model.lua:10: links[1].mass: value -5") or "Newton" in said, said
     assert sorted(os.listdir(tmp_path)) == ["cases.csv", "runs.h5"]
+
+
+def test_dry_run_writes_nothing_and_needs_no_name(tmp_path):
+    (tmp_path / "sweep.lua").write_text(SWEEP)
+    assert "cases        24" in refdyn("batch", MODEL, tmp_path / "sweep.lua", "--dry-run").stderr
+    assert "-o is missing" in refdyn("batch", MODEL, tmp_path / "sweep.lua", status=2).stderr
+    assert os.listdir(tmp_path) == ["sweep.lua"]
+
+
+def test_summary_is_not_the_journal(tmp_path):
+    said = batch(tmp_path, SWEEP, "--summary", tmp_path / "runs.h5.journal", status=2).stderr
+    assert "the journal of" in said and "another name is needed" in said, said
 
 
 def test_dry_run(tmp_path):

@@ -93,6 +93,10 @@ struct sweep_file {
     struct sweep_keep keep;
 };
 
+/* The functions of sweep files, by number, with the names of their arguments, commas between; NULL behind the
+ * last one. For editors. */
+const char *sweep_file_function(int number, const char **arguments);
+
 /* How many cases there are, which `cases_max` bounds once the file is read. */
 double sweep_file_case_count(const struct sweep_file *file);
 

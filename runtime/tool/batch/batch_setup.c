@@ -4,19 +4,25 @@
 #include "simulate/gsl_motion.h"
 #include "simulate/motion.h"
 
+#include <errno.h>
 #include <math.h>
 #include <sched.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { OUTPUTS_MAX = 1000000, THREADS_MAX = 1024 };
+enum { OUTPUTS_MAX = 1000000, THREADS_MAX = 1024, PROCESSORS_MAX = 1 << 20 };
 
-/* Processors that this process may use. */
+/* Processors that this process may use. The set has to be as large as that of the system. */
 static int count_processors(void) {
-    cpu_set_t set;
-    if (sched_getaffinity(0, sizeof set, &set) != 0)
-        return 1;
-    return CPU_COUNT(&set) > 0 ? CPU_COUNT(&set) : 1;
+    int found = 0;
+    for (int most = 1024; most <= PROCESSORS_MAX && found == 0; most *= 2) {
+        cpu_set_t *set = CPU_ALLOC((size_t)most);
+        const size_t size = CPU_ALLOC_SIZE((size_t)most);
+        const bool is_known = set && sched_getaffinity(0, size, set) == 0;
+        found = is_known ? CPU_COUNT_S(size, set) : set && errno == EINVAL ? 0 : 1;
+        CPU_FREE(set);
+    }
+    return found > 0 ? found : 1;
 }
 
 static enum status choose_threads(struct batch_setup *setup) {
@@ -25,6 +31,8 @@ static enum status choose_threads(struct batch_setup *setup) {
         return usage_error(setup->options.command, "--threads: %.0f, at most %d are taken", asked,
                            THREADS_MAX);
     setup->threads = asked > 0 ? (int)asked : count_processors();
+    if (setup->threads > THREADS_MAX)
+        setup->threads = THREADS_MAX;
     return STATUS_DONE;
 }
 
@@ -148,8 +156,10 @@ enum status batch_setup_complete(struct batch_setup *setup) {
         status = choose_range(setup);
     if (status != STATUS_DONE)
         return status;
-    structures_sort(&setup->structures, &setup->memory, &setup->sweep.cases, setup->first, setup->end,
-                    &setup->options);
+    status = structures_sort(&setup->structures, &setup->memory, &setup->sweep.cases, setup->first,
+                             setup->end, &setup->options);
+    if (status != STATUS_DONE)
+        return status;
     status = structures_open(&setup->structures, &setup->memory, &setup->sweep.cases, &setup->integration,
                              setup->threads);
     return status == STATUS_DONE ? lay_out(setup) : status;

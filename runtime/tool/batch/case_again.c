@@ -7,6 +7,7 @@
 #include "batch/batch_run.h"
 #include "batch/case_files.h"
 #include "command_line/commands.h"
+#include "system/interrupt.h"
 #include "system/temporary_folder.h"
 
 #include <errno.h>
@@ -126,6 +127,11 @@ static int write_row(void *context, const struct refdyn_batch_case *one, int num
     return 0;
 }
 
+static int is_interrupted(void *context) {
+    (void)context;
+    return interrupted != 0;
+}
+
 static int note_end(void *context, const struct refdyn_batch_case *one,
                     const struct refdyn_batch_result *result) {
     struct again *again = context;
@@ -145,6 +151,14 @@ static const char *without_folder(const struct again *again, const char *text) {
     return strncmp(text, again->folder.path, length) == 0 && text[length] == '/' ? text + length + 1 : text;
 }
 
+/* What a signal had it leave stays readable, as that of a motion. */
+static enum status leave_part(struct again *again) {
+    fputs("refdyn: interrupted\n", stderr);
+    if (again->has_rows && target_close_part(again->rows) && again->rows->part)
+        fprintf(stderr, "refdyn: what was computed until then is in %s\n", again->rows->part);
+    return STATUS_NUMBERS;
+}
+
 static enum status move(struct again *again) {
     struct structure *structure = &again->setup.structures.list[0];
     struct refdyn_batch batch = batch_of_structure(&again->setup, structure);
@@ -152,12 +166,16 @@ static enum status move(struct again *again) {
     batch.context = again;
     batch.output = write_row;
     batch.end = note_end;
+    batch.stop = is_interrupted;
     const char *reason = structure_refuses(structure, &again->setup.sweep.cases, 0);
     if (reason) {
         fprintf(stderr, "%s\n", without_folder(again, reason));
         return STATUS_FAULT;
     }
+    interrupt_defer(true);
     const int result = refdyn_batch_run(&batch, NULL);
+    if (interrupted)
+        return leave_part(again);
     if (result)
         return complain(structure->scene.model->name, refdyn_status_text(result));
     if (!again->has_rows)

@@ -157,12 +157,12 @@ const char *options_methods(bool is_explicit) {
     return text.data;
 }
 
-static void print_rule_help(const struct rule *rule) {
+static void print_rule_help(const struct command *command, const struct rule *rule) {
     if (rule->help)
         puts(rule->help);
     else
         printf("%s%s (default: rk4 with --step, auto without)\n", options_methods(false),
-               HAS_METHODS_OF_GSL ? ", msbdf, bsimp" : "");
+               command->takes_gsl && HAS_METHODS_OF_GSL ? ", msbdf, bsimp" : "");
 }
 
 static void print_command_help(const struct command *command) {
@@ -175,7 +175,7 @@ static void print_command_help(const struct command *command) {
         const int width = printf("  %s--%s %s", i == RULE_OUTPUT ? "-o, " : "", rules[i].name,
                                  argument_of(command, &rules[i]));
         printf("%*s", width < WIDTH ? WIDTH - width : 1, "");
-        print_rule_help(&rules[i]);
+        print_rule_help(command, &rules[i]);
     }
     puts("\nexit status: 0 done; 1 model, state or file at fault; 2 wrong usage; 3 the numbers failed");
 }

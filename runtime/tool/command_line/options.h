@@ -62,6 +62,7 @@ struct command {
     const char *operands; /* as in the usage line: "MODEL.lua" or "RUN..." */
     const char *options;  /* long names that it knows, in the order of the help, blanks between; '!' behind a
                              needed one */
+    bool takes_gsl;       /* are methods of GSL among its methods */
     const char *output;   /* what -o names: "FILE" or "DIR" */
     const char *purpose;  /* one line */
     const char *help;     /* what more a user should know, with examples */
