@@ -376,7 +376,7 @@ def test_command_is_told(tmp_path):
     """As a shell takes it, whatever the words have in them."""
     import shlex
     output = "it's \"50 %\" $x.h5"
-    batch(tmp_path, VARY % ("mass = 1", ""), "--hold", "", output=output)
+    batch(tmp_path, VARY % ("mass = 1", ""), "--from", "statics", "--hold", "", output=output)
     with h5py.File(tmp_path / output) as file:
         words = shlex.split(file.attrs["command"])
     assert words[1] == "batch" and "" in words and str(tmp_path / output) in words
