@@ -225,12 +225,9 @@ void gen_mark_requirements(struct generation *gen, const bool *is_varied, bool *
 
 static const char *requirement_wrong(struct generation *gen, const struct requirement *requirement) {
     struct model *model = &gen->model;
-    const double value = parameters_evaluate(model->graph, model->parameters, requirement->value);
-    const char *fault = requirement_fault(&gen->memory, requirement->range, value);
+    const char *fault = requirement_broken(&gen->memory, model->graph, model->parameters, requirement);
     const struct place *place = &requirement->place;
-    return fault ? memory_format(&gen->memory, "%s:%d: %s: %s", place->file, place->line, requirement->path,
-                                 fault)
-                 : NULL;
+    return fault ? memory_format(&gen->memory, "%s:%d: %s", place->file, place->line, fault) : NULL;
 }
 
 static const char *first_wrong(struct generation *gen, const bool *is_asked) {

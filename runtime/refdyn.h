@@ -446,6 +446,7 @@ struct refdyn_energy {
     double kinetic_start, potential_start, work_start;
     double largest_change; /* of kinetic energy, potential energy or work [J] */
     double largest_error;  /* of |change of kinetic + potential - work| [J] */
+    double largest;        /* |kinetic| + |potential| + |work| [J], of which all these are differences */
 };
 
 /* Kinetic and potential energy at a state into energy (2). Error: FUNCTION_MISSING. */
@@ -457,6 +458,8 @@ int refdyn_energy_add(struct refdyn_energy *energy, const struct refdyn_integrat
 /* Largest |change of kinetic + potential - work| over the largest change of kinetic, potential or work; 0
  * when nothing changed. */
 double refdyn_energy_error(const struct refdyn_energy *energy);
+/* Has energy changed by more than rounding makes of it? Else refdyn_energy_error is a ratio of roundings. */
+int refdyn_energy_changes(const struct refdyn_energy *energy);
 
 /* ---- Equilibria ---- */
 

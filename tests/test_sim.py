@@ -6,7 +6,7 @@ import re
 import numpy
 import pytest
 
-from program import REFERENCE, SCALE, TESTS, check, motion, read_run, refdyn
+from program import MODELS, REFERENCE, SCALE, TESTS, check, motion, read_run, refdyn
 
 PENDULUM = TESTS / "models" / "double_pendulum.lua"
 RIGID = [REFERENCE, "--set", "n_rfe=1", "--until", 5, "--every", 0.5]
@@ -48,6 +48,47 @@ def test_verify(case, how):
     assert summary["error"]["t"] == list(run["t"])
     for name, listed in summary["error"]["points"].items():
         assert len(listed) == len(run["t"]) and listed[0] == 0 and max(listed) >= points[name] / 10
+
+
+@pytest.mark.parametrize("model, until, how", [("slidercrank", 0.2, ("rodas5p", "--tol", "1e-4")), ("fourbar", 1, ("gauss12", "--tol", "3.16228e-6")),
+                                               ("fourbar", 1, ("rk8", "--tol", "3.16227766e-4"))])
+def test_verify_where_a_tenth_of_the_tolerance_has_the_same_error(model, until, how):
+    """At one output, where nothing else tells it: these motions err alike at a tenth of their tolerance, whose difference is a
+    hundredth of the error. The estimate is within a factor 10 all the same."""
+    case = [MODELS / f"{model}.lua", "--until", until, "--every", until]
+    run, _, summary = motion(*case, "--method", *how, "--verify")
+    found = max(errors(run, exact(case), summary)[0].values())
+    estimated = summary["error"]["largest"]
+    assert found / 10 <= estimated <= 10 * found, f"{estimated:.1e} estimated, {found:.1e} found"
+
+
+def test_verify_after_a_jump_at_the_start():
+    """A start off the programme: its error is estimated as any other. Energy does not balance at any tolerance, and the
+    remedy is another one than a smaller tolerance."""
+    off = [REFERENCE, "--set", "n_rfe=1", "--set", "program=chapter", "--until", 1, "--every", 0.1]
+    run, said, summary = motion(*off, "--tol", "1e-6", "--verify")
+    found = max(errors(run, exact(off), summary)[0].values())
+    assert found / 3 <= summary["error"]["largest"] <= 3 * found and summary["error"]["is_trusted"]
+    assert summary["energy_error"] > 0.1 and "--start project begins on it" in said and "smaller" not in said, said
+    _, said, summary = motion(*off, "--tol", "1e-6", "--start", "project")
+    assert summary["energy_error"] < 1e-4 and "balance: " not in said
+
+
+SPIN = """local rd = require "refdyn"
+return rd.model { name = "spin", links = { { "body", joint = "%s", start = { %s }, start_rate = { psi = 2.3, %s }, mass = 1.7,
+  inertia = { xx = 0.11, yy = 0.2, zz = 0.25 } } } }
+"""
+
+
+@pytest.mark.parametrize("values, line, is_told", [
+    (("psi", "", ""), "energy       does not change, but for rounding: by ", False),
+    (("psi, theta, phi", "theta = 0.3", "theta = 0.5, phi = 1.1"), "energy       changes by no more than its balance error, ", True)])
+def test_energy_that_does_not_change(values, line, is_told, tmp_path):
+    """Of a free rotation nothing changes but by errors: their ratio would be 1 however small they are."""
+    (tmp_path / "spin.lua").write_text(SPIN % values)
+    _, said, summary = motion(tmp_path / "spin.lua", "--until", 2)
+    assert line in said and "warning" not in said, said
+    assert (summary["energy_error"] is not None) == is_told
 
 
 def test_verify_tells_chaos(tmp_path):

@@ -59,8 +59,7 @@ def test_errors_of_the_automatic_choice():
 
 @pytest.mark.parametrize("method", ["auto", "radau9"])
 def test_verify_tells_the_error(method):
-    """Over the suite: within a factor of 3 in nine runs of ten; never below a tenth, and above tenfold in one run at most: radau9 takes the
-    massless effector at 1e-6 with a fifteenth of its error at 1e-7, and what is told is the distance of the two."""
+    """Over the suite, within a factor of 3."""
     ratios = {}
     for case in CASES:
         reference = oracle(case.oracle)["columns"]
@@ -70,8 +69,7 @@ def test_verify_tells_the_error(method):
             if true > max(ROUNDING, BESIDE_REFERENCE * oracle(case.oracle)["between"]):
                 ratios[case.name, tol] = told(summary, reference) / true
     assert len(ratios) >= 2 * len(CASES)
-    assert all(0.1 <= ratio * SCALE <= 20 for ratio in ratios.values()) and sum(ratio * SCALE > 10 for ratio in ratios.values()) <= 1, ratios
-    assert sum(1 / 3 <= ratio <= 3 for ratio in ratios.values()) >= 0.9 * len(ratios), ratios
+    assert all(1 / 3 <= ratio * SCALE <= 3 for ratio in ratios.values()), ratios
 
 
 PERIOD = 2.367841947576237

@@ -219,7 +219,11 @@ const char *message_nearest_name(const char *name, const char *const *known, int
     for (int i = 0; i < count; i++) {
         const long apart = (long)strlen(known[i]) - (long)length;
         const bool is_far = strlen(known[i]) > LONGEST_NAME || apart > least || -apart > least;
-        const int distance = is_far ? least : edit_distance(name, known[i], least + 1);
+        int distance = is_far ? least : edit_distance(name, known[i], least + 1);
+        /* with half of its letters changed a short name is another one, unless the name begins with it */
+        if (distance > 1 && 2 * distance > (int)strlen(known[i]) &&
+            strncmp(name, known[i], strlen(known[i])) != 0)
+            distance = least + 1;
         /* the nearest so far has no letter in common with the name */
         const bool is_other = nearest && least >= (int)length && least >= (int)longest;
         const bool is_alike = is_other && !is_far && distance == least && distance < (int)strlen(known[i]);

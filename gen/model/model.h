@@ -162,12 +162,16 @@ struct row {
 
 enum number_range { RANGE_ANY, RANGE_POSITIVE, RANGE_NOT_NEGATIVE, RANGE_POISSON };
 
-/* A number of the model that depends on parameters, and must be finite and in its range with all their
- * values. */
+/* What numbers of the model that depend on parameters have to be with all their values. */
 struct requirement {
-    expression value;
-    enum number_range range;
-    const char *path; /* as messages call it: "links[1].mass" */
+    /* What is wrong with the numbers that the values have, as a message; NULL: nothing. */
+    const char *(*fault)(struct memory *memory, const struct requirement *requirement, const double *values);
+    expression values[6];
+    int count;
+    enum number_range range; /* of one number */
+    const char *path;        /* as messages call it: "links[1].mass", "rd.tube", "link arm" */
+    const char *needed;      /* of two: what their order means */
+    int argument;            /* of a function, from 1 */
     struct place place;
 };
 
@@ -222,8 +226,34 @@ struct model {
 /* Value of an expression of parameters. */
 double parameters_evaluate(struct graph *graph, const struct parameter *parameters, expression e);
 
-/* requirements.c: what is wrong with a number, as "value -5, a positive number is needed"; NULL: nothing. */
+/* ---- requirements.c ---- */
+
+/* What is wrong with a number, as "value -5, a positive number is needed"; NULL: nothing. */
 const char *requirement_fault(struct memory *memory, enum number_range range, double value);
+
+/* `fault` of a requirement: a number of a field within its range; argument number `argument` of the function
+ * `path`; two numbers that ascend; the diameter of a hole and the outer one; a place along a beam and the
+ * beam's length; xx yy zz xy xz yz of a body; three components of a direction. */
+const char *requirement_field(struct memory *memory, const struct requirement *requirement,
+                              const double *values);
+const char *requirement_argument(struct memory *memory, const struct requirement *requirement,
+                                 const double *values);
+const char *requirement_order(struct memory *memory, const struct requirement *requirement,
+                              const double *values);
+const char *requirement_hole(struct memory *memory, const struct requirement *requirement,
+                             const double *values);
+const char *requirement_along(struct memory *memory, const struct requirement *requirement,
+                              const double *values);
+const char *requirement_inertia(struct memory *memory, const struct requirement *requirement,
+                                const double *values);
+const char *requirement_direction(struct memory *memory, const struct requirement *requirement,
+                                  const double *values);
+
+/* What is wrong with a requirement at the parameters' values, as the message without its place; NULL:
+ * nothing.
+ */
+const char *requirement_broken(struct memory *memory, struct graph *graph, const struct parameter *parameters,
+                               const struct requirement *requirement);
 /* Does a requirement depend on a parameter? `is_marked` (parameter_count): of those that are asked for. */
 bool requirement_depends(const struct model *model, const struct requirement *requirement,
                          const bool *is_marked);

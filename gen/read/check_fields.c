@@ -69,6 +69,12 @@ static bool is_of_parameters(const struct checker *checker, expression e) {
     return (checker->graph->nodes[e].depends & ~ON_PARAMETER) == 0;
 }
 
+static void require(const struct checker *checker, struct requirement requirement) {
+    const char *fault = declarations_require(checker->declarations, requirement);
+    if (fault)
+        message_error(checker->messages, requirement.place, "%s", fault);
+}
+
 /* A number within its range, an expression of parameters alone. */
 static void check_value(const struct checker *checker, const struct value *value, enum number_range range,
                         const char *path) {
@@ -82,14 +88,12 @@ static void check_value(const struct checker *checker, const struct value *value
                       "%s: depends on the motion, a number or an expression of parameters is needed", path);
         return;
     }
-    const double x = parameters_evaluate(checker->graph, checker->declarations->parameters, e);
-    const char *fault = requirement_fault(checker->memory, range, x);
-    if (fault)
-        message_error(checker->messages, value->place, "%s: %s", path, fault);
-    else if (!expr_is_number(checker->graph, e, NULL))
-        declarations_add_requirement(
-            checker->declarations,
-            (struct requirement){.value = e, .range = range, .path = path, .place = value->place});
+    require(checker, (struct requirement){.fault = requirement_field,
+                                          .values = {e},
+                                          .count = 1,
+                                          .range = range,
+                                          .path = path,
+                                          .place = value->place});
 }
 
 static void check_number(const struct checker *checker, const struct value *value,
@@ -138,17 +142,11 @@ static void check_free_vector(const struct checker *checker, const struct value 
                         "a number or an expression");
 }
 
-static double size_of(const struct checker *checker, const struct value *value) {
-    expression e;
-    if (!value_expression(checker->graph, value, &e) || !is_of_parameters(checker, e))
-        return INFINITY; /* said already */
-    return fabs(parameters_evaluate(checker->graph, checker->declarations->parameters, e));
-}
-
 /* A direction has a length: one of its components is not 0. */
 static void check_direction(const struct checker *checker, const struct value *value,
                             const struct field_rule *rule, const char *path) {
-    double largest = 0;
+    struct requirement requirement = {
+        .fault = requirement_direction, .count = value->item_count, .path = path, .place = value->place};
     if (value->kind == VALUE_TEXT) {
         if (strlen(value->text) != 1 || !strchr("xyz", *value->text))
             message_error(checker->messages, value->place, "%s: \"%s\" is no axis, x y z are", path,
@@ -156,10 +154,13 @@ static void check_direction(const struct checker *checker, const struct value *v
         return;
     }
     check_vector(checker, value, rule, path);
-    for (int i = 0; i < value->item_count; i++)
-        largest = fmax(largest, size_of(checker, &value->items[i]));
-    if (value->item_count == 3 && largest == 0)
-        message_error(checker->messages, value->place, "%s: of length 0, a direction is needed", path);
+    if (value->item_count != 3)
+        return;
+    for (int i = 0; i < 3; i++)
+        if (!value_expression(checker->graph, &value->items[i], &requirement.values[i]) ||
+            !is_of_parameters(checker, requirement.values[i]))
+            return; /* said already */
+    require(checker, requirement);
 }
 
 /* ---- turns ---- */

@@ -88,49 +88,6 @@ static void check_inputs(const struct check *check) {
     names_check_members(check->messages, "input", list, model->input_count);
 }
 
-/* ---- bodies ---- */
-
-static double value_of(const struct model *model, expression e) {
-    return parameters_evaluate(model->graph, model->parameters, e);
-}
-
-/* No principal minor of the symmetric tensor xx yy zz xy xz yz is negative, but for rounding. */
-static bool is_positive_semidefinite(const double J[6]) {
-    const double scale = fmax(fabs(J[0]), fmax(fabs(J[1]), fabs(J[2]))), slack = 1e-9;
-    const double xy = J[0] * J[1] - J[3] * J[3], xz = J[0] * J[2] - J[4] * J[4],
-                 yz = J[1] * J[2] - J[5] * J[5];
-    const double all = J[0] * yz - J[3] * (J[3] * J[2] - J[5] * J[4]) + J[4] * (J[3] * J[5] - J[1] * J[4]);
-    return fmin(J[0], fmin(J[1], J[2])) >= -slack * scale &&
-           fmin(xy, fmin(xz, yz)) >= -slack * scale * scale && all >= -slack * scale * scale * scale;
-}
-
-/*
- * A body has int x^2 dm = (yy + zz - xx) / 2 and so on: that tensor of second moments must not be negative,
- * which contains the triangle inequality. Where a moment is left out, since the link never turns so, only
- * what is given is looked at.
- */
-static void check_inertia(const struct check *check, const struct link *link, const struct solid *solid) {
-    double I[6], second[6];
-    for (int i = 0; i < 6; i++) {
-        I[i] = value_of(check->model, solid->inertia[i]);
-        second[i] = -I[i];
-    }
-    const double half = (I[0] + I[1] + I[2]) / 2;
-    for (int i = 0; i < 3; i++)
-        second[i] += half;
-    const bool is_complete = I[0] > 0 && I[1] > 0 && I[2] > 0;
-    const double largest = fmax(I[0], fmax(I[1], I[2]));
-    if (is_complete && largest > half * (1 + 1e-9))
-        message_error(check->messages, link->place,
-                      "link %s: inertia %.6g %.6g %.6g, none may be larger than the sum of the others",
-                      link->name, I[0], I[1], I[2]);
-    else if (!is_positive_semidefinite(is_complete ? second : I))
-        message_error(
-            check->messages, link->place,
-            "link %s: inertia: products %.6g %.6g %.6g are too large for its moments, no body has such",
-            link->name, I[3], I[4], I[5]);
-}
-
 /* ---- lists of coordinates ---- */
 
 static void check_coordinates(const struct check *check, const char *what, struct place place,
@@ -337,9 +294,6 @@ void check_scene(const struct model *model, struct messages *messages) {
     check_inputs(&check);
     check_link_names(&check);
     check_point_names(&check);
-    for (int i = 0; i < model->link_count; i++)
-        for (int k = 0; k < model->links[i].solid_count && !model->links[i].is_wrong; k++)
-            check_inertia(&check, &model->links[i], &model->links[i].solids[k]);
 }
 
 /* A motion's columns POINT_x ... and those of the slides LINK_x ... have to differ. */

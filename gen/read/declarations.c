@@ -252,11 +252,25 @@ static void set_standard(struct declarations *declarations, struct parameter *pa
     }
 }
 
-void declarations_add_requirement(struct declarations *declarations, struct requirement requirement) {
+/* Of numbers alone nothing can change. */
+static bool hangs_on_parameters(const struct declarations *declarations,
+                                const struct requirement *requirement) {
+    for (int i = 0; i < requirement->count; i++)
+        if (declarations->graph->nodes[requirement->values[i]].depends)
+            return true;
+    return false;
+}
+
+const char *declarations_require(struct declarations *declarations, struct requirement requirement) {
+    const char *fault =
+        requirement_broken(declarations->memory, declarations->graph, declarations->parameters, &requirement);
+    if (fault || !hangs_on_parameters(declarations, &requirement))
+        return fault;
     declarations->requirements =
         memory_room(declarations->memory, declarations->requirements, declarations->requirement_count,
                     &declarations->requirement_capacity, sizeof *declarations->requirements);
     declarations->requirements[declarations->requirement_count++] = requirement;
+    return NULL;
 }
 
 expression declarations_parameter_expression(const struct declarations *declarations, int index) {

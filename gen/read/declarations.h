@@ -41,7 +41,9 @@ expression declarations_add_parameter(struct declarations *declarations, struct 
 void declarations_add_parameters(struct declarations *declarations, const struct value *list);
 expression declarations_add_input(struct declarations *declarations, struct place place, const char *name,
                                   double standard, const char *unit);
-void declarations_add_requirement(struct declarations *declarations, struct requirement requirement);
+/* What is wrong with expressions of parameters alone, as a message; NULL: nothing, and where they hang on
+ * parameters the requirement is kept for other values of these. */
+const char *declarations_require(struct declarations *declarations, struct requirement requirement);
 /* The value of an expression that is known while the model is read: of parameters, none of which waits for
  * the start of a motion. */
 bool parameters_are_known(const struct declarations *declarations, expression e, double *value);

@@ -87,15 +87,24 @@ static void run_input(struct module_call *call) {
 
 /* ---- formulas ---- */
 
-/* Complains where it is known that argument `low` is not below argument `high`. */
+/* Complains where it is known what the values are, and that they are wrong. */
+static void require(struct module_call *call, struct requirement requirement) {
+    struct declarations *declarations = call->declarations;
+    double value;
+    for (int i = 0; i < requirement.count; i++)
+        if (call->fault || !parameters_are_known(declarations, requirement.values[i], &value))
+            return;
+    requirement.path = memory_format(declarations->memory, "rd.%s",
+                                     module_function_name(declarations->memory, call->function));
+    requirement.place = call->place;
+    call->fault = declarations_require(declarations, requirement);
+}
+
+/* Argument `low` is below argument `high`. */
 static void order_arguments(struct module_call *call, int low, int high, const char *needed) {
-    double below, above;
-    if (call->fault || !parameters_are_known(call->declarations, expression_argument(call, low), &below) ||
-        !parameters_are_known(call->declarations, expression_argument(call, high), &above) || below < above)
-        return;
-    call->fault =
-        memory_format(call->declarations->memory, "rd.%s: from %.6g to %.6g, %s is needed",
-                      module_function_name(call->declarations->memory, call->function), below, above, needed);
+    const expression below = expression_argument(call, low), above = expression_argument(call, high);
+    require(call, (struct requirement){
+                      .fault = requirement_order, .values = {below, above}, .count = 2, .needed = needed});
 }
 
 static void run_rise(struct module_call *call,
@@ -126,19 +135,12 @@ static void give_section(struct module_call *call, struct section section) {
 
 /* Squares would hide a sign. What depends on the motion is refused with the section's fields. */
 static expression size_argument(struct module_call *call, int index, bool may_be_zero) {
-    const struct declarations *declarations = call->declarations;
     const expression e = expression_argument(call, index);
-    double size;
-    if (call->fault || !parameters_are_known(declarations, e, &size))
-        return e;
-    if (!isfinite(size))
-        call->fault = memory_format(
-            declarations->memory, "rd.%s: argument %d is %s, a finite number is needed",
-            module_function_name(declarations->memory, call->function), index + 1, text_not_finite(size));
-    else if (size < 0 || (size == 0 && !may_be_zero))
-        call->fault = memory_format(declarations->memory, "rd.%s: argument %d is %.6g, a %s is needed",
-                                    module_function_name(declarations->memory, call->function), index + 1,
-                                    size, may_be_zero ? "number not below 0" : "positive number");
+    require(call, (struct requirement){.fault = requirement_argument,
+                                       .values = {e},
+                                       .count = 1,
+                                       .range = may_be_zero ? RANGE_NOT_NEGATIVE : RANGE_POSITIVE,
+                                       .argument = index + 1});
     return e;
 }
 

@@ -92,11 +92,12 @@ static struct shape tube_shape(const struct reader *reader, const struct value *
     const struct value *inner = fields_get(table, FIELD_TUBE_inner);
     const expression hole =
         inner ? fields_get_value(check, table, FIELD_TUBE_inner) : expr_zero(check->graph);
-    if (inner && read_value_now(reader, hole) >= read_value_now(reader, outer))
-        message_error(check->messages, inner->place,
-                      "%s: value %.6g, less than the outer diameter %.6g is needed",
-                      fields_path_name(check, path, "inner"), read_value_now(reader, hole),
-                      read_value_now(reader, outer));
+    if (inner)
+        read_require(reader, (struct requirement){.fault = requirement_hole,
+                                                  .values = {hole, outer},
+                                                  .count = 2,
+                                                  .path = fields_path_name(check, path, "inner"),
+                                                  .place = inner->place});
     return hollow_shape(check->graph, axis, outer, hole, fields_get_value(check, table, FIELD_TUBE_length));
 }
 

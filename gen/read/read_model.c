@@ -144,6 +144,16 @@ struct entry {
     int position; /* in the model's order, -1: not yet placed */
 };
 
+static void check_inertias(const struct reader *reader, const struct link *link) {
+    const char *path = memory_format(reader->check.memory, "link %s", link->name);
+    for (int i = 0; i < link->solid_count; i++) {
+        struct requirement requirement = {
+            .fault = requirement_inertia, .count = 6, .path = path, .place = link->place};
+        memcpy(requirement.values, link->solids[i].inertia, sizeof requirement.values);
+        read_require(reader, requirement);
+    }
+}
+
 static void read_link(const struct reader *reader, const struct value *value, struct entry *entry) {
     const struct checker *check = &reader->check;
     const struct value *name = fields_get(value, FIELD_LINK_name), *beam = fields_get(value, FIELD_LINK_beam);
@@ -163,6 +173,8 @@ static void read_link(const struct reader *reader, const struct value *value, st
     if (beam)
         read_beam(reader, beam, fields_path_name(check, entry->path, "beam"), &link->beam);
     link->is_wrong = check->messages->errors > errors;
+    if (!link->is_wrong)
+        check_inertias(reader, link);
 }
 
 /* The links stand in the model in the order of the file meanwhile, so that places can be looked up. */

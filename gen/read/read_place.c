@@ -15,6 +15,12 @@ double read_value_now(const struct reader *reader, expression e) {
     return parameters_evaluate(reader->check.graph, reader->check.declarations->parameters, e);
 }
 
+void read_require(const struct reader *reader, struct requirement requirement) {
+    const char *fault = declarations_require(reader->check.declarations, requirement);
+    if (fault)
+        message_error(reader->check.messages, requirement.place, "%s", fault);
+}
+
 /* ---- turns ---- */
 
 /*
@@ -141,10 +147,10 @@ static bool find_carrier(const struct reader *reader, const struct value *value,
     return link && (!dot || at->where == AT_TIP);
 }
 
-static double beam_length(const struct reader *reader, const struct beam *beam) {
-    double length = 0;
+static expression beam_length(const struct reader *reader, const struct beam *beam) {
+    expression length = expr_zero(reader->check.graph);
     for (int i = 0; i < beam->segment_count; i++)
-        length += read_value_now(reader, beam->segments[i].length);
+        length = expr_add(reader->check.graph, length, beam->segments[i].length);
     return length;
 }
 
@@ -160,12 +166,13 @@ static void read_along(const struct reader *reader, const struct value *along, c
                       is_beam ? "beside the tip of the beam" : "on what is no beam");
         return;
     }
-    const double length = beam_length(reader, &link->beam);
     value_expression(check->graph, along, &at->along);
     at->where = AT_ALONG;
-    if (read_value_now(reader, at->along) > length * (1 + 1e-12))
-        message_error(check->messages, along->place, "%s: value %.6g, the beam ends at %.6g", path,
-                      read_value_now(reader, at->along), length);
+    read_require(reader, (struct requirement){.fault = requirement_along,
+                                              .values = {at->along, beam_length(reader, &link->beam)},
+                                              .count = 2,
+                                              .path = path,
+                                              .place = along->place});
 }
 
 bool read_attachment(const struct reader *reader, const struct value *table,

@@ -120,13 +120,18 @@ static void read_names(const struct reading *reading, const struct value *value,
         return;
     }
     names->count = fields_get_names(&reading->check, value, &names->names);
+    names->places = memory_get(reading->check.memory, ((size_t)names->count + 1) * sizeof *names->places);
+    for (int i = 0; i < names->count; i++)
+        names->places[i] = value->kind == VALUE_TABLE && names->count == value->item_count
+                               ? value->items[i].place
+                               : value->place;
     for (int i = 0; value->kind == VALUE_TABLE && i < value->item_count; i++)
         if (value->items[i].kind != VALUE_TEXT && value->items[i].kind != VALUE_NOTHING)
             refuse(reading, &value->items[i], fields_path_item(&reading->check, path, i), "a name");
     for (int i = 0; i < names->count; i++)
         if (text_index(names->names[i], names->names, names->count) < i)
-            message_error(reading->check.messages, value->place, "%s: \"%s\" is there twice, once is enough",
-                          path, names->names[i]);
+            message_error(reading->check.messages, names->places[i],
+                          "%s: \"%s\" is there twice, once is enough", path, names->names[i]);
 }
 
 /* Names as the command line has them, commas between. */
@@ -533,6 +538,11 @@ bool sweep_file_derive(struct sweep_file *file, const struct case_table *given, 
     if (setjmp(file->out_of_memory))
         return no_memory(file, file->place.file);
     return script_derive(file->script, file->derive, given, memory, derived);
+}
+
+struct place sweep_file_place(const struct sweep_file *file, const char *field) {
+    const struct value *value = value_find_field(script_result(file->script), field);
+    return value ? value->place : file->place;
 }
 
 const char *sweep_file_text(const struct sweep_file *file, struct memory *memory) {

@@ -1,6 +1,7 @@
 /* The functions of the module in sweep files: see script_state.h. Each gives a list of its arguments, with
  * its name as tag. */
 #include "read/script_state.h"
+#include "read/sweep_file.h"
 #include "read/fields.h"
 #include "read/module.h"
 #include "base/text.h"
@@ -8,14 +9,14 @@
 #include <string.h>
 
 static const struct {
-    const char *name, *arguments;
+    const char *name, *arguments, *names;
     int count;
 } functions[] = {
-    {"grid", "from, to and the number of points", 3},
-    {"log_grid", "from, to and the number of points", 3},
-    {"uniform", "from and to", 2},
-    {"log_uniform", "from and to", 2},
-    {"normal", "mean and standard deviation", 2},
+    {"grid", "from, to and the number of points", "from, to, count", 3},
+    {"log_grid", "from, to and the number of points", "from, to, count", 3},
+    {"uniform", "from and to", "from, to", 2},
+    {"log_uniform", "from and to", "from, to", 2},
+    {"normal", "mean and standard deviation", "mean, deviation", 2},
 };
 
 enum { FUNCTION_COUNT = sizeof functions / sizeof *functions };
@@ -81,4 +82,11 @@ const char *script_unknown_in_sweep(struct memory *memory, const char *name) {
         return memory_format(memory, "rd.%s: unknown function, the nearest known one is \"%s\"", name,
                              nearest);
     return memory_format(memory, "rd.%s: unknown function, a sweep file has%s", name, all);
+}
+
+const char *sweep_file_function(int number, const char **arguments) {
+    if (number < 0 || number >= FUNCTION_COUNT)
+        return NULL;
+    *arguments = functions[number].names;
+    return functions[number].name;
 }

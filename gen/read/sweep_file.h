@@ -59,6 +59,7 @@ struct sweep_run {
 
 struct sweep_names {
     const char **names;
+    struct place *places; /* (count) */
     int count;
 };
 
@@ -92,8 +93,15 @@ struct sweep_file {
     struct sweep_keep keep;
 };
 
+/* The functions of sweep files, by number, with the names of their arguments, commas between; NULL behind the
+ * last one. For editors. */
+const char *sweep_file_function(int number, const char **arguments);
+
 /* How many cases there are, which `cases_max` bounds once the file is read. */
 double sweep_file_case_count(const struct sweep_file *file);
+
+/* Where the file gives a field of rd.sweep; that of the sweep when it does not. */
+struct place sweep_file_place(const struct sweep_file *file, const char *field);
 
 /* False: messages say why, or memory is short, when there is none. sweep_file_release in any case. */
 bool sweep_file_read(struct sweep_file *file, const char *path);

@@ -358,4 +358,12 @@ function rd.max(...) end
 function rd.less(...) end
 function rd.where(...) end
 
+-- in sweep files of refdyn batch: docs/batches.md
+function rd.sweep(fields) end
+function rd.grid(from, to, count) end
+function rd.log_grid(from, to, count) end
+function rd.uniform(from, to) end
+function rd.log_uniform(from, to) end
+function rd.normal(mean, deviation) end
+
 return rd

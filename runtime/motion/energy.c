@@ -11,6 +11,9 @@
 
 #include <math.h>
 
+/* Of an energy: what its rounding makes of it in a motion of many steps. */
+static const double rounding = 1e-12;
+
 int refdyn_energies(const struct refdyn_workspace *work, double t, const double *q, const double *qd,
                     double *energy) {
     if (!work->model->energy)
@@ -32,6 +35,7 @@ int refdyn_energy_start(struct refdyn_energy *energy, const struct refdyn_integr
         .kinetic_start = now[0],
         .potential_start = now[1],
         .work_start = integrator->work_done,
+        .largest = fabs(now[0]) + fabs(now[1]),
     };
     return status;
 }
@@ -48,9 +52,14 @@ int refdyn_energy_add(struct refdyn_energy *energy, const struct refdyn_integrat
     const double change = fmax(fmax(fabs(kinetic), fabs(potential)), fabs(work));
     energy->largest_change = fmax(energy->largest_change, change);
     energy->largest_error = fmax(energy->largest_error, fabs(kinetic + potential - work));
+    energy->largest = fmax(energy->largest, fabs(now[0]) + fabs(now[1]) + fabs(work));
     return REFDYN_OK;
 }
 
 double refdyn_energy_error(const struct refdyn_energy *energy) {
     return energy->largest_change > 0 ? energy->largest_error / energy->largest_change : 0;
+}
+
+int refdyn_energy_changes(const struct refdyn_energy *energy) {
+    return energy->largest_change > rounding * energy->largest;
 }

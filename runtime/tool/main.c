@@ -82,6 +82,7 @@ static const struct command commands[] = {
      .options = "until! from method step tol step-max accuracy verify inputs stop every stabilise singular "
                 "start hold release way "
                 "output summary set fold case of",
+     .takes_gsl = true,
      .output = "RUN.csv",
      .purpose = "one motion, as CSV or HDF5",
      .help =
@@ -96,7 +97,7 @@ static const struct command commands[] = {
     {.name = "batch",
      .run = run_batch_anywhere,
      .operands = "MODEL.lua [SWEEP.lua]",
-     .options = "output! table until from method step tol step-max every stabilise singular start hold "
+     .options = "output table until from method step tol step-max every stabilise singular start hold "
                 "release way cases threads lanes resume dry-run slurm chunks slurm-options summary set",
      .output = "RUNS.h5",
      .purpose = "many motions of a model, into one file",

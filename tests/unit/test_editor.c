@@ -6,6 +6,7 @@
 #include "read/fields.h"
 #include "base/memory.h"
 #include "read/module.h"
+#include "read/sweep_file.h"
 
 #include <ctype.h>
 #include <stdio.h>
@@ -119,6 +120,10 @@ static void put_functions(void) {
     for (int i = 0; i < module_function_count(); i++)
         put_function(module_function_name(&memory, i), NULL, "...");
     memory_release(&memory);
+    put("\n-- in sweep files of refdyn batch: docs/batches.md\nfunction rd.sweep(fields) end\n");
+    const char *arguments, *name;
+    for (int i = 0; (name = sweep_file_function(i, &arguments)); i++)
+        put_function(name, NULL, arguments);
     put("\nreturn rd\n");
 }
 

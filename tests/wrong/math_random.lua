@@ -1,4 +1,4 @@
--- expect: 6: math.random: unknown function, the nearest known one is "rad"
+-- expect: 6: math.random: unknown function, models/README.md names what a model can use
 local rd = require "refdyn"
 local p = rd.parameters { { "n", 3 } }
 return rd.model { name = "wrong", links = { { "a", joint = "x", mass = 1 } },

@@ -45,12 +45,21 @@ static void spare_inputs(struct targets *targets, const struct batch_setup *setu
     batch_for_each_file(setup, spare, targets);
 }
 
+/* The journal is no place for the summary either. */
+static bool is_journal(const struct options *options) {
+    return options->summary && strcmp(options->summary, text_format("%s.journal", options->output)) == 0;
+}
+
 static enum status open_results(struct results *results, struct batch_setup *setup) {
     const struct options *options = &setup->options;
     const enum status status = check_suffix(results, setup);
     if (status != STATUS_DONE)
         return status;
+    if (is_journal(options))
+        return usage_error(options->command, "--summary %s: the journal of %s, another name is needed",
+                           options->summary, options->output);
     spare_inputs(&results->targets, setup);
+    targets_spare(&results->targets, text_format("%s.journal", options->output));
     results->runs = target_open(&results->targets, options->output);
     if (results->runs && options->summary)
         results->summary = target_open(&results->targets, options->summary);
@@ -241,6 +250,8 @@ static enum status compute_missing(struct results *results, struct batch_setup *
 enum status run_batch(const struct options *options) {
     struct batch_setup setup;
     struct results results = {.journal = {.file = -1}};
+    if (!options->output && !options->dry_run)
+        return usage_error(options->command, "-o is missing");
     enum status status = batch_setup_open(&setup, options);
     if (status == STATUS_DONE)
         status = options->dry_run ? run_dry(&setup) : compute_missing(&results, &setup);

@@ -16,6 +16,7 @@
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 bool batch_for_each_file(const struct batch_setup *setup, bool call(void *context, const char *path),
                          void *context) {
@@ -180,12 +181,20 @@ static const char *command_of(struct batch_setup *setup) {
     return text.data;
 }
 
+/* Where paths of the options and of the cases begin; "." where nothing tells. */
+static const char *present_folder(struct batch_setup *setup) {
+    char *folder = getcwd(NULL, 0);
+    const char *copy = memory_text(&setup->memory, folder ? folder : ".");
+    free(folder);
+    return copy;
+}
+
 static void add(struct batch_setup *setup, const char *name, const char *text) {
     setup->layout.attributes[setup->layout.attribute_count++] = (struct attribute){name, text};
 }
 
 void batch_identify(struct batch_setup *setup) {
-    enum { ATTRIBUTES = 4 + 2 * JOURNAL_PARTS };
+    enum { ATTRIBUTES = 5 + 2 * JOURNAL_PARTS };
     const char *model = text_of(setup, put_sources), *options = text_of(setup, put_options),
                *files = text_of(setup, put_files);
     const char *sweep = setup->sweep.text;
@@ -201,5 +210,6 @@ void batch_identify(struct batch_setup *setup) {
         add(setup, memory_format(&setup->memory, "%s_hash", names[part]), setup->key.hash[part]);
     }
     add(setup, "command", command_of(setup));
+    add(setup, "folder", present_folder(setup));
     add(setup, "lanes", memory_format(&setup->memory, "%d", setup->lanes));
 }

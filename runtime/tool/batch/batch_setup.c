@@ -4,19 +4,25 @@
 #include "simulate/gsl_motion.h"
 #include "simulate/motion.h"
 
+#include <errno.h>
 #include <math.h>
 #include <sched.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { OUTPUTS_MAX = 1000000, THREADS_MAX = 1024 };
+enum { OUTPUTS_MAX = 1000000, THREADS_MAX = 1024, PROCESSORS_MAX = 1 << 20 };
 
-/* Processors that this process may use. */
+/* Processors that this process may use. The set has to be as large as that of the system. */
 static int count_processors(void) {
-    cpu_set_t set;
-    if (sched_getaffinity(0, sizeof set, &set) != 0)
-        return 1;
-    return CPU_COUNT(&set) > 0 ? CPU_COUNT(&set) : 1;
+    int found = 0;
+    for (int most = 1024; most <= PROCESSORS_MAX && found == 0; most *= 2) {
+        cpu_set_t *set = CPU_ALLOC((size_t)most);
+        const size_t size = CPU_ALLOC_SIZE((size_t)most);
+        const bool is_known = set && sched_getaffinity(0, size, set) == 0;
+        found = is_known ? CPU_COUNT_S(size, set) : set && errno == EINVAL ? 0 : 1;
+        CPU_FREE(set);
+    }
+    return found > 0 ? found : 1;
 }
 
 static enum status choose_threads(struct batch_setup *setup) {
@@ -25,6 +31,8 @@ static enum status choose_threads(struct batch_setup *setup) {
         return usage_error(setup->options.command, "--threads: %.0f, at most %d are taken", asked,
                            THREADS_MAX);
     setup->threads = asked > 0 ? (int)asked : count_processors();
+    if (setup->threads > THREADS_MAX)
+        setup->threads = THREADS_MAX;
     return STATUS_DONE;
 }
 
@@ -89,8 +97,10 @@ static enum status check_motion(struct batch_setup *setup) {
     if (!(options->until > 0))
         return usage_error(options->command, "--until is missing: the end of each motion");
     if (options->method && by_gsl_has(options->method))
-        return usage_error(options->command, "--method: %s takes one motion alone (refdyn sim), no batch",
-                           options->method);
+        return option_error(options, "method", ": %s takes one motion alone (refdyn sim), no batch",
+                            options->method);
+    if (options->hold && !(options->from && strcmp(options->from, "statics") == 0))
+        return option_error(options, "hold", ": goes with --from statics");
     const enum status status = motion_options(options, &setup->integration);
     setup->integration.balance =
         0; /* nothing of it is kept, and it costs an evaluation of the power a stage */
@@ -99,26 +109,28 @@ static enum status check_motion(struct batch_setup *setup) {
 
 /* ---- Times and items ---- */
 
-static enum status check_times(const struct batch_setup *setup, double t, double every) {
+static enum status check_times(const struct batch_setup *setup) {
     const struct options *options = &setup->options;
+    const struct scene *scene = &setup->structures.list[0].scene;
     const struct keep *keep = &setup->sweep.keep;
-    if (!(options->until > t))
-        return usage_error(options->command, "until %g: the motions start at t = %g", options->until, t);
+    const double t = scene->state.t, every = options->every;
+    const enum status status = motion_check_times(scene, options);
+    if (status != STATUS_DONE)
+        return status;
     if (every > 0 && (options->until - t) / every > OUTPUTS_MAX)
-        return usage_error(options->command, "every %g: %.3g outputs, at most %d are taken", every,
-                           (options->until - t) / every, OUTPUTS_MAX);
+        return option_error(options, "every", " %g: %.3g outputs, at most %d are taken in a batch", every,
+                            (options->until - t) / every, OUTPUTS_MAX);
     for (int i = 0; i < keep->at_count; i++)
         if (!(keep->at[i] >= t && keep->at[i] <= options->until))
-            return usage_error(options->command, "keep: at %g, the motions go from %g to %g", keep->at[i], t,
-                               options->until);
+            return option_error(options, "keep", ": time %g, the motions go from %g to %g", keep->at[i], t,
+                                options->until);
     return STATUS_DONE;
 }
 
 static enum status lay_out(struct batch_setup *setup) {
     const double t = setup->structures.list[0].scene.state.t, every = setup->options.every;
     const int count = setup->structures.count;
-    const char *near = NULL;
-    const enum status status = check_times(setup, t, every);
+    const enum status status = check_times(setup);
     if (status != STATUS_DONE)
         return status;
     setup->kept.times = seen_times_make(&setup->memory, &setup->sweep.keep, t, setup->options.until, every);
@@ -126,13 +138,9 @@ static enum status lay_out(struct batch_setup *setup) {
     for (int i = 0; i < count; i++)
         models[i] = setup->structures.list[i].scene.model;
     setup->layout.cases = setup->sweep.cases;
-    const char *unknown =
-        kept_lay_out(&setup->memory, &setup->sweep.keep, models, count, &setup->kept, &setup->layout, &near);
-    if (!unknown)
-        return STATUS_DONE;
-    fprintf(stderr, "refdyn: %s: keep: a motion has no column '%s'%s%s\n", setup->options.operands[1],
-            unknown, near ? ", the nearest is " : "", near ? near : "");
-    return STATUS_FAULT;
+    return kept_lay_out(&setup->memory, &setup->sweep.keep, models, count, &setup->kept, &setup->layout)
+               ? STATUS_DONE
+               : STATUS_FAULT;
 }
 
 /* ---- All of it ---- */
@@ -147,8 +155,10 @@ enum status batch_setup_complete(struct batch_setup *setup) {
         status = choose_range(setup);
     if (status != STATUS_DONE)
         return status;
-    structures_sort(&setup->structures, &setup->memory, &setup->sweep.cases, setup->first, setup->end,
-                    &setup->options);
+    status = structures_sort(&setup->structures, &setup->memory, &setup->sweep.cases, setup->first,
+                             setup->end, &setup->options);
+    if (status != STATUS_DONE)
+        return status;
     status = structures_open(&setup->structures, &setup->memory, &setup->sweep.cases, &setup->integration,
                              setup->threads);
     return status == STATUS_DONE ? lay_out(setup) : status;

@@ -5,7 +5,9 @@
  * which the batch looked, with all columns of a motion.
  */
 #include "batch/batch_run.h"
+#include "batch/case_files.h"
 #include "command_line/commands.h"
+#include "system/interrupt.h"
 #include "system/temporary_folder.h"
 
 #include <errno.h>
@@ -94,28 +96,15 @@ static enum status read_case(struct again *again, const char *path, double numbe
     return STATUS_DONE;
 }
 
-/* A file that has another hash than `files` tells would give other numbers. */
-static bool check_file(void *context, const char *path) {
-    const struct again *again = context;
-    const char *known = json_string_value(json_object_get(again->files, path));
-    char hash[JOURNAL_HASH];
-    if (!known)
-        return true;
-    if (!batch_hash_file(path, hash))
-        return false;
-    return strcmp(hash, known) == 0 ||
-           complain(path, "it has changed since the batch was computed") == STATUS_DONE;
-}
-
 /* What made the batch look at its times: outputs where anything is kept of them, and times of their own. */
-static void read_keep(struct again *again) {
+static void read_keep(struct again *again, const char *const *of) {
     const struct runs_layout *layout = runs_layout(again->runs);
     struct keep *keep = &again->setup.sweep.keep;
     keep->final = true;
     for (int i = 0; i < layout->item_count; i++) {
         const char *group = layout->items[i].group;
         if (strcmp(group, "extremes") == 0 || strcmp(group, "norms") == 0 || strcmp(group, "history") == 0)
-            keep->history = (struct name_list){&layout->items[i].name, 1};
+            keep->history = (struct name_list){&layout->items[i].name, of, 1};
     }
     for (int i = 0; i < layout->axis_count; i++)
         if (strcmp(layout->axes[i].path, "at/t") == 0) {
@@ -138,6 +127,11 @@ static int write_row(void *context, const struct refdyn_batch_case *one, int num
     return 0;
 }
 
+static int is_interrupted(void *context) {
+    (void)context;
+    return interrupted != 0;
+}
+
 static int note_end(void *context, const struct refdyn_batch_case *one,
                     const struct refdyn_batch_result *result) {
     struct again *again = context;
@@ -157,6 +151,14 @@ static const char *without_folder(const struct again *again, const char *text) {
     return strncmp(text, again->folder.path, length) == 0 && text[length] == '/' ? text + length + 1 : text;
 }
 
+/* What a signal had it leave stays readable, as that of a motion. */
+static enum status leave_part(struct again *again) {
+    fputs("refdyn: interrupted\n", stderr);
+    if (again->has_rows && target_close_part(again->rows) && again->rows->part)
+        fprintf(stderr, "refdyn: what was computed until then is in %s\n", again->rows->part);
+    return STATUS_NUMBERS;
+}
+
 static enum status move(struct again *again) {
     struct structure *structure = &again->setup.structures.list[0];
     struct refdyn_batch batch = batch_of_structure(&again->setup, structure);
@@ -164,12 +166,16 @@ static enum status move(struct again *again) {
     batch.context = again;
     batch.output = write_row;
     batch.end = note_end;
+    batch.stop = is_interrupted;
     const char *reason = structure_refuses(structure, &again->setup.sweep.cases, 0);
     if (reason) {
         fprintf(stderr, "%s\n", without_folder(again, reason));
         return STATUS_FAULT;
     }
+    interrupt_defer(true);
     const int result = refdyn_batch_run(&batch, NULL);
+    if (interrupted)
+        return leave_part(again);
     if (result)
         return complain(structure->scene.model->name, refdyn_status_text(result));
     if (!again->has_rows)
@@ -194,9 +200,11 @@ static enum status open_case(struct again *again, const struct options *given, c
     read_options(again, given, path);
     if (status == STATUS_DONE)
         status = read_case(again, of, given->case_number);
-    if (status == STATUS_DONE && !batch_for_each_file(&again->setup, check_file, again))
+    const struct case_files files = {
+        .hashes = again->files, .folder = runs_attribute(again->runs, "folder"), .runs = of};
+    if (status == STATUS_DONE && !case_files_find(&files, &again->setup))
         status = STATUS_FAULT;
-    read_keep(again);
+    read_keep(again, &given->of);
     if (status == STATUS_DONE)
         status = batch_setup_complete(&again->setup);
     targets_spare(&again->targets, of);

@@ -8,6 +8,7 @@
 
 struct name_list {
     const char **names;
+    const char *const *places; /* (count) "FILE:LINE", where each is asked for */
     int count;
 };
 

@@ -145,8 +145,9 @@ static void add_axes(struct memory *memory, const struct keep *keep, const struc
 
 /* ---- Names that no model has ---- */
 
-static const char *find_unknown(struct memory *memory, const struct name_list *list, struct listing *listing,
-                                enum kept_kind kind, const struct refdyn_model *model, const char **near) {
+/* Complains of the first one; false: there is one. */
+static bool are_known(const struct name_list *list, const struct listing *listing, enum kept_kind kind,
+                      const struct refdyn_model *model, const char *field) {
     for (int i = 0; i < list->count; i++) {
         if (has_item(listing, kind, list->names[i]))
             continue;
@@ -154,24 +155,21 @@ static const char *find_unknown(struct memory *memory, const struct name_list *l
         struct refdyn_integrator integrator = {.work = &work};
         struct table table;
         table_start(&table, &integrator);
-        const char *found = message_nearest_name(list->names[i], table.names, table.count);
-        *near = found ? memory_text(memory, found) : NULL;
-        return list->names[i];
+        const char *near = message_nearest_name(list->names[i], table.names, table.count);
+        fprintf(stderr, "%s: keep.%s: a motion has no column '%s'%s%s\n", list->places[i], field,
+                list->names[i], near ? ", the nearest is " : "", near ? near : "");
+        return false;
     }
-    return NULL;
+    return true;
 }
 
-const char *kept_lay_out(struct memory *memory, const struct keep *keep,
-                         const struct refdyn_model *const *models, int model_count, struct kept *kept,
-                         struct runs_layout *layout, const char **near) {
+bool kept_lay_out(struct memory *memory, const struct keep *keep, const struct refdyn_model *const *models,
+                  int model_count, struct kept *kept, struct runs_layout *layout) {
     struct listing listing = {.memory = memory, .kept = kept, .layout = layout};
-    const struct name_list *const lists[] = {&keep->extremes, &keep->norms, &keep->history};
-    const enum kept_kind kinds[] = {KEPT_EXTREMES, KEPT_NORM, KEPT_HISTORY};
-    const char *unknown = NULL;
     for (int i = 0; i < model_count; i++)
         add_model(&listing, keep, models[i]);
-    for (int i = 0; i < 3 && !unknown; i++)
-        unknown = find_unknown(memory, lists[i], &listing, kinds[i], models[0], near);
     add_axes(memory, keep, kept, layout);
-    return unknown;
+    return are_known(&keep->extremes, &listing, KEPT_EXTREMES, models[0], "extremes") &&
+           are_known(&keep->norms, &listing, KEPT_NORM, models[0], "norms") &&
+           are_known(&keep->history, &listing, KEPT_HISTORY, models[0], "history");
 }

@@ -14,6 +14,8 @@ static const char missing_name[] = "missing";
 /* What differs between parts of one batch: when and how they were made. */
 static const char *const free_names[] = {"command", "created", "started", "finished",  "wall_s",
                                          "cpu_s",   "threads", "host",    missing_name};
+/* Kept of the first file, from which paths of the cases are looked up. */
+static const char folder_name[] = "folder";
 
 /* One call. */
 struct merge {
@@ -46,7 +48,8 @@ static const char *other_attribute(const struct runs_reader *a, const struct run
     const struct runs_layout *layout = runs_layout(a);
     for (int i = 0; i < layout->attribute_count; i++) {
         const char *name = layout->attributes[i].name, *other = runs_attribute(b, name);
-        if (!is_free(name) && (!other || strcmp(layout->attributes[i].text, other) != 0))
+        if (!is_free(name) && strcmp(name, folder_name) != 0 &&
+            (!other || strcmp(layout->attributes[i].text, other) != 0))
             return name;
     }
     return NULL;

@@ -35,11 +35,10 @@ struct kept {
 struct seen_times seen_times_make(struct memory *memory, const struct keep *keep, double t, double until,
                                   double every);
 
-/* Adds items and axes for these models to the layout. NULL, or a name of `keep` that is no column of any of
- * them, with the nearest name that is in *near. */
-const char *kept_lay_out(struct memory *memory, const struct keep *keep,
-                         const struct refdyn_model *const *models, int model_count, struct kept *kept,
-                         struct runs_layout *layout, const char **near);
+/* Adds items and axes for these models to the layout. False, with a complaint: a name of `keep` is no column
+ * of any of them. */
+bool kept_lay_out(struct memory *memory, const struct keep *keep, const struct refdyn_model *const *models,
+                  int model_count, struct kept *kept, struct runs_layout *layout);
 
 struct recorder {
     const struct kept *kept;

@@ -22,12 +22,25 @@ static bool is_same_structure(const struct cases *cases, long a, long b) {
     return true;
 }
 
-static struct structure *find_structure(struct structures *structures, const struct cases *cases,
-                                        long number) {
-    for (int i = 0; i < structures->count; i++)
-        if (is_same_structure(cases, structures->list[i].example, number))
-            return &structures->list[i];
-    return NULL;
+/* Of the options of a case. */
+static uint64_t hash_of_options(const struct cases *cases, long number) {
+    uint64_t hash = 0;
+    for (int i = 0; i < cases->width; i++)
+        if (cases->columns[i].kind == VARIED_OPTION)
+            hash = (hash ^ (uint64_t)cases->columns[i].values[number]) * UINT64_C(0x9e3779b97f4a7c15) + 1;
+    return hash ^ hash >> 32;
+}
+
+/* A hash table: number of a structure plus one, 0: free. At most half of it is taken. */
+enum { PLACES = 4 * STRUCTURES_MOST };
+
+/* The place of the case's structure in the table, or where it would be. */
+static int *find_structure(const struct structures *structures, int places[static PLACES],
+                           const struct cases *cases, long number) {
+    size_t place = hash_of_options(cases, number) % PLACES;
+    while (places[place] && !is_same_structure(cases, structures->list[places[place] - 1].example, number))
+        place = (place + 1) % PLACES;
+    return &places[place];
 }
 
 static void add_settings(struct structure *structure, struct memory *memory, const struct cases *cases,
@@ -44,30 +57,56 @@ static void add_settings(struct structure *structure, struct memory *memory, con
     }
 }
 
-static struct structure *add_structure(struct structures *structures, struct memory *memory, int *capacity,
-                                       const struct options *options, long most) {
+static void add_structure(struct structures *structures, struct memory *memory, const struct cases *cases,
+                          long number, const struct options *options) {
     structures->list =
-        memory_room(memory, structures->list, structures->count, capacity, sizeof *structures->list);
+        memory_room(memory, structures->list, structures->count, &structures->room, sizeof *structures->list);
     struct structure *structure = &structures->list[structures->count++];
-    *structure = (struct structure){.options = *options};
-    structure->numbers = memory_get(memory, ((size_t)most + 1) * sizeof *structure->numbers);
-    return structure;
+    *structure = (struct structure){.options = *options, .example = number};
+    add_settings(structure, memory, cases, number);
 }
 
-void structures_sort(struct structures *structures, struct memory *memory, const struct cases *cases,
-                     long first, long end, const struct options *options) {
-    int capacity = 0;
-    *structures = (struct structures){.count = 0};
+/* Of each case the number of its structure; false: they are too many. */
+static bool find_structures(struct structures *structures, struct memory *memory, const struct cases *cases,
+                            const struct options *options, int *structure_of) {
+    int *places = memory_get(memory, PLACES * sizeof *places);
     for (long number = 0; number < cases->count; number++) {
-        struct structure *structure = find_structure(structures, cases, number);
-        if (!structure) {
-            structure = add_structure(structures, memory, &capacity, options, end - first);
-            structure->example = number;
-            add_settings(structure, memory, cases, number);
+        int *place = find_structure(structures, places, cases, number);
+        if (!*place && structures->count == STRUCTURES_MOST)
+            return false;
+        if (!*place) {
+            add_structure(structures, memory, cases, number, options);
+            *place = structures->count;
         }
-        if (number >= first && number < end)
-            structure->numbers[structure->count++] = number;
+        structure_of[number] = *place - 1;
     }
+    return true;
+}
+
+enum status structures_sort(struct structures *structures, struct memory *memory, const struct cases *cases,
+                            long first, long end, const struct options *options) {
+    int *structure_of = memory_get(memory, ((size_t)cases->count + 1) * sizeof *structure_of);
+    *structures = (struct structures){.count = 0};
+    if (!find_structures(structures, memory, cases, options, structure_of)) {
+        fprintf(
+            stderr,
+            "refdyn: %s: more than %d structures, as many as can be compiled and open at once; parts of the "
+            "sweep are batches of their own\n",
+            options->operands[options->operand_count - 1], STRUCTURES_MOST);
+        return STATUS_FAULT;
+    }
+    for (long number = first; number < end; number++)
+        structures->list[structure_of[number]].count++;
+    for (int i = 0; i < structures->count; i++) {
+        struct structure *structure = &structures->list[i];
+        structure->numbers = memory_get(memory, ((size_t)structure->count + 1) * sizeof *structure->numbers);
+        structure->count = 0;
+    }
+    for (long number = first; number < end; number++) {
+        struct structure *structure = &structures->list[structure_of[number]];
+        structure->numbers[structure->count++] = number;
+    }
+    return STATUS_DONE;
 }
 
 /* ---- Compiling ---- */

@@ -26,15 +26,18 @@ struct structure {
     struct refdyn_statics_options statics;
 };
 
+/* Each is a compiled library with what was read of its model, all open at once. */
+enum { STRUCTURES_MOST = 512 };
+
 struct structures {
     struct structure *list;
-    int count;
+    int count, room;
 };
 
 /* Sorts all cases, of which [first, end) are computed: what is kept of a case, and where, is the same for all
- * ranges. */
-void structures_sort(struct structures *structures, struct memory *memory, const struct cases *cases,
-                     long first, long end, const struct options *options);
+ * ranges. Complains of too many structures. */
+enum status structures_sort(struct structures *structures, struct memory *memory, const struct cases *cases,
+                            long first, long end, const struct options *options);
 /*
  * Generates, compiles and loads all of them, several at the same time; then finds what varies in each.
  * Complains of what a structure lacks. structures_close in any case.

@@ -89,11 +89,19 @@ static void make_cases(struct sweep_reading *reading) {
 
 /* ---- What is kept, and how motions run ---- */
 
+static const char *place_text(struct memory *memory, struct place place) {
+    return memory_format(memory, "%s:%d", place.file, place.line);
+}
+
 static struct name_list copy_names(struct memory *memory, const struct sweep_names *names) {
     struct name_list list = {.count = names->count};
     list.names = memory_get(memory, ((size_t)names->count + 1) * sizeof *list.names);
-    for (int i = 0; i < names->count; i++)
+    const char **places = memory_get(memory, ((size_t)names->count + 1) * sizeof *places);
+    for (int i = 0; i < names->count; i++) {
         list.names[i] = memory_text(memory, names->names[i]);
+        places[i] = place_text(memory, names->places[i]);
+    }
+    list.places = places;
     return list;
 }
 
@@ -114,36 +122,57 @@ static void copy_keep(struct sweep_reading *reading, double t_end) {
                       .at_count = keep->at_count};
 }
 
-static void set_number(double *option, double value) {
-    *option = *option > 0 ? *option : value;
+/* Where the file gives an option, for what is wrong with it. */
+static void tell(struct sweep_reading *reading, struct options *options, const char *option,
+                 const char *field) {
+    struct memory *memory = reading->names.memory;
+    const size_t size = sizeof *options->told, count = (size_t)options->told_count;
+    struct told_option *told = memory_grow(memory, options->told, count * size, (count + 1) * size);
+    told[options->told_count++] =
+        (struct told_option){option, field, place_text(memory, sweep_file_place(&reading->file, field))};
+    options->told = told;
 }
 
-static void set_text(struct memory *memory, const char **option, const char *value) {
-    if (!*option && value)
-        *option = memory_text(memory, value);
+/* An option that the command line has not. */
+static void set_number(struct sweep_reading *reading, struct options *options, double *target, double value,
+                       const char *option, const char *field) {
+    if (*target > 0 || !(value > 0))
+        return;
+    *target = value;
+    tell(reading, options, option, field);
+}
+
+static void set_text(struct sweep_reading *reading, struct options *options, const char **target,
+                     const char *value, const char *option) {
+    if (*target || !value)
+        return;
+    *target = memory_text(reading->names.memory, value);
+    tell(reading, options, option, option);
 }
 
 /* Options of the command line win; fixed steps there put away the tolerance of the file, and the reverse. */
 static void set_options(struct sweep_reading *reading, struct options *options) {
     const struct sweep_run *run = &reading->file.run;
-    struct memory *memory = reading->names.memory;
     const bool has_step = options->step > 0, has_tolerance = options->tolerance > 0 || options->step_max > 0;
-    set_number(&options->until, run->t_end);
-    set_number(&options->every, run->every);
-    set_number(&options->step, has_tolerance ? 0 : run->step);
-    set_number(&options->tolerance, has_step ? 0 : run->tol);
-    set_number(&options->step_max, has_step ? 0 : run->step_max);
-    set_text(memory, &options->method, run->method);
-    set_text(memory, &options->stabilise, run->stabilise);
-    set_text(memory, &options->singular, run->singular);
-    set_text(memory, &options->start, run->start);
-    set_text(memory, &options->hold, run->hold);
-    set_text(memory, &options->release, run->release);
-    set_text(memory, &options->way, run->way);
+    set_number(reading, options, &options->until, run->t_end, "until", "t_end");
+    set_number(reading, options, &options->every, run->every, "every", "every");
+    set_number(reading, options, &options->step, has_tolerance ? 0 : run->step, "step", "step");
+    set_number(reading, options, &options->tolerance, has_step ? 0 : run->tol, "tol", "tol");
+    set_number(reading, options, &options->step_max, has_step ? 0 : run->step_max, "step-max", "step_max");
+    set_text(reading, options, &options->method, run->method, "method");
+    set_text(reading, options, &options->stabilise, run->stabilise, "stabilise");
+    set_text(reading, options, &options->singular, run->singular, "singular");
+    set_text(reading, options, &options->start, run->start, "start");
+    set_text(reading, options, &options->hold, run->hold, "hold");
+    set_text(reading, options, &options->release, run->release, "release");
+    set_text(reading, options, &options->way, run->way, "way");
     const bool is_file = run->from && strcmp(run->from, "initial") != 0 && strcmp(run->from, "statics") != 0;
-    set_text(memory, &options->from,
-             is_file && *run->from != '/' ? memory_format(memory, "%s%s", reading->names.folder, run->from)
-                                          : run->from);
+    set_text(reading, options, &options->from,
+             is_file && *run->from != '/'
+                 ? memory_format(reading->names.memory, "%s%s", reading->names.folder, run->from)
+                 : run->from,
+             "from");
+    tell(reading, options, "keep", "keep");
 }
 
 /* ---- The file ---- */

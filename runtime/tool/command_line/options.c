@@ -161,12 +161,12 @@ const char *options_methods(bool is_explicit) {
     return text.data;
 }
 
-static void print_rule_help(const struct rule *rule) {
+static void print_rule_help(const struct command *command, const struct rule *rule) {
     if (rule->help)
         puts(rule->help);
     else
         printf("%s%s (default: rk4 with --step, auto without)\n", options_methods(false),
-               HAS_METHODS_OF_GSL ? ", msbdf, bsimp" : "");
+               command->takes_gsl && HAS_METHODS_OF_GSL ? ", msbdf, bsimp" : "");
 }
 
 static void print_command_help(const struct command *command) {
@@ -179,7 +179,7 @@ static void print_command_help(const struct command *command) {
         const int width = printf("  %s--%s %s", i == RULE_OUTPUT ? "-o, " : "", rules[i].name,
                                  argument_of(command, &rules[i]));
         printf("%*s", width < WIDTH ? WIDTH - width : 1, "");
-        print_rule_help(&rules[i]);
+        print_rule_help(command, &rules[i]);
     }
     puts("\nexit status: 0 done; 1 model, state or file at fault; 2 wrong usage; 3 the numbers failed");
 }
@@ -201,6 +201,30 @@ enum status usage_error(const struct command *command, const char *format, ...) 
     fputc('\n', stderr);
     va_end(list);
     print_usage(command, stderr);
+    return STATUS_USAGE;
+}
+
+static const struct told_option *told_option(const struct options *options, const char *option) {
+    for (int i = 0; i < options->told_count; i++)
+        if (strcmp(options->told[i].option, option) == 0)
+            return &options->told[i];
+    return NULL;
+}
+
+enum status option_error(const struct options *options, const char *option, const char *format, ...) {
+    const struct told_option *told = told_option(options, option);
+    va_list list;
+    if (told)
+        fprintf(stderr, "%s: %s", told->place, told->field);
+    else
+        fprintf(stderr, "refdyn %s: --%s", options->command->name, option);
+    va_start(list, format);
+    vfprintf(stderr, format, list);
+    va_end(list);
+    fputc('\n', stderr);
+    if (told)
+        return STATUS_FAULT;
+    print_usage(options->command, stderr);
     return STATUS_USAGE;
 }
 
@@ -286,16 +310,15 @@ enum status check_list(const struct command *command, const char *name, const ch
     return STATUS_DONE;
 }
 
-int options_choice(const struct command *command, const char *option, const char *word,
-                   const char *const *names) {
+enum status options_choose(const struct options *options, const char *option, const char *word,
+                           const char *const *names, int *place) {
     struct text known = {.memory = &program_memory};
-    for (int i = 0; names[i]; i++) {
-        if (strcmp(word, names[i]) == 0)
-            return i;
-        text_add(&known, "%s%s", i ? ", " : "", names[i]);
+    for (*place = 0; names[*place]; ++*place) {
+        if (strcmp(word, names[*place]) == 0)
+            return STATUS_DONE;
+        text_add(&known, "%s%s", *place ? ", " : "", names[*place]);
     }
-    usage_error(command, "--%s: '%s' is none of %s", option, word, known.data);
-    return -1;
+    return option_error(options, option, ": '%s' is none of %s", word, known.data);
 }
 
 static enum status check_text(const struct command *command, const struct rule *rule, const char *text) {

@@ -28,8 +28,16 @@ enum { HAS_HDF5 = 1 };
 enum { HAS_HDF5 = 0 };
 #endif
 
+/* An option that a file gives, under a name of the file's own. */
+struct told_option {
+    const char *option, *field;
+    const char *place; /* "FILE:LINE" */
+};
+
 struct options {
     const struct command *command;
+    const struct told_option *told; /* (told_count) those that are not of the command line */
+    int told_count;
     char **arguments; /* the whole command line */
     int argument_count;
     const char **operands; /* model or run files */
@@ -54,6 +62,7 @@ struct command {
     const char *operands; /* as in the usage line: "MODEL.lua" or "RUN..." */
     const char *options;  /* long names that it knows, in the order of the help, blanks between; '!' behind a
                              needed one */
+    bool takes_gsl;       /* are methods of GSL among its methods */
     const char *output;   /* what -o names: "FILE" or "DIR" */
     const char *purpose;  /* one line */
     const char *help;     /* what more a user should know, with examples */
@@ -71,13 +80,17 @@ void options_give(const struct options *options,
 enum status check_list(const struct command *command, const char *name, const char *list);
 /* The items of such a list, behind the last one NULL; of list NULL none. */
 const char **options_list(const char *list);
-/* The place of `word` among `names`, which end with NULL; -1 with a complaint of --option. */
-int options_choice(const struct command *command, const char *option, const char *word,
-                   const char *const *names);
+/* The place of `word` among `names`, which end with NULL; otherwise a complaint as of option_error. */
+enum status options_choose(const struct options *options, const char *option, const char *word,
+                           const char *const *names, int *place);
 /* "rk4, rk54, ...": all methods, or those that need no tangent. */
 const char *options_methods(bool is_explicit);
 /* Of the words of --from and --at: NULL unless it names a STATE.json. */
 const char *options_state_path(const char *place);
+/* What is wrong with the value of an option, in words that go on behind its name, ": '7' is none of ..." or
+ * " must be ...": as usage_error, or where a file gave it behind FILE:LINE, STATUS_FAULT. */
+enum status option_error(const struct options *options, const char *option, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
 /* Complains on stderr as `refdyn COMMAND: ...` with the usage line; returns STATUS_USAGE. */
 enum status usage_error(const struct command *command, const char *format, ...)
     __attribute__((format(printf, 2, 3)));

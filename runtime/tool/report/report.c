@@ -224,7 +224,7 @@ static void put_csv_trial(FILE *out, const struct study *study, const struct tri
     put_csv_number(out, trial->error, is_done(trial));
     put_csv_number(out, trial->phi_max, true);
     put_csv_number(out, trial->psi_max, true);
-    put_csv_number(out, trial->energy_error, true);
+    put_csv_number(out, trial->energy_error, !isnan(trial->energy_error));
     put_csv_number(out, trial->cpu_s, is_done(trial));
     put_csv_text(out, trial_outcome(trial));
     fputc('\n', out);

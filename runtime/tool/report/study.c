@@ -59,7 +59,7 @@ static void keep_facts(struct trial *trial, const struct motion *motion) {
     trial->tangents = s->tangents;
     trial->phi_max = s->phi_max;
     trial->psi_max = s->psi_max;
-    trial->energy_error = refdyn_energy_error(&motion->energy);
+    trial->energy_error = refdyn_energy_changes(&motion->energy) ? refdyn_energy_error(&motion->energy) : NAN;
 }
 
 /* What is infinite or NaN has no distance from itself. */

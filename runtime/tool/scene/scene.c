@@ -33,11 +33,12 @@ static bool read_variant(const struct options *options, struct read_request *req
         [LOOPS_AUTO] = "auto", [LOOPS_ALWAYS] = "always", [LOOPS_NEVER] = "never", NULL};
     const char *method = options->accelerations ? options->accelerations : methods[0];
     const char *when = options->loops ? options->loops : loops[0];
-    const int place = options_choice(options->command, "accelerations", method, methods);
-    const int loop = place < 0 ? -1 : options_choice(options->command, "loops", when, loops);
+    int place = 0, loop = 0;
+    const bool is_known = options_choose(options, "accelerations", method, methods, &place) == STATUS_DONE &&
+                          options_choose(options, "loops", when, loops, &loop) == STATUS_DONE;
     request->accelerations = (enum accelerations)place;
     request->loops = (enum loops)loop;
-    return loop >= 0;
+    return is_known;
 }
 
 /* Tells the messages of a model at fault, those of another one where they are wanted. */

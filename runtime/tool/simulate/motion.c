@@ -26,10 +26,10 @@ enum {
 /* GSL's methods work in the room of an implicit method. */
 static enum status choose_gsl(const struct options *options, struct refdyn_options *integration) {
     if (!HAS_METHODS_OF_GSL)
-        return usage_error(options->command, "--method: '%s' needs a refdyn that is built with GSL",
-                           options->method);
+        return option_error(options, "method", ": '%s' needs a refdyn that is built with GSL",
+                            options->method);
     if (options->step > 0)
-        return usage_error(options->command, "--step: %s finds its steps, it takes --tol", options->method);
+        return option_error(options, "step", ": %s finds its steps, it takes --tol", options->method);
     *integration = refdyn_options_default(REFDYN_RODAS5P);
     integration->stabilise = by_gsl_stabilise(options->method);
     if (options->tolerance > 0)
@@ -44,8 +44,8 @@ static enum status choose_method(const struct options *options, struct refdyn_op
     if (options->method)
         method = refdyn_method_find(options->method);
     if (method < 0)
-        return usage_error(options->command, "--method: '%s' is none of %s", options->method,
-                           options_methods(false));
+        return option_error(options, "method", ": '%s' is none of %s", options->method,
+                            options_methods(false));
     if (options->tolerance > 0 && options->step > 0)
         return usage_error(options->command, "--step is for fixed steps, --tol for steps that are found");
     if (options->step_max > 0 && options->step > 0)
@@ -53,8 +53,8 @@ static enum status choose_method(const struct options *options, struct refdyn_op
                            "--step is for fixed steps, --step-max for steps that are found");
     *integration = refdyn_options_default((enum refdyn_method)method);
     if ((options->tolerance > 0 || options->step_max > 0) && integration->tol == 0)
-        return usage_error(options->command, "--%s: %s has fixed steps, it takes --step",
-                           options->tolerance > 0 ? "tol" : "step-max", refdyn_method_name(method));
+        return option_error(options, options->tolerance > 0 ? "tol" : "step-max",
+                            ": %s has fixed steps, it takes --step", refdyn_method_name(method));
     integration->step_max = options->step_max;
     if (options->step > 0) {
         integration->step = options->step;
@@ -73,45 +73,48 @@ static enum status choose_stabilisation(const struct options *options, struct re
     static const char *const names[] = {"none", "baumgarte", "baumgarte-auto", "project", NULL};
     static const enum refdyn_stabilise stabilise[] = {REFDYN_NONE, REFDYN_BAUMGARTE, REFDYN_BAUMGARTE,
                                                       REFDYN_PROJECT};
+    int place;
     if (!options->stabilise)
         return STATUS_DONE;
-    const int place = options_choice(options->command, "stabilise", options->stabilise, names);
-    if (place < 0)
-        return STATUS_USAGE;
+    const enum status status = options_choose(options, "stabilise", options->stabilise, names, &place);
+    if (status != STATUS_DONE)
+        return status;
     integration->stabilise = stabilise[place];
     if (strcmp(options->stabilise, "baumgarte-auto") == 0)
         integration->gain_share = automatic_share;
     if (integration->stabilise == REFDYN_PROJECT && by_gsl_has(options->method) &&
         by_gsl_stabilise(options->method) != REFDYN_PROJECT)
-        return usage_error(options->command,
-                           "--stabilise: a projection would make %s start again after each step",
-                           options->method);
+        return option_error(options, "stabilise", ": a projection would make %s start again after each step",
+                            options->method);
     return STATUS_DONE;
+}
+
+/* A fact begins with the name of what is wrong. */
+static enum status validate(const struct options *options, const struct refdyn_options *integration) {
+    const char *fact;
+    if (refdyn_options_validate(integration, &fact) == REFDYN_OK)
+        return STATUS_DONE;
+    const int length = (int)strcspn(fact, " ");
+    return option_error(options, text_format("%.*s", length, fact), "%s", fact + length);
 }
 
 enum status motion_options(const struct options *options, struct refdyn_options *integration) {
     static const char *const starts[] = {"as-is", "project", NULL};
     static const char *const singular[] = {[REFDYN_STOP] = "stop", [REFDYN_PASS] = "pass", NULL};
-    const char *fact;
+    int start = 0, way = REFDYN_STOP;
     enum status status = choose_method(options, integration);
     if (status == STATUS_DONE)
         status = choose_stabilisation(options, integration);
+    if (status == STATUS_DONE && options->start)
+        status = options_choose(options, "start", options->start, starts, &start);
+    if (status == STATUS_DONE && options->singular)
+        status = options_choose(options, "singular", options->singular, singular, &way);
     if (status != STATUS_DONE)
         return status;
-    const int start = options->start ? options_choice(options->command, "start", options->start, starts) : 0;
-    if (start < 0)
-        return STATUS_USAGE;
-    if (options->singular) {
-        const int place = options_choice(options->command, "singular", options->singular, singular);
-        if (place < 0)
-            return STATUS_USAGE;
-        integration->singular = (enum refdyn_singular)place;
-    }
+    integration->singular = (enum refdyn_singular)way;
     integration->project_start = start;
     integration->balance = 1;
-    if (refdyn_options_validate(integration, &fact) != REFDYN_OK)
-        return usage_error(options->command, "%s", fact);
-    return STATUS_DONE;
+    return validate(options, integration);
 }
 
 enum status motion_fit(const struct scene *scene, const struct options *options,
@@ -141,7 +144,7 @@ enum status motion_place(struct scene *scene, const struct options *options) {
         status = find_equilibrium(scene, options, equilibrium);
         scene->equilibrium = &equilibrium->result;
     } else if (options->hold)
-        return usage_error(options->command, "--hold goes with --from statics");
+        return option_error(options, "hold", " goes with --from statics");
     else
         status = refuse_statics_options(options, "--from statics");
     refdyn_anchor(&scene->work, scene->state.t, scene->q, scene->qd, scene->given);
@@ -151,13 +154,13 @@ enum status motion_place(struct scene *scene, const struct options *options) {
 enum status motion_check_times(const struct scene *scene, const struct options *options) {
     const double from = scene->state.t, span = options->until - from;
     if (span <= 0)
-        return usage_error(options->command, "--until %g: the motion starts at t = %g", options->until, from);
+        return option_error(options, "until", " %g: the motion starts at t = %g", options->until, from);
     if (options->every > 0 && span / options->every > OUTPUTS_MAX)
-        return usage_error(options->command, "--every %g: %.3g outputs, at most %d are taken", options->every,
-                           span / options->every, OUTPUTS_MAX);
+        return option_error(options, "every", " %g: %.3g outputs, at most %d are taken", options->every,
+                            span / options->every, OUTPUTS_MAX);
     if (options->step > 0 && span / options->step > steps_max)
-        return usage_error(options->command, "--step %g: %.3g steps, at most %.3g are taken", options->step,
-                           span / options->step, steps_max);
+        return option_error(options, "step", " %g: %.3g steps, at most %.3g are taken", options->step,
+                            span / options->step, steps_max);
     return STATUS_DONE;
 }
 

@@ -10,15 +10,18 @@
 #include <math.h>
 #include <string.h>
 
-/* Of the tolerance, in the run that tells the error of the other one. */
-static const double verify_part = 0.1;
+/* Of the tolerance, in the run that tells the error of the other one. Errors scatter about the tolerance by a
+ * factor of ten, above all those of collocation: a tenth of it would now and then have the same error. */
+static const double verify_part = 0.01;
+/* Below it rounding is larger than what steps add; a tenth of the tolerance then has to do. */
+static const double verify_least = 1e-14, verify_most = 0.1;
 
 static void print_remedies(const struct options *options, const struct refdyn_options *chosen) {
     static const char *const what[] = {
         [REFDYN_NONE] = "with --stabilise none it stays off, --stabilise baumgarte would pull it in",
         [REFDYN_BAUMGARTE] = "the stabilisation (baumgarte) pulls it in",
-        [REFDYN_PROJECT] = "the projection at the end of the first step moves it onto the programme, so that "
-                           "the motion hangs on the length of that step; baumgarte would pull it in"};
+        [REFDYN_PROJECT] = "with projections the motion goes on from the nearest state on the programme, and "
+                           "only its first row is off; baumgarte would pull it in"};
     fprintf(
         stderr,
         "  Two remedies: solve for a consistent start with --start project,\n"
@@ -153,19 +156,22 @@ static enum status finish(const struct summary *summary, const struct scene *sce
 
 /* ---- --verify ---- */
 
-/* A tenth of the tolerance, or half the step; where not the tolerance rules the steps they are shorter, too,
- * and where it does not rule iterations, a tenth of what does. */
-static struct refdyn_options finer(const struct refdyn_integrator *integrator) {
+/* A hundredth of the tolerance, or half the step; where not the tolerance rules the steps they are shorter,
+ * too, and where it does not rule iterations, a hundredth of what does. share: of the error, that remains. */
+static struct refdyn_options finer(const struct refdyn_integrator *integrator, double *share) {
     struct refdyn_options options = integrator->options;
+    const int order = refdyn_method_order(integrator->method);
     if (options.tol > 0) {
-        const int order = refdyn_method_order(integrator->method);
         const long *steps_by = integrator->statistics.steps_by;
         if (steps_by[REFDYN_RADAU9] > 0 || steps_by[REFDYN_GAUSS12] > 0)
             options.tol = refdyn_settled_tolerance(options.tol);
-        options.tol *= verify_part;
-        options.step_max = integrator->statistics.step_largest * pow(verify_part, 1.0 / order);
-    } else
+        *share = fmin(fmax(verify_part, verify_least / options.tol), verify_most);
+        options.tol *= *share;
+        options.step_max = integrator->statistics.step_largest * pow(*share, 1.0 / order);
+    } else {
         options.step /= 2;
+        *share = pow(0.5, order);
+    }
     return options;
 }
 
@@ -173,7 +179,8 @@ static struct refdyn_options finer(const struct refdyn_integrator *integrator) {
 static enum status verify(const struct trial *trial, const struct task *task, struct summary *summary,
                           struct estimate *estimate) {
     const struct refdyn_integrator *integrator = &trial->motion.integrator;
-    const struct refdyn_options options = finer(integrator);
+    double share;
+    const struct refdyn_options options = finer(integrator, &share);
     struct task again = *task;
     struct trial second;
     again.until = integrator->t;
@@ -182,9 +189,7 @@ static enum status verify(const struct trial *trial, const struct task *task, st
     trial_run(&second, &again, &options, NULL);
     enum status status = second.result == REFDYN_OK ? STATUS_DONE : STATUS_NUMBERS;
     if (status == STATUS_DONE) {
-        const int order = refdyn_method_order(integrator->method);
-        estimate_make(estimate, &trial->track, &second.track,
-                      options.tol > 0 ? verify_part : pow(0.5, order));
+        estimate_make(estimate, &trial->track, &second.track, share);
         summary->estimate = estimate;
         summary->cpu_total_s += second.motion.cpu_s;
     } else {
@@ -318,8 +323,8 @@ static enum status check_error_options(const struct options *options,
                            options->tolerance > 0 ? "--tol"
                            : options->step > 0    ? "--step"
                                                   : "a method with fixed steps");
-    if (options->verify && integration->tol > 0 && integration->tol * verify_part < DBL_EPSILON)
-        return usage_error(options->command, "--verify needs --tol %g or larger", DBL_EPSILON / verify_part);
+    if (options->verify && integration->tol > 0 && integration->tol * verify_most < DBL_EPSILON)
+        return usage_error(options->command, "--verify needs --tol %g or larger", DBL_EPSILON / verify_most);
     return STATUS_DONE;
 }
 

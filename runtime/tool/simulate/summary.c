@@ -71,15 +71,43 @@ static void print_passages(const struct refdyn_statistics *s) {
 
 /* Errors of less than these parts, of the largest change and of all energy, are none to speak of. */
 static const double balance_part = 0.02, energy_part = 1e-4;
+/* A change is the error itself when it is no more than so many times larger. */
+static const double energy_alike = 1.5;
+
+/* The work of a projection onto the programme is in no balance. */
+static bool has_jumped(const struct refdyn_integrator *integrator) {
+    return integrator->start_is_off && integrator->options.stabilise == REFDYN_PROJECT &&
+           !integrator->options.project_start;
+}
 
 /* A motion that is stable, but not resolved, shows in its energy. */
-static void warn_of_balance(const struct refdyn_energy *energy) {
+static void warn_of_balance(const struct motion *motion) {
+    const struct refdyn_energy *energy = &motion->energy;
     const double all = fabs(energy->kinetic) + fabs(energy->potential);
-    if (refdyn_energy_error(energy) > balance_part && energy->largest_error > energy_part * all)
-        fputs("refdyn: warning: energy and work do not balance: the motion is not resolved, try a smaller "
-              "--tol "
-              "or --step\n",
-              stderr);
+    if (!(refdyn_energy_error(energy) > balance_part && energy->largest_error > energy_part * all))
+        return;
+    fputs(
+        has_jumped(&motion->integrator)
+            ? "refdyn: warning: energy and work do not balance: the start is off the programme, and the jump "
+              "onto it does work that is not counted; --start project begins on it\n"
+            : "refdyn: warning: energy and work do not balance: the motion is not resolved, try a smaller "
+              "--tol or --step\n",
+        stderr);
+}
+
+/* Where no energy changes but by errors, their ratio tells nothing. */
+static void print_energy(const struct motion *motion) {
+    const struct refdyn_energy *energy = &motion->energy;
+    if (!refdyn_energy_changes(energy))
+        fprintf(stderr, "energy       does not change, but for rounding: by %.2g J of %.3g J\n",
+                energy->largest_change, energy->largest);
+    else if (energy->largest_change <= energy_alike * energy->largest_error)
+        fprintf(stderr, "energy       changes by no more than its balance error, %.3g J of %.3g J\n",
+                energy->largest_error, energy->largest);
+    else
+        fprintf(stderr, "energy       balance error %.3g of the largest change\n",
+                refdyn_energy_error(energy));
+    warn_of_balance(motion);
 }
 
 void summary_print(const struct summary *summary) {
@@ -96,9 +124,7 @@ void summary_print(const struct summary *summary) {
     if (motion->scene->model->m > 0)
         print_rows(motion->scene->model, s);
     print_passages(s);
-    fprintf(stderr, "energy       balance error %.3g of the largest change\n",
-            refdyn_energy_error(&motion->energy));
-    warn_of_balance(&motion->energy);
+    print_energy(motion);
     fprintf(stderr, "time         %.3g s CPU for the integration, %.3g s wall\n", motion->cpu_s,
             motion->wall_s);
     if (summary->estimate)
@@ -181,7 +207,10 @@ static void put_summary(struct document *document, const struct summary *summary
         put_rows(document, motion->scene->model, s);
     if (motion->integrator.options.singular == REFDYN_PASS)
         put_passages(document, s);
-    put_number(document, "energy_error", refdyn_energy_error(&motion->energy));
+    if (refdyn_energy_changes(&motion->energy))
+        put_number(document, "energy_error", refdyn_energy_error(&motion->energy));
+    else
+        put_null(document, "energy_error");
     put_number(document, "cpu_s", motion->cpu_s);
     put_number(document, "wall_s", motion->wall_s);
     if (motion_is_stopped(motion))

@@ -12,9 +12,9 @@ static enum status unknown_name(const struct options *options, const char *optio
                                 const char *name, const char *const *names, int count) {
     const char *near = message_nearest_name(name, names, count);
     if (near)
-        return usage_error(options->command, "--%s: the model has no %s '%s', the nearest is %s", option,
-                           what, name, near);
-    return usage_error(options->command, "--%s: the model has no %s '%s'", option, what, name);
+        return option_error(options, option, ": the model has no %s '%s', the nearest is %s", what, name,
+                            near);
+    return option_error(options, option, ": the model has no %s '%s'", what, name);
 }
 
 static enum status unknown_coordinate(const struct scene *scene, const struct options *options,
@@ -72,8 +72,8 @@ static enum status choose_released(const struct scene *scene, const struct optio
         if (row < 0)
             return unknown_row(scene, options, *name);
         if (scene->model->rows[row].level != REFDYN_POSITION)
-            return usage_error(options->command,
-                               "--release: %s is no row of positions, it has no part in statics", *name);
+            return option_error(options, "release",
+                                ": %s is no row of positions, it has no part in statics", *name);
         released[row] = true;
     }
     return STATUS_DONE;
@@ -82,9 +82,11 @@ static enum status choose_released(const struct scene *scene, const struct optio
 static enum status choose_way(const struct options *options, struct refdyn_statics_options *statics) {
     static const char *const ways[] = {
         [REFDYN_ALONG_LOAD] = "load", [REFDYN_ALONG_PATH] = "path", [REFDYN_DOWNHILL] = "downhill", NULL};
-    const int way = options->way ? options_choice(options->command, "way", options->way, ways) : 0;
-    statics->way = (enum refdyn_statics_way)(way > 0 ? way : 0);
-    return way < 0 ? STATUS_USAGE : STATUS_DONE;
+    int way = REFDYN_ALONG_LOAD;
+    const enum status status =
+        options->way ? options_choose(options, "way", options->way, ways, &way) : STATUS_DONE;
+    statics->way = (enum refdyn_statics_way)way;
+    return status;
 }
 
 /* The printed form has no tangent. */
@@ -120,7 +122,7 @@ enum status choose_statics(const struct scene *scene, const struct options *opti
 
 enum status refuse_statics_options(const struct options *options, const char *place) {
     const char *given = options->release ? "release" : options->way ? "way" : NULL;
-    return given ? usage_error(options->command, "--%s goes with %s", given, place) : STATUS_DONE;
+    return given ? option_error(options, given, " goes with %s", place) : STATUS_DONE;
 }
 
 /* ---- What is said of it ---- */
