@@ -11,7 +11,7 @@ return rd.model {
   name = "pendulum", gravity = { 0, 0, -p.g },
   links = {
     { "arm", turn = { { "x", rd.pi / 2 } }, joint = { "psi" },
-      beam = { length = p.L, section = rd.round(p.d), E = p.E, nu = p.nu, rho = p.rho, rfe = n } },
+      beam = { length = p.L, section = rd.round(p.d), E = p.E, nu = p.nu, rho = p.rho, rfe = n, springs = "printed" } },
     { "bob", on = "arm.tip", at = { 0.05, 0.1, -0.08 }, mass = p.m_bob },
   },
   points = { E = "bob" },

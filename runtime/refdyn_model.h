@@ -68,6 +68,11 @@ enum refdyn_vector {
     REFDYN_DAMPING_MOMENT,
     REFDYN_DAMPING_FORCE,
     REFDYN_TURNED_ROWS, /* what turns of joints before make of forces felt at j */
+    /* Of three turns at one point whose springs act on strains, not axes: of the second and third turn, x by
+     * the turn before and y by the one before that; z of the rows: 1 for the third turn. */
+    REFDYN_STRAIN_ROWS,    /* K of this turn by those */
+    REFDYN_STRAIN_COLUMNS, /* K of those by this turn */
+    REFDYN_STRAIN_DAMPING, /* D of both */
     REFDYN_VECTOR_COUNT
 };
 

@@ -154,6 +154,16 @@ def mode_root(mode, load):
     return roots[-1]
 
 
+ORDER = ("psi", "theta", "phi")
+
+
+def commutators(turns):
+    """Half the commutators of three turns one behind the other: what their rotation vector has beside them, to second order."""
+    axes = [identity(3)[AXES[kind]] for kind in ORDER]
+    vector = sum(numpy.cross(axes[a], axes[b]) * turns[a] * turns[b] / 2 for a, b in ((0, 1), (0, 2), (1, 2)))
+    return numbers(axis.dot(vector) for axis in axes)
+
+
 class Beam:
     """One segment's numbers: what it does not say itself, its beam says."""
 
@@ -165,7 +175,9 @@ class Beam:
         self.E, self.rho = number(part["E"]), number(part["rho"])
         self.stiffness = {"psi": self.E * self.Iz / self.dl, "theta": self.E * self.Iy / self.dl,
                           "phi": self.E / (2 * (1 + number(part["nu"]))) * It / self.dl}
-        self.rest = {kind: number(part.get("curvature", {}).get(kind, 0)) * self.dl for kind in TURNS}
+        self.is_strained = "springs" not in beam and set(beam.get("dofs", ORDER)) == set(ORDER)
+        turns = numbers(number(part.get("curvature", {}).get(kind, 0)) * self.dl for kind in ORDER)
+        self.rest = dict(zip(ORDER, turns - commutators(turns) if self.is_strained else turns))
         given = part.get("damping", {})
         eta = number(part.get("eta", 0))
         if "ratio" in given:
@@ -208,6 +220,7 @@ class Tree:
     def __init__(self, model):
         self.model = model
         self.names, self.kinds, self.spring, self.rest, self.damper, self.start = [], [], [], [], [], []
+        self.strained = []  # coordinates of three turns whose springs act on strains
         self.bodies = []  # (factors, H); a factor is a 4 x 4 matrix or the index of a coordinate
         self.frames, self.elements, self.places = {"ground": []}, {}, {}
         for link in model["links"]:
@@ -270,6 +283,8 @@ class Tree:
                     if kind in beam.get("dofs", ("psi", "theta", "phi")):
                         factors = factors + [self.add_coordinate(f"{name}_{kind}_{count}", kind, part.stiffness[kind], part.rest[kind],
                                                                  part.damping[kind], part.rest[kind])]
+                if r and part.is_strained:
+                    self.strained.append([len(self.names) - 3, len(self.names) - 2, len(self.names) - 1])
                 length = part.element_length(r)
                 self.add_body(factors, part.prism(length))
                 self.elements[name].append((along, factors))
@@ -495,7 +510,8 @@ def other_forces(tree, t, q, qd):
     """Dampers, named forces and loads, and what named springs and energies give."""
     q, qd = numbers(q), numbers(qd)
     view = View(tree, t, q, qd)
-    Q = -numbers(tree.damper) * qd
+    J = strain_slopes(tree, q)
+    Q = -J.T.dot(numbers(tree.damper) * J.dot(qd))
     for name, formula in tree.model.get("forces", {}).get("by_coordinate", {}).items():
         Q[tree.names.index(name)] += view.value(formula)
     for place, force, torque in loads(view):
@@ -521,10 +537,27 @@ def weight_forces(tree, q):
     return g
 
 
+def strains(tree, q):
+    """Coordinates, strains of the turns of elements in their places."""
+    w = numbers(q)
+    for places in tree.strained:
+        w[places] = w[places] + commutators(w[places])
+    return w
+
+
+def stretches(tree, q):
+    return strains(tree, q) - strains(tree, tree.rest)
+
+
+def strain_slopes(tree, q):
+    """J = dw/dq; w is of second order, so that differences are exact."""
+    return numpy.array([(strains(tree, numbers(q) + e) - strains(tree, numbers(q) - e)) / 2 for e in identity(tree.n)], dtype=object).T
+
+
 def forces(tree, t, q, qd):
     """Q of the corrected form."""
     q = numbers(q)
-    springs = numbers(tree.spring) * (q - numbers(tree.rest))
+    springs = strain_slopes(tree, q).T.dot(numbers(tree.spring) * stretches(tree, q))
     return weight_forces(tree, q) - springs - energy_slopes(tree, q) + other_forces(tree, t, q, qd)
 
 
@@ -537,7 +570,7 @@ def force_tangent(tree, t, q):
 
 def potential(tree, q):
     gravity = numbers(list(tree.model["gravity"]) + [0])
-    energy = sum(s * (x - rest) ** 2 / 2 for s, x, rest in zip(tree.spring, q, tree.rest)) + named_energy(tree, q)
+    energy = sum(s * x ** 2 / 2 for s, x in zip(tree.spring, stretches(tree, q))) + named_energy(tree, q)
     for factors, H in tree.bodies:
         if tree.moving(factors):  # what is welded to the ground is part of it
             energy -= gravity.dot(tree.product(factors, q).dot(H[:, 3]))

@@ -2,6 +2,7 @@
 #include "dynamics/forces.h"
 #include "base/memory.h"
 #include "dynamics/coordinate_derivatives.h"
+#include "dynamics/element_strains.h"
 
 #include <string.h>
 
@@ -67,15 +68,12 @@ static struct vector load_column(const struct kinematics *k, const struct load *
     return still;
 }
 
-/* Q_j = -s (q - rest) - d qd + forces that name q_j + sum of F . C_j and of T . e_j: theory, sect. 4.9.
- * F: by load, in terms of the coordinates. */
-static void apply_forces(const struct kinematics *k, const struct named_forces *named, const struct vector *F,
-                         int j, struct applied *applied) {
+/* Forces that name q_j and sum of F . C_j and of T . e_j: theory, sect. 4.9. F: by load, in terms of the
+ * coordinates. */
+static void add_named(const struct kinematics *k, const struct named_forces *named, const struct vector *F,
+                      int j, struct applied *applied) {
     struct graph *g = k->g;
-    const struct joint *joint = &k->tree->frames[j].joint;
     expression *conservative = &applied->conservative[j], *others = &applied->others[j];
-    *conservative = expr_neg(g, expr_mul(g, joint->stiffness, stretch(k, j)));
-    *others = expr_neg(g, expr_mul(g, joint->damping, rate(k, j)));
     for (int f = 0; f < named->force_count; f++) {
         expression *into = f < named->own_forces ? others : conservative;
         if (named->forces[f].coordinate == j)
@@ -87,17 +85,39 @@ static void apply_forces(const struct kinematics *k, const struct named_forces *
     }
 }
 
+/* Q_j = -s (q - rest) - d qd + named forces: theory, sect. 4.9. */
+static void apply_forces(const struct kinematics *k, const struct named_forces *named, const struct vector *F,
+                         int j, struct applied *applied) {
+    struct graph *g = k->g;
+    const struct joint *joint = &k->tree->frames[j].joint;
+    applied->conservative[j] = expr_neg(g, expr_mul(g, joint->stiffness, stretch(k, j)));
+    applied->others[j] = expr_neg(g, expr_mul(g, joint->damping, rate(k, j)));
+    add_named(k, named, F, j, applied);
+}
+
+/* The same of an element's strains: theory, sect. 3.4. */
+static void apply_strained(const struct kinematics *k, const struct named_forces *named,
+                           const struct vector *F, int j, struct applied *applied) {
+    struct graph *g = k->g;
+    add_named(k, named, F, j, applied);
+    const expression all_named = expr_add(g, applied->conservative[j], applied->others[j]);
+    applied->strained[j] = expr_add(g, element_strains_force(k, j, STRAIN_BOTH), all_named);
+    applied->conservative[j] =
+        expr_add(g, element_strains_force(k, j, STRAIN_ELASTIC), applied->conservative[j]);
+    applied->others[j] = expr_add(g, element_strains_force(k, j, STRAIN_VISCOUS), applied->others[j]);
+}
+
 struct applied forces_generalized(const struct kinematics *k) {
     const size_t n = (size_t)k->tree->count;
     const struct named_forces named = forces_collect(k);
-    struct applied applied = {new_values(k, n), new_values(k, n)};
+    struct applied applied = {new_values(k, n), new_values(k, n), new_values(k, n)};
     graph_remark(k->g, "Q = -s (q - rest) - d qd + F.C + T.e (4.9)");
     struct vector *F = memory_get(k->memory, ((size_t)named.load_count + 1) * sizeof *F);
     for (int l = 0; l < named.load_count; l++)
         for (int a = 0; a < 3; a++)
             F[l].at[a] = coordinate_derivatives_with_points(k, named.loads[l].value[a]);
     for (int j = -1; recursion_next_joint(k->g, k->tree, &j);)
-        apply_forces(k, &named, F, j, &applied);
+        (element_strains_has(k, j) ? apply_strained : apply_forces)(k, &named, F, j, &applied);
     return applied;
 }
 
@@ -106,7 +126,10 @@ expression forces_energy(const struct kinematics *k) {
     struct recursion springs = recursion_sum(k->memory, g, k->tree);
     for (int i = -1; recursion_next_term(&springs, &i);) {
         const expression half = expr_mul(g, expr_number(g, 0.5), k->tree->frames[i].joint.stiffness);
-        recursion_add_term(&springs, i, expr_mul(g, half, expr_mul(g, stretch(k, i), stretch(k, i))));
+        recursion_add_term(&springs, i,
+                           element_strains_has(k, i)
+                               ? element_strains_energy(k, i)
+                               : expr_mul(g, half, expr_mul(g, stretch(k, i), stretch(k, i))));
     }
     expression energy = recursion_total(&springs);
     for (int i = 0; i < k->model->potential_count; i++)
@@ -148,6 +171,14 @@ static void add_load_tangent(const struct kinematics *k, const struct load *load
         }
 }
 
+/* Row i of dQ/dq of springs. */
+static void set_spring_tangent(const struct kinematics *k, int i, expression *row) {
+    if (element_strains_has(k, i))
+        element_strains_derivatives(k, i, 0, true, row + element_strains_first(k, i));
+    else
+        row[i] = expr_neg(k->g, k->tree->frames[i].joint.stiffness);
+}
+
 expression *forces_tangent(const struct kinematics *k) {
     struct graph *g = k->g;
     const int n = k->tree->count;
@@ -155,7 +186,7 @@ expression *forces_tangent(const struct kinematics *k) {
     expression *tangent = new_values(k, (size_t)n * (size_t)n);
     graph_remark(g, "dQ/dq of springs and of what the model names, at qd = 0 (4.9, 7.3)");
     for (int i = 0; i < n; i++)
-        tangent[i * n + i] = expr_neg(g, k->tree->frames[i].joint.stiffness);
+        set_spring_tangent(k, i, tangent + i * n);
     for (int f = 0; f < named.force_count; f++) {
         const expression *row = coordinate_derivatives_coefficients(k, named.forces[f].value, 0, true);
         expression *into = tangent + named.forces[f].coordinate * n;
@@ -181,8 +212,10 @@ expression *forces_printed_rates(const struct kinematics *k) {
     const struct named_forces named = forces_collect(k);
     expression *extra = new_values(k, (size_t)n);
     graph_remark(g, "printed form: sum_j qd_j dQ_j/dqd_i (9)");
-    for (int i = 0; i < n; i++) /* -d_i qd_i is linear in qd_i alone */
-        extra[i] = expr_neg(g, expr_mul(g, k->tree->frames[i].joint.damping, rate(k, i)));
+    for (int i = 0; i < n; i++) /* dampers: -D qd with a symmetric D gives itself */
+        extra[i] = element_strains_has(k, i)
+                       ? element_strains_force(k, i, STRAIN_VISCOUS)
+                       : expr_neg(g, expr_mul(g, k->tree->frames[i].joint.damping, rate(k, i)));
     for (int f = 0; f < named.force_count; f++)
         add_printed_rate(k, rate(k, named.forces[f].coordinate), named.forces[f].value, extra);
     for (int l = 0; l < named.load_count; l++) {

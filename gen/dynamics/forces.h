@@ -24,10 +24,11 @@ struct named_forces forces_collect(const struct kinematics *k);
 struct applied {
     expression *conservative; /* n: springs and energies */
     expression *others;       /* n: dampers, forces and loads that the author names */
+    expression *strained;     /* n: the sum of both where springs act on strains, 0 elsewhere: J^T once */
 };
 
 struct applied forces_generalized(const struct kinematics *k);
-/* Energy of springs, 1/2 s (q - rest)^2, and of the author's potentials. */
+/* Energy of springs, 1/2 s (q - rest)^2 or that of strains, and of the author's potentials. */
 expression forces_energy(const struct kinematics *k);
 /* dQ_i/dq_j of all of these at qd = 0 (n x n). */
 expression *forces_tangent(const struct kinematics *k);

@@ -58,6 +58,8 @@ struct segment {
 struct beam {
     bool exists;
     bool keeps[3]; /* which of psi, theta, phi an element has, in this order */
+    bool
+        has_strains; /* springs of three turns act on strains that are symmetric in them: theory, sect. 3.4 */
     struct segment *segments;
     int segment_count;
 };

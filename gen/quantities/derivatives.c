@@ -446,18 +446,23 @@ static void add_joint_vectors(struct builder *b) {
             *at++ = pair_loops_add_arrays(&b->arrays, names[is_revolute][order],
                                           of_joints(b, is_revolute, axes[order]));
     const struct turned_applied_forces turned = force_derivatives_turned_forces(b, -1);
+    const struct strain_derivatives strains = force_derivatives_strains(b, -1);
     const struct far_arrays a = add_far_arrays(b, turned.columns);
-    const struct vector_arrays inertia[] = {a.lever,
-                                            a.mass.shift,
-                                            a.spin.shift,
-                                            a.mass.moment,
-                                            a.mass_force,
-                                            a.spin.moment,
-                                            a.stiffness.moment,
-                                            a.stiffness_force,
-                                            a.damping.moment,
-                                            a.damping_force,
-                                            pair_loops_add_arrays(&b->arrays, "turned_rows", turned.rows)};
+    const struct vector_arrays inertia[] = {
+        a.lever,
+        a.mass.shift,
+        a.spin.shift,
+        a.mass.moment,
+        a.mass_force,
+        a.spin.moment,
+        a.stiffness.moment,
+        a.stiffness_force,
+        a.damping.moment,
+        a.damping_force,
+        pair_loops_add_arrays(&b->arrays, "turned_rows", turned.rows),
+        pair_loops_add_arrays(&b->arrays, "strain_rows", strains.rows),
+        pair_loops_add_arrays(&b->arrays, "strain_columns", strains.columns),
+        pair_loops_add_arrays(&b->arrays, "strain_damping", strains.damping)};
     memcpy(at, inertia, sizeof inertia);
     int *places = memory_get(b->d->memory, 3 * REFDYN_VECTOR_COUNT * sizeof *places);
     for (int i = 0; i < 3 * REFDYN_VECTOR_COUNT; i++) {

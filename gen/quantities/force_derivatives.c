@@ -1,5 +1,6 @@
 /* Derivatives of applied_forces by q and qd: see force_derivatives.h. */
 #include "quantities/force_derivatives.h"
+#include "dynamics/element_strains.h"
 
 #include <string.h>
 
@@ -83,21 +84,48 @@ expression *force_derivatives_scaled(struct derivation *d, double factor, const 
     return scaled;
 }
 
-/* The row of frame i; without a named force on it, the diagonal term -s or -d alone. */
+/* Derivatives of spring and damper of frame i, times `sign`: of the three turns that share strains from frame
+ * `first` on, else of i alone. */
+struct own_derivatives {
+    int first, count;
+    expression at[3];
+};
+
+static struct own_derivatives own_derivatives_of(const struct builder *b, int i, int order, double sign) {
+    const struct kinematics *k = &b->d->kinematics;
+    const struct joint *joint = &k->tree->frames[i].joint;
+    const expression factor = expr_number(k->g, sign);
+    struct own_derivatives own = {.first = i, .count = 1};
+    if (!b->applied_forces->has_springs)
+        return own;
+    if (!element_strains_has(k, i)) {
+        own.at[0] = expr_mul(k->g, expr_neg(k->g, factor), order ? joint->damping : joint->stiffness);
+        return own;
+    }
+    own = (struct own_derivatives){.first = element_strains_first(k, i), .count = 3};
+    element_strains_derivatives(k, i, order, b->given->is_resting, own.at);
+    for (int turn = 0; turn < 3; turn++)
+        own.at[turn] = expr_mul(k->g, factor, own.at[turn]);
+    return own;
+}
+
+/* The row of frame i; without a named force on it, that of its spring and damper alone. */
 static void give_derivatives_of(struct builder *b, int i, int order, double sign, int array) {
     struct derivation *d = b->d;
-    const struct frame *frame = &d->kinematics.tree->frames[i];
+    const struct tree *tree = d->kinematics.tree;
+    const struct frame *frame = &tree->frames[i];
     const expression force = b->applied_forces->coordinates[i];
-    const expression derivative = order ? frame->joint.damping : frame->joint.stiffness;
-    const expression own =
-        b->applied_forces->has_springs ? expr_mul(d->g, expr_number(d->g, -sign), derivative) : 0;
+    const struct own_derivatives own = own_derivatives_of(b, i, order, sign);
     if (!force) {
-        plan_set_frame(d->memory, d->kinematics.tree, b->f, array, frame->coordinate * (d->n + 1),
-                       frame->step * (d->n + 1), i, own);
+        for (int j = 0; j < own.count; j++)
+            plan_set_frame(d->memory, tree, b->f, array,
+                           frame->coordinate * d->n + tree->frames[own.first + j].coordinate,
+                           frame->step * (d->n + 1), i, own.at[j]);
         return;
     }
     expression *row = force_derivatives_scaled(d, sign, given_motion_derivatives(b->given, force, order));
-    row[i] = expr_add(d->g, row[i], own);
+    for (int j = 0; j < own.count; j++)
+        row[own.first + j] = expr_add(d->g, row[own.first + j], own.at[j]);
     derivation_spread(d, b->f, array, frame->coordinate * d->n, 1, row);
 }
 
@@ -105,9 +133,8 @@ void force_derivatives_set_coordinate_derivatives(struct builder *b, const struc
     const struct tree *tree = b->d->kinematics.tree;
     const int arrays[] = {targets->by_q, targets->by_qd};
     for (int order = 0; order < 2; order++)
-        for (int i = 0; i < tree->count && arrays[order] != NOTHING; i++)
-            if (tree->frames[i].kind == FRAME_JOINT)
-                give_derivatives_of(b, i, order, targets->sign, arrays[order]);
+        for (int i = -1; arrays[order] != NOTHING && recursion_next_joint(b->d->g, tree, &i);)
+            give_derivatives_of(b, i, order, targets->sign, arrays[order]);
 }
 
 /* ---- Forces at points that depend on the state: C^T dF/dq, theory, sect. 7.3 ---- */
@@ -236,10 +263,11 @@ static bool couples(const struct builder *b, int i) {
                       is_own(b, given_motion_derivatives(b->given, force, 1), i));
 }
 
-static expression own_derivative(const struct builder *b, int i, int order, double sign) {
+/* Of frame i by itself, with the named force on it where that couples nothing. */
+static expression diagonal_derivative(const struct builder *b, int i, int order, double sign) {
     struct graph *g = b->d->g;
-    const struct joint *joint = &b->d->kinematics.tree->frames[i].joint;
-    const expression spring = expr_mul(g, expr_number(g, -sign), order ? joint->damping : joint->stiffness);
+    const struct own_derivatives own = own_derivatives_of(b, i, order, sign);
+    const expression spring = own.at[i - own.first];
     const expression force = b->applied_forces->coordinates[i];
     if (!force || couples(b, i))
         return spring;
@@ -251,10 +279,34 @@ void force_derivatives_set_own_derivatives(struct builder *b, double sign, int s
     const struct tree *tree = b->d->kinematics.tree;
     const int arrays[] = {stiffness, damping};
     for (int order = 0; order < 2; order++)
-        for (int i = 0; i < tree->count; i++)
-            if (tree->frames[i].kind == FRAME_JOINT)
-                plan_set_frame(b->d->memory, tree, b->f, arrays[order], tree->frames[i].coordinate,
-                               tree->frames[i].step, i, own_derivative(b, i, order, sign));
+        for (int i = -1; recursion_next_joint(b->d->g, tree, &i);)
+            plan_set_frame(b->d->memory, tree, b->f, arrays[order], tree->frames[i].coordinate,
+                           tree->frames[i].step, i, diagonal_derivative(b, i, order, sign));
+}
+
+/* Rows and columns of K, D and the third turns as refdyn_model.h lists them, of turn i: by the turns before.
+ */
+static void set_strains(const struct builder *b, int i, double sign, struct vector *rows,
+                        struct vector *columns, struct vector *damping) {
+    const struct frame *frame = &b->d->kinematics.tree->frames[i];
+    const struct own_derivatives by_q = own_derivatives_of(b, i, 0, sign),
+                                 by_qd = own_derivatives_of(b, i, 1, sign);
+    for (int before = 1; before <= frame->turn; before++) {
+        rows[i].at[before - 1] = by_q.at[frame->turn - before];
+        columns[i].at[before - 1] = own_derivatives_of(b, i - before, 0, sign).at[frame->turn];
+        damping[i].at[before - 1] = by_qd.at[frame->turn - before];
+    }
+    if (frame->turn == 2)
+        rows[i].at[2] = expr_one(b->d->g);
+}
+
+struct strain_derivatives force_derivatives_strains(const struct builder *b, double sign) {
+    struct strain_derivatives strains = {new_vectors(b->d, b->d->frames), new_vectors(b->d, b->d->frames),
+                                         new_vectors(b->d, b->d->frames)};
+    for (int i = -1; recursion_next_joint(b->d->g, b->d->kinematics.tree, &i);)
+        if (element_strains_has(&b->d->kinematics, i))
+            set_strains(b, i, sign, strains.rows, strains.columns, strains.damping);
+    return strains;
 }
 
 static void add_coupled_coordinates(struct builder *b, struct derivatives *derivatives) {

@@ -48,6 +48,12 @@ void force_derivatives_set_coordinate_derivatives(struct builder *b, const struc
 /* Of `tangent_vectors`: springs, dampers and forces that depend on their own coordinate alone, by coordinate,
  * and the arrays of what couples coordinates, count x n each; returns the count. */
 void force_derivatives_set_own_derivatives(struct builder *b, double sign, int stiffness, int damping);
+/* What turns that share strains have beside those diagonals, by frame: REFDYN_STRAIN_ROWS and those behind it
+ * in refdyn_model.h. */
+struct strain_derivatives {
+    struct vector *rows, *columns, *damping;
+};
+struct strain_derivatives force_derivatives_strains(const struct builder *b, double sign);
 int force_derivatives_add_couplings(struct builder *b, double sign);
 /* Forces and torques at points: behind all arrays of the result. */
 void force_derivatives_add_loops(struct builder *b, const struct targets *targets);

@@ -99,8 +99,13 @@ static expression *total_of(struct derivation *d, bool negative, const expressio
 /* Q without gravity, and the printed form's extra term. */
 const expression *derivation_applied_total(struct derivation *d) {
     const struct applied *forces = derivation_applied(d);
+    expression *first = derivation_new_values(d, d->frames), *second = derivation_new_values(d, d->frames);
+    for (int i = 0; i < d->frames; i++) {
+        first[i] = forces->strained[i] ? forces->strained[i] : forces->conservative[i];
+        second[i] = forces->strained[i] ? 0 : forces->others[i];
+    }
     const expression *printed = d->model->printed_form ? forces_printed_rates(&d->kinematics) : NULL;
-    return total_of(d, false, forces->conservative, forces->others, printed);
+    return total_of(d, false, first, second, printed);
 }
 
 /* h = -c; the printed form is c + 2 s. */

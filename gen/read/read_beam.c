@@ -7,6 +7,7 @@
 #include "base/text.h"
 
 #include <math.h>
+#include <string.h>
 
 static const double pi = 3.14159265358979323846;
 
@@ -224,6 +225,20 @@ static void read_dofs(const struct reader *reader, const struct value *value, co
                       "%s: empty, psi theta phi or some of them are needed (a rigid link has rfe = 1)", path);
 }
 
+/* Elements with fewer turns have nothing to be symmetric in: what they lack is rigid. */
+static void read_springs(const struct reader *reader, const struct value *value, const char *path,
+                         struct beam *beam) {
+    const bool has_all = beam->keeps[0] && beam->keeps[1] && beam->keeps[2];
+    const bool is_printed = value && strcmp(value->text, "printed") == 0;
+    beam->has_strains = has_all && !is_printed;
+    if (value && !is_printed && strcmp(value->text, "symmetric") != 0)
+        message_error(reader->check.messages, value->place,
+                      "%s: \"%s\", \"symmetric\" or \"printed\" is needed", path, value->text);
+    else if (value && !has_all)
+        message_warning(reader->check.messages, value->place,
+                        "%s: the elements have fewer turns than three (dofs), it says nothing", path);
+}
+
 /* What each segment says for itself, the beam says for none. */
 static void check_overridden(const struct reader *reader, const struct value *table,
                              const struct value *segments, const char *path) {
@@ -290,6 +305,8 @@ void read_beam(const struct reader *reader, const struct value *table, const cha
     if (fields_is_stranger(table, OWNER_BEAM))
         return;
     read_dofs(reader, fields_get(table, FIELD_BEAM_dofs), fields_path_name(check, path, "dofs"), beam);
+    read_springs(reader, fields_get(table, FIELD_BEAM_springs), fields_path_name(check, path, "springs"),
+                 beam);
     if (segments && fields_has(table, FIELD_BEAM_length))
         message_error(check->messages, table->place,
                       "%s.length: beside segments, their own lengths add up to it", path);

@@ -1,5 +1,6 @@
 /* Exact derivatives by coordinates and rates: see force_and_inertia_vectors.h. */
 #include "tangent/force_and_inertia_vectors.h"
+#include "dynamics/element_strains.h"
 #include "dynamics/constraints.h"
 #include "dynamics/forces.h"
 #include "base/memory.h"
@@ -105,6 +106,8 @@ static expression spring_and_damper(const struct given_motion *given, int i) {
     const struct kinematics *k = given->k;
     struct graph *g = k->g;
     const struct joint *joint = &k->tree->frames[i].joint;
+    if (element_strains_has(k, i))
+        return element_strains_force(k, i, given->is_resting ? STRAIN_ELASTIC : STRAIN_BOTH);
     const expression stretch = expr_sub(g, kinematics_coordinate_of(k, i, 0), joint->rest);
     const expression damper =
         given->is_resting ? 0 : expr_mul(g, joint->damping, kinematics_coordinate_of(k, i, 1));

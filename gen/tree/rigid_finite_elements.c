@@ -47,6 +47,20 @@ static const char *deformation_name(const struct segment *segment, int turn) {
     return turn < 2 && bends_alike ? "bending" : turn_names[turn];
 }
 
+/* The turn at which an element is not strained. With strains that is where they are those of the unloaded
+ * beam, w = curvature dl, to second order: theory, sect. 3.4. */
+static expression rest_of(struct graph *g, const struct segment *segment, bool has_strains, int turn,
+                          expression dl) {
+    expression w[3];
+    for (int i = 0; i < 3; i++)
+        w[i] = expr_mul(g, segment->curvature[i], dl);
+    const expression other = expr_mul(g, w[(turn + 1) % 3], w[(turn + 2) % 3]);
+    const expression half = expr_mul(g, expr_number(g, 0.5), other);
+    if (!has_strains)
+        return w[turn];
+    return turn == 1 ? expr_sub(g, w[turn], half) : expr_add(g, w[turn], half);
+}
+
 static struct joint element_joint(struct expansion *x, const struct link *link, const struct segment *segment,
                                   int turn) {
     struct graph *g = x->g;
@@ -55,7 +69,7 @@ static struct joint element_joint(struct expansion *x, const struct link *link, 
         .is_revolute = true, .axis = turn_axes[turn], .name = turn_names[turn], .place = link->place};
     joint.stiffness = element_stiffness(g, segment, turn, dl);
     joint.damping = expr_add(g, expr_mul(g, segment->eta, joint.stiffness), segment->damping[turn]);
-    joint.rest = joint.start = expr_mul(g, segment->curvature[turn], dl);
+    joint.rest = joint.start = rest_of(g, segment, link->beam.has_strains, turn, dl);
     const char *deformation = deformation_name(segment, turn);
     graph_name_shared(g, joint.stiffness, link->name, memory_format(x->memory, "stiffness_%s", deformation));
     graph_name_shared(g, joint.damping, link->name, memory_format(x->memory, "damping_%s", deformation));
@@ -72,6 +86,8 @@ static void add_element_joints(struct expansion *x, const struct link *link, con
         struct frame *frame = frames_add_joint(x, at, &joint);
         frame->link = (int)(link - x->model->links);
         frame->element = r;
+        frame->has_strains = link->beam.has_strains;
+        frame->turn = link->beam.has_strains ? turn : 0;
         frame->name = memory_format(x->memory, "%s_%s_%d", link->name, turn_names[turn], r);
     }
 }

@@ -87,7 +87,7 @@ static bool same_inertia(const struct inertia *a, const struct inertia *b, bool 
 
 /* Alike but for the place of the first frame of the first element. */
 static bool same_but_inertia(const struct frame *a, const struct frame *b, bool any_place) {
-    return same_joint(&a->joint, &b->joint) &&
+    return same_joint(&a->joint, &b->joint) && a->has_strains == b->has_strains && a->turn == b->turn &&
            !memcmp(a->placement.rotation, b->placement.rotation, sizeof a->placement.rotation) &&
            (any_place || !memcmp(a->placement.position, b->placement.position, sizeof a->placement.position));
 }
@@ -113,6 +113,8 @@ static bool repeats(const struct rolling *x, int first, int at, int period, bool
 /* Number of equal elements of `period` frames from frame `first` on. */
 static int count_elements(const struct rolling *x, int first, int period) {
     int count = 1;
+    if (x->tree->frames[first].turn > 0)
+        return 0; /* turns that share strains stay together */
     for (int k = 0; k < period; k++)
         if (first + k >= x->tree->count || x->is_named[first + k] || (k && !continues_chain(x, first + k)))
             return 0;

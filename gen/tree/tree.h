@@ -48,6 +48,8 @@ struct frame {
     int run;           /* -1: stands alone */
     int partner;       /* ENTRY: its EXIT, and back */
     int link, element; /* element 0: the link itself or its first element */
+    bool has_strains;  /* one of an element's three turns whose springs act on strains: element_strains.h */
+    int turn;          /* then 0 psi, 1 theta, 2 phi, frames one behind the other; else 0 */
     struct joint joint;
     struct placement placement; /* A_i */
     struct inertia inertia;     /* of all that moves with this frame and no later one */

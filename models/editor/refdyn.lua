@@ -93,6 +93,7 @@
 ---@field damping? table damping given otherwise: of an element, or as ratio of a mode
 ---@field curvature? table curvature of the unloaded beam
 ---@field rfe? integer number of rigid finite elements; 1: a rigid link
+---@field springs? string springs of elements with all three turns: `"symmetric"` (default) in the turns, or `"printed"`: one on each turn, as the source chapter has them
 ---@field dofs? string|string[] which of `psi theta phi` an element has; left out: all three
 ---@field segments? table[] list of stretches one behind the other, rigidly joined
 

@@ -86,7 +86,11 @@ static int most_slots(const struct refdyn_model *model) {
 }
 
 static int factors_size(const struct refdyn_chain *c) {
-    return c->n * (c->left + 2 * c->right + 1);
+    return c->n * refdyn_chain_numbers(c);
+}
+
+static int has_strains(const struct refdyn_model *model) {
+    return model->vector_places[3 * REFDYN_STRAIN_ROWS + 2] >= 0;
 }
 
 void refdyn_chain_lay_out(struct refdyn_chain *c, const struct refdyn_model *model, int has_wide,
@@ -102,6 +106,9 @@ void refdyn_chain_lay_out(struct refdyn_chain *c, const struct refdyn_model *mod
     c->records = layout_doubles(layout, n * c->record);
     c->stiffness = layout_doubles(layout, n);
     c->damping = layout_doubles(layout, n);
+    c->has_strains = has_strains(model);
+    c->strains = layout_doubles(layout, c->has_strains ? REFDYN_STRAINS * n : 0);
+    c->ends_ball = layout_ints(layout, c->has_strains ? n : 0);
     c->factors = layout_doubles(layout, both * factors_size(c));
     c->responses = layout_doubles(layout, both * border * n);
     c->border_rows = layout_doubles(layout, both * border * n);
@@ -172,6 +179,25 @@ static void take_wrench(struct refdyn_chain *c, const double *result, int at, en
     take(c, result, at + refdyn_chain_layout_of(c->is_planar).moments, force, 1, factor);
 }
 
+/* Axis a of a vector, of all joints, into entry `into` of the strains. */
+static void take_strain(struct refdyn_chain *c, const double *result, enum refdyn_vector vector, int a,
+                        int into) {
+    const int place = c->model->vector_places[3 * (int)vector + a];
+    for (int k = 0; k < c->n; k++)
+        c->strains[k * REFDYN_STRAINS + into] = place < 0 ? 0 : result[place + c->order[k]];
+}
+
+static void take_strains(struct refdyn_chain *c, const double *result) {
+    const int last = c->model->vector_places[3 * REFDYN_STRAIN_ROWS + 2];
+    for (int before = 0; before < 2; before++) {
+        take_strain(c, result, REFDYN_STRAIN_ROWS, before, 3 * before);
+        take_strain(c, result, REFDYN_STRAIN_COLUMNS, before, 3 * before + 1);
+        take_strain(c, result, REFDYN_STRAIN_DAMPING, before, 3 * before + 2);
+    }
+    for (int k = 0; k < c->n; k++)
+        c->ends_ball[k] = result[last + c->order[k]] != 0;
+}
+
 void refdyn_chain_take(struct refdyn_chain *c, const double *result, const double *diagonals) {
     const struct refdyn_chain_layout at = refdyn_chain_layout_of(c->is_planar);
     const int n = c->n, of_mass = at.Z, of_damping = at.Z + at.right, of_stiffness = at.Z + 2 * at.right;
@@ -204,6 +230,8 @@ void refdyn_chain_take(struct refdyn_chain *c, const double *result, const doubl
         c->stiffness[k] = diagonals[c->order[k]];
         c->damping[k] = diagonals[n + c->order[k]];
     }
+    if (c->has_strains)
+        take_strains(c, result);
     c->pulled = diagonals + (2 + count_arrays(c->model)) * n;
     c->by_q = c->pulled + c->model->coupling_count * n;
     c->by_qd = c->by_q + c->model->coupling_count * n;

@@ -220,36 +220,154 @@ INLINE void find_pivot(const struct refdyn_chain *c, int wide, int planar, const
     }
 }
 
-INLINE int eliminate(const struct refdyn_chain *c, int wide, int planar, const double *g, double *factors) {
+/* W -= X Z and Y -= X^T S of joint k, with X of all that is eliminated. */
+INLINE void meet_inner(const struct refdyn_chain *c, int wide, int planar, const double *g,
+                       const double *square, int k, const double *X, double *W) {
     const struct refdyn_chain_layout at = refdyn_chain_layout_of(planar);
     const int L = at.left, R = at.right, width = refdyn_chain_width(wide), across = R * width;
+    const double *record = c->records + k * c->record, *S = record;
+    double *Y = W + L * width, *Z = Y + across, sum[WIDTH_MOST];
+    combine(wide, L, g, square, record + at.W, W);
+    combine(wide, R, g, square, record + at.Z, Z);
+    for (int r = 0; r < R; r++)
+        for (int p = 0; p < width; p++)
+            Y[r * width + p] = !wide || p < LANES ? record[at.Y + r] : 0;
+    for (int l = 0; l < L; l++) {
+        chain_dot(wide, R, X + l * across, Z, sum);
+        add_real(wide, 1, -1, sum, W + l * width);
+        add_real(wide, R, -S[l], X + l * across, Y);
+    }
+}
+
+/* X += W Y^T / A_kk */
+INLINE void leave_inner(int wide, int planar, const double *W, double *X) {
+    const struct refdyn_chain_layout at = refdyn_chain_layout_of(planar);
+    const int L = at.left, R = at.right, width = refdyn_chain_width(wide), across = R * width;
+    const double *Y = W + L * width, *pivot = Y + 2 * across;
+    for (int l = 0; l < L; l++) {
+        double a[WIDTH_MOST] = {0};
+        chain_add(wide, 1, W + l * width, pivot, a);
+        chain_add(wide, R, a, Y, X + l * across);
+    }
+}
+
+/* ---- Three turns that share strains ---- */
+
+INLINE int is_ball(const struct refdyn_chain *c, int planar, int last) {
+    return !planar && c->has_strains && last < c->n && c->ends_ball[last];
+}
+
+/* Where A_kl (row) and A_lk (column) of the turn k - l places before k stand behind the pivot of k. */
+INLINE int row_place(int wide, int before) {
+    return (2 * before - 1) * refdyn_chain_width(wide);
+}
+
+INLINE int column_place(int wide, int before) {
+    return 2 * before * refdyn_chain_width(wide);
+}
+
+/* y -= a b */
+INLINE void subtract_product(int wide, int n, const double *a, const double *b, double *y) {
+    double minus[WIDTH_MOST];
+    for (int p = 0; p < refdyn_chain_width(wide); p++)
+        minus[p] = -a[p];
+    chain_add(wide, n, minus, b, y);
+}
+
+/* A_kl = Z_l . Y_k and A_lk = S_l . W_k with K and D of the strains, l `before` places before k. */
+INLINE void find_entries(const struct refdyn_chain *c, int wide, const double *g, const double *square, int k,
+                         int before, double *W) {
+    const struct refdyn_chain_layout at = refdyn_chain_layout_of(0);
+    const int L = at.left, R = at.right, width = refdyn_chain_width(wide);
+    const double *S = c->records + (k - before) * c->record;
+    const double *strain = c->strains + k * REFDYN_STRAINS + 3 * (before - 1);
+    const double *Z = W - before * width * refdyn_chain_numbers(c) + (L + R) * width;
+    double *pivot = W + (L + 2 * R) * width, *row = pivot + row_place(wide, before),
+           *column = pivot + column_place(wide, before);
+    chain_dot(wide, R, Z, W + L * width, row);
+    chain_dot_real(wide, L, S, W, column);
+    for (int p = 0; p < width; p++) {
+        row[p] += g[p] * strain[2] + square[p] * strain[0];
+        column[p] += g[p] * strain[2] + square[p] * strain[1];
+    }
+}
+
+/* What turn k leaves in the turns before it, and between them: entries[t] is the factors of turn t. */
+INLINE void leave_turn(int wide, int turn, double *const entries[3]) {
+    const struct refdyn_chain_layout at = refdyn_chain_layout_of(0);
+    const int L = at.left, R = at.right, width = refdyn_chain_width(wide), pivot_at = (L + 2 * R) * width;
+    const double *W = entries[turn], *pivot = W + pivot_at;
+    for (int l = 0; l < turn; l++) {
+        double row[WIDTH_MOST] = {0}, column[WIDTH_MOST] = {0};
+        chain_add(wide, 1, pivot + row_place(wide, turn - l), pivot, row);
+        chain_add(wide, 1, pivot + column_place(wide, turn - l), pivot, column);
+        subtract_product(wide, R, column, W + L * width, entries[l] + L * width);
+        subtract_product(wide, L, row, W, entries[l]);
+    }
+    if (turn < 2)
+        return;
+    double *of = entries[1] + pivot_at, column[WIDTH_MOST] = {0}, second[WIDTH_MOST] = {0};
+    chain_add(wide, 1, pivot + column_place(wide, 1), pivot, column);
+    chain_add(wide, 1, pivot + column_place(wide, 2), pivot, second);
+    subtract_product(wide, 1, column, pivot + row_place(wide, 2), of + row_place(wide, 1));
+    subtract_product(wide, 1, second, pivot + row_place(wide, 1), of + column_place(wide, 1));
+}
+
+/* The three turns up to k. Returns -1, or the turn without a pivot. A_ll = Z_l . Y_l loses A_lk A_kl / A_kk
+ * of the turns behind, which is kept apart: Y_l is combined with Y_k before it meets Z_l. */
+INLINE int eliminate_ball(const struct refdyn_chain *c, int wide, const double *g, const double *square,
+                          int k, double *factors, double *X) {
+    const struct refdyn_chain_layout at = refdyn_chain_layout_of(0);
+    const int L = at.left, R = at.right, width = refdyn_chain_width(wide);
+    double *entries[3], diagonal[3][WIDTH_MOST], whole[3][LANES];
+    for (int turn = 0; turn < 3; turn++) {
+        double *W = entries[turn] = factors + (k - 2 + turn) * width * refdyn_chain_numbers(c);
+        meet_inner(c, wide, 0, g, square, k - 2 + turn, X, W);
+        find_pivot(c, wide, 0, g, square, k - 2 + turn, W + (L + R) * width, W + L * width, diagonal[turn],
+                   whole[turn]);
+    }
+    for (int turn = 1; turn < 3; turn++)
+        for (int before = 1; before <= turn; before++)
+            find_entries(c, wide, g, square, k - 2 + turn, before, entries[turn]);
+    for (int turn = 2; turn >= 0; turn--) {
+        double *pivot = entries[turn] + (L + 2 * R) * width;
+        if (!invert(wide, diagonal[turn], whole[turn], pivot))
+            return k - 2 + turn;
+        for (int l = 0; l < turn; l++) {
+            double column[WIDTH_MOST] = {0};
+            chain_add(wide, 1, pivot + column_place(wide, turn - l), pivot, column);
+            subtract_product(wide, 1, column, pivot + row_place(wide, turn - l), diagonal[l]);
+        }
+        leave_turn(wide, turn, entries);
+    }
+    return -1;
+}
+
+INLINE int eliminate(const struct refdyn_chain *c, int wide, int planar, const double *g, double *factors) {
+    const struct refdyn_chain_layout at = refdyn_chain_layout_of(planar);
+    const int L = at.left, R = at.right, width = refdyn_chain_width(wide);
     double square[WIDTH_MOST] = {0}, sum[WIDTH_MOST], whole[LANES];
     chain_add(wide, 1, g, g, square);
     for (int k = c->n - 1; k >= 0; k--) {
-        const double *record = c->records + k * c->record, *S = record;
-        double *W = factors + k * width * (L + 2 * R + 1), *Y = W + L * width, *Z = Y + across,
-               *pivot = Z + across;
+        const int turns = is_ball(c, planar, k) ? 3 : 1;
+        double *W = factors + k * width * refdyn_chain_numbers(c);
         double *X = gather_inner(c, wide, L * R, k);
-        combine(wide, L, g, square, record + at.W, W);
-        combine(wide, R, g, square, record + at.Z, Z);
-        for (int r = 0; r < R; r++)
-            for (int p = 0; p < width; p++)
-                Y[r * width + p] = !wide || p < LANES ? record[at.Y + r] : 0;
-        for (int l = 0; l < L; l++) {
-            chain_dot(wide, R, X + l * across, Z, sum);
-            add_real(wide, 1, -1, sum, W + l * width);
-            add_real(wide, R, -S[l], X + l * across, Y);
+        if (turns == 3) {
+            const int failed = eliminate_ball(c, wide, g, square, k, factors, X);
+            if (failed >= 0)
+                return failed;
+            k -= 2;
+        } else {
+            meet_inner(c, wide, planar, g, square, k, X, W);
+            find_pivot(c, wide, planar, g, square, k, W + (L + R) * width, W + L * width, sum, whole);
+            if (!invert(wide, sum, whole, W + (L + 2 * R) * width))
+                return k;
         }
-        find_pivot(c, wide, planar, g, square, k, Z, Y, sum, whole);
-        if (!invert(wide, sum, whole, pivot))
-            return k;
         if (c->parent[k] < 0)
             continue;
-        for (int l = 0; l < L; l++) {
-            double a[WIDTH_MOST] = {0};
-            chain_add(wide, 1, W + l * width, pivot, a);
-            chain_add(wide, R, a, Y, X + l * across);
-        }
+        for (int turn = turns - 1; turn >= 0; turn--)
+            leave_inner(wide, planar, factors + (k + turn) * width * refdyn_chain_numbers(c), X);
+        const double *record = c->records + k * c->record;
         if (c->moves[k])
             move_inner(wide, planar, record + at.shift, record + at.shift_rate, X);
     }
@@ -309,38 +427,86 @@ INLINE void leave(const struct refdyn_chain *c, int width, int count, int k, con
 
 /* ---- Solution ---- */
 
+/* x_k := (x_k - S_k . w - sum of A_km x_m of turns m behind k that share strains) / A_kk; `behind`: their
+ * number. */
+INLINE void solve_inward(const struct refdyn_chain *c, int wide, int planar, int k, int behind,
+                         const double *factors, const double *w, double *x) {
+    const struct refdyn_chain_layout at = refdyn_chain_layout_of(planar);
+    const int width = refdyn_chain_width(wide), size = width * refdyn_chain_numbers(c);
+    const int pivot_at = (at.left + 2 * at.right) * width;
+    const double *pivot = factors + k * size + pivot_at;
+    double sum[WIDTH_MOST], y[WIDTH_MOST] = {0};
+    chain_dot_real(wide, at.left, c->records + k * c->record, w, sum);
+    for (int p = 0; p < width; p++)
+        sum[p] = x[k * width + p] - sum[p];
+    for (int m = 1; m <= behind; m++)
+        subtract_product(wide, 1, pivot + m * size + column_place(wide, m), x + (k + m) * width, sum);
+    chain_add(wide, 1, sum, pivot, y);
+    copy(width, y, x + k * width);
+}
+
+/* x_k -= (Y_k . z + sum of A_kl x_l of turns l before k that share strains) / A_kk */
+INLINE void solve_outward(const struct refdyn_chain *c, int wide, int planar, int k, int before,
+                          const double *factors, const double *z, double *x) {
+    const struct refdyn_chain_layout at = refdyn_chain_layout_of(planar);
+    const int width = refdyn_chain_width(wide), size = width * refdyn_chain_numbers(c);
+    const double *Y = factors + k * size + at.left * width, *pivot = Y + 2 * at.right * width;
+    double sum[WIDTH_MOST], y[WIDTH_MOST] = {0};
+    chain_dot(wide, at.right, Y, z, sum);
+    for (int l = 1; l <= before; l++)
+        chain_add(wide, 1, pivot + row_place(wide, l), x + (k - l) * width, sum);
+    chain_add(wide, 1, sum, pivot, y);
+    add_real(wide, 1, -1, y, x + k * width);
+}
+
 INLINE int solve(const struct refdyn_chain *c, int wide, int planar, const double *factors, double *x) {
     const struct refdyn_chain_layout at = refdyn_chain_layout_of(planar);
     const int n = c->n, L = at.left, R = at.right, width = refdyn_chain_width(wide);
-    const int size = width * (L + 2 * R + 1);
-    double w[WIDTH_MOST * REFDYN_LEFT_MOST] = {0}, z[WIDTH_MOST * REFDYN_RIGHT_MOST] = {0}, sum[WIDTH_MOST];
+    const int size = width * refdyn_chain_numbers(c);
+    double w[WIDTH_MOST * REFDYN_LEFT_MOST] = {0}, z[WIDTH_MOST * REFDYN_RIGHT_MOST] = {0};
     for (int k = n - 1; k >= 0; k--) {
-        const double *record = c->records + k * c->record, *W = factors + k * size, *pivot = W + size - width;
-        double y[WIDTH_MOST] = {0};
+        const int turns = is_ball(c, planar, k) ? 3 : 1;
         gather_wrench(c, wide, planar, k, w);
-        chain_dot_real(wide, L, record, w, sum);
-        for (int p = 0; p < width; p++)
-            sum[p] = x[k * width + p] - sum[p];
-        chain_add(wide, 1, sum, pivot, y);
-        copy(width, y, x + k * width);
-        chain_add(wide, L, y, W, w);
+        for (int behind = 0; behind < turns; behind++)
+            solve_inward(c, wide, planar, k - behind, behind, factors, w, x);
+        for (int behind = 0; behind < turns; behind++)
+            chain_add(wide, L, x + (k - behind) * width, factors + (k - behind) * size, w);
+        k -= turns - 1;
         pass_wrench(c, wide, planar, k, w);
     }
     for (int k = 0; k < n; k++) {
-        const double *Y = factors + k * size + L * width, *Z = Y + R * width, *pivot = Z + R * width;
-        double y[WIDTH_MOST] = {0};
+        const int turns = is_ball(c, planar, k + 2) ? 3 : 1;
         take_up(c, wide, planar, k, z);
-        chain_dot(wide, R, Y, z, sum);
-        chain_add(wide, 1, sum, pivot, y);
-        for (int p = 0; p < width; p++)
-            x[k * width + p] = y[p] = x[k * width + p] - y[p];
-        chain_add(wide, R, y, Z, z);
+        for (int before = 0; before < turns; before++)
+            solve_outward(c, wide, planar, k + before, before, factors, z, x);
+        for (int before = 0; before < turns; before++)
+            chain_add(wide, R, x + (k + before) * width, factors + (k + before) * size + (L + R) * width, z);
+        k += turns - 1;
         leave(c, width, width * R, k, z);
     }
     return 0;
 }
 
 /* ---- Products: of each part of a number alone ---- */
+
+/* y += D x_1 + K x_2 of what turns share by their strains, beside the diagonal. */
+INLINE void multiply_strains(const struct refdyn_chain *c, int wide, const double *const x[3], double *y) {
+    const int width = refdyn_chain_width(wide);
+    for (int k = 2; k < c->n; k++)
+        for (int entry = 0; entry < 3 && c->ends_ball[k]; entry++) {
+            const int i = entry < 2 ? k : k - 1, before = entry < 2 ? entry + 1 : 1;
+            const double *strain = c->strains + i * REFDYN_STRAINS + 3 * (before - 1);
+            double *own = y + i * width, *other = y + (i - before) * width;
+            if (x[1]) {
+                add_real(wide, 1, strain[2], x[1] + (i - before) * width, own);
+                add_real(wide, 1, strain[2], x[1] + i * width, other);
+            }
+            if (x[2]) {
+                add_real(wide, 1, strain[0], x[2] + (i - before) * width, own);
+                add_real(wide, 1, strain[1], x[2] + i * width, other);
+            }
+        }
+}
 
 INLINE int multiply(const struct refdyn_chain *c, int wide, int planar, const double *const x[3], double *y) {
     const struct refdyn_chain_layout at = refdyn_chain_layout_of(planar);
@@ -370,6 +536,8 @@ INLINE int multiply(const struct refdyn_chain *c, int wide, int planar, const do
         if (x[2])
             add_real(wide, 1, c->stiffness[k], x[2] + k * width, y + k * width);
     }
+    if (!planar && c->has_strains)
+        multiply_strains(c, wide, x, y);
     return 0;
 }
 

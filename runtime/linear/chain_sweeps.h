@@ -33,6 +33,14 @@ INLINE struct refdyn_chain_layout refdyn_chain_layout_of(int planar) {
                                         .turned = 2 * moments + forces};
 }
 
+enum { REFDYN_STRAINS = 6 }; /* doubles of a joint: chain.h */
+
+/* Numbers of a joint's factors: W, Y, Z, 1 / A_kk, and of strains A_kl, A_lk of the turn before and of the
+ * one before that. */
+INLINE int refdyn_chain_numbers(const struct refdyn_chain *c) {
+    return c->left + 2 * c->right + 1 + (c->has_strains ? 4 : 0);
+}
+
 /* Numbers are real, or (wide) REFDYN_LANES complex ones side by side, real parts first: doubles of one. */
 enum { REFDYN_LANES = 4 };
 
