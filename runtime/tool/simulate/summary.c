@@ -93,6 +93,7 @@ void summary_print(const struct summary *summary) {
     if (motion->scene->model->m > 0)
         print_rows(motion->scene->model, s);
     print_passages(s);
+    events_print(&motion->events, motion->scene->model);
     fprintf(stderr, "energy       balance error %.3g of the largest change\n",
             refdyn_energy_error(&motion->energy));
     warn_of_balance(&motion->energy);
@@ -100,7 +101,7 @@ void summary_print(const struct summary *summary) {
             motion->wall_s);
     if (summary->estimate)
         fprintf(stderr, "all runs     %.3g s CPU\n", summary->cpu_total_s);
-    if (motion_is_stopped(motion))
+    if (motion->stops && motion->stops->reached)
         fprintf(stderr, "stopped      %s at t = %s s\n", motion->stops->reached->text,
                 exact_text(motion->stops->t, text));
     if (summary->estimate)
@@ -179,7 +180,8 @@ static void put_summary(struct document *document, const struct summary *summary
     put_number(document, "energy_error", refdyn_energy_error(&motion->energy));
     put_number(document, "cpu_s", motion->cpu_s);
     put_number(document, "wall_s", motion->wall_s);
-    if (motion_is_stopped(motion))
+    events_put(&motion->events, motion->scene->model, document);
+    if (motion->stops && motion->stops->reached)
         put_stop(document, motion);
     if (summary->accuracy > 0)
         put_number(document, "accuracy", summary->accuracy);
