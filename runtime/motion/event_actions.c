@@ -191,6 +191,8 @@ static int take_due(struct refdyn_motion *motion) {
 int refdyn_event_actions_take(struct refdyn_motion *motion) {
     struct refdyn_state_events *events = &motion->state_events;
     int status = REFDYN_OK;
+    if (refdyn_state_events_accumulate(events))
+        return REFDYN_EVENTS_ACCUMULATE;
     if (events->due_count > 0)
         status = take_due(motion);
     return status ? status : refdyn_state_events_begin(events, &motion->step);

@@ -139,7 +139,7 @@ static void note_due(struct refdyn_state_events *events, double t) {
     events->t_last = t;
 }
 
-static int accumulate(const struct refdyn_state_events *events) {
+int refdyn_state_events_accumulate(const struct refdyn_state_events *events) {
     return events->due_count > 0 &&
            events->repeats > REPEATS_FREE + REPEATS_PAIR * events->count * events->count;
 }
@@ -202,8 +202,6 @@ int refdyn_state_events_begin(struct refdyn_state_events *events, const struct r
     if (events->looks_again && events->due_count == 0)
         look_for_jumps(events, step);
     events->looks_again = 0;
-    if (accumulate(events))
-        return REFDYN_EVENTS_ACCUMULATE;
     return find_values(events, step, step->t_begin, step->state, events->samples);
 }
 
@@ -272,20 +270,34 @@ static int find_zero(struct refdyn_state_events *events, struct refdyn_step *ste
     return REFDYN_OK;
 }
 
-/* Behind a begin on zero, in the first part of the step: by the parabola through the begin, with its rate,
- * and the first sample. 0: it does not leave zero to its own side. */
-static double zero_near_begin(struct refdyn_state_events *events, const struct refdyn_step *step, int i,
-                              int side) {
+/* Behind a begin from which a value first leaves zero, in the first part of the step: the parabola through the
+ * begin, with its rate, and the first sample tells where it is farthest, and, where that shows nothing on the
+ * interpolant either, where it is back. */
+static int find_return(struct refdyn_state_events *events, struct refdyn_step *step, int i, int side,
+                       double rise, double *theta) {
+    const double part = 1.0 / SAMPLES, first = sample(events, 1, i);
+    const double back = rise / (rise - (first - sample(events, 0, i)));
+    double value;
+    *theta = part * (back > 0 && back < early ? back : early);
+    const int status = value_at(events, step, i, *theta / 2, &value);
+    if (status || !(side * value > 0))
+        return status;
+    return find_zero(events, step, i, *theta / 2, value, part, first, theta);
+}
+
+/* Before the first sample, which lies beyond zero. */
+static int find_near_begin(struct refdyn_state_events *events, struct refdyn_step *step, int i, int side,
+                           double *theta) {
     const struct refdyn_workspace *work = step->evaluation.work;
-    const double part = 1.0 / SAMPLES, span = part * (step->t_end - step->t_begin);
+    const double part = 1.0 / SAMPLES, begin = sample(events, 0, i);
     work->model->event_terms(work->p, work->x, step->t_begin, step->state, step->state + step->n,
                              events->terms);
     const struct assessed found = assess(events, step, i, step->t_begin, step->state, step->rates);
-    const double rise = found.rate * span, change = sample(events, 1, i) - sample(events, 0, i);
-    if (!(side * found.rate > found.rate_noise))
-        return 0;
-    const double place = rise / (rise - change);
-    return part * (place > 0 && place < early ? place : early);
+    if (side * found.rate > found.rate_noise)
+        return find_return(events, step, i, side, found.rate * part * (step->t_end - step->t_begin), theta);
+    *theta = 0;
+    return side * begin > 0 ? find_zero(events, step, i, 0, begin, part, sample(events, 1, i), theta)
+                            : REFDYN_OK;
 }
 
 /* Three places and what a value is there, times its side of zero. */
@@ -379,11 +391,13 @@ static int find_first(struct refdyn_state_events *events, struct refdyn_step *st
     *theta = INFINITY;
     if (k == 0)
         return find_dips(events, step, i, theta);
-    const double before = sample(events, k - 1, i), place = (double)(k - 1) / SAMPLES;
-    if (side * before > 0)
-        return find_zero(events, step, i, place, before, (double)k / SAMPLES, sample(events, k, i), theta);
-    *theta = k == 1 ? zero_near_begin(events, step, i, side) : place;
-    return REFDYN_OK;
+    if (k == 1)
+        return find_near_begin(events, step, i, side, theta);
+    const double before = sample(events, k - 1, i);
+    *theta = (double)(k - 1) / SAMPLES;
+    return side * before > 0 ? find_zero(events, step, i, *theta, before, (double)k / SAMPLES,
+                                         sample(events, k, i), theta)
+                             : REFDYN_OK;
 }
 
 /* ---- A step that was taken ---- */

@@ -46,8 +46,7 @@ void refdyn_state_events_lay_out(struct refdyn_state_events *events, const struc
 /* A motion starts at the step's begin, whose rates are known: sides, and events that are due there. Errors:
  * NOT_FINITE. */
 int refdyn_state_events_start(struct refdyn_state_events *events, const struct refdyn_step *step);
-/* The begin of a step: values at it, and events that are due since values have jumped. Errors: NOT_FINITE;
- * EVENTS_ACCUMULATE. */
+/* The begin of a step: values at it, and events that are due since values have jumped. Errors: NOT_FINITE. */
 int refdyn_state_events_begin(struct refdyn_state_events *events, const struct refdyn_step *step);
 /*
  * A step was taken, and its end evaluated. *t_event: where a shorter one should end; t_begin: an event stands
@@ -56,6 +55,8 @@ int refdyn_state_events_begin(struct refdyn_state_events *events, const struct r
  */
 int refdyn_state_events_look(struct refdyn_state_events *events, struct refdyn_step *step, double least,
                              double *t_event);
+/* Have so many events followed each other without time between that they will not end? */
+int refdyn_state_events_accumulate(const struct refdyn_state_events *events);
 /* What is due is about to happen at the begin of the step: notes the values before, and their rates. */
 void refdyn_state_events_note(struct refdyn_state_events *events, const struct refdyn_step *step);
 /* It has happened: on which side values are now, and what is due since others have jumped. */
