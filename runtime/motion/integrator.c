@@ -260,6 +260,7 @@ int refdyn_integrator_start(struct refdyn_integrator *integrator, double t, cons
     integrator->work_done = 0;
     integrator->t = t;
     integrator->is_undetermined = 0;
+    integrator->event_count = 0;
     refdyn_prepare(integrator->work);
     clear(enter(integrator));
     take_parameters(integrator);

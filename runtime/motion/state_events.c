@@ -270,9 +270,9 @@ static int find_zero(struct refdyn_state_events *events, struct refdyn_step *ste
     return REFDYN_OK;
 }
 
-/* Behind a begin from which a value first leaves zero, in the first part of the step: the parabola through the
- * begin, with its rate, and the first sample tells where it is farthest, and, where that shows nothing on the
- * interpolant either, where it is back. */
+/* Behind a begin from which a value first leaves zero, in the first part of the step: the parabola through
+ * the begin, with its rate, and the first sample tells where it is farthest, and, where that shows nothing on
+ * the interpolant either, where it is back. */
 static int find_return(struct refdyn_state_events *events, struct refdyn_step *step, int i, int side,
                        double rise, double *theta) {
     const double part = 1.0 / SAMPLES, first = sample(events, 1, i);
@@ -395,9 +395,9 @@ static int find_first(struct refdyn_state_events *events, struct refdyn_step *st
         return find_near_begin(events, step, i, side, theta);
     const double before = sample(events, k - 1, i);
     *theta = (double)(k - 1) / SAMPLES;
-    return side * before > 0 ? find_zero(events, step, i, *theta, before, (double)k / SAMPLES,
-                                         sample(events, k, i), theta)
-                             : REFDYN_OK;
+    return side * before > 0
+               ? find_zero(events, step, i, *theta, before, (double)k / SAMPLES, sample(events, k, i), theta)
+               : REFDYN_OK;
 }
 
 /* ---- A step that was taken ---- */
