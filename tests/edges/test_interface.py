@@ -209,7 +209,7 @@ static void table_without_version(void) {
 }
 
 #define COUNTS(F) \
-    F(n) F(m) F(parameter_count) F(derived_count) F(input_count) F(point_count) F(course_count) F(break_count) F(switch_count) \
+    F(n) F(m) F(parameter_count) F(derived_count) F(input_count) F(point_count) F(course_count) F(break_count) F(switch_count) F(event_count) F(change_count) \
     F(coupling_count) F(held_count) F(anchored_count)
 
 static void counts_out_of_range(void) {
@@ -380,7 +380,7 @@ def test_stale_files_do_not_compile(definition, compiler, emitted, tmp_path):
     assert compile_with(tmp_path, compiler, HEADER).returncode == 0
     done = compile_with(tmp_path, compiler, HEADER.replace(DEFINITION.group(), definition))
     assert done.returncode != 0
-    assert "manipulator was emitted for version 2 of refdyn_model.h" in done.stderr and "emit it again" in done.stderr
+    assert "manipulator was emitted for version 3 of refdyn_model.h" in done.stderr and "emit it again" in done.stderr
 
 
 def test_every_emitted_table_has_the_number(emitted):
