@@ -103,7 +103,8 @@ struct refdyn_model {
     int break_count;     /* kinks of formulas of time alone whose times are known, */
     int switch_count;    /* and what changes sign at others */
     int event_count;     /* values whose zeros are events, */
-    int change_count;    /* and what these set in all */
+    int kink_count;      /* and others where formulas of coordinates have kinks; */
+    int change_count;    /* what events set in all */
     int saturates;       /* a rate drives something to its limit, as friction */
     double qdd_cost;     /* operations of one call of constrained, or of qdd_free without rows; 0: unknown */
     double tangent_cost; /* of tangent. A division counts four, a function ten */
@@ -180,9 +181,9 @@ struct refdyn_model {
     refdyn_function *course;   /* (course_count) values to record with a motion, in the units of the model */
     refdyn_function *breaks;   /* (break_count) their times, in no order; reads p and x alone [s] */
     refdyn_function *switches; /* (switch_count) below zero or not, which changes there; reads p, x and t */
-    refdyn_function *event;    /* (event_count) values e whose zeros are events */
-    refdyn_function *event_terms; /* struct NAME_event_terms_result as doubles: de/dt at qdd = 0
-                                     (event_count), de/dq and de/dqd (event_count x n each), coefficients of
+    refdyn_function *event;    /* (values) event_count whose zeros are events, then kink_count */
+    refdyn_function *event_terms; /* struct NAME_event_terms_result as doubles: d/dt of these at qdd = 0,
+                                     their derivatives by q and qd (values x n each), coefficients of
                                      restitution (event_count), what events set (change_count) */
 };
 

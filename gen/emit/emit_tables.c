@@ -360,8 +360,8 @@ static void emit_model_table(struct emission *x, struct text *text, const char *
     text_add(text, "    SET(course_count) %d,\n", model->course_count);
     text_add(text, "    SET(break_count) %d,\n    SET(switch_count) %d,\n", plan->break_count,
              plan->switch_count);
-    text_add(text, "    SET(event_count) %d,\n    SET(change_count) %d,\n", model->event_count,
-             model->change_count);
+    text_add(text, "    SET(event_count) %d,\n    SET(kink_count) %d,\n    SET(change_count) %d,\n",
+             model->event_count, model->kink_count, model->change_count);
     text_add(text, "    SET(saturates) %d,\n", saturates(plan));
     text_add(text, "    SET(qdd_cost) %ld,\n    SET(tangent_cost) %ld,\n",
              cost_of(plan, model->row_count ? "constrained" : "qdd_free"), cost_of(plan, "tangent"));

@@ -232,6 +232,8 @@ struct model {
     int row_count, row_capacity;
     struct event *events;
     int event_count, event_capacity;
+    expression *kinks; /* of formulas in coordinates: state_kinks.h */
+    int kink_count;
     struct change *changes; /* event by event */
     int change_count, change_capacity;
     const char **dependent; /* coordinate names, row_count of them, or none: chosen at run time */

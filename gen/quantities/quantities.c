@@ -314,7 +314,7 @@ static void build_switches(struct derivation *d, struct function *f) {
 }
 
 static bool has_events(const struct derivation *d) {
-    return d->model->event_count > 0;
+    return d->model->event_count + d->model->kink_count > 0;
 }
 
 static void build_start(struct derivation *d, struct function *f) {

@@ -43,6 +43,8 @@ static void mark_formulas(const struct model *model, bool *marks) {
         marks[model->rows[i].residual] = marks[model->rows[i].alpha] = marks[model->rows[i].beta] = true;
     for (int i = 0; i < model->event_count; i++)
         marks[model->events[i].value] = marks[model->events[i].restitution] = true;
+    for (int i = 0; i < model->kink_count; i++)
+        marks[model->kinks[i]] = true;
     for (int i = 0; i < model->change_count; i++)
         marks[model->changes[i].value] = true;
     for (int i = 0; i < model->parameter_count; i++)

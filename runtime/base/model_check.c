@@ -27,7 +27,8 @@ static int has_counts(const struct refdyn_model *model) {
     return is_count(model->parameter_count) && is_count(model->derived_count) &&
            is_count(model->input_count) && is_count(model->point_count) && is_count(model->course_count) &&
            is_count(model->break_count) && is_count(model->switch_count) && is_count(model->held_count) &&
-           is_count(model->anchored_count) && is_count(model->event_count) && is_count(model->change_count);
+           is_count(model->anchored_count) && is_count(model->event_count) && is_count(model->kink_count) &&
+           is_count(model->change_count);
 }
 
 static int has_tables(const struct refdyn_model *model) {
@@ -36,7 +37,8 @@ static int has_tables(const struct refdyn_model *model) {
            (model->points || model->point_count == 0) && (model->held || model->held_count == 0) &&
            (model->anchored || model->anchored_count == 0) &&
            ((model->parent && model->vector_places) || !model->tangent_vectors) &&
-           ((model->events && model->event && model->event_terms) || model->event_count == 0) &&
+           (model->events || model->event_count == 0) &&
+           ((model->event && model->event_terms) || model->event_count + model->kink_count == 0) &&
            (model->changes || model->change_count == 0);
 }
 

@@ -70,7 +70,8 @@ static struct lane_step step_of(struct worker *worker) {
                                    .is_new = worker->is_new,
                                    .h = attempt->h,
                                    .t_new = attempt->t_new,
-                                   .needs_stages = attempt->t_out < attempt->t_new};
+                                   .needs_stages =
+                                       attempt->t_out < attempt->t_new || motion->state_events.count > 0};
     worker->is_new = 0;
     return step;
 }

@@ -347,7 +347,7 @@ int refdyn_attempt_begin(struct refdyn_motion *motion, double t_out, struct refd
     const int status = begin(motion);
     if (status)
         return status;
-    attempt->is_over = motion->state_events.due_count > 0;
+    attempt->is_over = motion->state_events.due_named > 0;
     if (attempt->is_over)
         return REFDYN_OK;
     if (refdyn_step_limit_reached(motion))

@@ -75,7 +75,8 @@ static int set_values(struct refdyn_motion *motion, int i, struct done *done) {
     struct refdyn_workspace *work = motion->work;
     const struct refdyn_model *model = work->model;
     const struct refdyn_event *event = &model->events[i];
-    const double *values = motion->state_events.terms + model->event_count * (2 + 2 * model->n);
+    const double *values =
+        motion->state_events.terms + motion->state_events.count * (1 + 2 * model->n) + model->event_count;
     for (int k = event->first_change; k < event->first_change + event->change_count; k++) {
         const struct refdyn_change *change = &model->changes[k];
         if (!isfinite(values[k]))
@@ -175,14 +176,15 @@ static int take_due(struct refdyn_motion *motion) {
     const double energy = energy_of(motion);
     int status = REFDYN_OK;
     refdyn_state_events_note(events, step);
-    for (int k = 0; k < events->due_count && !status; k++)
+    for (int k = 0; k < events->due_named && !status; k++)
         status = act(motion, events->due[k], &done);
     if (!status && done.has_values)
         take_values(motion);
     if (!status && (done.has_rates || done.has_values)) {
         step->state[2 * step->n] += energy_of(motion) - energy;
         status = go_on(motion);
-    }
+    } else if (events->due_count > events->due_named)
+        refdyn_step_break_off(step, 1);
     if (!status)
         refdyn_state_events_settle(events, step);
     return status;

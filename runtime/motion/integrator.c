@@ -390,11 +390,11 @@ static int is_before(const struct refdyn_motion *motion, double t_out) {
 static int tell_events(struct refdyn_integrator *integrator) {
     struct refdyn_state_events *events = &integrator->motion->state_events;
     int ends = 0;
-    if (events->due_count == 0 || integrator->t < integrator->motion->step.t_end)
+    if (events->due_named == 0 || integrator->t < integrator->motion->step.t_end)
         return REFDYN_OK;
-    for (int k = 0; k < events->due_count; k++)
+    for (int k = 0; k < events->due_named; k++)
         ends |= integrator->work->model->events[events->due[k]].ends;
-    integrator->event_count = events->is_told && !ends ? 0 : events->due_count;
+    integrator->event_count = events->is_told && !ends ? 0 : events->due_named;
     events->is_told = !ends;
     return ends ? REFDYN_EVENT_ENDS : REFDYN_OK;
 }
@@ -404,7 +404,7 @@ static int conclude(struct refdyn_integrator *integrator, double t_out, int fail
     const struct refdyn_state_events *events = &integrator->motion->state_events;
     const int status = arrive(integrator, t_out, failed);
     integrator->event = events->due;
-    integrator->event_count = status ? events->due_count : 0;
+    integrator->event_count = status ? events->due_named : 0;
     return status ? status : tell_events(integrator);
 }
 
@@ -421,7 +421,7 @@ int refdyn_integrator_step(struct refdyn_integrator *integrator, double t_out, l
 /* A step by stages that others may evaluate: explicit, with the parameters as they are. */
 static int may_be_taken_beside(const struct refdyn_motion *motion) {
     return !motion->step.method->kind->is_implicit && !motion->step.guide && !motion->options.balance &&
-           motion->options.gain_share == 0 && motion->state_events.count == 0;
+           motion->options.gain_share == 0 && motion->state_events.named == 0;
 }
 
 int refdyn_integrator_halt(struct refdyn_integrator *integrator, double t_out,

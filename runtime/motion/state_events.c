@@ -26,24 +26,28 @@ enum {
     REPEATS_PAIR = 4
 };
 static const double rounding = 8 * DBL_EPSILON;
-static const double zero_width = 1e-13; /* of a zero on the interpolant, over the step */
-static const double far_short = 0.1;    /* a step that fell so short, over its length, leads nowhere yet */
-static const double early = 0.9;        /* a zero before the first sample lies within this part of it */
+static const double zero_width = 1e-13;    /* of a zero on the interpolant, over the step */
+static const double far_short = 0.1;       /* a step that fell so short, over its length, leads nowhere yet */
+static const double clear_of_kink = 1e-10; /* of the largest value: a kink is passed beyond */
+static const double early = 0.9;           /* a zero before the first sample lies within this part of it */
 
 /* ---- Layout ---- */
 
 static int count_terms(const struct refdyn_model *model) {
-    return model->event_count * (2 + 2 * model->n) + model->change_count;
+    return (model->event_count + model->kink_count) * (1 + 2 * model->n) + model->event_count +
+           model->change_count;
 }
 
 void refdyn_state_events_lay_out(struct refdyn_state_events *events, const struct refdyn_model *model,
                                  struct layout *layout) {
-    const int count = model->event_count;
+    const int count = model->event_count + model->kink_count;
     events->count = count;
+    events->named = model->event_count;
     events->side = layout_ints(layout, count);
     events->side_end = layout_ints(layout, count);
     events->due = layout_ints(layout, count);
     events->samples = layout_doubles(layout, (SAMPLES + 1) * count);
+    events->sizes = layout_doubles(layout, count);
     events->values = layout_doubles(layout, count);
     events->rates = layout_doubles(layout, count);
     events->terms = layout_doubles(layout, count > 0 ? count_terms(model) : 0);
@@ -62,8 +66,13 @@ static const struct refdyn_model *model_of(const struct refdyn_step *step) {
 
 /* Is a crossing to that side of zero one of event i? */
 static int watches(const struct refdyn_step *step, int i, int side) {
-    const int direction = model_of(step)->events[i].direction;
+    const struct refdyn_model *model = model_of(step);
+    const int direction = i < model->event_count ? model->events[i].direction : 0;
     return direction == 0 || direction == side;
+}
+
+static int is_kink(const struct refdyn_state_events *events, int i) {
+    return i >= events->named;
 }
 
 static int find_values(const struct refdyn_state_events *events, const struct refdyn_step *step, double t,
@@ -122,25 +131,26 @@ void refdyn_state_events_note(struct refdyn_state_events *events, const struct r
 /* ---- What is due ---- */
 
 static void clear_due(struct refdyn_state_events *events) {
-    events->due_count = 0;
+    events->due_count = events->due_named = 0;
     events->is_told = 0;
     events->tries = 0;
 }
 
 static void add_due(struct refdyn_state_events *events, int i) {
     events->due[events->due_count++] = i;
+    events->due_named += !is_kink(events, i);
 }
 
 /* There are such, at t. */
 static void note_due(struct refdyn_state_events *events, double t) {
-    if (events->due_count == 0)
+    if (events->due_named == 0)
         return;
     events->repeats = fabs(t - events->t_last) <= 4 * refdyn_time_resolution(t) ? events->repeats + 1 : 0;
     events->t_last = t;
 }
 
 int refdyn_state_events_accumulate(const struct refdyn_state_events *events) {
-    return events->due_count > 0 &&
+    return events->due_named > 0 &&
            events->repeats > REPEATS_FREE + REPEATS_PAIR * events->count * events->count;
 }
 
@@ -151,7 +161,7 @@ static void start_on_zero(struct refdyn_state_events *events, const struct refdy
                           const struct assessed *found) {
     const int to = fabs(found->rate) > found->rate_noise ? sign_of(found->rate) : 0;
     events->side[i] = to;
-    if (to == 0 || !watches(step, i, to))
+    if (to == 0 || is_kink(events, i) || !watches(step, i, to))
         return;
     events->side[i] = -to;
     add_due(events, i);
@@ -168,6 +178,7 @@ int refdyn_state_events_start(struct refdyn_state_events *events, const struct r
         return REFDYN_NOT_FINITE;
     for (int i = 0; i < events->count; i++) {
         const struct assessed found = assess(events, step, i, step->t_begin, step->state, step->rates);
+        events->sizes[i] = fabs(events->values[i]);
         if (fabs(events->values[i]) > found.noise)
             events->side[i] = sign_of(events->values[i]);
         else
@@ -183,7 +194,7 @@ int refdyn_state_events_start(struct refdyn_state_events *events, const struct r
 static void jump(struct refdyn_state_events *events, const struct refdyn_step *step, int i, double value) {
     const int before = events->side[i], now = sign_of(value);
     events->side[i] = now;
-    if (before == -now && watches(step, i, now))
+    if (before == -now && !is_kink(events, i) && watches(step, i, now))
         add_due(events, i);
 }
 
@@ -365,16 +376,22 @@ static int find_dips(struct refdyn_state_events *events, struct refdyn_step *ste
     return status;
 }
 
+/* On which side of zero a sample lies; that of a kink has to be clear of it. */
+static int side_at(const struct refdyn_state_events *events, int k, int i) {
+    const double value = sample(events, k, i);
+    return is_kink(events, i) && fabs(value) <= clear_of_kink * events->sizes[i] ? 0 : sign_of(value);
+}
+
 /* The sample behind the first crossing in the event's direction, and the side that it was on before; 0: there
  * is none. side_end: where it is at the end. */
 static int find_crossing(struct refdyn_state_events *events, const struct refdyn_step *step, int i,
                          int *side) {
     *side = events->side[i];
     for (int k = 1; k <= SAMPLES; k++) {
-        const int now = sign_of(sample(events, k, i));
+        const int now = side_at(events, k, i);
         if (now == 0 || now == *side)
             continue;
-        if (watches(step, i, now)) {
+        if (watches(step, i, now) && (*side != 0 || !is_kink(events, i))) {
             *side = -now;
             return k;
         }
@@ -406,7 +423,18 @@ static int take_samples(struct refdyn_state_events *events, struct refdyn_step *
     int status = REFDYN_OK;
     for (int k = 1; k <= SAMPLES && !status; k++)
         status = values_at(events, step, (double)k / SAMPLES, events->samples + k * events->count);
+    for (int i = 0; i < events->count && !status; i++)
+        events->sizes[i] = fmax(events->sizes[i], fabs(sample(events, SAMPLES, i)));
     return status;
+}
+
+/* A kink at the begin is passed: nothing happens there. */
+static int is_passed(struct refdyn_state_events *events, const struct refdyn_step *step, int i, double theta,
+                     double least) {
+    if (!is_kink(events, i) || !(theta * (step->t_end - step->t_begin) < least))
+        return 0;
+    events->side[i] = -events->side[i];
+    return 1;
 }
 
 /* Times that are one. */
@@ -506,6 +534,8 @@ int refdyn_state_events_look(struct refdyn_state_events *events, struct refdyn_s
     *t_event = INFINITY;
     for (int i = 0; i < events->count && !status; i++) {
         status = find_first(events, step, i, &theta);
+        if (!status && is_passed(events, step, i, theta, least))
+            status = find_first(events, step, i, &theta);
         if (theta < first) {
             first = theta;
             events->target = i;

@@ -19,15 +19,19 @@
 enum { REFDYN_EVENT_SAMPLES = 8 }; /* of a step, behind its begin */
 
 struct refdyn_state_events {
-    int count;
+    int count; /* of values: events of the model, then kinks, which have no direction and nothing happens at
+                */
+    int named; /* of them, events */
     int *
         side; /* (count) of zero where each value is: -1, 1; 0: on zero, and its rate does not say where to */
     int *side_end; /* (count) the same at the end of the step that is looked at */
     int *due;      /* (due_count) those that happen at the end of the last step, ascending */
     int due_count;
+    int due_named;   /* of these, events */
     int is_told;     /* the caller has been told of them */
     int looks_again; /* values may have jumped: inputs, parameters, the state or formulas of time have */
     double *samples; /* ((REFDYN_EVENT_SAMPLES + 1) x count) values at the begin and in the step */
+    double *sizes;   /* (count) largest |value| since the start: below a part of it, that of a kink is zero */
     double *values;  /* (count) of the state that is looked at */
     double *rates;   /* (count) of the values before what is due happens */
     double *terms;   /* what event_terms gives */
@@ -63,7 +67,7 @@ void refdyn_state_events_note(struct refdyn_state_events *events, const struct r
 void refdyn_state_events_settle(struct refdyn_state_events *events, const struct refdyn_step *step);
 /* Is there something that the caller is to be told before the motion goes on? */
 static inline int refdyn_state_events_wait(const struct refdyn_state_events *events) {
-    return events->due_count > 0 && !events->is_told;
+    return events->due_named > 0 && !events->is_told;
 }
 
 #endif
