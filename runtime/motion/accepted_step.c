@@ -131,6 +131,23 @@ static int look_for_events(struct refdyn_motion *motion, double t_out, double *t
     return status;
 }
 
+/* A step whose error is too large may have met a kink or an event: it better ends there, *t_event, than at a
+ * part of its length. */
+static void look_for_causes(struct refdyn_motion *motion, double t_out, double *t_event) {
+    struct refdyn_step *step = &motion->step;
+    int status = REFDYN_OK;
+    if (motion->state_events.count == 0)
+        return;
+    if (!step->has_rates_new)
+        status = refdyn_rates(&step->evaluation, refdyn_step_inside(step, step->t_end), step->state_new,
+                              step->rates_new);
+    if (!status)
+        refdyn_state_events_look_early(&motion->state_events, step,
+                                       refdyn_control_least(step->t_begin, t_out), t_event);
+    if (isfinite(*t_event))
+        refdyn_statistics_rejected(&motion->statistics, 1);
+}
+
 /* The step is accepted. */
 static int arrive(struct refdyn_motion *motion, double h) {
     struct refdyn_step *step = &motion->step;
@@ -263,8 +280,10 @@ static int find_error(struct refdyn_motion *motion, const struct refdyn_attempt 
         return status;
     }
     *error = refdyn_step_largest_error(&motion->step, attempt->h) / refdyn_automatic_tolerance(motion);
-    if (!(*error <= 1))
+    if (!(*error <= 1)) {
+        look_for_causes(motion, attempt->t_out, t_event);
         return REFDYN_OK;
+    }
     status = complete(motion);
     if (status)
         return status;

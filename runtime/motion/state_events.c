@@ -27,8 +27,10 @@ enum {
 };
 static const double rounding = 8 * DBL_EPSILON;
 static const double zero_width = 1e-13;    /* of a zero on the interpolant, over the step */
+static const double rounding_part = 1e-6;  /* of a step, at most: a distance that is rounding */
 static const double far_short = 0.1;       /* a step that fell so short, over its length, leads nowhere yet */
 static const double clear_of_kink = 1e-10; /* of the largest value: a kink is passed beyond */
+static const double near_end = 0.99;       /* of a step that is too long: a zero behind explains little */
 static const double early = 0.9;           /* a zero before the first sample lies within this part of it */
 
 /* ---- Layout ---- */
@@ -207,7 +209,7 @@ static void look_for_jumps(struct refdyn_state_events *events, const struct refd
 }
 
 int refdyn_state_events_begin(struct refdyn_state_events *events, const struct refdyn_step *step) {
-    events->tries = 0;
+    events->tries = events->early_tries = 0;
     if (events->count == 0)
         return REFDYN_OK;
     if (events->looks_again && events->due_count == 0)
@@ -478,7 +480,8 @@ static void keep_sides(struct refdyn_state_events *events) {
 
 /* Does the end lie on zero as nearly as it can? */
 static int is_met(const struct refdyn_state_events *events, const struct refdyn_step *step, double distance) {
-    const int no_longer_falls = events->tries >= TRIES_FREE && distance > events->missed / 4;
+    const int no_longer_falls = events->tries >= TRIES_FREE && distance > events->missed / 4 &&
+                                distance < rounding_part * (step->t_end - step->t_begin);
     return distance <= same_time(step) || no_longer_falls || events->tries >= TRIES_MOST;
 }
 
@@ -526,22 +529,33 @@ static void step_ahead(struct refdyn_state_events *events, struct refdyn_step *s
         try_again(events, distance, step->t_end + distance, t_event);
 }
 
-int refdyn_state_events_look(struct refdyn_state_events *events, struct refdyn_step *step, double least,
-                             double *t_event) {
-    double theta, first = INFINITY;
-    int status = events->count > 0 ? take_samples(events, step) : REFDYN_OK;
-    const int target = events->target;
-    *t_event = INFINITY;
+/* The first zero of all values in the step, as its theta, and of which; INFINITY: there is none. */
+static int find_first_of_all(struct refdyn_state_events *events, struct refdyn_step *step, double least,
+                             double *first) {
+    double theta;
+    int status = take_samples(events, step);
+    *first = INFINITY;
     for (int i = 0; i < events->count && !status; i++) {
         status = find_first(events, step, i, &theta);
         if (!status && is_passed(events, step, i, theta, least))
             status = find_first(events, step, i, &theta);
-        if (theta < first) {
-            first = theta;
+        if (theta < *first) {
+            *first = theta;
             events->target = i;
         }
     }
-    if (status || events->count == 0)
+    return status;
+}
+
+int refdyn_state_events_look(struct refdyn_state_events *events, struct refdyn_step *step, double least,
+                             double *t_event) {
+    const int target = events->target;
+    double first;
+    *t_event = INFINITY;
+    if (events->count == 0)
+        return REFDYN_OK;
+    const int status = find_first_of_all(events, step, least, &first);
+    if (status)
         return status;
     if (isfinite(first))
         step_back(events, step, step->t_begin + first * (step->t_end - step->t_begin), least, t_event);
@@ -551,4 +565,16 @@ int refdyn_state_events_look(struct refdyn_state_events *events, struct refdyn_s
     } else
         keep_sides(events);
     return REFDYN_OK;
+}
+
+void refdyn_state_events_look_early(struct refdyn_state_events *events, struct refdyn_step *step,
+                                    double least, double *t_event) {
+    const double h = step->t_end - step->t_begin;
+    double first;
+    *t_event = INFINITY;
+    events->tries = 0;
+    if (events->early_tries++ >= TRIES_FREE || find_first_of_all(events, step, least, &first))
+        return;
+    if (first * h >= least && first < near_end)
+        *t_event = step->t_begin + first * h;
 }

@@ -39,6 +39,7 @@ struct refdyn_state_events {
 
     /* the zero that is looked for: no step, or the steps so far did not end on it */
     int target, tries;
+    int early_tries;       /* steps to zeros that were seen in steps which were too long */
     double t_high, missed; /* the value has crossed zero before this; last distance from zero [s] */
 
     double t_last; /* of the last event [s], */
@@ -61,6 +62,9 @@ int refdyn_state_events_look(struct refdyn_state_events *events, struct refdyn_s
                              double *t_event);
 /* Have so many events followed each other without time between that they will not end? */
 int refdyn_state_events_accumulate(const struct refdyn_state_events *events);
+/* The same, where the step is too long for its error: *t_event is the first zero in it, or INFINITY. */
+void refdyn_state_events_look_early(struct refdyn_state_events *events, struct refdyn_step *step,
+                                    double least, double *t_event);
 /* What is due is about to happen at the begin of the step: notes the values before, and their rates. */
 void refdyn_state_events_note(struct refdyn_state_events *events, const struct refdyn_step *step);
 /* It has happened: on which side values are now, and what is due since others have jumped. */
