@@ -974,6 +974,7 @@ const struct refdyn_model manipulator_rigid_model = {
     SET(break_count) 2,
     SET(switch_count) 0,
     SET(event_count) 0,
+    SET(kink_count) 0,
     SET(change_count) 0,
     SET(saturates) 0,
     SET(qdd_cost) 400,

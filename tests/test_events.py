@@ -229,6 +229,18 @@ def test_second_run_has_first_values():
     assert verified["error"]["largest"] < 1e-5 and verified["error"]["is_trusted"]
 
 
+@pytest.mark.parametrize("form", ["max", "where", "energy"])
+@pytest.mark.parametrize("method, tolerance", [("gauss12", 1e-11), ("radau9", 1e-7), ("rk8", 1e-4)])
+def test_kinks(method, tolerance, form):
+    """Steps end where a formula of coordinates has a kink: a ball on a spring is in touch for half a turn and a little more.
+    What methods of high order reach is lost by a factor of 1e5 and more where a step leads across."""
+    times, _ = events("penalty", "--until", 10, "--method", method, "--tol", 1e-9, *settings(form=form))
+    w, fall = math.sqrt(1e5), math.sqrt(2 / G)
+    touch = 2 * (math.pi - math.atan(G * fall * w / G)) / w
+    assert len(times["top"]) == 11 and times["top"][0] == 0
+    check([close("tops", times["top"], [k * (2 * fall + touch) for k in range(11)], tolerance, 1)])
+
+
 def test_directions():
     """A ball thrown up passes a level twice."""
     v, h = 5, 1

@@ -209,7 +209,7 @@ static void table_without_version(void) {
 }
 
 #define COUNTS(F) \
-    F(n) F(m) F(parameter_count) F(derived_count) F(input_count) F(point_count) F(course_count) F(break_count) F(switch_count) F(event_count) F(change_count) \
+    F(n) F(m) F(parameter_count) F(derived_count) F(input_count) F(point_count) F(course_count) F(break_count) F(switch_count) F(event_count) F(kink_count) F(change_count) \
     F(coupling_count) F(held_count) F(anchored_count)
 
 static void counts_out_of_range(void) {
