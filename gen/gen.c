@@ -5,6 +5,7 @@
 #include "gen.h"
 #include "explain/explain.h"
 #include "plan/plan.h"
+#include "read/state_kinks.h"
 #include "tree/roll.h"
 
 #include <errno.h>
@@ -59,6 +60,8 @@ static void read_model(struct generation *gen, const struct read_request *reques
         tree_place_points(&gen->memory, &gen->model, &gen->tree);
     if (!messages->errors)
         check_programme(&gen->model, &gen->tree, messages);
+    if (!messages->errors)
+        state_kinks_list(&gen->memory, &gen->model);
     gen->model.sources = script_sources(script);
 }
 

@@ -2808,12 +2808,12 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 #define SET(field) .field =
 #endif
 
-#if REFDYN_MODEL_VERSION != 2
-#error "manipulator_flexible was emitted for version 2 of refdyn_model.h, and this refdyn_model.h is of another one: emit it again."
+#if REFDYN_MODEL_VERSION != 3
+#error "manipulator_flexible was emitted for version 3 of refdyn_model.h, and this refdyn_model.h is of another one: emit it again."
 #endif
 
 const struct refdyn_model manipulator_flexible_model = {
-    SET(interface_version) 2,
+    SET(interface_version) 3,
     SET(name) "manipulator_flexible",
     SET(hash) "5f121ac785720246",
     SET(n) 13,
@@ -2825,6 +2825,9 @@ const struct refdyn_model manipulator_flexible_model = {
     SET(course_count) 2,
     SET(break_count) 2,
     SET(switch_count) 0,
+    SET(event_count) 0,
+    SET(kink_count) 0,
+    SET(change_count) 0,
     SET(saturates) 0,
     SET(qdd_cost) 2625,
     SET(tangent_cost) 0,
@@ -2836,6 +2839,8 @@ const struct refdyn_model manipulator_flexible_model = {
     SET(points) manipulator_flexible_points,
     SET(courses) manipulator_flexible_courses,
     SET(rows) manipulator_flexible_rows,
+    SET(events) 0,
+    SET(changes) 0,
     SET(parent) manipulator_flexible_parent,
     SET(dependent) manipulator_flexible_dependent,
     SET(gains) manipulator_flexible_gains,
@@ -2883,5 +2888,7 @@ const struct refdyn_model manipulator_flexible_model = {
     SET(course) manipulator_flexible_course_doubles,
     SET(breaks) manipulator_flexible_breaks_doubles,
     SET(switches) 0,
+    SET(event) 0,
+    SET(event_terms) 0,
 };
 #undef SET

@@ -956,12 +956,12 @@ static void manipulator_rigid_start_doubles(const double *p, const double *x, do
 #define SET(field) .field =
 #endif
 
-#if REFDYN_MODEL_VERSION != 2
-#error "manipulator_rigid was emitted for version 2 of refdyn_model.h, and this refdyn_model.h is of another one: emit it again."
+#if REFDYN_MODEL_VERSION != 3
+#error "manipulator_rigid was emitted for version 3 of refdyn_model.h, and this refdyn_model.h is of another one: emit it again."
 #endif
 
 const struct refdyn_model manipulator_rigid_model = {
-    SET(interface_version) 2,
+    SET(interface_version) 3,
     SET(name) "manipulator_rigid",
     SET(hash) "2ca1475c3d1eff4d",
     SET(n) 4,
@@ -973,6 +973,9 @@ const struct refdyn_model manipulator_rigid_model = {
     SET(course_count) 2,
     SET(break_count) 2,
     SET(switch_count) 0,
+    SET(event_count) 0,
+    SET(kink_count) 0,
+    SET(change_count) 0,
     SET(saturates) 0,
     SET(qdd_cost) 400,
     SET(tangent_cost) 0,
@@ -984,6 +987,8 @@ const struct refdyn_model manipulator_rigid_model = {
     SET(points) manipulator_rigid_points,
     SET(courses) manipulator_rigid_courses,
     SET(rows) manipulator_rigid_rows,
+    SET(events) 0,
+    SET(changes) 0,
     SET(parent) manipulator_rigid_parent,
     SET(dependent) manipulator_rigid_dependent,
     SET(gains) manipulator_rigid_gains,
@@ -1031,5 +1036,7 @@ const struct refdyn_model manipulator_rigid_model = {
     SET(course) manipulator_rigid_course_doubles,
     SET(breaks) manipulator_rigid_breaks_doubles,
     SET(switches) 0,
+    SET(event) 0,
+    SET(event_terms) 0,
 };
 #undef SET

@@ -37,16 +37,20 @@ enum refdyn_status {
     /* < 0: stop */
     REFDYN_STEP_TOO_SMALL =
         -1, /* an adaptive step fell below the resolution of t; integrator.cause says why */
-    REFDYN_TANGENT_SINGULAR = -2, /* statics: nothing holds fault.coordinate */
-    REFDYN_BAD_OPTION = -3,       /* an option is out of its range; refdyn_options_validate says which */
-    REFDYN_BAD_MEMORY = -4,       /* memory is NULL, misaligned or smaller than the size asked for */
-    REFDYN_FUNCTION_MISSING = -5, /* the model lacks an emitted function that this call needs */
-    REFDYN_TOO_MANY_STEPS = -6,   /* options.step_limit reached */
-    REFDYN_UNKNOWN_NAME = -7,     /* no value has that name, or no emitted function reads it */
-    REFDYN_BAD_VALUE = -8,        /* a value that was given is infinite or NaN */
-    REFDYN_OTHER_VERSION = -9,    /* the model is of another REFDYN_MODEL_VERSION than this library */
-    REFDYN_BAD_MODEL = -10,       /* the model is NULL, or a count or index in its table is out of range */
-    REFDYN_BAD_ARITHMETIC = -11   /* this library was compiled with flags that change arithmetic */
+    REFDYN_TANGENT_SINGULAR = -2,   /* statics: nothing holds fault.coordinate */
+    REFDYN_BAD_OPTION = -3,         /* an option is out of its range; refdyn_options_validate says which */
+    REFDYN_BAD_MEMORY = -4,         /* memory is NULL, misaligned or smaller than the size asked for */
+    REFDYN_FUNCTION_MISSING = -5,   /* the model lacks an emitted function that this call needs */
+    REFDYN_TOO_MANY_STEPS = -6,     /* options.step_limit reached */
+    REFDYN_UNKNOWN_NAME = -7,       /* no value has that name, or no emitted function reads it */
+    REFDYN_BAD_VALUE = -8,          /* a value that was given is infinite or NaN */
+    REFDYN_OTHER_VERSION = -9,      /* the model is of another REFDYN_MODEL_VERSION than this library */
+    REFDYN_BAD_MODEL = -10,         /* the model is NULL, or a count or index in its table is out of range */
+    REFDYN_BAD_ARITHMETIC = -11,    /* this library was compiled with flags that change arithmetic */
+    REFDYN_EVENT_ENDS = -12,        /* an event of the model has ended the motion; integrator.event */
+    REFDYN_EVENTS_ACCUMULATE = -13, /* events follow each other without time between; integrator.event */
+    REFDYN_EVENT_NOT_MET = -14 /* what an event sets is no finite number or against the rows, fault.row, or
+                                  the rows let no impulse change its value; integrator.event */
 };
 
 /* One line for a status, without a full stop. Never NULL. */
@@ -395,6 +399,9 @@ struct refdyn_integrator {
     struct refdyn_choice choice; /* of REFDYN_AUTO */
     struct refdyn_refused_crossing refused; /* with REFDYN_PASS */
 
+    const int *event; /* (event_count) events of the model that stand at t, where the last call has stopped */
+    int event_count;
+
     /* when a step has failed */
     int cause;       /* status of the last failure of an evaluation or projection, 0: none */
     double failed_t; /* where it failed; work->fault says in which row or coordinate; q, qd stay the last
@@ -414,11 +421,13 @@ int refdyn_integrator_init(struct refdyn_integrator *integrator, struct refdyn_w
 int refdyn_integrator_start(struct refdyn_integrator *integrator, double t, const double *q,
                             const double *qd);
 /* Goes on towards t_out by at most `steps` accepted steps; t is t_out when they were enough, the end of the
- * last one otherwise. Fixed step: the interval from the last output to t_out is cut into ceil(interval/step)
- * equal steps, the i-th begins at from + i (to - from)/count. Errors: > 0 from a fixed step whose evaluation
- * failed, or a tangent at the begin of a step; STEP_TOO_SMALL, TOO_MANY_STEPS;
- * BAD_OPTION when t_out lies before t. The integrator then stays at the last accepted state, with cause and
- * failed_t set; refdyn_integrator_refresh evaluates that state again. */
+ * last one otherwise. It stops at each event of the state on the way, whose action comes with the next call:
+ * what is seen is the state before. Fixed step: the interval from the last output to t_out is cut into
+ * ceil(interval/step) equal steps, the i-th begins at from + i (to - from)/count. Errors: > 0 from a fixed
+ * step whose evaluation failed, or a tangent at the begin of a step; STEP_TOO_SMALL, TOO_MANY_STEPS;
+ * EVENT_ENDS, then t is that of the event, EVENTS_ACCUMULATE, EVENT_NOT_MET; BAD_OPTION when t_out lies
+ * before t. The integrator then stays at the last accepted state, with cause and failed_t set;
+ * refdyn_integrator_refresh evaluates that state again. */
 int refdyn_integrator_step(struct refdyn_integrator *integrator, double t_out, long steps);
 /* The motion ends at t: no step reaches beyond, and the automatic choice tries no method that cannot pay
  * before. INFINITY: not known, as at the start. */
@@ -426,7 +435,7 @@ void refdyn_integrator_until(struct refdyn_integrator *integrator, double t);
 /* From now on no step reaches beyond t, until t lies behind: a time at which the caller will change inputs.
  * INFINITY: none, as at the start. */
 void refdyn_integrator_limit(struct refdyn_integrator *integrator, double t);
-/* Steps until t_out. Same errors. */
+/* Steps until t_out, through all events. Same errors. */
 int refdyn_integrator_to(struct refdyn_integrator *integrator, double t_out);
 /* The state at t inside the last step, t_begin <= t <= t_end, as at an output; the steps go on from its end.
  * Errors: BAD_OPTION when t lies outside; those of refdyn_accelerate and refdyn_project. */

@@ -19,7 +19,7 @@
 
 /* Of struct refdyn_model and of what its functions take and give. Emitted files carry the number that they
  * were written for: they do not compile with another one, and the runtime refuses tables with another one. */
-#define REFDYN_MODEL_VERSION 2
+#define REFDYN_MODEL_VERSION 3
 
 typedef void refdyn_function(const double *p, const double *x, double t, const double *q, const double *qd,
                              double *out);
@@ -37,6 +37,24 @@ enum refdyn_row_level { REFDYN_POSITION, REFDYN_VELOCITY, REFDYN_ACCELERATION };
 struct refdyn_row {
     const char *name;
     enum refdyn_row_level level;
+};
+
+/* Where a value crosses zero: a motion's step ends there. */
+struct refdyn_event {
+    const char *name;
+    int direction; /* 1: it rises, -1: it falls, 0: both */
+    int ends;      /* the motion ends there */
+    int is_impact; /* rates jump by an impulse along the value's gradient, by its coefficient of restitution
+                    */
+    int first_change, change_count; /* in the model's list */
+};
+
+/* What an event sets. */
+enum refdyn_changed { REFDYN_CHANGED_RATE, REFDYN_CHANGED_INPUT, REFDYN_CHANGED_PARAMETER };
+
+struct refdyn_change {
+    enum refdyn_changed what;
+    int place; /* in qd, x or p; -1: no emitted function reads the parameter */
 };
 
 /* clang-format off */
@@ -89,6 +107,9 @@ struct refdyn_model {
     int course_count;    /* values that the author wants recorded */
     int break_count;     /* kinks of formulas of time alone whose times are known, */
     int switch_count;    /* and what changes sign at others */
+    int event_count;     /* values whose zeros are events, */
+    int kink_count;      /* and others where formulas of coordinates have kinks; */
+    int change_count;    /* what events set in all */
     int saturates;       /* a rate drives something to its limit, as friction */
     double qdd_cost;     /* operations of one call of constrained, or of qdd_free without rows; 0: unknown */
     double tangent_cost; /* of tangent. A division counts four, a function ten */
@@ -100,6 +121,8 @@ struct refdyn_model {
     const char *const *points;             /* point_count names */
     const char *const *courses;            /* course_count names */
     const struct refdyn_row *rows;         /* m */
+    const struct refdyn_event *events;     /* event_count */
+    const struct refdyn_change *changes;   /* change_count, event by event */
     const int *parent;    /* n: the coordinate before this one on the way to the ground, -1: none. M[i][j] is
                              zero unless one of i, j leads to the other */
     const int *dependent; /* m coordinates declared dependent, or NULL: choose */
@@ -163,6 +186,10 @@ struct refdyn_model {
     refdyn_function *course;   /* (course_count) values to record with a motion, in the units of the model */
     refdyn_function *breaks;   /* (break_count) their times, in no order; reads p and x alone [s] */
     refdyn_function *switches; /* (switch_count) below zero or not, which changes there; reads p, x and t */
+    refdyn_function *event;    /* (values) event_count whose zeros are events, then kink_count */
+    refdyn_function *event_terms; /* struct NAME_event_terms_result as doubles: d/dt of these at qdd = 0,
+                                     their derivatives by q and qd (values x n each), coefficients of
+                                     restitution (event_count), what events set (change_count) */
 };
 
 #endif

@@ -3,23 +3,6 @@
 #include "base/memory.h"
 #include "dynamics/coordinate_derivatives.h"
 
-/* d/dt of a symbol at qdd = 0: theory, sect. 6.2. */
-static expression rate_of_symbol(void *context, struct graph *g, expression e) {
-    const struct symbol s = *expr_as_symbol(g, e);
-    (void)context;
-    if (s.kind == SYMBOL_TIME)
-        return expr_one(g);
-    if (s.kind == SYMBOL_COORDINATE && s.order == 0)
-        return expr_symbol(g, s.kind, s.index, 1);
-    if (s.kind == SYMBOL_POINT && s.order < 2)
-        return expr_symbol(g, s.kind, s.index, s.order + 1);
-    return expr_zero(g);
-}
-
-static expression time_derivative(const struct kinematics *k, expression e) {
-    return rewrite_derivative(k->g, e, rate_of_symbol, NULL);
-}
-
 expression constraints_rate_gain(struct graph *g, const struct row *row) {
     return expr_apply1(g, OP_RATE_GAIN, expr_mul(g, expr_number(g, 2), row->alpha));
 }
@@ -71,13 +54,13 @@ static struct row_terms derive_row(const struct kinematics *k, int index) {
     struct row_terms terms = {0};
     graph_remark(k->g, memory_format(k->memory, formulas[row->level], index + 1));
     if (row->level == ROW_POSITION) {
-        const expression rate = time_derivative(k, row->residual);
+        const expression rate = coordinate_derivatives_rate(k, row->residual);
         terms.phi = coordinate_derivatives_with_points(k, row->residual);
         terms.psi = coordinate_derivatives_with_points(k, rate);
-        terms.v = coordinate_derivatives_with_points(k, time_derivative(k, rate));
+        terms.v = coordinate_derivatives_with_points(k, coordinate_derivatives_rate(k, rate));
     } else if (row->level == ROW_VELOCITY) {
         terms.psi = coordinate_derivatives_with_points(k, row->residual);
-        terms.v = coordinate_derivatives_with_points(k, time_derivative(k, row->residual));
+        terms.v = coordinate_derivatives_with_points(k, coordinate_derivatives_rate(k, row->residual));
     } else {
         terms.v = coordinate_derivatives_with_points(k, row->residual);
     }

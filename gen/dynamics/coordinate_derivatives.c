@@ -31,6 +31,22 @@ expression coordinate_derivatives_at_rest(const struct kinematics *k, expression
     return e;
 }
 
+static expression rate_of_symbol(void *context, struct graph *g, expression e) {
+    const struct symbol s = *expr_as_symbol(g, e);
+    (void)context;
+    if (s.kind == SYMBOL_TIME)
+        return expr_one(g);
+    if (s.kind == SYMBOL_COORDINATE && s.order == 0)
+        return expr_symbol(g, s.kind, s.index, 1);
+    if (s.kind == SYMBOL_POINT && s.order < 2)
+        return expr_symbol(g, s.kind, s.index, s.order + 1);
+    return expr_zero(g);
+}
+
+expression coordinate_derivatives_rate(const struct kinematics *k, expression e) {
+    return rewrite_derivative(k->g, e, rate_of_symbol, NULL);
+}
+
 expression *coordinate_derivatives_symbol_gradient(const struct kinematics *k, expression e, int order) {
     const int n = k->tree->count, count = n + 3 * k->model->marker_count;
     expression *by = memory_get(k->memory, ((size_t)count + 1) * sizeof *by);

@@ -23,6 +23,9 @@ expression *coordinate_derivatives_placed_gradient(const struct kinematics *k, e
 expression *coordinate_derivatives_coefficients(const struct kinematics *k, expression e, int order,
                                                 bool resting);
 
+/* d/dt of an expression in symbols at qdd = 0, in symbols: theory, sect. 6.2. */
+expression coordinate_derivatives_rate(const struct kinematics *k, expression e);
+
 /* Symbols of points replaced by their kinematics, accelerations at qdd = 0. */
 expression coordinate_derivatives_with_points(const struct kinematics *k, expression e);
 /* The same at qd = 0. */

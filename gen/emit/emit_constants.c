@@ -151,7 +151,8 @@ void emit_constants(const struct emission *x, struct text *text) {
     const struct plan *plan = x->plan;
     const struct model *model = plan->model;
     const size_t most = (size_t)model->parameter_count + (size_t)model->input_count +
-                        (size_t)model->row_count + (size_t)model->point_count + (size_t)model->course_count;
+                        (size_t)model->row_count + (size_t)model->point_count + (size_t)model->course_count +
+                        (size_t)model->event_count;
     const char **names = memory_get(plan->memory, (most + 1) * sizeof *names);
     emit_sizes(x, text);
     emit_coordinate_places(x, text);
@@ -175,4 +176,7 @@ void emit_constants(const struct emission *x, struct text *text) {
     for (int i = 0; i < model->course_count; i++)
         names[i] = model->courses[i].name;
     emit_places(x, text, "COURSE", "Places in course", names, model->course_count);
+    for (int i = 0; i < model->event_count; i++)
+        names[i] = model->events[i].name;
+    emit_places(x, text, "EVENT", "Places in event", names, model->event_count);
 }

@@ -175,6 +175,44 @@ static const char *as_numbers(const struct emission *x, const char *qualifier) {
     return x->is_lanes ? memory_format(x->plan->memory, "(%slane *)(%svoid *)", qualifier, qualifier) : "";
 }
 
+/* Place of a parameter in p, -1: no emitted function reads it. */
+static int place_of_parameter(const struct plan *plan, int parameter) {
+    for (int i = 0; i < plan->parameter_count; i++)
+        if (plan->parameters[i] == parameter)
+            return i;
+    return -1;
+}
+
+static void emit_changes(struct emission *x, struct text *text) {
+    static const char *const kinds[] = {"REFDYN_CHANGED_RATE", "REFDYN_CHANGED_INPUT",
+                                        "REFDYN_CHANGED_PARAMETER"};
+    _Static_assert(sizeof kinds / sizeof *kinds == CHANGED_PARAMETER + 1, "each kind has a name");
+    const struct model *model = x->plan->model;
+    if (!model->change_count)
+        return;
+    text_add(text, "static const struct refdyn_change %s_changes[] = {\n", x->name);
+    for (int i = 0; i < model->change_count; i++) {
+        const struct change *change = &model->changes[i];
+        const bool is_parameter = change->what == CHANGED_PARAMETER;
+        text_add(text, "    {%s, %d},\n", kinds[change->what],
+                 is_parameter ? place_of_parameter(x->plan, change->index) : change->index);
+    }
+    text_add(text, "};\n\n");
+}
+
+static void emit_events(struct emission *x, struct text *text) {
+    const struct model *model = x->plan->model;
+    if (!model->event_count)
+        return;
+    text_add(text, "static const struct refdyn_event %s_events[] = {\n", x->name);
+    for (int i = 0; i < model->event_count; i++) {
+        const struct event *event = &model->events[i];
+        text_add(text, "    {%s, %d, %d, %d, %d, %d},\n", text_literal(text->memory, event->name),
+                 event->direction, event->ends, event->is_impact, event->first_change, event->change_count);
+    }
+    text_add(text, "};\n\n");
+}
+
 static void emit_adapter(struct emission *x, struct text *text, const struct function *function) {
     const char *read = as_numbers(x, "const "), *name = x->name;
     struct given_array given[GIVEN_ARRAYS];
@@ -256,7 +294,7 @@ static void set_functions(struct emission *x, struct text *text) {
     static const char order[] =
         "start anchor M h Q u v phi psi k r rd C d energy power Q_q qdd_free qdd force equations M_h f "
         "row_terms point_terms constrained terms accelerations tangent tangent_vectors d_qdd d_qdd_free "
-        "d_force d_statics d_rows course breaks switches ";
+        "d_force d_statics d_rows course breaks switches event event_terms ";
     for (const char *at = order; *at; at += strcspn(at, " ") + 1) {
         const char *name = memory_format(x->plan->memory, "%.*s", (int)strcspn(at, " "), at);
         bool exists = false;
@@ -322,6 +360,8 @@ static void emit_model_table(struct emission *x, struct text *text, const char *
     text_add(text, "    SET(course_count) %d,\n", model->course_count);
     text_add(text, "    SET(break_count) %d,\n    SET(switch_count) %d,\n", plan->break_count,
              plan->switch_count);
+    text_add(text, "    SET(event_count) %d,\n    SET(kink_count) %d,\n    SET(change_count) %d,\n",
+             model->event_count, model->kink_count, model->change_count);
     text_add(text, "    SET(saturates) %d,\n", saturates(plan));
     text_add(text, "    SET(qdd_cost) %ld,\n    SET(tangent_cost) %ld,\n",
              cost_of(plan, model->row_count ? "constrained" : "qdd_free"), cost_of(plan, "tangent"));
@@ -333,6 +373,8 @@ static void emit_model_table(struct emission *x, struct text *text, const char *
     set_pointer(x, text, "points", "points", model->point_count > 0);
     set_pointer(x, text, "courses", "courses", model->course_count > 0);
     set_pointer(x, text, "rows", "rows", model->row_count > 0);
+    set_pointer(x, text, "events", "events", model->event_count > 0);
+    set_pointer(x, text, "changes", "changes", model->change_count > 0);
     set_pointer(x, text, "parent", "parent", true);
     set_pointer(x, text, "dependent", "dependent", model->dependent_count > 0);
     set_pointer(x, text, "gains", "gains", model->row_count > 0);
@@ -349,6 +391,8 @@ void emit_tables(struct emission *x, struct text *text, const char *hash) {
     emit_names(x, text);
     emit_index_tables(x, text);
     emit_rows_and_points(x, text);
+    emit_changes(x, text);
+    emit_events(x, text);
     emit_adapters(x, text);
     emit_model_table(x, text, hash);
 }

@@ -164,6 +164,30 @@ struct row {
 
 enum number_range { RANGE_ANY, RANGE_POSITIVE, RANGE_NOT_NEGATIVE, RANGE_POISSON };
 
+/* What an event changes. */
+enum changed { CHANGED_RATE, CHANGED_INPUT, CHANGED_PARAMETER };
+
+struct change {
+    enum changed what;
+    int index;        /* of the coordinate, input or parameter */
+    expression value; /* of the state before the event */
+    const char *path; /* as messages call it: "events[1].rates.arm_psi" */
+    struct place place;
+};
+
+/* Where an expression crosses zero, and what happens there. */
+struct event {
+    const char *name; /* the author's, or "event 1" */
+    expression value;
+    int direction; /* 1: it rises, -1: it falls, 0: both */
+    bool ends;     /* the motion */
+    bool is_impact;
+    expression restitution;         /* of an impact */
+    int first_change, change_count; /* in the model's list */
+    const char *path;               /* as messages call it: "events[1]" */
+    struct place place;
+};
+
 /* What numbers of the model that depend on parameters have to be with all their values. */
 struct requirement {
     /* What is wrong with the numbers that the values have, as a message; NULL: nothing. */
@@ -215,6 +239,12 @@ struct model {
     int course_count;
     struct row *rows;
     int row_count, row_capacity;
+    struct event *events;
+    int event_count, event_capacity;
+    expression *kinks; /* of formulas in coordinates: state_kinks.h */
+    int kink_count;
+    struct change *changes; /* event by event */
+    int change_count, change_capacity;
     const char **dependent; /* coordinate names, row_count of them, or none: chosen at run time */
     int dependent_count;
     struct place dependent_place;

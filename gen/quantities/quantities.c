@@ -5,6 +5,7 @@
  * and how it is built; terms that several quantities share are derived once, when first asked for.
  */
 #include "quantities/quantities.h"
+#include "quantities/event_terms.h"
 #include "quantities/times_of_kinks.h"
 #include "quantities/pair_loops.h"
 #include "dynamics/coordinate_derivatives.h"
@@ -312,6 +313,10 @@ static void build_switches(struct derivation *d, struct function *f) {
                d->plan->switches, d->plan->switch_count);
 }
 
+static bool has_events(const struct derivation *d) {
+    return d->model->event_count + d->model->kink_count > 0;
+}
+
 static void build_start(struct derivation *d, struct function *f) {
     const struct frame *frames = d->kinematics.tree->frames;
     expression *start = derivation_new_values(d, d->frames), *rate = derivation_new_values(d, d->frames);
@@ -465,6 +470,9 @@ static const struct quantity quantities[] = {
      BY_DEFAULT},
     {"switches", "what changes sign at kinks in time that `breaks` does not tell", has_switches,
      "such kinks in time", build_switches, BY_DEFAULT},
+    {"event", "values whose zeros are events", has_events, "events", event_terms_build_values, BY_DEFAULT},
+    {"event_terms", "derivatives of these values, and what events set", has_events, "events",
+     event_terms_build, BY_DEFAULT},
     {"anchor", "parameters whose default is a value at the start of a motion", has_anchors,
      "anchored parameters", build_anchor, BY_DEFAULT},
     {"start", "coordinates and rates at the start of a motion", always, "", build_start, BY_DEFAULT},
@@ -640,10 +648,11 @@ static struct function *function_of(const struct plan *plan, const char *quantit
     return NULL;
 }
 
-/* Beside what is asked for: what anchors parameters and tells breaks. */
+/* Beside what is asked for: what anchors parameters and tells breaks and events. */
 static bool is_wanted(const struct derivation *d, const struct quantity *quantity) {
     return is_asked_for(d, quantity) || quantity->build == build_anchor || quantity->build == build_breaks ||
-           quantity->build == build_switches || (quantity->build == build_start && has_anchors(d));
+           quantity->build == build_switches || quantity->build == event_terms_build_values ||
+           quantity->build == event_terms_build || (quantity->build == build_start && has_anchors(d));
 }
 
 static bool is_named(const struct derivation *d, const struct quantity *quantity) {

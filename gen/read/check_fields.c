@@ -9,15 +9,21 @@ typedef void check_value_of_type(const struct checker *checker, const struct val
                                  const struct field_rule *rule, const char *path);
 
 static check_value_of_type check_whole, check_number, check_vector, check_turns, check_names, check_by_joint,
-    check_direction, check_free_vector, check_points, check_list;
+    check_direction, check_free_vector, check_free_by_name, check_points, check_list;
 
 /* What is to be said of a value beside its type. */
 static check_value_of_type *const checks[TYPE_COUNT] = {
-    [TYPE_WHOLE] = check_whole,         [TYPE_VALUE] = check_number,
-    [TYPE_VECTOR] = check_vector,       [TYPE_TURNS] = check_turns,
-    [TYPE_NAMES] = check_names,         [TYPE_BY_JOINT] = check_by_joint,
-    [TYPE_DIRECTION] = check_direction, [TYPE_FREE_VECTOR] = check_free_vector,
-    [TYPE_POINTS] = check_points,       [TYPE_LIST] = check_list,
+    [TYPE_WHOLE] = check_whole,
+    [TYPE_VALUE] = check_number,
+    [TYPE_VECTOR] = check_vector,
+    [TYPE_TURNS] = check_turns,
+    [TYPE_NAMES] = check_names,
+    [TYPE_BY_JOINT] = check_by_joint,
+    [TYPE_DIRECTION] = check_direction,
+    [TYPE_FREE_VECTOR] = check_free_vector,
+    [TYPE_FREE_BY_NAME] = check_free_by_name,
+    [TYPE_POINTS] = check_points,
+    [TYPE_LIST] = check_list,
 };
 
 /* Complains about a value that is not of the kind which is needed. A gap in a list has been told before. */
@@ -252,6 +258,16 @@ static void check_by_joint(const struct checker *checker, const struct value *va
     for (int i = 0; i < value->field_count; i++)
         check_value(checker, &value->fields[i].value, rule->range,
                     fields_path_name(checker, path, value->fields[i].name));
+}
+
+static void check_free_by_name(const struct checker *checker, const struct value *value,
+                               const struct field_rule *rule, const char *path) {
+    expression e;
+    field_types_has_no_items(checker, value, path, type_rules[rule->type].text);
+    for (int i = 0; i < value->field_count; i++)
+        if (!value_expression(checker->graph, &value->fields[i].value, &e))
+            refuse_kind(checker, &value->fields[i].value,
+                        fields_path_name(checker, path, value->fields[i].name), "a number or an expression");
 }
 
 /* Each is a place, which may name no other point. */

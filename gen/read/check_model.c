@@ -285,6 +285,62 @@ static void check_row_names(const struct check *check) {
     }
 }
 
+/* ---- events ---- */
+
+static bool depends_on_accelerations(const struct check *check, expression e) {
+    return moving_of(check, e).symbols[2] > 0;
+}
+
+/* An impulse acts along the gradient of what is zero at an impact. */
+static void check_impact(const struct check *check, const struct event *event) {
+    const struct moving moving = moving_of(check, event->value);
+    if (moving.symbols[1] > 0)
+        message_error(check->messages, event->place,
+                      "%s: depends on velocities, an impact is where something of positions is zero",
+                      event->path);
+    else if (moving.symbols[0] == 0)
+        message_error(check->messages, event->place,
+                      "%s: depends on no coordinate, an impact has an impulse along its gradient",
+                      event->path);
+}
+
+static void check_event(const struct check *check, const struct event *event) {
+    check_formula(check, event->place, event->path, event->value);
+    if (depends_on_accelerations(check, event->value))
+        message_error(check->messages, event->place,
+                      "%s: depends on accelerations, an event has t, q, qd and inputs", event->path);
+    else if (event->is_impact)
+        check_impact(check, event);
+    else if (!(check->model->graph->nodes[event->value].depends & (ON_TIME | ON_INPUT | ON_STATE | ON_RATE)))
+        message_error(check->messages, event->place,
+                      "%s: nothing in it changes, time, coordinates, rates or inputs are needed",
+                      event->path);
+}
+
+static void check_change(const struct check *check, const struct change *change) {
+    check_formula(check, change->place, change->path, change->value);
+    if (depends_on_accelerations(check, change->value))
+        message_error(check->messages, change->place,
+                      "%s: depends on accelerations, what an event sets has t, q, qd and inputs",
+                      change->path);
+}
+
+static void check_events(const struct check *check) {
+    const struct model *model = check->model;
+    for (int i = 0; i < model->event_count; i++) {
+        int first = 0;
+        while (strcmp(model->events[first].name, model->events[i].name) != 0)
+            first++;
+        if (first < i)
+            message_error(check->messages, model->events[i].place,
+                          "%s.name: \"%s\" is taken by line %d, each event needs its own",
+                          model->events[i].path, model->events[i].name, model->events[first].place.line);
+        check_event(check, &model->events[i]);
+    }
+    for (int i = 0; i < model->change_count; i++)
+        check_change(check, &model->changes[i]);
+}
+
 void check_scene(const struct model *model, struct messages *messages) {
     const struct check check = {.model = model, .messages = messages};
     if (*model->name) /* else the reader has complained */
@@ -331,6 +387,7 @@ void check_programme(const struct model *model, const struct tree *tree, struct 
         check_course(&check, &model->courses[i]);
     for (int i = 0; i < model->row_count; i++)
         check_row(&check, &model->rows[i]);
+    check_events(&check);
     warn_of_columns(&check);
     check_row_names(&check);
     check_dependent(&check);

@@ -24,7 +24,8 @@ enum {
     TAKES_VALUE = 1 << VALUE_NUMBER | 1 << VALUE_EXPRESSION,
     TAKES_TEXT = 1 << VALUE_TEXT,
     TAKES_TABLE = 1 << VALUE_TABLE,
-    TAKES_FUNCTION = 1 << VALUE_FUNCTION
+    TAKES_FUNCTION = 1 << VALUE_FUNCTION,
+    TAKES_TRUTH = 1 << VALUE_BOOLEAN
 };
 
 const struct type_rule type_rules[TYPE_COUNT] = {
@@ -47,6 +48,8 @@ const struct type_rule type_rules[TYPE_COUNT] = {
     [TYPE_DIRECTION] = {"\"x\", \"y\", \"z\" or a list of 3 numbers such as { 0, 0, 1 }",
                         TAKES_TEXT | TAKES_TABLE, OWNER_COUNT},
     [TYPE_FREE_VECTOR] = {"a list of 3 numbers or expressions such as { 0, 0, 1 }", TAKES_TABLE, OWNER_COUNT},
+    [TYPE_FREE_BY_NAME] = {"a table of values by name such as { arm_psi = 0 }", TAKES_TABLE, OWNER_COUNT},
+    [TYPE_TRUTH] = {"true or false", TAKES_TRUTH, OWNER_COUNT},
     [TYPE_POINTS] = {"a table of points such as { E = \"arm\" }", TAKES_TABLE, OWNER_COUNT},
     [TYPE_LIST] = {"a list of tables", TAKES_TABLE, OWNER_COUNT},
     [TYPE_FUNCTION] = {"a function", TAKES_FUNCTION, OWNER_COUNT},

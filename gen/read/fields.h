@@ -41,10 +41,12 @@ enum field_type {
     TYPE_SECTION,
     TYPE_DAMPING,
     TYPE_CURVATURE,
-    TYPE_DIRECTION,   /* "x", "y", "z" or three values */
-    TYPE_FREE_VECTOR, /* three expressions */
-    TYPE_POINTS,      /* table of places by name */
-    TYPE_LIST,        /* list of tables */
+    TYPE_DIRECTION,    /* "x", "y", "z" or three values */
+    TYPE_FREE_VECTOR,  /* three expressions */
+    TYPE_FREE_BY_NAME, /* table of expressions by name */
+    TYPE_TRUTH,        /* true or false */
+    TYPE_POINTS,       /* table of places by name */
+    TYPE_LIST,         /* list of tables */
     TYPE_FUNCTION,
     TYPE_COUNT
 };

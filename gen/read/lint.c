@@ -81,7 +81,8 @@ static bool is_expression(const struct search *search, int first, int last) {
 static void learn(struct search *search, int index) {
     if (!is_name(search, index) || !is(search, index + 1, "="))
         return;
-    bool is_author = is(search, index, "forces") || is(search, index, "constraints");
+    bool is_author =
+        is(search, index, "forces") || is(search, index, "constraints") || is(search, index, "events");
     if (is_author && is(search, index + 2, "function") && is(search, index + 3, "("))
         add_known(search, index + 4, true);
     bool is_module = is(search, index + 2, "rd") && is(search, index + 3, ".");

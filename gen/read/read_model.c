@@ -326,6 +326,7 @@ void read_programme(struct script *script, const struct tree *tree, struct model
     const struct value *forces = fields_get(root, FIELD_MODEL_forces);
     const struct value *constraints = fields_get(root, FIELD_MODEL_constraints);
     const struct value *courses = fields_get(root, FIELD_MODEL_courses);
+    const struct value *events = fields_get(root, FIELD_MODEL_events);
     struct value result;
     reader.tree = tree;
     script_set_names(script, model, tree_coordinate_names(reader.check.memory, tree), tree->count);
@@ -335,6 +336,8 @@ void read_programme(struct script *script, const struct tree *tree, struct model
         read_courses(&reader, &result);
     if (constraints && script_call(script, constraints, "constraints", &result))
         read_constraints(&reader, &result);
+    if (events && script_call(script, events, "events", &result))
+        read_events(&reader, &result);
     copy_declarations(&reader);
     declarations_refuse_unknown_settings(reader.check.declarations);
 }

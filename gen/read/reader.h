@@ -1,7 +1,7 @@
 /*
  * What the parts of the reader share: read_model.c (links, points, names), read_place.c, read_body.c,
- * read_beam.c, and, once the coordinates are known, read_forces.c and read_constraints.c with read_result.c.
- * Each takes values of the file and fills its part of the model.
+ * read_beam.c, and, once the coordinates are known, read_forces.c, read_constraints.c and read_events.c with
+ * read_result.c. Each takes values of the file and fills its part of the model.
  */
 #ifndef REFDYN_GEN_READER_H
 #define REFDYN_GEN_READER_H
@@ -68,10 +68,11 @@ struct entry_kind {
 void read_entries(const struct reader *reader, const struct value *list, const char *path,
                   const struct entry_kind *kinds, size_t count, const char *needed);
 
-/* ---- read_forces.c, read_constraints.c ---- */
+/* ---- read_forces.c, read_constraints.c, read_events.c ---- */
 
 void read_forces(const struct reader *reader, const struct value *result);
 void read_courses(const struct reader *reader, const struct value *table);
 void read_constraints(const struct reader *reader, const struct value *result);
+void read_events(const struct reader *reader, const struct value *result);
 
 #endif

@@ -41,6 +41,12 @@ static void mark_formulas(const struct model *model, bool *marks) {
         marks[model->courses[i].value] = true;
     for (int i = 0; i < model->row_count; i++)
         marks[model->rows[i].residual] = marks[model->rows[i].alpha] = marks[model->rows[i].beta] = true;
+    for (int i = 0; i < model->event_count; i++)
+        marks[model->events[i].value] = marks[model->events[i].restitution] = true;
+    for (int i = 0; i < model->kink_count; i++)
+        marks[model->kinks[i]] = true;
+    for (int i = 0; i < model->change_count; i++)
+        marks[model->changes[i].value] = true;
     for (int i = 0; i < model->parameter_count; i++)
         marks[model->parameters[i].anchor] = true;
 }
@@ -59,6 +65,9 @@ static void find_named(struct rolling *x) {
     }
     for (int i = 0; i < x->model->force_count; i++)
         x->is_named[x->model->forces[i].coordinate] = true;
+    for (int i = 0; i < x->model->change_count; i++)
+        if (x->model->changes[i].what == CHANGED_RATE)
+            x->is_named[x->model->changes[i].index] = true;
     for (int i = 0; i < x->model->marker_count; i++)
         if (x->tree->points[i].frame >= 0)
             x->is_named[x->tree->points[i].frame] = true;

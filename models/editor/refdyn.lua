@@ -11,6 +11,7 @@
 ---@field forces? fun(s: table): table of the state: generalized forces by coordinate, added to Q, and a list of `rd.spring`, `rd.force` ... [N or N m]
 ---@field courses? fun(s: table): table of the state: a table of named values to record with a motion, and to draw
 ---@field constraints? fun(s: table): table of the state: a list of rows: `rd.position`, `rd.loop` ..., or lists of them
+---@field events? fun(s: table): table of the state: a list of `rd.event`, or lists of them
 ---@field dependent? string|string[] dependent coordinates, as many as rows; left out: chosen at run time
 ---@field hold? string|string[] coordinates held in statics, beside the rows of positions, and in modes
 ---@field form? string `"corrected"` (default), or `"printed"`: h and Q with the slips of the source chapter
@@ -277,6 +278,17 @@
 ---@field beta? refdyn.expression|number Baumgarte gain of the position [1/s]
 ---@field name? string name in reports; left out: `row 1`, `loop 1 x` and so on
 
+---@class refdyn.event
+---@field [1]? refdyn.expression|number
+---@field value? refdyn.expression|number the expression whose zero it is, of t, q, qd, points and inputs
+---@field direction? string `"down"`: it falls through zero, `"up"`: it rises, `"both"`; left out: `"both"`, with `restitution` `"down"`
+---@field ends? boolean `true`: the motion ends there
+---@field restitution? refdyn.expression|number an impact: the value leaves zero so many times as fast as it came, by an impulse along its gradient
+---@field rates? table<string, refdyn.expression|number> rates by coordinate, which the event sets [m/s or rad/s]
+---@field inputs? table<string, refdyn.expression|number> inputs that it sets
+---@field parameters? table<string, refdyn.expression|number> parameters that it sets
+---@field name? string name in reports; left out: `event 1` and so on
+
 ---@class refdyn
 ---@field pi number
 local rd = {}
@@ -321,6 +333,8 @@ function rd.close(fields) end
 function rd.drive(fields) end
 ---@param fields refdyn.lock
 function rd.lock(fields) end
+---@param fields refdyn.event
+function rd.event(fields) end
 ---@param fields refdyn.row
 function rd.position(fields) end
 ---@param fields refdyn.row

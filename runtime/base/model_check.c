@@ -27,7 +27,8 @@ static int has_counts(const struct refdyn_model *model) {
     return is_count(model->parameter_count) && is_count(model->derived_count) &&
            is_count(model->input_count) && is_count(model->point_count) && is_count(model->course_count) &&
            is_count(model->break_count) && is_count(model->switch_count) && is_count(model->held_count) &&
-           is_count(model->anchored_count);
+           is_count(model->anchored_count) && is_count(model->event_count) && is_count(model->kink_count) &&
+           is_count(model->change_count);
 }
 
 static int has_tables(const struct refdyn_model *model) {
@@ -35,7 +36,10 @@ static int has_tables(const struct refdyn_model *model) {
            (model->inputs || model->input_count == 0) && (model->rows || model->m == 0) &&
            (model->points || model->point_count == 0) && (model->held || model->held_count == 0) &&
            (model->anchored || model->anchored_count == 0) &&
-           ((model->parent && model->vector_places) || !model->tangent_vectors);
+           ((model->parent && model->vector_places) || !model->tangent_vectors) &&
+           (model->events || model->event_count == 0) &&
+           ((model->event && model->event_terms) || model->event_count + model->kink_count == 0) &&
+           (model->changes || model->change_count == 0);
 }
 
 /* Do all places lie in [least, end)? */
@@ -43,6 +47,24 @@ static int lie_in(const int *places, int count, int least, int end) {
     for (int i = 0; places && i < count; i++)
         if (places[i] < least || places[i] >= end)
             return 0;
+    return 1;
+}
+
+/* Does each event set what lies in the list, and each entry of it something that there is? */
+static int have_changes(const struct refdyn_model *model) {
+    const int ends[] = {model->n, model->input_count, model->parameter_count};
+    for (int i = 0; i < model->event_count; i++) {
+        const struct refdyn_event *event = &model->events[i];
+        if (!is_count(event->change_count) ||
+            !lie_in(&event->first_change, 1, 0, model->change_count - event->change_count + 1))
+            return 0;
+    }
+    for (int i = 0; i < model->change_count; i++) {
+        const struct refdyn_change *change = &model->changes[i];
+        if (change->what > REFDYN_CHANGED_PARAMETER ||
+            !lie_in(&change->place, 1, change->what == REFDYN_CHANGED_PARAMETER ? -1 : 0, ends[change->what]))
+            return 0;
+    }
     return 1;
 }
 
@@ -59,7 +81,9 @@ int refdyn_model_status(const struct refdyn_model *model) {
         return REFDYN_BAD_MODEL;
     if (!refdyn_model_is_readable(model))
         return REFDYN_OTHER_VERSION;
-    return has_counts(model) && has_tables(model) && has_places(model) ? REFDYN_OK : REFDYN_BAD_MODEL;
+    return has_counts(model) && has_tables(model) && has_places(model) && have_changes(model)
+               ? REFDYN_OK
+               : REFDYN_BAD_MODEL;
 }
 
 double refdyn_coordinate_unit(const struct refdyn_model *model, int j, double length) {

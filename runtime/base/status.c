@@ -3,7 +3,7 @@
 
 #include "refdyn.h"
 
-enum { LOWEST = REFDYN_BAD_ARITHMETIC };
+enum { LOWEST = REFDYN_EVENT_NOT_MET };
 
 static const char *const texts[] = {
     [REFDYN_OK - LOWEST] = "done",
@@ -26,6 +26,9 @@ static const char *const texts[] = {
     [REFDYN_BAD_MODEL - LOWEST] = "the model is missing, or a count or an index in its table is out of range",
     [REFDYN_BAD_ARITHMETIC - LOWEST] =
         "the library was compiled with flags that change arithmetic, such as -ffast-math",
+    [REFDYN_EVENT_ENDS - LOWEST] = "an event has ended the motion",
+    [REFDYN_EVENTS_ACCUMULATE - LOWEST] = "events follow each other without time between",
+    [REFDYN_EVENT_NOT_MET - LOWEST] = "what an event sets is not finite, or the rows do not allow it",
 };
 
 const char *refdyn_status_text(int status) {

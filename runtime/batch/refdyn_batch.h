@@ -57,7 +57,9 @@ struct refdyn_batch_case {
 enum refdyn_batch_stage { REFDYN_AT_STATICS, REFDYN_AT_START, REFDYN_AT_STEPS };
 
 struct refdyn_batch_result {
-    int status;                    /* of the runtime, that ended it; 0: it came to its end */
+    int status;                    /* of the runtime, that ended it; 0: it came to its end; EVENT_ENDS: an
+                                      event of the model has ended it, integrator->event, and its state is
+                                      that which is seen */
     enum refdyn_batch_stage stage; /* where it ended */
     double t;                      /* time that was reached [s] */
     double cpu_s;                  /* of its thread, this case's share [s] */

@@ -2,8 +2,8 @@
  * One accepted step of a motion: tried, brought onto the programme, judged.
  *
  * Takes the state at the end of the last step; gives the next one. How long it is, step_control.c tells, and
- * by which method, automatic_method.c; it ends at the next time event, and leads through singular states by
- * singular_crossing.c.
+ * by which method, automatic_method.c; it ends at the next time event or event of the state, and leads
+ * through singular states by singular_crossing.c.
  */
 #include "base/arithmetic.h"
 
@@ -14,6 +14,7 @@
 
 #include "constraints/constraints.h"
 #include "motion/automatic_method.h"
+#include "motion/event_actions.h"
 #include "motion/singular_crossing.h"
 #include "motion/statistics.h"
 #include "motion/work_done.h"
@@ -40,14 +41,27 @@ int refdyn_attempt_prepare(struct refdyn_motion *motion) {
 }
 
 /* The end of the last step is the begin of the next one, on the right side of a time event. */
-static void begin(struct refdyn_motion *motion) {
+static void go_on_from_end(struct refdyn_motion *motion) {
+    struct refdyn_step *step = &motion->step;
+    const double t = refdyn_events_right_of(&motion->events, step->t_end);
+    motion->state_events.looks_again |= t != step->t_end;
+    refdyn_step_next(step, t);
+    refdyn_linear_leave_begin(&motion->linear);
+}
+
+/* Events of the state that are due happen first. */
+static int begin(struct refdyn_motion *motion) {
     struct refdyn_step *step = &motion->step;
     refdyn_crossing_leave(motion);
-    if (step->t_begin != step->t_end) {
-        refdyn_step_next(step, refdyn_events_right_of(&motion->events, step->t_end));
-        refdyn_linear_leave_begin(&motion->linear);
+    if (step->t_begin != step->t_end)
+        go_on_from_end(motion);
+    const int status = refdyn_event_actions_take(motion);
+    if (status) {
+        refdyn_motion_failed(motion, status, step->t_begin);
+        return status;
     }
     refdyn_automatic_take_up(motion);
+    return REFDYN_OK;
 }
 
 /* Far off the programme: the fault is at a row, and at a coordinate or none. */
@@ -121,6 +135,35 @@ static int complete(struct refdyn_motion *motion) {
     return status;
 }
 
+/* Where an event of the state wants a step to end that was completed; see refdyn_state_events_look. */
+static int look_for_events(struct refdyn_motion *motion, double t_out, double *t_event) {
+    struct refdyn_step *step = &motion->step;
+    const int status = refdyn_state_events_look(&motion->state_events, step,
+                                                refdyn_control_least(step->t_begin, t_out), t_event);
+    if (status)
+        refdyn_motion_failed(motion, status, step->t_end);
+    if (isfinite(*t_event))
+        refdyn_statistics_rejected(&motion->statistics, 1);
+    return status;
+}
+
+/* A step whose error is too large may have met a kink or an event: it better ends there, *t_event, than at a
+ * part of its length. */
+static void look_for_causes(struct refdyn_motion *motion, double t_out, double *t_event) {
+    struct refdyn_step *step = &motion->step;
+    int status = REFDYN_OK;
+    if (motion->state_events.count == 0)
+        return;
+    if (!step->has_rates_new)
+        status = refdyn_rates(&step->evaluation, refdyn_step_inside(step, step->t_end), step->state_new,
+                              step->rates_new);
+    if (!status)
+        refdyn_state_events_look_early(&motion->state_events, step,
+                                       refdyn_control_least(step->t_begin, t_out), t_event);
+    if (isfinite(*t_event))
+        refdyn_statistics_rejected(&motion->statistics, 1);
+}
+
 /* The step is accepted. */
 static int arrive(struct refdyn_motion *motion, double h) {
     struct refdyn_step *step = &motion->step;
@@ -146,6 +189,13 @@ static int attempt(struct refdyn_motion *motion, double t_new, double h) {
 
 /* ---- Through a state where the rows lose rank ---- */
 
+/* Such a step has no shorter one beside it: it may meet no event. */
+static int leave_out_events(struct refdyn_motion *motion) {
+    double t_event;
+    const int status = look_for_events(motion, motion->step.t_end, &t_event);
+    return status ? status : isfinite(t_event) ? REFDYN_NO_CONVERGENCE : REFDYN_OK;
+}
+
 /* One attempt, from t_begin to t_new. */
 static int attempt_crossing(struct refdyn_motion *motion, double t_new) {
     const double h = t_new - motion->step.t_begin;
@@ -159,6 +209,8 @@ static int attempt_crossing(struct refdyn_motion *motion, double t_new) {
         return status;
     refdyn_crossing_look_back(motion);
     status = complete(motion);
+    if (!status)
+        status = leave_out_events(motion);
     if (!status)
         status = arrive(motion, h);
     if (!status)
@@ -192,6 +244,23 @@ int refdyn_pass_singular(struct refdyn_motion *motion, double h, double t_bound,
 
 /* ---- Fixed steps ---- */
 
+/* To t_new, or to an event of the state before. */
+static int take_fixed(struct refdyn_motion *motion, double t_new, double h, double t_out) {
+    double t_event = t_new;
+    int status = REFDYN_OK;
+    while (!status && isfinite(t_event) && t_event > motion->step.t_begin) {
+        const double length = t_event == t_new ? h : t_event - motion->step.t_begin;
+        status = attempt(motion, t_event, length);
+        if (!status)
+            status = complete(motion);
+        if (!status)
+            status = look_for_events(motion, t_out, &t_event);
+        if (!status && !isfinite(t_event))
+            status = arrive(motion, length);
+    }
+    return status;
+}
+
 static int step_fixed(struct refdyn_motion *motion, double t_out, double t_bound) {
     struct refdyn_step_control *control = &motion->control;
     double t_singular, t_new;
@@ -207,13 +276,11 @@ static int step_fixed(struct refdyn_motion *motion, double t_out, double t_bound
         refdyn_motion_failed(motion, motion->failure.cause, t_singular);
         return motion->failure.cause;
     }
-    status = attempt(motion, t_new, h);
-    if (!status)
-        status = complete(motion);
-    if (!status)
-        status = arrive(motion, h);
-    if (!status)
+    status = take_fixed(motion, t_new, h, t_out);
+    if (!status && motion->step.t_end == t_new)
         refdyn_control_fixed_done(control);
+    else
+        refdyn_control_leave_interval(control);
     return status;
 }
 
@@ -226,10 +293,10 @@ void refdyn_attempt_measured(const struct refdyn_motion *motion, struct refdyn_a
 }
 
 /* What was attempted; *error: in tolerances, INFINITY where it could not be evaluated. The step is accepted
- * when it is at most 1. */
-static int find_error(struct refdyn_motion *motion, struct refdyn_attempt *attempt, int status,
-                      double *error) {
-    *error = INFINITY;
+ * when it is at most 1, and no event wants it to end at *t_event, which then is finite. */
+static int find_error(struct refdyn_motion *motion, struct refdyn_attempt *attempt, int status, double *error,
+                      double *t_event) {
+    *error = *t_event = INFINITY;
     if (status) {
         refdyn_motion_failed(motion, status, motion->step.failed_t);
         return status;
@@ -237,8 +304,10 @@ static int find_error(struct refdyn_motion *motion, struct refdyn_attempt *attem
     if (!attempt->is_measured)
         refdyn_attempt_measured(motion, attempt, refdyn_step_largest_error(&motion->step, attempt->h));
     *error = attempt->size;
-    if (!(*error <= 1))
+    if (!(*error <= 1)) {
+        look_for_causes(motion, attempt->t_out, t_event);
         return REFDYN_OK;
+    }
     status = complete(motion);
     if (status)
         return status;
@@ -246,12 +315,18 @@ static int find_error(struct refdyn_motion *motion, struct refdyn_attempt *attem
         refdyn_motion_failed(motion, REFDYN_NO_CONVERGENCE, motion->crossing.t);
         return REFDYN_NO_CONVERGENCE;
     }
-    return arrive(motion, attempt->h);
+    status = look_for_events(motion, attempt->t_out, t_event);
+    return status || isfinite(*t_event) ? status : arrive(motion, attempt->h);
 }
 
 void refdyn_attempt_judge(struct refdyn_motion *motion, struct refdyn_attempt *attempt, int taken) {
-    double error;
-    const int status = find_error(motion, attempt, taken, &error);
+    double error, t_event;
+    const int status = find_error(motion, attempt, taken, &error, &t_event);
+    if (!status && isfinite(t_event)) { /* at the begin there is no step to take */
+        attempt->t_near = t_event;
+        attempt->is_over = t_event == motion->step.t_begin;
+        return;
+    }
     attempt->is_over = !status && error <= 1;
     if (attempt->is_over) {
         refdyn_control_accepted(&motion->control, motion->step.method, attempt->h, error);
@@ -313,7 +388,12 @@ double refdyn_motion_bound(const struct refdyn_motion *motion) {
 
 int refdyn_attempt_begin(struct refdyn_motion *motion, double t_out, struct refdyn_attempt *attempt) {
     *attempt = (struct refdyn_attempt){.t_out = t_out};
-    begin(motion);
+    const int status = begin(motion);
+    if (status)
+        return status;
+    attempt->is_over = motion->state_events.due_named > 0;
+    if (attempt->is_over)
+        return REFDYN_OK;
     if (refdyn_step_limit_reached(motion))
         return REFDYN_TOO_MANY_STEPS;
     const int is_fixed = motion->options.tol == 0;

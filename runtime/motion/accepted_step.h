@@ -9,8 +9,8 @@
 int refdyn_accept_step(struct refdyn_motion *motion, double t_out);
 /*
  * The same in parts, so that somebody else may take the step: begin, then prepare, plan, take and judge until
- * is_over, when the step is accepted. Fixed steps, and those through a state where the rows lose rank, are
- * over behind begin. Errors: as refdyn_integrator_step.
+ * is_over, when the step is accepted. Fixed steps, those through a state where the rows lose rank, and a
+ * begin at which events are due, are over behind begin. Errors: as refdyn_integrator_step.
  */
 struct refdyn_attempt {
     double t_out;    /* what is asked for, */

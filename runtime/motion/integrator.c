@@ -73,6 +73,7 @@ static size_t lay_out(struct refdyn_integrator *integrator, const struct refdyn_
     refdyn_programme_lay_out(&motion->programme, model, &layout);
     refdyn_crossing_lay_out(&motion->crossing, model, &layout);
     refdyn_events_lay_out(&motion->events, model, &layout);
+    refdyn_state_events_lay_out(&motion->state_events, model, &layout);
     refdyn_linear_lay_out(&motion->linear, model, has_tangent, has_tangent ? needs.complexes : 0, &layout);
     return layout.used;
 }
@@ -245,6 +246,8 @@ static int start(struct refdyn_integrator *integrator) {
         refdyn_statistics_residuals(&integrator->motion->statistics, integrator->work);
     if (!status)
         status = begin_here(integrator);
+    if (!status)
+        status = refdyn_state_events_start(&integrator->motion->state_events, &integrator->motion->step);
     refdyn_automatic_start(integrator->motion);
     return status;
 }
@@ -257,6 +260,7 @@ int refdyn_integrator_start(struct refdyn_integrator *integrator, double t, cons
     integrator->work_done = 0;
     integrator->t = t;
     integrator->is_undetermined = 0;
+    integrator->event_count = 0;
     refdyn_prepare(integrator->work);
     clear(enter(integrator));
     take_parameters(integrator);
@@ -273,6 +277,7 @@ int refdyn_integrator_refresh(struct refdyn_integrator *integrator) {
     refdyn_automatic_go_back(motion, motion->step.t_end - integrator->t);
     if (!status)
         status = begin_here(integrator);
+    motion->state_events.looks_again = 1;
     return leave(integrator, status, integrator->t);
 }
 
@@ -376,27 +381,54 @@ static int arrive(struct refdyn_integrator *integrator, double t_out, int status
     return status ? status : failed;
 }
 
+/* Is there more to do before t_out is seen, or an event? */
+static int is_before(const struct refdyn_motion *motion, double t_out) {
+    return motion->step.t_end < t_out && !refdyn_state_events_wait(&motion->state_events);
+}
+
+/* Tells of the events at the state that is seen, once; of those that have ended the motion, each time. */
+static int tell_events(struct refdyn_integrator *integrator) {
+    struct refdyn_state_events *events = &integrator->motion->state_events;
+    int ends = 0;
+    if (events->due_named == 0 || integrator->t < integrator->motion->step.t_end)
+        return REFDYN_OK;
+    for (int k = 0; k < events->due_named; k++)
+        ends |= integrator->work->model->events[events->due[k]].ends;
+    integrator->event_count = events->is_told && !ends ? 0 : events->due_named;
+    events->is_told = !ends;
+    return ends ? REFDYN_EVENT_ENDS : REFDYN_OK;
+}
+
+/* As arrive; events at which the motion has failed are told of, too. */
+static int conclude(struct refdyn_integrator *integrator, double t_out, int failed) {
+    const struct refdyn_state_events *events = &integrator->motion->state_events;
+    const int status = arrive(integrator, t_out, failed);
+    integrator->event = events->due;
+    integrator->event_count = status ? events->due_named : 0;
+    return status ? status : tell_events(integrator);
+}
+
 int refdyn_integrator_step(struct refdyn_integrator *integrator, double t_out, long steps) {
     if (!(isfinite(t_out) && t_out >= integrator->t))
         return REFDYN_BAD_OPTION;
     struct refdyn_motion *motion = enter(integrator);
     int status = REFDYN_OK;
-    for (; steps > 0 && motion->step.t_end < t_out && !status; steps--)
+    for (; steps > 0 && is_before(motion, t_out) && !status; steps--)
         status = refdyn_accept_step(motion, t_out);
-    return arrive(integrator, t_out, status);
+    return conclude(integrator, t_out, status);
 }
 
 /* A step by the method alone, with the parameters as they are. */
 static int may_be_taken_beside(const struct refdyn_motion *motion, const struct refdyn_attempt *attempt) {
     return !attempt->is_left && !motion->step.guide && !motion->options.balance &&
-           motion->options.gain_share == 0;
+           motion->options.gain_share == 0 && motion->state_events.named == 0;
 }
 
 int refdyn_integrator_halt(struct refdyn_integrator *integrator, double t_out,
                            struct refdyn_attempt *attempt) {
     struct refdyn_motion *motion = enter(integrator);
     int status = REFDYN_OK;
-    while (!status && (!attempt->is_over || motion->step.t_end < t_out)) {
+    while (!status && (!attempt->is_over || is_before(motion, t_out))) {
         if (attempt->is_over)
             status = refdyn_attempt_begin(motion, t_out, attempt);
         if (status || attempt->is_over)
@@ -415,7 +447,7 @@ int refdyn_integrator_halt(struct refdyn_integrator *integrator, double t_out,
         attempt->is_left = 0;
     }
     attempt->is_over = 1;
-    return arrive(integrator, t_out, status);
+    return conclude(integrator, t_out, status);
 }
 
 void refdyn_integrator_judge(struct refdyn_integrator *integrator, struct refdyn_attempt *attempt,
@@ -430,7 +462,11 @@ void refdyn_integrator_judge(struct refdyn_integrator *integrator, struct refdyn
 }
 
 int refdyn_integrator_to(struct refdyn_integrator *integrator, double t_out) {
-    return refdyn_integrator_step(integrator, t_out, LONG_MAX);
+    int status;
+    do
+        status = refdyn_integrator_step(integrator, t_out, LONG_MAX);
+    while (!status && integrator->t < t_out);
+    return status;
 }
 
 int refdyn_integrator_look(struct refdyn_integrator *integrator, double t) {

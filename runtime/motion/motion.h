@@ -8,6 +8,7 @@
 #include "methods/step.h"
 #include "motion/parameters.h"
 #include "motion/programme.h"
+#include "motion/state_events.h"
 #include "motion/step_control.h"
 #include "motion/time_events.h"
 #include "refdyn.h"
@@ -48,6 +49,7 @@ struct refdyn_motion {
     struct refdyn_step step;
     struct refdyn_step_control control;
     struct refdyn_time_events events;
+    struct refdyn_state_events state_events;
     struct refdyn_programme programme;
     struct refdyn_automatic automatic;
     struct refdyn_singular_crossing crossing;

@@ -29,6 +29,15 @@ void refdyn_parameters_take(struct refdyn_parameters *parameters, const struct r
     memcpy(parameters->own, parameters->callers, (size_t)count * sizeof *parameters->own);
 }
 
+void refdyn_parameters_set(struct refdyn_parameters *parameters, struct refdyn_workspace *work, int place,
+                           double value) {
+    refdyn_parameters_leave(parameters, work);
+    work->p[place] = value;
+    refdyn_prepare(work);
+    refdyn_parameters_enter(parameters, work);
+    refdyn_parameters_take(parameters, work->model);
+}
+
 void refdyn_parameters_set_gains(struct refdyn_parameters *parameters, const struct refdyn_model *model,
                                  const struct refdyn_options *options, double h) {
     const int *gains = model->gains;

@@ -1,7 +1,8 @@
 /*
  * The parameters of a motion: the caller's, with the gains of the step in the places that the model names.
  *
- * While an integrator works, the workspace evaluates with these; the caller's own are never written.
+ * While an integrator works, the workspace evaluates with these; the caller's own are written by events
+ * alone.
  */
 #ifndef REFDYN_PARAMETERS_H
 #define REFDYN_PARAMETERS_H
@@ -19,6 +20,9 @@ void refdyn_parameters_lay_out(struct refdyn_parameters *parameters, const struc
 /* From here to _leave the workspace evaluates with the motion's parameters. */
 void refdyn_parameters_enter(struct refdyn_parameters *parameters, struct refdyn_workspace *work);
 void refdyn_parameters_leave(struct refdyn_parameters *parameters, struct refdyn_workspace *work);
+/* Inside: sets the caller's parameter at a place of p, and takes the caller's values anew. */
+void refdyn_parameters_set(struct refdyn_parameters *parameters, struct refdyn_workspace *work, int place,
+                           double value);
 /* Inside: takes the caller's values anew. */
 void refdyn_parameters_take(struct refdyn_parameters *parameters, const struct refdyn_model *model);
 /* The gains that the options ask for, for a step of h; INFINITY: none. */

@@ -74,8 +74,24 @@ static void describe_failure(const struct refdyn_batch_case *one, const struct r
         length += snprintf(reason + length, (size_t)(REASON_LENGTH - length), ", constraint %s",
                            model->rows[fault->row].name);
     if (fault->coordinate >= 0 && fault->coordinate < model->n && length < REASON_LENGTH)
-        snprintf(reason + length, (size_t)(REASON_LENGTH - length), ", coordinate %s",
-                 model->coordinates[fault->coordinate].name);
+        length += snprintf(reason + length, (size_t)(REASON_LENGTH - length), ", coordinate %s",
+                           model->coordinates[fault->coordinate].name);
+    if (result->stage == REFDYN_AT_STEPS && one->integrator->event_count > 0 && length < REASON_LENGTH)
+        snprintf(reason + length, (size_t)(REASON_LENGTH - length), ", event %s",
+                 model->events[one->integrator->event[0]].name);
+}
+
+/* The first of the events at its end that end a motion. */
+static void describe_end(const struct refdyn_batch_case *one, const struct refdyn_batch_result *result,
+                         char reason[static REASON_LENGTH]) {
+    const struct refdyn_integrator *integrator = one->integrator;
+    const struct refdyn_event *events = integrator->work->model->events;
+    char t[NUMBER_LENGTH];
+    int k = 0;
+    while (!events[integrator->event[k]].ends)
+        k++;
+    snprintf(reason, REASON_LENGTH, "ended by %s at t = %s s", events[integrator->event[k]].name,
+             exact_text(result->t, t));
 }
 
 static void show_progress(struct running *running) {
@@ -99,12 +115,17 @@ static int end_case(void *context, const struct refdyn_batch_case *one,
     char reason[REASON_LENGTH] = "";
     if (result->stage != REFDYN_AT_STEPS)
         recorder_clear(recorder);
-    if (result->status) {
+    const bool is_ended = result->status == REFDYN_EVENT_ENDS, has_failed = result->status && !is_ended;
+    if (is_ended) {
+        describe_end(one, result, reason);
+        recorder_end(recorder, result->t);
+    }
+    if (has_failed) {
         describe_failure(one, result, reason);
         recorder_fail(recorder, result->t);
     }
     const struct case_record record = {.number = one->number,
-                                       .status = result->status ? STATUS_NUMBERS : STATUS_DONE,
+                                       .status = has_failed ? STATUS_NUMBERS : STATUS_DONE,
                                        .steps = one->integrator->statistics.steps,
                                        .cpu_s = result->cpu_s,
                                        .reason = reason,
@@ -112,7 +133,7 @@ static int end_case(void *context, const struct refdyn_batch_case *one,
     pthread_mutex_lock(&running->lock);
     running->is_broken = running->is_broken || !running->sink->take(running->sink->context, &record);
     running->count->cases++;
-    running->count->failed += result->status != 0;
+    running->count->failed += has_failed;
     running->count->cpu_s += result->cpu_s;
     running->count->steps += one->integrator->statistics.steps;
     running->count->steps_alone += result->steps_alone;

@@ -137,6 +137,11 @@ static int note_end(void *context, const struct refdyn_batch_case *one,
     struct again *again = context;
     const struct refdyn_integrator *integrator = one->integrator;
     struct scene *scene = &again->setup.structures.list[0].scene;
+    if (result->status == REFDYN_EVENT_ENDS) {
+        table_fill(&again->table);
+        table_row(&again->table, again->rows->file);
+        return 0;
+    }
     again->status = result->status;
     if (!result->status)
         return 0;

@@ -46,14 +46,14 @@ static void widen(double *extremes, double value, double t, bool is_first) {
 }
 
 /* The integral of x^2 by the trapezoidal rule; its root over the time at the end. */
-static void add_square(struct recorder *recorder, int item, double value, double t, int number) {
-    const struct seen_times *times = &recorder->kept->times;
+static void add_square(struct recorder *recorder, int item, double value, double t, bool is_first,
+                       bool is_last) {
     double *sum = recorder->values + recorder->layout->items[item].offset;
     const double square = value * value;
-    *sum = number == 0 ? 0 : *sum + (t - recorder->t_before) * (square + recorder->before[item]) / 2;
+    *sum = is_first ? 0 : *sum + (t - recorder->t_before) * (square + recorder->before[item]) / 2;
     recorder->before[item] = square;
-    if (number == times->count - 1)
-        *sum = sqrt(*sum / (times->t[number] - times->t[0]));
+    if (is_last && t > recorder->kept->times.t[0])
+        *sum = sqrt(*sum / (t - recorder->kept->times.t[0]));
 }
 
 static void record(struct recorder *recorder, int item, double value, int number) {
@@ -74,7 +74,7 @@ static void record(struct recorder *recorder, int item, double value, int number
         break;
     case KEPT_NORM:
         if (output >= 0)
-            add_square(recorder, item, value, times->t[number], number);
+            add_square(recorder, item, value, times->t[number], number == 0, number == times->count - 1);
         break;
     case KEPT_HISTORY:
         if (output >= 0)
@@ -91,6 +91,25 @@ void recorder_see(struct recorder *recorder, int number) {
             record(recorder, i, recorder->table.values[recorder->places[i]], number);
     if (times->output[number] >= 0)
         recorder->t_before = times->t[number];
+}
+
+/* An event has ended the case between two times that are looked at. */
+static void record_end(struct recorder *recorder, int item, double value, double t) {
+    double *to = recorder->values + recorder->layout->items[item].offset;
+    const enum kept_kind kind = recorder->kept->kinds[item];
+    if (kind == KEPT_FINAL)
+        *to = value;
+    else if (kind == KEPT_EXTREMES)
+        widen(to, value, t, false);
+    else if (kind == KEPT_NORM)
+        add_square(recorder, item, value, t, false, true);
+}
+
+void recorder_end(struct recorder *recorder, double t) {
+    table_fill(&recorder->table);
+    for (int i = 0; i < recorder->layout->item_count; i++)
+        if (recorder->places[i] >= 0)
+            record_end(recorder, i, recorder->table.values[recorder->places[i]], t);
 }
 
 void recorder_fail(struct recorder *recorder, double t) {

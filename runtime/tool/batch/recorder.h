@@ -56,6 +56,8 @@ void recorder_start(struct recorder *recorder, const struct kept *kept, const st
 void recorder_clear(struct recorder *recorder);
 /* The state number `number` of seen times, as the integrator has it. */
 void recorder_see(struct recorder *recorder, int number);
+/* An event has ended the case at t: what is kept of its end, and of its whole way. */
+void recorder_end(struct recorder *recorder, double t);
 /* The case failed: what would be of its end or of its whole way is not known. */
 void recorder_fail(struct recorder *recorder, double t);
 

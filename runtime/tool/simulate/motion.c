@@ -119,6 +119,11 @@ enum status motion_options(const struct options *options, struct refdyn_options 
 
 enum status motion_fit(const struct scene *scene, const struct options *options,
                        const struct refdyn_options *integration) {
+    if (by_gsl_has(options->method) && scene->model->event_count > 0) {
+        fprintf(stderr, "refdyn: %s: --method %s finds no events of the state, without it go %s\n",
+                scene->model->name, options->method, options_methods(false));
+        return STATUS_FAULT;
+    }
     if (refdyn_can_run(scene->model, integration->method))
         return STATUS_DONE;
     fprintf(stderr,
@@ -177,6 +182,33 @@ static double next_sample(const struct motion *motion) {
     return motion->scene->inputs ? motion->scene->inputs->next : INFINITY;
 }
 
+/* Of the scene: how many parameters and inputs. */
+static size_t count_values(const struct refdyn_model *model, size_t *parameters) {
+    *parameters = (size_t)model->parameter_count + (size_t)model->derived_count;
+    return *parameters + (size_t)model->input_count;
+}
+
+static void keep_values(struct motion *motion) {
+    const struct refdyn_workspace *work = &motion->scene->work;
+    size_t parameters;
+    const size_t count = count_values(work->model, &parameters);
+    if (work->model->change_count == 0)
+        return;
+    motion->values = allocate_large(count, sizeof *motion->values);
+    memcpy(motion->values, work->p, parameters * sizeof *work->p);
+    memcpy(motion->values + parameters, work->x, (count - parameters) * sizeof *work->x);
+}
+
+void motion_restore(const struct motion *motion) {
+    struct refdyn_workspace *work = &motion->scene->work;
+    size_t parameters;
+    const size_t count = count_values(work->model, &parameters);
+    if (!motion->values)
+        return;
+    memcpy(work->p, motion->values, parameters * sizeof *work->p);
+    memcpy(work->x, motion->values + parameters, (count - parameters) * sizeof *work->x);
+}
+
 int motion_start(struct motion *motion, struct scene *scene, const struct refdyn_options *integration,
                  double until, double every) {
     double span = until - scene->state.t;
@@ -191,6 +223,8 @@ int motion_start(struct motion *motion, struct scene *scene, const struct refdyn
     double begin = cpu_seconds();
     if (scene->inputs)
         inputs_set(scene->inputs, motion->from, scene->work.x);
+    if (status == REFDYN_OK)
+        keep_values(motion);
     if (status == REFDYN_OK)
         status = refdyn_integrator_start(&motion->integrator, motion->from, scene->q, scene->qd);
     refdyn_integrator_until(&motion->integrator, until);
@@ -221,7 +255,7 @@ static bool is_too_slow(const struct motion *motion, double cpu_s) {
 }
 
 bool motion_is_stopped(const struct motion *motion) {
-    return motion->stops && motion->stops->reached;
+    return motion->events.has_ended || (motion->stops && motion->stops->reached);
 }
 
 /* The inputs of the sample at the integration's time, from which the state is met anew. */
@@ -235,6 +269,18 @@ static int take_sample(struct motion *motion) {
     return status;
 }
 
+/* Behind steps that led to the integration's time: whether one of the stops was reached since `before`, and
+ * else at which events they have stopped. */
+static int look_back(struct motion *motion, double before, int status) {
+    const struct refdyn_integrator *integrator = &motion->integrator;
+    const double t = integrator->t;
+    int stopped = REFDYN_OK;
+    if (motion->stops && (status == REFDYN_OK || status == REFDYN_EVENT_ENDS))
+        stopped = stops_meet(motion->stops, before);
+    return stopped != REFDYN_OK || integrator->t < t ? stopped
+                                                     : events_take(&motion->events, integrator, status);
+}
+
 /* Some steps towards `goal`; with stops to watch, to the next end of a step and no further. */
 static int go_on(struct motion *motion, double goal) {
     struct refdyn_integrator *integrator = &motion->integrator;
@@ -245,8 +291,7 @@ static int go_on(struct motion *motion, double goal) {
     const long steps = motion->stops ? 1 : STEPS_PER_LOOK;
     int status = motion->gsl ? by_gsl_step(motion->gsl, bound, steps)
                              : refdyn_integrator_step(integrator, bound, steps);
-    if (status == REFDYN_OK && motion->stops)
-        status = stops_meet(motion->stops, before);
+    status = look_back(motion, before, status);
     if (status == REFDYN_OK && integrator->t == sample && !motion_is_stopped(motion))
         status = take_sample(motion);
     return status;
@@ -273,6 +318,10 @@ int motion_to(struct motion *motion, long i, struct progress *progress) {
 
 void motion_release(struct motion *motion) {
     by_gsl_close(motion->gsl);
+    motion_restore(motion);
+    free(motion->values);
+    motion->values = NULL;
+    events_release(&motion->events);
     free(motion->memory);
     motion->gsl = NULL;
     motion->memory = NULL;

@@ -4,6 +4,7 @@
 #ifndef REFDYN_TOOL_MOTION_H
 #define REFDYN_TOOL_MOTION_H
 
+#include "simulate/event_record.h"
 #include "simulate/gsl_motion.h"
 #include "command_line/commands.h"
 #include "system/progress.h"
@@ -26,6 +27,8 @@ struct motion {
     struct refdyn_gsl *gsl; /* takes the steps, NULL: the integration does */
     void *memory;
     struct refdyn_energy energy;
+    struct event_record events;
+    double *values;            /* p, then x of the scene at the start, where events change them; NULL */
     struct stops *stops;       /* conditions that end it, the caller's; NULL, as after motion_start: none */
     double from, until, every; /* [s] */
     long outputs;              /* the first one is the start */
@@ -51,17 +54,20 @@ unsigned motion_needs(const struct options *options);
 enum status motion_place(struct scene *scene, const struct options *options);
 /* Complains when the motion from the scene's t to --until has no length, or too many outputs. */
 enum status motion_check_times(const struct scene *scene, const struct options *options);
-/* Starts at the scene's state. Returns a status of the runtime; motion_release in any case. */
+/* Starts at the scene's state. Returns a status of the runtime; motion_release in any case, which restores.
+ */
 int motion_start(struct motion *motion, struct scene *scene, const struct refdyn_options *integration,
                  double until, double every);
 /* After motion_start: the steps by a method of GSL. Returns a status of the runtime. */
 int motion_by_gsl(struct motion *motion, const char *method);
 /* How much of the way from the start to the end is done. */
 double motion_fraction(const struct motion *motion);
-/* Goes on to output i, or to where one of the stops is reached; progress may be NULL. Returns a status of the
- * runtime, MOTION_INTERRUPTED or MOTION_TOO_SLOW. */
+/* Goes on to output i, or to where one of the stops is reached or an event ends it; progress may be NULL.
+ * Returns a status of the runtime, MOTION_INTERRUPTED or MOTION_TOO_SLOW. */
 int motion_to(struct motion *motion, long i, struct progress *progress);
 bool motion_is_stopped(const struct motion *motion);
+/* The scene's parameters and inputs are those of the start again, whatever events have set. */
+void motion_restore(const struct motion *motion);
 void motion_release(struct motion *motion);
 
 #endif

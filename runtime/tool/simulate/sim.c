@@ -125,6 +125,7 @@ static void print_failure(const struct trial *trial) {
             fprintf(stderr, "refdyn: at t = %s s: %s\n", exact_text(integrator->failed_t, text),
                     refdyn_status_text(integrator->cause));
         numbers_failed(scene, trial->result, integrator->t, integrator->q, integrator->qd);
+        events_print_failed(integrator);
         if (print_condition(integrator->work, integrator->t, integrator->q, integrator->qd) &&
             integrator->options.singular == REFDYN_STOP)
             fputs("refdyn: --singular pass leads through where a branch can be followed\n", stderr);

@@ -124,12 +124,13 @@ void summary_print(const struct summary *summary) {
     if (motion->scene->model->m > 0)
         print_rows(motion->scene->model, s);
     print_passages(s);
+    events_print(&motion->events, motion->scene->model);
     print_energy(motion);
     fprintf(stderr, "time         %.3g s CPU for the integration, %.3g s wall\n", motion->cpu_s,
             motion->wall_s);
     if (summary->estimate)
         fprintf(stderr, "all runs     %.3g s CPU\n", summary->cpu_total_s);
-    if (motion_is_stopped(motion))
+    if (motion->stops && motion->stops->reached)
         fprintf(stderr, "stopped      %s at t = %s s\n", motion->stops->reached->text,
                 exact_text(motion->stops->t, text));
     if (summary->estimate)
@@ -213,7 +214,8 @@ static void put_summary(struct document *document, const struct summary *summary
         put_null(document, "energy_error");
     put_number(document, "cpu_s", motion->cpu_s);
     put_number(document, "wall_s", motion->wall_s);
-    if (motion_is_stopped(motion))
+    events_put(&motion->events, motion->scene->model, document);
+    if (motion->stops && motion->stops->reached)
         put_stop(document, motion);
     if (summary->accuracy > 0)
         put_number(document, "accuracy", summary->accuracy);

@@ -51,7 +51,7 @@ static void go(struct trial *trial, struct table *table, struct row_sink *rows) 
     progress_start(&progress, "motion");
     for (long i = 1; i < motion->outputs && trial->result == REFDYN_OK && !motion_is_stopped(motion); i++) {
         trial->result = motion_to(motion, i, &progress);
-        if (trial->result == REFDYN_OK)
+        if (trial->result == REFDYN_OK && motion->integrator.t > trial->track.t[trial->track.count - 1])
             add_output(trial, table, rows);
     }
     progress_end(&progress);
@@ -83,6 +83,7 @@ void trial_run(struct trial *trial, const struct task *task, const struct refdyn
     table_start(&table, &motion->integrator);
     track_start(&trial->track, task->scene->model, motion->outputs);
     go(trial, &table, rows);
+    motion_restore(motion);
 }
 
 void trial_release(struct trial *trial) {

@@ -1,0 +1,69 @@
+/* Events of the state: see event_terms.h. */
+#include "quantities/event_terms.h"
+#include "dynamics/coordinate_derivatives.h"
+
+static expression placed(struct derivation *d, expression e) {
+    return coordinate_derivatives_with_points(&d->kinematics, e);
+}
+
+/* Events, then kinks. */
+static int count_values(const struct derivation *d) {
+    return d->model->event_count + d->model->kink_count;
+}
+
+static expression value_of(const struct derivation *d, int i) {
+    const int events = d->model->event_count;
+    return i < events ? d->model->events[i].value : d->model->kinks[i - events];
+}
+
+void event_terms_build_values(struct derivation *d, struct function *f) {
+    const int count = count_values(d);
+    const int array = derivation_add_array(
+        d, f, "event", "(values) zero at the events of NAME_model.events, then at kinks", count, 0);
+    for (int i = 0; i < count; i++)
+        plan_set_entry(d->memory, f, array, i, placed(d, value_of(d, i)));
+}
+
+/* Derivatives of all values by the coordinates (order 0) or their rates (order 1). */
+static void add_gradients(struct derivation *d, struct function *f, const char *name, const char *about,
+                          int order) {
+    const int count = count_values(d);
+    const int array = derivation_add_array(d, f, name, about, count * d->n, d->n);
+    for (int i = 0; i < count; i++)
+        derivation_spread(d, f, array, i * d->n, 1,
+                          coordinate_derivatives_coefficients(&d->kinematics, value_of(d, i), order, false));
+}
+
+static void add_restitutions(struct derivation *d, struct function *f) {
+    const int count = d->model->event_count;
+    if (count == 0)
+        return;
+    const int array =
+        derivation_add_array(d, f, "restitution", "(events) coefficient of each impact, else 0", count, 0);
+    for (int i = 0; i < count; i++)
+        plan_set_entry(d->memory, f, array, i, d->model->events[i].restitution);
+}
+
+static void add_changes(struct derivation *d, struct function *f) {
+    const int count = d->model->change_count;
+    if (count == 0)
+        return;
+    const int array =
+        derivation_add_array(d, f, "change", "values that events set, by NAME_model.changes", count, 0);
+    for (int i = 0; i < count; i++)
+        plan_set_entry(d->memory, f, array, i, placed(d, d->model->changes[i].value));
+}
+
+void event_terms_build(struct derivation *d, struct function *f) {
+    const int count = count_values(d);
+    const int rate = derivation_add_array(d, f, "rate", "(values) d/dt of each value at qdd = 0", count, 0);
+    for (int i = 0; i < count; i++)
+        plan_set_entry(d->memory, f, rate, i,
+                       placed(d, coordinate_derivatives_rate(&d->kinematics, value_of(d, i))));
+    add_gradients(
+        d, f, "by_coordinate",
+        "(values x n) derivatives by q; where a value depends on velocities of points, with these held", 0);
+    add_gradients(d, f, "by_rate", "(values x n) derivatives by qd", 1);
+    add_restitutions(d, f);
+    add_changes(d, f);
+}

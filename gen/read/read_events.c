@@ -1,0 +1,150 @@
+/*
+ * What the author's function `events` returns: where an expression crosses zero, and what happens there. See
+ * reader.h.
+ */
+#include "read/reader.h"
+
+#include <string.h>
+
+/* ---- what an event changes ---- */
+
+/* Tables of an event: what each changes, and the things of that name. */
+struct changed_kind {
+    enum field field;
+    enum changed what;
+    const char *noun;
+    const char **(*names)(const struct reader *reader, int *count);
+};
+
+static const char **coordinate_names(const struct reader *reader, int *count) {
+    *count = reader->tree->count;
+    return tree_coordinate_names(reader->check.memory, reader->tree);
+}
+
+static const char **input_names(const struct reader *reader, int *count) {
+    const struct declarations *declarations = reader->check.declarations;
+    const char **names =
+        memory_get(reader->check.memory, ((size_t)declarations->input_count + 1) * sizeof *names);
+    for (int i = 0; i < declarations->input_count; i++)
+        names[i] = declarations->inputs[i].name;
+    *count = declarations->input_count;
+    return names;
+}
+
+static const char **parameter_names(const struct reader *reader, int *count) {
+    const struct declarations *declarations = reader->check.declarations;
+    const char **names =
+        memory_get(reader->check.memory, ((size_t)declarations->parameter_count + 1) * sizeof *names);
+    for (int i = 0; i < declarations->parameter_count; i++)
+        names[i] = declarations->parameters[i].name;
+    *count = declarations->parameter_count;
+    return names;
+}
+
+static const struct changed_kind changed_kinds[] = {
+    {FIELD_EVENT_rates, CHANGED_RATE, "coordinate", coordinate_names},
+    {FIELD_EVENT_inputs, CHANGED_INPUT, "input", input_names},
+    {FIELD_EVENT_parameters, CHANGED_PARAMETER, "parameter", parameter_names}};
+
+enum { CHANGED_KINDS = sizeof changed_kinds / sizeof *changed_kinds };
+
+/* A parameter that is a number in the C cannot change. */
+static bool is_folded(const struct reader *reader, const struct changed_kind *kind, int index) {
+    const struct declarations *declarations = reader->check.declarations;
+    return kind->what == CHANGED_PARAMETER &&
+           expr_is_number(declarations->graph, declarations_parameter_expression(declarations, index), NULL);
+}
+
+static void add_change(const struct reader *reader, const struct changed_kind *kind, int index,
+                       const struct named_value *named, const char *path) {
+    struct model *model = reader->model;
+    struct change change = {.what = kind->what, .index = index, .path = path, .place = named->value.place};
+    if (!value_expression(reader->check.graph, &named->value, &change.value))
+        return; /* said by fields_check */
+    model->changes = memory_room(reader->check.memory, model->changes, model->change_count,
+                                 &model->change_capacity, sizeof *model->changes);
+    model->changes[model->change_count++] = change;
+}
+
+static void read_changes(const struct reader *reader, const struct changed_kind *kind,
+                         const struct value *table, const char *path) {
+    const struct checker *check = &reader->check;
+    int count;
+    const char **names = kind->names(reader, &count);
+    for (int i = 0; i < table->field_count; i++) {
+        const struct named_value *named = &table->fields[i];
+        const char *own_path = fields_path_name(check, path, named->name);
+        const struct place place = named->value.place;
+        int index = 0;
+        while (index < count && strcmp(names[index], named->name) != 0)
+            index++;
+        if (index == count)
+            fields_refuse_name(check, place, own_path, memory_format(check->memory, "unknown %s", kind->noun),
+                               named->name, names, count);
+        else if (is_folded(reader, kind, index))
+            message_error(check->messages, place,
+                          "%s: --fold makes it a number, which no event can change; without --fold it can",
+                          own_path);
+        else
+            add_change(reader, kind, index, named, own_path);
+    }
+}
+
+/* ---- events ---- */
+
+static int read_direction_of(const struct reader *reader, const struct value *value, const char *path,
+                             bool is_impact) {
+    static const char *const names[] = {"down", "both", "up"};
+    const struct value *given = fields_get(value, FIELD_EVENT_direction);
+    int place = 0;
+    if (!given)
+        return is_impact ? -1 : 0;
+    while (place < 3 && strcmp(names[place], given->text) != 0)
+        place++;
+    if (place == 3)
+        message_error(reader->check.messages, given->place,
+                      "%s.direction: \"%s\", \"down\", \"up\" or \"both\" is needed", path, given->text);
+    else if (is_impact && place == 1)
+        message_error(reader->check.messages, given->place,
+                      "%s.direction: \"both\", an impact comes from one side, \"down\" or \"up\" is needed",
+                      path);
+    return place - 1;
+}
+
+static void read_event(const struct reader *reader, const struct value *value, const char *path) {
+    const struct checker *check = &reader->check;
+    struct model *model = reader->model;
+    const struct value *formula = fields_get(value, FIELD_EVENT_value),
+                       *ends = fields_get(value, FIELD_EVENT_ends),
+                       *name = fields_get(value, FIELD_EVENT_name);
+    struct event event = {.first_change = model->change_count, .path = path, .place = value->place};
+    event.is_impact = fields_get(value, FIELD_EVENT_restitution) != NULL;
+    event.restitution = fields_get_value(check, value, FIELD_EVENT_restitution);
+    event.direction = read_direction_of(reader, value, path, event.is_impact);
+    event.ends = ends && ends->truth;
+    event.name = name ? name->text : memory_format(check->memory, "event %d", model->event_count + 1);
+    if (!formula || !value_expression(check->graph, formula, &event.value))
+        return;
+    for (int i = 0; i < CHANGED_KINDS; i++) {
+        const struct value *table = fields_get(value, changed_kinds[i].field);
+        if (table)
+            read_changes(reader, &changed_kinds[i], table,
+                         fields_path_name(check, path, field_rules[changed_kinds[i].field].name));
+    }
+    if (event.is_impact && fields_has(value, FIELD_EVENT_rates))
+        message_error(check->messages, fields_get(value, FIELD_EVENT_restitution)->place,
+                      "%s.restitution: given beside rates, one of them says how it goes on", path);
+    event.change_count = model->change_count - event.first_change;
+    model->events = memory_room(check->memory, model->events, model->event_count, &model->event_capacity,
+                                sizeof *model->events);
+    model->events[model->event_count++] = event;
+}
+
+static const struct entry_kind kinds[] = {{"event", OWNER_EVENT, read_event}};
+
+void read_events(const struct reader *reader, const struct value *result) {
+    static const char needed[] = "a list of events such as { rd.event { expression } }, {} for none,";
+    if (read_is_result(reader, result, "events", needed) &&
+        field_types_has_no_names(&reader->check, result, "events", needed))
+        read_entries(reader, result, "events", kinds, sizeof kinds / sizeof *kinds, "rd.event { ... }");
+}

@@ -1,0 +1,81 @@
+/*
+ * Jumps of rates by an impulse: see impulse.h.
+ *
+ * An impulse p along a gradient g, with impulses mu of the rows u that hold before and behind, changes the
+ * rates by dqd with
+ *     M dqd = g^T p + u^T mu,   u dqd = 0,   g dqd = change
+ * (Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts, 1996, ch. 8). With M = L L^T and the
+ * rows u L^-T orthonormalised, r = what they leave of g L^-T, this is dqd = L^-T r change / (r . r).
+ */
+#include "base/arithmetic.h"
+
+#include "constraints/impulse.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "constraints/constraints.h"
+#include "linear/dense.h"
+
+/* M as its factor into work->reduced. */
+static int factor_mass(struct refdyn_workspace *work) {
+    const int n = work->n;
+    memcpy(work->reduced, work->M, (size_t)(n * n) * sizeof(double));
+    const int failed = refdyn_factor(work->reduced, n, n);
+    if (failed < 0)
+        return REFDYN_OK;
+    if (refdyn_fault_not_finite(work))
+        return REFDYN_NOT_FINITE;
+    work->fault = (struct refdyn_fault){.row = -1, .coordinate = failed};
+    return REFDYN_MASS_NOT_POSITIVE;
+}
+
+/* Takes its parts along the first `count` vectors of the basis out of x, twice against rounding; the length
+ * that is left, over that before. */
+static double leave_rest(const struct refdyn_workspace *work, int count, double *x) {
+    const int n = work->n;
+    const double before = sqrt(dense_dot(x, x, n));
+    for (int pass = 0; pass < 2; pass++)
+        for (int k = 0; k < count; k++) {
+            const double *along = work->basis + k * n;
+            dense_add(x, -dense_dot(x, along, n), along, n);
+        }
+    return before > 0 ? sqrt(dense_dot(x, x, n)) / before : 0;
+}
+
+/* The rows that bind rates, in the metric M, orthonormalised into work->basis; their number. Dependent ones
+ * drop out. */
+static int spread_rows(struct refdyn_workspace *work) {
+    const int n = work->n;
+    int count = 0;
+    for (int a = 0; a < work->m; a++) {
+        double *row = work->basis + count * n;
+        if (work->model->rows[a].level == REFDYN_ACCELERATION)
+            continue;
+        memcpy(row, work->u + a * n, (size_t)n * sizeof *row);
+        refdyn_factor_half_forward(work->reduced, n, n, row);
+        if (!(leave_rest(work, count, row) > work->rank_tol))
+            continue;
+        const double length = sqrt(dense_dot(row, row, n));
+        for (int j = 0; j < n; j++)
+            row[j] /= length;
+        count++;
+    }
+    return count;
+}
+
+int refdyn_impulse(struct refdyn_workspace *work, const double *gradient, double change, double *jump) {
+    const int n = work->n, status = factor_mass(work);
+    if (status)
+        return status;
+    const int count = spread_rows(work);
+    memcpy(jump, gradient, (size_t)n * sizeof *jump);
+    refdyn_factor_half_forward(work->reduced, n, n, jump);
+    if (!(leave_rest(work, count, jump) > work->rank_tol))
+        return REFDYN_EVENT_NOT_MET;
+    const double scale = change / dense_dot(jump, jump, n);
+    for (int j = 0; j < n; j++)
+        jump[j] *= scale;
+    refdyn_factor_half_backward(work->reduced, n, n, jump);
+    return REFDYN_OK;
+}

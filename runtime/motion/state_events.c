@@ -1,0 +1,580 @@
+/*
+ * Events of the state: see state_events.h.
+ *
+ * Takes the emitted `event` and `event_terms` and a step that was taken; gives the time at which a shorter
+ * one should end, or what is due at its end. Zeros on the interpolant are found by the Illinois form of
+ * regula falsi (Dowell and Jarratt, BIT 11:168-174, 1971), those of steps that fell short by Newton.
+ */
+#include "base/arithmetic.h"
+
+#include "motion/state_events.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "linear/dense.h"
+#include "motion/step_control.h"
+
+enum { SAMPLES = REFDYN_EVENT_SAMPLES };
+enum {
+    TRIES_MOST = 60,   /* steps to one zero; Newton squares the distance, halving it is the last resort */
+    TRIES_FREE = 4,    /* from then on, a distance that does not fall is that of rounding */
+    ZEROS_MOST = 60,   /* places of an interpolant where a zero is looked for, */
+    DIPS_MOST = 4,     /* and where a value may have been beyond zero */
+    REPEATS_FREE = 16, /* events without time between; and for each two of the model four */
+    REPEATS_PAIR = 4
+};
+static const double rounding = 8 * DBL_EPSILON;
+static const double zero_width = 1e-13;    /* of a zero on the interpolant, over the step */
+static const double rounding_part = 1e-6;  /* of a step, at most: a distance that is rounding */
+static const double far_short = 0.1;       /* a step that fell so short, over its length, leads nowhere yet */
+static const double clear_of_kink = 1e-10; /* of the largest value: a kink is passed beyond */
+static const double near_end = 0.99;       /* of a step that is too long: a zero behind explains little */
+static const double early = 0.9;           /* a zero before the first sample lies within this part of it */
+
+/* ---- Layout ---- */
+
+static int count_terms(const struct refdyn_model *model) {
+    return (model->event_count + model->kink_count) * (1 + 2 * model->n) + model->event_count +
+           model->change_count;
+}
+
+void refdyn_state_events_lay_out(struct refdyn_state_events *events, const struct refdyn_model *model,
+                                 struct layout *layout) {
+    const int count = model->event_count + model->kink_count;
+    events->count = count;
+    events->named = model->event_count;
+    events->side = layout_ints(layout, count);
+    events->side_end = layout_ints(layout, count);
+    events->due = layout_ints(layout, count);
+    events->samples = layout_doubles(layout, (SAMPLES + 1) * count);
+    events->sizes = layout_doubles(layout, count);
+    events->values = layout_doubles(layout, count);
+    events->rates = layout_doubles(layout, count);
+    events->terms = layout_doubles(layout, count > 0 ? count_terms(model) : 0);
+    events->room = layout_doubles(layout, count > 0 ? 2 * model->n + 1 : 0);
+}
+
+/* ---- Values ---- */
+
+static int sign_of(double x) {
+    return (x > 0) - (x < 0);
+}
+
+static const struct refdyn_model *model_of(const struct refdyn_step *step) {
+    return step->evaluation.work->model;
+}
+
+/* Is a crossing to that side of zero one of event i? */
+static int watches(const struct refdyn_step *step, int i, int side) {
+    const struct refdyn_model *model = model_of(step);
+    const int direction = i < model->event_count ? model->events[i].direction : 0;
+    return direction == 0 || direction == side;
+}
+
+static int is_kink(const struct refdyn_state_events *events, int i) {
+    return i >= events->named;
+}
+
+static int find_values(const struct refdyn_state_events *events, const struct refdyn_step *step, double t,
+                       const double *state, double *values) {
+    const struct refdyn_workspace *work = step->evaluation.work;
+    work->model->event(work->p, work->x, t, state, state + step->n, values);
+    return refdyn_is_finite(values, events->count) ? REFDYN_OK : REFDYN_NOT_FINITE;
+}
+
+/* Values at theta of the step, on the left side of a time event at its end. */
+static int values_at(struct refdyn_state_events *events, struct refdyn_step *step, double theta,
+                     double *values) {
+    const double t = step->t_begin + theta * (step->t_end - step->t_begin);
+    int status = REFDYN_OK;
+    if (theta < 1)
+        status = step->method->kind->interpolate(step, theta, events->room);
+    return status ? status
+                  : find_values(events, step, refdyn_step_inside(step, theta < 1 ? t : step->t_end),
+                                theta < 1 ? events->room : step->state_new, values);
+}
+
+/* What the terms tell of one value: it, its rate, and what of both is rounding. */
+struct assessed {
+    double noise, rate, rate_noise;
+};
+
+static struct assessed assess(const struct refdyn_state_events *events, const struct refdyn_step *step, int i,
+                              double t, const double *state, const double *rates) {
+    const int n = step->n;
+    const double *by_q = events->terms + events->count + i * n, *by_qd = by_q + events->count * n;
+    double value_size = 0, rate_size = fabs(events->terms[i]), rate = events->terms[i];
+    for (int j = 0; j < n; j++) {
+        value_size += fabs(by_q[j] * state[j]) + fabs(by_qd[j] * state[n + j]);
+        rate_size += fabs(by_q[j] * state[n + j]) + fabs(by_qd[j] * rates[n + j]);
+        rate += by_qd[j] * rates[n + j];
+    }
+    return (struct assessed){rounding * (value_size + fabs(rate * t)), rate, rounding * rate_size};
+}
+
+/* Values and terms of a state. */
+static void evaluate(struct refdyn_state_events *events, const struct refdyn_step *step, double t,
+                     const double *state) {
+    const struct refdyn_workspace *work = step->evaluation.work;
+    const double *q = state, *qd = state + step->n;
+    work->model->event(work->p, work->x, t, q, qd, events->values);
+    work->model->event_terms(work->p, work->x, t, q, qd, events->terms);
+}
+
+void refdyn_state_events_note(struct refdyn_state_events *events, const struct refdyn_step *step) {
+    evaluate(events, step, step->t_begin, step->state);
+    memcpy(events->samples, events->values, (size_t)events->count * sizeof(double));
+    for (int i = 0; i < events->count; i++)
+        events->rates[i] = assess(events, step, i, step->t_begin, step->state, step->rates).rate;
+}
+
+/* ---- What is due ---- */
+
+static void clear_due(struct refdyn_state_events *events) {
+    events->due_count = events->due_named = 0;
+    events->is_told = 0;
+    events->tries = 0;
+}
+
+static void add_due(struct refdyn_state_events *events, int i) {
+    events->due[events->due_count++] = i;
+    events->due_named += !is_kink(events, i);
+}
+
+/* There are such, at t. */
+static void note_due(struct refdyn_state_events *events, double t) {
+    if (events->due_named == 0)
+        return;
+    events->repeats = fabs(t - events->t_last) <= 4 * refdyn_time_resolution(t) ? events->repeats + 1 : 0;
+    events->t_last = t;
+}
+
+int refdyn_state_events_accumulate(const struct refdyn_state_events *events) {
+    return events->due_named > 0 &&
+           events->repeats > REPEATS_FREE + REPEATS_PAIR * events->count * events->count;
+}
+
+/* ---- The start ---- */
+
+/* Zero at the start is left on the side that its rate tells, from the other one. */
+static void start_on_zero(struct refdyn_state_events *events, const struct refdyn_step *step, int i,
+                          const struct assessed *found) {
+    const int to = fabs(found->rate) > found->rate_noise ? sign_of(found->rate) : 0;
+    events->side[i] = to;
+    if (to == 0 || is_kink(events, i) || !watches(step, i, to))
+        return;
+    events->side[i] = -to;
+    add_due(events, i);
+}
+
+int refdyn_state_events_start(struct refdyn_state_events *events, const struct refdyn_step *step) {
+    clear_due(events);
+    events->t_last = -INFINITY;
+    events->repeats = events->looks_again = 0;
+    if (events->count == 0)
+        return REFDYN_OK;
+    evaluate(events, step, step->t_begin, step->state);
+    if (!refdyn_is_finite(events->values, events->count))
+        return REFDYN_NOT_FINITE;
+    for (int i = 0; i < events->count; i++) {
+        const struct assessed found = assess(events, step, i, step->t_begin, step->state, step->rates);
+        events->sizes[i] = fabs(events->values[i]);
+        if (fabs(events->values[i]) > found.noise)
+            events->side[i] = sign_of(events->values[i]);
+        else
+            start_on_zero(events, step, i, &found);
+    }
+    note_due(events, step->t_begin);
+    return REFDYN_OK;
+}
+
+/* ---- The begin of a step ---- */
+
+/* A value that lies clear of zero on the other side than it was, without a way there. */
+static void jump(struct refdyn_state_events *events, const struct refdyn_step *step, int i, double value) {
+    const int before = events->side[i], now = sign_of(value);
+    events->side[i] = now;
+    if (before == -now && !is_kink(events, i) && watches(step, i, now))
+        add_due(events, i);
+}
+
+static void look_for_jumps(struct refdyn_state_events *events, const struct refdyn_step *step) {
+    evaluate(events, step, step->t_begin, step->state);
+    for (int i = 0; i < events->count; i++)
+        if (fabs(events->values[i]) > assess(events, step, i, step->t_begin, step->state, step->rates).noise)
+            jump(events, step, i, events->values[i]);
+    note_due(events, step->t_begin);
+}
+
+int refdyn_state_events_begin(struct refdyn_state_events *events, const struct refdyn_step *step) {
+    events->tries = events->early_tries = 0;
+    if (events->count == 0)
+        return REFDYN_OK;
+    if (events->looks_again && events->due_count == 0)
+        look_for_jumps(events, step);
+    events->looks_again = 0;
+    return find_values(events, step, step->t_begin, step->state, events->samples);
+}
+
+/* Is the value that was due another one than before its action, and not by rounding? */
+static int is_set(double value, double before, double noise) {
+    return value != before && fabs(value) > noise && fabs(value - before) > noise;
+}
+
+void refdyn_state_events_settle(struct refdyn_state_events *events, const struct refdyn_step *step) {
+    const int due_count = events->due_count;
+    const double *before = events->samples;
+    clear_due(events);
+    evaluate(events, step, step->t_begin, step->state);
+    for (int i = 0, k = 0; i < events->count; i++) {
+        const struct assessed now = assess(events, step, i, step->t_begin, step->state, step->rates);
+        const double value = events->values[i];
+        const int was_due = k < due_count && events->due[k] == i;
+        k += was_due;
+        if (was_due && !is_set(value, before[i], now.noise))
+            events->side[i] = fabs(now.rate) > fmax(now.rate_noise, rounding * fabs(events->rates[i]))
+                                  ? sign_of(now.rate)
+                                  : 0;
+        else if (was_due)
+            events->side[i] = sign_of(value);
+        else if (fabs(value) > now.noise)
+            jump(events, step, i, value);
+    }
+    note_due(events, step->t_begin);
+}
+
+/* ---- Zeros on the interpolant ---- */
+
+static double sample(const struct refdyn_state_events *events, int k, int i) {
+    return events->samples[k * events->count + i];
+}
+
+static int value_at(struct refdyn_state_events *events, struct refdyn_step *step, int i, double theta,
+                    double *value) {
+    const int status = values_at(events, step, theta, events->values);
+    *value = events->values[i];
+    return status;
+}
+
+/* Between a, before the crossing, and b, behind it, with the values there. */
+static int find_zero(struct refdyn_state_events *events, struct refdyn_step *step, int i, double a, double va,
+                     double b, double vb, double *theta) {
+    double value, last = -1;
+    int moved = 0;
+    *theta = b;
+    for (int k = 0; k < ZEROS_MOST && b - a > zero_width && fabs(*theta - last) > zero_width; k++) {
+        double x = a + (b - a) * (va / (va - vb));
+        x = x > a && x < b ? x : a + (b - a) / 2;
+        const int status = value_at(events, step, i, x, &value);
+        if (status)
+            return status;
+        last = *theta;
+        *theta = x;
+        if ((value > 0) == (va > 0) && value != 0) {
+            vb = moved < 0 ? vb / 2 : vb;
+            a = x, va = value, moved = -1;
+        } else {
+            va = moved > 0 ? va / 2 : va;
+            b = x, vb = value, moved = 1;
+        }
+    }
+    return REFDYN_OK;
+}
+
+/* Behind a begin from which a value first leaves zero, in the first part of the step: the parabola through
+ * the begin, with its rate, and the first sample tells where it is farthest, and, where that shows nothing on
+ * the interpolant either, where it is back. */
+static int find_return(struct refdyn_state_events *events, struct refdyn_step *step, int i, int side,
+                       double rise, double *theta) {
+    const double part = 1.0 / SAMPLES, first = sample(events, 1, i);
+    const double back = rise / (rise - (first - sample(events, 0, i)));
+    double value;
+    *theta = part * (back > 0 && back < early ? back : early);
+    const int status = value_at(events, step, i, *theta / 2, &value);
+    if (status || !(side * value > 0))
+        return status;
+    return find_zero(events, step, i, *theta / 2, value, part, first, theta);
+}
+
+/* Before the first sample, which lies beyond zero. */
+static int find_near_begin(struct refdyn_state_events *events, struct refdyn_step *step, int i, int side,
+                           double *theta) {
+    const struct refdyn_workspace *work = step->evaluation.work;
+    const double part = 1.0 / SAMPLES, begin = sample(events, 0, i);
+    work->model->event_terms(work->p, work->x, step->t_begin, step->state, step->state + step->n,
+                             events->terms);
+    const struct assessed found = assess(events, step, i, step->t_begin, step->state, step->rates);
+    if (side * found.rate > found.rate_noise)
+        return find_return(events, step, i, side, found.rate * part * (step->t_end - step->t_begin), theta);
+    *theta = 0;
+    return side * begin > 0 ? find_zero(events, step, i, 0, begin, part, sample(events, 1, i), theta)
+                            : REFDYN_OK;
+}
+
+/* Three places and what a value is there, times its side of zero. */
+struct dip {
+    double x[3], v[3];
+};
+
+/* Where the parabola through them is smallest, and how small; 0: it has no such place. */
+static int bottom(const struct dip *dip, double *x, double *v) {
+    const double left = (dip->v[1] - dip->v[0]) / (dip->x[1] - dip->x[0]);
+    const double right = (dip->v[2] - dip->v[1]) / (dip->x[2] - dip->x[1]);
+    const double curvature = (right - left) / (dip->x[2] - dip->x[0]);
+    const double middle = (dip->x[0] + dip->x[1]) / 2;
+    if (!(curvature > 0))
+        return 0;
+    *x = middle - left / (2 * curvature);
+    *v = dip->v[0] + (*x - dip->x[0]) * (left + curvature * (*x - dip->x[1]));
+    return *x > dip->x[0] && *x < dip->x[2] && *x != dip->x[1];
+}
+
+/* A place in the middle or beside it, which takes the other one's part. */
+static void narrow(struct dip *dip, double x, double v) {
+    const int is_left = x < dip->x[1], is_lower = v < dip->v[1];
+    const int kept = is_lower ? (is_left ? 2 : 0) : (is_left ? 0 : 2);
+    dip->x[kept] = is_lower ? dip->x[1] : x;
+    dip->v[kept] = is_lower ? dip->v[1] : v;
+    if (is_lower) {
+        dip->x[1] = x;
+        dip->v[1] = v;
+    }
+}
+
+/* May a value that has kept its side have been beyond zero between three samples? *theta: the first zero
+ * then. */
+static int find_dip(struct refdyn_state_events *events, struct refdyn_step *step, int i, int middle, int side,
+                    double *theta) {
+    struct dip dip;
+    double x, v, value;
+    for (int k = 0; k < 3; k++) {
+        dip.x[k] = (double)(middle - 1 + k) / SAMPLES;
+        dip.v[k] = side * sample(events, middle - 1 + k, i);
+    }
+    const double begin = dip.x[0], least = fmin(dip.v[0], fmin(dip.v[1], dip.v[2]));
+    for (int tries = 0; tries < DIPS_MOST && bottom(&dip, &x, &v) && v < least / 2; tries++) {
+        const int status = value_at(events, step, i, x, &value);
+        if (status)
+            return status;
+        if (side * value < 0)
+            return find_zero(events, step, i, begin, sample(events, middle - 1, i), x, value, theta);
+        narrow(&dip, x, side * value);
+    }
+    return REFDYN_OK;
+}
+
+static int find_dips(struct refdyn_state_events *events, struct refdyn_step *step, int i, double *theta) {
+    const int side = events->side[i];
+    int status = REFDYN_OK;
+    if (side == 0 || !watches(step, i, -side))
+        return REFDYN_OK;
+    for (int k = 0; k <= SAMPLES; k++)
+        if (!(side * sample(events, k, i) > 0))
+            return REFDYN_OK;
+    for (int k = 1; k < SAMPLES && !status && !isfinite(*theta); k++)
+        status = find_dip(events, step, i, k, side, theta);
+    return status;
+}
+
+/* On which side of zero a sample lies; that of a kink has to be clear of it. */
+static int side_at(const struct refdyn_state_events *events, int k, int i) {
+    const double value = sample(events, k, i);
+    return is_kink(events, i) && fabs(value) <= clear_of_kink * events->sizes[i] ? 0 : sign_of(value);
+}
+
+/* The sample behind the first crossing in the event's direction, and the side that it was on before; 0: there
+ * is none. side_end: where it is at the end. */
+static int find_crossing(struct refdyn_state_events *events, const struct refdyn_step *step, int i,
+                         int *side) {
+    *side = events->side[i];
+    for (int k = 1; k <= SAMPLES; k++) {
+        const int now = side_at(events, k, i);
+        if (now == 0 || now == *side)
+            continue;
+        if (watches(step, i, now) && (*side != 0 || !is_kink(events, i))) {
+            *side = -now;
+            return k;
+        }
+        *side = now;
+    }
+    events->side_end[i] = *side;
+    return 0;
+}
+
+/* Where event i first happens in the step; INFINITY: nowhere. */
+static int find_first(struct refdyn_state_events *events, struct refdyn_step *step, int i, double *theta) {
+    int side;
+    const int k = find_crossing(events, step, i, &side);
+    *theta = INFINITY;
+    if (k == 0)
+        return find_dips(events, step, i, theta);
+    if (k == 1)
+        return find_near_begin(events, step, i, side, theta);
+    const double before = sample(events, k - 1, i);
+    *theta = (double)(k - 1) / SAMPLES;
+    return side * before > 0
+               ? find_zero(events, step, i, *theta, before, (double)k / SAMPLES, sample(events, k, i), theta)
+               : REFDYN_OK;
+}
+
+/* ---- A step that was taken ---- */
+
+static int take_samples(struct refdyn_state_events *events, struct refdyn_step *step) {
+    int status = REFDYN_OK;
+    for (int k = 1; k <= SAMPLES && !status; k++)
+        status = values_at(events, step, (double)k / SAMPLES, events->samples + k * events->count);
+    for (int i = 0; i < events->count && !status; i++)
+        events->sizes[i] = fmax(events->sizes[i], fabs(sample(events, SAMPLES, i)));
+    return status;
+}
+
+/* A kink at the begin is passed: nothing happens there. */
+static int is_passed(struct refdyn_state_events *events, const struct refdyn_step *step, int i, double theta,
+                     double least) {
+    if (!is_kink(events, i) || !(theta * (step->t_end - step->t_begin) < least))
+        return 0;
+    events->side[i] = -events->side[i];
+    return 1;
+}
+
+/* Times that are one. */
+static double same_time(const struct refdyn_step *step) {
+    return fmax(2 * refdyn_time_resolution(step->t_end), rounding * (step->t_end - step->t_begin));
+}
+
+/* The step is good. What has crossed zero in it is due, and what is about to at the same time. */
+static void end_on_zero(struct refdyn_state_events *events, struct refdyn_step *step) {
+    const double t = refdyn_step_inside(step, step->t_end);
+    clear_due(events);
+    evaluate(events, step, t, step->state_new);
+    for (int i = 0; i < events->count; i++) {
+        int side;
+        const int has_crossed = find_crossing(events, step, i, &side) > 0;
+        const struct assessed end = assess(events, step, i, t, step->state_new, step->rates_new);
+        const int is_about_to = side * end.rate < 0 && watches(step, i, -side) &&
+                                fabs(events->values[i]) <= fmax(end.noise, fabs(end.rate) * same_time(step));
+        events->side[i] = side;
+        if (has_crossed || is_about_to || i == events->target)
+            add_due(events, i);
+    }
+    note_due(events, step->t_end);
+}
+
+/* No step leads away from zero. */
+static void stay_on_zero(struct refdyn_state_events *events, struct refdyn_step *step, double *t_event) {
+    const int target = events->target;
+    clear_due(events);
+    add_due(events, target);
+    refdyn_step_give_up(step);
+    note_due(events, step->t_begin);
+    *t_event = step->t_begin;
+}
+
+static void keep_sides(struct refdyn_state_events *events) {
+    events->tries = 0;
+    for (int i = 0; i < events->count; i++)
+        events->side[i] = events->side_end[i];
+}
+
+/* Does the end lie on zero as nearly as it can? */
+static int is_met(const struct refdyn_state_events *events, const struct refdyn_step *step, double distance) {
+    const int no_longer_falls = events->tries >= TRIES_FREE && distance > events->missed / 4 &&
+                                distance < rounding_part * (step->t_end - step->t_begin);
+    return distance <= same_time(step) || no_longer_falls || events->tries >= TRIES_MOST;
+}
+
+/* Another step, to t. */
+static void try_again(struct refdyn_state_events *events, double distance, double t, double *t_event) {
+    events->missed = distance;
+    events->tries++;
+    *t_event = t;
+}
+
+/* The value of the target has crossed zero at t. */
+static void step_back(struct refdyn_state_events *events, struct refdyn_step *step, double t, double least,
+                      double *t_event) {
+    const double distance = step->t_end - t;
+    if (t - step->t_begin < least)
+        stay_on_zero(events, step, t_event);
+    else if (is_met(events, step, distance))
+        end_on_zero(events, step);
+    else {
+        events->t_high = step->t_end;
+        try_again(events, distance, t, t_event);
+    }
+}
+
+/* Steps to a zero have fallen short: how far it lies ahead, by Newton; half of what is left where that is not
+ * before the end that lay behind it. */
+static double distance_ahead(struct refdyn_state_events *events, const struct refdyn_step *step) {
+    const int i = events->target;
+    const double t = refdyn_step_inside(step, step->t_end), left = events->t_high - step->t_end;
+    evaluate(events, step, t, step->state_new);
+    const struct assessed end = assess(events, step, i, t, step->state_new, step->rates_new);
+    if (fabs(events->values[i]) <= end.noise)
+        return 0;
+    const double ahead = -events->values[i] / end.rate;
+    return ahead > 0 && ahead < left ? ahead : left / 2;
+}
+
+static void step_ahead(struct refdyn_state_events *events, struct refdyn_step *step, double *t_event) {
+    const double distance = distance_ahead(events, step);
+    if (distance > far_short * (step->t_end - step->t_begin) && events->tries < TRIES_MOST)
+        keep_sides(events);
+    else if (is_met(events, step, distance))
+        end_on_zero(events, step);
+    else
+        try_again(events, distance, step->t_end + distance, t_event);
+}
+
+/* The first zero of all values in the step, as its theta, and of which; INFINITY: there is none. */
+static int find_first_of_all(struct refdyn_state_events *events, struct refdyn_step *step, double least,
+                             double *first) {
+    double theta;
+    int status = take_samples(events, step);
+    *first = INFINITY;
+    for (int i = 0; i < events->count && !status; i++) {
+        status = find_first(events, step, i, &theta);
+        if (!status && is_passed(events, step, i, theta, least))
+            status = find_first(events, step, i, &theta);
+        if (theta < *first) {
+            *first = theta;
+            events->target = i;
+        }
+    }
+    return status;
+}
+
+int refdyn_state_events_look(struct refdyn_state_events *events, struct refdyn_step *step, double least,
+                             double *t_event) {
+    const int target = events->target;
+    double first;
+    *t_event = INFINITY;
+    if (events->count == 0)
+        return REFDYN_OK;
+    const int status = find_first_of_all(events, step, least, &first);
+    if (status)
+        return status;
+    if (isfinite(first))
+        step_back(events, step, step->t_begin + first * (step->t_end - step->t_begin), least, t_event);
+    else if (events->tries > 0) {
+        events->target = target;
+        step_ahead(events, step, t_event);
+    } else
+        keep_sides(events);
+    return REFDYN_OK;
+}
+
+void refdyn_state_events_look_early(struct refdyn_state_events *events, struct refdyn_step *step,
+                                    double least, double *t_event) {
+    const double h = step->t_end - step->t_begin;
+    double first;
+    *t_event = INFINITY;
+    events->tries = 0;
+    if (events->early_tries++ >= TRIES_FREE || find_first_of_all(events, step, least, &first))
+        return;
+    if (first * h >= least && first < near_end)
+        *t_event = step->t_begin + first * h;
+}

@@ -1,0 +1,77 @@
+/* clang-format off */
+/*
+ * Events of the state: where a value of the model crosses zero, a step ends.
+ *
+ * Each accepted step is looked at in nine places of the method's own interpolant. Where a value has changed its sign, or a parabola
+ * through three of them says that it may have been beyond zero in between, the first zero is found on the interpolant, and the step is
+ * taken anew to there, until its end lies on the zero: the event is as accurate as a step. What then happens, event_actions.h tells.
+ *
+ * On which side of zero a value is, is kept: behind an event it follows from the rate of the value, so that what is left of it there by
+ * rounding does not count. A value that is zero at the start is an event where it leaves zero in the event's direction.
+ */
+/* clang-format on */
+#ifndef REFDYN_STATE_EVENTS_H
+#define REFDYN_STATE_EVENTS_H
+
+#include "base/layout.h"
+#include "methods/step.h"
+
+enum { REFDYN_EVENT_SAMPLES = 8 }; /* of a step, behind its begin */
+
+struct refdyn_state_events {
+    int count; /* of values: events of the model, then kinks, which have no direction and nothing happens at
+                */
+    int named; /* of them, events */
+    int *
+        side; /* (count) of zero where each value is: -1, 1; 0: on zero, and its rate does not say where to */
+    int *side_end; /* (count) the same at the end of the step that is looked at */
+    int *due;      /* (due_count) those that happen at the end of the last step, ascending */
+    int due_count;
+    int due_named;   /* of these, events */
+    int is_told;     /* the caller has been told of them */
+    int looks_again; /* values may have jumped: inputs, parameters, the state or formulas of time have */
+    double *samples; /* ((REFDYN_EVENT_SAMPLES + 1) x count) values at the begin and in the step */
+    double *sizes;   /* (count) largest |value| since the start: below a part of it, that of a kink is zero */
+    double *values;  /* (count) of the state that is looked at */
+    double *rates;   /* (count) of the values before what is due happens */
+    double *terms;   /* what event_terms gives */
+    double *room;    /* (2 n + 1) a state in the step; (n) jump of rates */
+
+    /* the zero that is looked for: no step, or the steps so far did not end on it */
+    int target, tries;
+    int early_tries;       /* steps to zeros that were seen in steps which were too long */
+    double t_high, missed; /* the value has crossed zero before this; last distance from zero [s] */
+
+    double t_last; /* of the last event [s], */
+    int repeats;   /* and how many followed each other without time between */
+};
+
+void refdyn_state_events_lay_out(struct refdyn_state_events *events, const struct refdyn_model *model,
+                                 struct layout *layout);
+/* A motion starts at the step's begin, whose rates are known: sides, and events that are due there. Errors:
+ * NOT_FINITE. */
+int refdyn_state_events_start(struct refdyn_state_events *events, const struct refdyn_step *step);
+/* The begin of a step: values at it, and events that are due since values have jumped. Errors: NOT_FINITE. */
+int refdyn_state_events_begin(struct refdyn_state_events *events, const struct refdyn_step *step);
+/*
+ * A step was taken, and its end evaluated. *t_event: where a shorter one should end; t_begin: an event stands
+ * there, and no step is to be taken; INFINITY: it is good, with the events that are due at its end. `least`:
+ * no step is shorter [s]. Errors: NOT_FINITE; those of interpolation; EVENTS_ACCUMULATE.
+ */
+int refdyn_state_events_look(struct refdyn_state_events *events, struct refdyn_step *step, double least,
+                             double *t_event);
+/* Have so many events followed each other without time between that they will not end? */
+int refdyn_state_events_accumulate(const struct refdyn_state_events *events);
+/* The same, where the step is too long for its error: *t_event is the first zero in it, or INFINITY. */
+void refdyn_state_events_look_early(struct refdyn_state_events *events, struct refdyn_step *step,
+                                    double least, double *t_event);
+/* What is due is about to happen at the begin of the step: notes the values before, and their rates. */
+void refdyn_state_events_note(struct refdyn_state_events *events, const struct refdyn_step *step);
+/* It has happened: on which side values are now, and what is due since others have jumped. */
+void refdyn_state_events_settle(struct refdyn_state_events *events, const struct refdyn_step *step);
+/* Is there something that the caller is to be told before the motion goes on? */
+static inline int refdyn_state_events_wait(const struct refdyn_state_events *events) {
+    return events->due_named > 0 && !events->is_told;
+}
+
+#endif

@@ -1,0 +1,343 @@
+"""Events of the state: their times against closed forms and independent solutions, by methods of all kinds; what they set;
+events at the start, at the same time, that graze or accumulate; what summaries, CSV and batches tell of them."""
+import json
+import math
+import tempfile
+
+import numpy
+import pytest
+
+from compiled import Compiled
+from program import TESTS, check, close, motion, read_run, refdyn
+
+MODELS = TESTS / "models" / "events"
+METHODS = ["auto", "rk4", "rk54", "rk8", "rodas5p", "rodas6p", "radau9", "gauss12", "ros34pw2"]
+G = 9.81
+
+
+def events(name, *arguments):
+    """Times of each event by its name, and the summary."""
+    _, _, summary = motion(MODELS / f"{name}.lua", *arguments)
+    times = {}
+    for mark in summary["events"]:
+        times.setdefault(mark["event"], []).append(mark["t"])
+    return times, summary
+
+
+def failed(name, *arguments):
+    """What a motion says that fails."""
+    return refdyn("sim", MODELS / f"{name}.lua", *arguments, "-o", tempfile.mkdtemp() + "/run.csv", status=3).stderr
+
+
+def settings(**values):
+    return [word for name, value in values.items() for word in ("--set", f"{name}={value}")]
+
+
+def root(function, low, high):
+    """By bisection; function changes its sign between them."""
+    for _ in range(200):
+        middle = (low + high) / 2
+        low, high = (middle, high) if (function(middle) < 0) == (function(low) < 0) else (low, middle)
+    return low
+
+
+def secant(function, x, y):
+    a, b = function(x), function(y)
+    while abs(a - b) > 0 and abs(x - y) > 1e-15:
+        x, y, a, b = y, y - b * (y - x) / (b - a), b, None
+        b = function(y)
+    return y
+
+
+def bounces(e, h, count):
+    v, times = math.sqrt(2 * G * h), [math.sqrt(2 * h / G)]
+    for _ in range(count - 1):
+        v *= e
+        times.append(times[-1] + 2 * v / G)
+    return times
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_ball(method):
+    times, summary = events("ball", "--until", 4, "--method", method)
+    found = times["impact 1"]
+    assert len(found) == 19 and summary["energy_error"] < 1e-9
+    check([close("impacts", found, bounces(0.8, 1, 19), 1e-11)])
+
+
+@pytest.mark.parametrize("e", [0.5, 0.95])
+def test_ball_comes_to_rest(e):
+    """Impacts accumulate at a known time: the motion ends there, with a message."""
+    told = failed("ball", "--until", 60, *settings(e=e))
+    rest = math.sqrt(2 / G) * (1 + e) / (1 - e)
+    first = told.splitlines()[0]
+    assert first.endswith(": events follow each other without time between") and "at the event impact 1" in told
+    check([close("rest", [float(first.split("t = ")[1].split()[0])], [rest], 1e-9)])
+
+
+def test_ball_without_restitution():
+    """No time lies between an impact and the next one."""
+    told = failed("ball", "--until", 60, *settings(e=0))
+    assert told.startswith("refdyn: ball: t = 0.4515236")
+    assert "events follow each other without time between" in told
+
+
+def test_vibrating_table():
+    """The gap's rate has that of the table in it; restitution is that of the gap."""
+    times, _ = events("ball", "--until", 2, "--method", "rk8", "--tol", 1e-10, *settings(A=0.02, e=0.9))
+    A, w, e = 0.02, 20, 0.9
+    t, z, v, expected = 0.0, 1.0, 0.0, []
+    while True:
+        def gap(at):
+            return z + v * (at - t) - G * (at - t) ** 2 / 2 - A * math.sin(w * at)
+        grid = t + numpy.arange(1, 40000) * 1e-4
+        values = [gap(at) for at in grid]
+        first = next(k for k, value in enumerate(values) if value < 0)
+        hit = root(gap, grid[first - 1] if first else t + 1e-9, grid[first])
+        if hit > 2:
+            break
+        z, v, t = z + v * (hit - t) - G * (hit - t) ** 2 / 2, v - G * (hit - t), hit
+        v = v - (1 + e) * (v - A * w * math.cos(w * t))
+        expected.append(hit)
+    assert len(expected) >= 2
+    check([close("impacts", times["impact 1"], expected, 1e-10)])
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_rocking_block(method):
+    tolerance = [] if method == "rk4" else ["--tol", 1e-11]
+    times, _ = events("block", "--until", 8, "--method", method, *tolerance)
+    p, alpha, keep, start = 2, 0.2, 0.9, 0.15
+    t = math.acosh(alpha / (alpha - start)) / p
+    rate = (alpha - start) * p * math.sinh(p * t)
+    expected = []
+    while t < 8:
+        expected.append(t)
+        rate *= keep
+        t += 2 / p * math.atanh(rate / (p * alpha))
+    assert len(expected) > 4
+    check([close("impacts", times["impact"], expected, 1e-9)])
+
+
+def step_of_bulirsch(f, y, h):
+    """A step of Gragg's method extrapolated to order 16 (Hairer, Norsett and Wanner, Solving ODEs I, II.9)."""
+    table = []
+    for k in range(1, 9):
+        n = 2 * k
+        before, now = y, y + h / n * f(y)
+        for _ in range(n - 1):
+            before, now = now, before + 2 * h / n * f(now)
+        row = [0.5 * (now + before + h / n * f(now))]
+        for j in range(1, k):
+            row.append(row[j - 1] + (row[j - 1] - table[-1][j - 1]) / ((n / (2 * (k - j))) ** 2 - 1))
+        table.append(row)
+    return table[-1][-1]
+
+
+def test_arm_on_stop(tmp_path):
+    """A flexible arm's tip against an extrapolation method with its own impacts, M^-1 by numpy."""
+    until, e, stop = 0.8, 0.6, -0.35
+    arm = Compiled(MODELS / "arm.lua", tmp_path / "arm")
+    n = arm.n
+
+    def state(y):
+        return {"t": 0.0, "q": y[:n], "qd": y[n:]}
+
+    def rates(y):
+        return numpy.concatenate([y[n:], arm("qdd_free", state(y))])
+
+    def gap(y):
+        return arm("r", state(y))[0][2] - stop
+    t, y, h, expected = 0.0, numpy.array(arm.start), 4e-3, []
+    while t < until:
+        new = step_of_bulirsch(rates, y, h)
+        if gap(new) >= 0:
+            t, y = t + h, new
+            continue
+        part = secant(lambda part: gap(step_of_bulirsch(rates, y, part)), h * gap(y) / (gap(y) - gap(new)), h)
+        t, y = t + part, step_of_bulirsch(rates, y, part)
+        expected.append(t)
+        g = arm("C", state(y))[0][2]
+        along = numpy.linalg.solve(arm("M", state(y)), g)
+        y[n:] -= (1 + e) * (g @ y[n:]) / (g @ along) * along
+        y = step_of_bulirsch(rates, y, 1e-5)
+        t += 1e-5
+    assert len(expected) >= 3
+    lines = []
+    for method in ("rk8", "gauss12", "radau9"):
+        found, _ = events("arm", "--until", until, "--method", method, "--tol", 1e-12)
+        count = min(len(found["stop"]), len(expected))
+        lines.append("" if count == len(expected) else f"{method}: {len(found['stop'])} impacts, not {count}")
+        lines.append(close(method, found["stop"][:count], expected[:count], 1e-9))
+    check(lines)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_relay(method):
+    """A switch with hysteresis: parabolas between its ends."""
+    times, summary = events("relay", "--until", 6, "--method", method)
+    b, F, x, v, t, push = 0.3, 2, 0.0, 0.7, 0.0, 1
+    expected = {"off": [], "on": []}
+    while True:
+        end, a = push * b, push * F
+        dt = (-v + push * math.sqrt(v * v + 2 * a * (end - x))) / a
+        t, x, v = t + dt, end, v + a * dt
+        if t > 6:
+            break
+        expected["off" if push > 0 else "on"].append(t)
+        push = -push
+    assert len(expected["off"]) >= 2
+    check([close(name, times[name], expected[name], 1e-11) for name in expected])
+    assert summary["energy_error"] < 1e-9
+
+
+@pytest.mark.parametrize("stabilise", ["project", "baumgarte", "none"])
+@pytest.mark.parametrize("method", ["rk8", "radau9", "rodas5p"])
+def test_impact_with_rows(method, stabilise):
+    """The impulse leaves rows as they are: a point on a circle as a turn."""
+    fine = ("--until", 6, "--tol", 1e-11)
+    turn, _ = events("pendulum", *fine, "--method", "rk8")
+    row, _ = events("pendulum", *fine, "--method", method, "--stabilise", stabilise, *settings(form="row"))
+    assert len(turn["wall"]) >= 4
+    check([close("impacts", row["wall"], turn["wall"], 1e-8 if stabilise == "none" else 1e-9)])
+
+
+def test_rates_against_rows():
+    told = failed("pendulum", "--until", 3, *settings(form="row", set="rates"))
+    assert "what an event sets is not finite, or the rows do not allow it, constraint row 1" in told
+    assert "refdyn: at the event wall" in told
+
+
+@pytest.mark.parametrize("method", ["auto", "rk4", "radau9"])
+def test_parameter(method):
+    """The stiffness jumps at the first passage; later ones change nothing."""
+    fine = [] if method == "rk4" else ["--tol", 1e-12]
+    times, summary = events("spring", "--until", 8, "--method", method, *fine)
+    passage = math.pi / 2 / 3
+    middle = [passage + k * math.pi for k in range(3)]
+    turn = [passage + math.pi / 4 + k * math.pi for k in range(3)]
+    check([close("middle", times["middle"], middle, 1e-9), close("turn", times["turn"], turn, 1e-9)])
+    assert summary["energy_error"] < 1e-6
+
+
+def test_second_run_has_first_values():
+    """What events have set does not outlive a motion: --verify and --accuracy run it again."""
+    run = ("--until", 3, "--method", "rk8")
+    _, _, alone = motion(MODELS / "spring.lua", *run)
+    _, _, verified = motion(MODELS / "spring.lua", *run, "--verify")
+    assert verified["events"] == alone["events"]
+    assert verified["error"]["largest"] < 1e-5 and verified["error"]["is_trusted"]
+
+
+@pytest.mark.parametrize("form", ["max", "where", "energy"])
+@pytest.mark.parametrize("method, tolerance", [("gauss12", 1e-11), ("radau9", 1e-7), ("rk8", 1e-4)])
+def test_kinks(method, tolerance, form):
+    """Steps end where a formula of coordinates has a kink: a ball on a spring is in touch for half a turn and a little more.
+    What methods of high order reach is lost by a factor of 1e5 and more where a step leads across."""
+    times, _ = events("penalty", "--until", 10, "--method", method, "--tol", 1e-9, *settings(form=form))
+    w, fall = math.sqrt(1e5), math.sqrt(2 / G)
+    touch = 2 * (math.pi - math.atan(G * fall * w / G)) / w
+    assert len(times["top"]) == 11 and times["top"][0] == 0
+    check([close("tops", times["top"], [k * (2 * fall + touch) for k in range(11)], tolerance, 1)])
+
+
+def test_directions():
+    """A ball thrown up passes a level twice."""
+    v, h = 5, 1
+    up, down = 0.0, (v + math.sqrt(v * v + 2 * G * h)) / G
+    level = ("--until", 2)
+    rise = (v - math.sqrt(v * v - 2 * G * 0.5)) / G, (v + math.sqrt(v * v - 2 * G * 0.5)) / G
+    thrown = settings(h=-0.5, v=v)
+    for act, expected in (("up", [rise[0]]), ("record", [rise[1]]), ("both", list(rise))):
+        times, _ = events("ball", *level, *settings(act=act), *thrown)
+        check([close(act, next(iter(times.values())), expected, 1e-11)])
+    times, _ = events("ball", *level, *settings(act="both", h=h, v=v))
+    check([close("fall", times["level 1"], [down], 1e-11)])
+    assert up == 0.0
+
+
+@pytest.mark.parametrize("part", [1e-3, 1e-6, 1e-9])
+def test_grazing(part):
+    """A level just below the top is passed twice in one step, one just above is not."""
+    v, top = 2, 2 / G
+    level = v * top / 2
+    times, _ = events("ball", "--until", 1, "--method", "rk8", *settings(act="both", v=v, h=-level * (1 - part)))
+    half = math.sqrt(2 * level * part / G)
+    check([close("passages", times["level 1"], [top - half, top + half], 1e-8)])
+    times, _ = events("ball", "--until", 1, "--method", "rk8", *settings(act="both", v=v, h=-level * (1 + part)))
+    assert not times
+
+
+def test_start():
+    """On zero, an event is where it leaves zero in the event's direction."""
+    for v, act, count in ((-1, "record", 1), (1, "record", 1), (1, "up", 1), (-1, "up", 0), (1, "both", 2), (-1, "both", 1)):
+        times, _ = events("ball", "--until", 1, *settings(h=0, v=v, act=act))
+        found = [t for list in times.values() for t in list]
+        assert len(found) == count, (v, act)
+        assert (bool(found) and found[0] == 0) == ((v < 0 and act != "up") or (v > 0 and act in ("up", "both"))), (v, act)
+    times, _ = events("ball", "--until", 0.5, *settings(h=0, v=-3))
+    check([close("impacts", times["impact 1"], [0, 2 * 0.8 * 3 / G], 1e-11)])
+    assert "refdyn: ball: t = 0 s: events follow each other without time between" in failed("ball", "--until", 1, *settings(h=0))
+
+
+@pytest.mark.parametrize("apart", [0, 1e-14, 1e-10, 1e-3])
+def test_at_the_same_time(apart):
+    """Three balls, alike or nearly so: all impacts of each."""
+    times, _ = events("ball", "--until", 2.4, *settings(balls=3, apart=apart))
+    check([close(f"ball {i}", times[f"impact {i}"], bounces(0.8, 1 + (i - 1) * apart, 4), 1e-11) for i in (1, 2, 3)])
+
+
+def test_end():
+    with tempfile.TemporaryDirectory() as folder:
+        path, summary = f"{folder}/run.csv", f"{folder}/summary.json"
+        told = refdyn("sim", MODELS / "ball.lua", "--until", 2, "--every", 0.1, *settings(act="ends"), "-o", path, "--summary", summary).stderr
+        run = read_run(path)
+        ended = json.load(open(summary))["ended"]
+    t = math.sqrt(2 / G)
+    assert "ended        by level 1 at t = 0.45152364" in told and ended["event"] == "level 1"
+    assert list(run["t"][:-1]) == pytest.approx([0, 0.1, 0.2, 0.3, 0.4])
+    check([close("end", [run["t"][-1], ended["t"]], [t, t], 1e-12), close("z", run["ball1_z"][-1:], [0], 1e-12, 1)])
+    at_once, _, summary = motion(MODELS / "ball.lua", "--until", 2, *settings(act="ends", h=0, v=-1))
+    assert list(at_once["t"]) == [0] and summary["ended"]["t"] == 0
+
+
+def test_stops_beside_events():
+    """A condition of the command line that comes first."""
+    _, told, summary = motion(MODELS / "ball.lua", "--until", 2, "--stop", "ball1_z<0.5", *settings(act="ends"))
+    check([close("stop", [summary["stop"]["t"]], [math.sqrt(1 / G)], 1e-12)])
+    assert summary["events"] == [] and "ended" not in summary and "stopped" in told
+    _, _, summary = motion(MODELS / "ball.lua", "--until", 2, "--stop", "t>1.9")
+    check([close("impacts", [mark["t"] for mark in summary["events"]], bounces(0.8, 1, 3), 1e-11)])
+
+
+def test_inputs_belong_to_one(tmp_path):
+    samples = tmp_path / "samples.csv"
+    samples.write_text("t,push\n0,1\n")
+    done = refdyn("sim", MODELS / "relay.lua", "--until", 1, "--inputs", samples, "-o", tmp_path / "run.csv", status=1)
+    assert done.stderr == f"{samples}:1: inputs: column push: events of the model set this input, samples cannot\n"
+
+
+def test_batch(tmp_path):
+    """Cases that an event ends are done, at its time and state; others fail with its name."""
+    (tmp_path / "cases.csv").write_text("h\n1\n2\n30\n")
+    command = ("batch", MODELS / "ball.lua", "--table", tmp_path / "cases.csv")
+    refdyn(*command, "--until", 1, *settings(act="ends"), "-o", tmp_path / "ended.csv")
+    ended = read_run(tmp_path / "ended.csv")
+    falls = [math.sqrt(2 * h / G) for h in (1, 2)]
+    assert list(ended["status"]) == [0, 0, 0]
+    check([close("t", ended["t"], falls + [1], 1e-12), close("rates", ended["ball1_z_d"], [-G * t for t in falls + [1]], 1e-12)])
+    refdyn(*command, "--until", 9, *settings(e=0.5), "-o", tmp_path / "rest.csv")
+    rest = [line.split(",") for line in (tmp_path / "rest.csv").read_text().splitlines()[1:]]
+    assert [line[2] for line in rest] == ["3"] * 3
+    check([close("t", [float(line[3]) for line in rest], [math.sqrt(2 * h / G) * 3 for h in (1, 2, 30)], 1e-9)])
+    refdyn(*command, "--until", 1, *settings(e=0.5), "--lanes", 2, "-o", tmp_path / "lanes.csv")
+    refdyn(*command, "--until", 1, *settings(e=0.5), "--lanes", 1, "-o", tmp_path / "alone.csv")
+    assert (tmp_path / "lanes.csv").read_text() == (tmp_path / "alone.csv").read_text()
+
+
+def test_refused(tmp_path):
+    run = tmp_path / "run.csv"
+    done = refdyn("sim", MODELS / "ball.lua", "--until", 1, "--method", "msbdf", "-o", run, status=None)
+    assert done.returncode in (1, 2) and "msbdf" in done.stderr
+    done = refdyn("sim", MODELS / "spring.lua", "--until", 1, "--fold", "-o", run, status=1)
+    assert done.stderr.endswith("events[1].parameters.s: --fold makes it a number, which no event can change; without --fold it can\n")

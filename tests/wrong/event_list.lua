@@ -1,0 +1,7 @@
+-- expect: 6: events: the function gives rd.event itself, a list of events such as { rd.event { expression } }, {} for none, is needed
+local rd = require "refdyn"
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = { { "a", joint = "z", mass = 1 } },
+  events = function(s) return rd.event { s.q.a_z } end,
+}
