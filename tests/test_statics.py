@@ -6,7 +6,7 @@ import re
 import numpy
 import pytest
 
-from least_energy import least_energy, negative_directions
+from least_energy import gradient, least_energy, negative_directions
 from program import MODELS, REFERENCE, TESTS, refdyn
 
 sin, cos, pi = numpy.sin, numpy.cos, numpy.pi
@@ -94,7 +94,8 @@ def test_slidercrank(tmp_path):
 
     def rows(x):
         angles = numpy.cumsum([x[0], held, x[1], x[2], x[3]])
-        return numpy.array([x[0] - crank, r * sin(angles[0]) + sum(length * sin(angle) for length, angle in zip([dl / 2, dl, dl, dl / 2], angles[1:]))])
+        rise = sum(length * sin(angle) for length, angle in zip([dl / 2, dl, dl, dl / 2], angles[1:]))
+        return numpy.array([x[0] - crank, r * sin(angles[0]) + rise])
     x, force = least_energy(lambda x: stiffness / 2 * (x[1]**2 + x[2]**2 + x[3]**2), rows, [crank, 0, 0, 0])
     found, _ = statics(MODELS / "slidercrank.lua", "--hold", "rod_psi", state={"t": t, "q": [0.6, held, 0, 0, 0]}, folder=tmp_path)
     agree(found["q"], [x[0], held, *x[1:]])
@@ -139,7 +140,7 @@ L, d, E, nu, rho = 2, 0.01413200743, 2.1e11, 0.3, 7801
 xc, a, b, column, arm = 0.4317, 0.875, 1.75, 0.217, 0.713
 
 
-def manipulator(x):
+def manipulator(x, column=column, arm=arm):
     """Energy and the ellipse's residual, of base_z, three elements' psi, theta, phi, and effector_z."""
     dl, per_length = L / 3, rho * pi * d**2 / 4
     bending, torsion = E * pi * d**4 / 64 / dl, E / (2 * (1 + nu)) * pi * d**4 / 32 / dl
@@ -164,6 +165,9 @@ def test_manipulator_with_its_programme(tmp_path):
     agree(found["q"], [x[0], column, arm, *x[1:]])
     assert found["rows"] == ["ellipse"] and found["stability"] == "stable" and len(found["hold_force"]) == 2
     assert abs(found["lambda"][0] + force[0]) < 1e-9 * abs(force[0]) and abs(found["q"][4]) > 1e-3
+    # what holds the column and the arm: the slope of energy + force . rows by their angles
+    slope = gradient(lambda held: numpy.array([manipulator(x, *held)[0] + force @ manipulator(x, *held)[1]]), numpy.array([column, arm]))[0]
+    assert abs(found["hold_force"] - slope).max() < 1e-9 * abs(slope).max()
 
 
 def test_programme_that_begins_with_the_motion():
@@ -172,7 +176,8 @@ def test_programme_that_begins_with_the_motion():
     assert found["rows"] == [] == found["lambda"]
     assert said == ("refdyn: the row ellipse begins where the motion does, it has no part in statics; with --set xc=VALUE it holds, too\n"
                     "refdyn: the row rise is not one of positions, it has no part in statics\n")
-    assert "the forces lead on to no equilibrium" in statics(REFERENCE, "--set", "n_rfe=1", "--hold", "column_psi,arm_psi", "--way", "downhill", status=3)
+    said = statics(REFERENCE, "--set", "n_rfe=1", "--hold", "column_psi,arm_psi", "--way", "downhill", status=3)
+    assert "the forces lead on to no equilibrium" in said
 
 
 LOCKED = """local rd = require "refdyn"
@@ -276,8 +281,9 @@ def test_neutral_across_coordinates():
 
 def test_neutral(tmp_path):
     """A wheel that nothing holds or drives."""
-    (tmp_path / "wheel.lua").write_text('local rd = require "refdyn"\nreturn rd.model { name = "wheel", links = { { "wheel", joint = "psi", mass = 1, '
-                                        'inertia = { zz = 1 } }, { "mass", joint = "x", mass = 1, spring = { x = 3 } } } }\n')
+    (tmp_path / "wheel.lua").write_text('local rd = require "refdyn"\nreturn rd.model { name = "wheel",\n'
+                                        '  links = { { "wheel", joint = "psi", mass = 1, inertia = { zz = 1 } },\n'
+                                        '            { "mass", joint = "x", mass = 1, spring = { x = 3 } } } }\n')
     found, said = statics(tmp_path / "wheel.lua")
     assert (found["stability"], found["unstable"], found["neutral"]) == ("neutral in 1 direction", 0, 1) and "equilibrium" not in said
 
@@ -285,12 +291,14 @@ def test_neutral(tmp_path):
 @pytest.mark.parametrize("P, unstable", [(0.917, 0), (17.3, 1)])
 def test_without_potential(P, unstable, tmp_path):
     """A load that follows the tip: the symmetric part of [[2 c - P, P - c], [-c, c]] is judged, and that is said."""
-    model = COLUMN.replace("gravity = { 0, -1, 0 },", "").replace("  points =", '  forces = function() return { rd.force { "load", { -P, 0, 0 }, axes = "load" } } end,\n  points =')
+    follows = '  forces = function() return { rd.force { "load", { -P, 0, 0 }, axes = "load" } } end,\n'
+    model = COLUMN.replace("gravity = { 0, -1, 0 },", "").replace("  points =", follows + "  points =")
     (tmp_path / "column.lua").write_text(model)
     found, said = statics(tmp_path / "column.lua", "--set", f"P={P}")
     assert (numpy.linalg.eigvalsh([[6 - P, P / 2 - 3], [P / 2 - 3, 3]]) < 0).sum() == unstable == found["unstable"] and found["potential"] is False
     assert ("; its forces have no potential, so that the symmetric part of the stiffness is judged: refdyn modes tells more\n" if unstable else
-            "refdyn: the forces have no potential, and the symmetric part of the stiffness is judged: refdyn modes tells whether oscillations grow\n") in said
+            "refdyn: the forces have no potential, and the symmetric part of the stiffness is judged: "
+            "refdyn modes tells whether oscillations grow\n") in said
 
 
 # ---- Beginnings of motions ----
@@ -315,7 +323,8 @@ def test_loop_starts_from_its_equilibrium(tmp_path):
     assert abs(numpy.array(first[1:6], float) - numpy.array(last[1:6], float)).max() < 1e-9
     (tmp_path / "cases.csv").write_text("m\n1\n2\n")
     for way, warning in ("downhill", ""), ("load", "refdyn: warning: 2 cases start from an unstable equilibrium, the first is case 0\n"):
-        done = refdyn("batch", model, "--table", tmp_path / "cases.csv", "--until", 0.01, "--from", "statics", "--way", way, "-o", tmp_path / f"{way}.csv")
+        done = refdyn("batch", model, "--table", tmp_path / "cases.csv", "--until", 0.01, "--from", "statics", "--way", way,
+                      "-o", tmp_path / f"{way}.csv")
         assert ("unstable" in done.stderr) == bool(warning) and warning in done.stderr, done.stderr
     q = [float(x) for x in (tmp_path / "downhill.csv").read_text().splitlines()[1].split(",")]
     assert all(any(abs(x - float(y)) < 1e-9 for x in q) for y in first[1:6]), (q, first)
@@ -342,7 +351,8 @@ REFUSED = {
                "--release: the model has no constraint row 'guid y', the nearest is guide y"),
     "rate": (["statics", REFERENCE, "--release", "rise"], 2, "--release: rise is no row of positions, it has no part in statics"),
     "release": (["sim", REFERENCE, "--until", "1", "-o", "run.csv", "--release", "ellipse"], 2, "--release goes with --from statics"),
-    "way of a batch": (["batch", REFERENCE, "--table", "cases.csv", "--until", "1", "-o", "runs.csv", "--way", "path"], 2, "--way goes with --from statics"),
+    "way of a batch": (["batch", REFERENCE, "--table", "cases.csv", "--until", "1", "-o", "runs.csv", "--way", "path"], 2,
+                       "--way goes with --from statics"),
     "way of modes": (["modes", MODELS / "fourbar.lua", "--at", "initial", "--way", "path"], 2, "--way goes with --at statics"),
     "printed": (["statics", REFERENCE, "--set", "form=printed", "--set", "program=chapter"], 1,
                 "manipulator: statics with rows that hold takes the corrected form only, --release ellipse lets them go"),

@@ -12,7 +12,7 @@
 
 #include "statics/balance.h"
 
-/* Of limit_points.c. */
+/* Room of limit_points.c and downhill.c. */
 struct path_room {
     double *matrix;                  /* ((n + 1)^2) */
     double *side, *scale;            /* (n + 1) */
@@ -39,7 +39,7 @@ struct statics {
  */
 int refdyn_newton_solve(struct statics *statics, double load, double *q);
 /* Moves q (n) onto the rows, by the smallest changes of the coordinates not held, and counts their
- * independent rows there. Errors: NOT_FINITE, NO_CONVERGENCE. */
+ * independent rows there. Errors: NOT_FINITE, NO_CONVERGENCE, ROWS_INCONSISTENT. */
 int refdyn_newton_meet_rows(struct statics *statics, double *q);
 
 #endif
