@@ -283,6 +283,14 @@ int refdyn_partition_update(struct refdyn_workspace *work, const double *right, 
     return status;
 }
 
+int refdyn_partition_renew(struct refdyn_workspace *work) {
+    work->partition.rank_most = work->m;
+    const int status = eliminate_chosen(work, work->k, 1);
+    record_condition(&work->partition);
+    work->partition.rank_most = work->partition.rank;
+    return status;
+}
+
 /* Redundant rows are judged beside the forces, which the row terms alone do not tell. */
 int refdyn_partition_watch(struct refdyn_workspace *work, double t, const double *q, const double *qd) {
     struct refdyn_partition *partition = &work->partition;

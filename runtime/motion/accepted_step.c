@@ -14,6 +14,7 @@
 
 #include "constraints/constraints.h"
 #include "motion/automatic_method.h"
+#include "motion/row_changes.h"
 #include "motion/singular_crossing.h"
 #include "motion/statistics.h"
 #include "motion/work_done.h"
@@ -35,6 +36,12 @@ static int begin(struct refdyn_motion *motion) {
     if (step->t_begin != step->t_end) {
         refdyn_step_next(step, refdyn_events_right_of(&motion->events, step->t_end));
         refdyn_linear_leave_begin(&motion->linear);
+    }
+    if (motion->rows_change)
+        status = refdyn_rows_take_new(motion);
+    if (status) {
+        refdyn_motion_failed(motion, status, step->t_begin);
+        return status;
     }
     refdyn_automatic_take_up(motion);
     if (step->method->kind->begins_by_tangent)
@@ -85,7 +92,8 @@ static int complete(struct refdyn_motion *motion) {
     struct refdyn_workspace *work = motion->work;
     struct refdyn_step *step = &motion->step;
     const int n = work->n;
-    const double t = refdyn_events_right_of(&motion->events, step->t_end);
+    refdyn_rows_look_at_end(motion);
+    const double t = refdyn_rows_side_of(motion, step->t_end);
     double *q = step->state_new, *qd = step->state_new + n;
     int status = refdyn_row_terms(work, t, q, qd);
     int is_known = step->has_rates_new && step->t_end < step->t_limit;
@@ -102,8 +110,10 @@ static int complete(struct refdyn_motion *motion) {
     if (!status && !is_known)
         status = refdyn_rates(&step->evaluation, t, step->state_new, step->rates_new);
     work->partition.rank_most = work->partition.rank;
-    if (status)
+    if (status) {
         refdyn_motion_failed(motion, status, step->t_end);
+        motion->rows_change = 0;
+    }
     return status;
 }
 

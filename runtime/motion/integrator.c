@@ -20,6 +20,7 @@
 #include "motion/accepted_step.h"
 #include "motion/automatic_method.h"
 #include "motion/lockstep.h"
+#include "motion/row_changes.h"
 #include "motion/singular_crossing.h"
 #include "motion/statistics.h"
 #include "motion/work_done.h"
@@ -192,6 +193,7 @@ static int begin_here(struct refdyn_integrator *integrator) {
     struct refdyn_motion *motion = integrator->motion;
     struct refdyn_workspace *work = integrator->work;
     struct refdyn_step *step = &motion->step;
+    motion->rows_change = 0;
     refdyn_crossing_leave(motion);
     refdyn_step_break_off(step, 0);
     refdyn_linear_leave_begin(&motion->linear);
@@ -344,7 +346,7 @@ static int show(struct refdyn_integrator *integrator, double t) {
     const struct refdyn_step *step = &motion->step;
     int status = REFDYN_OK;
     integrator->t = t;
-    integrator->t_right = refdyn_events_right_of(&motion->events, t);
+    integrator->t_right = refdyn_rows_side_of(motion, t);
     integrator->is_undetermined = refdyn_crossing_is_near(motion, t);
     if (t >= step->t_end)
         memcpy(integrator->q, step->state_new, refdyn_state_bytes(step));

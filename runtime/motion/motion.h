@@ -53,6 +53,7 @@ struct refdyn_motion {
     struct refdyn_singular_crossing crossing;
     struct refdyn_statistics statistics;
     struct refdyn_failure failure;
+    int rows_change;         /* at the time event where the last step ended: row_changes.c */
     double t_final;          /* end of the motion, see refdyn_integrator_until [s] */
     double t_most;           /* no step reaches beyond, see refdyn_integrator_limit [s] */
     long evaluations_before; /* of the workspace, at the start */
