@@ -129,6 +129,7 @@ struct refdyn_workspace {
     double *basis;    /* (m x n) projection: rows in the metric M, orthonormalised */
     double *wanted;   /* (m) projection: change asked for in each row */
     double *change;   /* (2 n) projection: of q, of qd */
+    double *emitted;  /* (n + 1 + m) what the emitted accelerations give */
     int *mark;        /* (n + m) sets of coordinates, of rows */
 };
 
@@ -194,6 +195,10 @@ int refdyn_solve(struct refdyn_workspace *work, enum refdyn_stabilise stabilise,
 /* Both of the above. */
 int refdyn_accelerate(struct refdyn_workspace *work, double t, const double *q, const double *qd,
                       enum refdyn_stabilise stabilise, double *qdd);
+/* After refdyn_solve gave qdd at this state: the same with the digits of the emitted accelerations, where the model
+ * has them and they are finite. M as it is rounded loses those of its condition: 10 of 16 for 20 elements. */
+void refdyn_refine(struct refdyn_workspace *work, double t, const double *q, const double *qd,
+                   enum refdyn_stabilise stabilise, double *qdd);
 /* Multipliers lambda (m) of the equations in the workspace, after refdyn_solve gave qdd: K_d^T lambda = (M
  * qdd - f)_d, 0 for redundant rows. */
 void refdyn_multipliers(struct refdyn_workspace *work, const double *qdd, double *lambda);

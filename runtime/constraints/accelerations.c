@@ -5,6 +5,10 @@
  * (theory, sect. 8.2): (M_i + P^T M_d) qdd = f_i + P^T f_d with K qdd = k. Eliminating qdd_d = P qdd_i +
  * c, c = K_d^-1 k, leaves n - rank equations with a symmetric positive definite matrix: R qdd_i = [P^T 1] (f
  * - M_d^T c),   R = M_ii + P^T M_di + M_id P + P^T M_dd P.
+ *
+ * M as it is rounded tells qdd to eps times the condition of R, the emitted O(n m) function, which has no M, to
+ * eps times that of u M^-1 u^T. What the latter misses, M^-1 u^T dlambda, is the smallest change in the metric of
+ * M that meets the rows: taken by the partition, it leaves the better of both (theory, sect. 8.2).
  */
 #include "base/arithmetic.h"
 
@@ -12,6 +16,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <string.h>
 
 #include "linear/dense.h"
 #include "linear/elimination.h"
@@ -51,11 +56,11 @@ static void reduce_mass(struct refdyn_workspace *work) {
 }
 
 /* side := f - M_d^T c in the order of the partition, then its independent part plus P^T times the dependent
- * one */
-static void reduce_force(struct refdyn_workspace *work) {
+ * one; f NULL: zero */
+static void reduce_force(struct refdyn_workspace *work, const double *f) {
     const int n = work->n, rank = work->partition.rank, count = n - rank;
     for (int b = 0; b < n; b++)
-        work->side[b] = work->f[work->partition.column[b]];
+        work->side[b] = f ? f[work->partition.column[b]] : 0;
     for (int k = 0; k < rank; k++)
         dense_add(work->side, -work->P[k * (count + 1) + count], work->mass_d + k * n, n);
     for (int k = 0; k < rank; k++)
@@ -90,7 +95,7 @@ int refdyn_solve(struct refdyn_workspace *work, enum refdyn_stabilise stabilise,
     const int rank = work->partition.rank, count = work->n - rank;
     couple_mass(work);
     reduce_mass(work);
-    reduce_force(work);
+    reduce_force(work, work->f);
     const int failed = refdyn_factor(work->reduced, count, count);
     if (failed >= 0)
         return explain(work, REFDYN_MASS_NOT_POSITIVE,
@@ -100,6 +105,42 @@ int refdyn_solve(struct refdyn_workspace *work, enum refdyn_stabilise stabilise,
     if (refdyn_is_finite(qdd, work->n))
         return REFDYN_OK;
     return explain(work, REFDYN_NOT_FINITE, (struct refdyn_fault){.row = -1, .coordinate = -1});
+}
+
+/* What the emitted function misses is a small part of qdd, else the partition knows better. */
+static const double missed_most = 1e-4;
+
+/* Adds the smallest change of qdd, in the metric of M, with u qdd = sign right; it stays in work->change. */
+static void meet_rows(struct refdyn_workspace *work, const double *right, double sign, double *qdd) {
+    const int n = work->n, rank = work->partition.rank, count = n - rank, width = count + 1;
+    double *c = work->P + count;
+    for (int k = 0; k < rank; k++) {
+        const int a = work->partition.row[k];
+        c[k * width] = sign * right[a] - dense_dot(work->u + a * n, qdd, n);
+    }
+    refdyn_lu_solve_transposed(work->rows, rank, work->exchange, c, width, 1);
+    reduce_force(work, NULL);
+    refdyn_factor_solve(work->reduced, count, count, work->side + rank);
+    expand(work, work->change);
+    dense_add(qdd, 1, work->change, n);
+}
+
+void refdyn_refine(struct refdyn_workspace *work, double t, const double *q, const double *qd,
+                   enum refdyn_stabilise stabilise, double *qdd) {
+    const struct refdyn_model *model = work->model;
+    const int baumgarte = stabilise == REFDYN_BAUMGARTE;
+    refdyn_function *emitted = work->m == 0 ? model->qdd_free : model->constrained;
+    if (!emitted)
+        return;
+    work->evaluations++;
+    emitted(work->p, work->x, t, q, qd, work->emitted);
+    if (work->m > 0)
+        meet_rows(work, baumgarte ? work->k : work->v, baumgarte ? 1 : -1, work->emitted);
+    else
+        memset(work->change, 0, (size_t)work->n * sizeof *qdd);
+    const double missed = refdyn_largest(work->change, work->n, NULL);
+    if (missed <= missed_most * refdyn_largest(qdd, work->n, NULL) && refdyn_is_finite(work->emitted, work->n))
+        memcpy(qdd, work->emitted, (size_t)work->n * sizeof *qdd);
 }
 
 int refdyn_accelerate(struct refdyn_workspace *work, double t, const double *q, const double *qd,

@@ -168,10 +168,14 @@ static int meet_start(struct refdyn_integrator *integrator) {
 /* Accelerations and multipliers of the state that is seen, whose equations are in the workspace; chooses the
  * partition. */
 static int solve_seen(struct refdyn_integrator *integrator) {
-    const int status = refdyn_solve(integrator->work, integrator->options.stabilise, integrator->qdd);
-    if (!status)
-        refdyn_multipliers(integrator->work, integrator->qdd, integrator->lambda);
-    return status;
+    struct refdyn_workspace *work = integrator->work;
+    const int status = refdyn_solve(work, integrator->options.stabilise, integrator->qdd);
+    if (status)
+        return status;
+    refdyn_refine(work, integrator->t_right, integrator->q, integrator->qd, integrator->options.stabilise,
+                  integrator->qdd);
+    refdyn_multipliers(work, integrator->qdd, integrator->lambda);
+    return REFDYN_OK;
 }
 
 /* With projections, steps begin on the programme, also where the state that is seen is off it. */
