@@ -196,8 +196,9 @@ int refdyn_solve(struct refdyn_workspace *work, enum refdyn_stabilise stabilise,
 int refdyn_accelerate(struct refdyn_workspace *work, double t, const double *q, const double *qd,
                       enum refdyn_stabilise stabilise, double *qdd);
 /* After refdyn_solve gave qdd at this state: the same with the digits of the emitted accelerations, where the model
- * has them and they are finite. M as it is rounded loses those of its condition: 10 of 16 for 20 elements. */
-void refdyn_refine(struct refdyn_workspace *work, double t, const double *q, const double *qd,
+ * has them and they are near it. M as it is rounded loses those of its condition: 5 of 16 for 20 elements. Returns 0
+ * where the rows alone give accelerations, since M is singular: the emitted ones then serve nowhere. */
+int refdyn_refine(struct refdyn_workspace *work, double t, const double *q, const double *qd,
                    enum refdyn_stabilise stabilise, double *qdd);
 /* Multipliers lambda (m) of the equations in the workspace, after refdyn_solve gave qdd: K_d^T lambda = (M
  * qdd - f)_d, 0 for redundant rows. */

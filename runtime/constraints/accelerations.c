@@ -107,10 +107,10 @@ int refdyn_solve(struct refdyn_workspace *work, enum refdyn_stabilise stabilise,
     return explain(work, REFDYN_NOT_FINITE, (struct refdyn_fault){.row = -1, .coordinate = -1});
 }
 
-/* What the emitted function misses is a small part of qdd, else the partition knows better. */
-static const double missed_most = 1e-4;
+/* Emitted accelerations that differ by more than this part from those of the partition are not near them. */
+static const double near = 1e-4;
 
-/* Adds the smallest change of qdd, in the metric of M, with u qdd = sign right; it stays in work->change. */
+/* The smallest change of qdd, in the metric of M, with u qdd = sign right. */
 static void meet_rows(struct refdyn_workspace *work, const double *right, double sign, double *qdd) {
     const int n = work->n, rank = work->partition.rank, count = n - rank, width = count + 1;
     double *c = work->P + count;
@@ -125,22 +125,36 @@ static void meet_rows(struct refdyn_workspace *work, const double *right, double
     dense_add(qdd, 1, work->change, n);
 }
 
-void refdyn_refine(struct refdyn_workspace *work, double t, const double *q, const double *qd,
-                   enum refdyn_stabilise stabilise, double *qdd) {
+/* Uses work->change. */
+static int is_near(struct refdyn_workspace *work, const double *x, const double *y) {
+    for (int j = 0; j < work->n; j++)
+        work->change[j] = x[j] - y[j];
+    return refdyn_is_finite(work->change, work->n) &&
+           refdyn_largest(work->change, work->n, NULL) <= near * refdyn_largest(y, work->n, NULL);
+}
+
+/* Uses work->reduced. */
+static int has_inverse(struct refdyn_workspace *work) {
+    const int n = work->n;
+    memcpy(work->reduced, work->M, (size_t)(n * n) * sizeof *work->M);
+    return refdyn_factor(work->reduced, n, n) < 0;
+}
+
+int refdyn_refine(struct refdyn_workspace *work, double t, const double *q, const double *qd,
+                  enum refdyn_stabilise stabilise, double *qdd) {
     const struct refdyn_model *model = work->model;
     const int baumgarte = stabilise == REFDYN_BAUMGARTE;
     refdyn_function *emitted = work->m == 0 ? model->qdd_free : model->constrained;
     if (!emitted)
-        return;
+        return 1;
     work->evaluations++;
     emitted(work->p, work->x, t, q, qd, work->emitted);
+    if (!is_near(work, work->emitted, qdd))
+        return work->m == 0 || has_inverse(work);
     if (work->m > 0)
         meet_rows(work, baumgarte ? work->k : work->v, baumgarte ? 1 : -1, work->emitted);
-    else
-        memset(work->change, 0, (size_t)work->n * sizeof *qdd);
-    const double missed = refdyn_largest(work->change, work->n, NULL);
-    if (missed <= missed_most * refdyn_largest(qdd, work->n, NULL) && refdyn_is_finite(work->emitted, work->n))
-        memcpy(qdd, work->emitted, (size_t)work->n * sizeof *qdd);
+    memcpy(qdd, work->emitted, (size_t)work->n * sizeof *qdd);
+    return 1;
 }
 
 int refdyn_accelerate(struct refdyn_workspace *work, double t, const double *q, const double *qd,

@@ -96,7 +96,7 @@ static void connect(struct refdyn_integrator *integrator) {
     motion->options = *options;
     motion->step.linear = &motion->linear;
     motion->step.tolerance = options->tol;
-    motion->step.evaluation = (struct refdyn_evaluation){work, options->stabilise, options->balance, 0};
+    motion->step.evaluation = (struct refdyn_evaluation){work, options->stabilise, options->balance, 0, 0};
     for (int j = 0; j < work->n; j++)
         motion->step.units[j] = refdyn_coordinate_unit(work->model, j, options->length);
 }
@@ -172,8 +172,9 @@ static int solve_seen(struct refdyn_integrator *integrator) {
     const int status = refdyn_solve(work, integrator->options.stabilise, integrator->qdd);
     if (status)
         return status;
-    refdyn_refine(work, integrator->t_right, integrator->q, integrator->qd, integrator->options.stabilise,
-                  integrator->qdd);
+    integrator->motion->step.evaluation.has_no_inverse =
+        !refdyn_refine(work, integrator->t_right, integrator->q, integrator->qd, integrator->options.stabilise,
+                       integrator->qdd);
     refdyn_multipliers(work, integrator->qdd, integrator->lambda);
     return REFDYN_OK;
 }
