@@ -34,7 +34,7 @@ enum refdyn_status {
     REFDYN_NO_CONVERGENCE =
         4, /* projection, statics: largest residual at fault.row or .coordinate; or a collocation step */
     REFDYN_MATRIX_SINGULAR = 5, /* the matrix of an implicit step is singular */
-    REFDYN_ROWS_UNMET = 6,      /* rows that begin to act at a time event ask for other positions; fault.row */
+    REFDYN_ROWS_UNMET = 6, /* rows that begin to act at a time event ask for other positions; fault.row */
     /* < 0: stop */
     REFDYN_STEP_TOO_SMALL =
         -1, /* an adaptive step fell below the resolution of t; integrator.cause says why */
@@ -113,11 +113,11 @@ struct refdyn_workspace {
     struct refdyn_fault fault; /* of the last call that failed */
 
     /* room to compute in; "ordered": in the order of partition.row and partition.column */
-    double *rows;     /* (m x n) ordered, first rank x rank: L U of K_d^T, column by column */
-    double *P;        /* (m x (n + 1)) ordered, rows n - rank + 1 apart: first rank rows [P c], qdd_d = P qdd_i +
-                         c; then what that leaves of the redundant rows */
-    double *scale;    /* (n) sizes by which pivots are compared */
-    int *exchange;    /* (m) row exchanges of that elimination */
+    double *rows;  /* (m x n) ordered, first rank x rank: L U of K_d^T, column by column */
+    double *P;     /* (m x (n + 1)) ordered, rows n - rank + 1 apart: first rank rows [P c], qdd_d = P qdd_i +
+                      c; then what that leaves of the redundant rows */
+    double *scale; /* (n) sizes by which pivots are compared */
+    int *exchange; /* (m) row exchanges of that elimination */
     double *mass_d;   /* (m x n) ordered, first rank rows: [M_dd M_di] */
     double *coupling; /* (m x n) M_di + M_dd P / 2 */
     double *reduced;  /* (n x n) mass matrix of the independent coordinates, or M in projection; its factor */
@@ -195,11 +195,12 @@ int refdyn_solve(struct refdyn_workspace *work, enum refdyn_stabilise stabilise,
 /* Both of the above. */
 int refdyn_accelerate(struct refdyn_workspace *work, double t, const double *q, const double *qd,
                       enum refdyn_stabilise stabilise, double *qdd);
-/* After refdyn_solve gave qdd at this state: the same with the digits of the emitted accelerations, where the model
- * has them and they are near it. M as it is rounded loses those of its condition: 5 of 16 for 20 elements. Returns 0
- * where the rows alone give accelerations, since M is singular: the emitted ones then serve nowhere. */
+/* After refdyn_solve gave qdd at this state: the same with the digits of the emitted accelerations, where the
+ * model has them and they are near it. M as it is rounded loses those of its condition: 5 of 16 for 20
+ * elements. Returns 0 where the rows alone give accelerations, since M is singular: the emitted ones then
+ * serve nowhere. */
 int refdyn_refine(struct refdyn_workspace *work, double t, const double *q, const double *qd,
-                   enum refdyn_stabilise stabilise, double *qdd);
+                  enum refdyn_stabilise stabilise, double *qdd);
 /* Multipliers lambda (m) of the equations in the workspace, after refdyn_solve gave qdd: K_d^T lambda = (M
  * qdd - f)_d, 0 for redundant rows. */
 void refdyn_multipliers(struct refdyn_workspace *work, const double *qdd, double *lambda);

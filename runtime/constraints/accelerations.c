@@ -6,9 +6,9 @@
  * c, c = K_d^-1 k, leaves n - rank equations with a symmetric positive definite matrix: R qdd_i = [P^T 1] (f
  * - M_d^T c),   R = M_ii + P^T M_di + M_id P + P^T M_dd P.
  *
- * M as it is rounded tells qdd to eps times the condition of R, the emitted O(n m) function, which has no M, to
- * eps times that of u M^-1 u^T. What the latter misses, M^-1 u^T dlambda, is the smallest change in the metric of
- * M that meets the rows: taken by the partition, it leaves the better of both (theory, sect. 8.2).
+ * M as it is rounded tells qdd to eps times the condition of R, the emitted O(n m) function, which has no M,
+ * to eps times that of u M^-1 u^T. What the latter misses, M^-1 u^T dlambda, is the smallest change in the
+ * metric of M that meets the rows: taken by the partition, it leaves the better of both (theory, sect. 8.2).
  */
 #include "base/arithmetic.h"
 

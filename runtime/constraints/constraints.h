@@ -19,8 +19,8 @@ int refdyn_partition_watch(struct refdyn_workspace *work, double t, const double
  * sign. Chooses and changes the partition. Errors: NOT_FINITE, ROWS_INCONSISTENT. */
 int refdyn_partition_update(struct refdyn_workspace *work, const double *right, double sign);
 
-/* The rows in the workspace are others than before: chooses the dependent coordinates anew; the rank may grow.
- * Errors: NOT_FINITE, ROWS_INCONSISTENT. */
+/* The rows in the workspace are others than before: chooses the dependent coordinates anew; the rank may
+ * grow. Errors: NOT_FINITE, ROWS_INCONSISTENT. */
 int refdyn_partition_renew(struct refdyn_workspace *work);
 
 /* What is off, as one number: the largest residual (m) over the largest coefficient of its row. */

@@ -91,8 +91,8 @@ static int factor_reduced(struct refdyn_workspace *work) {
     return refdyn_factor(work->reduced, work->n, work->n);
 }
 
-/* The same of M + u^T W u, W diagonal with the size of M: changes that the rows fix are as large as they are in
- * any metric, so that the smallest one is that of M, which may be singular there. */
+/* The same of M + u^T W u, W diagonal with the size of M: changes that the rows fix are as large as they are
+ * in any metric, so that the smallest one is that of M, which may be singular there. */
 static int factor_with_rows(struct refdyn_workspace *work) {
     const int n = work->n;
     double trace = 0;
@@ -107,7 +107,8 @@ static int factor_with_rows(struct refdyn_workspace *work) {
     return refdyn_factor(work->reduced, n, n);
 }
 
-/* The metric of the smallest change into work->reduced: that of M, also where only rows hold what has no mass. */
+/* The metric of the smallest change into work->reduced: that of M, also where only rows hold what has no
+ * mass. */
 static int factor_mass(struct refdyn_workspace *work) {
     int failed = factor_reduced(work);
     if (failed >= 0)

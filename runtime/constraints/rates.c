@@ -4,7 +4,8 @@
  * Takes a state (q, qd, work); gives qd, qdd, qd . Q_nonconservative + r . qd and lambda. Accelerations come
  * from the emitted O(n m) function where the model has one and its rows are independent, from the index
  * partition otherwise and where the rows are near losing rank: it has the condition of K, u M^-1 u^T has its
- * square; and where M is singular, as with frames without mass that rows determine. Power costs nothing unless it is asked for.
+ * square; and where M is singular, as with frames without mass that rows determine. Power costs nothing
+ * unless it is asked for.
  */
 #include "base/arithmetic.h"
 

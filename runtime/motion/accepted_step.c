@@ -227,10 +227,13 @@ static int find_error(struct refdyn_motion *motion, const struct refdyn_attempt 
     *error = refdyn_step_largest_error(&motion->step, attempt->h) / refdyn_automatic_tolerance(motion);
     if (!(*error <= 1))
         return REFDYN_OK;
+    const int rank = motion->work->partition.rank;
     status = complete(motion);
     if (status)
         return status;
-    if (motion->options.singular == REFDYN_PASS && refdyn_crossing_was_missed(motion)) {
+    /* where the rank has grown the step began in such a state */
+    if (motion->options.singular == REFDYN_PASS && motion->work->partition.rank <= rank &&
+        refdyn_crossing_was_missed(motion)) {
         refdyn_motion_failed(motion, REFDYN_NO_CONVERGENCE, motion->crossing.t);
         return REFDYN_NO_CONVERGENCE;
     }

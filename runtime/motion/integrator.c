@@ -173,8 +173,8 @@ static int solve_seen(struct refdyn_integrator *integrator) {
     if (status)
         return status;
     integrator->motion->step.evaluation.has_no_inverse =
-        !refdyn_refine(work, integrator->t_right, integrator->q, integrator->qd, integrator->options.stabilise,
-                       integrator->qdd);
+        !refdyn_refine(work, integrator->t_right, integrator->q, integrator->qd,
+                       integrator->options.stabilise, integrator->qdd);
     refdyn_multipliers(work, integrator->qdd, integrator->lambda);
     return REFDYN_OK;
 }
