@@ -126,6 +126,12 @@ static void stage_state(const struct refdyn_step *step, int i, const double *a, 
     refdyn_add_all(qd, h, table->a + i * s, s, a, n, n);
 }
 
+/* Of a guided step without matrices the accelerations are taken as they come from the states: Picard's
+ * iteration. */
+static int goes_without_matrices(const struct refdyn_step *step) {
+    return step->guide && step->linear->complexes < step->method->kind->complexes;
+}
+
 /* What the stages' accelerations miss: a - those of their states. */
 static int find_missing(struct refdyn_step *step, double h) {
     const struct refdyn_collocation_table *table = table_of(step);
@@ -134,7 +140,9 @@ static int find_missing(struct refdyn_step *step, double h) {
     for (int i = 0; i < table->stages; i++) {
         const double t = refdyn_step_inside(step, step->t_begin + table->c[i] * h);
         stage_state(step, i, stages.now, h);
-        const int status = refdyn_rates(&step->evaluation, t, step->stage, step->side);
+        int status = step->guide ? step->guide->bring(step->guide->context, t, step->stage) : REFDYN_OK;
+        if (!status)
+            status = refdyn_rates(&step->evaluation, t, step->stage, step->side);
         if (status) {
             step->failed_t = t;
             return status;
@@ -168,9 +176,14 @@ static double correct(struct refdyn_step *step) {
     const struct stages stages = stages_of(step);
     const int n = step->n, s = table->stages;
     double largest = 0;
-    combine(step, -1, table->left, stages.missing, stages.parts);
-    solve_for(step, table->eigenvalues, stages.parts);
-    combine(step, 1, table->right, stages.parts, stages.missing);
+    if (goes_without_matrices(step)) {
+        for (int i = 0; i < s * n; i++)
+            stages.missing[i] = -stages.missing[i];
+    } else {
+        combine(step, -1, table->left, stages.missing, stages.parts);
+        solve_for(step, table->eigenvalues, stages.parts);
+        combine(step, 1, table->right, stages.parts, stages.missing);
+    }
     dense_add(stages.now, 1, stages.missing, s * n);
     for (int i = 0; i < s; i++) {
         const double size = refdyn_step_largest_change(step, stages.missing + i * n, NULL);
@@ -233,7 +246,8 @@ static void defect(struct refdyn_step *step, const double *weights, double *d) {
     for (int j = 0; j < table->stages; j++)
         dense_add(d, weights[j], stages.now + j * n, n);
     memset(d + n, 0, (size_t)n * sizeof *d);
-    solve_for(step, 1, d);
+    if (!goes_without_matrices(step))
+        solve_for(step, 1, d);
 }
 
 static void estimate(struct refdyn_step *step, double h) {
@@ -290,6 +304,8 @@ static int find_tangent(struct refdyn_step *step, double h) {
 
 static int factor(struct refdyn_step *step, double h) {
     const struct refdyn_collocation_table *table = table_of(step);
+    if (goes_without_matrices(step))
+        return REFDYN_OK;
     const int status = find_tangent(step, h);
     return status ? status
                   : refdyn_linear_factor_all(step->linear, step->evaluation.work, table->eigenvalues,
@@ -314,6 +330,19 @@ static int take(struct refdyn_step *step, double h) {
     finish(step, h);
     estimate(step, h);
     return refdyn_is_finite(step->state_new, 2 * step->n) ? REFDYN_OK : REFDYN_NOT_FINITE;
+}
+
+void refdyn_collocation_accelerations(const struct refdyn_step *step, double theta, double *qdd) {
+    const struct refdyn_collocation_table *table = table_of(step);
+    const struct stages stages = stages_of(step);
+    const int n = step->n, s = table->stages;
+    memset(qdd, 0, (size_t)n * sizeof *qdd);
+    for (int j = 0; j < s; j++) {
+        double weight = 0;
+        for (int k = s - 1; k >= 0; k--)
+            weight = weight * theta + table->lagrange[j * s + k];
+        dense_add(qdd, weight, stages.now + j * n, n);
+    }
 }
 
 static int interpolate(struct refdyn_step *step, double theta, double *state) {

@@ -16,9 +16,11 @@
 #include "base/model_check.h"
 #include "constraints/constraints.h"
 #include "linear/dense.h"
+#include "methods/collocation.h"
 #include "methods/runge_kutta.h"
 #include "motion/accepted_step.h"
 #include "motion/automatic_method.h"
+#include "motion/fading_rows.h"
 #include "motion/lockstep.h"
 #include "motion/row_changes.h"
 #include "motion/singular_crossing.h"
@@ -48,6 +50,8 @@ static struct needs find_needs(const struct refdyn_model *model, const struct re
         most.memory = memory > most.memory ? memory : most.memory;
         most.complexes = method->kind->complexes > most.complexes ? method->kind->complexes : most.complexes;
     }
+    const int fading = refdyn_fading_memory_size(model);
+    most.memory = fading > most.memory ? fading : most.memory;
     return most;
 }
 
@@ -200,6 +204,7 @@ static int begin_here(struct refdyn_integrator *integrator) {
     struct refdyn_step *step = &motion->step;
     motion->rows_change = 0;
     refdyn_crossing_leave(motion);
+    refdyn_fading_leave(motion);
     refdyn_step_break_off(step, 0);
     refdyn_linear_leave_begin(&motion->linear);
     refdyn_linear_drop_factors(&motion->linear);
@@ -239,6 +244,7 @@ static void clear(struct refdyn_motion *motion) {
     refdyn_linear_reset(&motion->linear);
     refdyn_control_begin(&motion->control, motion->options.step);
     refdyn_crossing_start(motion);
+    refdyn_fading_start(motion);
     refdyn_step_guide(&motion->step, NULL);
     refdyn_method_use(method == REFDYN_AUTO ? REFDYN_RK8 : method, &motion->step);
     refdyn_partition_reset(motion->work);
@@ -309,7 +315,11 @@ static int accelerate_seen(struct refdyn_integrator *integrator) {
  * for the force. */
 static int continue_seen(struct refdyn_integrator *integrator) {
     const struct refdyn_step *step = &integrator->motion->step;
-    refdyn_explicit_accelerations(step, refdyn_step_theta(step, integrator->t), integrator->qdd);
+    const double theta = refdyn_step_theta(step, integrator->t);
+    if (integrator->motion->fading.is_on)
+        refdyn_collocation_accelerations(step, theta, integrator->qdd);
+    else
+        refdyn_explicit_accelerations(step, theta, integrator->qdd);
     memset(integrator->lambda, 0, (size_t)integrator->work->m * sizeof(double));
     return refdyn_equations(integrator->work, integrator->t_right, integrator->q, integrator->qd);
 }
@@ -352,7 +362,7 @@ static int show(struct refdyn_integrator *integrator, double t) {
     int status = REFDYN_OK;
     integrator->t = t;
     integrator->t_right = refdyn_rows_side_of(motion, t);
-    integrator->is_undetermined = refdyn_crossing_is_near(motion, t);
+    integrator->is_undetermined = refdyn_crossing_is_near(motion, t) || refdyn_fading_is_near(motion, t);
     if (t >= step->t_end)
         memcpy(integrator->q, step->state_new, refdyn_state_bytes(step));
     else

@@ -21,12 +21,6 @@ static double negligible(void) {
     return sqrt(DBL_EPSILON);
 }
 
-/* The row terms of the end of the step at t. */
-static int find_rows(struct refdyn_motion *motion, double t) {
-    const struct refdyn_step *step = &motion->step;
-    return refdyn_row_terms(motion->work, t, step->state_new, step->state_new + step->n);
-}
-
 /* Do the coefficients in the workspace differ from those in work->basis? */
 static int have_jumped(const struct refdyn_workspace *work) {
     const int n = work->n;
@@ -40,15 +34,25 @@ static int have_jumped(const struct refdyn_workspace *work) {
     return 0;
 }
 
-void refdyn_rows_look_at_end(struct refdyn_motion *motion) {
+/* Do they, from one side of the event at t to the other, in a state? */
+static int jump(struct refdyn_motion *motion, double t, const double *state) {
     struct refdyn_workspace *work = motion->work;
     const struct refdyn_step *step = &motion->step;
-    motion->rows_change = 0;
-    if (work->m == 0 || !(step->t_end >= step->t_limit) || find_rows(motion, step->t_limit))
-        return;
+    const double right = refdyn_events_right_of(&motion->events, t);
+    if (refdyn_row_terms(work, step->t_limit, state, state + step->n))
+        return 0;
     memcpy(work->basis, work->u, (size_t)(work->m * work->n) * sizeof *work->u);
-    const double right = refdyn_events_right_of(&motion->events, step->t_end);
-    motion->rows_change = !find_rows(motion, right) && have_jumped(work);
+    return !refdyn_row_terms(work, right, state, state + step->n) && have_jumped(work);
+}
+
+void refdyn_rows_look_at_end(struct refdyn_motion *motion) {
+    const struct refdyn_step *step = &motion->step;
+    const int is_event = motion->work->m > 0 && step->t_end >= step->t_limit;
+    motion->rows_change = is_event && jump(motion, step->t_end, step->state_new);
+}
+
+int refdyn_rows_jump_at(struct refdyn_motion *motion, double t) {
+    return jump(motion, t, motion->step.state);
 }
 
 double refdyn_rows_side_of(const struct refdyn_motion *motion, double t) {

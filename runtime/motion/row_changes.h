@@ -14,6 +14,9 @@
 /* After a step was taken: do the rows change at the time event at its end? Row terms in the workspace and
  * room of projections are lost. */
 void refdyn_rows_look_at_end(struct refdyn_motion *motion);
+/* Do coefficients of rows jump at the time event that limits the step, at the state from which it begins? The
+ * row terms behind the event are in the workspace then. */
+int refdyn_rows_jump_at(struct refdyn_motion *motion, double t);
 /* The time at which rates and rows of t, inside the last step or at its end, are evaluated. */
 double refdyn_rows_side_of(const struct refdyn_motion *motion, double t);
 /* The next step begins where rows have changed: its state and rates. Errors: those of refdyn_project and
