@@ -34,6 +34,7 @@ enum refdyn_status {
     REFDYN_NO_CONVERGENCE =
         4, /* projection, statics: largest residual at fault.row or .coordinate; or a collocation step */
     REFDYN_MATRIX_SINGULAR = 5, /* the matrix of an implicit step is singular */
+    REFDYN_ROWS_UNMET = 6, /* rows that begin to act at a time event ask for other positions; fault.row */
     /* < 0: stop */
     REFDYN_STEP_TOO_SMALL =
         -1, /* an adaptive step fell below the resolution of t; integrator.cause says why */
@@ -132,6 +133,7 @@ struct refdyn_workspace {
     double *basis;    /* (m x n) projection: rows in the metric M, orthonormalised */
     double *wanted;   /* (m) projection: change asked for in each row */
     double *change;   /* (2 n) projection: of q, of qd */
+    double *emitted;  /* (n + 1 + m) what the emitted accelerations give */
     int *mark;        /* (n + m) sets of coordinates, of rows */
 };
 
@@ -197,6 +199,12 @@ int refdyn_solve(struct refdyn_workspace *work, enum refdyn_stabilise stabilise,
 /* Both of the above. */
 int refdyn_accelerate(struct refdyn_workspace *work, double t, const double *q, const double *qd,
                       enum refdyn_stabilise stabilise, double *qdd);
+/* After refdyn_solve gave qdd at this state: the same with the digits of the emitted accelerations, where the
+ * model has them and they are near it. M as it is rounded loses those of its condition: 5 of 16 for 20
+ * elements. Returns 0 where the rows alone give accelerations, since M is singular: the emitted ones then
+ * serve nowhere. */
+int refdyn_refine(struct refdyn_workspace *work, double t, const double *q, const double *qd,
+                  enum refdyn_stabilise stabilise, double *qdd);
 /* Multipliers lambda (m) of the equations in the workspace, after refdyn_solve gave qdd: K_d^T lambda = (M
  * qdd - f)_d, 0 for redundant rows. */
 void refdyn_multipliers(struct refdyn_workspace *work, const double *qdd, double *lambda);

@@ -212,13 +212,6 @@ static struct articulated articulated_add(struct graph *g, struct articulated a,
 
 /* ---- Ball joints ---- */
 
-static bool is_massless(const struct inertia *inertia) {
-    bool empty = !inertia->mass;
-    for (int i = 0; i < 6; i++)
-        empty = empty && !inertia->tensor.at[i] && !inertia->moment.at[i / 2];
-    return empty;
-}
-
 static bool is_identity(const struct placement *placement) {
     const struct placement identity = placement_identity();
     return !memcmp(placement, &identity, sizeof identity);
@@ -236,7 +229,7 @@ static bool leads_to(const struct tree *tree, int i, int next) {
     const struct frame *frame = &tree->frames[i], *child = &tree->frames[next];
     return child->parent == i && child->kind == FRAME_JOINT && frame->joint.is_revolute &&
            child->joint.is_revolute && frame->joint.axis != child->joint.axis &&
-           is_massless(&frame->inertia) && is_identity(&child->placement) && count_children(tree, i) == 1;
+           inertia_is_zero(&frame->inertia) && is_identity(&child->placement) && count_children(tree, i) == 1;
 }
 
 static bool is_ball(const struct tree *tree, int first) {

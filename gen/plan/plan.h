@@ -111,6 +111,8 @@ struct plan {
     int anchored_count;
     expression *breaks, *switches; /* times of kinks; what changes sign at others: times_of_kinks.h */
     int break_count, switch_count;
+    expression *no_kinks; /* comparisons that are none: times_of_kinks.h */
+    int no_kink_count;
     struct function prepare;  /* results: values of parameters alone, ascending */
     bool *is_statement;       /* scratch of the function being planned or printed, by handle */
     bool *is_derived;         /* by handle */

@@ -5,6 +5,7 @@
  * in quantities.h. Counted operations decide, and what was chosen goes to the summary.
  */
 #include "quantities/quantities.h"
+#include "quantities/times_of_kinks.h"
 
 #include <string.h>
 
@@ -60,8 +61,9 @@ static expression pivot_inverse(struct derivation *d, expression pivot, expressi
     const expression least = expr_mul(g, expr_number(g, redundant), diagonal);
     if (!pivot)
         return expr_zero(g);
-    return expr_where(g, expr_apply2(g, OP_LESS, least, pivot), expr_div(g, expr_one(g), pivot),
-                      expr_zero(g));
+    const expression is_own = expr_apply2(g, OP_LESS, least, pivot);
+    time_events_leave_out(d->plan, is_own);
+    return expr_where(g, is_own, expr_div(g, expr_one(g), pivot), expr_zero(g));
 }
 
 /* S x = rest for the symmetric S = u M^-1 u^T (m x m), by elimination in order of the rows. */

@@ -501,7 +501,24 @@ static bool is_planar(const struct builder *b) {
     return false;
 }
 
+/* Joints that move no mass: solutions joint by joint divide by what they carry. */
+static bool has_massless_joint(const struct derivation *d) {
+    const struct tree *tree = d->kinematics.tree;
+    bool *has_mass = memory_get(d->memory, ((size_t)tree->count + 1) * sizeof *has_mass);
+    for (int i = tree->count - 1; i >= 0; i--) {
+        const struct frame *frame = &tree->frames[i];
+        has_mass[i] |= !inertia_is_zero(&frame->inertia);
+        if (!has_mass[i])
+            return true;
+        if (frame->parent >= 0)
+            has_mass[frame->parent] = true;
+    }
+    return false;
+}
+
 bool derivatives_prefer_vectors(struct derivation *d) {
+    if (has_massless_joint(d))
+        return false;
     struct function scratch = {.quantity = "", .about = ""};
     struct builder b = start_given(d, &scratch);
     const int couplings = force_derivatives_add_couplings(&b, -1);

@@ -87,6 +87,19 @@ static bool add_breaks(struct plan *plan, expression s, int depth) {
     return add_breaks(plan, rewrite_replace(g, s, kink, second), depth + 1) && known;
 }
 
+void time_events_leave_out(struct plan *plan, expression e) {
+    if (!plan->no_kinks)
+        plan->no_kinks = memory_get(plan->memory, MOST_BREAKS * sizeof *plan->no_kinks);
+    list_once(plan->no_kinks, &plan->no_kink_count, e);
+}
+
+static bool is_left_out(const struct plan *plan, expression e) {
+    for (int i = 0; i < plan->no_kink_count; i++)
+        if (plan->no_kinks[i] == e)
+            return true;
+    return false;
+}
+
 void time_events_find(struct plan *plan) {
     struct graph *g = plan->g;
     const uint32_t count = g->count; /* what is built here is looked at no more */
@@ -94,7 +107,7 @@ void time_events_find(struct plan *plan) {
     plan->breaks = memory_get(plan->memory, MOST_BREAKS * sizeof *plan->breaks);
     plan->switches = memory_get(plan->memory, MOST_BREAKS * sizeof *plan->switches);
     for (expression e = 0; e < count; e++) {
-        if (!needed[e] || !has_kink(g, e))
+        if (!needed[e] || !has_kink(g, e) || is_left_out(plan, e))
             continue;
         const expression s = switching_function(g, e);
         if (!(g->nodes[s].depends & ~(ON_TIME | ON_PARAMETER | ON_INPUT)) && !add_breaks(plan, s, 0))

@@ -11,6 +11,9 @@
 
 #include "plan/plan.h"
 
+/* The comparison e says whether rounding alone is left of something: it is no kink of the model. Before
+ * time_events_find. */
+void time_events_leave_out(struct plan *plan, expression e);
 void time_events_find(struct plan *plan);
 
 #endif

@@ -153,3 +153,10 @@ struct inertia inertia_add(struct graph *g, struct inertia a, struct inertia b) 
     a.tensor = tensor_add(g, a.tensor, b.tensor);
     return a;
 }
+
+bool inertia_is_zero(const struct inertia *inertia) {
+    bool is_zero = !inertia->mass;
+    for (int i = 0; i < 6; i++)
+        is_zero = is_zero && !inertia->tensor.at[i] && !inertia->moment.at[i / 2];
+    return is_zero;
+}

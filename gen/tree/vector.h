@@ -40,5 +40,6 @@ struct placement placement_shift_x(expression distance);
 /* Inertia given in a placed frame, seen from the frame in which it is placed. */
 struct inertia inertia_place(struct graph *g, const struct placement *placement, struct inertia inner);
 struct inertia inertia_add(struct graph *g, struct inertia a, struct inertia b);
+bool inertia_is_zero(const struct inertia *inertia);
 
 #endif

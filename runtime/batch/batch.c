@@ -68,7 +68,6 @@ static struct lane_step step_of(struct worker *worker) {
                                    .attempt = attempt,
                                    .x = worker->work.x,
                                    .is_new = worker->is_new,
-                                   .t_right = refdyn_events_right_of(&motion->events, attempt->t_new),
                                    .needs_stages =
                                        attempt->t_out < attempt->t_new || motion->state_events.count > 0};
     worker->is_new = 0;

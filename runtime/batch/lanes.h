@@ -23,7 +23,6 @@ struct lane_step {
     struct refdyn_attempt *attempt;
     const double *x;  /* its inputs */
     int is_new;       /* parameters or inputs have changed since its last step */
-    double t_right;   /* at which the rates of its end are evaluated: right of a time event [s] */
     int needs_stages; /* a state inside of the step will be asked for */
     int status;       /* behind lanes_take: OK, NO_CONVERGENCE or LEFT_TO_MOTION */
     int is_met;       /* its end has been brought onto the programme */
@@ -61,8 +60,8 @@ void refdyn_lanes_release(struct lanes *lanes);
 int refdyn_lanes_have_kind(const struct lanes *lanes, const struct refdyn_method_kind *kind);
 /* Do they have what the next step of this motion takes? */
 int refdyn_lanes_can_take(const struct lanes *lanes, const struct refdyn_motion *motion);
-/* Do lanes have what its end takes? */
-int refdyn_lanes_can_meet(const struct lanes *lanes, const struct refdyn_motion *motion);
+/* Do they have what its end takes? Not at a time event. */
+int refdyn_lanes_can_meet(const struct lanes *lanes, const struct lane_step *one);
 /* Directions in the metric of M that suit the end of the step are with the motion: 1 where they are others
  * than those of this lane. Where there are none, the end is the motion's. */
 int refdyn_lanes_align(struct lanes *lanes, struct lane_step *one, int lane);

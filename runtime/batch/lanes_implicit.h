@@ -227,7 +227,7 @@ static void NAMED(iterate)(struct NAMED(taking) * taking, const struct NAMED(col
     int is_wanted = 0;
     for (int lane = 0; lane < LANES; lane++) {
         if (iterations[lane].waits)
-            begin_iteration(&iterations[lane], taking->steps[lane].motion->step.tolerance, taking->h[lane]);
+            begin_iteration(&iterations[lane], &taking->steps[lane].motion->step, taking->h[lane]);
         fresh[lane].waits = iterations[lane].waits && !is_kept[lane];
         is_wanted |= fresh[lane].waits;
     }

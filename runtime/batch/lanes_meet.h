@@ -153,10 +153,10 @@ static void NAMED(meet)(struct NAMED(taking) * taking) {
     int is_projected = 0;
     for (int lane = 0; lane < LANES; lane++) {
         struct lane_step *one = &taking->steps[lane];
-        one->is_met = one->motion && !one->status && one->attempt->size <= 1 &&
-                      refdyn_lanes_can_meet(lanes, one->motion);
+        one->is_met =
+            one->motion && !one->status && one->attempt->size <= 1 && refdyn_lanes_can_meet(lanes, one);
         if (one->motion)
-            lanes->t[lane] = one->t_right;
+            lanes->t[lane] = one->attempt->t_new;
         is_projected |= one->is_met && one->motion->options.stabilise == REFDYN_PROJECT;
     }
     if (!NAMED(any)(NAMED(are_met)(taking)))

@@ -18,15 +18,17 @@ int refdyn_lanes_can_take(const struct lanes *lanes, const struct refdyn_motion 
            (work->m == 0 || work->partition.rank == work->m);
 }
 
-int refdyn_lanes_can_meet(const struct lanes *lanes, const struct refdyn_motion *motion) {
-    return motion->work->m == 0 || (lanes->model->row_terms && motion->work->model->row_terms);
+int refdyn_lanes_can_meet(const struct lanes *lanes, const struct lane_step *one) {
+    const struct refdyn_model *model = lanes->model->model;
+    return one->attempt->t_new < one->motion->step.t_limit &&
+           (model->m == 0 || (lanes->model->row_terms && model->row_terms));
 }
 
 int refdyn_lanes_align(struct lanes *lanes, struct lane_step *one, int lane) {
     struct refdyn_motion *motion = one->motion;
     refdyn_parameters_enter(&motion->parameters, motion->work);
-    one->is_met =
-        !refdyn_programme_align(&motion->programme, &motion->step, one->t_right, motion->step.state_new);
+    one->is_met = !refdyn_programme_align(&motion->programme, &motion->step, one->attempt->t_new,
+                                          motion->step.state_new);
     refdyn_parameters_leave(&motion->parameters, motion->work);
     const int is_other = one->is_met && lanes->aligned[lane] != motion->programme.aligned;
     if (is_other)

@@ -19,6 +19,14 @@ int refdyn_partition_watch(struct refdyn_workspace *work, double t, const double
  * sign. Chooses and changes the partition. Errors: NOT_FINITE, ROWS_INCONSISTENT. */
 int refdyn_partition_update(struct refdyn_workspace *work, const double *right, double sign);
 
+/* Rank of the rows in the workspace, those that depend on others by no more than phi misses counted as
+ * dependent. The partition stays as it is; uses work->rows. */
+int refdyn_rank_of_rows(struct refdyn_workspace *work);
+
+/* The rows in the workspace are others than before: chooses the dependent coordinates anew; the rank may
+ * grow. Errors: NOT_FINITE, ROWS_INCONSISTENT. */
+int refdyn_partition_renew(struct refdyn_workspace *work);
+
 /* What is off, as one number: the largest residual (m) over the largest coefficient of its row. */
 double refdyn_distance(const struct refdyn_workspace *work, const double *residual);
 /* refdyn_project, with the equations of the given state already in the workspace. */

@@ -86,6 +86,21 @@ static int pivot_fully(struct refdyn_workspace *work, const int *declared) {
     return rank;
 }
 
+int refdyn_rank_of_rows(struct refdyn_workspace *work) {
+    const int n = work->n;
+    scale_rows(work);
+    for (int j = 0; j < n; j++)
+        work->scale[j] = 1;
+    for (int a = 0; a < work->m; a++)
+        work->mark[a] = a;
+    const int most = refdyn_eliminate(work->rows, n, work->m, work->exchange, work->mark, work->scale);
+    const double least = regained(work);
+    int rank = 0;
+    while (rank < most && 1 > least * fabs(work->rows[rank * n + rank]))
+        rank++;
+    return rank;
+}
+
 static void sort(int *list, int count) {
     for (int i = 1; i < count; i++)
         for (int j = i; j > 0 && list[j - 1] > list[j]; j--)
@@ -280,6 +295,14 @@ int refdyn_partition_update(struct refdyn_workspace *work, const double *right, 
     if (partition->rank < 0 || !eliminate_kept(work, right, sign, &status))
         status = eliminate_chosen(work, right, sign);
     record_condition(partition);
+    return status;
+}
+
+int refdyn_partition_renew(struct refdyn_workspace *work) {
+    work->partition.rank_most = work->m;
+    const int status = eliminate_chosen(work, work->k, 1);
+    record_condition(&work->partition);
+    work->partition.rank_most = work->partition.rank;
     return status;
 }
 

@@ -76,11 +76,34 @@ int refdyn_is_consistent(const struct refdyn_workspace *work, double tol, const 
     return rows_hold(work, of_positions(work), tol, 1, q) && rows_hold(work, of_velocities(work), tol, 1, qd);
 }
 
-/* L L^T = M into work->reduced. */
-static int factor_mass(struct refdyn_workspace *work) {
+/* L L^T = M into work->reduced; returns -1, or the coordinate that has no pivot. */
+static int factor_reduced(struct refdyn_workspace *work) {
+    memcpy(work->reduced, work->M, (size_t)(work->n * work->n) * sizeof(double));
+    return refdyn_factor(work->reduced, work->n, work->n);
+}
+
+/* The same of M + u^T W u, W diagonal with the size of M: changes that the rows fix are as large as they are
+ * in any metric, so that the smallest one is that of M, which may be singular there. */
+static int factor_with_rows(struct refdyn_workspace *work) {
     const int n = work->n;
+    double trace = 0;
+    for (int j = 0; j < n; j++)
+        trace += work->M[j * n + j];
     memcpy(work->reduced, work->M, (size_t)(n * n) * sizeof(double));
-    const int failed = refdyn_factor(work->reduced, n, n);
+    for (int a = 0; a < work->m; a++) {
+        const double *row = work->u + a * n, square = dense_dot(row, row, n);
+        for (int i = 0; i < n && square > 0; i++)
+            dense_add(work->reduced + i * n, trace / n * row[i] / square, row, n);
+    }
+    return refdyn_factor(work->reduced, n, n);
+}
+
+/* The metric of the smallest change into work->reduced: that of M, also where only rows hold what has no
+ * mass. */
+static int factor_mass(struct refdyn_workspace *work) {
+    int failed = factor_reduced(work);
+    if (failed >= 0)
+        failed = factor_with_rows(work);
     if (failed < 0)
         return REFDYN_OK;
     if (refdyn_fault_not_finite(work))

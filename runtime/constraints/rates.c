@@ -4,7 +4,8 @@
  * Takes a state (q, qd, work); gives qd, qdd, qd . Q_nonconservative + r . qd and lambda. Accelerations come
  * from the emitted O(n m) function where the model has one and its rows are independent, from the index
  * partition otherwise and where the rows are near losing rank: it has the condition of K, u M^-1 u^T has its
- * square. Power costs nothing unless it is asked for.
+ * square; and where M is singular, as with frames without mass that rows determine. Power costs nothing
+ * unless it is asked for.
  */
 #include "base/arithmetic.h"
 
@@ -40,8 +41,11 @@ static void by_emitted(const struct refdyn_evaluation *evaluation, double t, con
     (model->m == 0 ? model->qdd_free : model->constrained)(work->p, work->x, t, q, qd, accelerated);
 }
 
-static int has_emitted(const struct refdyn_workspace *work) {
+static int has_emitted(const struct refdyn_evaluation *evaluation) {
+    const struct refdyn_workspace *work = evaluation->work;
     const struct refdyn_model *model = work->model;
+    if (evaluation->by_partition || evaluation->has_no_inverse)
+        return 0;
     return model->m == 0 ? model->qdd_free != NULL
                          : model->constrained != NULL && work->partition.rank == model->m;
 }
@@ -58,7 +62,7 @@ int refdyn_rates(const struct refdyn_evaluation *evaluation, double t, const dou
     const int n = work->n;
     const double *q = state, *qd = state + n;
     double of_forces = 0;
-    if (has_emitted(work) && !evaluation->by_partition) {
+    if (has_emitted(evaluation)) {
         by_emitted(evaluation, t, q, qd, rates + n);
         if (!refdyn_is_finite(rates + n, n))
             return explain(evaluation, t, q, qd, rates + n);

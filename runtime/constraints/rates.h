@@ -13,8 +13,9 @@
 struct refdyn_evaluation {
     struct refdyn_workspace *work;
     enum refdyn_stabilise stabilise;
-    int balance;      /* power is needed, too */
-    int by_partition; /* by the index partition, whatever was emitted */
+    int balance;        /* power is needed, too */
+    int by_partition;   /* by the index partition, whatever was emitted */
+    int has_no_inverse; /* M is singular, and what was emitted divides by zero: by the index partition */
 };
 
 static inline int refdyn_rates_size(const struct refdyn_model *model) {

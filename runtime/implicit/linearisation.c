@@ -54,6 +54,7 @@ void refdyn_linear_lay_out(struct refdyn_linear *linear, const struct refdyn_mod
     const int n = model->n, m = model->m;
     linear->n = n;
     linear->m = m;
+    linear->complexes = complexes;
     linear->is_chain = has_tangent && !model->tangent;
     linear->rows = layout_ints(layout, m);
     if (has_tangent)

@@ -42,6 +42,7 @@ struct refdyn_linear {
     double *sides, *x;       /* room: (2 n), (2 size) */
     double *scale;           /* (size) room */
     int *pivot;              /* (size) */
+    int complexes;           /* with room for so many complex matrices */
     double *complex_factors; /* (complexes x 2 x size x size) factors, real and imaginary parts */
     int *complex_pivot;      /* (complexes x size) */
     int *rows;               /* (m) rows of the partition for which they were factored */

@@ -56,7 +56,9 @@ static int find_rates(void *context, double c, double *stage, double *rates) {
     const struct taking *taking = context;
     struct refdyn_step *step = taking->step;
     const double t = refdyn_step_inside(step, step->t_begin + c * taking->h);
-    const int status = refdyn_rates(&step->evaluation, t, stage, rates);
+    int status = step->guide ? step->guide->bring(step->guide->context, t, stage) : REFDYN_OK;
+    if (!status)
+        status = refdyn_rates(&step->evaluation, t, stage, rates);
     if (status)
         step->failed_t = t;
     return status;
@@ -67,20 +69,26 @@ static void solve(void *context, int count, const double *lambda, double *x) {
     refdyn_linear_solve_all(taking->step->linear, count, lambda, x);
 }
 
+/* A guided step may have no room for matrices. */
+static int goes_without_matrices(const struct refdyn_step *step) {
+    return step->guide && step->linear->complexes < step->method->kind->complexes;
+}
+
 static struct collocation_of_one collocation_of(struct taking *taking) {
     struct refdyn_step *step = taking->step;
-    struct collocation_of_one collocation = {.table = table_of(step),
-                                             .arrays = {.n = step->n,
-                                                        .state = step->state,
-                                                        .rates = step->rates,
-                                                        .state_new = step->state_new,
-                                                        .stage = step->stage,
-                                                        .side = step->side,
-                                                        .error = step->error,
-                                                        .memory = memory_of(step)->arrays},
-                                             .units = step->units,
-                                             .h = taking->h,
-                                             .needs = {find_rates, solve, taking}};
+    struct collocation_of_one collocation = {
+        .table = table_of(step),
+        .arrays = {.n = step->n,
+                   .state = step->state,
+                   .rates = step->rates,
+                   .state_new = step->state_new,
+                   .stage = step->stage,
+                   .side = step->side,
+                   .error = step->error,
+                   .memory = memory_of(step)->arrays},
+        .units = step->units,
+        .h = taking->h,
+        .needs = {find_rates, goes_without_matrices(step) ? NULL : solve, taking}};
     collocation.stages = arrays_of_stages_of_one(collocation.table, &collocation.arrays);
     return collocation;
 }
@@ -101,6 +109,8 @@ static int find_tangent(struct refdyn_step *step, const struct collocation_of_on
 
 static int factor(struct refdyn_step *step, const struct collocation_of_one *collocation) {
     const struct refdyn_collocation_table *table = collocation->table;
+    if (goes_without_matrices(step))
+        return REFDYN_OK;
     const int status = find_tangent(step, collocation);
     return status ? status
                   : refdyn_linear_factor_all(step->linear, step->evaluation.work, table->eigenvalues,
@@ -114,7 +124,9 @@ static int find_stages(struct refdyn_step *step, const struct collocation_of_one
     int status = is_kept ? REFDYN_OK : factor(step, collocation);
     if (status)
         return status;
-    begin_iteration(&iteration, step->tolerance, collocation->h);
+    begin_iteration(&iteration, step, collocation->h);
+    if (goes_without_matrices(step))
+        iteration.most = PICARD_MOST;
     status = solve_stages_of_one(collocation, &iteration);
     memory_of(step)->contraction = iteration.contraction;
     return status ? status : iteration.status;
@@ -135,6 +147,19 @@ static int take(struct refdyn_step *step, double h) {
     finish_of_one(&collocation);
     estimate_by_defect_of_one(&collocation, &motion);
     return refdyn_is_finite(step->state_new, 2 * step->n) ? REFDYN_OK : REFDYN_NOT_FINITE;
+}
+
+void refdyn_collocation_accelerations(const struct refdyn_step *step, double theta, double *qdd) {
+    const struct refdyn_collocation_table *table = table_of(step);
+    const int n = step->n, s = table->stages;
+    const double *now = memory_of(step)->arrays + s * n;
+    memset(qdd, 0, (size_t)n * sizeof *qdd);
+    for (int j = 0; j < s; j++) {
+        double weight = 0;
+        for (int k = s - 1; k >= 0; k--)
+            weight = weight * theta + table->lagrange[j * s + k];
+        dense_add(qdd, weight, now + j * n, n);
+    }
 }
 
 static int interpolate(struct refdyn_step *step, double theta, double *state) {

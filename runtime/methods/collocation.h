@@ -37,7 +37,11 @@ struct refdyn_collocation_table {
     const double *right;    /* (s x s) R */
 };
 
-/* Methods whose table is one of these. */
+/* Accelerations (n) at theta of the polynomial of the step that was taken. */
+void refdyn_collocation_accelerations(const struct refdyn_step *step, double theta, double *qdd);
+
+/* Methods whose table is one of these. A guided step finds its stages without matrices where there is no room
+ * for them. */
 extern const struct refdyn_method_kind refdyn_collocation;
 
 #endif

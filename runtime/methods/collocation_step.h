@@ -18,13 +18,17 @@
 
 #include "linear/dense.h"
 
-enum { ITERATIONS_MOST = 12 };
+/* Of Newton's iteration; of Picard's, whose corrections may fall slowly. */
+enum { ITERATIONS_MOST = 12, PICARD_MOST = 50 };
 
 /* Newton ends when what is left changes no velocity by more than this part of the tolerance, per second:
  * errors of slow motions add up over many steps. */
 static const double settled_part = 0.005;
 /* Where corrections no longer fall, rounding is met, if they move no position by more than this. */
 static const double stalled = 1e-11;
+/* The same of a guided step: tolerances, and no less than this. Rounding is that of rows that say little at
+ * the last stage, whose weight in a position is 0.003 at the points of Gauss. */
+static const double stalled_guided = 30, stalled_guided_least = 1e-8;
 /* A correction must fall below this part of the one before, else a smaller step is needed. */
 static const double slow = 0.5;
 /* Factors are used again while each correction falls below this part of the one before. */
@@ -60,7 +64,8 @@ static inline struct NAMED(stages) NAMED(arrays_of_stages)(const struct refdyn_c
     return (struct NAMED(stages)){first, first + size, first + 2 * size, first + 3 * size, first + 4 * size};
 }
 
-/* What a step asks for: rates, and refdyn_linear_solve_all. */
+/* What a step asks for: rates, and refdyn_linear_solve_all; without that (NULL) the accelerations are taken
+ * as they come from the states, Picard's iteration. */
 struct NAMED(collocation_needs) {
     NAMED(stage_rates) * find;
     void (*solve)(void *context, int count, const double *lambda, LANE *x);
@@ -181,9 +186,13 @@ static inline LANE NAMED(correct)(const struct NAMED(collocation) * step, MASK w
     const struct NAMED(stages) *stages = &step->stages;
     const int n = step->arrays.n, s = table->stages;
     LANE largest = NAMED(every)(0);
-    NAMED(combine_stages)(step, -1, table->left, stages->missing, stages->parts);
-    step->needs.solve(step->needs.context, table->eigenvalues, table->lambda, stages->parts);
-    NAMED(combine_stages)(step, 1, table->right, stages->parts, stages->missing);
+    if (step->needs.solve) {
+        NAMED(combine_stages)(step, -1, table->left, stages->missing, stages->parts);
+        step->needs.solve(step->needs.context, table->eigenvalues, table->lambda, stages->parts);
+        NAMED(combine_stages)(step, 1, table->right, stages->parts, stages->missing);
+    }
+    for (int j = 0; j < s * n && !step->needs.solve; j++)
+        stages->missing[j] = -stages->missing[j];
     for (int j = 0; j < s * n; j++)
         stages->now[j] = NAMED(select)(waits, stages->now[j] + stages->missing[j], stages->now[j]);
     for (int i = 0; i < s; i++)
@@ -195,15 +204,19 @@ static inline LANE NAMED(correct)(const struct NAMED(collocation) * step, MASK w
 struct iteration {
     int waits;  /* for another correction */
     int status; /* OK, NO_CONVERGENCE */
-    double enough, h;
-    double last; /* correction */
+    int most;   /* corrections */
+    double enough;
+    double rounding; /* a correction that no longer falls is rounding below this */
+    double last;     /* correction */
     double contraction;
 };
 
-static inline void begin_iteration(struct iteration *iteration, double tolerance, double h) {
+static inline void begin_iteration(struct iteration *iteration, const struct refdyn_step *step, double h) {
+    const double guided = fmax(stalled_guided * step->tolerance, stalled_guided_least);
     *iteration = (struct iteration){.waits = 1,
-                                    .enough = settled_part * refdyn_settled_tolerance(tolerance) / h,
-                                    .h = h,
+                                    .most = ITERATIONS_MOST,
+                                    .enough = settled_part * refdyn_settled_tolerance(step->tolerance) / h,
+                                    .rounding = (step->guide ? guided : stalled) / (h * h),
                                     .last = INFINITY};
 }
 
@@ -215,10 +228,9 @@ static inline void judge_correction(struct iteration *iteration, int count, doub
     if (!is_settled && !is_slow)
         iteration->contraction = fmax(iteration->contraction, part);
     iteration->last = now;
-    iteration->waits = !is_settled && !is_slow && count + 1 < ITERATIONS_MOST;
+    iteration->waits = !is_settled && !is_slow && count + 1 < iteration->most;
     if (!iteration->waits)
-        iteration->status =
-            is_settled || iteration->h * iteration->h * now <= stalled ? REFDYN_OK : REFDYN_NO_CONVERGENCE;
+        iteration->status = is_settled || now <= iteration->rounding ? REFDYN_OK : REFDYN_NO_CONVERGENCE;
 }
 
 /* Accelerations of all stages of the motions that wait. Returns the status of rates that fail. */
@@ -265,7 +277,8 @@ static inline LANE NAMED(defect)(const struct NAMED(collocation) * step, const d
     for (int j = 0; j < step->table->stages; j++)
         NAMED(add_vector)(d, NAMED(every)(weights[j]), step->stages.now + j * n, n);
     memset(d + n, 0, (size_t)n * sizeof *d);
-    step->needs.solve(step->needs.context, 1, step->table->lambda, d);
+    if (step->needs.solve)
+        step->needs.solve(step->needs.context, 1, step->table->lambda, d);
     return NAMED(largest_change)(step, d, NAMED(every)(0));
 }
 

@@ -15,6 +15,8 @@
 #include "constraints/constraints.h"
 #include "motion/automatic_method.h"
 #include "motion/event_actions.h"
+#include "motion/fading_rows.h"
+#include "motion/row_changes.h"
 #include "motion/singular_crossing.h"
 #include "motion/statistics.h"
 #include "motion/work_done.h"
@@ -53,9 +55,12 @@ static void go_on_from_end(struct refdyn_motion *motion) {
 static int begin(struct refdyn_motion *motion) {
     struct refdyn_step *step = &motion->step;
     refdyn_crossing_leave(motion);
+    refdyn_fading_leave(motion);
     if (step->t_begin != step->t_end)
         go_on_from_end(motion);
-    const int status = refdyn_event_actions_take(motion);
+    int status = motion->rows_change ? refdyn_rows_take_new(motion) : REFDYN_OK;
+    if (!status)
+        status = refdyn_event_actions_take(motion);
     if (status) {
         refdyn_motion_failed(motion, status, step->t_begin);
         return status;
@@ -119,19 +124,26 @@ static int meet_end(struct refdyn_motion *motion, double t, int *is_known) {
 static int complete(struct refdyn_motion *motion) {
     struct refdyn_workspace *work = motion->work;
     struct refdyn_step *step = &motion->step;
-    const double t = refdyn_events_right_of(&motion->events, step->t_end);
+    refdyn_rows_look_at_end(motion);
+    const double t = refdyn_rows_side_of(motion, step->t_end);
     int is_known, status = meet_end(motion, t, &is_known);
     work->partition.rank_most = work->m;
     if (!status)
         status = refdyn_partition_watch(work, t, step->state_new, step->state_new + step->n);
     work->partition.rank_most = work->partition.rank;
+    if (!status && refdyn_fading_lost_rows(motion)) {
+        status = REFDYN_ROWS_INCONSISTENT;
+        refdyn_fading_refuse(motion);
+    }
     if (!status && step->is_met)
         work->evaluations++; /* whoever took the step has evaluated them */
     if (!status && !is_known)
         status = refdyn_rates(&step->evaluation, t, step->state_new, step->rates_new);
     work->partition.rank_most = work->partition.rank;
-    if (status)
+    if (status) {
         refdyn_motion_failed(motion, status, step->t_end);
+        motion->rows_change = 0;
+    }
     return status;
 }
 
@@ -242,6 +254,45 @@ int refdyn_pass_singular(struct refdyn_motion *motion, double h, double t_bound,
     return 0;
 }
 
+/* ---- To a time event where rows have faded out ---- */
+
+/* One attempt, from t_begin to t. */
+static int attempt_fading(struct refdyn_motion *motion, double t) {
+    const double h = t - motion->step.t_begin;
+    refdyn_fading_enter(motion);
+    int status = attempt(motion, t, h);
+    if (!status)
+        status = refdyn_fading_judge(motion);
+    if (!status)
+        status = refdyn_row_terms(motion->work, refdyn_rows_side_of(motion, t), motion->step.state_new,
+                                  motion->step.state_new + motion->step.n);
+    if (status)
+        return status;
+    refdyn_statistics_step(&motion->statistics, motion->work, h);
+    refdyn_statistics_method(&motion->statistics, motion->step.number);
+    return REFDYN_OK;
+}
+
+/* Do rows fade out towards the time event at t_event, near enough for steps of h? 1: the step to there was
+ * taken. Else *t is t_event where no other step should go more than half of the way, INFINITY where it may.
+ */
+static int meet_fading(struct refdyn_motion *motion, double h, double t_event, double *t) {
+    *t = INFINITY;
+    if (motion->work->m == 0 || !refdyn_fading_is_due(motion, h, t_event) ||
+        !refdyn_fading_is_ahead(motion, t_event))
+        return 0;
+    const int status = attempt_fading(motion, t_event);
+    if (!status)
+        return 1;
+    refdyn_motion_failed(motion, status, t_event);
+    refdyn_statistics_rejected(&motion->statistics, 1);
+    if (!refdyn_fading_refuse(motion))
+        *t = motion->step.t_begin;
+    else if (2 * h > t_event - motion->step.t_begin)
+        *t = t_event;
+    return 0;
+}
+
 /* ---- Fixed steps ---- */
 
 /* To t_new, or to an event of the state before. */
@@ -261,14 +312,15 @@ static int take_fixed(struct refdyn_motion *motion, double t_new, double h, doub
     return status;
 }
 
-static int step_fixed(struct refdyn_motion *motion, double t_out, double t_bound) {
+static int step_fixed(struct refdyn_motion *motion, double t_out, double t_bound, double t_event) {
     struct refdyn_step_control *control = &motion->control;
     double t_singular, t_new;
     int status = refdyn_control_plan(control, motion->options.step, motion->step.t_begin, t_out);
     if (status)
         return status;
     const double h = refdyn_control_fixed(control, &t_new);
-    if (refdyn_pass_singular(motion, h, t_bound, &t_singular)) {
+    if (meet_fading(motion, h, t_event, &t_singular) ||
+        (!isfinite(t_singular) && refdyn_pass_singular(motion, h, t_bound, &t_singular))) {
         refdyn_control_leave_interval(control);
         return REFDYN_OK;
     }
@@ -308,10 +360,13 @@ static int find_error(struct refdyn_motion *motion, struct refdyn_attempt *attem
         look_for_causes(motion, attempt->t_out, t_event);
         return REFDYN_OK;
     }
+    const int rank = motion->work->partition.rank;
     status = complete(motion);
     if (status)
         return status;
-    if (motion->options.singular == REFDYN_PASS && refdyn_crossing_was_missed(motion)) {
+    /* where the rank has grown the step began in such a state */
+    if (motion->options.singular == REFDYN_PASS && motion->work->partition.rank <= rank &&
+        refdyn_crossing_was_missed(motion)) {
         refdyn_motion_failed(motion, REFDYN_NO_CONVERGENCE, motion->crossing.t);
         return REFDYN_NO_CONVERGENCE;
     }
@@ -350,7 +405,7 @@ int refdyn_step_limit_reached(const struct refdyn_motion *motion) {
 }
 
 /* The first attempt, or a state where the rows lose rank is passed. */
-static void begin_adaptive(struct refdyn_motion *motion, double t_stop, double t_bound,
+static void begin_adaptive(struct refdyn_motion *motion, double t_stop, double t_bound, double t_event,
                            struct refdyn_attempt *attempt) {
     const double t_begin = motion->step.t_begin;
     struct refdyn_step_control *control = &motion->control;
@@ -358,7 +413,9 @@ static void begin_adaptive(struct refdyn_motion *motion, double t_stop, double t
     refdyn_control_find(control, &motion->step, t_stop, attempt->t_out - t_begin);
     if (motion->options.step_max > 0)
         refdyn_control_bound(control, motion->options.step_max);
-    attempt->is_over = refdyn_pass_singular(motion, control->next, t_bound, &t_singular);
+    attempt->is_over =
+        meet_fading(motion, control->next, t_event, &t_singular) ||
+        (!isfinite(t_singular) && refdyn_pass_singular(motion, control->next, t_bound, &t_singular));
     /* no step but that one reaches beyond it */
     attempt->half_way = (t_singular - t_begin) / 2;
     attempt->t_near = fmin(t_stop, t_begin + attempt->half_way);
@@ -402,14 +459,14 @@ int refdyn_attempt_begin(struct refdyn_motion *motion, double t_out, struct refd
                                        motion->t_final, least};
     const double ahead = refdyn_events_ahead(&motion->events, &motion->step, &reach);
     double bound = refdyn_motion_bound(motion);
-    const double t_bound = fmin(bound, ahead);
+    const double t_bound = fmin(bound, ahead), t_event = ahead < bound ? ahead : INFINITY;
     if ((is_fixed || motion->step.method->kind->ends_at_outputs) && bound > t_out + least)
         bound = t_out;
     const double t_stop = ahead < bound - least ? ahead : bound;
     attempt->is_over = is_fixed;
     if (is_fixed)
-        return step_fixed(motion, t_stop, t_bound);
-    begin_adaptive(motion, t_stop, t_bound, attempt);
+        return step_fixed(motion, t_stop, t_bound, t_event);
+    begin_adaptive(motion, t_stop, t_bound, t_event, attempt);
     return REFDYN_OK;
 }
 

@@ -16,10 +16,13 @@
 #include "base/model_check.h"
 #include "constraints/constraints.h"
 #include "linear/dense.h"
+#include "methods/collocation.h"
 #include "methods/runge_kutta.h"
 #include "motion/accepted_step.h"
 #include "motion/automatic_method.h"
+#include "motion/fading_rows.h"
 #include "motion/lockstep.h"
+#include "motion/row_changes.h"
 #include "motion/singular_crossing.h"
 #include "motion/statistics.h"
 #include "motion/work_done.h"
@@ -47,6 +50,8 @@ static struct needs find_needs(const struct refdyn_model *model, const struct re
         most.memory = memory > most.memory ? memory : most.memory;
         most.complexes = method->kind->complexes > most.complexes ? method->kind->complexes : most.complexes;
     }
+    const int fading = refdyn_fading_memory_size(model);
+    most.memory = fading > most.memory ? fading : most.memory;
     return most;
 }
 
@@ -96,7 +101,7 @@ static void connect(struct refdyn_integrator *integrator) {
     motion->options = *options;
     motion->step.linear = &motion->linear;
     motion->step.tolerance = options->tol;
-    motion->step.evaluation = (struct refdyn_evaluation){work, options->stabilise, options->balance, 0};
+    motion->step.evaluation = (struct refdyn_evaluation){work, options->stabilise, options->balance, 0, 0};
     for (int j = 0; j < work->n; j++)
         motion->step.units[j] = refdyn_coordinate_unit(work->model, j, options->length);
 }
@@ -168,10 +173,15 @@ static int meet_start(struct refdyn_integrator *integrator) {
 /* Accelerations and multipliers of the state that is seen, whose equations are in the workspace; chooses the
  * partition. */
 static int solve_seen(struct refdyn_integrator *integrator) {
-    const int status = refdyn_solve(integrator->work, integrator->options.stabilise, integrator->qdd);
-    if (!status)
-        refdyn_multipliers(integrator->work, integrator->qdd, integrator->lambda);
-    return status;
+    struct refdyn_workspace *work = integrator->work;
+    const int status = refdyn_solve(work, integrator->options.stabilise, integrator->qdd);
+    if (status)
+        return status;
+    integrator->motion->step.evaluation.has_no_inverse =
+        !refdyn_refine(work, integrator->t_right, integrator->q, integrator->qd,
+                       integrator->options.stabilise, integrator->qdd);
+    refdyn_multipliers(work, integrator->qdd, integrator->lambda);
+    return REFDYN_OK;
 }
 
 /* With projections, steps begin on the programme, also where the state that is seen is off it. */
@@ -193,7 +203,9 @@ static int begin_here(struct refdyn_integrator *integrator) {
     struct refdyn_motion *motion = integrator->motion;
     struct refdyn_workspace *work = integrator->work;
     struct refdyn_step *step = &motion->step;
+    motion->rows_change = 0;
     refdyn_crossing_leave(motion);
+    refdyn_fading_leave(motion);
     refdyn_step_break_off(step, 0);
     refdyn_linear_leave_begin(&motion->linear);
     refdyn_linear_drop_factors(&motion->linear);
@@ -233,6 +245,7 @@ static void clear(struct refdyn_motion *motion) {
     refdyn_linear_reset(&motion->linear);
     refdyn_control_begin(&motion->control, motion->options.step);
     refdyn_crossing_start(motion);
+    refdyn_fading_start(motion);
     refdyn_step_guide(&motion->step, NULL);
     refdyn_method_use(method == REFDYN_AUTO ? REFDYN_RK8 : method, &motion->step);
     refdyn_partition_reset(motion->work);
@@ -307,7 +320,11 @@ static int accelerate_seen(struct refdyn_integrator *integrator) {
  * for the force. */
 static int continue_seen(struct refdyn_integrator *integrator) {
     const struct refdyn_step *step = &integrator->motion->step;
-    refdyn_explicit_accelerations(step, refdyn_step_theta(step, integrator->t), integrator->qdd);
+    const double theta = refdyn_step_theta(step, integrator->t);
+    if (integrator->motion->fading.is_on)
+        refdyn_collocation_accelerations(step, theta, integrator->qdd);
+    else
+        refdyn_explicit_accelerations(step, theta, integrator->qdd);
     memset(integrator->lambda, 0, (size_t)integrator->work->m * sizeof(double));
     return refdyn_equations(integrator->work, integrator->t_right, integrator->q, integrator->qd);
 }
@@ -349,8 +366,8 @@ static int show(struct refdyn_integrator *integrator, double t) {
     const struct refdyn_step *step = &motion->step;
     int status = REFDYN_OK;
     integrator->t = t;
-    integrator->t_right = refdyn_events_right_of(&motion->events, t);
-    integrator->is_undetermined = refdyn_crossing_is_near(motion, t);
+    integrator->t_right = refdyn_rows_side_of(motion, t);
+    integrator->is_undetermined = refdyn_crossing_is_near(motion, t) || refdyn_fading_is_near(motion, t);
     if (t >= step->t_end)
         memcpy(integrator->q, step->state_new, refdyn_state_bytes(step));
     else

@@ -35,6 +35,16 @@ struct refdyn_singular_crossing {
     struct refdyn_stage_guide guide;
 };
 
+/* Rows that fade out towards a time event: fading_rows.c. */
+struct refdyn_fading {
+    int is_on;                 /* the last step leads to such an event: by gauss12, */
+    enum refdyn_method before; /* instead of this method */
+    double t, looked;          /* event that was looked at last, from how far [s], */
+    int is_known;              /* and rows fade out towards it, */
+    int rank;                  /* which was this before */
+    struct refdyn_stage_guide guide;
+};
+
 /* The last failure of an evaluation or projection: accepted_step.c. */
 struct refdyn_failure {
     int cause; /* 0: none */
@@ -53,8 +63,10 @@ struct refdyn_motion {
     struct refdyn_programme programme;
     struct refdyn_automatic automatic;
     struct refdyn_singular_crossing crossing;
+    struct refdyn_fading fading;
     struct refdyn_statistics statistics;
     struct refdyn_failure failure;
+    int rows_change;         /* at the time event where the last step ended: row_changes.c */
     double t_final;          /* end of the motion, see refdyn_integrator_until [s] */
     double t_most;           /* no step reaches beyond, see refdyn_integrator_limit [s] */
     long evaluations_before; /* of the workspace, at the start */

@@ -10,6 +10,7 @@
 
 #include "motion/singular_crossing.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -46,46 +47,63 @@ enum { SAMPLES = 10, FIRST_SAMPLE = 512, NARROWINGS = 30 };
 
 /* ---- Rank ---- */
 
-/* The independent rows, from the row terms in the workspace, with weighted columns. */
-static void gather(struct refdyn_workspace *work) {
+/* The columns between which a row has entries that are more than rounding. */
+struct span {
+    int begin, end;
+};
+
+static struct span span_of(const double *row, int n) {
+    const double least = DBL_EPSILON * refdyn_largest(row, n, NULL);
+    struct span span = {0, n};
+    while (span.end > 0 && fabs(row[span.end - 1]) <= least)
+        span.end--;
+    while (span.begin < span.end && fabs(row[span.begin]) <= least)
+        span.begin++;
+    return span;
+}
+
+/* Independent row a, from the row terms in the workspace, with weighted columns. */
+static double *gather(struct refdyn_workspace *work, int a) {
     const int n = work->n;
-    for (int a = 0; a < work->partition.rank; a++) {
-        const double *from = work->u + work->partition.row[a] * n;
-        for (int j = 0; j < n; j++)
-            work->basis[a * n + j] = from[j] * work->weight[j];
-    }
+    const double *from = work->u + work->partition.row[a] * n;
+    double *row = work->basis + a * n;
+    for (int j = 0; j < n; j++)
+        row[j] = from[j] * work->weight[j];
+    return row;
 }
 
-static double length_of(const struct refdyn_workspace *work, int a) {
-    return sqrt(dense_dot(work->basis + a * work->n, work->basis + a * work->n, work->n));
-}
-
-/* The longest of the rows from k on comes to place k. */
-static double bring_longest(struct refdyn_workspace *work, int k) {
+/* row -= what it has along those before; rows that share no column are orthogonal, as those of loops far
+ * apart. */
+static void leave_own(struct refdyn_workspace *work, int a, double *row) {
     const int n = work->n;
-    int longest = k;
-    for (int a = k + 1; a < work->partition.rank; a++)
-        longest = length_of(work, a) > length_of(work, longest) ? a : longest;
-    for (int b = 0; b < n && longest > k; b++) {
-        const double kept = work->basis[k * n + b];
-        work->basis[k * n + b] = work->basis[longest * n + b];
-        work->basis[longest * n + b] = kept;
+    int *begins = work->mark, *ends = work->mark + work->partition.rank; /* twice the rank: n + m at most */
+    struct span span = span_of(row, n);
+    for (int k = 0; k < a; k++) {
+        const int begin = begins[k] > span.begin ? begins[k] : span.begin;
+        const int end = ends[k] < span.end ? ends[k] : span.end;
+        const double *unit = work->basis + k * n;
+        if (begin >= end)
+            continue;
+        dense_add(row + begins[k], -dense_dot(unit + begin, row + begin, end - begin), unit + begins[k],
+                  ends[k] - begins[k]);
+        span.begin = begins[k] < span.begin ? begins[k] : span.begin;
+        span.end = ends[k] > span.end ? ends[k] : span.end;
     }
-    return length_of(work, k);
+    begins[a] = span.begin;
+    ends[a] = span.end;
 }
 
-/* What they span: by Gram and Schmidt, the longest row first. */
+/* What they span: by Gram and Schmidt. */
 static double find_volume(struct refdyn_workspace *work) {
-    const int n = work->n, rank = work->partition.rank;
+    const int n = work->n;
     double volume = 1;
-    gather(work);
-    for (int k = 0; k < rank; k++) {
-        const double length = bring_longest(work, k);
-        const double *row = work->basis + k * n;
+    for (int a = 0; a < work->partition.rank && volume > 0; a++) {
+        double *row = gather(work, a);
+        leave_own(work, a, row);
+        const double length = sqrt(dense_dot(row, row, n));
         volume *= length;
-        for (int a = k + 1; a < rank && length > 0; a++)
-            dense_add(work->basis + a * n, -dense_dot(row, work->basis + a * n, n) / (length * length), row,
-                      n);
+        for (int j = 0; j < n && length > 0; j++)
+            row[j] /= length;
     }
     return volume;
 }

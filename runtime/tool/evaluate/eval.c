@@ -117,6 +117,8 @@ static enum status evaluate_state(struct scene *scene, const struct options *opt
     (void)options;
     double *qdd = allocate_matrix(scene->model->n, 1);
     int result = refdyn_accelerate(&scene->work, scene->state.t, scene->q, scene->qd, REFDYN_BAUMGARTE, qdd);
+    if (result == REFDYN_OK)
+        refdyn_refine(&scene->work, scene->state.t, scene->q, scene->qd, REFDYN_BAUMGARTE, qdd);
     const enum status status = result == REFDYN_OK
                                    ? print_state(scene, qdd)
                                    : numbers_failed(scene, result, scene->state.t, scene->q, scene->qd);

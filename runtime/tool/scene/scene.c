@@ -154,7 +154,8 @@ static char *emit_list(struct scene *scene, const struct options *options, unsig
         needs |= NEEDS_TANGENT;
     return text_format(
         "%s%s%s%s%s%s%s%s%s%s", needs & NEEDS_STATE ? "start,M,h,Q,qdd_free" : "start,equations",
-        needs & NEEDS_STATE && rows ? ",u,v,phi,psi,k" : "", needs & NEEDS_STATICS ? ",Q,Q_q" : "",
+        needs & NEEDS_STATE && rows ? ",u,v,phi,psi,k,constrained" : "",
+        needs & NEEDS_STATICS ? ",Q,Q_q" : "",
         needs & (NEEDS_STATE | NEEDS_MOTION) ? ",energy,power,course" : "",
         !(needs & NEEDS_MOTION) ? ""
         : rows                  ? ",constrained"
