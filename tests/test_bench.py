@@ -145,3 +145,14 @@ def test_shortcuts():
         assert steps[method][0] > 3 * steps[method][1]
     for method in "rodas5p", "gauss12":
         assert abs(steps[method][0] - steps[method][1]) <= 0.05 * steps[method][1]
+
+
+def test_batches():
+    """Each part of the measurement of batches runs and prints a positive figure; a part of another name is wrong usage."""
+    done = run("batches", "--cases", 8, "--loop", 2, "--repeats", 1, "--only", "overhead,loop,threads")
+    lines = [line.strip("| ").split(" | ") for line in done.stdout.splitlines()]
+    assert [what for what, _ in lines] == ["overhead a case", "2 cases of the damped arm: a loop of sim over a batch on two threads",
+                                           "damped arm from statics: two threads over one"], done.stderr
+    assert all(float(figure.split()[0]) > 0 for _, figure in lines), lines
+    done = run("batches", "--only", "laps")
+    assert done.returncode == 2 and "none of lanes, threads, overhead, loop: laps" in done.stderr
