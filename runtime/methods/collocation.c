@@ -11,11 +11,13 @@
 
 #include "methods/collocation.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
 #include "constraints/constraints.h"
 #include "linear/dense.h"
+#include "methods/smoothness.h"
 #include "methods/step.h"
 
 enum { ITERATIONS_MOST = 12 };
@@ -27,6 +29,8 @@ static const double settled_part = 0.005;
 static const double settled_most = 1e-5;
 /* Where corrections no longer fall, rounding is met, if they move no position by more than this. */
 static const double stalled = 1e-11;
+/* The same where forces saturate, of rates: units in the last place of the largest one. */
+static const double stalled_rate = 64 * DBL_EPSILON;
 /* A correction must fall below this part of the one before, else a smaller step is needed. */
 static const double slow = 0.5;
 /* Factors are used again while each correction falls below this part of the one before. */
@@ -162,24 +166,47 @@ static void combine(const struct refdyn_step *step, double scale, const double *
         refdyn_add_all(y + i * n, scale, matrix + i * s, s, x, n, n);
 }
 
-/* One Newton correction of the accelerations; returns its largest entry, in units of 1 rad and `length`. */
-static double correct(struct refdyn_step *step) {
-    const struct refdyn_collocation_table *table = table_of(step);
-    const struct stages stages = stages_of(step);
-    const int n = step->n, s = table->stages;
+/* Largest entry of vectors, one for each stage, in units of 1 rad and `length`; NaN where one is. */
+static double largest_of(const struct refdyn_step *step, const double *x) {
     double largest = 0;
-    combine(step, -1, table->left, stages.missing, stages.parts);
-    solve_for(step, table->eigenvalues, stages.parts);
-    combine(step, 1, table->right, stages.parts, stages.missing);
-    dense_add(stages.now, 1, stages.missing, s * n);
-    for (int i = 0; i < s; i++) {
-        const double size = refdyn_step_largest_change(step, stages.missing + i * n, NULL);
+    for (int i = 0; i < table_of(step)->stages; i++) {
+        const double size = refdyn_step_largest_change(step, x + i * step->n, NULL);
         if (!(size <= largest))
             largest = size;
         if (isnan(size))
             break;
     }
     return largest;
+}
+
+/* One Newton correction of the accelerations; returns its largest entry. */
+static double correct(struct refdyn_step *step) {
+    const struct refdyn_collocation_table *table = table_of(step);
+    const struct stages stages = stages_of(step);
+    const int n = step->n, s = table->stages;
+    combine(step, -1, table->left, stages.missing, stages.parts);
+    solve_for(step, table->eigenvalues, stages.parts);
+    combine(step, 1, table->right, stages.parts, stages.missing);
+    dense_add(stages.now, 1, stages.missing, s * n);
+    return largest_of(step, stages.missing);
+}
+
+static int saturates(const struct refdyn_step *step) {
+    return step->evaluation.work->model->saturates;
+}
+
+/* Time over which what is left of accelerations counts [s]: a short step where forces saturate is one that
+ * friction has cut short, and its velocities last. */
+static double lasting(const struct refdyn_step *step, double h) {
+    return saturates(step) ? fmax(h, 1) : h;
+}
+
+/* Corrections no longer fall: is that rounding? Where forces saturate, the matrix of what rests makes
+ * corrections small that are none, so it is rounding of rates alone. */
+static int is_rounding(const struct refdyn_step *step, double h, double last) {
+    if (!saturates(step))
+        return h * h * last <= stalled;
+    return h * last <= stalled_rate * refdyn_step_largest_change(step, step->state + step->n, NULL);
 }
 
 double refdyn_settled_tolerance(double tol) {
@@ -189,15 +216,17 @@ double refdyn_settled_tolerance(double tol) {
 /* Accelerations of all stages; the contraction tells how fast it went. */
 static int solve_stages(struct refdyn_step *step, double h) {
     struct memory *memory = memory_of(step);
-    const double enough = settled_part * refdyn_settled_tolerance(step->tolerance) / h;
+    const double enough = settled_part * refdyn_settled_tolerance(step->tolerance) / lasting(step, h);
     double last = INFINITY;
     memory->contraction = 0;
     for (int iteration = 0; iteration < ITERATIONS_MOST; iteration++) {
         const int status = find_missing(step, h);
         if (status)
             return status;
-        const double now = correct(step), part = now / last;
-        if (now == 0 || (iteration > 0 && now * part <= enough * (1 - part)))
+        /* for the same reason it is what the stages miss that has to settle there, too */
+        const double missed = saturates(step) ? largest_of(step, stages_of(step).missing) : 0;
+        const double now = correct(step), part = now / last, left = fmax(missed, now) * part;
+        if (now == 0 || (iteration > 0 && left <= enough * (1 - part)))
             return REFDYN_OK;
         if (iteration > 0 && !(part < slow)) {
             last = now;
@@ -206,7 +235,7 @@ static int solve_stages(struct refdyn_step *step, double h) {
         memory->contraction = fmax(memory->contraction, part);
         last = now;
     }
-    return h * h * last <= stalled ? REFDYN_OK : REFDYN_NO_CONVERGENCE;
+    return is_rounding(step, h, last) ? REFDYN_OK : REFDYN_NO_CONVERGENCE;
 }
 
 /* The state at the end. */
@@ -236,6 +265,24 @@ static void defect(struct refdyn_step *step, const double *weights, double *d) {
     solve_for(step, 1, d);
 }
 
+/* The last stage is the end of the step, where stiff transients are damped: the next step may begin there. */
+static int ends_with_stage(const struct refdyn_step *step) {
+    const struct refdyn_collocation_table *table = table_of(step);
+    return table->c[table->stages - 1] == 1;
+}
+
+/* That of smoothness.h. The acceleration at the begin is that of the last stage before: the equations give
+ * what stiffness makes of its rounding. */
+static double unsmooth_error(struct refdyn_step *step, double h) {
+    const struct stages stages = stages_of(step);
+    const int n = step->n, size = table_of(step)->stages * n;
+    const double *first = memory_of(step)->last_h > 0 ? stages.last + size - n : step->rates + n;
+    double *a = stages.missing; /* and the parts behind it */
+    memcpy(a, first, (size_t)n * sizeof *a);
+    memcpy(a + n, stages.now, (size_t)size * sizeof *a);
+    return refdyn_unsmooth_error(step, a, h);
+}
+
 static void estimate(struct refdyn_step *step, double h) {
     const struct refdyn_collocation_table *table = table_of(step);
     struct memory *memory = memory_of(step);
@@ -253,6 +300,8 @@ static void estimate(struct refdyn_step *step, double h) {
         step->error[j] *= factor;
         step->error[n + j] = 0;
     }
+    if (saturates(step) && ends_with_stage(step))
+        step->error[n] = step->units[0] * unsmooth_error(step, h) / h;
 }
 
 /* The state at t_begin + theta h of the polynomial through the accelerations as they are now. */

@@ -205,6 +205,12 @@ static int step_fixed(struct refdyn_motion *motion, double t_out, double t_bound
 
 /* ---- Adaptive steps ---- */
 
+/* Where forces saturate, friction cuts steps short, but an error of a velocity lasts: it counts over the
+ * longest of the steps, not over this one. */
+static double lasting_share(const struct refdyn_motion *motion, double h) {
+    return motion->work->model->saturates ? fmax(1, motion->statistics.step_largest / h) : 1;
+}
+
 /* What was attempted; *error: in tolerances, INFINITY where it could not be evaluated. The step is accepted
  * when it is at most 1. */
 static int find_error(struct refdyn_motion *motion, const struct refdyn_attempt *attempt, int status,
@@ -214,7 +220,8 @@ static int find_error(struct refdyn_motion *motion, const struct refdyn_attempt 
         refdyn_motion_failed(motion, status, motion->step.failed_t);
         return status;
     }
-    *error = refdyn_step_largest_error(&motion->step, attempt->h) / refdyn_automatic_tolerance(motion);
+    *error = refdyn_step_largest_error(&motion->step, attempt->h) / refdyn_automatic_tolerance(motion) *
+             lasting_share(motion, attempt->h);
     if (!(*error <= 1))
         return REFDYN_OK;
     status = complete(motion);
