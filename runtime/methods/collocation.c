@@ -213,29 +213,41 @@ double refdyn_settled_tolerance(double tol) {
     return fmin(tol, settled_most);
 }
 
+/* What iterations have still to settle: corrections of the accelerations and, where forces saturate, what the
+ * stages miss, for the reason given above. */
+struct unsettled {
+    double correction, missed;
+};
+
+/* A value falls from one iteration to the next: is what is left of it small enough? */
+static int is_settled(double now, double last, double enough) {
+    const double part = now / last;
+    return now * part <= enough * (1 - part);
+}
+
 /* Accelerations of all stages; the contraction tells how fast it went. */
 static int solve_stages(struct refdyn_step *step, double h) {
     struct memory *memory = memory_of(step);
     const double enough = settled_part * refdyn_settled_tolerance(step->tolerance) / lasting(step, h);
-    double last = INFINITY;
+    struct unsettled last = {INFINITY, INFINITY};
     memory->contraction = 0;
     for (int iteration = 0; iteration < ITERATIONS_MOST; iteration++) {
         const int status = find_missing(step, h);
         if (status)
             return status;
-        /* for the same reason it is what the stages miss that has to settle there, too */
-        const double missed = saturates(step) ? largest_of(step, stages_of(step).missing) : 0;
-        const double now = correct(step), part = now / last, left = fmax(missed, now) * part;
-        if (now == 0 || (iteration > 0 && left <= enough * (1 - part)))
+        struct unsettled now;
+        now.missed = saturates(step) ? largest_of(step, stages_of(step).missing) : 0;
+        now.correction = correct(step);
+        const double part = now.correction / last.correction;
+        if (now.correction == 0 || (iteration > 0 && is_settled(now.correction, last.correction, enough) &&
+                                    (now.missed == 0 || is_settled(now.missed, last.missed, enough))))
             return REFDYN_OK;
-        if (iteration > 0 && !(part < slow)) {
-            last = now;
-            break;
-        }
-        memory->contraction = fmax(memory->contraction, part);
         last = now;
+        if (iteration > 0 && !(part < slow))
+            break;
+        memory->contraction = fmax(memory->contraction, part);
     }
-    return is_rounding(step, h, last) ? REFDYN_OK : REFDYN_NO_CONVERGENCE;
+    return is_rounding(step, h, last.correction) ? REFDYN_OK : REFDYN_NO_CONVERGENCE;
 }
 
 /* The state at the end. */

@@ -18,7 +18,7 @@ static const double unresolved = 50;
  * distances from s + 1 nodes is about that. */
 static const double missed = 0.005;
 /* It follows them where it misses less than this part of the largest one. */
-static const double followed = 0.15;
+static const double followed = 0.25;
 /* Rates that change by less in a step are at rest [unit/s]: a hundredth of the smallest width of friction. */
 static const double at_rest = 1e-12;
 /* The error, in tolerances, of a step that misses just that part. */
