@@ -103,6 +103,11 @@ static void print_start_residuals(const struct trial *trial) {
                         "where the projection ended");
 }
 
+/* Do rates drive forces to their limits? */
+static bool has_friction(const struct refdyn_integrator *integrator) {
+    return integrator->work->model->saturates;
+}
+
 static void print_failure(const struct trial *trial) {
     const struct motion *motion = &trial->motion;
     const struct refdyn_integrator *integrator = &motion->integrator;
@@ -126,6 +131,13 @@ static void print_failure(const struct trial *trial) {
             integrator->options.singular == REFDYN_STOP)
             fputs("refdyn: --singular pass leads through where a branch can be followed\n", stderr);
         print_refused(&integrator->refused);
+        if (trial->result == REFDYN_STEP_TOO_SMALL && has_friction(integrator))
+            fputs(
+                "refdyn: forces of this model jump, or reach a limit, as a rate passes a value: friction "
+                "needs "
+                "a width, as rd.friction(level, rate, width) has; rates of a hundredth of 1e-10 a second are "
+                "not told apart\n",
+                stderr);
         if (trial->result > REFDYN_OK && !trial->unfit)
             fputs("refdyn: a smaller --step or --tol may help\n", stderr);
     }
@@ -164,6 +176,8 @@ static struct refdyn_options finer(const struct refdyn_integrator *integrator) {
             options.tol = refdyn_settled_tolerance(options.tol);
         options.tol *= verify_part;
         options.step_max = integrator->statistics.step_largest * pow(verify_part, 1.0 / order);
+        if (has_friction(integrator) && refdyn_has_tangent(integrator->work->model))
+            options.method = REFDYN_RADAU9; /* another one may leave out the same events twice */
     } else
         options.step /= 2;
     return options;
