@@ -108,5 +108,5 @@ def test_friction_that_jumps(tmp_path):
     """A sign has no state in which it sticks: what to write instead is told."""
     (tmp_path / "formula.lua").write_text(SCENE.replace("FORMULA", "1.3 * rd.where(rd.less(r, 0), -1, 1) + rd.sin(3 * s.t)"))
     done = refdyn("sim", tmp_path / "formula.lua", "--until", 1, "-o", tmp_path / "run.csv", status=3)
-    assert ("refdyn: forces of this model jump, or reach a limit, as a rate passes a value: friction needs a width, as "
-            "rd.friction(level, rate, width) has; rates of a hundredth of 1e-10 a second are not told apart\n") in done.stderr
+    assert ("refdyn: a force jumps, or reaches a limit, as a rate passes a value: friction needs a width, as that of "
+            "rd.friction(level, rate, width), of 1e-10 or more\n") in done.stderr

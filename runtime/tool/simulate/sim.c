@@ -132,12 +132,9 @@ static void print_failure(const struct trial *trial) {
             fputs("refdyn: --singular pass leads through where a branch can be followed\n", stderr);
         print_refused(&integrator->refused);
         if (trial->result == REFDYN_STEP_TOO_SMALL && has_friction(integrator))
-            fputs(
-                "refdyn: forces of this model jump, or reach a limit, as a rate passes a value: friction "
-                "needs "
-                "a width, as rd.friction(level, rate, width) has; rates of a hundredth of 1e-10 a second are "
-                "not told apart\n",
-                stderr);
+            fputs("refdyn: a force jumps, or reaches a limit, as a rate passes a value: friction needs a "
+                  "width, as that of rd.friction(level, rate, width), of 1e-10 or more\n",
+                  stderr);
         if (trial->result > REFDYN_OK && !trial->unfit)
             fputs("refdyn: a smaller --step or --tol may help\n", stderr);
     }
