@@ -320,20 +320,6 @@ static long cost_of(const struct plan *plan, const char *quantity) {
     return 0;
 }
 
-/* Is there something that a rate drives to its limit, as friction? */
-static bool saturates(const struct plan *plan) {
-    const struct graph *g = plan->g;
-    const bool *needed = plan_mark_nodes_of_functions(plan);
-    for (expression e = 0; e < g->count; e++) {
-        const uint8_t operation = g->nodes[e].operation;
-        const bool is_bounded =
-            operation == OP_TANH || operation == OP_ATAN || operation == OP_MIN || operation == OP_MAX;
-        if (needed[e] && is_bounded && g->nodes[e].depends & ON_RATE)
-            return true;
-    }
-    return false;
-}
-
 void emit_before_table(struct text *text, const char *model, const char *macro, const char *header,
                        int version) {
     text_add(text, "/* C checks the names of the fields; C++17 has no designated initialisers, the order is "
@@ -362,7 +348,7 @@ static void emit_model_table(struct emission *x, struct text *text, const char *
              plan->switch_count);
     text_add(text, "    SET(event_count) %d,\n    SET(kink_count) %d,\n    SET(change_count) %d,\n",
              model->event_count, model->kink_count, model->change_count);
-    text_add(text, "    SET(saturates) %d,\n", saturates(plan));
+    text_add(text, "    SET(saturates) %d,\n", plan_saturates(plan));
     text_add(text, "    SET(qdd_cost) %ld,\n    SET(tangent_cost) %ld,\n",
              cost_of(plan, model->row_count ? "constrained" : "qdd_free"), cost_of(plan, "tangent"));
     text_add(text, "    SET(tangent_vectors_cost) %ld,\n    SET(coupling_count) %d,\n",

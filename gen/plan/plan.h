@@ -191,6 +191,10 @@ void plan_mark_results(const struct function *function, bool *needed);
 /* By handle: all nodes that the functions listed so far are made of. */
 bool *plan_mark_nodes_of_functions(const struct plan *plan);
 
+/* saturation.c: is there something in the accelerations that a rate drives to its limit, or makes jump, as
+ * friction? */
+bool plan_saturates(const struct plan *plan);
+
 /* plan_invariants.c: what of the above does not hold of planned functions, with the value at fault; NULL: all
  * holds. */
 const char *plan_violation(struct plan *plan);

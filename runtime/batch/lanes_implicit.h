@@ -310,7 +310,8 @@ static void NAMED(take_by_collocation)(struct NAMED(taking) * taking) {
         if (motions[lane]) {
             memory_of(motions[lane])->contraction = iterations[lane].contraction;
             if (!taking->steps[lane].status)
-                taking->steps[lane].status =
-                    isfinite(iterations[lane].last) ? iterations[lane].status : REFDYN_LEFT_TO_MOTION;
+                taking->steps[lane].status = isfinite(iterations[lane].last.correction)
+                                                 ? iterations[lane].status
+                                                 : REFDYN_LEFT_TO_MOTION;
         }
 }

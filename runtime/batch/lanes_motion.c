@@ -14,7 +14,9 @@ int refdyn_lanes_have_kind(const struct lanes *lanes, const struct refdyn_method
 
 int refdyn_lanes_can_take(const struct lanes *lanes, const struct refdyn_motion *motion) {
     const struct refdyn_workspace *work = motion->work;
-    return refdyn_lanes_have_kind(lanes, motion->step.method->kind) &&
+    const struct refdyn_method_kind *kind = motion->step.method->kind;
+    const int meets_friction = kind == &refdyn_collocation && work->model->saturates;
+    return refdyn_lanes_have_kind(lanes, kind) && !meets_friction &&
            (work->m == 0 || work->partition.rank == work->m);
 }
 

@@ -489,22 +489,13 @@ static void judge_shape(struct refdyn_linear *linear, const double *shape, doubl
         *rate = *damping = 0;
 }
 
-/* The tangent at the begin of a step, at the velocities that make it stiffest. */
-static int evaluate_stiffest(struct refdyn_linear *linear, struct refdyn_workspace *work, double t,
-                             const double *q, double *rates) {
-    if (!work->model->saturates)
-        return refdyn_linear_at_begin(linear, work, t, q, rates);
-    memset(rates, 0, (size_t)linear->n * sizeof *rates);
-    return refdyn_linear_evaluate(linear, work, t, q, rates);
-}
-
 enum { SPECTRUM_ITERATIONS = 24, GROWTH_ITERATIONS = 12 /* even: of two parts that take turns */ };
 
 int refdyn_linear_spectrum(struct refdyn_linear *linear, struct refdyn_workspace *work, double t,
                            const double *state, double *rates, double *room, double *rate, double *damping) {
     const int n = linear->n;
     double *q = room, *v = room + n, *a = rates;
-    int status = evaluate_stiffest(linear, work, t, state, rates);
+    int status = refdyn_linear_at_begin(linear, work, t, state, rates);
     if (!status)
         status = factor_for(linear, work, 0);
     refdyn_linear_drop_factors(linear);

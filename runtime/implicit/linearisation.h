@@ -123,9 +123,8 @@ double *refdyn_linear_take_directions(struct refdyn_linear *linear);
 
 /*
  * The largest |eigenvalue| [1/s] of the linearised equations at the begin of a step, and its damping ratio,
- * by iteration of vectors: good to some per cent, since what is asked is a limit of steps. Where forces
- * saturate, as friction, that at rest, which is the largest. `rates` (2 n + 1 + m) of the state and `room` (2
- * n) are overwritten, factors are lost. Errors: NOT_FINITE, MATRIX_SINGULAR.
+ * by iteration of vectors: good to some per cent, since what is asked is a limit of steps. `rates` (2 n + 1 +
+ * m) of the state and `room` (2 n) are overwritten, factors are lost. Errors: NOT_FINITE, MATRIX_SINGULAR.
  */
 int refdyn_linear_spectrum(struct refdyn_linear *linear, struct refdyn_workspace *work, double t,
                            const double *state, double *rates, double *room, double *rate, double *damping);

@@ -14,6 +14,7 @@
 
 #include "constraints/constraints.h"
 #include "linear/dense.h"
+#include "methods/smoothness.h"
 #include "methods/step.h"
 
 #define LANES 1
@@ -69,6 +70,10 @@ static void solve(void *context, int count, const double *lambda, double *x) {
     refdyn_linear_solve_all(taking->step->linear, count, lambda, x);
 }
 
+static int saturates(const struct refdyn_step *step) {
+    return step->evaluation.work->model->saturates;
+}
+
 /* A guided step may have no room for matrices. */
 static int goes_without_matrices(const struct refdyn_step *step) {
     return step->guide && step->linear->complexes < step->method->kind->complexes;
@@ -88,6 +93,7 @@ static struct collocation_of_one collocation_of(struct taking *taking) {
                    .memory = memory_of(step)->arrays},
         .units = step->units,
         .h = taking->h,
+        .sees_missed = saturates(step),
         .needs = {find_rates, goes_without_matrices(step) ? NULL : solve, taking}};
     collocation.stages = arrays_of_stages_of_one(collocation.table, &collocation.arrays);
     return collocation;
@@ -125,11 +131,29 @@ static int find_stages(struct refdyn_step *step, const struct collocation_of_one
     if (status)
         return status;
     begin_iteration(&iteration, step, collocation->h);
+    if (saturates(step) && !step->guide)
+        begin_with_friction(&iteration, step, collocation->h);
     if (goes_without_matrices(step))
         iteration.most = PICARD_MOST;
     status = solve_stages_of_one(collocation, &iteration);
     memory_of(step)->contraction = iteration.contraction;
     return status ? status : iteration.status;
+}
+
+/* The last stage is the end of the step, where stiff transients are damped: the next step may begin there. */
+static int ends_with_stage(const struct refdyn_collocation_table *table) {
+    return table->c[table->stages - 1] == 1;
+}
+
+/* That of smoothness.h. The acceleration at the begin is that of the last stage before: the equations give
+ * what stiffness makes of its rounding. */
+static double unsmooth_error(struct refdyn_step *step, const struct stages_of_one *stages, double h) {
+    const int n = step->n, size = table_of(step)->stages * n;
+    const double *first = memory_of(step)->last_h > 0 ? stages->last + size - n : step->rates + n;
+    double *a = stages->missing; /* and the parts behind it */
+    memcpy(a, first, (size_t)n * sizeof *a);
+    memcpy(a + n, stages->now, (size_t)size * sizeof *a);
+    return refdyn_unsmooth_error(step, a, h);
 }
 
 static int take(struct refdyn_step *step, double h) {
@@ -146,6 +170,8 @@ static int take(struct refdyn_step *step, double h) {
         return status;
     finish_of_one(&collocation);
     estimate_by_defect_of_one(&collocation, &motion);
+    if (saturates(step) && ends_with_stage(table_of(step)))
+        step->error[step->n] = step->units[0] * unsmooth_error(step, &collocation.stages, h) / h;
     return refdyn_is_finite(step->state_new, 2 * step->n) ? REFDYN_OK : REFDYN_NOT_FINITE;
 }
 

@@ -13,6 +13,7 @@
 #include "methods/collocation.h"
 #include "methods/step_arrays.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -29,6 +30,8 @@ static const double stalled = 1e-11;
 /* The same of a guided step: tolerances, and no less than this. Rounding is that of rows that say little at
  * the last stage, whose weight in a position is 0.003 at the points of Gauss. */
 static const double stalled_guided = 30, stalled_guided_least = 1e-8;
+/* The same where forces saturate, of rates: units in the last place of the largest one. */
+static const double stalled_rate = 64 * DBL_EPSILON;
 /* A correction must fall below this part of the one before, else a smaller step is needed. */
 static const double slow = 0.5;
 /* Factors are used again while each correction falls below this part of the one before. */
@@ -79,6 +82,7 @@ struct NAMED(collocation) {
     struct NAMED(stages) stages;
     const double *units; /* (n) struct refdyn_step */
     LANE h;
+    int sees_missed; /* iterations end by what the stages miss, too */
     struct NAMED(collocation_needs) needs;
 };
 
@@ -172,11 +176,19 @@ static inline void NAMED(combine_stages)(const struct NAMED(collocation) * step,
         ADD_ALL(y + i * n, NAMED(every)(scale), matrix + i * s, s, x, n, n);
 }
 
-/* Largest entry in the units. */
+/* Largest entry of a vector in the units, or what is given. */
 static inline LANE NAMED(largest_change)(const struct NAMED(collocation) * step, const LANE *x,
                                          LANE largest) {
     for (int j = 0; j < step->arrays.n; j++)
         largest = NAMED(larger)(largest, NAMED(size)(x[j]) / step->units[j]);
+    return largest;
+}
+
+/* Largest entry of vectors, one for each stage. */
+static inline LANE NAMED(largest_of)(const struct NAMED(collocation) * step, const LANE *x) {
+    LANE largest = NAMED(every)(0);
+    for (int i = 0; i < step->table->stages; i++)
+        largest = NAMED(largest_change)(step, x + i * step->arrays.n, largest);
     return largest;
 }
 
@@ -185,7 +197,6 @@ static inline LANE NAMED(correct)(const struct NAMED(collocation) * step, MASK w
     const struct refdyn_collocation_table *table = step->table;
     const struct NAMED(stages) *stages = &step->stages;
     const int n = step->arrays.n, s = table->stages;
-    LANE largest = NAMED(every)(0);
     if (step->needs.solve) {
         NAMED(combine_stages)(step, -1, table->left, stages->missing, stages->parts);
         step->needs.solve(step->needs.context, table->eigenvalues, table->lambda, stages->parts);
@@ -195,10 +206,14 @@ static inline LANE NAMED(correct)(const struct NAMED(collocation) * step, MASK w
         stages->missing[j] = -stages->missing[j];
     for (int j = 0; j < s * n; j++)
         stages->now[j] = NAMED(select)(waits, stages->now[j] + stages->missing[j], stages->now[j]);
-    for (int i = 0; i < s; i++)
-        largest = NAMED(largest_change)(step, stages->missing + i * n, largest);
-    return largest;
+    return NAMED(largest_of)(step, stages->missing);
 }
+
+/* What iterations have still to settle: corrections of the accelerations and, where forces saturate, what the
+ * stages miss: the matrix of what rests makes corrections small of what is not. */
+struct unsettled {
+    double correction, missed;
+};
 
 /* The iteration of one motion. */
 struct iteration {
@@ -207,7 +222,7 @@ struct iteration {
     int most;   /* corrections */
     double enough;
     double rounding; /* a correction that no longer falls is rounding below this */
-    double last;     /* correction */
+    struct unsettled last;
     double contraction;
 };
 
@@ -217,29 +232,47 @@ static inline void begin_iteration(struct iteration *iteration, const struct ref
                                     .most = ITERATIONS_MOST,
                                     .enough = settled_part * refdyn_settled_tolerance(step->tolerance) / h,
                                     .rounding = (step->guide ? guided : stalled) / (h * h),
-                                    .last = INFINITY};
+                                    .last = {INFINITY, INFINITY}};
 }
 
-/* Correction number `count`, of this size, was made. */
-static inline void judge_correction(struct iteration *iteration, int count, double now) {
-    const double part = now / iteration->last;
+/* Where forces saturate: a short step is one that friction has cut short, and its velocities last; what is
+ * rounding, the rates tell. */
+static inline void begin_with_friction(struct iteration *iteration, const struct refdyn_step *step,
+                                       double h) {
+    iteration->enough *= fmin(h, 1);
+    iteration->rounding = stalled_rate * refdyn_step_largest_change(step, step->state + step->n, NULL) / h;
+}
+
+/* A value falls from one iteration to the next: is what is left of it small enough? */
+static inline int has_settled(double now, double last, double enough) {
+    const double part = now / last;
+    return now * part <= enough * (1 - part);
+}
+
+/* Correction number `count` was made. */
+static inline void judge_correction(struct iteration *iteration, int count, struct unsettled now) {
+    const struct unsettled last = iteration->last;
+    const double part = now.correction / last.correction;
     const int is_slow = count > 0 && !(part < slow),
-              is_settled = now == 0 || (count > 0 && now * part <= iteration->enough * (1 - part));
+              is_settled = now.correction == 0 ||
+                           (count > 0 && has_settled(now.correction, last.correction, iteration->enough) &&
+                            (now.missed == 0 || has_settled(now.missed, last.missed, iteration->enough)));
     if (!is_settled && !is_slow)
         iteration->contraction = fmax(iteration->contraction, part);
     iteration->last = now;
     iteration->waits = !is_settled && !is_slow && count + 1 < iteration->most;
     if (!iteration->waits)
-        iteration->status = is_settled || now <= iteration->rounding ? REFDYN_OK : REFDYN_NO_CONVERGENCE;
+        iteration->status =
+            is_settled || now.correction <= iteration->rounding ? REFDYN_OK : REFDYN_NO_CONVERGENCE;
 }
 
 /* Accelerations of all stages of the motions that wait. Returns the status of rates that fail. */
 static inline int NAMED(solve_stages)(const struct NAMED(collocation) * step, struct iteration *iterations) {
     for (int count = 0;; count++) {
-        LANE waits = NAMED(every)(0);
+        MASK waits;
         int is_waiting = 0;
         for (int lane = 0; lane < LANES; lane++) {
-            OF_LANE(waits, lane) = iterations[lane].waits;
+            OF_LANE(waits, lane) = iterations[lane].waits ? -1 : 0;
             is_waiting |= iterations[lane].waits;
         }
         if (!is_waiting)
@@ -247,10 +280,14 @@ static inline int NAMED(solve_stages)(const struct NAMED(collocation) * step, st
         const int status = NAMED(find_missing)(step);
         if (status)
             return status;
-        LANE now = NAMED(correct)(step, waits > NAMED(every)(0));
+        LANE missed = NAMED(every)(0);
+        if (step->sees_missed)
+            missed = NAMED(largest_of)(step, step->stages.missing);
+        LANE correction = NAMED(correct)(step, waits);
         for (int lane = 0; lane < LANES; lane++)
             if (iterations[lane].waits)
-                judge_correction(&iterations[lane], count, OF_LANE(now, lane));
+                judge_correction(&iterations[lane], count,
+                                 (struct unsettled){OF_LANE(correction, lane), OF_LANE(missed, lane)});
     }
 }
 

@@ -7,8 +7,9 @@
  * before the end, the implicit one. The other one takes some steps on trial while it stands a chance: the
  * implicit one where it is stability that rules the explicit steps, the explicit one where its limit lets it
  * go half as far. The one that goes further for its counted operations goes on, until the next look: after a
- * while that doubles, or when it has slowed down. Where forces saturate, as friction, the Rosenbrock method
- * is left out: its steps are linear, and damp the error that would tell that what sticks begins to slide.
+ * while that doubles, or when it has slowed down. Where forces saturate, as friction, there is one candidate:
+ * what slides shows nothing of the rate at which it will stick, and of all methods it is the points of Radau
+ * that damp that rate and see where it comes and goes.
  */
 #include "base/arithmetic.h"
 
@@ -109,13 +110,21 @@ static double lasting_progress(const struct refdyn_motion *motion, int steps) {
            (is_explicit(motion->step.number) && reach > explicit_limit ? explicit_limit / reach : 1);
 }
 
+/* Forces saturate, and the tangent is there. */
+static int has_one_candidate(const struct refdyn_motion *motion) {
+    const struct refdyn_model *model = motion->work->model;
+    return model->saturates && refdyn_has_tangent(model);
+}
+
 /* Points of Gauss keep vibrations, the others damp what the steps, as they are now, leave far behind. */
 static enum refdyn_method implicit_for(const struct refdyn_motion *motion) {
     const struct refdyn_automatic *choice = &motion->automatic;
     const double h = motion->control.next; /* 0 at the start: none is known */
+    if (has_one_candidate(motion))
+        return REFDYN_RADAU9;
     if (choice->found.damping < damped && h > 0 && h * choice->found.rate < left_behind)
         return REFDYN_GAUSS12;
-    return motion->options.tol > loose && !motion->work->model->saturates ? REFDYN_RODAS5P : REFDYN_RADAU9;
+    return motion->options.tol > loose ? REFDYN_RODAS5P : REFDYN_RADAU9;
 }
 
 /* One of the two candidates takes the next step. */
@@ -208,9 +217,9 @@ void refdyn_automatic_start(struct refdyn_motion *motion) {
     *choice = (struct refdyn_automatic){.found.candidates = {REFDYN_RK8, REFDYN_RADAU9},
                                         .chosen = -1,
                                         .patience = FEW_STEPS,
-                                        .wants_spectrum = 1};
+                                        .wants_spectrum = !has_one_candidate(motion)};
     mark(motion);
-    ask_for(motion, EXPLICIT);
+    ask_for(motion, has_one_candidate(motion) ? IMPLICIT : EXPLICIT);
 }
 
 /* Does the chosen method still do what it was chosen for? If not, a trial begins with a look at the rates;
@@ -237,11 +246,21 @@ static void damp_what_is_left_behind(struct refdyn_motion *motion) {
         use(motion, IMPLICIT);
 }
 
+/* The only candidate, after steps of rk8 from a state where the tangent is not finite. */
+static void go_back_to_it(struct refdyn_motion *motion) {
+    if (motion->automatic.steps_left <= 0)
+        ask_for(motion, IMPLICIT);
+}
+
 void refdyn_automatic_after_step(struct refdyn_motion *motion) {
     struct refdyn_automatic *choice = &motion->automatic;
     if (motion->options.method != REFDYN_AUTO || !refdyn_has_tangent(motion->work->model))
         return;
     choice->steps_left--;
+    if (has_one_candidate(motion)) {
+        go_back_to_it(motion);
+        return;
+    }
     damp_what_is_left_behind(motion);
     if (choice->at >= 0 && choice->steps_left == MEASURED_STEPS)
         mark(motion);

@@ -106,6 +106,11 @@ static void print_start_residuals(const struct trial *trial) {
                         "where the projection ended");
 }
 
+/* Do rates drive forces to their limits? */
+static bool has_friction(const struct refdyn_integrator *integrator) {
+    return integrator->work->model->saturates;
+}
+
 static void print_failure(const struct trial *trial) {
     const struct motion *motion = &trial->motion;
     const struct refdyn_integrator *integrator = &motion->integrator;
@@ -130,6 +135,10 @@ static void print_failure(const struct trial *trial) {
             integrator->options.singular == REFDYN_STOP)
             fputs("refdyn: --singular pass leads through where a branch can be followed\n", stderr);
         print_refused(&integrator->refused);
+        if (trial->result == REFDYN_STEP_TOO_SMALL && has_friction(integrator))
+            fputs("refdyn: a force jumps, or reaches a limit, as a rate passes a value: friction needs a "
+                  "width, as that of rd.friction(level, rate, width), of 1e-10 or more\n",
+                  stderr);
         if (trial->result > REFDYN_OK && !trial->unfit)
             fputs("refdyn: a smaller --step or --tol may help\n", stderr);
     }
@@ -169,6 +178,8 @@ static struct refdyn_options finer(const struct refdyn_integrator *integrator, d
         *share = fmin(fmax(verify_part, verify_least / options.tol), verify_most);
         options.tol *= *share;
         options.step_max = integrator->statistics.step_largest * pow(*share, 1.0 / order);
+        if (has_friction(integrator) && refdyn_has_tangent(integrator->work->model))
+            options.method = REFDYN_RADAU9; /* another one may leave out the same events twice */
     } else {
         options.step /= 2;
         *share = pow(0.5, order);

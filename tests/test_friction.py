@@ -1,0 +1,112 @@
+"""Friction that sticks and slides: `auto` beside references, what `--verify` says of every method, which formulas count as such."""
+import math
+
+import numpy
+import pytest
+
+from friction_suite import ALLOWED, SCENES, STEPS_ALLOWED, TOLERANCES, WIDTHS, run
+from program import LONG, SCALE, check, motion, refdyn
+
+# tests/long: all of them.
+SOME_WIDTHS = WIDTHS if LONG else ("1e-2", "1e-6", "1e-10")
+SOME_TOLERANCES = TOLERANCES if LONG else ("1e-3", "1e-6", "1e-8")
+# Others by name; an explicit one has no time for small widths.
+OTHERS = ("gauss12", "rodas5p")
+# An estimate is allowed to be so many times smaller than the error that it stands for, where it is to be trusted.
+MISSED = 10
+
+
+@pytest.mark.parametrize("scene", SCENES, ids=lambda scene: scene.name)
+def test_auto_meets_its_tolerance(scene):
+    """Sticking and sliding at every width, by steps whose number hardly follows it."""
+    for width in SOME_WIDTHS:
+        runs = {tol: run(scene, width, "auto", tol) for tol in SOME_TOLERANCES}
+        check([f"width {width}, tol {tol}: error {found.error:.1e}" for tol, found in runs.items()
+               if not found.error <= ALLOWED * float(tol) * SCALE])
+        assert all(set(found.summary["chosen"]) == {"radau9"} for found in runs.values())
+        assert all(found.steps < 1000 for found in runs.values()), {tol: found.steps for tol, found in runs.items()}
+
+
+@pytest.mark.parametrize("scene", SCENES if LONG else SCENES[1:3], ids=lambda scene: scene.name)
+def test_steps_beside_the_best_method(scene):
+    """Of those by name that are within ten tolerances, too."""
+    for width in SOME_WIDTHS:
+        for tol in SOME_TOLERANCES:
+            others = [run(scene, width, method, tol) for method in OTHERS if not (method == "rodas5p" and float(width) < 1e-5)]
+            good = [other.steps for other in others if other.error <= ALLOWED * float(tol)]
+            own = run(scene, width, "auto", tol).steps
+            assert not good or own <= STEPS_ALLOWED * min(good), (width, tol, own, good)
+
+
+@pytest.mark.parametrize("method", ["auto", *OTHERS])
+@pytest.mark.parametrize("scene", SCENES if LONG else SCENES[:2], ids=lambda scene: scene.name)
+def test_what_is_trusted_is_right(scene, method):
+    """Also of methods that never see it slide: the finer motion is by the points of Radau."""
+    for width in SOME_WIDTHS if method == "auto" else ("1e-2", "1e-6"):
+        for tol in SOME_TOLERANCES:
+            found = run(scene, width, method, tol, "--verify")
+            told = found.summary["error"]
+            assert not told["is_trusted"] or found.error <= MISSED * told["largest"], (width, tol, found.error, told["largest"])
+
+
+STOPPING = """local rd = require "refdyn"
+local p = rd.parameters { { "w", 1e-6, "m/s" } }
+return rd.model { name = "stopping", links = { { "block", joint = "x", mass = 1, start_rate = { x = 0.7 } } },
+  forces = function(s) return { block_x = rd.friction(1.3, s.qd.block_x, p.w) } end }
+"""
+
+
+@pytest.mark.parametrize("width", ["1e-1", "1e-4", "1e-7", "1e-10"])
+def test_block_stops(tmp_path, width):
+    """In closed form: sinh(v/w) falls by e^(-L t/(m w)), so that the way is the integral of v/(L tanh(v/w)) over v."""
+    model, w, level, speed = tmp_path / "stopping.lua", float(width), 1.3, 0.7
+    model.write_text(STOPPING)
+    # v coth(v/w) = v + 2 v/(e^(2 v/w) - 1); of the second term, 2 w^2 times the integral of y/(e^(2 y) - 1)
+    y = numpy.linspace(0, min(speed / w, 40), 400001)
+    with numpy.errstate(invalid="ignore"):
+        term = numpy.where(y > 0, 2 * y / numpy.expm1(2 * y), 1)
+    way = (speed**2 / 2 + w**2 * numpy.trapz(term, y)) / level
+    for tol in 1e-4, 1e-6, 1e-8:
+        found, said, summary = motion(model, "--set", f"w={width}", "--until", 5, "--every", 5, "--tol", tol)
+        left = w / level * w * math.exp(-level * 5 / w) if w > 0.05 else 0  # what is still to come
+        assert abs(found["block_x"][-1] + left - way) < ALLOWED * tol * SCALE, said
+
+
+FORMULAS = {
+    "rd.tanh(r)": True, "rd.atan(r / 1e-3)": True, "r / rd.sqrt(r * r + 1e-6)": True, "r / (rd.abs(r) + 1e-3)": True,
+    "rd.max(-1, rd.min(1, r / 1e-3))": True, "2 / (1 + rd.exp(-r / 1e-3)) - 1": True, "rd.where(rd.less(r, 0), -1, 1)": True,
+    "r * (r * r + 1e-6) ^ -0.5": True, "0.3 * r": False, "rd.abs(r) * r": False, "r * rd.sqrt(r * r + 1)": False,
+    "rd.tanh(s.q.block_x)": False, "r / (1 + s.q.block_x ^ 2)": False, "rd.sin(r)": False,
+}
+SCENE = """local rd = require "refdyn"
+return rd.model { name = "formula", links = { { "block", joint = "x", mass = 1 } },
+  forces = function(s) local r = s.qd.block_x; return { block_x = -(FORMULA) } end }
+"""
+
+
+@pytest.mark.parametrize("formula", FORMULAS)
+def test_formulas_that_saturate(tmp_path, formula):
+    (tmp_path / "formula.lua").write_text(SCENE.replace("FORMULA", formula))
+    refdyn("gen", tmp_path / "formula.lua", "-o", tmp_path)
+    assert f"SET(saturates) {int(FORMULAS[formula])}," in (tmp_path / "formula.c").read_text()
+
+
+def test_points_of_loops(tmp_path):
+    """The rate of a point at the end of a chain that loops run over is carried from element to element."""
+    (tmp_path / "chain.lua").write_text("""local rd = require "refdyn"
+return rd.model { name = "chain", links = { { "arm", joint = "psi", beam = { length = 1, section = rd.round(0.01), E = 2e11, nu = 0.3, rho = 7800, rfe = 12, dofs = "psi" } } },
+  points = { tip = "arm.tip" }, forces = function(s) local v = s.points.tip.yd; return { rd.force { "tip", { 0, FORCE, 0 } } } end }
+""")
+    for force, saturates in ("-v / rd.sqrt(v * v + 1e-6)", 1), ("-v", 0):
+        path = tmp_path / f"chain_{saturates}.lua"
+        path.write_text((tmp_path / "chain.lua").read_text().replace("FORCE", force))
+        refdyn("gen", path, "-o", tmp_path)
+        assert f"SET(saturates) {saturates}," in (tmp_path / "chain.c").read_text()
+
+
+def test_friction_that_jumps(tmp_path):
+    """A sign has no state in which it sticks: what to write instead is told."""
+    (tmp_path / "formula.lua").write_text(SCENE.replace("FORMULA", "1.3 * rd.where(rd.less(r, 0), -1, 1) + rd.sin(3 * s.t)"))
+    done = refdyn("sim", tmp_path / "formula.lua", "--until", 1, "-o", tmp_path / "run.csv", status=3)
+    assert ("refdyn: a force jumps, or reaches a limit, as a rate passes a value: friction needs a width, as that of "
+            "rd.friction(level, rate, width), of 1e-10 or more\n") in done.stderr
