@@ -27,6 +27,8 @@ static const double settled_part = 0.005;
 static const double settled_most = 1e-5;
 /* Where corrections no longer fall, rounding is met, if they move no position by more than this. */
 static const double stalled = 1e-11;
+/* The same of a guided step: tolerances, and no less than this. */
+static const double stalled_guided = 10, stalled_guided_least = 1e-8;
 /* A correction must fall below this part of the one before, else a smaller step is needed. */
 static const double slow = 0.5;
 /* Factors are used again while each correction falls below this part of the one before. */
@@ -199,6 +201,12 @@ double refdyn_settled_tolerance(double tol) {
     return fmin(tol, settled_most);
 }
 
+/* Of a guided step rounding is that of rows that say little at the last stage, whose weight in a position is 0.003 at
+ * the points of Gauss. */
+static double stalled_most(const struct refdyn_step *step) {
+    return step->guide ? fmax(stalled_guided * step->tolerance, stalled_guided_least) : stalled;
+}
+
 /* Accelerations of all stages; the contraction tells how fast it went. */
 static int solve_stages(struct refdyn_step *step, double h) {
     struct memory *memory = memory_of(step);
@@ -219,7 +227,7 @@ static int solve_stages(struct refdyn_step *step, double h) {
         memory->contraction = fmax(memory->contraction, part);
         last = now;
     }
-    return h * h * last <= stalled ? REFDYN_OK : REFDYN_NO_CONVERGENCE;
+    return h * h * last <= stalled_most(step) ? REFDYN_OK : REFDYN_NO_CONVERGENCE;
 }
 
 /* The state at the end. */

@@ -103,10 +103,16 @@ static int complete(struct refdyn_motion *motion) {
         status = meet_programme_nearby(motion, t);
         is_known = is_known && memcmp(step->side, step->state_new, (size_t)(2 * n) * sizeof *q) == 0;
     }
+    const int rank = work->partition.rank;
     work->partition.rank_most = work->m;
     if (!status)
         status = refdyn_partition_watch(work, t, q, qd);
     work->partition.rank_most = work->partition.rank;
+    if (!status && work->partition.rank < rank && refdyn_fading_lies_ahead(motion)) {
+        status = REFDYN_ROWS_INCONSISTENT;
+        work->fault = (struct refdyn_fault){.row = work->partition.row[work->m - 1], .coordinate = -1};
+        refdyn_fading_refuse(motion);
+    }
     if (!status && is_known && !step->method->is_last_new)
         work->evaluations++; /* whoever took the step has evaluated them */
     if (!status && !is_known)

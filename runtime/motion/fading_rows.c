@@ -36,8 +36,10 @@ int refdyn_fading_memory_size(const struct refdyn_model *model) {
 int refdyn_fading_is_due(struct refdyn_motion *motion, double h, double t) {
     struct refdyn_fading *fading = &motion->fading;
     const double distance = t - motion->step.t_begin;
-    if (t != fading->t)
+    if (t != fading->t) {
         fading->looked = INFINITY;
+        fading->is_known = 0;
+    }
     fading->t = t;
     if (!(distance < reach * h) || (distance > fading->looked / 2 && distance >= 2 * h))
         return 0;
@@ -47,8 +49,13 @@ int refdyn_fading_is_due(struct refdyn_motion *motion, double h, double t) {
 
 int refdyn_fading_is_ahead(struct refdyn_motion *motion, double t) {
     struct refdyn_workspace *work = motion->work;
-    return work->partition.rank > 0 && !refdyn_rows_jump_at(motion, t) &&
-           refdyn_rank_of_rows(work) < work->partition.rank;
+    motion->fading.is_known = work->partition.rank > 0 && !refdyn_rows_jump_at(motion, t) &&
+                              refdyn_rank_of_rows(work) < work->partition.rank;
+    return motion->fading.is_known;
+}
+
+int refdyn_fading_lies_ahead(const struct refdyn_motion *motion) {
+    return motion->fading.is_known && motion->step.t_end < motion->fading.t;
 }
 
 /* Steps by this method from now on, whose stages the guide brings onto the programme. */

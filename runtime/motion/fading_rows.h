@@ -22,6 +22,8 @@ void refdyn_fading_start(struct refdyn_motion *motion);
 int refdyn_fading_is_due(struct refdyn_motion *motion, double h, double t);
 /* Do rows fade out towards the time event at t? The row terms in the workspace are lost. */
 int refdyn_fading_is_ahead(struct refdyn_motion *motion, double t);
+/* Is it known that they do, towards an event behind the step that was taken? */
+int refdyn_fading_lies_ahead(const struct refdyn_motion *motion);
 /* Enters the step that ends at such an event, and leaves it: from one to the other the method is gauss12, and
  * its stages are brought onto the programme. */
 void refdyn_fading_enter(struct refdyn_motion *motion);

@@ -38,7 +38,8 @@ struct refdyn_singular_crossing {
 struct refdyn_fading {
     int is_on;                 /* the last step leads to such an event: by gauss12, */
     enum refdyn_method before; /* instead of this method */
-    double t, looked;          /* event that was looked at last, from how far [s] */
+    double t, looked;          /* event that was looked at last, from how far [s], */
+    int is_known;              /* and rows fade out towards it */
     struct refdyn_stage_guide guide;
 };
 
