@@ -18,7 +18,8 @@
 #include "linear/dense.h"
 #include "methods/step.h"
 
-enum { ITERATIONS_MOST = 12 };
+/* Of Newton's iteration; of Picard's, whose corrections may fall slowly. */
+enum { ITERATIONS_MOST = 12, PICARD_MOST = 50 };
 
 /* Newton ends when what is left changes no velocity by more than this part of the tolerance, per second:
  * errors of slow motions add up over many steps. */
@@ -28,7 +29,7 @@ static const double settled_most = 1e-5;
 /* Where corrections no longer fall, rounding is met, if they move no position by more than this. */
 static const double stalled = 1e-11;
 /* The same of a guided step: tolerances, and no less than this. */
-static const double stalled_guided = 10, stalled_guided_least = 1e-8;
+static const double stalled_guided = 30, stalled_guided_least = 1e-8;
 /* A correction must fall below this part of the one before, else a smaller step is needed. */
 static const double slow = 0.5;
 /* Factors are used again while each correction falls below this part of the one before. */
@@ -201,8 +202,8 @@ double refdyn_settled_tolerance(double tol) {
     return fmin(tol, settled_most);
 }
 
-/* Of a guided step rounding is that of rows that say little at the last stage, whose weight in a position is 0.003 at
- * the points of Gauss. */
+/* Of a guided step rounding is that of rows that say little at the last stage, whose weight in a position is
+ * 0.003 at the points of Gauss. */
 static double stalled_most(const struct refdyn_step *step) {
     return step->guide ? fmax(stalled_guided * step->tolerance, stalled_guided_least) : stalled;
 }
@@ -212,8 +213,9 @@ static int solve_stages(struct refdyn_step *step, double h) {
     struct memory *memory = memory_of(step);
     const double enough = settled_part * refdyn_settled_tolerance(step->tolerance) / h;
     double last = INFINITY;
+    const int most = goes_without_matrices(step) ? PICARD_MOST : ITERATIONS_MOST;
     memory->contraction = 0;
-    for (int iteration = 0; iteration < ITERATIONS_MOST; iteration++) {
+    for (int iteration = 0; iteration < most; iteration++) {
         const int status = find_missing(step, h);
         if (status)
             return status;

@@ -103,14 +103,12 @@ static int complete(struct refdyn_motion *motion) {
         status = meet_programme_nearby(motion, t);
         is_known = is_known && memcmp(step->side, step->state_new, (size_t)(2 * n) * sizeof *q) == 0;
     }
-    const int rank = work->partition.rank;
     work->partition.rank_most = work->m;
     if (!status)
         status = refdyn_partition_watch(work, t, q, qd);
     work->partition.rank_most = work->partition.rank;
-    if (!status && work->partition.rank < rank && refdyn_fading_lies_ahead(motion)) {
+    if (!status && refdyn_fading_lost_rows(motion)) {
         status = REFDYN_ROWS_INCONSISTENT;
-        work->fault = (struct refdyn_fault){.row = work->partition.row[work->m - 1], .coordinate = -1};
         refdyn_fading_refuse(motion);
     }
     if (!status && is_known && !step->method->is_last_new)
@@ -225,9 +223,10 @@ static int meet_fading(struct refdyn_motion *motion, double h, double t_event, d
     if (!status)
         return 1;
     refdyn_motion_failed(motion, status, t_event);
-    refdyn_fading_refuse(motion);
     refdyn_statistics_rejected(&motion->statistics, 1);
-    if (2 * h > t_event - motion->step.t_begin)
+    if (!refdyn_fading_refuse(motion))
+        *t = motion->step.t_begin;
+    else if (2 * h > t_event - motion->step.t_begin)
         *t = t_event;
     return 0;
 }

@@ -15,12 +15,13 @@
 #include "methods/collocation.h"
 #include "motion/row_changes.h"
 
-/* Error of the step, in tolerances: a tenth, since velocities that it leaves are kept for the rest. */
-static const double error_share = 0.1;
+/* Error of the step, in tolerances: the estimate is that of states between its ends, that at the end is
+ * smaller by orders. */
+static const double error_share = 2;
 /* The same in units of 1 rad and `length`, where steps are fixed. */
-static const double error_fixed = 1e-9;
+static const double error_fixed = 1e-8;
 /* Steps ahead, in which it is looked for: short steps, as those of rk4, end too near the event. */
-static const double reach = 64;
+static const double reach = 1024;
 /* As a part of the step: nearer to its end than that, rows say less than the polynomial. */
 static const double near_part = 0.05;
 
@@ -49,13 +50,16 @@ int refdyn_fading_is_due(struct refdyn_motion *motion, double h, double t) {
 
 int refdyn_fading_is_ahead(struct refdyn_motion *motion, double t) {
     struct refdyn_workspace *work = motion->work;
+    motion->fading.rank = work->partition.rank;
     motion->fading.is_known = work->partition.rank > 0 && !refdyn_rows_jump_at(motion, t) &&
                               refdyn_rank_of_rows(work) < work->partition.rank;
     return motion->fading.is_known;
 }
 
-int refdyn_fading_lies_ahead(const struct refdyn_motion *motion) {
-    return motion->fading.is_known && motion->step.t_end < motion->fading.t;
+int refdyn_fading_lost_rows(const struct refdyn_motion *motion) {
+    const struct refdyn_fading *fading = &motion->fading;
+    return fading->is_known && motion->step.t_begin < fading->t &&
+           motion->work->partition.rank < fading->rank;
 }
 
 /* Steps by this method from now on, whose stages the guide brings onto the programme. */
@@ -107,12 +111,16 @@ int refdyn_fading_judge(struct refdyn_motion *motion) {
     return REFDYN_OK;
 }
 
-void refdyn_fading_refuse(struct refdyn_motion *motion) {
+int refdyn_fading_refuse(struct refdyn_motion *motion) {
     struct refdyn_step *step = &motion->step;
+    struct refdyn_workspace *work = motion->work;
     motion->rows_change = 0;
     refdyn_fading_leave(motion);
-    if (!refdyn_equations(motion->work, step->t_begin, step->state, step->state + step->n))
-        refdyn_partition_renew(motion->work);
+    if (refdyn_equations(work, step->t_begin, step->state, step->state + step->n) ||
+        refdyn_partition_renew(work))
+        return 0;
+    work->fault = (struct refdyn_fault){.row = work->partition.row[work->m - 1], .coordinate = -1};
+    return work->partition.rank >= motion->fading.rank;
 }
 
 int refdyn_fading_is_near(const struct refdyn_motion *motion, double t) {

@@ -22,8 +22,9 @@ void refdyn_fading_start(struct refdyn_motion *motion);
 int refdyn_fading_is_due(struct refdyn_motion *motion, double h, double t);
 /* Do rows fade out towards the time event at t? The row terms in the workspace are lost. */
 int refdyn_fading_is_ahead(struct refdyn_motion *motion, double t);
-/* Is it known that they do, towards an event behind the step that was taken? */
-int refdyn_fading_lies_ahead(const struct refdyn_motion *motion);
+/* An ordinary step was taken: has it lost rows that fade out towards an event that it did not begin behind?
+ */
+int refdyn_fading_lost_rows(const struct refdyn_motion *motion);
 /* Enters the step that ends at such an event, and leaves it: from one to the other the method is gauss12, and
  * its stages are brought onto the programme. */
 void refdyn_fading_enter(struct refdyn_motion *motion);
@@ -31,8 +32,9 @@ void refdyn_fading_leave(struct refdyn_motion *motion);
 /* The step was taken; is its error, in tolerances, small enough? It ends where the rows have changed. Error:
  * NO_CONVERGENCE. */
 int refdyn_fading_judge(struct refdyn_motion *motion);
-/* It was refused: the partition is that of its begin again. */
-void refdyn_fading_refuse(struct refdyn_motion *motion);
+/* It was refused: the partition is that of its begin again. Returns 0 where the rank is lost there already:
+ * then the motion ends. */
+int refdyn_fading_refuse(struct refdyn_motion *motion);
 /* Does t lie so near the event that its accelerations are not to be had from the rows? */
 int refdyn_fading_is_near(const struct refdyn_motion *motion, double t);
 

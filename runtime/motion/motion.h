@@ -39,7 +39,8 @@ struct refdyn_fading {
     int is_on;                 /* the last step leads to such an event: by gauss12, */
     enum refdyn_method before; /* instead of this method */
     double t, looked;          /* event that was looked at last, from how far [s], */
-    int is_known;              /* and rows fade out towards it */
+    int is_known;              /* and rows fade out towards it, */
+    int rank;                  /* which was this before */
     struct refdyn_stage_guide guide;
 };
 
