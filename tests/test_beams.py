@@ -52,6 +52,16 @@ def test_beam_that_is_curved_in_two_planes():
     assert limit < 1e-6 * SCALE, (errors, limit)
 
 
+def test_two_turns_have_no_strains(tmp_path):
+    """The option says nothing there, and a warning says that."""
+    model = PRINCETON.read_text().replace("springs = springs,", 'springs = springs, dofs = "psi, theta",')
+    (tmp_path / "strip.lua").write_text(model)
+    line = 1 + model[:model.index("springs = springs,")].count("\n")
+    done = refdyn("check", tmp_path / "strip.lua")
+    assert (f"{tmp_path}/strip.lua:{line}: warning: links[1].beam.springs: the elements have fewer turns than three (dofs), it says nothing"
+            in done.stderr), done.stderr
+
+
 def test_start_without_load_is_an_equilibrium():
     values = settings(dict(n=4, curved="true", P=0))
     found = json.loads(refdyn("eval", PRINCETON, *values).stdout)
