@@ -31,6 +31,8 @@ static const double settled_most = 1e-5;
 static const double stalled = 1e-11;
 /* The same where forces saturate, of rates: units in the last place of the largest one. */
 static const double stalled_rate = 64 * DBL_EPSILON;
+/* Or what the stages miss is: of a step of at least this length [s], and of the largest acceleration. */
+static const double shortest = 1e-3, small = 1e-6;
 /* A correction must fall below this part of the one before, else a smaller step is needed. */
 static const double slow = 0.5;
 /* Factors are used again while each correction falls below this part of the one before. */
@@ -201,14 +203,6 @@ static double lasting(const struct refdyn_step *step, double h) {
     return saturates(step) ? fmax(h, 1) : h;
 }
 
-/* Corrections no longer fall: is that rounding? Where forces saturate, the matrix of what rests makes
- * corrections small that are none, so it is rounding of rates alone. */
-static int is_rounding(const struct refdyn_step *step, double h, double last) {
-    if (!saturates(step))
-        return h * h * last <= stalled;
-    return h * last <= stalled_rate * refdyn_step_largest_change(step, step->state + step->n, NULL);
-}
-
 double refdyn_settled_tolerance(double tol) {
     return fmin(tol, settled_most);
 }
@@ -218,6 +212,18 @@ double refdyn_settled_tolerance(double tol) {
 struct unsettled {
     double correction, missed;
 };
+
+/* Corrections no longer fall: is that rounding? Where forces saturate, the matrix of what rests makes
+ * corrections small that are none, so it is rounding of rates, or of stiff springs if what the stages miss is
+ * small in itself. */
+static int is_rounding(const struct refdyn_step *step, double h, const struct unsettled *last) {
+    if (!saturates(step))
+        return h * h * last->correction <= stalled;
+    return h * last->correction <=
+               stalled_rate * refdyn_step_largest_change(step, step->state + step->n, NULL) ||
+           (h * fmax(h, shortest) * last->missed <= stalled &&
+            last->missed <= small * largest_of(step, stages_of(step).now));
+}
 
 /* A value falls from one iteration to the next: is what is left of it small enough? */
 static int is_settled(double now, double last, double enough) {
@@ -247,7 +253,7 @@ static int solve_stages(struct refdyn_step *step, double h) {
             break;
         memory->contraction = fmax(memory->contraction, part);
     }
-    return is_rounding(step, h, last.correction) ? REFDYN_OK : REFDYN_NO_CONVERGENCE;
+    return is_rounding(step, h, &last) ? REFDYN_OK : REFDYN_NO_CONVERGENCE;
 }
 
 /* The state at the end. */
