@@ -123,6 +123,17 @@ static int factor(struct refdyn_step *step, const struct collocation_of_one *col
                                              table->lambda, collocation->h);
 }
 
+/* Where forces saturate and corrections no longer fall: what the stages miss is rounding of stiff springs, of
+ * a step of at least this length [s] and of the largest acceleration. */
+static const double shortest = 1e-3, small = 1e-6;
+
+static int misses_rounding_alone(const struct collocation_of_one *collocation,
+                                 const struct iteration *iteration) {
+    const double h = collocation->h, missed = iteration->last.missed;
+    return h * fmax(h, shortest) * missed <= stalled &&
+           missed <= small * largest_of_stages_of_one(collocation, collocation->stages.now);
+}
+
 /* Accelerations of all stages, with factors as they are or new ones; keeps how fast it went. */
 static int find_stages(struct refdyn_step *step, const struct collocation_of_one *collocation, int is_kept) {
     struct iteration iteration;
@@ -137,6 +148,8 @@ static int find_stages(struct refdyn_step *step, const struct collocation_of_one
         iteration.most = PICARD_MOST;
     status = solve_stages_of_one(collocation, &iteration);
     memory_of(step)->contraction = iteration.contraction;
+    if (iteration.status && saturates(step) && misses_rounding_alone(collocation, &iteration))
+        iteration.status = REFDYN_OK;
     return status ? status : iteration.status;
 }
 

@@ -185,7 +185,7 @@ static inline LANE NAMED(largest_change)(const struct NAMED(collocation) * step,
 }
 
 /* Largest entry of vectors, one for each stage. */
-static inline LANE NAMED(largest_of)(const struct NAMED(collocation) * step, const LANE *x) {
+static inline LANE NAMED(largest_of_stages)(const struct NAMED(collocation) * step, const LANE *x) {
     LANE largest = NAMED(every)(0);
     for (int i = 0; i < step->table->stages; i++)
         largest = NAMED(largest_change)(step, x + i * step->arrays.n, largest);
@@ -206,7 +206,7 @@ static inline LANE NAMED(correct)(const struct NAMED(collocation) * step, MASK w
         stages->missing[j] = -stages->missing[j];
     for (int j = 0; j < s * n; j++)
         stages->now[j] = NAMED(select)(waits, stages->now[j] + stages->missing[j], stages->now[j]);
-    return NAMED(largest_of)(step, stages->missing);
+    return NAMED(largest_of_stages)(step, stages->missing);
 }
 
 /* What iterations have still to settle: corrections of the accelerations and, where forces saturate, what the
@@ -282,7 +282,7 @@ static inline int NAMED(solve_stages)(const struct NAMED(collocation) * step, st
             return status;
         LANE missed = NAMED(every)(0);
         if (step->sees_missed)
-            missed = NAMED(largest_of)(step, step->stages.missing);
+            missed = NAMED(largest_of_stages)(step, step->stages.missing);
         LANE correction = NAMED(correct)(step, waits);
         for (int lane = 0; lane < LANES; lane++)
             if (iterations[lane].waits)
