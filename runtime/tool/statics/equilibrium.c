@@ -72,8 +72,8 @@ static enum status choose_released(const struct scene *scene, const struct optio
         if (row < 0)
             return unknown_row(scene, options, *name);
         if (scene->model->rows[row].level != REFDYN_POSITION)
-            return option_error(options, "release",
-                                ": %s is no row of positions, it has no part in statics", *name);
+            return option_error(options, "release", ": %s is no row of positions, it has no part in statics",
+                                *name);
         released[row] = true;
     }
     return STATUS_DONE;
