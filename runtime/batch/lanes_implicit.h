@@ -304,6 +304,8 @@ static void NAMED(take_by_collocation)(struct NAMED(taking) * taking) {
     NAMED(guess)(&collocation, last_h, collocation.stages.now);
     NAMED(iterate)(taking, &collocation, iterations, is_kept, last_h);
     NAMED(iterate_again)(taking, &collocation, iterations, is_kept, last_h);
+    if (taking->method->projects_by_matrix)
+        NAMED(find_directions)(&linear);
     NAMED(finish)(&collocation);
     NAMED(estimate_by_defect)(&collocation, motions);
     for (int lane = 0; lane < LANES; lane++)

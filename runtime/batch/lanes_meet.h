@@ -141,10 +141,15 @@ static void NAMED(unload_end)(const struct NAMED(taking) * taking, int lane) {
         return;
     memcpy(step->side, step->state_new, (size_t)(2 * n) * sizeof(double));
     NAMED(scatter)(step->state_new, lanes->state_new, lane, 2 * n);
-    if (taking->method->projects_by_matrix && taking->steps[lane].needs_stages)
+}
+
+/* Those of a step's matrix, for states that the motion itself brings onto the programme. */
+static void NAMED(unload_directions)(const struct NAMED(taking) * taking, int lane) {
+    struct refdyn_motion *motion = taking->steps[lane].motion;
+    if (taking->m > 0 && taking->method->projects_by_matrix)
         NAMED(scatter)
-    (refdyn_programme_take_directions(&taking->steps[lane].motion->programme, step->linear),
-     lanes->directions, lane, m * n);
+    (refdyn_programme_take_directions(&motion->programme, &motion->linear), taking->lanes->directions, lane,
+     taking->m * taking->n);
 }
 
 /* The ends that are good enough to be kept: is_met of their steps. */
@@ -155,6 +160,8 @@ static void NAMED(meet)(struct NAMED(taking) * taking) {
         struct lane_step *one = &taking->steps[lane];
         one->is_met =
             one->motion && !one->status && one->attempt->size <= 1 && refdyn_lanes_can_meet(lanes, one);
+        if (one->motion && !one->status)
+            NAMED(unload_directions)(taking, lane);
         if (one->motion)
             lanes->t[lane] = one->attempt->t_new;
         is_projected |= one->is_met && one->motion->options.stabilise == REFDYN_PROJECT;

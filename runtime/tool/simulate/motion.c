@@ -200,11 +200,11 @@ static void keep_values(struct motion *motion) {
 }
 
 void motion_restore(const struct motion *motion) {
+    if (!motion->values) /* nothing that an event sets */
+        return;
     struct refdyn_workspace *work = &motion->scene->work;
     size_t parameters;
     const size_t count = count_values(work->model, &parameters);
-    if (!motion->values)
-        return;
     memcpy(work->p, motion->values, parameters * sizeof *work->p);
     memcpy(work->x, motion->values + parameters, (count - parameters) * sizeof *work->x);
 }
