@@ -241,6 +241,14 @@ def test_kinks(method, tolerance, form):
     check([close("tops", times["top"], [k * (2 * fall + touch) for k in range(11)], tolerance, 1)])
 
 
+@pytest.mark.parametrize("k, h, tolerance", [(107505, 0.575, 1e-6), (759220, 0.532, 1e-7), (213970.4290570586, 1.047816429399195, 1e-10)])
+def test_kinks_after_refused_steps(k, h, tolerance):
+    """auto sees kinks, however far the steps have led that it has refused: the energy of a ball on a stiff spring stays."""
+    run, _, _ = motion(MODELS / "stiff.lua", "--until", 8, "--every", 1, "--tol", tolerance, *settings(k=k, h=h))
+    energy = [v**2 / 2 + G * z + k * min(z, 0)**2 / 2 for z, v in zip(run["ball_z"], run["ball_z_d"])]
+    check([close("energy", [value / (G * h) for value in energy], [1] * len(energy), 1e3 * tolerance)])
+
+
 def test_directions():
     """A ball thrown up passes a level twice."""
     v, h = 5, 1

@@ -215,7 +215,11 @@ int refdyn_state_events_begin(struct refdyn_state_events *events, const struct r
     if (events->looks_again && events->due_count == 0)
         look_for_jumps(events, step);
     events->looks_again = 0;
-    return find_values(events, step, step->t_begin, step->state, events->samples);
+    const int status = find_values(events, step, step->t_begin, step->state, events->samples);
+    for (int i = 0; i < events->count && !status;
+         i++) /* of no step that is refused, which may lead anywhere */
+        events->sizes[i] = fmax(events->sizes[i], fabs(events->samples[i]));
+    return status;
 }
 
 /* Is the value that was due another one than before its action, and not by rounding? */
@@ -425,8 +429,6 @@ static int take_samples(struct refdyn_state_events *events, struct refdyn_step *
     int status = REFDYN_OK;
     for (int k = 1; k <= SAMPLES && !status; k++)
         status = values_at(events, step, (double)k / SAMPLES, events->samples + k * events->count);
-    for (int i = 0; i < events->count && !status; i++)
-        events->sizes[i] = fmax(events->sizes[i], fabs(sample(events, SAMPLES, i)));
     return status;
 }
 
