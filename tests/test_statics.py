@@ -330,6 +330,30 @@ def test_loop_starts_from_its_equilibrium(tmp_path):
     assert all(any(abs(x - float(y)) < 1e-9 for x in q) for y in first[1:6]), (q, first)
 
 
+SHALLOW = """local rd = require "refdyn"
+local P = rd.parameter("P", 0, "N")
+return rd.model { name = "shallow", links = { { "s", joint = "z", mass = 1, start = { z = 0.4 } } }, points = { S = "s" },
+  forces = function(s) return { s_z = -P,
+    rd.spring { "S", { on = "ground", at = { 1, 0, 0 } }, stiffness = 1000, rest = rd.sqrt(1.16) },
+    rd.spring { "S", { on = "ground", at = { -1, 0, 0 } }, stiffness = 1000, rest = rd.sqrt(1.16) } } end }
+"""
+
+
+def test_batch_counts_jumps_over_limit_points(tmp_path):
+    """A truss of two bars that snaps through at some 22.9 N, as the same cases of `statics` tell one by one."""
+    (tmp_path / "shallow.lua").write_text(SHALLOW)
+    loads = 20.3, 40, 0.7, 60
+    (tmp_path / "cases.csv").write_text("P\n" + "".join(f"{P}\n" for P in loads))
+    jumps = ["not the one that the growing load leads to" in statics(tmp_path / "shallow.lua", "--set", f"P={P}")[1] for P in loads]
+    assert jumps == [False, True, False, True]
+    for way, count in ("load", 2), ("path", 0):
+        done = refdyn("batch", tmp_path / "shallow.lua", "--table", tmp_path / "cases.csv", "--until", 0.01, "--from", "statics", "--way", way,
+                      "-o", tmp_path / "runs.csv", "--summary", tmp_path / "summary.json")
+        assert json.loads((tmp_path / "summary.json").read_text())["beyond_limit_point"] == count
+        told = "refdyn: warning: 2 cases start from an equilibrium that the growing load does not lead to, the first is case 1\n"
+        assert (told in done.stderr) == (count > 0) and ("warning" in done.stderr) == (count > 0), done.stderr
+
+
 def test_batch_gives_what_a_programme_takes(tmp_path):
     """A column for xc: the ellipse holds in each case, as in the motion of its own."""
     (tmp_path / "cases.csv").write_text("xc\n0.5417\n0.5391\n")
