@@ -199,6 +199,25 @@ def test_lock(where, x, tmp_path):
     assert numpy.allclose(found["q"], [x, -0.2], rtol=0, atol=1e-14) and numpy.allclose(found["lambda"], [100 * x], rtol=0, atol=1e-12)
 
 
+SLIDER = """local rd = require "refdyn"
+return rd.model { name = "slider",
+  links = { { "crank", joint = "psi", mass = 1, start = { psi = 0.6 } },
+            { "rod", on = "crank", at = { 0.2, 0, 0 }, joint = "psi", mass = 2, inertia = { zz = 0.05 }, start = { psi = -0.8278226675295883 } },
+            { "slide", joint = "x", mass = 3, start = { x = 0.6521473577374979 } } },
+  points = { P = { on = "rod", at = { 0.5, 0, 0 } } },
+  constraints = function() return { rd.loop { "P", "slide", keep = "x, y" }, rd.lock { "crank_psi", %r } } end }
+"""
+
+
+@pytest.mark.parametrize("angle", [2.317, 5, -7.193, 41.37])
+def test_lock_far_from_the_start(angle, tmp_path):
+    """The linkage follows the crank, over as many turns as that makes; the rod makes none of its own."""
+    (tmp_path / "slider.lua").write_text(SLIDER % angle)
+    found, _ = statics(tmp_path / "slider.lua")
+    tilt = math.asin(0.4 * sin(angle))
+    assert numpy.allclose(found["q"], [angle, -angle - tilt, 0.2 * cos(angle) + 0.5 * cos(tilt)], rtol=0, atol=1e-13)
+
+
 # ---- Stability, and loads that are too large ----
 
 COLUMN = """local rd = require "refdyn"
