@@ -372,6 +372,19 @@ def test_csv(tmp_path):
         assert list(run["case"]) == [0, 1, 2] and list(run["mass"]) == [0.5, 1.25, 2]
 
 
+def test_csv_names_starts_apart_from_ends(tmp_path):
+    (tmp_path / "cases.csv").write_text("arm_psi_d,arm_psi\n0.3173,0.2719\n-0.1381,0.4337\n")
+    for name in ("runs.csv", "runs.h5"):
+        refdyn("batch", MODEL, "--table", tmp_path / "cases.csv", "--until", "0.3", "-o", tmp_path / name)
+    names = (tmp_path / "runs.csv").read_text().splitlines()[0].split(",")
+    assert len(set(names)) == len(names) and names[1:3] == ["arm_psi_d_start", "arm_psi_start"]
+    run = read_run(tmp_path / "runs.csv")
+    with h5py.File(tmp_path / "runs.h5") as file:
+        for name in ("arm_psi", "arm_psi_d"):
+            assert np.array_equal(run[name + "_start"], file["cases/" + name][...])
+            assert np.array_equal(run[name], file["final/" + name][...]) and set(run[name]) != set(run[name + "_start"])
+
+
 def test_command_is_told(tmp_path):
     """As a shell takes it, whatever the words have in them."""
     import shlex

@@ -199,6 +199,25 @@ def test_lock(where, x, tmp_path):
     assert numpy.allclose(found["q"], [x, -0.2], rtol=0, atol=1e-14) and numpy.allclose(found["lambda"], [100 * x], rtol=0, atol=1e-12)
 
 
+SLIDER = """local rd = require "refdyn"
+return rd.model { name = "slider",
+  links = { { "crank", joint = "psi", mass = 1, start = { psi = 0.6 } },
+            { "rod", on = "crank", at = { 0.2, 0, 0 }, joint = "psi", mass = 2, inertia = { zz = 0.05 }, start = { psi = -0.8278226675295883 } },
+            { "slide", joint = "x", mass = 3, start = { x = 0.6521473577374979 } } },
+  points = { P = { on = "rod", at = { 0.5, 0, 0 } } },
+  constraints = function() return { rd.loop { "P", "slide", keep = "x, y" }, rd.lock { "crank_psi", %r } } end }
+"""
+
+
+@pytest.mark.parametrize("angle", [2.317, 5, -7.193, 41.37])
+def test_lock_far_from_the_start(angle, tmp_path):
+    """The linkage follows the crank, over as many turns as that makes; the rod makes none of its own."""
+    (tmp_path / "slider.lua").write_text(SLIDER % angle)
+    found, _ = statics(tmp_path / "slider.lua")
+    tilt = math.asin(0.4 * sin(angle))
+    assert numpy.allclose(found["q"], [angle, -angle - tilt, 0.2 * cos(angle) + 0.5 * cos(tilt)], rtol=0, atol=1e-13)
+
+
 # ---- Stability, and loads that are too large ----
 
 COLUMN = """local rd = require "refdyn"
@@ -328,6 +347,30 @@ def test_loop_starts_from_its_equilibrium(tmp_path):
         assert ("unstable" in done.stderr) == bool(warning) and warning in done.stderr, done.stderr
     q = [float(x) for x in (tmp_path / "downhill.csv").read_text().splitlines()[1].split(",")]
     assert all(any(abs(x - float(y)) < 1e-9 for x in q) for y in first[1:6]), (q, first)
+
+
+SHALLOW = """local rd = require "refdyn"
+local P = rd.parameter("P", 0, "N")
+return rd.model { name = "shallow", links = { { "s", joint = "z", mass = 1, start = { z = 0.4 } } }, points = { S = "s" },
+  forces = function(s) return { s_z = -P,
+    rd.spring { "S", { on = "ground", at = { 1, 0, 0 } }, stiffness = 1000, rest = rd.sqrt(1.16) },
+    rd.spring { "S", { on = "ground", at = { -1, 0, 0 } }, stiffness = 1000, rest = rd.sqrt(1.16) } } end }
+"""
+
+
+def test_batch_counts_jumps_over_limit_points(tmp_path):
+    """A truss of two bars that snaps through at some 22.9 N, as the same cases of `statics` tell one by one."""
+    (tmp_path / "shallow.lua").write_text(SHALLOW)
+    loads = 20.3, 40, 0.7, 60
+    (tmp_path / "cases.csv").write_text("P\n" + "".join(f"{P}\n" for P in loads))
+    jumps = ["not the one that the growing load leads to" in statics(tmp_path / "shallow.lua", "--set", f"P={P}")[1] for P in loads]
+    assert jumps == [False, True, False, True]
+    for way, count in ("load", 2), ("path", 0):
+        done = refdyn("batch", tmp_path / "shallow.lua", "--table", tmp_path / "cases.csv", "--until", 0.01, "--from", "statics", "--way", way,
+                      "-o", tmp_path / "runs.csv", "--summary", tmp_path / "summary.json")
+        assert json.loads((tmp_path / "summary.json").read_text())["beyond_limit_point"] == count
+        told = "refdyn: warning: 2 cases start from an equilibrium that the growing load does not lead to, the first is case 1\n"
+        assert (told in done.stderr) == (count > 0) and ("warning" in done.stderr) == (count > 0), done.stderr
 
 
 def test_batch_gives_what_a_programme_takes(tmp_path):

@@ -117,6 +117,7 @@ static int find_equilibrium(struct worker *worker) {
         refdyn_statics(&worker->work, batch->statics ? batch->statics : &defaults, batch->held,
                        batch->held_count, worker->q, NULL, &result, worker->statics, worker->statics_size);
     worker->unstable = result.unstable;
+    worker->is_beyond = !result.is_followed;
     return status;
 }
 
@@ -187,6 +188,7 @@ static enum turn end(struct worker *worker, struct refdyn_batch_result result, i
     const struct refdyn_batch *batch = worker->batch;
     result.t = worker->integrator.t;
     result.unstable = worker->unstable;
+    result.is_beyond = worker->is_beyond;
     /* a case that never halted has had the thread for itself */
     result.cpu_s = (thread_seconds() - worker->begun) / (worker->has_halted ? share : 1);
     result.steps_alone = worker->steps_alone;
@@ -209,7 +211,7 @@ enum turn refdyn_worker_begin(struct worker *worker, long index, int share) {
     worker->is_new = 1;
     worker->has_halted = 0;
     worker->steps_alone = 0;
-    worker->unstable = 0;
+    worker->unstable = worker->is_beyond = 0;
     worker->output = worker->turns = 0;
     result.status = begin(worker, &result);
     if (result.status)

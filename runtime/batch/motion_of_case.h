@@ -22,6 +22,7 @@ struct worker {
     void *statics;                        /* memory of refdyn_statics */
     size_t statics_size;
     int unstable;                  /* directions of its equilibrium */
+    int is_beyond;                 /* a limit point of the load lies before that */
     void *memory;                  /* the block */
     int output;                    /* the next of the batch's times */
     int turns;                     /* since the case began */

@@ -65,8 +65,9 @@ struct refdyn_batch_result {
     double cpu_s;                  /* of its thread, this case's share [s] */
     long steps_alone; /* steps that its motion took itself, since lanes lack what they take or their numbers
                          were not finite; 0 without lanes */
-    int unstable; /* directions in which the equilibrium that it starts from is unstable; 0: stable, or none
-                   */
+    int unstable;  /* directions in which the equilibrium that it starts from is unstable; 0: stable, or none
+                    */
+    int is_beyond; /* 1: that equilibrium is not the one that the growing load leads to (is_followed 0) */
 };
 
 struct refdyn_batch {

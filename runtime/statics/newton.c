@@ -12,6 +12,10 @@
 /* of corrections while the load is followed: what is surely in Newton's reach */
 static const double contraction = 0.5;
 static const double damping_least = 1.0 / 1024;
+/* of the reach: by so much may rows bend along a step beyond it */
+static const double nearly_linear = 0.1;
+/* Steps onto rows that are beyond the reach. */
+enum { FAR_STEPS_MOST = 2000 };
 /* [rad, length] Rows that depend on others hold by this much where those hold. */
 static const double rows_tol = 1e-9;
 
@@ -84,8 +88,23 @@ static int rows_not_met(struct balance *balance) {
     return refdyn_balance_fail(balance, REFDYN_NO_CONVERGENCE, farthest_row(balance, &distance), -1);
 }
 
-/* A step towards the rows, damped; *done: it was within tol, or at rounding level and no longer falling. */
-static int step_to_rows(struct statics *statics, int *done) {
+/* Has the step to `trial` led nearer? One beyond the reach has to end where a linear row would lead it, too,
+ * lest it goes on from a place that is turns away from the nearest one. Changes step_next. */
+static int is_nearer(struct statics *statics, double damping, double length) {
+    const struct balance *balance = &statics->balance;
+    double *next = statics->step_next;
+    if (!(refdyn_balance_length(balance, next) <= (1 - damping / 4) * length))
+        return 0;
+    if (damping * length <= statics->options->reach)
+        return 1;
+    for (int i = 0; i < balance->count; i++)
+        next[i] -= (1 - damping) * statics->step[i];
+    return refdyn_balance_length(balance, next) <= nearly_linear * statics->options->reach;
+}
+
+/* A step towards the rows, damped; *done: it was within tol, or at rounding level and no longer falling;
+ * *is_far: the rows are beyond the reach. */
+static int step_to_rows(struct statics *statics, int *done, int *is_far) {
     struct balance *balance = &statics->balance;
     refdyn_balance_choose(balance, &balance->now);
     const int status = refdyn_balance_eliminate(balance, &balance->now);
@@ -94,11 +113,12 @@ static int step_to_rows(struct statics *statics, int *done) {
     shortest_step(balance, &balance->now, statics->step);
     const double length = refdyn_balance_length(balance, statics->step);
     *done = length <= statics->options->tol;
+    *is_far = length > statics->options->reach;
     for (double damping = 1; damping >= damping_least; damping /= 2) {
         if (try_step(balance, damping, statics->step))
             continue;
         shortest_step(balance, &balance->trial, statics->step_next);
-        if (*done || refdyn_balance_length(balance, statics->step_next) <= (1 - damping / 4) * length) {
+        if (*done || is_nearer(statics, damping, length)) {
             swap_places(balance);
             return REFDYN_OK;
         }
@@ -116,12 +136,16 @@ static int all_rows_hold(struct balance *balance) {
 
 int refdyn_newton_meet_rows(struct statics *statics, double *q) {
     struct balance *balance = &statics->balance;
-    int done = balance->row_count == 0;
+    int done = balance->row_count == 0, near_steps = 0, far_steps = 0;
     balance->rank_most = balance->row_count;
     memcpy(balance->now.q, q, bytes_of(statics));
     int status = refdyn_balance_read(balance, &balance->now);
-    for (int i = 0; i < statics->options->iterations && !done && !status; i++)
-        status = step_to_rows(statics, &done);
+    while (near_steps < statics->options->iterations && far_steps < FAR_STEPS_MOST && !done && !status) {
+        int is_far = 0;
+        status = step_to_rows(statics, &done, &is_far);
+        near_steps += !is_far;
+        far_steps += is_far;
+    }
     if (!status)
         status = done ? all_rows_hold(balance) : rows_not_met(balance);
     if (status)

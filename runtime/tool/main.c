@@ -56,7 +56,7 @@ static const struct command commands[] = {
              "  refdyn statics models/manipulator.lua\n"
              "  refdyn statics models/manipulator.lua --hold column_psi,arm_psi,effector_z\n"
              "  refdyn statics models/manipulator.lua --hold column_psi,arm_psi --set xc=0.54\n"
-             "  refdyn statics models/slidercrank.lua --release guide\n"},
+             "  refdyn statics models/slidercrank.lua --release 'guide y'\n"},
     {.name = "modes",
      .run = run_modes,
      .operands = "MODEL.lua",

@@ -169,8 +169,10 @@ static bool write_summary(const struct batch_setup *setup, const struct batch_co
     put_open(&document, NULL, '{');
     put_whole(&document, "cases", count->cases);
     put_whole(&document, "failed", count->failed);
-    if (setup->structures.count > 0 && setup->structures.list[0].needs & NEEDS_STATICS)
-        put_whole(&document, "unstable", count->unstable);
+    if (setup->structures.count > 0 && setup->structures.list[0].needs & NEEDS_STATICS) {
+        put_whole(&document, "unstable", count->unstable.count);
+        put_whole(&document, "beyond_limit_point", count->beyond.count);
+    }
     put_number(&document, "wall_s", count->wall_s);
     put_number(&document, "cpu_s", count->cpu_s);
     put_number(&document, "cases_per_s", count->wall_s > 0 ? (double)count->cases / count->wall_s : 0);
@@ -180,13 +182,18 @@ static bool write_summary(const struct batch_setup *setup, const struct batch_co
     return document_close(&document, target->file) && target_finish(target);
 }
 
+static void warn_of_starts(const struct noted_cases *noted, const char *equilibrium) {
+    if (noted->count)
+        fprintf(stderr, "refdyn: warning: %ld case%s from %s, the first is case %ld\n", noted->count,
+                noted->count > 1 ? "s start" : " starts", equilibrium, noted->first);
+}
+
 static void print_count(const struct batch_setup *setup, const struct batch_count *count) {
     const long all = setup->end - setup->first;
     fprintf(stderr, "cases        %ld, %ld of them computed now, %ld of these failed\n", all, count->cases,
             count->failed);
-    if (count->unstable)
-        fprintf(stderr, "refdyn: warning: %ld case%s from an unstable equilibrium, the first is case %ld\n",
-                count->unstable, count->unstable > 1 ? "s start" : " starts", count->first_unstable);
+    warn_of_starts(&count->unstable, "an unstable equilibrium");
+    warn_of_starts(&count->beyond, "an equilibrium that the growing load does not lead to");
     fprintf(stderr, "time         %.3g s CPU, %.3g s wall on %d thread%s: %.4g cases a second\n",
             count->cpu_s, count->wall_s, setup->threads, setup->threads > 1 ? "s" : "",
             count->wall_s > 0 ? (double)count->cases / count->wall_s : 0);

@@ -102,10 +102,10 @@ static void show_progress(struct running *running) {
     progress_show(&running->progress, (double)count->cases / (double)running->total);
 }
 
-static void count_unstable(struct batch_count *count, long number) {
-    if (count->unstable == 0 || number < count->first_unstable)
-        count->first_unstable = number;
-    count->unstable++;
+static void note(struct noted_cases *noted, long number) {
+    if (noted->count == 0 || number < noted->first)
+        noted->first = number;
+    noted->count++;
 }
 
 static int end_case(void *context, const struct refdyn_batch_case *one,
@@ -138,7 +138,9 @@ static int end_case(void *context, const struct refdyn_batch_case *one,
     running->count->steps += one->integrator->statistics.steps;
     running->count->steps_alone += result->steps_alone;
     if (result->unstable)
-        count_unstable(running->count, one->number);
+        note(&running->count->unstable, one->number);
+    if (result->is_beyond)
+        note(&running->count->beyond, one->number);
     show_progress(running);
     const bool is_broken = running->is_broken;
     pthread_mutex_unlock(&running->lock);

@@ -6,10 +6,15 @@
 
 #include "batch/batch_setup.h"
 
+/* Cases of which something is told, and the lowest of them. */
+struct noted_cases {
+    long count, first;
+};
+
 struct batch_count {
     long cases, failed; /* that ended in this call, well or not */
-    long unstable,
-        first_unstable; /* that started from an equilibrium which is unstable, and the lowest of them */
+    /* that started from an equilibrium which is unstable, or which lies beyond a limit point of the load */
+    struct noted_cases unstable, beyond;
     double cpu_s, wall_s;
     long steps, steps_alone; /* all, and those that lanes left to the motions */
 };

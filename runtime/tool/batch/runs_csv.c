@@ -18,10 +18,15 @@ const char *runs_csv_unfit(const struct runs_layout *layout) {
     return NULL;
 }
 
+/* A coordinate or rate that varies is that of the start: its own name is that of the end. */
+static const char *start_suffix(const struct varied *column) {
+    return column->kind == VARIED_COORDINATE || column->kind == VARIED_RATE ? "_start" : "";
+}
+
 void runs_csv_header(const struct runs_layout *layout, FILE *out) {
     fputs("case", out);
     for (int i = 0; i < layout->cases.width; i++)
-        fprintf(out, ",%s", layout->cases.columns[i].name);
+        fprintf(out, ",%s%s", layout->cases.columns[i].name, start_suffix(&layout->cases.columns[i]));
     fputs(",status", out);
     for (int i = 0; i < layout->item_count; i++) {
         const struct kept_item *item = &layout->items[i];

@@ -1,6 +1,6 @@
 /*
- * The runs of a batch as CSV, where one row a case is enough: its number, what varied, its status, what was
- * kept of its end, of its extremes and norms.
+ * The runs of a batch as CSV, where one row a case is enough: its number, what varied (a start value under
+ * NAME_start), its status, what was kept of its end, of its extremes and norms.
  */
 #ifndef REFDYN_TOOL_RUNS_CSV_H
 #define REFDYN_TOOL_RUNS_CSV_H

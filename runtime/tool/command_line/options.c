@@ -71,8 +71,9 @@ static const struct rule rules[] = {
      "coordinates held in statics and modes, instead of the model's ('' frees all)"},
     {"release", "a,b", KIND_LIST, FIELD(release), "constraint rows that do not hold in statics"},
     {"way", "HOW", KIND_TEXT, FIELD(way),
-     "where the load of statics cannot grow on: jump (default) to any equilibrium, or pass them, step by "
-     "step"},
+     "how statics finds its equilibrium: load (default) raises the load and jumps where it cannot grow on, "
+     "path "
+     "passes limit points step by step, downhill leads to a stable one"},
     {"summary", "FILE.json", KIND_TEXT, FIELD(summary), "the summary as JSON"},
     {"panel", "a,b", KIND_LIST, FIELD(panel),
      "these panels only: angles, slides, bending-psi, bending-theta, torsion, others, path, side, height, "
