@@ -309,6 +309,65 @@ def test_end():
     assert list(at_once["t"]) == [0] and summary["ended"]["t"] == 0
 
 
+FALLING = """local rd = require "refdyn"
+local u = rd.input("u", 0)
+return rd.model {{ name = "falling", gravity = {{ 0, 0, -10 }}, links = {{ {{ "b", joint = "z", mass = 1, start = {{ z = {z} }}, start_rate = {{ z = {v} }} }} }},
+  events = function(s) local z, v, t = s.q.b_z, s.qd.b_z, s.t; return {{ {events} }} end }}
+"""
+LEVEL = math.sqrt(0.9 / 10)  # from 1 to 0.55, at rate -3
+
+
+def falling(tmp_path, lines, *arguments, z=1, v=0):
+    """[name, t] of the events of a mass that falls."""
+    (tmp_path / "falling.lua").write_text(FALLING.format(z=z, v=v, events=lines))
+    _, _, summary = motion(tmp_path / "falling.lua", "--until", 0.95, *arguments)
+    return [(mark["event"], mark["t"]) for mark in summary["events"]]
+
+
+def same_events(found, expected, allowed=1e-9):
+    assert [name for name, _ in found] == [name for name, _ in expected], found
+    check([close("t", [t for _, t in found], [t for _, t in expected], allowed)])
+
+
+@pytest.mark.parametrize("action", ["restitution = 0.7", "rates = { b_z = -0.7 * v }"])
+@pytest.mark.parametrize("direction", ["both", "up"])
+def test_carried_across_once(tmp_path, action, direction):
+    """A rate that an impact or an action carries across zero, once each time, and its way back."""
+    lines = f'rd.event {{ z - 0.55, direction = "down", {action}, name = "level" }}, rd.event {{ v + 0.1, direction = "{direction}", name = "rate" }}'
+    back = [("rate", LEVEL + 0.22)] if direction == "both" else []
+    expected = ([("rate", 0.01)] if direction == "both" else []) + [("level", LEVEL), ("rate", LEVEL)] + back
+    again = LEVEL + 0.42
+    same_events(falling(tmp_path, lines), expected + [("level", again), ("rate", again)] + ([("rate", again + 0.157)] if direction == "both" else []))
+
+
+def test_jumps_once(tmp_path):
+    """Inputs that an event or samples switch, and step functions of time and place."""
+    lines = 'rd.event { z - 0.55, inputs = { u = 1 }, name = "level" }, rd.event { u - 0.5, name = "carried" }'
+    same_events(falling(tmp_path, lines), [("level", LEVEL), ("carried", LEVEL)])
+    (tmp_path / "u.csv").write_text("t,u\n0,0\n0.31,1\n0.62,0\n")
+    lines = 'rd.event { u - 0.5, name = "sample", rates = { b_z = 5 } }'
+    same_events(falling(tmp_path, lines, "--inputs", tmp_path / "u.csv"), [("sample", 0.31), ("sample", 0.62)])
+    for condition, t in ("rd.less(t, 0.73)", 0.73), ("rd.less(0.55, z)", LEVEL):
+        for act in "", ", rates = { b_z = -2 }":
+            same_events(falling(tmp_path, f'rd.event {{ rd.where({condition}, -1, 1), name = "jump"{act} }}'), [("jump", t)])
+
+
+@pytest.mark.parametrize("value, t", [("rd.max(0, 0.55 - z)", LEVEL), ("rd.less(z, 0.55)", LEVEL), ("rd.ramp(t, 0.43, 0.6)", 0.43),
+                                      ("rd.where(rd.less(t, 0.73), 0, 1)", 0.73), ("rd.max(0, 0.55 - z) + rd.min(0, 0.8 - z)", LEVEL)])
+@pytest.mark.parametrize("method", ["auto", "rk54", "radau9"])
+def test_leaves_a_stretch_of_zero(tmp_path, value, t, method):
+    """A ramp begins so flat that rounding hides its first 1e-9 s."""
+    found = falling(tmp_path, f'rd.event {{ {value}, name = "leaves" }}', "--method", method)
+    same_events(found, [("leaves", t)], 1e-8 if "ramp" in value else 1e-9)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_grazes_exactly(tmp_path, method):
+    """Nothing, or to the accuracy of the steps there and back."""
+    found = falling(tmp_path, 'rd.event { z - 0.8, name = "g" }', "--method", method, z=0, v=4)
+    assert len(found) in (0, 2, 4, 6) and all(abs(t - 0.4) < 1e-6 for _, t in found), found
+
+
 def test_stops_beside_events():
     """A condition of the command line that comes first."""
     _, told, summary = motion(MODELS / "ball.lua", "--until", 2, "--stop", "ball1_z<0.5", *settings(act="ends"))

@@ -47,6 +47,7 @@ void refdyn_state_events_lay_out(struct refdyn_state_events *events, const struc
     events->named = model->event_count;
     events->side = layout_ints(layout, count);
     events->side_end = layout_ints(layout, count);
+    events->towards = layout_ints(layout, count);
     events->due = layout_ints(layout, count);
     events->samples = layout_doubles(layout, (SAMPLES + 1) * count);
     events->sizes = layout_doubles(layout, count);
@@ -166,6 +167,7 @@ static void start_on_zero(struct refdyn_state_events *events, const struct refdy
     if (to == 0 || is_kink(events, i) || !watches(step, i, to))
         return;
     events->side[i] = -to;
+    events->towards[i] = to;
     add_due(events, i);
 }
 
@@ -195,7 +197,7 @@ int refdyn_state_events_start(struct refdyn_state_events *events, const struct r
 /* A value that lies clear of zero on the other side than it was, without a way there. */
 static void jump(struct refdyn_state_events *events, const struct refdyn_step *step, int i, double value) {
     const int before = events->side[i], now = sign_of(value);
-    events->side[i] = now;
+    events->side[i] = events->towards[i] = now;
     if (before == -now && !is_kink(events, i) && watches(step, i, now))
         add_due(events, i);
 }
@@ -227,6 +229,47 @@ static int is_set(double value, double before, double noise) {
     return value != before && fabs(value) > noise && fabs(value - before) > noise;
 }
 
+/* Do coordinates or rates move the value of event i? Those of a step function do not. */
+static int is_moved_by_state(const struct refdyn_state_events *events, const struct refdyn_step *step,
+                             int i) {
+    const int n = step->n;
+    const double *by_q = events->terms + events->count + i * n, *by_qd = by_q + events->count * n;
+    for (int j = 0; j < n; j++)
+        if (by_q[j] != 0 || by_qd[j] != 0)
+            return 1;
+    return 0;
+}
+
+/* Is event i an impact, or does it set rates? */
+static int sets_rates(const struct refdyn_model *model, int i) {
+    const struct refdyn_event *event = &model->events[i];
+    int sets = event->is_impact;
+    for (int k = event->first_change; k < event->first_change + event->change_count; k++)
+        sets |= model->changes[k].what == REFDYN_CHANGED_RATE;
+    return sets;
+}
+
+/* Does the crossing of a value that was due stand? One that has jumped is beyond zero already, and rates that
+ * are set turn no step function. Another value that its event leaves alone goes on, unless the event of
+ * another one has turned it; contacts have to turn theirs, however often. */
+static int has_crossed_for_good(const struct refdyn_state_events *events, const struct refdyn_step *step,
+                                int i, int rate_side) {
+    if (is_kink(events, i))
+        return 0;
+    const int is_turned = rate_side != 0 && rate_side != sign_of(events->rates[i]);
+    return events->side[i] == events->towards[i] ||
+           (!is_turned &&
+            (!sets_rates(model_of(step), i) || (rate_side == 0 && !is_moved_by_state(events, step, i))));
+}
+
+/* The side of a value that was due and that its action has not set. 0: its rate does not tell. */
+static int side_behind(const struct refdyn_state_events *events, const struct refdyn_step *step, int i,
+                       const struct assessed *now) {
+    const int has_rate = fabs(now->rate) > fmax(now->rate_noise, rounding * fabs(events->rates[i]));
+    const int rate_side = has_rate ? sign_of(now->rate) : 0;
+    return has_crossed_for_good(events, step, i, rate_side) ? events->towards[i] : rate_side;
+}
+
 void refdyn_state_events_settle(struct refdyn_state_events *events, const struct refdyn_step *step) {
     const int due_count = events->due_count;
     const double *before = events->samples;
@@ -238,9 +281,7 @@ void refdyn_state_events_settle(struct refdyn_state_events *events, const struct
         const int was_due = k < due_count && events->due[k] == i;
         k += was_due;
         if (was_due && !is_set(value, before[i], now.noise))
-            events->side[i] = fabs(now.rate) > fmax(now.rate_noise, rounding * fabs(events->rates[i]))
-                                  ? sign_of(now.rate)
-                                  : 0;
+            events->side[i] = side_behind(events, step, i, &now);
         else if (was_due)
             events->side[i] = sign_of(value);
         else if (fabs(value) > now.noise)
@@ -287,6 +328,21 @@ static int find_zero(struct refdyn_state_events *events, struct refdyn_step *ste
     return REFDYN_OK;
 }
 
+/* Between a, where the value is zero, and b, where it no longer is: where it leaves zero. */
+static int find_leave(struct refdyn_state_events *events, struct refdyn_step *step, int i, double a, double b,
+                      double *theta) {
+    double value;
+    for (int k = 0; k < ZEROS_MOST && b - a > zero_width; k++) {
+        const double x = a + (b - a) / 2;
+        const int status = value_at(events, step, i, x, &value);
+        if (status)
+            return status;
+        *(value != 0 ? &b : &a) = x;
+    }
+    *theta = b;
+    return REFDYN_OK;
+}
+
 /* Behind a begin from which a value first leaves zero, in the first part of the step: the parabola through
  * the begin, with its rate, and the first sample tells where it is farthest, and, where that shows nothing on
  * the interpolant either, where it is back. */
@@ -313,6 +369,8 @@ static int find_near_begin(struct refdyn_state_events *events, struct refdyn_ste
     if (side * found.rate > found.rate_noise)
         return find_return(events, step, i, side, found.rate * part * (step->t_end - step->t_begin), theta);
     *theta = 0;
+    if (begin == 0 && fabs(found.rate) <= found.rate_noise)
+        return find_leave(events, step, i, 0, part, theta);
     return side * begin > 0 ? find_zero(events, step, i, 0, begin, part, sample(events, 1, i), theta)
                             : REFDYN_OK;
 }
@@ -379,6 +437,8 @@ static int find_dips(struct refdyn_state_events *events, struct refdyn_step *ste
             return REFDYN_OK;
     for (int k = 1; k < SAMPLES && !status && !isfinite(*theta); k++)
         status = find_dip(events, step, i, k, side, theta);
+    if (isfinite(*theta))
+        events->towards[i] = -side;
     return status;
 }
 
@@ -399,6 +459,7 @@ static int find_crossing(struct refdyn_state_events *events, const struct refdyn
             continue;
         if (watches(step, i, now) && (*side != 0 || !is_kink(events, i))) {
             *side = -now;
+            events->towards[i] = now;
             return k;
         }
         *side = now;
@@ -418,6 +479,8 @@ static int find_first(struct refdyn_state_events *events, struct refdyn_step *st
         return find_near_begin(events, step, i, side, theta);
     const double before = sample(events, k - 1, i);
     *theta = (double)(k - 1) / SAMPLES;
+    if (before == 0)
+        return find_leave(events, step, i, *theta, (double)k / SAMPLES, theta);
     return side * before > 0
                ? find_zero(events, step, i, *theta, before, (double)k / SAMPLES, sample(events, k, i), theta)
                : REFDYN_OK;
@@ -458,6 +521,8 @@ static void end_on_zero(struct refdyn_state_events *events, struct refdyn_step *
         const int is_about_to = side * end.rate < 0 && watches(step, i, -side) &&
                                 fabs(events->values[i]) <= fmax(end.noise, fabs(end.rate) * same_time(step));
         events->side[i] = side;
+        if (is_about_to)
+            events->towards[i] = -side;
         if (has_crossed || is_about_to || i == events->target)
             add_due(events, i);
     }
@@ -468,6 +533,7 @@ static void end_on_zero(struct refdyn_state_events *events, struct refdyn_step *
 static void stay_on_zero(struct refdyn_state_events *events, struct refdyn_step *step, double *t_event) {
     const int target = events->target;
     clear_due(events);
+    events->side[target] = -events->towards[target];
     add_due(events, target);
     refdyn_step_give_up(step);
     note_due(events, step->t_begin);

@@ -6,8 +6,8 @@
  * through three of them says that it may have been beyond zero in between, the first zero is found on the interpolant, and the step is
  * taken anew to there, until its end lies on the zero: the event is as accurate as a step. What then happens, event_actions.h tells.
  *
- * On which side of zero a value is, is kept: behind an event it follows from the rate of the value, so that what is left of it there by
- * rounding does not count. A value that is zero at the start is an event where it leaves zero in the event's direction.
+ * On which side of zero a value is, is kept: behind an event it is the one to which the crossing led, or, where an action has turned the
+ * value, follows from its rate, so that what is left of it there by rounding does not count. A value that is zero at the start is an event where it leaves zero in the event's direction.
  */
 /* clang-format on */
 #ifndef REFDYN_STATE_EVENTS_H
@@ -25,6 +25,7 @@ struct refdyn_state_events {
     int *
         side; /* (count) of zero where each value is: -1, 1; 0: on zero, and its rate does not say where to */
     int *side_end; /* (count) the same at the end of the step that is looked at */
+    int *towards;  /* (count) the side to which the last crossing that was found leads */
     int *due;      /* (due_count) those that happen at the end of the last step, ascending */
     int due_count;
     int due_named;   /* of these, events */
