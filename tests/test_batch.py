@@ -646,7 +646,7 @@ VARY = HEAD + "return rd.sweep { vary = { %s }, t_end = 0.1%s }"
     (VARY % ("mass = 1", ',\nstabilise = "x"'), [], 1, "sweep.lua:3: stabilise: 'x' is none of none, baumgarte, baumgarte-auto, project"),
     (VARY % ("mass = 1", ',\nstart = "x"'), [], 1, "sweep.lua:3: start: 'x' is none of as-is, project"),
     (VARY % ("mass = 1", ',\nsingular = "x"'), [], 1, "sweep.lua:3: singular: 'x' is none of stop, pass"),
-    (VARY % ("mass = 1", ',\nhold = { "tip" }'), [], 1, "sweep.lua:3: hold goes with --from statics"),
+    (VARY % ("mass = 1", ',\nhold = { "tip" }'), [], 1, "sweep.lua:3: hold: goes with --from statics"),
     (VARY % ("mass = 1", ',\nfrom = "statics", hold = { "nix" }'), [], 1, "sweep.lua:3: hold: the model has no coordinate 'nix'"),
     (VARY % ("mass = 1", ',\nevery = 1e-8'), [], 1, "sweep.lua:3: every 1e-08: 1e+07 outputs, at most 1000000 are taken in a batch"),
     (VARY % ("mass = 1", ',\nstep = 1e-12'), [], 1, "sweep.lua:3: step 1e-12: 1e+11 steps, at most 1e+10 are taken"),

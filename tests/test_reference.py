@@ -77,7 +77,8 @@ def test_brute_force_reproduces_the_oracle():
     reference = oracle("seed_flexible_2")
     p, state = reference["params"], reference["states"][2]
     half_turn = float(numpy.pi / 2)
-    rod = {"length": p["L"], "section": Tagged("round", p["d"]), "E": p["E"], "nu": p["nu"], "rho": p["rho"], "rfe": 2}
+    rod = {"length": p["L"], "section": Tagged("round", p["d"]), "E": p["E"], "nu": p["nu"], "rho": p["rho"], "rfe": 2,
+           "springs": "printed"}
     tree = Tree({"gravity": (0, 0, -p["g"]), "points": {"E": {"on": "effector"}}, "links": [
         {"name": "base", "joint": ["z"], "mass": p["m_base"], "spring": {"z": p["s_sup"]}, "damper": {"z": p["d_sup"]}},
         {"name": "column", "on": "base", "joint": ["psi"], "mass": p["m_col"], "center": (0, 0, p["h"] / 2),
