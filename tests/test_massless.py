@@ -6,7 +6,7 @@ import pytest
 
 from program import SCALE, TESTS, check, close, evaluate, motion, refdyn
 
-MODEL = TESTS / "models" / "massless_frames.lua"
+MODEL = TESTS / "models" / "massless" / "frames.lua"
 METHODS = ["auto", "rk4", "rk54", "rk8", "rodas5p", "rodas6p", "radau9", "gauss12", "ros34pw2"]
 
 

@@ -4,7 +4,8 @@ local rd = require "refdyn"
 local n       = rd.option("n", 8, { from = 1 })                         -- spring-damping elements
 local springs = rd.option("springs", "symmetric")
 local curved  = rd.option("curved", false)                              -- bent and twisted without load
-local p = rd.parameters { { "P", 13.345, "N" }, { "angle", 60, "deg" }, { "bend", 1.5, "rad/m" }, { "twist", 2, "rad/m" } }
+local P = rd.input("P", 13.345, "N")                                    -- the load
+local p = rd.parameters { { "angle", 60, "deg" }, { "bend", 1.5, "rad/m" }, { "twist", 2, "rad/m" } }
 
 return rd.model {
   name = "princeton",
@@ -15,6 +16,6 @@ return rd.model {
   points = { tip = "strip.tip" },
   forces = function()
     local angle = p.angle * rd.pi / 180
-    return { rd.force { "tip", { 0, p.P * rd.sin(angle), p.P * rd.cos(angle) } } }
+    return { rd.force { "tip", { 0, P * rd.sin(angle), P * rd.cos(angle) } } }
   end,
 }
