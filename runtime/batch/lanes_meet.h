@@ -7,8 +7,6 @@
 #include "constraints/programme_distance.h"
 #include "linear/elimination_lanes.h"
 
-enum { NAMED(corrections_most) = 30 };
-
 /* Row terms in lanes->row_terms, of positions or of velocities. */
 static struct NAMED(level) NAMED(level_of)(const struct NAMED(taking) * taking, enum refdyn_row_level last) {
     const int n = taking->n, m = taking->m;
@@ -76,7 +74,7 @@ static void NAMED(project)(struct NAMED(taking) * taking, const LANE *directions
     LANE last_phi = NAMED(every)(INFINITY), last_psi = last_phi;
     MASK waits = NAMED(are_met)(taking);
     MASK positions_are_done = NAMED(every)(0) != NAMED(every)(0), is_good = ~positions_are_done;
-    for (int count = 0; count <= NAMED(corrections_most); count++) {
+    for (int count = 0; count <= CORRECTIONS_MOST; count++) {
         const LANE kept = last_psi;
         positions_are_done |= NAMED(level_is_done)(&positions, q, &last_phi);
         const MASK is_done = positions_are_done & NAMED(level_is_done)(&velocities, qd, &last_psi);

@@ -22,30 +22,9 @@
 #endif
 
 #include "base/lane.h"
+#include "linear/weighted_sum.h"
 
-/* y += h sum_j weight_j x_j, in the order of refdyn_add_all. */
-static inline void NAMED(add_all)(LANE *restrict y, LANE h, const double *weights, int count,
-                                  const LANE *restrict x, int stride, int n) {
-    LANE a[4];
-    const LANE *u[4];
-    int found = 0;
-    for (int j = 0; j < count; j++) {
-        if (weights[j] == 0)
-            continue;
-        a[found] = h * weights[j];
-        u[found++] = x + j * stride;
-        if (found < 4)
-            continue;
-        for (int i = 0; i < n; i++)
-            y[i] = y[i] + a[0] * u[0][i] + a[1] * u[1][i] + a[2] * u[2][i] + a[3] * u[3][i];
-        found = 0;
-    }
-    for (int k = 0; k < found; k++)
-        for (int i = 0; i < n; i++)
-            y[i] += a[k] * u[k][i];
-}
-
-#define ADD_ALL NAMED(add_all)
+#define ADD_ALL NAMED(weighted_sum)
 #include "methods/step_arrays.h"
 
 /* The steps that are being taken. */

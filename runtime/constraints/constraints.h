@@ -29,6 +29,11 @@ int refdyn_partition_renew(struct refdyn_workspace *work);
 
 /* What is off, as one number: the largest residual (m) over the largest coefficient of its row. */
 double refdyn_distance(const struct refdyn_workspace *work, const double *residual);
+/*
+ * With the equations in the workspace: L L^T of the metric of the smallest change into work->reduced: that of
+ * M, also where only rows hold what has no mass. Errors: NOT_FINITE, MASS_NOT_POSITIVE.
+ */
+int refdyn_factor_metric(struct refdyn_workspace *work);
 /* refdyn_project, with the equations of the given state already in the workspace. */
 int refdyn_project_evaluated(struct refdyn_workspace *work, double t, double *q, double *qd);
 /*

@@ -17,19 +17,6 @@
 #include "constraints/constraints.h"
 #include "linear/dense.h"
 
-/* M as its factor into work->reduced. */
-static int factor_mass(struct refdyn_workspace *work) {
-    const int n = work->n;
-    memcpy(work->reduced, work->M, (size_t)(n * n) * sizeof(double));
-    const int failed = refdyn_factor(work->reduced, n, n);
-    if (failed < 0)
-        return REFDYN_OK;
-    if (refdyn_fault_not_finite(work))
-        return REFDYN_NOT_FINITE;
-    work->fault = (struct refdyn_fault){.row = -1, .coordinate = failed};
-    return REFDYN_MASS_NOT_POSITIVE;
-}
-
 /* Takes its parts along the first `count` vectors of the basis out of x, twice against rounding; the length
  * that is left, over that before. */
 static double leave_rest(const struct refdyn_workspace *work, int count, double *x) {
@@ -65,7 +52,7 @@ static int spread_rows(struct refdyn_workspace *work) {
 }
 
 int refdyn_impulse(struct refdyn_workspace *work, const double *gradient, double change, double *jump) {
-    const int n = work->n, status = factor_mass(work);
+    const int n = work->n, status = refdyn_factor_metric(work);
     if (status)
         return status;
     const int count = spread_rows(work);

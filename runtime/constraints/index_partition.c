@@ -101,12 +101,6 @@ int refdyn_rank_of_rows(struct refdyn_workspace *work) {
     return rank;
 }
 
-static void sort(int *list, int count) {
-    for (int i = 1; i < count; i++)
-        for (int j = i; j > 0 && list[j - 1] > list[j]; j--)
-            swap_int(&list[j - 1], &list[j]);
-}
-
 static int is_listed(const int *list, int count, int value) {
     for (int i = 0; i < count; i++)
         if (list[i] == value)
@@ -134,8 +128,8 @@ static void choose(struct refdyn_workspace *work) {
     if (rank_before < 0 && declared && pivot_fully(work, declared) < rank)
         rank = pivot_fully(work, NULL);
     partition->rank = rank;
-    sort(partition->column + rank, n - rank);
-    sort(partition->row + rank, work->m - rank);
+    refdyn_sort(partition->column + rank, n - rank);
+    refdyn_sort(partition->row + rank, work->m - rank);
     partition->is_declared = is_declared(work);
     if (rank_before < 0)
         return;

@@ -13,6 +13,10 @@
 #include <float.h>
 #include <math.h>
 
+/* Newton doubles the digits from any start that it converges from; 30 corrections also halve a distance 30
+ * times. */
+enum { CORRECTIONS_MOST = 30 };
+
 /* Rounding of a residual: a few units in the last place of each term. */
 static const double rounding = 4 * DBL_EPSILON;
 

@@ -22,10 +22,6 @@
 #define NAMED(name) name##_of_one
 #include "constraints/programme_distance.h"
 
-/* Newton doubles the digits from any start that it converges from; 30 iterations also halve a distance 30
- * times. */
-enum { ITERATIONS_MOST = 30 };
-
 /* Positions are met by the rows up to position level, velocities by those up to velocity level. */
 struct level {
     enum refdyn_row_level last;
@@ -98,9 +94,7 @@ static int factor_with_rows(struct refdyn_workspace *work) {
     return refdyn_factor(work->reduced, n, n);
 }
 
-/* The metric of the smallest change into work->reduced: that of M, also where only rows hold what has no
- * mass. */
-static int factor_mass(struct refdyn_workspace *work) {
+int refdyn_factor_metric(struct refdyn_workspace *work) {
     int failed = factor_reduced(work);
     if (failed >= 0)
         failed = factor_with_rows(work);
@@ -172,7 +166,8 @@ static void shortest_solution(struct refdyn_workspace *work, int *active, double
     }
 }
 
-/* change (n) := smallest one with u change = -residual for the rows of a level; needs factor_mass. */
+/* change (n) := smallest one with u change = -residual for the rows of a level; needs refdyn_factor_metric.
+ */
 static void smallest_change(struct refdyn_workspace *work, struct level level, double *change) {
     int *active = work->mark + work->n;
     for (int a = 0; a < work->m; a++) {
@@ -238,7 +233,7 @@ static int correct_along(struct refdyn_workspace *work, const struct refdyn_dire
 
 /* By the smallest change in the metric of the present M. */
 static int correct_in_mass(struct refdyn_workspace *work, double t, double *q, double *qd) {
-    const int n = work->n, status = factor_mass(work);
+    const int n = work->n, status = refdyn_factor_metric(work);
     if (status)
         return status;
     smallest_change(work, of_positions(work), work->change);
@@ -254,7 +249,7 @@ int refdyn_project_along(struct refdyn_workspace *work, const struct refdyn_dire
                          double *q, double *qd) {
     double last_phi = INFINITY, last_psi = INFINITY;
     int positions_are_done = 0;
-    for (int iteration = 0; iteration <= ITERATIONS_MOST; iteration++) {
+    for (int iteration = 0; iteration <= CORRECTIONS_MOST; iteration++) {
         if (!positions_are_done)
             positions_are_done = is_done(work, of_positions(work), q, &last_phi);
         if (positions_are_done && is_done(work, of_velocities(work), qd, &last_psi))

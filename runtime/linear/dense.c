@@ -6,7 +6,9 @@
 #include <float.h>
 #include <math.h>
 
-#include "linear/wide_vectors.h"
+#define LANES 1
+#define NAMED(name) name##_of_one
+#include "linear/weighted_sum.h"
 
 double refdyn_largest(const double *a, int count, int *index) {
     double largest = 0;
@@ -95,28 +97,9 @@ INLINE int times(const double *A, int rows, int columns, const double *x, double
     return 0;
 }
 
-/* y += scale sum_j weight_j x_j, vectors `stride` apart: those whose weight is not 0, four of them in one
- * pass
- */
 INLINE int add_all(double *restrict y, double scale, const double *weights, int count,
                    const double *restrict x, int stride, int n) {
-    double a[4];
-    const double *u[4];
-    int found = 0;
-    for (int j = 0; j < count; j++) {
-        if (weights[j] == 0)
-            continue;
-        a[found] = scale * weights[j];
-        u[found++] = x + j * stride;
-        if (found < 4)
-            continue;
-        for (int i = 0; i < n; i++)
-            y[i] = y[i] + a[0] * u[0][i] + a[1] * u[1][i] + a[2] * u[2][i] + a[3] * u[3][i];
-        found = 0;
-    }
-    for (int k = 0; k < found; k++)
-        for (int i = 0; i < n; i++)
-            y[i] += a[k] * u[k][i];
+    weighted_sum_of_one(y, scale, weights, count, x, stride, n);
     return 0;
 }
 

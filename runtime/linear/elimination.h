@@ -16,6 +16,16 @@
  */
 int refdyn_eliminate(double *A, int rows, int columns, int *pivot, int *order, double *scale);
 
+/* Puts a list, as the part of an order that no pivot took, into ascending order. */
+static inline void refdyn_sort(int *list, int count) {
+    for (int i = 1; i < count; i++)
+        for (int j = i; j > 0 && list[j - 1] > list[j]; j--) {
+            const int kept = list[j];
+            list[j] = list[j - 1];
+            list[j - 1] = kept;
+        }
+}
+
 /*
  * Factors a matrix (n x n, row by row) by partial pivoting, rows divided by their largest entry when pivots
  * are compared (Golub and Van Loan, Matrix Computations, 3.4). scale (n): 1 over the largest entry of the row

@@ -16,10 +16,8 @@
 #include "linear/dense.h"
 #include "methods/smoothness.h"
 #include "methods/step.h"
+#include "methods/step_of_one.h"
 
-#define LANES 1
-#define NAMED(name) name##_of_one
-#define ADD_ALL refdyn_add_all
 #include "methods/collocation_step.h"
 
 /* Newton's iteration goes below what the tolerance asks for, of no larger one than this: what is left would
@@ -47,24 +45,6 @@ static void begin(struct refdyn_step *step, int is_new) {
         memory->rate = 0;
 }
 
-/* A step that is being taken. */
-struct taking {
-    struct refdyn_step *step;
-    double h;
-};
-
-static int find_rates(void *context, double c, double *stage, double *rates) {
-    const struct taking *taking = context;
-    struct refdyn_step *step = taking->step;
-    const double t = refdyn_step_inside(step, step->t_begin + c * taking->h);
-    int status = step->guide ? step->guide->bring(step->guide->context, t, stage) : REFDYN_OK;
-    if (!status)
-        status = refdyn_rates(&step->evaluation, t, stage, rates);
-    if (status)
-        step->failed_t = t;
-    return status;
-}
-
 static void solve(void *context, int count, const double *lambda, double *x) {
     const struct taking *taking = context;
     refdyn_linear_solve_all(taking->step->linear, count, lambda, x);
@@ -83,18 +63,12 @@ static struct collocation_of_one collocation_of(struct taking *taking) {
     struct refdyn_step *step = taking->step;
     struct collocation_of_one collocation = {
         .table = table_of(step),
-        .arrays = {.n = step->n,
-                   .state = step->state,
-                   .rates = step->rates,
-                   .state_new = step->state_new,
-                   .stage = step->stage,
-                   .side = step->side,
-                   .error = step->error,
-                   .memory = memory_of(step)->arrays},
+        .arrays = arrays_of(step),
         .units = step->units,
         .h = taking->h,
         .sees_missed = saturates(step),
         .needs = {find_rates, goes_without_matrices(step) ? NULL : solve, taking}};
+    collocation.arrays.memory = memory_of(step)->arrays;
     collocation.stages = arrays_of_stages_of_one(collocation.table, &collocation.arrays);
     return collocation;
 }

@@ -14,10 +14,8 @@
 
 #include "linear/dense.h"
 #include "methods/step.h"
+#include "methods/step_of_one.h"
 
-#define LANES 1
-#define NAMED(name) name##_of_one
-#define ADD_ALL refdyn_add_all
 #include "methods/rosenbrock_step.h"
 
 static const struct refdyn_rosenbrock_table *table_of(const struct refdyn_step *step) {
@@ -26,33 +24,6 @@ static const struct refdyn_rosenbrock_table *table_of(const struct refdyn_step *
 
 static int memory_size(const struct refdyn_method_definition *method, const struct refdyn_model *model) {
     return all_stages_of_one(method->table) * 2 * model->n;
-}
-
-static struct arrays_of_one arrays_of(struct refdyn_step *step) {
-    return (struct arrays_of_one){.n = step->n,
-                                  .state = step->state,
-                                  .rates = step->rates,
-                                  .state_new = step->state_new,
-                                  .stage = step->stage,
-                                  .side = step->side,
-                                  .error = step->error,
-                                  .memory = step->memory};
-}
-
-/* A step that is being taken. */
-struct taking {
-    struct refdyn_step *step;
-    double h;
-};
-
-static int find_rates(void *context, double alpha, double *stage, double *rates) {
-    const struct taking *taking = context;
-    struct refdyn_step *step = taking->step;
-    const double t = refdyn_step_inside(step, step->t_begin + alpha * taking->h);
-    const int status = refdyn_rates(&step->evaluation, t, stage, rates);
-    if (status)
-        step->failed_t = t;
-    return status;
 }
 
 static void solve(void *context, const double *right_q, const double *right_v, double dt, double *dq,

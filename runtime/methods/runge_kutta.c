@@ -14,10 +14,8 @@
 
 #include "linear/dense.h"
 #include "methods/step.h"
+#include "methods/step_of_one.h"
 
-#define LANES 1
-#define NAMED(name) name##_of_one
-#define ADD_ALL refdyn_add_all
 #include "methods/runge_kutta_step.h"
 
 static int count_all(const struct refdyn_tableau *tableau) {
@@ -31,37 +29,6 @@ static const struct refdyn_tableau *tableau_of(const struct refdyn_step *step) {
 /* The rates of all stages. */
 static int memory_size(const struct refdyn_method_definition *method, const struct refdyn_model *model) {
     return count_all(method->table) * refdyn_rates_size(model);
-}
-
-static struct arrays_of_one arrays_of(struct refdyn_step *step) {
-    return (struct arrays_of_one){.n = step->n,
-                                  .size = 2 * step->n + 1,
-                                  .rates_size = refdyn_rates_size(step->evaluation.work->model),
-                                  .state = step->state,
-                                  .rates = step->rates,
-                                  .state_new = step->state_new,
-                                  .stage = step->stage,
-                                  .side = step->side,
-                                  .error = step->error,
-                                  .memory = step->memory};
-}
-
-/* A step that is being taken. */
-struct taking {
-    struct refdyn_step *step;
-    double h;
-};
-
-static int find_rates(void *context, double c, double *stage, double *rates) {
-    const struct taking *taking = context;
-    struct refdyn_step *step = taking->step;
-    const double t = refdyn_step_inside(step, step->t_begin + c * taking->h);
-    int status = step->guide ? step->guide->bring(step->guide->context, t, stage) : REFDYN_OK;
-    if (!status)
-        status = refdyn_rates(&step->evaluation, t, stage, rates);
-    if (status)
-        step->failed_t = t;
-    return status;
 }
 
 static int take(struct refdyn_step *step, double h) {

@@ -34,7 +34,7 @@ static int have_jumped(const struct refdyn_workspace *work) {
     return 0;
 }
 
-/* Do they, from one side of the event at t to the other, in a state? */
+/* Do the coefficients of this state jump from the left side of the event at t to its right side? */
 static int jump(struct refdyn_motion *motion, double t, const double *state) {
     struct refdyn_workspace *work = motion->work;
     const struct refdyn_step *step = &motion->step;

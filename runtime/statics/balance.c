@@ -115,12 +115,6 @@ static void swap_int(int *a, int *b) {
     *b = kept;
 }
 
-static void sort(int *list, int count) {
-    for (int i = 1; i < count; i++)
-        for (int j = i; j > 0 && list[j - 1] > list[j]; j--)
-            swap_int(&list[j - 1], &list[j]);
-}
-
 /* Rows in units of their sizes, which are columns of K^T, into the room of terms; what they are off. */
 static double scale_rows(struct balance *b, const struct place *place) {
     double farthest = 0;
@@ -151,8 +145,8 @@ void refdyn_balance_choose(struct balance *b, const struct place *place) {
     while (b->rank < most && b->rank < b->rank_most &&
            1 > least * fabs(b->terms[b->rank * b->count + b->rank]))
         b->rank++;
-    sort(b->column + b->rank, b->count - b->rank);
-    sort(b->row + b->rank, b->row_count - b->rank);
+    refdyn_sort(b->column + b->rank, b->count - b->rank);
+    refdyn_sort(b->row + b->rank, b->row_count - b->rank);
 }
 
 /* L U = K_d^T; 0: a pivot is zero. */

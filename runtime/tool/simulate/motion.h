@@ -43,11 +43,11 @@ enum status motion_options(const struct options *options, struct refdyn_options 
 /* A model in the printed form has no tangent: complains when the method that was asked for needs it. */
 enum status motion_fit(const struct scene *scene, const struct options *options,
                        const struct refdyn_options *integration);
-/* What a scene needs for a motion from where --from tells. */
 /* Between outputs [s]: `every`, or where it is 0 a 200th of the motion's length `span`. */
 double motion_distance(double span, double every);
 /* Outputs at the multiples of `every` before the end, and at the end; the first is the start. */
 long motion_count_outputs(double span, double every);
+/* What a scene needs for a motion from where --from tells. */
 unsigned motion_needs(const struct options *options);
 /* Sets the scene's q, qd and t to the start of the motion that --from tells, and the anchored parameters from
  * it. */
