@@ -47,6 +47,11 @@ def models_of_tests():
     return some((TESTS / "models").glob("*.lua"))
 
 
+def few_models_of_tests():
+    """Every third of them, all of them in tests/long: where models of `models/` take long already."""
+    return models_of_tests() if LONG else models_of_tests()[::3]
+
+
 def refdyn(*arguments, status=0, env=None, cwd=None, timeout=300):
     """Runs the program and checks its exit status; the finished process."""
     done = subprocess.run([REFDYN, *map(str, arguments)], capture_output=True, text=True, cwd=cwd, timeout=timeout,

@@ -3,11 +3,11 @@ import subprocess
 
 import pytest
 
-from program import CORE_SOURCES, MODELS, REFERENCE, SOURCE, TESTS, all_models, models_of_tests, refdyn, settings
+from program import CORE_SOURCES, MODELS, REFERENCE, SOURCE, TESTS, all_models, few_models_of_tests, refdyn, settings
 
 RUNS = TESTS / "models" / "runs.lua"
 CASES = {path.stem: (path, {}) for path in all_models() if path != REFERENCE}
-CASES |= {f"tests_{path.stem}": (path, {}) for path in models_of_tests()}
+CASES |= {f"tests_{path.stem}": (path, {}) for path in few_models_of_tests()}
 CASES |= {"rigid": (REFERENCE, dict(n_rfe=1)), "flexible": (REFERENCE, dict(eta=1e-3)), "planar_chain": (MODELS / "planar.lua", dict(n_rfe=6)),
           "fine": (REFERENCE, dict(n_rfe=16, eta=1e-3)), "driven": (REFERENCE, dict(drive="input"))}
 CASES |= {f"runs_{kind}": (RUNS, dict(kind=kind, rfe=3)) for kind in ("sides", "segments", "slides", "driven")}

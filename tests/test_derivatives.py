@@ -13,7 +13,7 @@ import numpy
 import pytest
 
 from compiled import WARNINGS, array, pointer
-from program import MODELS, REFERENCE, SOURCE, TESTS, all_models, check, close, models_of_tests, refdyn, some
+from program import MODELS, REFERENCE, SOURCE, TESTS, all_models, check, close, few_models_of_tests, refdyn, some
 from random_models import as_lua, random_model, random_state
 
 DERIVATIVES = ["tangent", "d_qdd", "d_qdd_free", "d_force", "d_statics", "d_rows"]
@@ -28,7 +28,7 @@ LOOPS = ("--loops", "always")
 CASES += [(REFERENCE, (*LOOPS, "--set", "n_rfe=6")), (REFERENCE, (*LOOPS, "--fold")), (MODELS / "planar.lua", (*LOOPS, "--set", "n_rfe=5")),
           (TESTS / "models" / "loaded_beams.lua", (*LOOPS, "--set", "n_rfe=2"))]
 CASES += [(TESTS / "models" / "runs.lua", (*LOOPS, "--set", f"kind={kind}", "--set", "rfe=3")) for kind in ("sides", "segments", "slides", "driven")]
-CASES += [(path, ()) for path in models_of_tests()] + [(seed, ()) for seed in RANDOM]
+CASES += [(path, ()) for path in few_models_of_tests()] + [(seed, ()) for seed in RANDOM]
 NAMES = [f"random {path}" if isinstance(path, int) else " ".join([path.stem, *options]) for path, options in CASES]
 EXACT = 1e-13    # of the largest entry: rotations that are numbers are orthogonal to 1e-16
 SOLVED = 1e-9    # what ill-conditioned equations make of that

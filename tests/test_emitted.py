@@ -6,11 +6,11 @@ import subprocess
 
 import pytest
 
-from program import REFERENCE, SOURCE, TESTS, all_models, evaluate, models_of_tests, refdyn
+from program import REFERENCE, SOURCE, TESTS, all_models, evaluate, few_models_of_tests, refdyn
 
 WARNINGS = "-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror".split()
 COMPILERS = [["gcc", "-std=c11"], ["clang", "-std=c11"], ["g++", "-std=c++17", "-x", "c++"], ["clang++", "-std=c++17", "-x", "c++"]]
-SCENES = [(path, []) for path in all_models() + models_of_tests()]
+SCENES = [(path, []) for path in all_models() + few_models_of_tests()]
 SCENES += [(REFERENCE, ["--set", "n_rfe=1"]), (REFERENCE, ["--set", "form=printed"]), (REFERENCE, ["--set", "dofs=psi"]),
            (REFERENCE, ["--set", "program=none"]), (REFERENCE, ["--set", "drive=input"])]
 RUNS = TESTS / "models" / "runs.lua"
