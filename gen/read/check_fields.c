@@ -331,6 +331,7 @@ static const struct {
     enum field field, beside;
 } pairs[] = {{FIELD_LINK_rest, FIELD_LINK_spring},          {FIELD_LINK_center, FIELD_LINK_mass},
              {FIELD_LINK_inertia, FIELD_LINK_mass},         {FIELD_LINK_along, FIELD_LINK_on},
+             {FIELD_LINK_axis, FIELD_LINK_joint},
              {FIELD_DAMPING_mode, FIELD_DAMPING_ratio},     {FIELD_DAMPING_tip_mass, FIELD_DAMPING_ratio},
              {FIELD_DAMPING_frequency, FIELD_DAMPING_ratio}};
 

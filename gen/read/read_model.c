@@ -92,6 +92,33 @@ static bool read_joints(const struct reader *reader, const struct value *table, 
     return (is_sound || !fields_has(table, FIELD_LINK_joint)) && reader->check.messages->errors == errors;
 }
 
+/* Squares of its components are numbers, too. */
+static void require_length(const struct reader *reader, const struct value *axis, const char *path,
+                           const struct joint *joint) {
+    struct requirement requirement = {
+        .fault = requirement_length, .count = 3, .path = path, .place = axis->place};
+    memcpy(requirement.values, joint->direction, sizeof joint->direction);
+    read_require(reader, requirement);
+}
+
+/* One coordinate has a direction of its own. */
+static void read_joint_axis(const struct reader *reader, const struct value *table, const char *path,
+                            struct link *link) {
+    const struct value *axis = fields_get(table, FIELD_LINK_axis);
+    if (!axis || !link->joint_count)
+        return;
+    if (link->joint_count > 1) {
+        message_error(reader->check.messages, axis->place, "%s: the link has %d coordinates, one is needed",
+                      path, link->joint_count);
+        return;
+    }
+    const struct vector direction = read_direction(reader, axis);
+    link->joints->has_direction = true;
+    memcpy(link->joints->direction, direction.at, sizeof direction.at);
+    if (!vector_is_zero(direction))
+        require_length(reader, axis, path, link->joints);
+}
+
 /* Fields of a link that set a member of its joints. */
 static const struct {
     enum field field;
@@ -165,6 +192,8 @@ static void read_link(const struct reader *reader, const struct value *value, st
     link->place = value->place;
     const bool has_joints = !fields_is_misspelled(value, OWNER_LINK, "joint") &&
                             read_joints(reader, value, fields_path_name(check, entry->path, "joint"), link);
+    if (has_joints)
+        read_joint_axis(reader, value, fields_path_name(check, entry->path, "axis"), link);
     for (size_t i = 0; has_joints && i < sizeof joint_fields / sizeof *joint_fields; i++)
         read_by_joint(reader, value, joint_fields[i].field, joint_fields[i].member, entry->path, link);
     if (has_joints)

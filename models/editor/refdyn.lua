@@ -24,6 +24,7 @@
 ---@field at? (refdyn.expression|number)[] position of its frame in the carrier's frame [m]
 ---@field turn? table[] constant rotations `{ "x", angle }`, one after another, each about the axis turned so far [rad]
 ---@field joint? string|string[] coordinates from the carrier outward: slides `x y z`, turns `phi theta psi` about x, y, z; `"free"`: `x y z psi theta phi`; left out: welded
+---@field axis? string|number[] direction, in the link's frame, along or about which its one coordinate goes instead: three numbers of any length
 ---@field start? table<string, refdyn.expression|number> coordinates at the start of a motion [m or rad]
 ---@field start_rate? table<string, refdyn.expression|number> their rates [m/s or rad/s]
 ---@field spring? table<string, refdyn.expression|number> stiffness of linear springs [N/m or N m]
