@@ -1,10 +1,11 @@
-"""What robots have: joint axes in any direction. Values by hand, in numpy, and by an independent library."""
+"""What robots have: joint axes in any direction, rotors. Values by hand, in numpy, and by Pinocchio (make_robot_references.py)."""
 import re
 
 import numpy
+import pytest
 from numpy import cos, sin
 
-from program import TESTS, check, close, evaluate, refdyn
+from program import TESTS, check, close, evaluate, oracle, refdyn
 from test_features import rotation
 
 ROBOT = TESTS / "models" / "robot.lua"
@@ -90,3 +91,25 @@ def test_axis_of_the_frame_costs_nothing(tmp_path):
 def test_parallel_axes_stay_parallel(tmp_path):
     """The elbow's frame is not turned in that of the shoulder: they are tried with the axes kept."""
     assert "choices: axes of parallel turns" in refdyn("gen", ROBOT, "-o", tmp_path).stdout
+
+
+# ---- rotors ----
+
+@pytest.mark.parametrize("method", ("recursive", "dense"))
+def test_references(method):
+    lines = []
+    for state in oracle("robot")["states"]:
+        found = evaluate(ROBOT, {"q": state["q"], "qd": state["qd"]}, "--accelerations", method)
+        lines += [close("M", found["M"], state["M"], 1e-14), close("h + Q", numpy.add(found["h"], found["Q"]), state["f"], 1e-14),
+                  close("qdd", found["qdd_free"], state["qdd"], 1e-13)]
+    check(lines)
+
+
+def test_rotor_moves_nothing_else(tmp_path):
+    """A joint without mass turns by its rotor alone: I gear^2 qdd = tau; what it carries feels the rotor along its axis only."""
+    (tmp_path / "drive.lua").write_text("""local rd = require "refdyn"
+return rd.model { name = "drive", links = { { "shaft", joint = "psi", rotor = { psi = { inertia = 2e-4, gear = -50 } } } },
+  forces = function(s) return { shaft_psi = 3 } end }""")
+    found = evaluate(tmp_path / "drive.lua", {"q": [0.3], "qd": [2]})
+    check([close("qdd", found["qdd_free"], [6], 1e-15), close("energy", found["energy"]["kinetic"], 1, 1e-15)])
+    assert refdyn("check", tmp_path / "drive.lua").stderr == ""

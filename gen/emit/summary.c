@@ -75,6 +75,8 @@ static void print_coordinate(const struct generation *gen, const struct frame *f
     if (frame->joint.has_direction)
         fprintf(out, ", %s %s", frame->joint.is_revolute ? "about" : "along",
                 joint_axis_text(gen->model.graph->memory, &gen->model, &frame->joint));
+    if (frame->joint.rotor)
+        fprintf(out, ", rotor %g", value_of(gen, frame->joint.rotor));
     if (frame->joint.stiffness)
         fprintf(out, ", spring %g", value_of(gen, frame->joint.stiffness));
     if (frame->joint.damping)

@@ -28,11 +28,12 @@ struct joint {
     bool is_revolute;
     int axis;
     const char *name; /* as the author calls it: "x" "y" "z" slide, "phi" "theta" "psi" turn about x, y, z */
-    bool has_direction;      /* instead of that axis: see joint_axis.h */
-    expression direction[3]; /* in the link's axes, of any length */
+    bool has_direction;           /* instead of that axis: see joint_axis.h */
+    expression direction[3];      /* in the link's axes, of any length */
     expression start, start_rate; /* at the start of a motion [m, rad; m/s, rad/s] */
     expression stiffness, rest,
         damping; /* linear spring and damper, 0 where there is none [N/m or N m; m or rad; N s/m or N m s] */
+    expression rotor; /* what the rotor of its drive adds to M_ii, inertia gear^2 [kg or kg m^2] */
     struct place place;
 };
 

@@ -69,6 +69,7 @@ static void add_link(struct expansion *x, struct carrier *carriers, int index) {
         struct frame *frame = joint_axis_add(x, &at, &link->joints[i]);
         frame->link = index;
         frame->name = memory_format(x->memory, "%s_%s", link->name, link->joints[i].name);
+        graph_name_shared(x->g, frame->joint.rotor, frame->name, "rotor");
     }
     for (int i = 0; i < link->solid_count; i++)
         frames_add_inertia(x, at.frame < 0 ? index : x->tree->frames[at.frame].link, &at,

@@ -30,11 +30,16 @@
 ---@field spring? table<string, refdyn.expression|number> stiffness of linear springs [N/m or N m]
 ---@field rest? table<string, refdyn.expression|number> coordinates at which the springs are free of force; left out: 0 [m or rad]
 ---@field damper? table<string, refdyn.expression|number> linear damping [N s/m or N m s]
+---@field rotor? table<string, table> rotors of drives, by joint, whose inertia turns with the coordinate
 ---@field mass? refdyn.expression|number mass, beside that of the beam and the bodies; alone: a point mass [kg]
 ---@field center? (refdyn.expression|number)[] centre of mass in the link's frame; left out: its origin [m]
 ---@field inertia? table inertia about the centre of mass, along the link's axes
 ---@field bodies? table[] list of solids that move with the link's frame: `rd.box`, `rd.cylinder`, `rd.tube`, `rd.sphere`, or mass data
 ---@field beam? table makes the link a flexible beam along its x axis
+
+---@class refdyn.rotor
+---@field inertia refdyn.expression|number moment about its own axis [kg m^2]
+---@field gear? refdyn.expression|number its turn over that of the joint, or over the joint's way, of either sign; left out: 1 [1 or rad/m]
 
 ---@class refdyn.inertia
 ---@field xx? refdyn.expression|number int y^2 + z^2 dm [kg m^2]
