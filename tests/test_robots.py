@@ -5,7 +5,7 @@ import numpy
 import pytest
 from numpy import cos, sin
 
-from program import TESTS, check, close, evaluate, oracle, refdyn
+from program import TESTS, check, close, evaluate, oracle, read_run, refdyn
 from test_features import rotation
 
 ROBOT = TESTS / "models" / "robot.lua"
@@ -113,3 +113,34 @@ return rd.model { name = "drive", links = { { "shaft", joint = "psi", rotor = { 
     found = evaluate(tmp_path / "drive.lua", {"q": [0.3], "qd": [2]})
     check([close("qdd", found["qdd_free"], [6], 1e-15), close("energy", found["energy"]["kinetic"], 1, 1e-15)])
     assert refdyn("check", tmp_path / "drive.lua").stderr == ""
+
+
+# ---- accelerations ----
+
+def test_accelerations_of_a_motion(tmp_path):
+    """Each row's are those of `eval` at that state; a file without them, as it was written before, is drawn alike."""
+    refdyn("sim", ROBOT, "--until", 0.2, "--every", 0.1, "-o", tmp_path / "run.csv")
+    run = read_run(tmp_path / "run.csv")
+    names = evaluate(ROBOT)["coordinates"]
+    for row in range(3):
+        state = {"t": run["t"][row], "q": [run[name][row] for name in names], "qd": [run[name + "_d"][row] for name in names]}
+        check([close(f"row {row}", [run[name + "_dd"][row] for name in names], evaluate(ROBOT, state)["qdd"], 1e-12)])
+    lines = [line.split(",") for line in (tmp_path / "run.csv").read_text().splitlines()]
+    assert lines[0][-7:] == [name + "_dd" for name in names]
+    (tmp_path / "old").mkdir()
+    (tmp_path / "old" / "run.csv").write_text("".join(",".join(line[:-7]) + "\n" for line in lines))
+    for folder in (tmp_path, tmp_path / "old"):
+        refdyn("plot", folder / "run.csv", "-o", folder / "run.svg")
+    assert (tmp_path / "run.svg").read_text() == (tmp_path / "old" / "run.svg").read_text()
+
+
+def test_taken_names_of_accelerations(tmp_path):
+    """Where a course has the name, all accelerations tell their kind; they are none of the inputs in a figure."""
+    (tmp_path / "taken.lua").write_text("""local rd = require "refdyn"
+return rd.model { name = "taken", gravity = { 0, 0, -9.81 }, links = { { "b", joint = "x, z", mass = 1 } },
+  courses = function(s) return { b_z_dd = s.t } end }""")
+    refdyn("sim", tmp_path / "taken.lua", "--until", 0.1, "-o", tmp_path / "run.csv")
+    assert list(read_run(tmp_path / "run.csv"))[-3:] == ["b_z_dd", "acceleration_b_x_dd", "acceleration_b_z_dd"]
+    refdyn("plot", tmp_path / "run.csv", "-o", tmp_path / "run.svg")
+    text = (tmp_path / "run.svg").read_text()
+    assert "b_z_dd" in text and "acceleration_" not in text
