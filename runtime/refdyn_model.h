@@ -90,9 +90,12 @@ enum refdyn_vector {
      * the turn before and y by the one before that; z of the rows: 1 for the third turn. */
     REFDYN_STRAIN_ROWS,    /* K of this turn by those */
     REFDYN_STRAIN_COLUMNS, /* K of those by this turn */
-    REFDYN_STRAIN_DAMPING, /* D of both */
+    REFDYN_STRAIN_DAMPING, /* D of both; z, of any joint: REFDYN_ROTOR */
     REFDYN_VECTOR_COUNT
 };
+
+/* The place among those of vectors of what the rotors of drives add to M's diagonal beside the vectors. */
+enum { REFDYN_ROTOR = 3 * REFDYN_STRAIN_DAMPING + 2 };
 
 struct refdyn_model {
     int interface_version; /* REFDYN_MODEL_VERSION; the first field in every version */

@@ -20,10 +20,11 @@ struct articulated {
     struct tensor M;
 };
 
-/* What is kept of joint i: U = IA e, D = e . U, as U / D and 1 / D. Theory, sect. 5.2. */
+/* What is kept of joint i: U = IA e, D = e . U + rotor, as U / D and 1 / D. Theory, sect. 5.2. */
 struct pivot {
     struct wrench U, U_over_D;
     expression D_inverse;
+    expression kept; /* rotor / D: what joint i leaves of U and of its force along its own axis */
 };
 
 /* What is kept of a ball joint, in the axes of its last frame: J = L D L^T, J^-1 H, and where its three axes
@@ -102,20 +103,28 @@ static struct pivot pivot_of(struct graph *g, const struct joint *joint, const s
         p.U = (struct wrench){column_of(&a->H, axis), tensor_column(&a->M, axis)};
         D = a->M.at[axis];
     }
-    p.D_inverse = reciprocal(g, D);
+    p.D_inverse = reciprocal(g, expr_add(g, D, joint->rotor));
     p.U_over_D.moment = vector_scale(g, p.D_inverse, p.U.moment);
     p.U_over_D.force = vector_scale(g, p.D_inverse, p.U.force);
-    /* Along the joint's own axis U is D. */
-    (joint->is_revolute ? &p.U_over_D.moment : &p.U_over_D.force)->at[axis] = expr_one(g);
+    p.kept = expr_zero(g);
+    if (joint->rotor)
+        p.kept = expr_mul(g, joint->rotor, p.D_inverse);
+    else /* along the joint's own axis U is D */
+        (joint->is_revolute ? &p.U_over_D.moment : &p.U_over_D.force)->at[axis] = expr_one(g);
     return p;
 }
 
-/* IA e - U U.e / D = 0: the row and column of the joint's own axis are set to zero, not subtracted. */
-static void clear_along_axis(const struct joint *joint, struct articulated *a) {
+/* IA e - U U.e / D = U rotor / D: the row and column of the joint's own axis are set to it, zero without a
+ * rotor, not subtracted. */
+static void keep_along_axis(struct graph *g, const struct joint *joint, const struct pivot *p,
+                            struct articulated *a) {
     struct tensor *own = joint->is_revolute ? &a->J : &a->M;
+    const struct vector along = joint->is_revolute ? p->U.moment : p->U.force,
+                        across = joint->is_revolute ? p->U.force : p->U.moment;
     for (int i = 0; i < 3; i++) {
-        own->at[tensor_index(joint->axis, i)] = 0;
-        a->H.at[joint->is_revolute ? 3 * joint->axis + i : 3 * i + joint->axis] = 0;
+        own->at[tensor_index(joint->axis, i)] = expr_mul(g, p->kept, along.at[i]);
+        a->H.at[joint->is_revolute ? 3 * joint->axis + i : 3 * i + joint->axis] =
+            expr_mul(g, p->kept, across.at[i]);
     }
 }
 
@@ -123,7 +132,7 @@ static void clear_along_axis(const struct joint *joint, struct articulated *a) {
 static void eliminate_joint(struct graph *g, const struct joint *joint, const struct pivot *p,
                             struct articulated *a) {
     const struct vector um = p->U.moment, uf = p->U.force, om = p->U_over_D.moment, of = p->U_over_D.force;
-    clear_along_axis(joint, a);
+    keep_along_axis(g, joint, p, a);
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++) {
             const int ij = tensor_index(i, j);
@@ -232,10 +241,16 @@ static bool leads_to(const struct tree *tree, int i, int next) {
            inertia_is_zero(&frame->inertia) && is_identity(&child->placement) && count_children(tree, i) == 1;
 }
 
+/* Rotors act on coordinates, not on the body behind the three turns. */
+static bool has_rotor(const struct tree *tree, int first) {
+    return tree->frames[first].joint.rotor || tree->frames[first + 1].joint.rotor ||
+           tree->frames[first + 2].joint.rotor;
+}
+
 static bool is_ball(const struct tree *tree, int first) {
     return first + 2 < tree->count && tree->frames[first].kind == FRAME_JOINT &&
            leads_to(tree, first, first + 1) && leads_to(tree, first + 1, first + 2) &&
-           tree->frames[first].joint.axis != tree->frames[first + 2].joint.axis;
+           tree->frames[first].joint.axis != tree->frames[first + 2].joint.axis && !has_rotor(tree, first);
 }
 
 /* y = L^-1 v */
@@ -504,8 +519,10 @@ static struct wrench reduce_joint(const struct kinematics *k, const struct stage
     struct wrench through = {vector_scale(g, u, stage->pivot.U_over_D.moment),
                              vector_scale(g, u, stage->pivot.U_over_D.force)};
     through = wrench_add(g, p, through);
-    /* Along the joint's own axis that is e . p + u_i = f_i, exactly. */
-    (joint->is_revolute ? &through.moment : &through.force)->at[joint->axis] = solution->side.f[i];
+    /* Along the joint's own axis that is e . p + u_i (1 - rotor / D) = f_i - u_i rotor / D, without a rotor
+     * f_i exactly. */
+    (joint->is_revolute ? &through.moment : &through.force)->at[joint->axis] =
+        expr_sub(g, solution->side.f[i], expr_mul(g, u, stage->pivot.kept));
     return through;
 }
 

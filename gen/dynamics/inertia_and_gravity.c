@@ -181,8 +181,9 @@ struct wrench wrench_of_unit(const struct kinematics *k, int i, const struct ine
     return (struct wrench){vector_cross(g, mc, axis), vector_scale(g, beyond->mass, axis)};
 }
 
-/* M_ij = e_j . W_i, W_i moved from joint to joint (theory, sect. 4.6). Each column follows its composite at
- * once, since few later values read it and compilers then keep less in registers. */
+/* M_ij = e_j . W_i, W_i moved from joint to joint, and the rotor's inertia in M_ii (theory, sect. 4.6). Each
+ * column follows its composite at once, since few later values read it and compilers then keep less in
+ * registers. */
 static void derive_column(const struct kinematics *k, const struct inertia *composites, int i,
                           expression *M) {
     const int n = k->tree->count;
@@ -192,6 +193,7 @@ static void derive_column(const struct kinematics *k, const struct inertia *comp
         M[i * n + j] = M[j * n + i] = on_joint(k, j, wrench);
         wrench = wrench_to_parent(k, j, wrench);
     }
+    M[i * n + i] = expr_add(k->g, M[i * n + i], k->tree->frames[i].joint.rotor);
 }
 
 /* Ic_i = I_i + sum of Ic of the children, moved to frame i: theory, sect. 4.5. */
@@ -298,7 +300,12 @@ expression *dynamics_printed_sum(const struct kinematics *k) {
     return s;
 }
 
-/* Twice the energy is the sum of v . p + w . L of all bodies: theory, sect. 4.10. */
+/* Twice the energy is the sum of v . p + w . L of all bodies and of rotor qd^2: theory, sect. 4.10. */
+static expression rotor_term(const struct kinematics *k, int i) {
+    const expression rate = kinematics_coordinate_of(k, i, 1);
+    return expr_mul(k->g, expr_mul(k->g, k->tree->frames[i].joint.rotor, rate), rate);
+}
+
 expression dynamics_kinetic_energy(const struct kinematics *k) {
     struct graph *g = k->g;
     struct recursion twice = recursion_sum(k->memory, g, k->tree);
@@ -307,7 +314,7 @@ expression dynamics_kinetic_energy(const struct kinematics *k) {
         const struct wrench L = momentum(k, i);
         const expression turning = vector_dot(g, k->frames[i].angular, L.moment);
         const expression moving = vector_dot(g, k->frames[i].linear, L.force);
-        recursion_add_term(&twice, i, expr_add(g, moving, turning));
+        recursion_add_term(&twice, i, expr_add(g, expr_add(g, moving, turning), rotor_term(k, i)));
     }
     return expr_mul(g, expr_number(g, 0.5), recursion_total(&twice));
 }

@@ -2,6 +2,7 @@
  * The header and the tables of a model: what it is, how coordinates are ordered, what each function costs.
  */
 #include "emit/emit.h"
+#include "tree/joint_axis.h"
 
 static const char *coordinate_unit(const struct frame *frame) {
     return frame->joint.is_revolute ? "rad" : "m";
@@ -39,9 +40,10 @@ static void emit_coordinate_list(struct emission *x, struct text *text) {
         const int period = run ? run->period : 1, count = run ? run->count : 1;
         for (int k = i; k < i + period; k++) {
             const struct frame *frame = &tree->frames[k];
-            text_add(text, " *   %d %s [%s], %s local %c, on %s\n", k, frame->name, coordinate_unit(frame),
-                     frame->joint.is_revolute ? "turn about" : "slide along", "xyz"[frame->joint.axis],
-                     frame -> parent < 0 ? "the ground" : tree->frames[frame->parent].name);
+            text_add(text, " *   %d %s [%s], %s %s, on %s\n", k, frame->name, coordinate_unit(frame),
+                     frame->joint.is_revolute ? "turn about" : "slide along",
+                     joint_axis_text(text->memory, x->plan->model, &frame->joint),
+                     frame->parent < 0 ? "the ground" : tree->frames[frame->parent].name);
         }
         if (run)
             text_add(text, " *   and so on, %d such elements, to %d %s\n", count, i + count * period - 1,

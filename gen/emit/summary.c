@@ -2,6 +2,7 @@
  * What was read and what was emitted, for people: the texts of `refdyn check` and `refdyn gen`.
  */
 #include "plan/plan.h"
+#include "tree/joint_axis.h"
 
 static double value_of(const struct generation *gen, expression e) {
     return parameters_evaluate(gen->model.graph, gen->model.parameters, e);
@@ -70,6 +71,19 @@ static void print_links(const struct generation *gen, FILE *out) {
     }
 }
 
+static void print_coordinate(const struct generation *gen, const struct frame *frame, FILE *out) {
+    if (frame->joint.has_direction)
+        fprintf(out, ", %s %s", frame->joint.is_revolute ? "about" : "along",
+                joint_axis_text(gen->model.graph->memory, &gen->model, &frame->joint));
+    if (frame->joint.rotor)
+        fprintf(out, ", rotor %g", value_of(gen, frame->joint.rotor));
+    if (frame->joint.stiffness)
+        fprintf(out, ", spring %g", value_of(gen, frame->joint.stiffness));
+    if (frame->joint.damping)
+        fprintf(out, ", damper %g", value_of(gen, frame->joint.damping));
+    fputc('\n', out);
+}
+
 static void print_coordinates(const struct generation *gen, FILE *out) {
     fprintf(out, "coordinates:\n");
     for (int i = 0; i < gen->tree.count; i++) {
@@ -78,11 +92,7 @@ static void print_coordinates(const struct generation *gen, FILE *out) {
                 frame->joint.is_revolute ? "rad" : "m",
                 frame->parent < 0 ? "the ground" : gen->tree.frames[frame->parent].name,
                 value_of(gen, frame->joint.start));
-        if (frame->joint.stiffness)
-            fprintf(out, ", spring %g", value_of(gen, frame->joint.stiffness));
-        if (frame->joint.damping)
-            fprintf(out, ", damper %g", value_of(gen, frame->joint.damping));
-        fputc('\n', out);
+        print_coordinate(gen, frame, out);
     }
 }
 

@@ -28,9 +28,12 @@ struct joint {
     bool is_revolute;
     int axis;
     const char *name; /* as the author calls it: "x" "y" "z" slide, "phi" "theta" "psi" turn about x, y, z */
+    bool has_direction;           /* instead of that axis: see joint_axis.h */
+    expression direction[3];      /* in the link's axes, of any length */
     expression start, start_rate; /* at the start of a motion [m, rad; m/s, rad/s] */
     expression stiffness, rest,
         damping; /* linear spring and damper, 0 where there is none [N/m or N m; m or rad; N s/m or N m s] */
+    expression rotor; /* what the rotor of its drive adds to M_ii, inertia gear^2 [kg or kg m^2] */
     struct place place;
 };
 
@@ -265,7 +268,8 @@ const char *requirement_fault(struct memory *memory, enum number_range range, do
 
 /* `fault` of a requirement: a number of a field within its range; argument number `argument` of the function
  * `path`; two numbers that ascend; the diameter of a hole and the outer one; a place along a beam and the
- * beam's length; xx yy zz xy xz yz of a body; three components of a direction. */
+ * beam's length; xx yy zz xy xz yz of a body; three components of a direction; those of one whose squares are
+ * taken. */
 const char *requirement_field(struct memory *memory, const struct requirement *requirement,
                               const double *values);
 const char *requirement_argument(struct memory *memory, const struct requirement *requirement,
@@ -280,6 +284,8 @@ const char *requirement_inertia(struct memory *memory, const struct requirement 
                                 const double *values);
 const char *requirement_direction(struct memory *memory, const struct requirement *requirement,
                                   const double *values);
+const char *requirement_length(struct memory *memory, const struct requirement *requirement,
+                               const double *values);
 
 /* What is wrong with a requirement at the parameters' values, as the message without its place; NULL:
  * nothing.

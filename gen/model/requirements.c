@@ -118,6 +118,15 @@ const char *requirement_direction(struct memory *memory, const struct requiremen
     return memory_format(memory, "%s: of length 0, a direction is needed", requirement->path);
 }
 
+const char *requirement_length(struct memory *memory, const struct requirement *requirement,
+                               const double *values) {
+    const double least = 1e-100, largest = 1e100, length = hypot(hypot(values[0], values[1]), values[2]);
+    if (length == 0 || (length >= least && length <= largest)) /* 0 is no direction, and told as such */
+        return NULL;
+    return memory_format(memory, "%s: of length %.6g, from %g to %g is needed", requirement->path, length,
+                         least, largest);
+}
+
 const char *requirement_broken(struct memory *memory, struct graph *graph, const struct parameter *parameters,
                                const struct requirement *requirement) {
     double values[sizeof requirement->values / sizeof *requirement->values];

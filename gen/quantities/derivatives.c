@@ -143,6 +143,7 @@ static void add_inertia_pairs(struct builder *b, const struct turned_applied_for
     struct pairs *pairs =
         pair_loops_add_pairs(&b->arrays, "pairs of coordinates (7.4): j, and i beyond it, from the tips");
     add_inertia_products(pairs, &near, &far, targets);
+    mass_matrix_add_rotors(b->d, b->f, targets->mass);
     if (targets->by_q != NOTHING)
         pair_loops_add_term(&pairs->products[0].turn.rows, 1, near.axis, rows);
 }
@@ -448,6 +449,8 @@ static void add_joint_vectors(struct builder *b) {
     const struct turned_applied_forces turned = force_derivatives_turned_forces(b, -1);
     const struct strain_derivatives strains = force_derivatives_strains(b, -1);
     const struct far_arrays a = add_far_arrays(b, turned.columns);
+    for (int i = 0; i < b->d->frames; i++)
+        strains.damping[i].at[2] = b->d->kinematics.tree->frames[i].joint.rotor;
     const struct vector_arrays inertia[] = {
         a.lever,
         a.mass.shift,

@@ -27,6 +27,14 @@ static struct mass_vectors mass_vectors(struct derivation *d) {
     return x;
 }
 
+void mass_matrix_add_rotors(struct derivation *d, struct function *f, int array) {
+    const struct tree *tree = d->kinematics.tree;
+    for (int i = -1; recursion_next_joint(d->g, tree, &i);)
+        if (tree->frames[i].joint.rotor)
+            plan_set_frame(d->memory, tree, f, array, tree->frames[i].coordinate * (d->n + 1),
+                           tree->frames[i].step * (d->n + 1), i, tree->frames[i].joint.rotor);
+}
+
 void mass_matrix_loops_add(struct derivation *d, struct function *f, int array) {
     const struct vector *shifts = kinematics_ground_shifts(&d->kinematics);
     const struct mass_vectors vectors = mass_vectors(d);
@@ -41,4 +49,5 @@ void mass_matrix_loops_add(struct derivation *d, struct function *f, int array) 
     struct pairs *pairs = pair_loops_add_pairs(&p, "M_ij = e_j.W_i (4.6): i beyond j, from the tips");
     pairs->products[pairs->product_count++] = product;
     pairs->moves[pairs->move_count++] = move;
+    mass_matrix_add_rotors(d, f, array);
 }

@@ -102,6 +102,8 @@ int derivation_add_array(struct derivation *d, struct function *f, const char *n
 /* mass_matrix_loops.c: M into an array of f, n x n, as loops over pairs; pair_loops_drop_unread in the end.
  */
 void mass_matrix_loops_add(struct derivation *d, struct function *f, int array);
+/* What rotors add to the diagonal of an array of M that loops fill. */
+void mass_matrix_add_rotors(struct derivation *d, struct function *f, int array);
 /* statics_tangent_loops.c: dQ/dq at qd = 0, in the same way. */
 void statics_tangent_loops_add(struct derivation *d, struct function *f, int array);
 /* dQ/dq at qd = 0 in the cheaper form: when all other arrays of the result are there. */

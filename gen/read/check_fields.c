@@ -9,7 +9,7 @@ typedef void check_value_of_type(const struct checker *checker, const struct val
                                  const struct field_rule *rule, const char *path);
 
 static check_value_of_type check_whole, check_number, check_vector, check_turns, check_names, check_by_joint,
-    check_direction, check_free_vector, check_free_by_name, check_points, check_list;
+    check_tables_by_joint, check_direction, check_free_vector, check_free_by_name, check_points, check_list;
 
 /* What is to be said of a value beside its type. */
 static check_value_of_type *const checks[TYPE_COUNT] = {
@@ -20,6 +20,7 @@ static check_value_of_type *const checks[TYPE_COUNT] = {
     [TYPE_NAMES] = check_names,
     [TYPE_BY_JOINT] = check_by_joint,
     [TYPE_DIRECTION] = check_direction,
+    [TYPE_ROTORS] = check_tables_by_joint,
     [TYPE_FREE_VECTOR] = check_free_vector,
     [TYPE_FREE_BY_NAME] = check_free_by_name,
     [TYPE_POINTS] = check_points,
@@ -260,6 +261,20 @@ static void check_by_joint(const struct checker *checker, const struct value *va
                     fields_path_name(checker, path, value->fields[i].name));
 }
 
+static void check_tables_by_joint(const struct checker *checker, const struct value *value,
+                                  const struct field_rule *rule, const char *path) {
+    const enum owner owner = OWNER_ROTOR;
+    field_types_has_no_items(checker, value, path, type_rules[rule->type].text);
+    for (int i = 0; i < value->field_count; i++) {
+        const struct value *table = &value->fields[i].value;
+        const char *own_path = fields_path_name(checker, path, value->fields[i].name);
+        if (table->kind == VALUE_TABLE)
+            fields_check(checker, table, owner, own_path);
+        else
+            refuse_kind(checker, table, own_path, owner_form(owner));
+    }
+}
+
 static void check_free_by_name(const struct checker *checker, const struct value *value,
                                const struct field_rule *rule, const char *path) {
     expression e;
@@ -331,8 +346,8 @@ static const struct {
     enum field field, beside;
 } pairs[] = {{FIELD_LINK_rest, FIELD_LINK_spring},          {FIELD_LINK_center, FIELD_LINK_mass},
              {FIELD_LINK_inertia, FIELD_LINK_mass},         {FIELD_LINK_along, FIELD_LINK_on},
-             {FIELD_DAMPING_mode, FIELD_DAMPING_ratio},     {FIELD_DAMPING_tip_mass, FIELD_DAMPING_ratio},
-             {FIELD_DAMPING_frequency, FIELD_DAMPING_ratio}};
+             {FIELD_LINK_axis, FIELD_LINK_joint},           {FIELD_DAMPING_mode, FIELD_DAMPING_ratio},
+             {FIELD_DAMPING_tip_mass, FIELD_DAMPING_ratio}, {FIELD_DAMPING_frequency, FIELD_DAMPING_ratio}};
 
 static void check_pairs(const struct checker *checker, const struct value *table, enum owner owner,
                         const char *path) {

@@ -37,6 +37,8 @@ const struct type_rule type_rules[TYPE_COUNT] = {
     [TYPE_TURNS] = {"a list of turns such as { { \"x\", 1.57 } }", TAKES_TABLE, OWNER_COUNT},
     [TYPE_NAMES] = {"a list of names such as { \"a\", \"b\" }", TAKES_TEXT | TAKES_TABLE, OWNER_COUNT},
     [TYPE_BY_JOINT] = {"a table by joint such as { z = 1 }", TAKES_TABLE, OWNER_COUNT},
+    [TYPE_ROTORS] = {"a table by joint such as { psi = { inertia = 1e-4, gear = 100 } }", TAKES_TABLE,
+                     OWNER_COUNT},
     [TYPE_PLACE] = {"the name of a link or point or { on = ..., at = ... }", TAKES_TEXT | TAKES_TABLE,
                     OWNER_POINT},
     [TYPE_AXIS] = {"an axis such as { \"arm\", \"z\" }", TAKES_TABLE, OWNER_AXIS},

@@ -34,6 +34,7 @@ enum field_type {
     TYPE_TURNS,    /* list of { axis, value } */
     TYPE_NAMES,    /* list of texts, or one text with commas */
     TYPE_BY_JOINT, /* table of values by joint */
+    TYPE_ROTORS,   /* table by joint of tables of OWNER_ROTOR */
     TYPE_PLACE,    /* the name of a link or of a point of interest, or a table of OWNER_POINT */
     TYPE_AXIS,     /* a table of that owner, as the next five */
     TYPE_INERTIA,

@@ -9,7 +9,6 @@
 #include "read/reader.h"
 #include "read/script.h"
 
-#include <stddef.h>
 #include <string.h>
 
 static struct reader reader_of(struct script *script, struct model *model) {
@@ -32,105 +31,6 @@ static void copy_declarations(const struct reader *reader) {
     model->input_count = declarations->input_count;
     model->requirements = declarations->requirements;
     model->requirement_count = declarations->requirement_count;
-}
-
-/* ---- joints ---- */
-
-static const struct {
-    const char *name;
-    bool is_revolute;
-    int axis;
-} joint_kinds[] = {{"x", false, AXIS_X},  {"y", false, AXIS_Y},    {"z", false, AXIS_Z},
-                   {"phi", true, AXIS_X}, {"theta", true, AXIS_Y}, {"psi", true, AXIS_Z}};
-
-static bool make_joint(const char *name, struct place place, struct joint *joint) {
-    for (size_t i = 0; i < sizeof joint_kinds / sizeof *joint_kinds; i++) {
-        if (strcmp(name, joint_kinds[i].name) != 0)
-            continue;
-        *joint = (struct joint){.is_revolute = joint_kinds[i].is_revolute,
-                                .axis = joint_kinds[i].axis,
-                                .name = joint_kinds[i].name,
-                                .place = place};
-        return true;
-    }
-    return false;
-}
-
-static struct joint *find_joint(const struct link *link, const char *name) {
-    for (int i = 0; i < link->joint_count; i++)
-        if (strcmp(link->joints[i].name, name) == 0)
-            return &link->joints[i];
-    return NULL;
-}
-
-/* False when the joints that the link has are not known. */
-static bool read_joints(const struct reader *reader, const struct value *table, const char *path,
-                        struct link *link) {
-    static const char *const free_names[] = {"x", "y", "z", "psi", "theta", "phi"};
-    const struct value *value = fields_get(table, FIELD_LINK_joint);
-    const int errors = reader->check.messages->errors;
-    const char **names;
-    int count = fields_get_names(&reader->check, value, &names);
-    const bool is_free = count == 1 && strcmp(names[0], "free") == 0;
-    if (is_free) {
-        count = 6;
-        names = memory_grow(reader->check.memory, free_names, sizeof free_names, sizeof free_names);
-    }
-    link->joints = memory_get(reader->check.memory, (size_t)count * sizeof *link->joints);
-    for (int i = 0; i < count; i++) {
-        struct place place = value->kind == VALUE_TABLE && !is_free ? value->items[i].place : value->place;
-        if (find_joint(link, names[i]))
-            continue; /* said by fields_check */
-        if (make_joint(names[i], place, &link->joints[link->joint_count]))
-            link->joint_count++;
-        else
-            message_error(reader->check.messages, place, "%s: \"%s\" is no joint, x y z phi theta psi are",
-                          fields_path_item(&reader->check, path, i), names[i]);
-    }
-    const bool is_sound = value && value->field_count == 0 &&
-                          (value->kind == VALUE_TEXT || is_free || count == value->item_count);
-    return (is_sound || !fields_has(table, FIELD_LINK_joint)) && reader->check.messages->errors == errors;
-}
-
-/* Fields of a link that set a member of its joints. */
-static const struct {
-    enum field field;
-    size_t member;
-} joint_fields[] = {{FIELD_LINK_start, offsetof(struct joint, start)},
-                    {FIELD_LINK_start_rate, offsetof(struct joint, start_rate)},
-                    {FIELD_LINK_spring, offsetof(struct joint, stiffness)},
-                    {FIELD_LINK_rest, offsetof(struct joint, rest)},
-                    {FIELD_LINK_damper, offsetof(struct joint, damping)}};
-
-static void read_by_joint(const struct reader *reader, const struct value *table, enum field field,
-                          size_t member, const char *path, struct link *link) {
-    const struct value *value = fields_get(table, field);
-    for (int i = 0; value && i < value->field_count; i++) {
-        const struct named_value *entry = &value->fields[i];
-        struct joint *joint = find_joint(link, entry->name);
-        if (joint) {
-            value_expression(reader->check.graph, &entry->value, (expression *)((char *)joint + member));
-            continue;
-        }
-        const char *known = "";
-        for (int j = 0; j < link->joint_count; j++)
-            known = memory_format(reader->check.memory, "%s %s", known, link->joints[j].name);
-        message_error(reader->check.messages, entry->value.place,
-                      "%s.%s.%s: the link has no such joint, it has%s", path, field_rules[field].name,
-                      entry->name, link->joint_count ? known : " none");
-    }
-}
-
-/* A rest without a spring at the same joint. */
-static void check_rests(const struct reader *reader, const struct value *table, const char *path,
-                        const struct link *link) {
-    const struct value *rest = fields_get(table, FIELD_LINK_rest),
-                       *spring = fields_get(table, FIELD_LINK_spring);
-    for (int i = 0; rest && spring && i < rest->field_count; i++)
-        if (find_joint(link, rest->fields[i].name) && !value_find_field(spring, rest->fields[i].name))
-            message_error(reader->check.messages, rest->fields[i].value.place,
-                          "%s.rest.%s: given without spring.%s, which is needed", path, rest->fields[i].name,
-                          rest->fields[i].name);
 }
 
 /* ---- links ---- */
@@ -163,12 +63,7 @@ static void read_link(const struct reader *reader, const struct value *value, st
     fields_check(check, value, OWNER_LINK, entry->path);
     link->name = name ? name->text : "";
     link->place = value->place;
-    const bool has_joints = !fields_is_misspelled(value, OWNER_LINK, "joint") &&
-                            read_joints(reader, value, fields_path_name(check, entry->path, "joint"), link);
-    for (size_t i = 0; has_joints && i < sizeof joint_fields / sizeof *joint_fields; i++)
-        read_by_joint(reader, value, joint_fields[i].field, joint_fields[i].member, entry->path, link);
-    if (has_joints)
-        check_rests(reader, value, entry->path, link);
+    read_joints(reader, value, entry->path, link);
     read_solids(reader, value, entry->path, link);
     if (beam)
         read_beam(reader, beam, fields_path_name(check, entry->path, "beam"), &link->beam);

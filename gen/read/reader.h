@@ -1,7 +1,8 @@
 /*
- * What the parts of the reader share: read_model.c (links, points, names), read_place.c, read_body.c,
- * read_beam.c, and, once the coordinates are known, read_forces.c, read_constraints.c and read_events.c with
- * read_result.c. Each takes values of the file and fills its part of the model.
+ * What the parts of the reader share: read_model.c (links, points, names), read_place.c,
+ * read_joints.c, read_body.c, read_beam.c, and, once the coordinates are known, read_forces.c,
+ * read_constraints.c and read_events.c with read_result.c. Each takes values of the file and fills its part
+ * of the model.
  */
 #ifndef REFDYN_GEN_READER_H
 #define REFDYN_GEN_READER_H
@@ -40,8 +41,10 @@ bool read_place_field(const struct reader *reader, const struct value *table, en
 struct vector read_direction(const struct reader *reader, const struct value *value);
 void read_turns(const struct reader *reader, const struct value *turns, struct placement *placement);
 
-/* ---- read_body.c, read_beam.c ---- */
+/* ---- read_joints.c, read_body.c, read_beam.c ---- */
 
+/* Joints of a link and all fields about them. */
+void read_joints(const struct reader *reader, const struct value *table, const char *path, struct link *link);
 double read_value_now(const struct reader *reader, expression e); /* with the parameters' values */
 /* Complains when it is not met; keeps it for other values of parameters. */
 void read_require(const struct reader *reader, struct requirement requirement);

@@ -250,7 +250,7 @@ static void look_at_coordinates(const struct look *look) {
     judge_position(look, 0.4, inertia, pull);
     for (int i = 0; i < n; i++) {
         const struct frame *frame = &look->tree->frames[i];
-        if (inertia[i] == 0)
+        if (inertia[i] == 0 && value_of(look, frame->joint.rotor) == 0)
             message_warning(
                 look->messages, frame->joint.place,
                 "coordinate %s: moves nothing that has %s, its acceleration has no value unless rows give "

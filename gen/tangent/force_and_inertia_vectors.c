@@ -331,7 +331,8 @@ struct pair_vectors *tangent_pair_vectors(const struct given_motion *given,
     return vectors;
 }
 
-/* F_i = own load + sum of F of the children, e_i . F_i: theory, sect. 4.7 at the given accelerations. */
+/* F_i = own load + sum of F of the children, e_i . F_i + rotor qdd_i: theory, sect. 4.7 at the given
+ * accelerations. */
 expression *tangent_inertia_forces(const struct given_motion *given) {
     const struct kinematics *k = given->k;
     const size_t n = (size_t)k->tree->count + 1;
@@ -343,6 +344,8 @@ expression *tangent_inertia_forces(const struct given_motion *given) {
         if (frame->kind == FRAME_JOINT) {
             sums[i] = wrench_add(k->g, sums[i], own_load(given, i));
             forces[i] = (frame->joint.is_revolute ? sums[i].moment : sums[i].force).at[frame->joint.axis];
+            forces[i] =
+                expr_add(k->g, forces[i], expr_mul(k->g, frame->joint.rotor, given->accelerations[i]));
         }
         if (frame->parent >= 0)
             sums[frame->parent] = wrench_add(k->g, sums[frame->parent], wrench_to_parent(k, i, sums[i]));

@@ -77,7 +77,7 @@ static void find_named(struct rolling *x) {
 
 static bool same_joint(const struct joint *a, const struct joint *b) {
     return a->is_revolute == b->is_revolute && a->axis == b->axis && a->stiffness == b->stiffness &&
-           a->rest == b->rest && a->damping == b->damping && a->start == b->start &&
+           a->rest == b->rest && a->damping == b->damping && a->rotor == b->rotor && a->start == b->start &&
            a->start_rate == b->start_rate;
 }
 

@@ -5,6 +5,7 @@
 #include "tree/tree.h"
 #include "base/memory.h"
 #include "tree/frames.h"
+#include "tree/joint_axis.h"
 #include "tree/vector.h"
 
 #include <string.h>
@@ -65,9 +66,10 @@ static void add_link(struct expansion *x, struct carrier *carriers, int index) {
     const struct link *link = &x->model->links[index];
     struct fixed_frame at = attach(x, carriers, &link->on);
     for (int i = 0; i < link->joint_count; i++) {
-        struct frame *frame = frames_add_joint(x, &at, &link->joints[i]);
+        struct frame *frame = joint_axis_add(x, &at, &link->joints[i]);
         frame->link = index;
         frame->name = memory_format(x->memory, "%s_%s", link->name, link->joints[i].name);
+        graph_name_shared(x->g, frame->joint.rotor, frame->name, "rotor");
     }
     for (int i = 0; i < link->solid_count; i++)
         frames_add_inertia(x, at.frame < 0 ? index : x->tree->frames[at.frame].link, &at,

@@ -24,16 +24,22 @@
 ---@field at? (refdyn.expression|number)[] position of its frame in the carrier's frame [m]
 ---@field turn? table[] constant rotations `{ "x", angle }`, one after another, each about the axis turned so far [rad]
 ---@field joint? string|string[] coordinates from the carrier outward: slides `x y z`, turns `phi theta psi` about x, y, z; `"free"`: `x y z psi theta phi`; left out: welded
+---@field axis? string|number[] direction, in the link's frame, along or about which its one coordinate goes instead: three numbers of any length
 ---@field start? table<string, refdyn.expression|number> coordinates at the start of a motion [m or rad]
 ---@field start_rate? table<string, refdyn.expression|number> their rates [m/s or rad/s]
 ---@field spring? table<string, refdyn.expression|number> stiffness of linear springs [N/m or N m]
 ---@field rest? table<string, refdyn.expression|number> coordinates at which the springs are free of force; left out: 0 [m or rad]
 ---@field damper? table<string, refdyn.expression|number> linear damping [N s/m or N m s]
+---@field rotor? table<string, table> rotors of drives, by joint, whose inertia turns with the coordinate
 ---@field mass? refdyn.expression|number mass, beside that of the beam and the bodies; alone: a point mass [kg]
 ---@field center? (refdyn.expression|number)[] centre of mass in the link's frame; left out: its origin [m]
 ---@field inertia? table inertia about the centre of mass, along the link's axes
 ---@field bodies? table[] list of solids that move with the link's frame: `rd.box`, `rd.cylinder`, `rd.tube`, `rd.sphere`, or mass data
 ---@field beam? table makes the link a flexible beam along its x axis
+
+---@class refdyn.rotor
+---@field inertia refdyn.expression|number moment about its own axis [kg m^2]
+---@field gear? refdyn.expression|number its turn over that of the joint, or over the joint's way, of either sign; left out: 1 [1 or rad/m]
 
 ---@class refdyn.inertia
 ---@field xx? refdyn.expression|number int y^2 + z^2 dm [kg m^2]

@@ -106,6 +106,7 @@ void refdyn_chain_lay_out(struct refdyn_chain *c, const struct refdyn_model *mod
     c->records = layout_doubles(layout, n * c->record);
     c->stiffness = layout_doubles(layout, n);
     c->damping = layout_doubles(layout, n);
+    c->rotor = layout_doubles(layout, n);
     c->has_strains = has_strains(model);
     c->strains = layout_doubles(layout, c->has_strains ? REFDYN_STRAINS * n : 0);
     c->ends_ball = layout_ints(layout, c->has_strains ? n : 0);
@@ -143,10 +144,11 @@ int refdyn_chain_result_size(const struct refdyn_model *model) {
     return model->n * (2 + count_arrays(model) + 3 * model->coupling_count);
 }
 
-/* Vectors whose products M is. */
-static int is_of_mass(enum refdyn_vector vector) {
-    return vector == REFDYN_TURN_AXIS || vector == REFDYN_SLIDE_AXIS || vector == REFDYN_SHIFT ||
-           vector == REFDYN_MASS_MOMENT || vector == REFDYN_MASS_FORCE;
+/* Vectors whose products M is, and what stands beside them: by place. */
+static int is_of_mass(int place) {
+    const enum refdyn_vector vector = (enum refdyn_vector)(place / 3);
+    return place == REFDYN_ROTOR || vector == REFDYN_TURN_AXIS || vector == REFDYN_SLIDE_AXIS ||
+           vector == REFDYN_SHIFT || vector == REFDYN_MASS_MOMENT || vector == REFDYN_MASS_FORCE;
 }
 
 void refdyn_chain_keep_mass(const struct refdyn_model *model, double *result, double *diagonals) {
@@ -154,7 +156,7 @@ void refdyn_chain_keep_mass(const struct refdyn_model *model, double *result, do
     const int couplings_at = (2 + count_arrays(model)) * model->n;
     memset(diagonals, 0, 2 * bytes);
     for (int i = 0; i < 3 * REFDYN_VECTOR_COUNT; i++)
-        if (model->vector_places[i] >= 0 && !is_of_mass((enum refdyn_vector)(i / 3)))
+        if (model->vector_places[i] >= 0 && !is_of_mass(i))
             memset(result + model->vector_places[i], 0, bytes);
     memset(diagonals + couplings_at + model->coupling_count * model->n, 0, 2 * couplings * bytes);
 }
@@ -200,6 +202,7 @@ static void take_strains(struct refdyn_chain *c, const double *result) {
 
 void refdyn_chain_take(struct refdyn_chain *c, const double *result, const double *diagonals) {
     const struct refdyn_chain_layout at = refdyn_chain_layout_of(c->is_planar);
+    const int rotor = c->model->vector_places[REFDYN_ROTOR];
     const int n = c->n, of_mass = at.Z, of_damping = at.Z + at.right, of_stiffness = at.Z + 2 * at.right;
     memset(c->records, 0, (size_t)(n * c->record) * sizeof *c->records);
     take_wrench(c, result, 0, REFDYN_TURN_AXIS, REFDYN_SLIDE_AXIS, 1);
@@ -229,6 +232,7 @@ void refdyn_chain_take(struct refdyn_chain *c, const double *result, const doubl
             c->moves[k] |= way[a] != 0;
         c->stiffness[k] = diagonals[c->order[k]];
         c->damping[k] = diagonals[n + c->order[k]];
+        c->rotor[k] = rotor < 0 ? 0 : result[rotor + c->order[k]];
     }
     if (c->has_strains)
         take_strains(c, result);

@@ -13,7 +13,7 @@
  * Products of all pairs are sums that are carried from joint to joint. Eliminated from the tips (no pivoting, as in
  * L^T D L of M), x_i leaves -S_l . W_i Y_i . Z_k / A_ii at every entry (l, k) of joints before it: one matrix
  * X = sum W_i Y_i^T / A_ii, moved along, holds what all joints beyond j leave, and at j
- *     W_j -= X Z_j,   Y_j -= X^T S_j,   A_jj = Z_j . Y_j + g damping_j + g^2 stiffness_j.
+ *     W_j -= X Z_j,   Y_j -= X^T S_j,   A_jj = Z_j . Y_j + rotor_j + g damping_j + g^2 stiffness_j.
  * Three turns that share springs (strains) are eliminated together: their entries A_tu are computed, K and D of the
  * strains added, and rows and columns combined, Y_l -= A_lk Y_k / A_kk, W_l -= W_k A_kl / A_kk, A_lj -= A_lk A_kj / A_kk.
  * Couplings and rows are a border, eliminated last. In a plane X is 3 x 5, in space 6 x 12. The matrices of a collocation
@@ -34,7 +34,7 @@ struct refdyn_chain {
     int left, right;             /* components of a wrench, 3 or 6, and of what it meets, 5 or 12 */
     int record;                  /* doubles of a joint's vectors, in the order of chain_sweeps.c */
     double *records;             /* (n x record) */
-    double *stiffness, *damping; /* (n) beside the vectors */
+    double *stiffness, *damping, *rotor; /* (n) of K, D and M beside the vectors */
     int has_strains;
     double *strains; /* (n x 6) K row, K column and D by the turn before, then by the one before that */
     int *ends_ball;  /* (n) the third of three turns that share strains */

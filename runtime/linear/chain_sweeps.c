@@ -203,7 +203,7 @@ INLINE double *gather_inner(const struct refdyn_chain *c, int wide, int size, in
     return X;
 }
 
-/* A_kk = Z . Y + g damping + g^2 stiffness, and what is summed in it. */
+/* A_kk = Z . Y + rotor + g damping + g^2 stiffness, and what is summed in it. */
 INLINE void find_pivot(const struct refdyn_chain *c, int wide, int planar, const double *g,
                        const double *square, int k, const double *Z, const double *Y, double *D,
                        double *whole) {
@@ -214,7 +214,8 @@ INLINE void find_pivot(const struct refdyn_chain *c, int wide, int planar, const
     for (int p = 0; p < width; p++)
         D[p] += g[p] * c->damping[k] + square[p] * c->stiffness[k];
     for (int l = 0; l < (wide ? LANES : 1); l++) {
-        whole[l] = fabs(square[l] * c->stiffness[k]);
+        D[l] += c->rotor[k];
+        whole[l] = fabs(square[l] * c->stiffness[k]) + fabs(c->rotor[k]);
         for (int r = 0; r < at.right; r++)
             whole[l] += fabs(Z[r * width + l] * mass[r]);
     }
@@ -531,6 +532,8 @@ INLINE int multiply(const struct refdyn_chain *c, int wide, int planar, const do
         leave(c, width, width * R, k, z);
         chain_dot_real(wide, R, record + at.Y, z, sum);
         add_real(wide, 1, 1, sum, y + k * width);
+        if (x[0])
+            add_real(wide, 1, c->rotor[k], x[0] + k * width, y + k * width);
         if (x[1])
             add_real(wide, 1, c->damping[k], x[1] + k * width, y + k * width);
         if (x[2])

@@ -145,6 +145,11 @@ local cases = {
   floating = { links = { { "hub", joint = "free", mass = 3, inertia = { xx = 0.2, yy = 0.3, zz = 0.4 } }, { "arm", on = "hub", at = { 0.2, 0, 0 }, beam = beam { eta = 1e-3 } },
                          { "other", on = "hub", at = { -0.2, 0, 0 }, turn = { { "z", rd.pi } }, beam = beam { eta = 1e-3 } } }, gravity = false },
   weightless = { links = { { "arm", joint = "phi", beam = beam() } }, gravity = false },
+  -- rotors, on one and on three turns, and axes that are none of the frames'
+  geared   = { links = chain("link", rfe, { joint = "psi, theta, phi", spring = { psi = 2, phi = 1 }, damper = {},
+                                            rotor = { psi = { inertia = p.m, gear = 0.2 }, phi = { inertia = 3e-3 } } }) },
+  skew     = { links = chain("link", rfe, { axis = { 0.3, 0.8, -0.2 }, rotor = { theta = { inertia = 2e-4, gear = -9 } } }),
+               points = { E = { on = "link" .. rfe, at = { 0.2, 0, 0 } } } },
 }
 
 local scene = cases[kind] or error("option kind: no such case")

@@ -24,6 +24,7 @@ static const char *const types[TYPE_COUNT] = {
     [TYPE_TURNS] = "table[]",
     [TYPE_NAMES] = "string|string[]",
     [TYPE_BY_JOINT] = "table<string, refdyn.expression|number>",
+    [TYPE_ROTORS] = "table<string, table>",
     [TYPE_PLACE] = "string|table",
     [TYPE_AXIS] = "table",
     [TYPE_INERTIA] = "table",

@@ -20,6 +20,7 @@ static const char *const types[TYPE_COUNT] = {
     [TYPE_TURNS] = "turns",
     [TYPE_NAMES] = "names",
     [TYPE_BY_JOINT] = "values by joint",
+    [TYPE_ROTORS] = "tables by joint",
     [TYPE_PLACE] = "place",
     [TYPE_AXIS] = "axis",
     [TYPE_INERTIA] = "table",
