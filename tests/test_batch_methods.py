@@ -1,9 +1,11 @@
 """Methods in lanes: what a case gives depends on no width, thread or neighbour, and is what it gives alone but for the tolerance."""
+import re
+
 import h5py
 import numpy as np
 import pytest
 
-from program import REFERENCE, refdyn
+from program import REFERENCE, TESTS, refdyn
 
 SWEEP = """local rd = require "refdyn"
 return rd.sweep { vary = { n_rfe = 2, m_E = { 1, 1.37, 1.71, 1.8, 2.23, 2.6, 2.91 }, eta = rd.log_uniform(1e-4, 2e-3), OPTIONS }, draws = 1, seed = 3,
@@ -39,3 +41,13 @@ def test_lanes_do_not_matter(method, scene, tmp_path):
         assert np.nanmax(abs(alone - beside)) < 1e-6
         same = (one["steps"] == four["steps"]) & ~np.isnan(alone).any(axis=1)
         assert same.any() and np.max(abs(alone - beside)[same]) < ROUNDING
+
+
+@pytest.mark.parametrize("model, taken_alone", [(REFERENCE, 0.0), (TESTS / "models" / "bouncing.lua", 1.0)])
+def test_steps_taken_one_by_one_are_counted(model, taken_alone, tmp_path):
+    """Those of a model with named events all are."""
+    name = "m_E" if taken_alone == 0 else "e"
+    (tmp_path / "cases.csv").write_text(f"{name}\n" + "".join(f"{0.31 + 0.07 * i}\n" for i in range(5)))
+    done = refdyn("batch", model, "--table", "cases.csv", "-o", "runs.csv", "--lanes", 4, "--method", "rk8", "--tol", "1e-4", "--until", 0.02, cwd=tmp_path)
+    steps, alone = map(int, re.search(r"lanes +4; of (\d+) steps (\d+) were taken one by one", done.stderr).groups())
+    assert steps > 5 and alone == taken_alone * steps

@@ -209,7 +209,19 @@ void emit_sincos(struct emission *x, struct text *text) {
 
 /* ---- In lanes ---- */
 
-/* Each lane by itself, whatever stands in the others: no shorter way for small angles, and libm's by lane. */
+/* Each lane by itself, whatever stands in the others: where the angles of all lanes are small, the shorter
+ * way gives the bits of the longer one with k = 0. */
+static void put_lane_small(const struct emission *x, struct text *text) {
+    const struct form form = {x->name, "lane", "    ", "x"};
+    text_add(text,
+             "/* The same bits, where the angles of all lanes are within an eighth of a turn. */\n"
+             "INLINE void %s_small_angle(lane x, lane *sine, lane *cosine) {\n",
+             x->name);
+    put_polynomials(text, &form, form.angle);
+    text_add(text, "    *sine = x + (x * z) * S;\n"
+                   "    *cosine = level + (((1.0 - level) - half) + zz * C);\n}\n\n");
+}
+
 static void put_lane_angle(const struct emission *x, struct text *text) {
     const struct form form = {x->name, "lane", "    ", "x"};
     text_add(
@@ -230,12 +242,17 @@ static void put_lane_angle(const struct emission *x, struct text *text) {
 static void put_lane_repair(const struct emission *x, struct text *text) {
     const char *name = x->name;
     text_add(text,
+             "INLINE lane_mask %s_is_within(lane x, double limit) {\n"
+             "    return (lane_mask)(x <= limit) & (lane_mask)(x >= -limit);\n}\n\n"
              "INLINE lane_mask %s_is_known(lane x) {\n"
-             "    return (lane_mask)(x <= %s_largest) & (lane_mask)(x >= -%s_largest);\n}\n\n"
+             "    return %s_is_within(x, %s_largest);\n}\n\n"
              "INLINE int %s_is_in_all_lanes(lane_mask mask) {\n"
+             "#if LANES == 4 && defined(__AVX__) /* what compilers do not make of the loop */\n"
+             "    return __builtin_ia32_movmskpd256((lane)mask) == 15;\n"
+             "#else\n"
              "    long long all = -1;\n    for (int l = 0; l < LANES; l++)\n        all &= AT(mask, l);\n"
-             "    return all != 0;\n}\n\n",
-             name, name, name, name);
+             "    return all != 0;\n#endif\n}\n\n",
+             name, name, name, name, name);
     text_add(text,
              "/* In lanes that hold a larger angle, or no number, those of libm. */\n"
              "static void %s_ask_libm(const lane *angle, lane *sine, lane *cosine) {\n"
@@ -263,16 +280,20 @@ static void put_lane_pass(const struct emission *x, struct text *text) {
     const char *name = x->name;
     if (!x->has_sincos)
         return;
+    put_lane_small(x, text);
     text_add(text,
              "static void %s_sincos(const lane *angle, lane *sine, lane *cosine, int count) {\n"
-             "    lane_mask known = %s_is_known(angle[0]);\n"
-             "    for (int i = 0; i < count; i++) {\n"
-             "        %s_angle(angle[i], sine + i, cosine + i);\n"
-             "        known &= %s_is_known(angle[i]);\n    }\n"
+             "    lane_mask known = %s_is_known(every_lane(0.0));\n"
+             "    for (int i = 0; i < count; i++)\n"
+             "        if (%s_is_in_all_lanes(%s_is_within(angle[i], 0.785))) {\n"
+             "            %s_small_angle(angle[i], sine + i, cosine + i);\n"
+             "        } else {\n"
+             "            %s_angle(angle[i], sine + i, cosine + i);\n"
+             "            known &= %s_is_known(angle[i]);\n        }\n"
              "    if (%s_is_in_all_lanes(known))\n        return;\n"
              "    for (int i = 0; i < count; i++)\n"
              "        %s_ask_libm(angle + i, sine + i, cosine + i);\n}\n\n",
-             name, name, name, name, name, name);
+             name, name, name, name, name, name, name, name, name);
 }
 
 void emit_lane_sincos(struct emission *x, struct text *text) {

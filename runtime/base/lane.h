@@ -4,9 +4,14 @@
  * Each file that includes this defines LANES, how many motions there are, and NAMED(name), which makes its
  * names its own. An entry of all motions is one `lane`: a vector of LANES doubles, and for one motion a
  * double. No motion looks at another one, and each gets the bits that it gets alone.
+ *
+ * Functions with lanes among their arguments are INLINE: behind a call of others gcc leaves the upper halves
+ * of wide registers in use, and processors take a hundred cycles to go on with code that knows but the lower.
  */
 #ifndef REFDYN_LANE_H
 #define REFDYN_LANE_H
+
+#include "base/inline.h"
 
 #include <math.h>
 
@@ -28,7 +33,7 @@ typedef long long NAMED(mask)
 #define OF_LANE(value, lane) ((value)[lane])
 #endif
 
-static inline LANE NAMED(every)(double x) {
+INLINE LANE NAMED(every)(double x) {
 #if LANES == 1
     return x;
 #else
@@ -37,7 +42,7 @@ static inline LANE NAMED(every)(double x) {
 }
 
 /* where ? a : b, of each motion */
-static inline LANE NAMED(select)(MASK where, LANE a, LANE b) {
+INLINE LANE NAMED(select)(MASK where, LANE a, LANE b) {
 #if LANES == 1
     return where ? a : b;
 #else
@@ -45,13 +50,13 @@ static inline LANE NAMED(select)(MASK where, LANE a, LANE b) {
 #endif
 }
 
-static inline LANE NAMED(root)(LANE x) {
+INLINE LANE NAMED(root)(LANE x) {
     for (int lane = 0; lane < LANES; lane++)
         OF_LANE(x, lane) = sqrt(OF_LANE(x, lane));
     return x;
 }
 
-static inline LANE NAMED(size)(LANE x) {
+INLINE LANE NAMED(size)(LANE x) {
 #if LANES == 1
     return fabs(x);
 #else
@@ -59,7 +64,7 @@ static inline LANE NAMED(size)(LANE x) {
 #endif
 }
 
-static inline int NAMED(any)(MASK where) {
+INLINE int NAMED(any)(MASK where) {
     int any = 0;
     for (int lane = 0; lane < LANES; lane++)
         any |= OF_LANE(where, lane) != 0;
@@ -67,7 +72,7 @@ static inline int NAMED(any)(MASK where) {
 }
 
 /* The larger one; a NaN counts as larger than all. */
-static inline LANE NAMED(larger)(LANE a, LANE b) {
+INLINE LANE NAMED(larger)(LANE a, LANE b) {
     return NAMED(select)((a >= b) | (a != a), a, b);
 }
 

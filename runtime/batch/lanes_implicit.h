@@ -37,7 +37,7 @@ static void NAMED(find_tangent)(const struct NAMED(taking) * taking, const LANE 
 }
 
 /* Steps of motions that a matrix does not serve are left to them. */
-static void NAMED(leave_singular)(struct NAMED(taking) * taking, MASK is_regular) {
+INLINE void NAMED(leave_singular)(struct NAMED(taking) * taking, MASK is_regular) {
     for (int lane = 0; lane < LANES; lane++)
         if (!is_regular[lane])
             taking->steps[lane].status = REFDYN_LEFT_TO_MOTION;
@@ -57,10 +57,10 @@ static int NAMED(find_increment_rates)(void *context, double c, LANE *stage, LAN
     return NAMED(find_stage)(stepping->taking, c, stage, rates);
 }
 
-static void NAMED(solve_increment)(void *context, const LANE *right_q, const LANE *right_v, LANE dt, LANE *dq,
-                                   LANE *dqd) {
+static void NAMED(solve_increment)(void *context, const LANE *right_q, const LANE *right_v, double part,
+                                   LANE *dq, LANE *dqd) {
     const struct NAMED(stepping) *stepping = context;
-    NAMED(solve_linear)(stepping->linear, right_q, right_v, dt, dq, dqd);
+    NAMED(solve_linear)(stepping->linear, right_q, right_v, part * stepping->taking->h, dq, dqd);
 }
 
 static void NAMED(take_by_rosenbrock)(struct NAMED(taking) * taking) {
@@ -69,9 +69,7 @@ static void NAMED(take_by_rosenbrock)(struct NAMED(taking) * taking) {
     struct NAMED(stepping) stepping = {taking, &linear, NULL};
     const struct NAMED(rosenbrock_needs)
         needs = {NAMED(find_increment_rates), NAMED(solve_increment), &stepping};
-    for (int lane = 0; lane < LANES; lane++)
-        if (taking->steps[lane].motion)
-            taking->lanes->t[lane] = taking->steps[lane].motion->step.t_begin;
+    *NAMED(lanes_of)(taking->lanes->t) = taking->t_begin;
     NAMED(find_tangent)(taking, taking->arrays.state, taking->arrays.rates, &linear);
     NAMED(leave_singular)(taking, NAMED(factor_real)(&linear, table->gamma * taking->h));
     NAMED(take_rosenbrock)(table, &taking->arrays, taking->h, &needs);
@@ -123,16 +121,14 @@ static void NAMED(unload_stages)(const struct NAMED(taking) * taking, int lane) 
 
 /* The tangent in the middle of the step, or without a step before at its begin (collocation.c). */
 static void NAMED(find_middle_tangent)(struct NAMED(taking) * taking,
-                                       const struct NAMED(collocation) * collocation, LANE last_h,
+                                       const struct NAMED(collocation) * collocation,
                                        struct NAMED(linear) * linear) {
     struct lanes *lanes = taking->lanes;
     const struct NAMED(arrays) *arrays = &taking->arrays;
-    const MASK has_last = last_h > NAMED(every)(0);
+    const MASK has_last = collocation->last_h > NAMED(every)(0);
     NAMED(state_between)(collocation, 0.5, arrays->stage);
     NAMED(set_stage_times)(taking, 0.5);
-    for (int lane = 0; lane < LANES; lane++)
-        if (taking->steps[lane].motion && !has_last[lane])
-            lanes->t[lane] = taking->steps[lane].motion->step.t_begin;
+    *NAMED(lanes_of)(lanes->t) = NAMED(select)(has_last, *NAMED(lanes_of)(lanes->t), taking->t_begin);
     for (int i = 0; i < arrays->size; i++)
         arrays->stage[i] = NAMED(select)(has_last, arrays->stage[i], arrays->state[i]);
     NAMED(find_rates)(taking, arrays->stage, arrays->side);
@@ -152,12 +148,12 @@ static MASK NAMED(factor_all)(const struct NAMED(taking) * taking,
     return is_regular;
 }
 
-static void NAMED(copy_where)(MASK where, const LANE *from, int count, LANE *to) {
+INLINE void NAMED(copy_where)(MASK where, const LANE *from, int count, LANE *to) {
     for (int i = 0; i < count; i++)
         to[i] = NAMED(select)(where, from[i], to[i]);
 }
 
-static void NAMED(copy_factors)(MASK where, int is_complex, const struct NAMED(factors) * from,
+INLINE void NAMED(copy_factors)(MASK where, int is_complex, const struct NAMED(factors) * from,
                                 struct NAMED(factors) * to) {
     NAMED(copy_where)(where, from->matrix, from->n * from->n * (is_complex ? 2 : 1), to->matrix);
     for (int k = 0; k < from->n; k++) {
@@ -169,7 +165,7 @@ static void NAMED(copy_factors)(MASK where, int is_complex, const struct NAMED(f
 }
 
 /* The new factors become those in use, of the motions that have none to keep. */
-static void NAMED(take_fresh)(struct lanes *lanes, const struct refdyn_collocation_table *table,
+INLINE void NAMED(take_fresh)(struct lanes *lanes, const struct refdyn_collocation_table *table,
                               MASK is_fresh) {
     struct NAMED(linear) fresh = NAMED(linear_of)(lanes, 1), kept = NAMED(linear_of)(lanes, 0);
     int keeps = 0;
@@ -192,19 +188,19 @@ static void NAMED(take_fresh)(struct lanes *lanes, const struct refdyn_collocati
 
 /* New factors of the motions that iterate; counts what they take. */
 static void NAMED(factor_anew)(struct NAMED(taking) * taking, const struct NAMED(collocation) * collocation,
-                               const struct iteration *iterations, LANE last_h) {
+                               const struct iteration *iterations) {
     struct lanes *lanes = taking->lanes;
     const struct refdyn_collocation_table *table = collocation->table;
     struct NAMED(linear) fresh = NAMED(linear_of)(lanes, 1);
     MASK is_fresh = NAMED(every)(0) != NAMED(every)(0);
-    NAMED(find_middle_tangent)(taking, collocation, last_h, &fresh);
+    NAMED(find_middle_tangent)(taking, collocation, &fresh);
     const MASK is_regular = NAMED(factor_all)(taking, table, &fresh);
     for (int lane = 0; lane < LANES; lane++) {
         struct lane_step *one = &taking->steps[lane];
         if (!iterations[lane].waits)
             continue;
         is_fresh[lane] = -1;
-        one->motion->work->evaluations += last_h[lane] > 0;
+        one->motion->work->evaluations += collocation->last_h[lane] > 0;
         refdyn_linear_count(&one->motion->linear, 1,
                             refdyn_linear_weight(&one->motion->linear, table->eigenvalues, table->lambda), 0);
         if (!is_regular[lane])
@@ -221,7 +217,7 @@ static void NAMED(factor_anew)(struct NAMED(taking) * taking, const struct NAMED
 
 /* Corrects the accelerations of the motions that wait, by new factors where they keep none. */
 static void NAMED(iterate)(struct NAMED(taking) * taking, const struct NAMED(collocation) * collocation,
-                           struct iteration *iterations, const int *is_kept, LANE last_h) {
+                           struct iteration *iterations, const int *is_kept) {
     struct NAMED(stepping) *stepping = collocation->needs.context;
     struct iteration fresh[LANES];
     int is_wanted = 0;
@@ -232,14 +228,14 @@ static void NAMED(iterate)(struct NAMED(taking) * taking, const struct NAMED(col
         is_wanted |= fresh[lane].waits;
     }
     if (is_wanted)
-        NAMED(factor_anew)(taking, collocation, fresh, last_h);
+        NAMED(factor_anew)(taking, collocation, fresh);
     *stepping->linear = NAMED(linear_of)(taking->lanes, 0);
     NAMED(solve_stages)(collocation, iterations);
 }
 
 /* Once more with new factors, where those that were kept did not do. */
 static void NAMED(iterate_again)(struct NAMED(taking) * taking, const struct NAMED(collocation) * collocation,
-                                 struct iteration *iterations, int *is_kept, LANE last_h) {
+                                 struct iteration *iterations, int *is_kept) {
     const int count = collocation->table->stages * taking->n;
     MASK again = NAMED(every)(0) != NAMED(every)(0);
     int is_wanted = 0;
@@ -250,13 +246,13 @@ static void NAMED(iterate_again)(struct NAMED(taking) * taking, const struct NAM
     }
     if (!is_wanted)
         return;
-    NAMED(guess)(collocation, last_h, collocation->stages.missing);
+    NAMED(guess)(collocation, collocation->stages.missing);
     NAMED(copy_where)(again, collocation->stages.missing, count, collocation->stages.now);
     for (int lane = 0; lane < LANES; lane++) {
         iterations[lane].waits = again[lane] != 0;
         is_kept[lane] &= !iterations[lane].waits;
     }
-    NAMED(iterate)(taking, collocation, iterations, is_kept, last_h);
+    NAMED(iterate)(taking, collocation, iterations, is_kept);
 }
 
 /* What each motion keeps of its last step. */
@@ -295,15 +291,15 @@ static void NAMED(take_by_collocation)(struct NAMED(taking) * taking) {
                        .h = taking->h,
                        .needs = {NAMED(find_stage_rates), NAMED(solve_changes), &stepping}};
     collocation.stages = NAMED(arrays_of_stages)(collocation.table, &collocation.arrays);
-    const LANE last_h = NAMED(load_stages)(taking, iterations, is_kept);
+    collocation.last_h = NAMED(load_stages)(taking, iterations, is_kept);
     for (int lane = 0; lane < LANES; lane++) {
         const struct refdyn_motion *motion = taking->steps[lane].motion;
         motions[lane] = motion ? &motion->step : NULL;
         collocation.units = motion ? motion->step.units : collocation.units;
     }
-    NAMED(guess)(&collocation, last_h, collocation.stages.now);
-    NAMED(iterate)(taking, &collocation, iterations, is_kept, last_h);
-    NAMED(iterate_again)(taking, &collocation, iterations, is_kept, last_h);
+    NAMED(guess)(&collocation, collocation.stages.now);
+    NAMED(iterate)(taking, &collocation, iterations, is_kept);
+    NAMED(iterate_again)(taking, &collocation, iterations, is_kept);
     if (taking->method->projects_by_matrix)
         NAMED(find_directions)(&linear);
     NAMED(finish)(&collocation);

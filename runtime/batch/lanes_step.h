@@ -34,7 +34,7 @@ struct NAMED(taking) {
     const struct refdyn_method_definition *method;
     struct NAMED(arrays) arrays;
     int n, m;
-    LANE h;
+    LANE h, t_begin, t_limit; /* those of their steps [s] */
 };
 
 static inline LANE *NAMED(lanes_of)(double *numbers) {
@@ -52,14 +52,10 @@ static void NAMED(scatter)(double *to, const double *from, int lane, int count) 
         to[i] = from[i * LANES + lane];
 }
 
-/* Into lanes->t: the time of a stage at t_begin + c h. */
+/* Into lanes->t: the time of a stage at t_begin + c h (refdyn_step_inside). */
 static void NAMED(set_stage_times)(const struct NAMED(taking) * taking, double c) {
-    for (int lane = 0; lane < LANES; lane++) {
-        const struct lane_step *one = &taking->steps[lane];
-        if (one->motion)
-            taking->lanes->t[lane] =
-                refdyn_step_inside(&one->motion->step, one->motion->step.t_begin + c * one->attempt->h);
-    }
+    const LANE t = taking->t_begin + c * taking->h;
+    *NAMED(lanes_of)(taking->lanes->t) = NAMED(select)(t < taking->t_limit, t, taking->t_limit);
 }
 
 /* Rates at lanes->t. */
@@ -107,6 +103,8 @@ static void NAMED(load)(struct NAMED(taking) * taking, int lane) {
     struct lane_step *one = &taking->steps[lane];
     const struct refdyn_step *step = &one->motion->step;
     taking->h[lane] = one->attempt->h;
+    taking->t_begin[lane] = step->t_begin;
+    taking->t_limit[lane] = step->t_limit;
     if (one->is_new) {
         NAMED(gather)
         (lanes->p, one->motion->parameters.own, lane, model->parameter_count + model->derived_count);

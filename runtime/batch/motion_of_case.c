@@ -191,7 +191,7 @@ static enum turn end(struct worker *worker, struct refdyn_batch_result result, i
     result.is_beyond = worker->is_beyond;
     /* a case that never halted has had the thread for itself */
     result.cpu_s = (thread_seconds() - worker->begun) / (worker->has_halted ? share : 1);
-    result.steps_alone = worker->steps_alone;
+    result.steps_alone = batch->lanes ? worker->integrator.statistics.steps - worker->steps_in_lanes : 0;
     keep(worker, &result);
     return batch->end && batch->end(batch->context, &worker->now, &result) ? TURN_LEFT : TURN_ENDED;
 }
@@ -210,7 +210,7 @@ enum turn refdyn_worker_begin(struct worker *worker, long index, int share) {
     worker->attempt.is_over = 1;
     worker->is_new = 1;
     worker->has_halted = 0;
-    worker->steps_alone = 0;
+    worker->steps_in_lanes = 0;
     worker->unstable = worker->is_beyond = 0;
     worker->output = worker->turns = 0;
     result.status = begin(worker, &result);
@@ -257,6 +257,8 @@ enum turn refdyn_worker_go(struct worker *worker, int share) {
 }
 
 void refdyn_worker_judge(struct worker *worker, int taken) {
-    worker->steps_alone += taken == REFDYN_LEFT_TO_MOTION;
+    const struct refdyn_statistics *statistics = &worker->integrator.motion->statistics;
+    const long before = statistics->steps;
     refdyn_integrator_judge(&worker->integrator, &worker->attempt, taken);
+    worker->steps_in_lanes += statistics->steps - before;
 }

@@ -29,7 +29,7 @@ struct worker {
     double begun;                  /* processor time of the thread then [s] */
     struct refdyn_attempt attempt; /* at which it has halted */
     int has_halted;                /* since the case began */
-    long steps_alone;              /* likewise: left to the motion */
+    long steps_in_lanes;           /* likewise: accepted */
     int is_new;                    /* its parameters or inputs have changed since a step in lanes */
 };
 

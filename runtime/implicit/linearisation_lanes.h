@@ -69,8 +69,8 @@ static inline void NAMED(fill_border)(const struct NAMED(linear) * linear, LANE 
 }
 
 /* base + g first + g^2 second, rows of the coordinates and then of the programme; g = re + i im */
-static inline void NAMED(fill_matrix)(int is_complex, const struct NAMED(linear) * linear, LANE re, LANE im,
-                                      LANE *matrix) {
+INLINE void NAMED(fill_matrix)(int is_complex, const struct NAMED(linear) * linear, LANE re, LANE im,
+                               LANE *matrix) {
     const int n = linear->n, size = linear->size;
     const LANE square = is_complex ? re * re - im * im : re * re, twice = 2 * re * im;
     LANE *other = matrix + size * size;
@@ -90,20 +90,20 @@ static inline void NAMED(fill_matrix)(int is_complex, const struct NAMED(linear)
 }
 
 /* The real matrix for g, the complex ones: gives the motions whose matrix is regular. */
-static inline MASK NAMED(factor_real)(struct NAMED(linear) * linear, LANE g) {
+INLINE MASK NAMED(factor_real)(struct NAMED(linear) * linear, LANE g) {
     linear->g = g;
     NAMED(fill_matrix)(0, linear, g, g, linear->real.matrix);
     return NAMED(factor_matrix)(0, &linear->real, linear->scale);
 }
 
-static inline MASK NAMED(factor_complex)(struct NAMED(linear) * linear, int k, LANE re, LANE im) {
+INLINE MASK NAMED(factor_complex)(struct NAMED(linear) * linear, int k, LANE re, LANE im) {
     NAMED(fill_matrix)(1, linear, re, im, linear->complex[k].matrix);
     return NAMED(factor_matrix)(1, &linear->complex[k], linear->scale);
 }
 
 /* refdyn_linear_solve */
-static inline void NAMED(solve_linear)(const struct NAMED(linear) * linear, const LANE *r_q, const LANE *r_v,
-                                       LANE dt, LANE *dq, LANE *dqd) {
+INLINE void NAMED(solve_linear)(const struct NAMED(linear) * linear, const LANE *r_q, const LANE *r_v,
+                                LANE dt, LANE *dq, LANE *dqd) {
     const int n = linear->n;
     const LANE g = linear->g;
     LANE *s = linear->side, *x = linear->x;

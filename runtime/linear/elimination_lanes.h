@@ -22,8 +22,8 @@ struct NAMED(factors) {
 };
 
 /* (x, y) -= (a + i b) (u, v); of real rows x -= a u */
-static inline void NAMED(subtract_row)(int is_complex, LANE *restrict x, LANE *restrict y, LANE a, LANE b,
-                                       const LANE *restrict u, const LANE *restrict v, int count) {
+INLINE void NAMED(subtract_row)(int is_complex, LANE *restrict x, LANE *restrict y, LANE a, LANE b,
+                                const LANE *restrict u, const LANE *restrict v, int count) {
     for (int j = 0; j < count; j++) {
         x[j] -= is_complex ? u[j] * a - v[j] * b : u[j] * a;
         if (is_complex)
@@ -31,7 +31,7 @@ static inline void NAMED(subtract_row)(int is_complex, LANE *restrict x, LANE *r
     }
 }
 
-static inline void NAMED(exchange_rows)(LANE *restrict a, LANE *restrict b, MASK where, int count) {
+INLINE void NAMED(exchange_rows)(LANE *restrict a, LANE *restrict b, MASK where, int count) {
     for (int j = 0; j < count; j++) {
         const LANE x = a[j], y = b[j];
         a[j] = NAMED(select)(where, y, x);
@@ -40,8 +40,8 @@ static inline void NAMED(exchange_rows)(LANE *restrict a, LANE *restrict b, MASK
 }
 
 /* Exchanges row k with the pivot of each motion, which `row` tells, and their scales. */
-static inline void NAMED(exchange_pivots)(int is_complex, const struct NAMED(factors) * factors, int k,
-                                          LANE row, LANE *scale) {
+INLINE void NAMED(exchange_pivots)(int is_complex, const struct NAMED(factors) * factors, int k, LANE row,
+                                   LANE *scale) {
     const int n = factors->n;
     LANE *re = factors->matrix, *im = re + n * n;
     factors->moves[k] = 0;

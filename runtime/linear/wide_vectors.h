@@ -8,6 +8,8 @@
 #ifndef REFDYN_WIDE_VECTORS_H
 #define REFDYN_WIDE_VECTORS_H
 
+#include "base/inline.h"
+
 #if defined(__x86_64__) && defined(__GNUC__)
 #define HAS_WIDE 1
 #define WIDE __attribute__((target("avx2")))
@@ -16,11 +18,6 @@
 #define VECTORISED __attribute__((optimize("O3")))
 #else
 #define VECTORISED
-#endif
-#if defined(__GNUC__)
-#define INLINE static inline __attribute__((always_inline))
-#else
-#define INLINE static inline
 #endif
 
 #ifdef HAS_WIDE

@@ -66,6 +66,7 @@ static struct collocation_of_one collocation_of(struct taking *taking) {
         .arrays = arrays_of(step),
         .units = step->units,
         .h = taking->h,
+        .last_h = memory_of(step)->last_h,
         .sees_missed = saturates(step),
         .needs = {find_rates, goes_without_matrices(step) ? NULL : solve, taking}};
     collocation.arrays.memory = memory_of(step)->arrays;
@@ -76,7 +77,7 @@ static struct collocation_of_one collocation_of(struct taking *taking) {
 /* The tangent in the middle of the step, where the first guess puts it, suits all stages; without a guess, or
  * where that state is no good, at the begin. */
 static int find_tangent(struct refdyn_step *step, const struct collocation_of_one *collocation) {
-    if (memory_of(step)->last_h > 0) {
+    if (collocation->last_h > 0) {
         state_between_of_one(collocation, 0.5, step->stage);
         const double t = refdyn_step_inside(step, step->t_begin + collocation->h / 2);
         if (!refdyn_rates(&step->evaluation, t, step->stage, step->side) &&
@@ -111,7 +112,7 @@ static int misses_rounding_alone(const struct collocation_of_one *collocation,
 /* Accelerations of all stages, with factors as they are or new ones; keeps how fast it went. */
 static int find_stages(struct refdyn_step *step, const struct collocation_of_one *collocation, int is_kept) {
     struct iteration iteration;
-    guess_of_one(collocation, memory_of(step)->last_h, collocation->stages.now);
+    guess_of_one(collocation, collocation->stages.now);
     int status = is_kept ? REFDYN_OK : factor(step, collocation);
     if (status)
         return status;
@@ -145,11 +146,11 @@ static double unsmooth_error(struct refdyn_step *step, const struct stages_of_on
 
 static int take(struct refdyn_step *step, double h) {
     struct taking taking = {step, h};
-    const struct collocation_of_one collocation = collocation_of(&taking);
     const struct refdyn_step *motion = step;
     const int is_kept = refdyn_linear_has_factors(step->linear, step->evaluation.work, h) &&
                         memory_of(step)->contraction <= fast;
     begin_attempt(step, h);
+    const struct collocation_of_one collocation = collocation_of(&taking);
     int status = find_stages(step, &collocation, is_kept);
     if (status == REFDYN_NO_CONVERGENCE && is_kept)
         status = find_stages(step, &collocation, 0);

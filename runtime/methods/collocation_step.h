@@ -81,8 +81,8 @@ struct NAMED(collocation) {
     struct NAMED(arrays) arrays;
     struct NAMED(stages) stages;
     const double *units; /* (n) struct refdyn_step */
-    LANE h;
-    int sees_missed; /* iterations end by what the stages miss, too */
+    LANE h, last_h;      /* of this step, and of the one that it continues; 0: none [s] */
+    int sees_missed;     /* iterations end by what the stages miss, too */
     struct NAMED(collocation_needs) needs;
 };
 
@@ -105,7 +105,7 @@ static inline void begin_attempt(const struct refdyn_step *step, double h) {
 }
 
 /* Weight of node j among those that are continued, at theta. */
-static inline LANE NAMED(continuation)(const struct refdyn_collocation_table *table, int j, LANE theta) {
+INLINE LANE NAMED(continuation)(const struct refdyn_collocation_table *table, int j, LANE theta) {
     LANE value = NAMED(every)(1);
     for (int k = table->stages - table->continued; k < table->stages; k++)
         if (k != j)
@@ -114,23 +114,24 @@ static inline LANE NAMED(continuation)(const struct refdyn_collocation_table *ta
 }
 
 /* y += s x */
-static inline void NAMED(add_vector)(LANE *restrict y, LANE s, const LANE *restrict x, int count) {
+INLINE void NAMED(add_vector)(LANE *restrict y, LANE s, const LANE *restrict x, int count) {
     for (int j = 0; j < count; j++)
         y[j] += s * x[j];
 }
 
 /* The polynomial of the last step, of last_h, continued; without one the accelerations at the begin:
  * (stages x n). */
-static inline void NAMED(guess)(const struct NAMED(collocation) * step, LANE last_h, LANE *guessed) {
+INLINE void NAMED(guess)(const struct NAMED(collocation) * step, LANE *guessed) {
     const struct refdyn_collocation_table *table = step->table;
     const int n = step->arrays.n, s = table->stages;
-    const MASK has_last = last_h > NAMED(every)(0);
+    const MASK has_last = step->last_h > NAMED(every)(0);
     for (int i = 0; i < s; i++) {
         LANE *a = guessed + i * n;
         memset(a, 0, (size_t)n * sizeof *a);
         for (int j = s - table->continued; j < s; j++)
             NAMED(add_vector)
-        (a, NAMED(continuation)(table, j, 1 + table->c[i] * step->h / last_h), step->stages.last + j * n, n);
+        (a, NAMED(continuation)(table, j, 1 + table->c[i] * step->h / step->last_h),
+         step->stages.last + j * n, n);
         for (int j = 0; j < n; j++)
             a[j] = NAMED(select)(has_last, a[j], step->arrays.rates[n + j]);
     }
@@ -177,8 +178,7 @@ static inline void NAMED(combine_stages)(const struct NAMED(collocation) * step,
 }
 
 /* Largest entry of a vector in the units, or what is given. */
-static inline LANE NAMED(largest_change)(const struct NAMED(collocation) * step, const LANE *x,
-                                         LANE largest) {
+INLINE LANE NAMED(largest_change)(const struct NAMED(collocation) * step, const LANE *x, LANE largest) {
     for (int j = 0; j < step->arrays.n; j++)
         largest = NAMED(larger)(largest, NAMED(size)(x[j]) / step->units[j]);
     return largest;
@@ -193,7 +193,7 @@ static inline LANE NAMED(largest_of_stages)(const struct NAMED(collocation) * st
 }
 
 /* One Newton correction of the accelerations of the motions that wait for it; its largest entry. */
-static inline LANE NAMED(correct)(const struct NAMED(collocation) * step, MASK waits) {
+INLINE LANE NAMED(correct)(const struct NAMED(collocation) * step, MASK waits) {
     const struct refdyn_collocation_table *table = step->table;
     const struct NAMED(stages) *stages = &step->stages;
     const int n = step->arrays.n, s = table->stages;

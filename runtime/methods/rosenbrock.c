@@ -26,10 +26,10 @@ static int memory_size(const struct refdyn_method_definition *method, const stru
     return all_stages_of_one(method->table) * 2 * model->n;
 }
 
-static void solve(void *context, const double *right_q, const double *right_v, double dt, double *dq,
+static void solve(void *context, const double *right_q, const double *right_v, double part, double *dq,
                   double *dqd) {
     const struct taking *taking = context;
-    refdyn_linear_solve(taking->step->linear, right_q, right_v, dt, dq, dqd);
+    refdyn_linear_solve(taking->step->linear, right_q, right_v, part * taking->h, dq, dqd);
 }
 
 static int factor(struct refdyn_step *step, double h) {

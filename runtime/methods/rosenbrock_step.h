@@ -15,7 +15,8 @@
 /* What a step asks for: rates, and solutions with the matrix for gamma h, as refdyn_linear_solve. */
 struct NAMED(rosenbrock_needs) {
     NAMED(stage_rates) * find;
-    void (*solve)(void *context, const LANE *right_q, const LANE *right_v, LANE dt, LANE *dq, LANE *dqd);
+    /* for the explicit time: `part` of h */
+    void (*solve)(void *context, const LANE *right_q, const LANE *right_v, double part, LANE *dq, LANE *dqd);
     void *context;
 };
 
@@ -32,9 +33,9 @@ static inline void NAMED(combine_increments)(const struct NAMED(arrays) * arrays
 }
 
 /* U_i. Returns the status of its rates. */
-static inline int NAMED(take_increment)(const struct refdyn_rosenbrock_table *table,
-                                        const struct NAMED(arrays) * arrays, int i, LANE h,
-                                        const struct NAMED(rosenbrock_needs) * needs) {
+INLINE int NAMED(take_increment)(const struct refdyn_rosenbrock_table *table,
+                                 const struct NAMED(arrays) * arrays, int i, LANE h,
+                                 const struct NAMED(rosenbrock_needs) * needs) {
     const int n = arrays->n, size = 2 * n, all = NAMED(all_stages)(table);
     LANE *right = arrays->side, *U = arrays->memory + i * size;
     if (i == 0) {
@@ -46,14 +47,14 @@ static inline int NAMED(take_increment)(const struct refdyn_rosenbrock_table *ta
             return status;
     }
     ADD_ALL(right, 1 / h, table->c + i * all, i, arrays->memory, size, size);
-    needs->solve(needs->context, right, right + n, table->gamma_sum[i] * h, U, U + n);
+    needs->solve(needs->context, right, right + n, table->gamma_sum[i], U, U + n);
     return 0;
 }
 
 /* From state and rates to state_new and error. Returns the status of the first stage whose rates fail. */
-static inline int NAMED(take_rosenbrock)(const struct refdyn_rosenbrock_table *table,
-                                         const struct NAMED(arrays) * arrays, LANE h,
-                                         const struct NAMED(rosenbrock_needs) * needs) {
+INLINE int NAMED(take_rosenbrock)(const struct refdyn_rosenbrock_table *table,
+                                  const struct NAMED(arrays) * arrays, LANE h,
+                                  const struct NAMED(rosenbrock_needs) * needs) {
     const int size = 2 * arrays->n;
     for (int i = 0; i < table->stages; i++) {
         const int status = NAMED(take_increment)(table, arrays, i, h, needs);
@@ -67,9 +68,9 @@ static inline int NAMED(take_rosenbrock)(const struct refdyn_rosenbrock_table *t
 }
 
 /* The stages that only the interpolant needs. Returns as take_rosenbrock. */
-static inline int NAMED(look_into_rosenbrock)(const struct refdyn_rosenbrock_table *table,
-                                              const struct NAMED(arrays) * arrays, LANE h,
-                                              const struct NAMED(rosenbrock_needs) * needs) {
+INLINE int NAMED(look_into_rosenbrock)(const struct refdyn_rosenbrock_table *table,
+                                       const struct NAMED(arrays) * arrays, LANE h,
+                                       const struct NAMED(rosenbrock_needs) * needs) {
     int status = 0;
     for (int i = table->stages; i < NAMED(all_stages)(table) && !status; i++)
         status = NAMED(take_increment)(table, arrays, i, h, needs);

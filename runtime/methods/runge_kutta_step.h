@@ -14,15 +14,15 @@
 #include <string.h>
 
 /* y := state + h sum_j weight_j rates_j */
-static inline void NAMED(combine_rates)(const struct NAMED(arrays) * arrays, LANE h, const double *weights,
-                                        int count, LANE *y) {
+INLINE void NAMED(combine_rates)(const struct NAMED(arrays) * arrays, LANE h, const double *weights,
+                                 int count, LANE *y) {
     memcpy(y, arrays->state, (size_t)arrays->size * sizeof *y);
     ADD_ALL(y, h, weights, count, arrays->memory, arrays->rates_size, arrays->size);
 }
 
 /* error := h sum_j weight_j rates_j, q and qd only */
-static inline void NAMED(estimate_by_rates)(const struct NAMED(arrays) * arrays, LANE h,
-                                            const double *weights, int stages, LANE *error) {
+INLINE void NAMED(estimate_by_rates)(const struct NAMED(arrays) * arrays, LANE h, const double *weights,
+                                     int stages, LANE *error) {
     const int count = 2 * arrays->n;
     memset(error, 0, (size_t)count * sizeof *error);
     ADD_ALL(error, h, weights, stages, arrays->memory, arrays->rates_size, count);
@@ -37,9 +37,8 @@ static inline void NAMED(scale_error)(const struct NAMED(arrays) * arrays, const
 }
 
 /* From state and rates to state_new and error. Returns the status of the first stage whose rates fail. */
-static inline int NAMED(take_explicit)(const struct refdyn_tableau *tableau,
-                                       const struct NAMED(arrays) * arrays, LANE h, int has_low,
-                                       NAMED(stage_rates) * find, void *context) {
+INLINE int NAMED(take_explicit)(const struct refdyn_tableau *tableau, const struct NAMED(arrays) * arrays,
+                                LANE h, int has_low, NAMED(stage_rates) * find, void *context) {
     const int stages = tableau->stages;
     memcpy(arrays->memory, arrays->rates, (size_t)arrays->rates_size * sizeof(LANE));
     for (int s = 1; s < stages; s++) {

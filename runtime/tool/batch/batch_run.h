@@ -16,7 +16,7 @@ struct batch_count {
     /* that started from an equilibrium which is unstable, or which lies beyond a limit point of the load */
     struct noted_cases unstable, beyond;
     double cpu_s, wall_s;
-    long steps, steps_alone; /* all, and those that lanes left to the motions */
+    long steps, steps_alone; /* all, and those that the motions took themselves beside lanes */
 };
 
 /* Where records go, and which cases have one already. */
