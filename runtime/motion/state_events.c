@@ -219,7 +219,7 @@ static void look_for_jumps(struct refdyn_state_events *events, const struct refd
 static void place_zeros(struct refdyn_state_events *events) {
     for (int i = 0; i < events->count; i++) {
         const double begin = events->samples[i];
-        events->zeros[i] = events->side[i] * begin < 0 ? begin : 0;
+        events->zeros[i] = !is_kink(events, i) && events->side[i] * begin < 0 ? begin : 0;
         events->samples[i] -= events->zeros[i];
     }
 }
