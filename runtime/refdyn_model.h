@@ -111,7 +111,7 @@ struct refdyn_model {
     int break_count;     /* kinks of formulas of time alone whose times are known, */
     int switch_count;    /* and what changes sign at others */
     int event_count;     /* values whose zeros are events, */
-    int kink_count;      /* and others where formulas of coordinates have kinks; */
+    int kink_count;      /* and others where formulas of coordinates and rates have kinks; */
     int change_count;    /* what events set in all */
     int saturates;       /* a rate drives something to its limit, as friction */
     double qdd_cost;     /* operations of one call of constrained, or of qdd_free without rows; 0: unknown */

@@ -5,7 +5,7 @@ import numpy
 import pytest
 
 from friction_suite import ALLOWED, ROUGH, ROUGH_STEPS_ALLOWED, SCENES, STEPS_ALLOWED, TOLERANCES, WIDTHS, run
-from program import LONG, SCALE, check, motion, refdyn
+from program import LONG, SCALE, check, close, motion, refdyn
 
 # tests/long: all of them.
 SOME_WIDTHS = WIDTHS if LONG else ("1e-2", "1e-6", "1e-10")
@@ -71,6 +71,61 @@ def test_block_stops(tmp_path, width):
         found, said, summary = motion(model, "--set", f"w={width}", "--until", 5, "--every", 5, "--tol", tol)
         left = w / level * w * math.exp(-level * 5 / w) if w > 0.05 else 0  # what is still to come
         assert abs(found["block_x"][-1] + left - way) < ALLOWED * tol * SCALE, said
+
+
+CLAMPED = """local rd = require "refdyn"
+local p = rd.parameters { { "w", 0.1, "m/s" } }
+return rd.model { name = "clamped", links = { { "block", joint = "x", mass = 1 } },
+  forces = function(s) return { block_x = 2 * rd.sin(3 * s.t) - 1.3 * rd.max(-1, rd.min(1, s.qd.block_x / p.w)) } end }
+"""
+
+
+def pushed(until, w, L=1.3):
+    """x of x'' = 2 sin 3t - L clamp(x'/w), from rest: closed forms in and beside the layer, joined where bisection finds its ends."""
+    k = L / w
+
+    def particular(t):
+        return 2 * (k * math.sin(3 * t) - 3 * math.cos(3 * t)) / (k * k + 9)
+
+    def rate(t, t0, v0, side):
+        if side:
+            return v0 + 2 / 3 * (math.cos(3 * t0) - math.cos(3 * t)) - side * L * (t - t0)
+        return particular(t) + (v0 - particular(t0)) * math.exp(-k * (t - t0))
+
+    def way(t, t0, v0, side):
+        d = t - t0
+        if side:
+            return (v0 + 2 / 3 * math.cos(3 * t0)) * d - 2 / 9 * (math.sin(3 * t) - math.sin(3 * t0)) - side * L * d * d / 2
+        return (v0 - rate(t, t0, v0, 0) + 2 / 3 * (math.cos(3 * t0) - math.cos(3 * t))) / k
+    t, x, v, side = 0.0, 0.0, 0.0, 0
+    while True:
+        grid = numpy.append(numpy.arange(t + 1e-9, until, 1e-3), until)
+        rates = [rate(at, t, v, side) for at in grid]
+        left = [abs(now) > w if side == 0 else side * now < w for now in rates]
+        if not any(left):
+            return x + way(until, t, v, side)
+        first = left.index(True)
+        end = math.copysign(w, rates[first]) if side == 0 else side * w
+        low, high, sign = grid[first - 1] if first else t, grid[first], math.copysign(1, rates[first] - end)
+        for _ in range(100):
+            middle = (low + high) / 2
+            low, high = (low, middle) if sign * (rate(middle, t, v, side) - end) > 0 else (middle, high)
+        x += way(high, t, v, side)
+        t, v, side = high, end, 0 if side else int(math.copysign(1, end))
+
+
+@pytest.mark.parametrize("method", ["auto", "radau9", "gauss12", "rodas5p", "rk8"])
+def test_kinks_in_rates(tmp_path, method):
+    """Steps end where a straight line meets its level: those that lead across are thousands of tolerances off."""
+    model = tmp_path / "clamped.lua"
+    model.write_text(CLAMPED)
+    lines = []
+    for width in 0.3, 0.1, 1e-3:
+        expected = pushed(3, width)
+        for tol in (1e-6, 3e-8, 3e-9) if method != "rodas5p" else (1e-6,):
+            found, _, _ = motion(model, "--set", f"w={width}", "--until", 3, "--every", 3, "--method", method, "--tol", tol)
+            lines.append(close(f"width {width}, tol {tol}", found["block_x"][-1:], [expected], ALLOWED * tol * SCALE, 1))
+    check(lines)
 
 
 FORMULAS = {

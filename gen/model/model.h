@@ -244,7 +244,7 @@ struct model {
     int row_count, row_capacity;
     struct event *events;
     int event_count, event_capacity;
-    expression *kinks; /* of formulas in coordinates: state_kinks.h */
+    expression *kinks; /* of formulas in coordinates and rates: state_kinks.h */
     int kink_count;
     struct change *changes; /* event by event */
     int change_count, change_capacity;

@@ -1,4 +1,4 @@
-/* Kinks of formulas in coordinates: see state_kinks.h. */
+/* Kinks of formulas in coordinates and rates: see state_kinks.h. */
 #include "read/state_kinks.h"
 #include "base/memory.h"
 
@@ -16,7 +16,7 @@ static void mark_formulas(const struct model *model, bool *marks) {
         marks[model->rows[i].residual] = true;
 }
 
-/* What changes sign at the node, 0: it is smooth, or of something else than coordinates and positions. */
+/* What changes sign at the node, 0: it is smooth, or of time, parameters and inputs alone. */
 static expression switching_function(struct graph *g, expression e) {
     const struct node node = g->nodes[e];
     expression s = 0;
@@ -25,7 +25,7 @@ static expression switching_function(struct graph *g, expression e) {
     else if (node.operation == OP_LESS || node.operation == OP_MIN || node.operation == OP_MAX)
         s = expr_sub(g, node.operand[0], node.operand[1]);
     const unsigned depends = s ? g->nodes[s].depends : 0;
-    return depends & ON_STATE && !(depends & ON_RATE) ? s : 0;
+    return depends & (ON_STATE | ON_RATE) ? s : 0;
 }
 
 /* Once, also with the other sign. */

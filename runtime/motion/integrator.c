@@ -384,6 +384,13 @@ static int show(struct refdyn_integrator *integrator, double t) {
 
 /* ---- Steps ---- */
 
+/* Does the last step end at t, or at an event that is there but for rounding? What is seen at t is the state
+ * before the event then. */
+static int ends_at(const struct refdyn_motion *motion, double t) {
+    const double apart = motion->state_events.due_named > 0 ? refdyn_state_events_blur(t) : 0;
+    return t - motion->step.t_end <= apart;
+}
+
 /* The steps have gone as far as they should, or failed: what is seen is t_out, or the end of the last one. */
 static int arrive(struct refdyn_integrator *integrator, double t_out, int status) {
     struct refdyn_motion *motion = integrator->motion;
@@ -393,14 +400,14 @@ static int arrive(struct refdyn_integrator *integrator, double t_out, int status
     if (status)
         refdyn_step_give_up(&motion->step);
     if (t_out != integrator->t || status)
-        seen = show(integrator, fmin(t_out, motion->step.t_end));
+        seen = show(integrator, ends_at(motion, t_out) ? t_out : motion->step.t_end);
     const int failed = leave(integrator, status ? REFDYN_OK : seen, integrator->t);
     return status ? status : failed;
 }
 
 /* Is there more to do before t_out is seen, or an event? */
 static int is_before(const struct refdyn_motion *motion, double t_out) {
-    return motion->step.t_end < t_out && !refdyn_state_events_wait(&motion->state_events);
+    return !ends_at(motion, t_out) && !refdyn_state_events_wait(&motion->state_events);
 }
 
 /* Tells of the events at the state that is seen, once; of those that have ended the motion, each time. */

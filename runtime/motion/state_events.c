@@ -51,6 +51,7 @@ void refdyn_state_events_lay_out(struct refdyn_state_events *events, const struc
     events->due = layout_ints(layout, count);
     events->samples = layout_doubles(layout, (SAMPLES + 1) * count);
     events->sizes = layout_doubles(layout, count);
+    events->zeros = layout_doubles(layout, count);
     events->values = layout_doubles(layout, count);
     events->rates = layout_doubles(layout, count);
     events->terms = layout_doubles(layout, count > 0 ? count_terms(model) : 0);
@@ -92,9 +93,12 @@ static int values_at(struct refdyn_state_events *events, struct refdyn_step *ste
     int status = REFDYN_OK;
     if (theta < 1)
         status = step->method->kind->interpolate(step, theta, events->room);
-    return status ? status
-                  : find_values(events, step, refdyn_step_inside(step, theta < 1 ? t : step->t_end),
-                                theta < 1 ? events->room : step->state_new, values);
+    if (!status)
+        status = find_values(events, step, refdyn_step_inside(step, theta < 1 ? t : step->t_end),
+                             theta < 1 ? events->room : step->state_new, values);
+    for (int i = 0; i < events->count; i++)
+        values[i] -= events->zeros[i];
+    return status;
 }
 
 /* What the terms tell of one value: it, its rate, and what of both is rounding. */
@@ -210,6 +214,16 @@ static void look_for_jumps(struct refdyn_state_events *events, const struct refd
     note_due(events, step->t_begin);
 }
 
+/* A value that has crossed zero before the step and is still beyond it, by rounding or by the error of the
+ * step that led there, is zero at its begin. */
+static void place_zeros(struct refdyn_state_events *events) {
+    for (int i = 0; i < events->count; i++) {
+        const double begin = events->samples[i];
+        events->zeros[i] = !is_kink(events, i) && events->side[i] * begin < 0 ? begin : 0;
+        events->samples[i] -= events->zeros[i];
+    }
+}
+
 int refdyn_state_events_begin(struct refdyn_state_events *events, const struct refdyn_step *step) {
     events->tries = events->early_tries = 0;
     if (events->count == 0)
@@ -221,6 +235,7 @@ int refdyn_state_events_begin(struct refdyn_state_events *events, const struct r
     for (int i = 0; i < events->count && !status;
          i++) /* of no step that is refused, which may lead anywhere */
         events->sizes[i] = fmax(events->sizes[i], fabs(events->samples[i]));
+    place_zeros(events);
     return status;
 }
 
@@ -509,6 +524,15 @@ static double same_time(const struct refdyn_step *step) {
     return fmax(2 * refdyn_time_resolution(step->t_end), rounding * (step->t_end - step->t_begin));
 }
 
+double refdyn_state_events_blur(double t) {
+    return 16 * refdyn_time_resolution(t);
+}
+
+/* The value of event i at the end of the step, where it was evaluated. */
+static double value_at_end(const struct refdyn_state_events *events, int i) {
+    return events->values[i] - events->zeros[i];
+}
+
 /* The step is good. What has crossed zero in it is due, and what is about to at the same time. */
 static void end_on_zero(struct refdyn_state_events *events, struct refdyn_step *step) {
     const double t = refdyn_step_inside(step, step->t_end);
@@ -519,7 +543,8 @@ static void end_on_zero(struct refdyn_state_events *events, struct refdyn_step *
         const int has_crossed = find_crossing(events, step, i, &side) > 0;
         const struct assessed end = assess(events, step, i, t, step->state_new, step->rates_new);
         const int is_about_to = side * end.rate < 0 && watches(step, i, -side) &&
-                                fabs(events->values[i]) <= fmax(end.noise, fabs(end.rate) * same_time(step));
+                                fabs(value_at_end(events, i)) <=
+                                    fmax(end.noise, fabs(end.rate) * refdyn_state_events_blur(t));
         events->side[i] = side;
         if (is_about_to)
             events->towards[i] = -side;
@@ -538,6 +563,19 @@ static void stay_on_zero(struct refdyn_state_events *events, struct refdyn_step 
     refdyn_step_give_up(step);
     note_due(events, step->t_begin);
     *t_event = step->t_begin;
+}
+
+/* Do the last two samples of an event say that it is about to cross zero at the end of the step, where it is
+ * zero but for rounding? */
+static int ends_before_zero(const struct refdyn_state_events *events, const struct refdyn_step *step) {
+    const double per_time = SAMPLES / (step->t_end - step->t_begin);
+    const double near = per_time * refdyn_state_events_blur(step->t_end);
+    for (int i = 0; i < events->named; i++) {
+        const double end = sample(events, SAMPLES, i), change = end - sample(events, SAMPLES - 1, i);
+        if (events->side_end[i] * change < 0 && fabs(end) <= 2 * near * fabs(change))
+            return 1;
+    }
+    return 0;
 }
 
 static void keep_sides(struct refdyn_state_events *events) {
@@ -581,9 +619,10 @@ static double distance_ahead(struct refdyn_state_events *events, const struct re
     const double t = refdyn_step_inside(step, step->t_end), left = events->t_high - step->t_end;
     evaluate(events, step, t, step->state_new);
     const struct assessed end = assess(events, step, i, t, step->state_new, step->rates_new);
-    if (fabs(events->values[i]) <= end.noise)
+    const double value = value_at_end(events, i);
+    if (fabs(value) <= end.noise)
         return 0;
-    const double ahead = -events->values[i] / end.rate;
+    const double ahead = -value / end.rate;
     return ahead > 0 && ahead < left ? ahead : left / 2;
 }
 
@@ -630,6 +669,9 @@ int refdyn_state_events_look(struct refdyn_state_events *events, struct refdyn_s
     else if (events->tries > 0) {
         events->target = target;
         step_ahead(events, step, t_event);
+    } else if (ends_before_zero(events, step)) {
+        events->target = -1;
+        end_on_zero(events, step);
     } else
         keep_sides(events);
     return REFDYN_OK;

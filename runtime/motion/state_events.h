@@ -33,6 +33,7 @@ struct refdyn_state_events {
     int looks_again; /* values may have jumped: inputs, parameters, the state or formulas of time have */
     double *samples; /* ((REFDYN_EVENT_SAMPLES + 1) x count) values at the begin and in the step */
     double *sizes;   /* (count) largest |value| since the start: below a part of it, that of a kink is zero */
+    double *zeros;   /* (count) what counts as zero in the step: values at its begin that are just beyond */
     double *values;  /* (count) of the state that is looked at */
     double *rates;   /* (count) of the values before what is due happens */
     double *terms;   /* what event_terms gives */
@@ -70,6 +71,8 @@ void refdyn_state_events_look_early(struct refdyn_state_events *events, struct r
 void refdyn_state_events_note(struct refdyn_state_events *events, const struct refdyn_step *step);
 /* It has happened: on which side values are now, and what is due since others have jumped. */
 void refdyn_state_events_settle(struct refdyn_state_events *events, const struct refdyn_step *step);
+/* An event may lie so far beside the time at which it would, by rounding of states [s]. */
+double refdyn_state_events_blur(double t);
 /* Is there something that the caller is to be told before the motion goes on? */
 static inline int refdyn_state_events_wait(const struct refdyn_state_events *events) {
     return events->due_named > 0 && !events->is_told;
