@@ -189,7 +189,7 @@ function drawAxes(chart) {
         pen.fillText(tickText(tick, x.digits, false), pixelX(chart, tick), box.top + box.height + 15);
     }
     pen.textAlign = "right";
-    pen.fillText(chart.isPath ? `${chart.across || "x"} [m]` : "t [s]", box.left - 6, box.top + box.height + 15);
+    pen.fillText(chart.isPath ? `${chart.across || "x"} [m]` : "t [s]", box.left - 16, box.top + box.height + 15);
     for (const tick of powers) {
         pen.moveTo(box.left, pixelY(chart, tick));
         pen.lineTo(box.left + box.width, pixelY(chart, tick));
