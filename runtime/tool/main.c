@@ -27,10 +27,11 @@ static const struct command commands[] = {
     {.name = "check",
      .run = run_check,
      .operands = "MODEL.lua",
-     .options = "set fold",
+     .options = "draw set fold",
      .output = "FILE",
      .purpose = "read and check a model, and show it",
      .help = "Prints the tree of links, the coordinates, constraints and parameters.\n\n"
+             "  refdyn check models/manipulator.lua --draw manipulator.svg\n"
              "  refdyn check models/manipulator.lua --set n_rfe=1\n"},
     {.name = "eval",
      .run = run_eval,
@@ -130,6 +131,19 @@ static const struct command commands[] = {
          "  refdyn plot rigid.csv flexible.csv -o motion.svg\n"
          "  refdyn plot rigid.csv --panel path,energy --units rigid.json -o path.pdf\n"
          "  refdyn plot runs.h5 --panel extremes/E_x,history/E_x -o runs.svg\n"},
+    {.name = "view",
+     .run = run_view,
+     .operands = "RUN...",
+     .options = "output! model set",
+     .output = "PAGE.html",
+     .purpose = "motions as one HTML page, to look at from all sides",
+     .help =
+         "Bodies and beams in their places over time, paths of points, programme forces, and figures that "
+         "follow the\n"
+         "time. The page needs no network and no other file; several runs lie over each other.\n\n"
+         "  refdyn sim models/manipulator.lua --from statics --until 10 -o flexible.h5\n"
+         "  refdyn view flexible.h5 -o flexible.html\n"
+         "  refdyn view rigid.csv --model models/manipulator.lua --set n_rfe=1 -o rigid.html\n"},
     {.name = "merge",
      .run = run_merge,
      .operands = "RUNS.h5...",

@@ -80,6 +80,9 @@ static const struct rule rules[] = {
      "velocity, "
      "forces, torques, inputs, phi, psi, energy"},
     {"units", "FILE.json", KIND_TEXT, FIELD(units), "units of columns, from the summary of refdyn sim"},
+    {"model", "MODEL.lua", KIND_TEXT, FIELD(model), "of the runs that are CSV; files of HDF5 have theirs"},
+    {"draw", "FILE.svg", KIND_TEXT, FIELD(draw),
+     "draw the tree of links, with rows and drives, as SVG, PNG or PDF by the suffix of FILE"},
     {"methods", "a,b,c", KIND_LIST, FIELD(methods), "methods to compare (default: all)"},
     {"tols", "a,b,c", KIND_LIST, FIELD(tols),
      "tolerances of the methods that find their steps (default: each power of ten from 1e-2 to 1e-12)"},

@@ -50,7 +50,7 @@ struct options {
     /* NULL: not given */
     const char *output, *emit, *explain, *state, *from, *at, *method, *stabilise, *singular, *start, *hold,
         *release, *way, *summary, *vary, *steps, *tols, *methods, *inputs, *accelerations, *loops, *panel,
-        *units, *table, *cases, *of, *slurm_options;
+        *units, *model, *draw, *table, *cases, *of, *slurm_options;
     /* 0: not given */
     double until, step, step_max, tolerance, accuracy, every, modes, seconds, threads, chunks, lanes;
     double case_number; /* -1: not given */

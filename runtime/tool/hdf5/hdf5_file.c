@@ -299,6 +299,10 @@ void hdf5_free_texts(char **texts, int count) {
     free(texts);
 }
 
+bool hdf5_get_number(struct hdf5_file *file, const char *object, const char *name, double *value) {
+    return get_attribute(file, object, name, H5T_FLOAT, H5T_NATIVE_DOUBLE, value);
+}
+
 bool hdf5_get_whole(struct hdf5_file *file, const char *object, const char *name, long *value) {
     return get_attribute(file, object, name, H5T_INTEGER, H5T_NATIVE_LONG, value);
 }

@@ -48,7 +48,8 @@ char *hdf5_get_text(struct hdf5_file *file, const char *object, const char *name
 /* The texts of a list, in heap memory, for hdf5_free_texts; NULL: there is none. */
 char **hdf5_get_texts(struct hdf5_file *file, const char *object, const char *name, int *count);
 void hdf5_free_texts(char **texts, int count);
-/* False: there is none, or it is no whole number; that is not complained of. */
+/* False: there is none, or it is no number, or no whole number; that is not complained of. */
+bool hdf5_get_number(struct hdf5_file *file, const char *object, const char *name, double *value);
 bool hdf5_get_whole(struct hdf5_file *file, const char *object, const char *name, long *value);
 
 /* The group and all that lead to it, where they are missing. */

@@ -5,6 +5,7 @@
 #include "text/output.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 struct motion_reader {
     struct hdf5_file file;
@@ -46,7 +47,7 @@ static void add_names(struct motion_reader *reader, char **names, int count) {
 }
 
 /* All have as many rows as the first one, the time. */
-static bool take(struct motion_reader *reader, const char *path, char **names, int count) {
+static bool take_dataset(struct motion_reader *reader, const char *path, char **names, int count) {
     hsize_t size[2];
     const hid_t dataset = H5Dopen2(reader->file.id, path, H5P_DEFAULT);
     struct hdf5_column column = {.dataset = dataset, .place = reader->count};
@@ -68,7 +69,7 @@ static herr_t look(hid_t group, const char *path, const H5L_info_t *info, void *
     char **names = hdf5_get_texts(&reader->file, path, MOTION_COLUMNS, &count);
     (void)group;
     (void)info;
-    const bool is_good = !names || take(reader, path, names, count);
+    const bool is_good = !names || take_dataset(reader, path, names, count);
     hdf5_free_texts(names, count);
     return is_good ? 0 : -1;
 }
@@ -109,6 +110,38 @@ int motion_next(struct motion_reader *reader, double *values) {
     for (int i = 0; i < reader->count; i++)
         values[i] = row[i];
     return 1;
+}
+
+/* ---- Attributes ---- */
+
+struct giving {
+    struct motion_reader *reader;
+    const char *group;
+    void (*take)(void *context, const struct motion_fact *fact);
+    void *context;
+};
+
+static herr_t give_fact(hid_t group, const char *name, const H5A_info_t *info, void *where) {
+    const struct giving *giving = where;
+    struct motion_fact fact = {.object = giving->group, .name = name};
+    char *text = hdf5_get_text(&giving->reader->file, giving->group, name);
+    (void)group;
+    (void)info;
+    fact.text = text;
+    if (text || hdf5_get_number(&giving->reader->file, giving->group, name, &fact.number))
+        giving->take(giving->context, &fact);
+    free(text);
+    return 0;
+}
+
+bool motion_give_facts(struct motion_reader *reader, const char *group,
+                       void take(void *context, const struct motion_fact *fact), void *context) {
+    struct giving giving = {reader, group, take, context};
+    const bool is_there = strcmp(group, "/") == 0 || H5Lexists(reader->file.id, group, H5P_DEFAULT) > 0;
+    if (!is_there || H5Aiterate_by_name(reader->file.id, group, H5_INDEX_NAME, H5_ITER_INC, NULL, give_fact,
+                                        &giving, H5P_DEFAULT) >= 0)
+        return true;
+    return hdf5_fail(&reader->file, "cannot be read");
 }
 
 void motion_close(struct motion_reader *reader) {

@@ -1,0 +1,145 @@
+/*
+ * The motion of the frames: takes the data of the page, gives placements of all frames at any time.
+ *
+ * A placement is twelve numbers, R row by row, then the position: x = R x' + p. Frame i stands in its parent's by
+ * a constant placement A, and moves by its joint: T_i = T_p A D(q_i).
+ */
+"use strict";
+
+/* Values of a course from its whole steps. */
+function decodeCourse(course) {
+    let sum = 0;
+    return Float64Array.from(course.steps, (step) => (sum += step) * course.unit);
+}
+
+function identityPlacement() {
+    return [1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0];
+}
+
+/* First `outer`, in it `inner`. */
+function composePlacements(outer, inner, result) {
+    for (let row = 0; row < 3; row++) {
+        const a = outer[3 * row], b = outer[3 * row + 1], c = outer[3 * row + 2];
+        for (let column = 0; column < 3; column++)
+            result[3 * row + column] = a * inner[column] + b * inner[3 + column] + c * inner[6 + column];
+        result[9 + row] = a * inner[9] + b * inner[10] + c * inner[11] + outer[9 + row];
+    }
+}
+
+/* The place in the ground frame of a place in a frame. */
+function placePoint(placement, at) {
+    return [0, 1, 2].map((row) => placement[3 * row] * at[0] + placement[3 * row + 1] * at[1] +
+                                  placement[3 * row + 2] * at[2] + placement[9 + row]);
+}
+
+/* A frame from its list in the data: see drawn_model.h. */
+function readFrame(list) {
+    const constant = identityPlacement();
+    constant.splice(9, 3, ...list.slice(4, 7));
+    if (list.length > 7)
+        constant.splice(0, 9, ...list.slice(7, 16));
+    return {parent: list[0], link: list[1], element: list[2], axis: list[3] % 3, isTurn: list[3] >= 3, constant};
+}
+
+/* A slide along, or a turn about, one axis. */
+function setJoint(frame, q, result) {
+    const next = (frame.axis + 1) % 3, last = (frame.axis + 2) % 3;
+    result.set(GROUND);
+    if (!frame.isTurn) {
+        result[9 + frame.axis] = q;
+        return;
+    }
+    result[4 * next] = result[4 * last] = Math.cos(q);
+    result[3 * last + next] = Math.sin(q);
+    result[3 * next + last] = -Math.sin(q);
+}
+
+const GROUND = Float64Array.from(identityPlacement());
+const jointPlacement = new Float64Array(12), carriedPlacement = new Float64Array(12);
+
+/* Placements of all frames at the coordinates q, into `placements`, one for each. */
+function placeFrames(frames, q, placements) {
+    frames.forEach((frame, i) => {
+        const parent = frame.parent < 0 ? GROUND : placements[frame.parent];
+        setJoint(frame, q[i], jointPlacement);
+        composePlacements(parent, frame.constant, carriedPlacement);
+        composePlacements(carriedPlacement, jointPlacement, placements[i]);
+    });
+}
+
+/* The last row at or before a time, and how far the time lies on the way to the next one. */
+function findRow(t, time) {
+    let low = 0, high = t.length - 1;
+    while (low + 1 < high) {
+        const middle = (low + high) >> 1;
+        if (t[middle] <= time)
+            low = middle;
+        else
+            high = middle;
+    }
+    const length = t[high] - t[low];
+    const part = length > 0 ? (time - t[low]) / length : 0;
+    return {low, high, part: Math.min(1, Math.max(0, part))};
+}
+
+function valueAt(values, row) {
+    return values[row.low] + row.part * (values[row.high] - values[row.low]);
+}
+
+/* A run of the data, with courses as arrays, and with what moves. */
+function readRun(data) {
+    const frames = data.frames.map(readFrame);
+    return {
+        name: data.name, model: data.model, coordinates: data.coordinates, links: data.links, frames,
+        shapes: data.shapes, sticks: data.sticks, points: data.points, closures: data.closures,
+        t: decodeCourse(data.t), q: data.q.map(decodeCourse),
+        courses: data.courses.map((course) => ({name: course.name, kind: course.kind, values: decodeCourse(course)})),
+        placements: frames.map(() => new Float64Array(12)),
+        state: new Float64Array(frames.length),
+    };
+}
+
+/* Moves a run to a time; gives the row. */
+function moveRun(run, time) {
+    const row = findRow(run.t, time);
+    run.q.forEach((values, i) => { run.state[i] = valueAt(values, row); });
+    placeFrames(run.frames, run.state, run.placements);
+    return row;
+}
+
+function placementOf(run, frame) {
+    return frame < 0 ? GROUND : run.placements[frame];
+}
+
+/* The place of something with a frame and a place in it, where the run has been moved to. */
+function placeNow(run, fixed) {
+    return placePoint(placementOf(run, fixed.frame), fixed.at);
+}
+
+/* Paths of the points over all rows, [point][row] = [x, y, z], and the box that holds all frames and points. */
+function tracePaths(run) {
+    const paths = run.points.map(() => []);
+    const box = {low: [Infinity, Infinity, Infinity], high: [-Infinity, -Infinity, -Infinity]};
+    for (const time of run.t) {
+        moveRun(run, time);
+        run.points.forEach((point, i) => paths[i].push(placeNow(run, point)));
+        paths.forEach((path) => growBox(box, path[path.length - 1]));
+        run.placements.forEach((placement) => growBox(box, placement.subarray(9)));
+        run.shapes.forEach((shape) => growBoxByShape(box, run, shape));
+    }
+    return {paths, box};
+}
+
+function growBox(box, place) {
+    for (let i = 0; i < 3; i++) {
+        box.low[i] = Math.min(box.low[i], place[i]);
+        box.high[i] = Math.max(box.high[i], place[i]);
+    }
+}
+
+/* Both ends of the axis of a shape; of a list as in drawn_model.h. */
+function growBoxByShape(box, run, shape) {
+    const placement = placementOf(run, shape[1]), origin = shape.slice(13, 16);
+    growBox(box, placePoint(placement, origin));
+    growBox(box, placePoint(placement, [0, 1, 2].map((i) => origin[i] + shape[4 + 3 * i])));
+}

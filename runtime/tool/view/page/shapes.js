@@ -1,0 +1,303 @@
+/*
+ * What is seen of a run: takes a run of motion.js, gives groups of three.js, one for each frame that carries
+ * something, which moveBody brings to where the run is.
+ */
+"use strict";
+
+/* Parts of the scene's size. */
+const SIZE = {stick: 0.0045, joint: 0.013, point: 0.011, thread: 0.0022, arrow: 0.25, triad: 0.06, letter: 0.036};
+
+/* Of length and width 1; a box and a cylinder from x = 0 along x: see shapes.h. */
+function unitShape(kind, bore) {
+    if (kind === 0)
+        return new THREE.SphereBufferGeometry(0.5, 20, 14);
+    if (kind === 2)
+        return new THREE.BoxBufferGeometry(1, 1, 1).translate(0.5, 0, 0);
+    return turnedTube(bore / 2, 0.5);
+}
+
+/* Each edge is there twice, so that faces meet sharply. */
+function turnedTube(inner, outer) {
+    const corners = [[inner, 0], [outer, 0], [outer, 0], [outer, 1], [outer, 1], [inner, 1], [inner, 1], [inner, 0]];
+    const profile = corners.map(([radius, height]) => new THREE.Vector2(radius, height));
+    return new THREE.LatheBufferGeometry(profile, 16).rotateZ(-Math.PI / 2);
+}
+
+/* The matrix of a map x -> M x + p, given as M row by row, then p. */
+function matrixOf(list) {
+    const [a, b, c, d, e, f, g, h, i, x, y, z] = list;
+    return new THREE.Matrix4().set(a, b, c, x, d, e, f, y, g, h, i, z, 0, 0, 0, 1);
+}
+
+function fixedMesh(geometry, material, matrix) {
+    const mesh = new THREE.Mesh(geometry, material);
+    mesh.matrixAutoUpdate = false;
+    mesh.matrix.copy(matrix);
+    return mesh;
+}
+
+/* Maps the unit cylinder to one of that radius from one place to another. */
+function stickMatrix(from, to, radius) {
+    const along = new THREE.Vector3(...to).sub(new THREE.Vector3(...from));
+    const turn = new THREE.Quaternion().setFromUnitVectors(new THREE.Vector3(1, 0, 0), along.clone().normalize());
+    const size = new THREE.Vector3(along.length(), 2 * radius, 2 * radius);
+    return new THREE.Matrix4().compose(new THREE.Vector3(...from), turn, size);
+}
+
+/* The group that moves with a frame; the ground's stands still. */
+function groupOf(body, frame) {
+    if (!body.groups.has(frame)) {
+        const group = new THREE.Group();
+        group.matrixAutoUpdate = false;
+        body.groups.set(frame, group);
+        body.all.add(group);
+    }
+    return body.groups.get(frame);
+}
+
+/* ---- Many shapes of one kind and material are drawn at once ---- */
+
+/* `matrix` maps the unit shape to the axes of the frame. */
+function addPart(body, kind, bore, material, frame, matrix) {
+    const key = `${kind} ${bore} ${material.uuid}`;
+    if (!body.parts.has(key))
+        body.parts.set(key, {geometry: unitShape(kind, bore), material, places: []});
+    body.parts.get(key).places.push({frame, matrix});
+}
+
+function closeParts(body) {
+    for (const part of body.parts.values()) {
+        part.mesh = new THREE.InstancedMesh(part.geometry, part.material, part.places.length);
+        part.mesh.frustumCulled = false;
+        body.all.add(part.mesh);
+    }
+}
+
+const instanceMatrix = new THREE.Matrix4();
+
+function moveParts(body) {
+    for (const part of body.parts.values()) {
+        part.places.forEach((place, i) => {
+            instanceMatrix.multiplyMatrices(body.matrices.get(place.frame), place.matrix);
+            part.mesh.setMatrixAt(i, instanceMatrix);
+        });
+        part.mesh.instanceMatrix.needsUpdate = true;
+    }
+}
+
+/* ---- What a run has ---- */
+
+function addShapes(body, materialOf) {
+    for (const [kind, frame, link, bore, ...map] of body.run.shapes)
+        addPart(body, kind, bore, materialOf(link), frame, matrixOf(map));
+    for (const [frame, link, ...ends] of body.run.sticks)
+        if (Math.hypot(ends[3] - ends[0], ends[4] - ends[1], ends[5] - ends[2]) > 1e-4 * body.size)
+            addPart(body, 1, 0, materialOf(link), frame, stickMatrix(ends.slice(0, 3), ends.slice(3), SIZE.stick * body.size));
+}
+
+/* Where an axis of a frame points: the turn that takes x there. */
+function axisTurn(axis) {
+    const to = new THREE.Vector3().setComponent(axis, 1);
+    return new THREE.Quaternion().setFromUnitVectors(new THREE.Vector3(1, 0, 0), to);
+}
+
+/* A turn is a pin along its axis, a slide a block that stands on a rail. Elements of beams show none. */
+function addJoints(body, material) {
+    const size = SIZE.joint * body.size;
+    const alone = material.clone(); /* three.js makes one program of a material, for parts or for what stands alone */
+    body.run.frames.forEach((frame, i) => {
+        if (frame.element > 0)
+            return;
+        const scale = frame.isTurn ? new THREE.Vector3(2.6 * size, 2 * size, 2 * size)
+                                   : new THREE.Vector3(2.4 * size, 1.6 * size, 1.6 * size);
+        const middle = new THREE.Vector3().setComponent(frame.axis, -scale.x / 2);
+        const matrix = new THREE.Matrix4().compose(middle, axisTurn(frame.axis), scale);
+        addPart(body, frame.isTurn ? 1 : 2, 0, material, i, matrix);
+        if (!frame.isTurn)
+            body.rails.push({frame: i, mesh: addRail(body, i, alone)});
+    });
+}
+
+function addRail(body, frame, material) {
+    const mesh = fixedMesh(unitShape(1, 0), material, new THREE.Matrix4());
+    groupOf(body, frame).add(mesh);
+    return mesh;
+}
+
+/* From where the slide has its zero, which lies -q along the axis, to the frame. */
+function moveRail(body, rail) {
+    const frame = body.run.frames[rail.frame], q = body.run.state[rail.frame], radius = SIZE.stick * body.size;
+    const from = new THREE.Vector3().setComponent(frame.axis, Math.min(0, -q));
+    const size = new THREE.Vector3(Math.max(Math.abs(q), 1e-6 * body.size), 1.2 * radius, 1.2 * radius);
+    rail.mesh.matrix.compose(from, axisTurn(frame.axis), size);
+}
+
+function addPoints(body, material, letters) {
+    const size = 2 * SIZE.point * body.size;
+    for (const [i, point] of body.run.points.entries()) {
+        const matrix = new THREE.Matrix4().makeScale(size, size, size).setPosition(...point.at);
+        addPart(body, 0, 0, material, point.frame, matrix);
+        if (letters)
+            groupOf(body, point.frame).add(letterAt(point.name, point.at, SIZE.letter * body.size, letters, lineOf(body, i)));
+    }
+}
+
+/* Points that begin at one place have their names one above the other. */
+function lineOf(body, point) {
+    const begin = body.paths[point][0];
+    return body.paths.slice(0, point).filter((path) => Math.hypot(...path[0].map((x, i) => x - begin[i])) < 0.02 * body.size).length;
+}
+
+/* Ends of a closure are open diamonds around the points that it brings together. */
+function addClosures(body, material) {
+    const diamond = new THREE.OctahedronBufferGeometry(1.9 * SIZE.joint * body.size);
+    for (const closure of body.run.closures)
+        for (const end of closure.ends)
+            groupOf(body, end.frame).add(fixedMesh(diamond, material, new THREE.Matrix4().setPosition(...end.at)));
+}
+
+function addTriads(body) {
+    body.run.frames.forEach((frame, i) => {
+        if (frame.element > 0)
+            return;
+        const axes = new THREE.AxesHelper(SIZE.triad * body.size);
+        axes.visible = false;
+        body.triads.push(axes);
+        groupOf(body, i).add(axes);
+    });
+}
+
+/* A text that faces the reader, so many lines above a place. */
+function letterAt(text, at, size, colour, line) {
+    const canvas = document.createElement("canvas"), height = 64;
+    const pen = canvas.getContext("2d");
+    pen.font = `600 ${0.7 * height}px sans-serif`;
+    canvas.width = Math.ceil(pen.measureText(text).width) + 8;
+    canvas.height = height;
+    pen.font = `600 ${0.7 * height}px sans-serif`;
+    pen.fillStyle = colour;
+    pen.fillText(text, 4, 0.75 * height);
+    const texture = new THREE.CanvasTexture(canvas);
+    texture.minFilter = THREE.LinearFilter;
+    const sprite = new THREE.Sprite(new THREE.SpriteMaterial({map: texture, depthTest: false, transparent: true}));
+    sprite.center.set(0, -0.2 - line);
+    sprite.position.set(...at);
+    sprite.scale.set(size * canvas.width / height, size, 1);
+    return sprite;
+}
+
+/* ---- Paths ---- */
+
+/* Two directions at right angles to the path at a row. */
+function acrossPath(path, row) {
+    const along = new THREE.Vector3(...path[Math.min(row + 1, path.length - 1)]).sub(new THREE.Vector3(...path[Math.max(row - 1, 0)]));
+    const away = new THREE.Vector3(0.36, 0.48, 0.8); /* whatever is not along a path */
+    const first = along.clone().cross(away).normalize();
+    return [first, along.cross(first).normalize()];
+}
+
+/* A thread along a path: four corners at each row, so that a part of it is a range of its indices. */
+function threadGeometry(path, radius) {
+    const places = [], indices = [];
+    path.forEach((place, row) => {
+        const [first, second] = acrossPath(path, row);
+        for (const [direction, sign] of [[first, 1], [second, 1], [first, -1], [second, -1]])
+            places.push(...place.map((x, i) => x + sign * radius * direction.getComponent(i)));
+        for (let side = 0; side < 4 && row + 1 < path.length; side++) {
+            const a = 4 * row + side, b = 4 * row + (side + 1) % 4;
+            indices.push(a, b, a + 4, b, b + 4, a + 4);
+        }
+    });
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute("position", new THREE.Float32BufferAttribute(places, 3));
+    geometry.setIndex(indices);
+    return geometry;
+}
+
+const THREAD_INDICES = 24; /* from one row to the next */
+
+/* The whole path pale, and on it the part that is behind the point. */
+function addTrails(body, colour) {
+    for (const path of body.paths) {
+        const pale = new THREE.MeshBasicMaterial({color: colour, transparent: true, opacity: 0.28, side: THREE.DoubleSide});
+        const full = new THREE.MeshBasicMaterial({color: colour, side: THREE.DoubleSide});
+        const whole = new THREE.Mesh(threadGeometry(path, 0.6 * SIZE.thread * body.size), pale);
+        const trail = new THREE.Mesh(threadGeometry(path, SIZE.thread * body.size), full);
+        trail.frustumCulled = false;
+        body.trails.push(trail);
+        body.paths3d.add(whole, trail);
+    }
+}
+
+/* ---- Forces ---- */
+
+/* An arrow of length 1 along x, or three quarters of a circle about x with a tip. */
+function forceGeometry(isTurn) {
+    const tip = new THREE.ConeBufferGeometry(0.07, 0.22, 16);
+    if (!isTurn)
+        return [turnedTube(0, 0.025).scale(0.8, 1, 1), tip.rotateZ(-Math.PI / 2).translate(0.89, 0, 0)];
+    const bow = new THREE.TorusBufferGeometry(0.5, 0.025, 8, 36, 1.5 * Math.PI).rotateY(Math.PI / 2);
+    return [bow, tip.rotateX(-Math.PI / 2).translate(0, -0.5, 0)];
+}
+
+/* Programme forces, each on its coordinate; the largest of a kind has the full length. */
+function addForces(body, material) {
+    const forces = body.run.courses.filter((course) => course.kind === "force");
+    for (const course of forces) {
+        const frame = body.run.coordinates.findIndex((name) => course.name === `force_${name}` || course.name === `force_force_${name}`);
+        const isTurn = body.run.frames[frame].isTurn;
+        const group = new THREE.Group();
+        group.add(...forceGeometry(isTurn).map((geometry) => new THREE.Mesh(geometry, material)));
+        group.quaternion.copy(axisTurn(body.run.frames[frame].axis));
+        groupOf(body, frame).add(group);
+        body.forces.push({group, frame, isTurn, values: course.values, largest: 0});
+    }
+    for (const force of body.forces)
+        force.largest = Math.max(...body.forces.filter((other) => other.isTurn === force.isTurn)
+                                     .map((other) => other.values.reduce((most, value) => Math.max(most, Math.abs(value)), 0)));
+}
+
+function moveForce(body, force, row, isShown) {
+    const length = SIZE.arrow * body.size * valueAt(force.values, row) / force.largest;
+    force.group.visible = isShown && Math.abs(length) > 0.004 * body.size;
+    if (force.isTurn) /* a mirrored bow turns the other way */
+        force.group.scale.set(Math.abs(length), length, Math.abs(length));
+    else
+        force.group.scale.set(length, SIZE.arrow * body.size, SIZE.arrow * body.size);
+}
+
+/* ---- All of a run ---- */
+
+/* `look`: {size, materialOf(link), joint, point, closure, force: materials, trail: colour, letters: colour or null} */
+function makeBody(run, paths, look) {
+    const body = {run, paths, size: look.size, all: new THREE.Group(), groups: new Map(), parts: new Map(),
+                  matrices: new Map(), rails: [], trails: [],
+                  forces: [], triads: [], paths3d: new THREE.Group()};
+    addShapes(body, look.materialOf);
+    addJoints(body, look.joint);
+    addPoints(body, look.point, look.letters);
+    addClosures(body, look.closure);
+    addTriads(body);
+    addTrails(body, look.trail);
+    addForces(body, look.force);
+    closeParts(body);
+    body.all.add(body.paths3d);
+    return body;
+}
+
+/* Brings all to where the run is, at the row that moveRun gave. */
+function moveBody(body, row, shown) {
+    for (let frame = -1; frame < body.run.frames.length; frame++)
+        body.matrices.set(frame, matrixOf(placementOf(body.run, frame)));
+    moveParts(body);
+    for (const [frame, group] of body.groups) {
+        group.matrix.copy(body.matrices.get(frame));
+        group.matrixWorldNeedsUpdate = true;
+    }
+    body.rails.forEach((rail) => moveRail(body, rail));
+    body.forces.forEach((force) => moveForce(body, force, row, shown.forces));
+    body.triads.forEach((triad) => { triad.visible = shown.frames; });
+    body.paths3d.visible = shown.paths;
+    for (const trail of body.trails)
+        trail.geometry.setDrawRange(0, THREAD_INDICES * row.low);
+}

@@ -1,0 +1,119 @@
+/*
+ * The page: reads the data, makes stage, charts and clock, and draws when something has changed.
+ */
+"use strict";
+
+const data = JSON.parse(byId("data").textContent);
+const runs = data.runs.map(readRun);
+runs.forEach((run) => Object.assign(run, tracePaths(run)));
+
+const page = {
+    stage: makeStage(byId("stage"), runs, data.palette, data.runs[0].up),
+    charts: listCharts(runs, data.runs[0].up),
+    rows: [],
+    isStale: true,
+    isCoarse: false,
+    drawn: 0, /* when, as all times in ms */
+    valuesShown: 0,
+};
+
+const RESTING = 180; /* without a change: what is seen stands still */
+
+function describeRuns() {
+    runs.forEach((run, i) => {
+        const item = newElement("li", "", "");
+        const sample = newElement("span", "sample", "");
+        sample.style.background = runs.length > 1 ? `#${shownColour(data.palette[i % data.palette.length]).getHexString()}` : "none";
+        item.append(sample, runs.length > 1 ? `${i + 1} ` : "", run.name, newElement("small", "",
+            ` ${run.model}, ${run.frames.length} coordinates, ${run.t[run.t.length - 1].toPrecision(4)} s`));
+        byId("runs").append(item);
+    });
+}
+
+function placesText() {
+    const several = runs.length > 1;
+    return runs.flatMap((run, i) => run.points.map((point) => {
+        const place = placeNow(run, point).map((x) => withMinus(x.toFixed(4)));
+        return `${point.name}${several ? ` (${i + 1})` : ""}: ${place.join(", ")} m`;
+    })).join("\n");
+}
+
+/* Texts change ten times a second at most. */
+function showTexts(clock, now) {
+    if (clock.isPlaying && now - page.valuesShown < 100)
+        return;
+    page.valuesShown = now;
+    byId("places").textContent = placesText();
+    page.charts.forEach((chart) => showValues(chart, page.rows));
+}
+
+function moveAll(clock) {
+    page.rows = runs.map((run) => moveRun(run, clock.time));
+    if (page.stage)
+        page.stage.bodies.forEach((body, i) => moveBody(body, page.rows[i], clock.shown));
+    page.charts.forEach((chart) => moveChart(chart, clock.time, page.rows));
+    showTexts(clock, performance.now());
+    page.isStale = true;
+}
+
+function drawAll() {
+    if (page.stage)
+        resizeStage(page.stage);
+    page.charts.forEach((chart) => { makeKeys(chart); drawChart(chart); });
+    if (page.stage)
+        byId("cell").textContent = `ground lines every ${Number(page.stage.grid.cell.toPrecision(3))} m`;
+    moveAll(clock);
+}
+
+function setTheme(name) {
+    const isDark = name ? name === "dark" : pageColour("--is-dark") !== "1";
+    document.documentElement.dataset.theme = isDark ? "dark" : "light";
+    byId("theme").textContent = isDark ? "Light" : "Dark";
+    if (page.stage)
+        dressStage(page.stage, runs);
+    byId("runs").textContent = "";
+    describeRuns();
+    drawAll();
+}
+
+const changed = () => { page.isStale = true; };
+const withCamera = (change) => (...values) => {
+    if (page.stage)
+        change(page.stage.camera, ...values);
+    changed();
+};
+const actions = {view: withCamera(setView), turn: withCamera(turnCamera), zoom: withCamera(zoomCamera), theme: setTheme};
+
+const longest = runs.reduce((most, run) => (run.t[run.t.length - 1] > most.t[most.t.length - 1] ? run : most));
+const clock = makeClock(Math.min(...runs.map((run) => run.t[0])), longest.t[longest.t.length - 1], longest.t, moveAll);
+
+/* What changes again and again is drawn quickly, what rests finely. */
+function drawPicture(now) {
+    const passed = now - page.drawn, isMoving = clock.isPlaying || (page.isStale && page.drawn > 0 && passed < RESTING);
+    const isOverdue = page.isCoarse && !isMoving && passed > RESTING;
+    if (!page.isStale && !isOverdue)
+        return;
+    if (isMoving && page.isCoarse)
+        watchSpeed(page.stage, passed);
+    drawStage(page.stage, isMoving);
+    Object.assign(page, {isStale: false, isCoarse: isMoving, drawn: now});
+}
+
+function picture(now) {
+    playOn(clock, now);
+    if (page.stage)
+        drawPicture(now);
+    requestAnimationFrame(picture);
+}
+
+byId("no-webgl").hidden = page.stage !== null;
+page.charts.forEach((chart) => makeChart(chart, byId("charts"), runs.length, data.palette));
+connectControls(clock, actions);
+if (page.stage)
+    steerByPointer(byId("stage"), page.stage.camera, changed);
+setTheme(matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
+setTime(clock, clock.start);
+readFragment(clock, actions);
+window.addEventListener("resize", drawAll);
+window.addEventListener("hashchange", () => readFragment(clock, actions));
+requestAnimationFrame(picture);

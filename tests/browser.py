@@ -1,0 +1,40 @@
+"""How the tests look at a page: a headless Chromium without a network, whose WebGL is drawn by software."""
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import tempfile
+
+CHROMIUM = shutil.which("chromium") or "chromium"
+OPTIONS = ["--headless=new", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--hide-scrollbars",
+           "--disable-background-networking", "--host-resolver-rules=MAP * ~NOTFOUND", "--window-size=1400,900"]
+
+
+def run(page, fragment, *options):
+    """The finished process; the profile is of this call alone."""
+    with tempfile.TemporaryDirectory() as profile:
+        return subprocess.run([CHROMIUM, *OPTIONS, f"--user-data-dir={profile}", *options, pathlib.Path(page).as_uri() + fragment],
+                              capture_output=True, text=True, timeout=60 * float(os.environ.get("REFDYN_SLOWNESS", "1")))
+
+
+def ask(page, script, fragment=""):
+    """What `script`, the body of a function that runs when the page is ready, returns, and what the console said."""
+    text = page.read_text()
+    end = text.rindex("</body>")
+    probe = ("<script>const probe = document.createElement('pre'); probe.id = 'probe';\n"
+             "probe.textContent = JSON.stringify((() => {" + script + "})()); document.body.append(probe);</script>\n")
+    asked = page.with_suffix(".asked.html")
+    asked.write_text(text[:end] + probe + text[end:])
+    done = run(asked, fragment, "--enable-logging=stderr", "--dump-dom")
+    found = re.search(r'<pre id="probe">(.*?)</pre>', done.stdout, re.S)
+    said = re.findall(r"CONSOLE.*", done.stderr)
+    assert found, f"the page did not come to its end: {said} {done.stderr[-2000:]}"
+    return json.loads(found.group(1).replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&")), said
+
+
+def photograph(page, fragment, picture):
+    """A picture of the page as PNG."""
+    done = run(page, fragment, "--virtual-time-budget=2000", f"--screenshot={picture}")
+    assert pathlib.Path(picture).exists(), done.stderr[-2000:]

@@ -1,0 +1,198 @@
+"""`refdyn view`: what the page computes and shows against the numbers of the motion; what is refused."""
+import re
+import zlib
+
+import h5py
+import numpy as np
+import pytest
+
+import browser
+from program import MODELS, TESTS, read_run, refdyn
+
+MANIPULATOR = MODELS / "manipulator.lua"
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    """Motions of a flexible arm as CSV, of a crane, of a linkage with a closed loop, of bodies of all kinds."""
+    folder = tmp_path_factory.mktemp("runs")
+    refdyn("sim", MANIPULATOR, "--set", "n_rfe=3", "--set", "m_E=2.5", "--until", "1", "-o", folder / "arm.csv")
+    refdyn("sim", MODELS / "crane.lua", "--until", "1", "-o", folder / "crane.h5")
+    refdyn("sim", MODELS / "fourbar.lua", "--set", "torque=0.2", "--until", "1", "-o", folder / "bars.h5")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def page(runs):
+    view(runs / "arm.csv", runs / "crane.h5", runs / "bars.h5", "--model", MANIPULATOR, "--set", "n_rfe=3", "-o", runs / "page.html")
+    return runs / "page.html"
+
+
+def view(*arguments, **more):
+    return refdyn("view", *arguments, **more)
+
+
+def points_of(path):
+    """(rows x 3) by name."""
+    if path.suffix == ".h5":
+        with h5py.File(path) as file:
+            return {name: group["r"][()] for name, group in file["points"].items()}
+    columns = read_run(path)
+    return {"E": np.stack([columns[f"E_{axis}"] for axis in "xyz"], axis=1)}
+
+
+ASKED = """
+const key = (name, at) => (at || document.body).dispatchEvent(new KeyboardEvent("keydown", {key: name, bubbles: true}));
+const said = {places: runs.map((run) => Object.fromEntries(run.points.map((point, i) => [point.name, run.paths[i]])))};
+said.start = clock.time;
+key("ArrowRight"); key("ArrowRight"); key("ArrowLeft"); said.row = clock.time;
+key("PageDown"); said.rows = clock.time;
+key("End"); said.end = clock.time; said.slider = byId("time").getAttribute("aria-valuetext");
+key(" "); said.plays = [clock.isPlaying, byId("play").textContent, byId("play").getAttribute("aria-pressed"), clock.time];
+key(" "); said.stops = [clock.isPlaying, byId("play").textContent];
+key(" ", byId("play")); said.button = clock.isPlaying;
+key("f"); said.forces = [clock.shown.forces, byId("forces").checked]; key("f");
+const before = page.stage.camera.azimuth; key("d"); said.turned = page.stage.camera.azimuth - before;
+const far = page.stage.camera.lens.position.length(); key("+"); said.nearer = page.stage.camera.lens.position.length() < far;
+key("4"); said.view = byId("view").value;
+key("t"); said.theme = document.documentElement.dataset.theme; key("t");
+setTime(clock, 0.35); said.text = byId("places").textContent;
+const corner = new THREE.Vector3(), edge = [Infinity, -Infinity];
+setView(page.stage.camera, "free"); page.stage.camera.lens.updateMatrixWorld();
+for (const run of runs) for (const path of run.paths) for (const place of path)
+    for (const x of corner.set(...place).project(page.stage.camera.lens).toArray().slice(0, 2)) { edge[0] = Math.min(edge[0], x); edge[1] = Math.max(edge[1], x); }
+said.edge = edge;
+said.focus = [...document.querySelectorAll("button, input, select, canvas[tabindex], aside, summary")].map((element) => element.id || element.tagName);
+said.unnamed = [...document.querySelectorAll("button, input, select, canvas")].filter((element) => !(element.getAttribute("aria-label") || element.textContent.trim() || (element.labels && element.labels.length))).length;
+said.charts = page.charts.map((chart) => chart.title);
+said.loaded = performance.getEntriesByType("resource").length;
+drawStage(page.stage, false);
+const gl = page.stage.renderer.getContext(), pixels = new Uint8Array(4 * page.stage.canvas.width * page.stage.canvas.height);
+gl.readPixels(0, 0, page.stage.canvas.width, page.stage.canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+const colours = new Set();
+for (let i = 0; i < pixels.length; i += 4) colours.add(65536 * pixels[i] + 256 * pixels[i + 1] + pixels[i + 2]);
+said.colours = colours.size;
+return said;
+"""
+
+
+@pytest.fixture(scope="module")
+def said(page):
+    answer, console = browser.ask(page, ASKED, "#t=0.5")
+    assert not [line for line in console if "rror" in line or "efused" in line], console
+    return answer
+
+
+def test_points_are_where_the_motion_has_them(runs, said):
+    for name, places in zip(("arm.csv", "crane.h5", "bars.h5"), said["places"]):
+        expected = points_of(runs / name)
+        assert places.keys() == expected.keys()
+        size = max(np.abs(path).max() for path in expected.values())
+        for point, path in expected.items():
+            assert path.std(axis=0).max() > 1e-3 * size, f"{name} {point} stands still"
+            assert np.abs(np.array(places[point]) - path).max() < 1e-4 * size, f"{name} {point}"
+
+
+def test_keys(said):
+    assert said["start"] == 0.5 and said["row"] == pytest.approx(0.505) and said["rows"] == pytest.approx(0.555) and said["end"] == 1
+    assert said["plays"] == [True, "Pause", "true", 0] and said["stops"] == [False, "Play"]
+    assert said["button"] is False, "a button takes its own key"
+    assert said["forces"] == [True, True] and said["turned"] > 0 and said["nearer"] and said["view"] == "top" and said["theme"] == "dark"
+
+
+def test_it_can_be_read_and_reached(runs, said):
+    assert said["slider"] == "1.000 seconds" and said["unnamed"] == 0
+    assert said["focus"] == ["theme", "stage", "charts", "play", "time", "speed", "view", "paths", "forces", "frames", "SUMMARY"]
+    where = points_of(runs / "arm.csv")["E"][70]
+    assert said["text"].splitlines()[0] == "E (1): " + ", ".join(f"{x:.4f}" for x in where).replace("-", "\u2212") + " m"
+
+
+def test_the_picture_shows_it_all(said):
+    assert -1 < said["edge"][0] and said["edge"][1] < 1 and said["colours"] > 100
+    assert {"Path, y over x [m]", "Slides [m]", "Turns [rad]", "Programme forces [N, N m]", "Energy [J]", "Position residuals"} <= set(said["charts"])
+
+
+def test_nothing_comes_from_a_network(page, said):
+    text = page.read_text()
+    assert "Content-Security-Policy\" content=\"default-src 'none';" in text and said["loaded"] == 0
+    assert not re.search(r"<[^>]*\b(src|href)\s*=|@import|url\(", text[:text.index("three.js\n")]) and "<link" not in text
+    assert "Permission is hereby granted, free of charge" in text and "Copyright (c) 2010-2019 three.js authors" in text
+
+
+def test_equal_calls_give_equal_bytes(runs, page):
+    view(runs / "arm.csv", runs / "crane.h5", runs / "bars.h5", "--model", MANIPULATOR, "--set", "n_rfe=3", "-o", runs / "again.html")
+    assert (runs / "again.html").read_bytes() == page.read_bytes()
+
+
+def write_run(path, names, rows, step):
+    """A CSV with numbers that do not repeat."""
+    t = np.arange(rows) * step
+    phases = np.array([zlib.crc32(name.encode()) % 1000 for name in names])
+    q = 0.05 * np.sin(np.outer(t, 1 + 0.01 * phases) + phases)
+    rates = np.gradient(q, step, axis=0)
+    force = 100 * np.cos(np.outer(t, 2 + 0.01 * phases))
+    header = ",".join(["t", *names, *(f"{name}_d" for name in names), "energy", *(f"force_{name}" for name in names)])
+    np.savetxt(path, np.column_stack([t, q, rates, q[:, 0], force]), delimiter=",", header=header, comments="", fmt="%.9g")
+
+
+def test_pages_are_small(tmp_path):
+    """With 193 coordinates over ten seconds, a thousand rows, and as many forces."""
+    names = ["column_psi", *(f"rod_{turn}_{i}" for i in range(1, 65) for turn in ("psi", "theta", "phi"))]
+    model = tmp_path / "rod.lua"
+    model.write_text('local rd = require "refdyn"\nreturn rd.model { name = "rod", gravity = { 0, 0, -9.81 }, links = {\n'
+                     '{ "column", joint = "psi", mass = 1, inertia = { zz = 1 } },\n'
+                     '{ "rod", on = "column", beam = { length = 2, section = rd.tube(0.02, 0.015), E = 2e11, nu = 0.3, rho = 7800, rfe = 65 } } },\n'
+                     'points = { E = "rod.tip" } }\n')
+    write_run(tmp_path / "rod.csv", names, 1001, 1e-2)
+    view(tmp_path / "rod.csv", "--model", model, "-o", tmp_path / "rod.html")
+    assert 1_000_000 < (tmp_path / "rod.html").stat().st_size < 2_500_000
+
+
+def test_names_of_files_stay_texts(runs, tmp_path):
+    name = 'a<b></script><script>alert(1)<!--"&.h5'.replace("/", "\u2215")
+    (tmp_path / name).write_bytes((runs / "bars.h5").read_bytes())
+    view(tmp_path / name, "-o", tmp_path / "page.html")
+    text = (tmp_path / "page.html").read_text()
+    assert text.count("<script") == text.count("</script>") and "<b>" not in text and "a\\u003cb>" in text and "<title>a&lt;b&gt;" in text
+
+
+# ---- What is refused
+
+def refused(status, *arguments, **more):
+    return view(*arguments, status=status, **more).stderr
+
+
+def test_usage(runs):
+    arm, bars, out = runs / "arm.csv", runs / "bars.h5", runs / "none.html"
+    usage = "usage: refdyn view RUN... -o PAGE.html [--model MODEL.lua] [--set NAME=VALUE]\n"
+    assert refused(2, arm, "-o", out) == f"refdyn view: {arm}: a CSV does not tell its model, --model is needed\n{usage}"
+    assert refused(2, bars, "--model", MANIPULATOR, "-o", out) == f"refdyn view: --model: all runs are files of HDF5, which tell their models\n{usage}"
+    assert refused(2, bars, "--set", "n_rfe=1", "-o", out) == f"refdyn view: --set: all runs are files of HDF5, which tell their models\n{usage}"
+    assert refused(2, bars) == f"refdyn view: -o is missing\n{usage}"
+    assert not out.exists()
+
+
+def test_a_model_of_another_motion(runs):
+    arm, out = runs / "arm.csv", runs / "none.html"
+    assert refused(1, arm, "--model", MANIPULATOR, "-o", out) == (
+        f"{arm}:1: run: it has 10 coordinates, model manipulator has 13; --model and --set have to be those of the motion\n")
+    chain = TESTS / "models" / "hanging_chain.lua"
+    done = refused(1, arm, "--model", chain, "--set", "links=10", "-o", out)
+    assert done == f"{arm}:1: run: coordinate 1 is 'base_z', that of model hanging_chain is 'rod1_theta'\n"
+    assert not out.exists()
+
+
+def test_files_at_fault(runs, tmp_path):
+    out = tmp_path / "page.html"
+    spoiled = tmp_path / "spoiled.h5"
+    spoiled.write_bytes((runs / "bars.h5").read_bytes())
+    with h5py.File(spoiled, "r+") as file:
+        del file["model_files"]
+    assert refused(1, spoiled, "-o", out) == f"{spoiled}: the file does not tell its model\n"
+    with h5py.File(spoiled, "r+") as file:
+        file.attrs["content"] = "refdyn runs"
+    assert refused(1, spoiled, "-o", out) == f"{spoiled}: is no motion as refdyn sim writes it\n"
+    assert refused(1, runs / "bars.h5", "-o", out, env={"REFDYN_THREE": "/none/three.js"}) == (
+        "refdyn: /none/three.js: No such file or directory; three.js is needed (Debian: apt install libjs-three; REFDYN_THREE names "
+        "its file elsewhere)\n")
+    assert not out.exists() and not list(tmp_path.glob("*.part"))
