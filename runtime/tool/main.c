@@ -155,6 +155,19 @@ static const struct command commands[] = {
              "refused;\n"
              "cases that none has are told, and listed in the attribute 'missing'.\n\n"
              "  refdyn merge part_1.h5 part_2.h5 -o runs.h5\n"},
+    {.name = "import",
+     .run = run_import,
+     .operands = "FILE.urdf",
+     .options = "output flexible section tip E nu eta rho rfe friction-width floating",
+     .output = "MODEL.lua",
+     .purpose = "write a robot's URDF file as a Lua model",
+     .help =
+         "Links, joints and inertias; what is left out is told on stderr. Links of --flexible become beams "
+         "that "
+         "keep, with\n"
+         "a rest that is fixed to them, the link's mass, centre and inertia.\n\n"
+         "  refdyn import robot.urdf -o robot.lua\n"
+         "  refdyn import robot.urdf --flexible forearm --section tube:0.08:0.076 --E 7e10 -o robot.lua\n"},
     {.name = "bench",
      .run = run_bench,
      .operands = "MODEL.lua",

@@ -46,13 +46,14 @@ struct options {
     int setting_count;
     const char **stops; /* --stop NAME<VALUE */
     int stop_count;
-    bool fold, verify, resume, dry_run, slurm, for_lanes;
+    bool fold, verify, resume, dry_run, slurm, for_lanes, floating;
     /* NULL: not given */
     const char *output, *emit, *explain, *state, *from, *at, *method, *stabilise, *singular, *start, *hold,
         *release, *way, *summary, *vary, *steps, *tols, *methods, *inputs, *accelerations, *loops, *panel,
-        *units, *model, *draw, *table, *cases, *of, *slurm_options;
+        *units, *model, *draw, *table, *cases, *of, *slurm_options, *flexible, *section, *tip, *nu, *eta;
     /* 0: not given */
-    double until, step, step_max, tolerance, accuracy, every, modes, seconds, threads, chunks, lanes;
+    double until, step, step_max, tolerance, accuracy, every, modes, seconds, threads, chunks, lanes, E, rho,
+        rfe, friction_width;
     double case_number; /* -1: not given */
 };
 

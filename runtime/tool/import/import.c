@@ -1,0 +1,213 @@
+/*
+ * `refdyn import`: a URDF file as a Lua model. Takes the file and which of its links are beams; gives the
+ * model's text, and on stderr what was read and what was left out.
+ */
+#include "base/message.h"
+#include "base/text.h"
+#include "command_line/commands.h"
+#include "import/write_model.h"
+#include "system/output_file.h"
+#include "text/output.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double pi = 3.14159265358979323846;
+
+/* ---- sections ---- */
+
+/* int y^2 dA and int z^2 dA as theory, sect. 3.2; the Lua functions of these names have the same. */
+static void set_tube(struct beam_choice *beam, const double v[2]) {
+    const double out = v[0] * v[0], in = v[1] * v[1];
+    beam->area = pi / 4 * (out - in);
+    beam->Iy = beam->Iz = pi / 64 * (out * out - in * in);
+}
+
+static void set_rectangle(struct beam_choice *beam, const double v[2]) {
+    beam->area = v[0] * v[1];
+    beam->Iy = beam->area * v[1] * v[1] / 12;
+    beam->Iz = beam->area * v[0] * v[0] / 12;
+}
+
+static const struct section {
+    const char *name;
+    int count;
+    void (*set)(struct beam_choice *beam, const double v[2]);
+} sections[] = {{"round", 1, set_tube}, {"tube", 2, set_tube}, {"rectangle", 2, set_rectangle}};
+
+/* `count` numbers of a list, parted by `marks`. */
+static bool take_numbers(char *rest, const char *marks, double *out, int count) {
+    for (int i = 0; i < count; i++) {
+        const char *word = strsep(&rest, marks);
+        if (!word || !text_to_number(word, &out[i]))
+            return false;
+    }
+    return !rest;
+}
+
+/* "tube:0.05:0.044" */
+static bool take_section(struct beam_choice *beam, const char *text) {
+    char *rest = text_format("%s", text), number[NUMBER_LENGTH], second[NUMBER_LENGTH];
+    const char *name = strsep(&rest, ":");
+    double v[2] = {0};
+    for (size_t i = 0; rest && i < sizeof sections / sizeof *sections; i++) {
+        if (strcmp(sections[i].name, name) != 0)
+            continue;
+        if (!take_numbers(rest, ":", v, sections[i].count) || v[0] <= 0 || v[sections[i].count - 1] <= 0)
+            return false;
+        sections[i].set(beam, v);
+        beam->section = sections[i].count == 1 ? text_format("rd.%s(%s)", name, exact_text(v[0], number))
+                                               : text_format("rd.%s(%s, %s)", name, exact_text(v[0], number),
+                                                             exact_text(v[1], second));
+        return isfinite(beam->Iy) && isfinite(beam->Iz) && beam->Iy > 0 && beam->Iz > 0;
+    }
+    return false;
+}
+
+/* ---- options of beams ---- */
+
+static enum status refuse_without_beam(const struct options *options) {
+    const struct {
+        const char *name;
+        bool is_given;
+    } given[] = {{"section", options->section}, {"tip", options->tip}, {"E", options->E > 0},
+                 {"nu", options->nu},           {"eta", options->eta}, {"rho", options->rho > 0},
+                 {"rfe", options->rfe > 0}};
+    for (size_t i = 0; i < sizeof given / sizeof *given; i++)
+        if (given[i].is_given)
+            return usage_error(options->command, "--%s: it is of beams, --flexible LINK is missing",
+                               given[i].name);
+    return STATUS_DONE;
+}
+
+static enum status take_beam(const struct options *options, struct beam_choice *beam) {
+    double *tip = allocate(3, sizeof *tip);
+    *beam = (struct beam_choice){.E = options->E, .nu = 0.3, .rho = options->rho, .rfe = 4};
+    if (!options->flexible)
+        return refuse_without_beam(options);
+    if (!options->section || !(options->E > 0))
+        return usage_error(options->command, "--flexible: %s is missing",
+                           options->section ? "--E" : "--section");
+    if (!take_section(beam, options->section))
+        return option_error(options, "section",
+                            ": '%s' is none of round:DIAMETER, tube:OUTER:INNER, rectangle:WIDTH_Y:HEIGHT_Z",
+                            options->section);
+    if (options->nu && (!text_to_number(options->nu, &beam->nu) || !(beam->nu > -1 && beam->nu <= 0.5)))
+        return option_error(options, "nu", ": '%s' is no number above -1 and up to 0.5", options->nu);
+    if (options->eta && (!text_to_number(options->eta, &beam->eta) || beam->eta < 0))
+        return option_error(options, "eta", ": '%s' is no number from 0 on", options->eta);
+    if (options->tip && !take_numbers(text_format("%s", options->tip), ",", tip, 3))
+        return option_error(options, "tip", ": '%s' is not of the form x,y,z", options->tip);
+    beam->rfe = options->rfe > 0 ? (int)options->rfe : beam->rfe;
+    beam->tip = options->tip ? tip : NULL;
+    return STATUS_DONE;
+}
+
+static bool complain_of_link(const struct robot *robot, const char *name) {
+    const char **known = allocate((size_t)robot->link_count, sizeof *known);
+    for (int i = 0; i < robot->link_count; i++)
+        known[i] = robot->links[i].name;
+    const char *near = message_nearest_name(name, known, robot->link_count);
+    return robot_complain(robot, 0, "--flexible: there is no link '%s'%s%s%s", name,
+                          near ? ", the nearest is '" : "", near ? near : "", near ? "'" : "");
+}
+
+static bool make_beams(const struct robot *robot, const struct options *options,
+                       struct model_choice *choice) {
+    const char **names = options_list(options->flexible);
+    struct flexible *flexible = allocate((size_t)robot->link_count, sizeof *flexible);
+    for (choice->flexible_count = 0; names[choice->flexible_count]; choice->flexible_count++) {
+        const char *name = names[choice->flexible_count];
+        const int link = robot_find_link(robot, name);
+        if (link < 0)
+            return complain_of_link(robot, name);
+        if (!flexible_make(robot, link, choice->beam, &flexible[choice->flexible_count]))
+            return false;
+    }
+    choice->flexible = flexible;
+    return true;
+}
+
+/* ---- what is not as in the file ---- */
+
+static void warn_of_joint(const struct robot *robot, const struct robot_joint *joint, double friction_width) {
+    const bool is_single = joint_is_single(joint);
+    if (joint->friction > 0 && (friction_width == 0 || !is_single))
+        robot_warn(robot, joint->line, "joint %s: friction %g is left out%s", joint->name, joint->friction,
+                   is_single ? ", --friction-width RATE takes it" : "");
+    if (joint->damping > 0 && !is_single && joint->kind != JOINT_FIXED)
+        robot_warn(robot, joint->line, "joint %s: damping %g of several coordinates is left out", joint->name,
+                   joint->damping);
+}
+
+static void mend_inertias(struct robot *robot) {
+    for (int i = 0; i < robot->link_count; i++) {
+        struct robot_link *link = &robot->links[i];
+        double *I = link->inertia;
+        const double was[3] = {I[0], I[1], I[2]};
+        if (inertia_mend(I))
+            robot_warn(
+                robot, link->line,
+                "link %s: no body has the inertia ixx %g iyy %g izz %g, the nearest that one has is taken: "
+                "%g %g %g",
+                link->name, was[0], was[1], was[2], I[0], I[1], I[2]);
+    }
+}
+
+static void print_beam(const struct robot *robot, const struct flexible *beam) {
+    const struct robot_link *link = &robot->links[beam->link];
+    fprintf(stderr,
+            "link %s: a beam of %.6g m with %.6g of %.6g kg, rho %.6g kg/m^3; the rest, %.6g kg, is fixed to "
+            "it at "
+            "%.6g m\n",
+            link->name, beam->length, link->mass - beam->rest.mass, link->mass, beam->rho, beam->rest.mass,
+            flexible_along(beam, beam->rest.center));
+}
+
+/* ---- the command ---- */
+
+static bool read_robot(struct robot *robot, const struct options *options, struct model_choice *choice) {
+    if (!robot_read(robot, options->operands[0]) || !robot_make_tree(robot))
+        return false;
+    mend_inertias(robot);
+    for (int i = 0; i < robot->joint_count; i++)
+        warn_of_joint(robot, &robot->joints[i], choice->friction_width);
+    return make_beams(robot, options, choice);
+}
+
+static void print_summary(const struct robot *robot, const struct model_choice *choice) {
+    int coordinates = choice->is_floating ? 6 : 0;
+    for (int i = 0; i < robot->joint_count; i++) {
+        const enum joint_kind kind = robot->joints[i].kind;
+        coordinates += kind == JOINT_FIXED ? 0 : kind == JOINT_PLANAR ? 3 : kind == JOINT_FLOATING ? 6 : 1;
+    }
+    for (int i = 0; i < choice->flexible_count; i++)
+        print_beam(robot, &choice->flexible[i]);
+    fprintf(stderr, "%d links, %d joints, %d coordinates beside those of beams\n", robot->link_count,
+            robot->joint_count, coordinates);
+}
+
+enum status run_import(const struct options *options) {
+    struct robot robot;
+    struct beam_choice beam;
+    struct targets targets = {.first = NULL};
+    const char *path = options->operands[0], *slash = strrchr(path, '/');
+    struct model_choice choice = {.source = slash ? slash + 1 : path,
+                                  .is_floating = options->floating,
+                                  .friction_width = options->friction_width,
+                                  .beam = &beam};
+    const enum status status = take_beam(options, &beam);
+    if (status != STATUS_DONE)
+        return status;
+    targets_spare(&targets, path);
+    struct target *target = target_open(&targets, options->output);
+    bool is_good = target && read_robot(&robot, options, &choice);
+    if (is_good) {
+        print_summary(&robot, &choice);
+        write_model(&robot, &choice, target->file);
+        is_good = target_finish(target);
+    }
+    targets_release(&targets);
+    return is_good ? STATUS_DONE : STATUS_FAULT;
+}

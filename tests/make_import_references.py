@@ -1,0 +1,15 @@
+"""Writes oracle/import.json anew: M, h and gravity of the robots of robots/ by Pinocchio, which `pip install pin` brings.
+
+    python3 make_import_references.py
+"""
+import json
+
+from program import TESTS, some
+from urdf_by_pinocchio import Reference
+
+if __name__ == "__main__":
+    kept = {}
+    for path in some((TESTS / "robots").glob("*.urdf")):
+        reference = Reference(path.read_text())
+        kept[path.stem] = {"coordinates": reference.coordinates, "states": list(reference.states(3, path.stem))}
+    (TESTS / "oracle" / "import.json").write_text(json.dumps(kept, indent=1) + "\n")
