@@ -267,6 +267,19 @@ const struct operation_count *gen_count(const struct generation *gen, const char
     return &function->operations;
 }
 
+bool gen_function(const struct generation *gen, int number, struct emitted_function *function) {
+    if (number >= gen->plan->function_count)
+        return false;
+    const struct function *from = &gen->plan->functions[number];
+    *function = (struct emitted_function){from->quantity, from->about, from->takes_motion, from->array_count};
+    return true;
+}
+
+struct result_part gen_result_part(const struct generation *gen, int function, int part) {
+    const struct array *array = &gen->plan->functions[function].arrays[part];
+    return (struct result_part){array->name, array->about, array->count, array->columns};
+}
+
 /* Was the file made for a model of another name? Part 2 of the model `arm` has the name of the model `arm_2`.
  */
 static bool is_of_other_model(struct generation *gen, const char *path) {

@@ -81,6 +81,22 @@ struct operation_count {
 /* Of a quantity that is emitted. */
 const struct operation_count *gen_count(const struct generation *generation, const char *quantity);
 
+/* An emitted function, and the named parts of its result in their order: what NAME.h tells as text. */
+struct emitted_function {
+    const char *quantity, *about;
+    bool takes_motion; /* behind qd stands what `constrained` gives: qdd (n), power (1), lambda (m) */
+    int part_count;
+};
+struct result_part {
+    const char *name, *about;
+    int count, columns; /* numbers; of a matrix those of a row, 0: a vector */
+};
+/* By number from 0; false: there are not so many. */
+bool gen_function(const struct generation *generation, int number, struct emitted_function *function);
+struct result_part gen_result_part(const struct generation *generation, int function, int part);
+/* All quantities that there are, in a scene or not, by number from 0; NULL: there are not so many. */
+const char *gen_quantity(int number);
+
 /*
  * The interpreter of the plan: the judge of the emitted C. Same arguments as the emitted function of that
  * name; p starts with the parameters, the values derived from them are computed here. 0 when the function

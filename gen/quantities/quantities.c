@@ -480,6 +480,10 @@ static const struct quantity quantities[] = {
 
 enum { QUANTITY_COUNT = sizeof quantities / sizeof *quantities };
 
+const char *gen_quantity(int number) {
+    return number < QUANTITY_COUNT ? quantities[number].name : NULL;
+}
+
 /* A quantity that calls one which gives it and others at once: less text (without, the manipulator's is half
  * as long again), and more time than it would take alone. */
 struct membership {

@@ -33,6 +33,21 @@ static const struct command commands[] = {
      .help = "Prints the tree of links, the coordinates, constraints and parameters.\n\n"
              "  refdyn check models/manipulator.lua --draw manipulator.svg\n"
              "  refdyn check models/manipulator.lua --set n_rfe=1\n"},
+    {.name = "compile",
+     .run = run_compile,
+     .operands = "MODEL.lua",
+     .options = "output emit for-lanes accelerations loops set fold",
+     .output = "FILE",
+     .purpose = "compile a model for other programs to load",
+     .help =
+         "Leaves a shared library in the cache and prints JSON: its path, lanes, the model's names, units "
+         "and values,\n"
+         "its start, and of each emitted function the parts of its result. The library has NAME_model "
+         "(refdyn_model.h),\n"
+         "and with --for-lanes NAME_lanes_W (refdyn_lanes.h), W motions side by side, as many as the "
+         "processor takes.\n\n"
+         "  refdyn compile models/manipulator.lua --set n_rfe=8\n"
+         "  refdyn compile models/manipulator.lua --emit qdd,d_qdd --for-lanes\n"},
     {.name = "eval",
      .run = run_eval,
      .operands = "MODEL.lua",

@@ -9,6 +9,7 @@
 
 enum status run_gen(const struct options *options);
 enum status run_check(const struct options *options);
+enum status run_compile(const struct options *options);
 enum status run_eval(const struct options *options);
 enum status run_statics(const struct options *options);
 enum status run_modes(const struct options *options);

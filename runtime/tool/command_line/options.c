@@ -41,7 +41,7 @@ static const struct rule rules[] = {
     {"emit", "M,h,...", KIND_LIST, FIELD(emit),
      "these quantities only; all: every one but derivatives; implicit: the tangent of implicit steps"},
     {"for-lanes", NULL, KIND_FLAG, FIELD(for_lanes),
-     "write NAME_lanes.c, too: the same functions for 2, 4 or 8 motions side by side"},
+     "the same functions for 2, 4 or 8 motions side by side, too; gen writes them as NAME_lanes.c"},
     {"explain", "PASS", KIND_TEXT, FIELD(explain),
      "without -o: print what the generator holds behind a pass: expand, roll, derive, sums or plan"},
     {"state", "STATE.json", KIND_TEXT, FIELD(state),

@@ -60,6 +60,7 @@ static bool load(struct compiled *compiled, const char *name, const struct cache
     compiled->library = cache_load(cache, key, &compiled->file);
     if (!compiled->library)
         return false;
+    compiled->path = text_format("%s/%s.so", cache->path, key);
     compiled->model = dlsym(compiled->library, text_format("%s_model", name));
     if (lanes)
         compiled->lanes = dlsym(compiled->library, text_format("%s_lanes_%d", name, lanes));

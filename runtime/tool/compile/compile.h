@@ -14,7 +14,8 @@
 
 struct compiled {
     void *library;
-    int file; /* descriptor that the library was loaded from */
+    int file;         /* descriptor that the library was loaded from */
+    const char *path; /* of the library in the cache */
     const struct refdyn_model *model;
     const struct refdyn_lane_model *lanes; /* NULL: it has none */
 };

@@ -1,0 +1,583 @@
+/*
+ * refdyn.core: the functions of a compiled model on arrays of Python.
+ *
+ * Takes a library that `refdyn compile` has left, and numbers as buffers (PEP 3118): doubles in C order, as
+ * NumPy has them. Calls the emitted functions on them in place, one state by the functions of
+ * refdyn_model.h, many by those of refdyn_lanes.h, without the interpreter's lock. Nothing here changes once
+ * it is made, so that any number of threads may call it.
+ */
+#define PY_SSIZE_T_CLEAN
+#include <Python.h>
+
+#include "refdyn_lanes.h"
+
+#include <dlfcn.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- Quantities by name ---- */
+
+struct quantity {
+    const char *name;
+    size_t of_one, of_lanes; /* of its function in struct refdyn_model and refdyn_lane_model */
+};
+
+#define QUANTITY(name) \
+    { #name, offsetof(struct refdyn_model, name), offsetof(struct refdyn_lane_model, name) }
+
+static const struct quantity quantities[] = {
+    QUANTITY(start),       QUANTITY(anchor),      QUANTITY(M),
+    QUANTITY(h),           QUANTITY(Q),           QUANTITY(u),
+    QUANTITY(v),           QUANTITY(phi),         QUANTITY(psi),
+    QUANTITY(k),           QUANTITY(r),           QUANTITY(rd),
+    QUANTITY(C),           QUANTITY(d),           QUANTITY(energy),
+    QUANTITY(power),       QUANTITY(Q_q),         QUANTITY(qdd_free),
+    QUANTITY(qdd),         QUANTITY(force),       QUANTITY(equations),
+    QUANTITY(M_h),         QUANTITY(f),           QUANTITY(row_terms),
+    QUANTITY(point_terms), QUANTITY(constrained), QUANTITY(terms),
+    QUANTITY(tangent),     QUANTITY(d_qdd),       QUANTITY(tangent_vectors),
+    QUANTITY(d_qdd_free),  QUANTITY(d_force),     QUANTITY(accelerations),
+    QUANTITY(d_statics),   QUANTITY(d_rows),      QUANTITY(course),
+    QUANTITY(breaks),      QUANTITY(switches),    QUANTITY(event),
+    QUANTITY(event_terms),
+};
+
+enum { QUANTITY_COUNT = sizeof quantities / sizeof quantities[0] };
+
+static const struct quantity *find_quantity(const char *name) {
+    for (int i = 0; i < QUANTITY_COUNT; i++)
+        if (strcmp(quantities[i].name, name) == 0)
+            return &quantities[i];
+    return NULL;
+}
+
+/* ---- Buffers ---- */
+
+static int has_doubles(const Py_buffer *view) {
+    return view->itemsize == sizeof(double) && view->format && strcmp(view->format, "d") == 0 &&
+           (uintptr_t)view->buf % sizeof(double) == 0;
+}
+
+/* Doubles in C order of any shape; false, without an error of Python, when the object has no such numbers. */
+static int open_doubles(PyObject *object, Py_buffer *view, int more_flags) {
+    if (!PyObject_CheckBuffer(object))
+        return 0;
+    if (PyObject_GetBuffer(object, view, PyBUF_FORMAT | PyBUF_C_CONTIGUOUS | more_flags) != 0) {
+        PyErr_Clear();
+        return 0;
+    }
+    if (has_doubles(view))
+        return 1;
+    PyBuffer_Release(view);
+    return 0;
+}
+
+/* The same where nothing else is allowed: `count` numbers, or rows of them, -1: any count of rows. */
+static int need_doubles(PyObject *object, const char *name, Py_ssize_t count, Py_ssize_t rows, int more_flags,
+                        Py_buffer *view) {
+    const Py_ssize_t size = count * (Py_ssize_t)sizeof(double);
+    if (!open_doubles(object, view, more_flags)) {
+        PyErr_Format(PyExc_TypeError, "%s: no array of doubles in C order", name);
+        return 0;
+    }
+    if (view->len == size || view->len == size * rows)
+        return 1;
+    PyErr_Format(PyExc_ValueError, "%s: %zd numbers, not %zd", name, view->len / (Py_ssize_t)sizeof(double),
+                 count);
+    PyBuffer_Release(view);
+    return 0;
+}
+
+/* ---- A library ---- */
+
+struct library {
+    PyObject_HEAD void *handle;
+    const struct refdyn_model *model;
+    const struct refdyn_lane_model *lanes; /* NULL: it has none */
+};
+
+static void library_dealloc(PyObject *self) {
+    struct library *library = (struct library *)self;
+    PyTypeObject *type = Py_TYPE(self);
+    if (library->handle)
+        dlclose(library->handle);
+    type->tp_free(self);
+    Py_DECREF(type);
+}
+
+static const void *find_table(const struct library *library, PyObject *symbol) {
+    const char *name = symbol ? PyUnicode_AsUTF8(symbol) : NULL;
+    const void *table = name ? dlsym(library->handle, name) : NULL;
+    if (name && !table)
+        PyErr_Format(PyExc_ImportError, "the library has no %s", name);
+    Py_XDECREF(symbol);
+    return table;
+}
+
+/* Its tables, of versions that this file knows. */
+static int find_tables(struct library *library, const char *name, int width) {
+    library->model = find_table(library, PyUnicode_FromFormat("%s_model", name));
+    if (!library->model)
+        return 0;
+    if (width) {
+        library->lanes = find_table(library, PyUnicode_FromFormat("%s_lanes_%d", name, width));
+        if (!library->lanes)
+            return 0;
+    }
+    if (library->model->interface_version == REFDYN_MODEL_VERSION &&
+        (!width || library->lanes->interface_version == REFDYN_LANES_VERSION))
+        return 1;
+    PyErr_SetString(PyExc_ImportError, "the library is of another version of refdyn");
+    return 0;
+}
+
+/* Library(path, name, lanes): of a model of that name, with functions for so many lanes, 0: none. */
+static PyObject *library_new(PyTypeObject *type, PyObject *arguments, PyObject *keywords) {
+    const char *path, *name;
+    int width;
+    (void)keywords;
+    if (!PyArg_ParseTuple(arguments, "ssi", &path, &name, &width))
+        return NULL;
+    struct library *library = (struct library *)type->tp_alloc(type, 0);
+    if (!library)
+        return NULL;
+    library->handle = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+    if (!library->handle)
+        PyErr_SetString(PyExc_ImportError, dlerror());
+    if (library->handle && find_tables(library, name, width))
+        return (PyObject *)library;
+    Py_DECREF(library);
+    return NULL;
+}
+
+/* What one set of parameters is prepared with. */
+struct preparation {
+    const struct refdyn_model *model;
+    const char *is_anchored;  /* (parameter_count) non-zero: the value is that of the start of a motion */
+    double *state, *anchored; /* (2 n) and (anchored_count), room */
+};
+
+/* As refdyn_prepare, refdyn_initial_state and refdyn_anchor do it. */
+static void prepare(const struct preparation *with, double *p, const double *x) {
+    const struct refdyn_model *model = with->model;
+    double *q = with->state, *qd = with->state + model->n;
+    if (model->prepare)
+        model->prepare(p);
+    if (!model->anchor)
+        return;
+    for (int j = 0; j < model->n; j++) {
+        q[j] = model->coordinates[j].value;
+        qd[j] = 0;
+    }
+    double *start = with->anchored + model->anchored_count; /* (2 n) */
+    if (model->start) {
+        model->start(p, x, 0, q, qd, start);
+        memcpy(q, start, 2 * (size_t)model->n * sizeof *q);
+    }
+    model->anchor(p, x, 0, q, qd, with->anchored);
+    for (int i = 0; i < model->anchored_count; i++)
+        if (with->is_anchored[model->anchored[i]])
+            p[model->anchored[i]] = with->anchored[i];
+    if (model->prepare)
+        model->prepare(p);
+}
+
+static void prepare_rows(const struct preparation *with, Py_ssize_t rows, double *p, const double *x,
+                         int has_x_by_row) {
+    const Py_ssize_t width = with->model->parameter_count + with->model->derived_count;
+    Py_BEGIN_ALLOW_THREADS;
+    for (Py_ssize_t i = 0; i < rows; i++)
+        prepare(with, p + i * width, x + (has_x_by_row ? i * with->model->input_count : 0));
+    Py_END_ALLOW_THREADS;
+}
+
+/* prepare(rows, p, is_anchored, x): p (rows x (parameters + derived)) begins each row with the parameters;
+ * sets the rest of it. x (inputs), or a row for each of p. */
+static PyObject *library_prepare(PyObject *self, PyObject *arguments) {
+    const struct refdyn_model *model = ((struct library *)self)->model;
+    const Py_ssize_t width = model->parameter_count + model->derived_count;
+    PyObject *p_object, *x_object;
+    Py_buffer p, x;
+    Py_ssize_t rows, flags;
+    struct preparation with = {.model = model};
+    if (!PyArg_ParseTuple(arguments, "nOy#O", &rows, &p_object, &with.is_anchored, &flags, &x_object))
+        return NULL;
+    if (flags != model->parameter_count)
+        return PyErr_Format(PyExc_ValueError, "is_anchored: %zd flags, not %d", flags,
+                            model->parameter_count);
+    if (!need_doubles(p_object, "p", width, rows, PyBUF_WRITABLE, &p))
+        return NULL;
+    if (!need_doubles(x_object, "x", model->input_count, rows, 0, &x)) {
+        PyBuffer_Release(&p);
+        return NULL;
+    }
+    with.state = malloc((4 * (size_t)model->n + (size_t)model->anchored_count + 1) * sizeof *with.state);
+    with.anchored = with.state + 2 * model->n;
+    const Py_ssize_t given_rows = width ? p.len / (width * (Py_ssize_t)sizeof(double)) : 0;
+    const int has_x_by_row = x.len > model->input_count * (Py_ssize_t)sizeof(double);
+    if (with.state)
+        prepare_rows(&with, given_rows, p.buf, x.buf, has_x_by_row && given_rows == rows);
+    PyBuffer_Release(&p);
+    PyBuffer_Release(&x);
+    if (!with.state)
+        return PyErr_NoMemory();
+    free(with.state);
+    Py_RETURN_NONE;
+}
+
+static PyObject *library_derived(PyObject *self, void *closure) {
+    (void)closure;
+    return PyLong_FromLong(((struct library *)self)->model->derived_count);
+}
+
+/* ---- A function ---- */
+
+/* The state of the module. */
+struct types {
+    PyTypeObject *function;
+};
+
+struct function {
+    PyObject_HEAD struct library *library; /* held */
+    refdyn_function *of_one;
+    refdyn_lane_function *of_lanes; /* NULL: it has none */
+    int rates, size;                /* numbers behind qd, and of a result */
+    double *p, *x, *rest;           /* the model's: prepared parameters, inputs; (rates) zeros */
+};
+
+static void function_dealloc(PyObject *self) {
+    struct function *function = (struct function *)self;
+    PyTypeObject *type = Py_TYPE(self);
+    free(function->p);
+    Py_XDECREF(function->library);
+    type->tp_free(self);
+    Py_DECREF(type);
+}
+
+static int parameter_count(const struct function *function) {
+    return function->library->model->parameter_count + function->library->model->derived_count;
+}
+
+static int find_function(struct function *function, const char *name) {
+    const struct library *library = function->library;
+    const struct quantity *quantity = find_quantity(name);
+    if (quantity)
+        memcpy(&function->of_one, (const char *)library->model + quantity->of_one, sizeof function->of_one);
+    if (quantity && library->lanes)
+        memcpy(&function->of_lanes, (const char *)library->lanes + quantity->of_lanes,
+               sizeof function->of_lanes);
+    if (!function->of_one)
+        PyErr_Format(PyExc_ImportError, "the library has no function %s", name);
+    return function->of_one != NULL;
+}
+
+static int keep_values(struct function *function, PyObject *p_object, PyObject *x_object) {
+    const struct refdyn_model *model = function->library->model;
+    const size_t p_count = (size_t)parameter_count(function), x_count = (size_t)model->input_count;
+    Py_buffer p, x;
+    if (!need_doubles(p_object, "p", (Py_ssize_t)p_count, 1, 0, &p))
+        return 0;
+    if (!need_doubles(x_object, "x", (Py_ssize_t)x_count, 1, 0, &x)) {
+        PyBuffer_Release(&p);
+        return 0;
+    }
+    function->p = calloc(p_count + x_count + (size_t)function->rates + 1, sizeof *function->p);
+    if (function->p) {
+        function->x = function->p + p_count;
+        function->rest = function->x + x_count;
+        memcpy(function->p, p.buf, (size_t)p.len);
+        memcpy(function->x, x.buf, (size_t)x.len);
+    } else
+        PyErr_NoMemory();
+    PyBuffer_Release(&p);
+    PyBuffer_Release(&x);
+    return function->p != NULL;
+}
+
+/* function(quantity, rates, size, p, x): the model's own values are p, prepared, and x. */
+static PyObject *library_function(PyObject *self, PyObject *arguments) {
+    const char *name;
+    int rates, size;
+    PyObject *p, *x;
+    if (!PyArg_ParseTuple(arguments, "siiOO", &name, &rates, &size, &p, &x))
+        return NULL;
+    PyTypeObject *type = ((const struct types *)PyType_GetModuleState(Py_TYPE(self)))->function;
+    struct function *function = (struct function *)type->tp_alloc(type, 0);
+    if (!function)
+        return NULL;
+    Py_INCREF(self);
+    function->library = (struct library *)self;
+    function->rates = rates;
+    function->size = size;
+    if (find_function(function, name) && keep_values(function, p, x))
+        return (PyObject *)function;
+    Py_DECREF(function);
+    return NULL;
+}
+
+/* The arguments of one call: each view with its doubles, or the function's own values. */
+enum { VIEW_Q, VIEW_QD, VIEW_OUT, VIEW_P, VIEW_X, VIEWS };
+
+struct call {
+    Py_buffer views[VIEWS];
+    int is_open[VIEWS];
+    const double *p, *x, *q, *qd;
+    double t, *out;
+};
+
+static void close_views(struct call *call) {
+    for (int i = 0; i < VIEWS; i++)
+        if (call->is_open[i])
+            PyBuffer_Release(&call->views[i]);
+}
+
+/* One row of `count` doubles; NULL, without an error of Python: it is something else. */
+static double *open_row(struct call *call, int which, PyObject *object, int count) {
+    Py_buffer *view = &call->views[which];
+    call->is_open[which] = open_doubles(object, view, which == VIEW_OUT ? PyBUF_WRITABLE : 0);
+    if (!call->is_open[which] || view->len != count * (Py_ssize_t)sizeof(double) ||
+        (view->ndim != 1 && which != VIEW_OUT))
+        return NULL;
+    return view->buf;
+}
+
+static int open_call(struct call *call, const struct function *function, PyObject *const *given,
+                     Py_ssize_t count) {
+    const struct refdyn_model *model = function->library->model;
+    const int is_number = PyFloat_Check(given[2]) || PyLong_Check(given[2]);
+    call->q = open_row(call, VIEW_Q, given[0], model->n);
+    call->qd = given[1] == Py_None ? function->rest : open_row(call, VIEW_QD, given[1], function->rates);
+    call->t = is_number ? PyFloat_AsDouble(given[2]) : 0;
+    call->out = open_row(call, VIEW_OUT, given[3], function->size);
+    call->p = count > 4 ? open_row(call, VIEW_P, given[4], parameter_count(function)) : function->p;
+    call->x = count > 5 ? open_row(call, VIEW_X, given[5], model->input_count) : function->x;
+    return is_number && call->q && call->qd && call->out && call->p && call->x;
+}
+
+/* one(q, qd, t, out[, p, x]): the result at one state into out; False, where an argument is no row of doubles
+ * of its size, t no number: nothing was computed. qd None: rates 0. */
+static PyObject *function_one(PyObject *self, PyObject *const *given, Py_ssize_t count) {
+    const struct function *function = (const struct function *)self;
+    struct call call = {.t = 0};
+    if (count != 4 && count != 6)
+        return PyErr_Format(PyExc_TypeError, "one: %zd arguments, not 4 or 6", count);
+    const int is_good = open_call(&call, function, given, count);
+    if (is_good) {
+        Py_BEGIN_ALLOW_THREADS;
+        function->of_one(call.p, call.x, call.t, call.q, call.qd, call.out);
+        Py_END_ALLOW_THREADS;
+    }
+    close_views(&call);
+    if (PyErr_Occurred())
+        return NULL;
+    return PyBool_FromLong(is_good);
+}
+
+/* ---- Many states ---- */
+
+/* An argument of many states: a row each, or one for all. */
+struct rows {
+    const double *data;
+    double *lanes; /* (size x width) entry i of lane l at i * width + l */
+    Py_ssize_t size;
+    int is_shared;
+};
+
+enum { ROWS_P, ROWS_X, ROWS_T, ROWS_Q, ROWS_QD, ROWS_COUNT };
+
+struct many {
+    struct rows rows[ROWS_COUNT];
+    Py_ssize_t count, size;
+    double *out, *out_lanes;
+    refdyn_lane_function *function;
+};
+
+enum { WIDEST = 8 };
+
+/* Rows first + lane into lanes; behind the last row it stands once more. */
+static inline void interleave(const struct rows *rows, Py_ssize_t first, Py_ssize_t count, int width) {
+    const double *row[WIDEST];
+    for (int l = 0; l < width; l++)
+        row[l] = rows->data + (first + l < count ? first + l : count - 1) * rows->size;
+    for (Py_ssize_t i = 0; i < rows->size; i++)
+        for (int l = 0; l < width; l++)
+            rows->lanes[i * width + l] = row[l][i];
+}
+
+static inline void part_lanes(const struct many *many, Py_ssize_t first, int width) {
+    double *row = many->out + first * many->size;
+    const int used = many->count - first < width ? (int)(many->count - first) : width;
+    for (int l = 0; l < used; l++)
+        for (Py_ssize_t i = 0; i < many->size; i++)
+            row[l * many->size + i] = many->out_lanes[i * width + l];
+}
+
+/* `width` is a constant where this is called, so that the loops over lanes are unrolled. */
+static inline void run_width(struct many *many, int width) {
+    struct rows *rows = many->rows;
+    for (int k = 0; k < ROWS_COUNT; k++)
+        if (rows[k].is_shared)
+            interleave(&(struct rows){rows[k].data, rows[k].lanes, rows[k].size, 1}, 0, 1, width);
+    for (Py_ssize_t first = 0; first < many->count; first += width) {
+        for (int k = 0; k < ROWS_COUNT; k++)
+            if (!rows[k].is_shared)
+                interleave(&rows[k], first, many->count, width);
+        many->function(rows[ROWS_P].lanes, rows[ROWS_X].lanes, rows[ROWS_T].lanes, rows[ROWS_Q].lanes,
+                       rows[ROWS_QD].lanes, many->out_lanes);
+        part_lanes(many, first, width);
+    }
+}
+
+static void run_many(struct many *many, int width) {
+    if (width == 2)
+        run_width(many, 2);
+    else if (width == 4)
+        run_width(many, 4);
+    else
+        run_width(many, WIDEST);
+}
+
+/* Room for all lanes, each array aligned to the widest vectors; NULL: there is no memory. */
+static void *lay_out_lanes(struct many *many, int width) {
+    const size_t line = WIDEST * sizeof(double);
+    size_t sizes[ROWS_COUNT + 1], all = line;
+    for (int k = 0; k <= ROWS_COUNT; k++) {
+        const size_t size = (size_t)(k < ROWS_COUNT ? many->rows[k].size : many->size);
+        sizes[k] = (size * (size_t)width * sizeof(double) + line - 1) / line * line;
+        all += sizes[k];
+    }
+    char *room = aligned_alloc(line, all), *at = room;
+    for (int k = 0; k <= ROWS_COUNT && room; k++, at += sizes[k - 1]) {
+        if (k < ROWS_COUNT)
+            many->rows[k].lanes = (double *)(void *)at;
+        else
+            many->out_lanes = (double *)(void *)at;
+    }
+    return room;
+}
+
+static PyObject *compute_many(struct many *many, int width) {
+    void *room = lay_out_lanes(many, width);
+    if (!room)
+        return PyErr_NoMemory();
+    Py_BEGIN_ALLOW_THREADS;
+    run_many(many, width);
+    free(room);
+    Py_END_ALLOW_THREADS;
+    Py_RETURN_NONE;
+}
+
+/* many(count, q, qd, t, out, p, x): the results at `count` states, a row each, by lanes. An argument is a row
+ * for each state, or one for all. */
+static PyObject *function_many(PyObject *self, PyObject *const *given, Py_ssize_t arguments) {
+    static const char *const names[] = {"p", "x", "t", "q", "qd"};
+    static const int places[] = {5, 6, 3, 1, 2};
+    const struct function *function = (const struct function *)self;
+    const struct refdyn_model *model = function->library->model;
+    const Py_ssize_t sizes[] = {parameter_count(function), model->input_count, 1, model->n, function->rates};
+    struct many many = {.size = function->size, .function = function->of_lanes};
+    Py_buffer views[ROWS_COUNT + 1];
+    int open = 0;
+    if (arguments != 7 || !function->of_lanes)
+        return PyErr_Format(PyExc_TypeError, "many: 7 arguments, of a function that has lanes");
+    many.count = PyLong_AsSsize_t(given[0]);
+    if (many.count < 1)
+        return PyErr_Occurred() ? NULL : PyErr_Format(PyExc_ValueError, "many: no states");
+    for (; open < ROWS_COUNT; open++) {
+        if (!need_doubles(given[places[open]], names[open], sizes[open], many.count, 0, &views[open]))
+            break;
+        const int is_shared = views[open].len <= sizes[open] * (Py_ssize_t)sizeof(double);
+        many.rows[open] = (struct rows){views[open].buf, NULL, sizes[open], is_shared};
+    }
+    if (open == ROWS_COUNT &&
+        need_doubles(given[4], "out", many.size * many.count, 1, PyBUF_WRITABLE, &views[open]))
+        many.out = views[open++].buf;
+    PyObject *result = open > ROWS_COUNT ? compute_many(&many, function->library->lanes->width) : NULL;
+    while (open > 0)
+        PyBuffer_Release(&views[--open]);
+    return result;
+}
+
+/* ---- The module ---- */
+
+#define FAST(function) (PyCFunction)(void (*)(void))(function)
+
+static PyMethodDef library_methods[] = {
+    {"prepare", library_prepare, METH_VARARGS, "prepare(rows, p, is_anchored, x)"},
+    {"function", library_function, METH_VARARGS, "function(quantity, rates, size, p, x)"},
+    {NULL, NULL, 0, NULL},
+};
+
+static PyGetSetDef library_values[] = {
+    {"derived_count", library_derived, NULL, "values behind the parameters in p", NULL},
+    {NULL, NULL, NULL, NULL, NULL},
+};
+
+static PyType_Slot library_slots[] = {
+    {Py_tp_doc, "Library(path, name, lanes): functions of a compiled model"},
+    {Py_tp_new, library_new},
+    {Py_tp_dealloc, library_dealloc},
+    {Py_tp_methods, library_methods},
+    {Py_tp_getset, library_values},
+    {0, NULL},
+};
+
+static PyMethodDef function_methods[] = {
+    {"one", FAST(function_one), METH_FASTCALL, "one(q, qd, t, out[, p, x])"},
+    {"many", FAST(function_many), METH_FASTCALL, "many(count, q, qd, t, out, p, x)"},
+    {NULL, NULL, 0, NULL},
+};
+
+static PyType_Slot function_slots[] = {
+    {Py_tp_doc, "An emitted function with the model's values; made by Library.function"},
+    {Py_tp_dealloc, function_dealloc},
+    {Py_tp_methods, function_methods},
+    {0, NULL},
+};
+
+static PyType_Spec library_spec = {"refdyn.core.Library", sizeof(struct library), 0, Py_TPFLAGS_DEFAULT,
+                                   library_slots};
+static PyType_Spec function_spec = {"refdyn.core.Function", sizeof(struct function), 0,
+                                    Py_TPFLAGS_DEFAULT | Py_TPFLAGS_DISALLOW_INSTANTIATION, function_slots};
+
+static int module_exec(PyObject *module) {
+    struct types *types = PyModule_GetState(module);
+    PyObject *library = PyType_FromModuleAndSpec(module, &library_spec, NULL);
+    types->function = (PyTypeObject *)PyType_FromModuleAndSpec(module, &function_spec, NULL);
+    const int status = library && types->function ? PyModule_AddObjectRef(module, "Library", library) : -1;
+    Py_XDECREF(library);
+    return status;
+}
+
+static int module_traverse(PyObject *module, visitproc visit, void *arg) {
+    const struct types *types = PyModule_GetState(module);
+    Py_VISIT(types->function);
+    return 0;
+}
+
+static int module_clear(PyObject *module) {
+    struct types *types = PyModule_GetState(module);
+    Py_CLEAR(types->function);
+    return 0;
+}
+
+static PyModuleDef_Slot module_slots[] = {
+    {Py_mod_exec, module_exec},
+    {0, NULL},
+};
+
+static struct PyModuleDef module_definition = {
+    PyModuleDef_HEAD_INIT,
+    .m_name = "refdyn.core",
+    .m_doc = "Functions of compiled models on arrays: see core.c.",
+    .m_size = sizeof(struct types),
+    .m_slots = module_slots,
+    .m_traverse = module_traverse,
+    .m_clear = module_clear,
+};
+
+PyMODINIT_FUNC PyInit_core(void) {
+    return PyModuleDef_Init(&module_definition);
+}

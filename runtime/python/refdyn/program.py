@@ -1,0 +1,111 @@
+"""The program `refdyn` that the package carries: runs it, and makes exceptions and warnings of what it says."""
+from __future__ import annotations
+
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import warnings
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+prefix = pathlib.Path(__file__).absolute().parent  # bin, lib, include: what `cmake --install` installs
+PROGRAM = prefix / "bin" / "refdyn"
+
+FAULT, USAGE, NUMBERS = 1, 2, 3  # exit statuses
+PLACE = re.compile(r"(?P<file>[^\n]+?):(?P<line>\d+): (?!warning: )")
+FAILURE = re.compile(r"refdyn: .*?: t = (?P<t>\S+) s: (?P<reason>.*)")
+
+
+class ModelError(Exception):
+    """A model, a state or a file is at fault: `file` and `line` (0: of no line) where, the text says what is allowed."""
+
+    def __init__(self, text: str, file: str | None = None, line: int = 0) -> None:
+        super().__init__(text)
+        self.file, self.line = file, line
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (str(self), self.file, self.line)
+
+
+class NumericalError(ArithmeticError):
+    """The numbers failed at time `t` [s] (None: at no time) for `reason`; `run`: what of a motion was computed until then."""
+
+    def __init__(self, text: str, t: float | None = None, reason: str = "", run: Any = None) -> None:
+        super().__init__(text)
+        self.t, self.reason, self.run = t, reason, run
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (str(self), self.t, self.reason, self.run)
+
+
+class ModelWarning(UserWarning):
+    """What the program warns of."""
+
+
+def text_of(value: Any) -> str:
+    """A value as the command line takes it: numbers read back exactly."""
+    if isinstance(value, (bool, np.bool_)):
+        return "true" if value else "false"
+    if isinstance(value, (int, np.integer)):
+        return str(int(value))
+    if isinstance(value, (float, np.floating)) or np.ndim(value) == 0 and not isinstance(value, str):
+        return repr(float(value))
+    return str(value)
+
+
+def arguments(options: Mapping[str, Any]) -> list[str]:
+    """Options by name as words of a command line; those that are None or False are not given."""
+    words = []
+    for name, value in options.items():
+        word = "--" + name.rstrip("_").replace("_", "-")
+        if value is True:
+            words.append(word)
+        elif isinstance(value, Sequence) and not isinstance(value, str):
+            words += [word, ",".join(map(str, value))]
+        elif value is not None and value is not False:
+            words += [word, text_of(value)]
+    return words
+
+
+def settings(values: Mapping[str, Any]) -> list[str]:
+    return [word for name, value in values.items() for word in ("--set", f"{name}={text_of(value)}")]
+
+
+def failure(status: int, said: str) -> Exception:
+    """What the program ended with, as an exception."""
+    said = said.strip()
+    if status == FAULT:
+        place = PLACE.search(said)
+        return ModelError(said, place["file"], int(place["line"])) if place else ModelError(said)
+    if status == USAGE:
+        return ValueError(re.sub(r"^refdyn \w+: ", "", said.splitlines()[0]))
+    if status == NUMBERS:
+        found = FAILURE.search(said)
+        return NumericalError(said, float(found["t"]), found["reason"]) if found else NumericalError(said, None, said.splitlines()[0])
+    return RuntimeError(f"refdyn ended with status {status}: {said}")
+
+
+def is_warning(line: str) -> bool:
+    return "warning: " in line or " is off the programme by " in line
+
+
+def run(*words: str | os.PathLike[str], renamed: Mapping[str, str] | None = None) -> str:
+    """What the program prints; what it warns of become warnings. `renamed`: how files are called in what it says."""
+    done = subprocess.run([str(PROGRAM), *map(str, words)], stdin=subprocess.DEVNULL, capture_output=True, text=True)
+    said = done.stderr
+    for name, other in (renamed or {}).items():
+        said = said.replace(name, other)
+    if done.returncode:
+        raise failure(done.returncode, said)
+    for line in filter(is_warning, said.splitlines()):
+        warnings.warn(line.removeprefix("refdyn: ").removeprefix("warning: "), ModelWarning, stacklevel=4)
+    return done.stdout
+
+
+def main() -> None:
+    """The command `refdyn`."""
+    os.execv(PROGRAM, ["refdyn", *sys.argv[1:]])

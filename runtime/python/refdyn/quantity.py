@@ -1,0 +1,183 @@
+"""Emitted quantities as functions of NumPy arrays.
+
+A quantity takes coordinates, rates, time, inputs and parameters, and calls the emitted C on them where they lie; a
+leading axis of any of them is a batch, which lanes of vectors evaluate.
+"""
+from __future__ import annotations
+
+import difflib
+import math
+import threading
+from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .core import Library
+
+if TYPE_CHECKING:
+    from .core import Function
+
+POINT_PARTS = {"r", "rd", "C", "d"}  # whose first axis is that of the points
+
+
+def unknown(kind: str, name: str, known: Any) -> str:
+    near = difflib.get_close_matches(str(name), list(known), 1)
+    return f"no {kind} is called {name!r}" + (f", the nearest is {near[0]!r}" if near else f", known: {', '.join(known) or 'none'}")
+
+
+class Compiled:
+    """A library of the cache, with the model's values as its functions take them."""
+
+    def __init__(self, told: Mapping[str, Any], known: Iterable[str]) -> None:
+        self.told, self.known = told, list(known)
+        self.library = Library(told["library"], told["name"], told["lanes"])
+        self.places = {entry["name"]: place for place, entry in enumerate(told["parameters"])}
+        self.inputs = {entry["name"]: place for place, entry in enumerate(told["inputs"])}
+        self.anchored = [entry["anchored"] for entry in told["parameters"]]
+        self.values = np.array([entry["value"] for entry in told["parameters"]], dtype=float)
+        self.x = np.array([entry["value"] for entry in told["inputs"]], dtype=float)
+        self.p = self.prepared({}, self.x)
+
+    def take_inputs(self, inputs: Mapping[str, npt.ArrayLike] | None) -> np.ndarray:
+        """A row of inputs, or one for each state of a batch."""
+        return filled(self.x, self.inputs, inputs, "input") if inputs else self.x
+
+    def take_parameters(self, parameters: Mapping[str, npt.ArrayLike] | None, x: np.ndarray) -> np.ndarray:
+        """A row of prepared parameters, or one for each state of a batch. A known one that has no place here is not read."""
+        for name in parameters or {}:
+            if name not in self.known:
+                raise ValueError(unknown("parameter", name, self.known))
+        read = {name: value for name, value in (parameters or {}).items() if name in self.places}
+        depends_on_inputs = x is not self.x and any(self.anchored)
+        return self.prepared(read, x) if read or depends_on_inputs else self.p
+
+    def prepared(self, parameters: Mapping[str, npt.ArrayLike], x: np.ndarray) -> np.ndarray:
+        values = filled(self.values, self.places, parameters, "parameter")
+        anchored = [is_anchored and name not in parameters for name, is_anchored in zip(self.places, self.anchored)]
+        lead = np.broadcast_shapes(values.shape[:-1], x.shape[:-1] if any(anchored) else ())
+        p = np.empty(lead + (values.shape[-1] + self.library.derived_count,))
+        p[..., :values.shape[-1]] = values
+        x = spread(x, lead) if any(anchored) else self.x
+        self.library.prepare(math.prod(lead), p, bytes(anchored), x)
+        return p
+
+
+def filled(default: np.ndarray, places: Mapping[str, int], given: Mapping[str, npt.ArrayLike], kind: str) -> np.ndarray:
+    """Rows of values with the given ones in their places."""
+    arrays = {name: np.asarray(value, dtype=float) for name, value in given.items()}
+    for name, array in arrays.items():
+        if name not in places:
+            raise ValueError(unknown(kind, name, places))
+        if not np.isfinite(array).all():
+            raise ValueError(f"{kind} {name}: a value is not finite")
+    rows = np.empty(np.broadcast_shapes(*(array.shape for array in arrays.values())) + default.shape)
+    rows[...] = default
+    for name, array in arrays.items():
+        rows[..., places[name]] = array
+    return rows
+
+
+def spread(array: np.ndarray, lead: tuple[int, ...]) -> np.ndarray:
+    """One row for all, or one for each state of the batch, in C order."""
+    if array.ndim == 1:
+        return np.ascontiguousarray(array)
+    return np.ascontiguousarray(np.broadcast_to(array, lead + array.shape[-1:]))
+
+
+def taken(name: str, value: npt.ArrayLike, size: int) -> np.ndarray:
+    array = np.asarray(value, dtype=float)
+    if array.ndim == 0 or array.shape[-1] != size:
+        raise ValueError(f"{name}: an array of shape {array.shape}, the last axis must have {size} entries")
+    return array
+
+
+class Quantity:
+    """An emitted function of the model, by which it is made: `arm.qdd(q, qd)`.
+
+    q       coordinates (..., n) in the order of `arm.coordinates`
+    qd      their rates (..., n); at rest without. Of a tangent: qd, then what `constrained` gives (qdd, power, lambda)
+    t       time [s] (...)
+    inputs, parameters   values by name (...); the model's without. A value is not checked by the model's rules.
+
+    Axes before the last one (t, inputs, parameters: all of them) are a batch; they are broadcast, and stand before the
+    result's. Gives an array, or where there are several parts a dictionary of arrays. NaN where it has no value.
+    """
+
+    def __init__(self, name: str, compiled: Compiled, lanes: Callable[[], Compiled]) -> None:
+        self.__name__ = name
+        self._compiled, self._open_lanes = compiled, lanes
+        self._lock = threading.Lock()
+        self._lanes: tuple[Compiled, Function] | None = None
+        told = next(entry for entry in compiled.told["functions"] if entry["quantity"] == name)
+        n, m = len(compiled.told["coordinates"]), len(compiled.told["rows"])
+        self._n, self._rates = n, 2 * n + 1 + m if told["takes_motion"] else n
+        self._parts = {part["name"]: self._shape_of(part) for part in told["parts"]}
+        self._size = sum(map(math.prod, self._parts.values()))
+        self._shape = next(iter(self._parts.values())) if set(self._parts) == {name} else None
+        self._one = self._function(compiled).one
+        parts = "".join(f"\n    {part['name']}  {part['about']}" for part in told["parts"])
+        self.__doc__ = f"{told['about']}{parts}\n\n{type(self).__doc__}"
+
+    def __repr__(self) -> str:
+        shape = self._shape or self._parts
+        return f"<refdyn quantity {self.__name__} of {self._compiled.told['name']}: {shape}>"
+
+    def _shape_of(self, part: Mapping[str, Any]) -> tuple[int, ...]:
+        count, columns = part["count"], part["columns"]
+        shape = (count // columns, columns) if columns else (count,)
+        if part["name"] in POINT_PARTS:
+            shape = (len(self._compiled.told["points"]), 3) + ((columns,) if part["name"] == "C" else ())
+        return shape
+
+    def _function(self, compiled: Compiled) -> Function:
+        return compiled.library.function(self.__name__, self._rates, self._size, compiled.p, compiled.x)
+
+    def __call__(self, q: npt.ArrayLike, qd: npt.ArrayLike | None = None, t: npt.ArrayLike = 0.0,
+                 inputs: Mapping[str, npt.ArrayLike] | None = None, parameters: Mapping[str, npt.ArrayLike] | None = None) -> Any:
+        if inputs is None and parameters is None:
+            out = np.empty(self._shape or self._size)
+            if self._one(q, qd, t, out):
+                return out if self._shape else self._shaped(out)
+        return self._general(q, qd, t, inputs, parameters)
+
+    def _general(self, q: npt.ArrayLike, qd: npt.ArrayLike | None, t: npt.ArrayLike, inputs: Mapping[str, npt.ArrayLike] | None,
+                 parameters: Mapping[str, npt.ArrayLike] | None) -> Any:
+        """Any arguments: of one state, or of a batch."""
+        q = taken("q", q, self._n)
+        qd = np.zeros(self._rates) if qd is None else taken("qd", qd, self._rates)
+        t = np.asarray(t, dtype=float)
+        shapes = [q.shape[:-1], qd.shape[:-1], t.shape, *(np.shape(value) for given in (inputs, parameters) for value in (given or {}).values())]
+        lead = np.broadcast_shapes(*shapes)
+        out = np.empty(lead + (self._size,))
+        if not lead:
+            x = self._compiled.take_inputs(inputs)
+            p = self._compiled.take_parameters(parameters, x)
+            if not self._one(np.ascontiguousarray(q), np.ascontiguousarray(qd), float(t), out, p, x):
+                raise AssertionError("arguments of one state are rows of doubles")
+        elif out.size:
+            compiled, function = self._with_lanes()
+            x = compiled.take_inputs(inputs)
+            p = compiled.take_parameters(parameters, x)
+            rows = (spread(array, lead) for array in (q, qd, t[..., np.newaxis]))
+            function.many(math.prod(lead), *rows, out, spread(p, lead), spread(x, lead))
+        return self._shaped(out)
+
+    def _with_lanes(self) -> tuple[Compiled, Function]:
+        with self._lock:
+            if self._lanes is None:
+                compiled = self._open_lanes()
+                self._lanes = compiled, self._function(compiled)
+            return self._lanes
+
+    def _shaped(self, out: np.ndarray) -> Any:
+        lead = out.shape[:-1]
+        if self._shape is not None:
+            return out.reshape(lead + self._shape)
+        parts, begin = {}, 0
+        for name, shape in self._parts.items():
+            end = begin + math.prod(shape)
+            parts[name] = out[..., begin:end].reshape(lead + shape)
+            begin = end
+        return parts
