@@ -1,4 +1,5 @@
-"""What robots have: joint axes in any direction, rotors. Values by hand, in numpy, and by Pinocchio (make_robot_references.py)."""
+"""What robots have: joint axes in any direction, rotors, limits. Values by hand, in numpy, and by Pinocchio (make_robot_references.py)."""
+import json
 import re
 
 import numpy
@@ -144,3 +145,46 @@ return rd.model { name = "taken", gravity = { 0, 0, -9.81 }, links = { { "b", jo
     refdyn("plot", tmp_path / "run.csv", "-o", tmp_path / "run.svg")
     text = (tmp_path / "run.svg").read_text()
     assert "b_z_dd" in text and "acceleration_" not in text
+
+
+# ---- limits ----
+
+SWING = """local rd = require "refdyn"
+return rd.model { name = "swing", links = {
+    { "slide", joint = "x", mass = 2, start = { x = 0.1 }, start_rate = { x = 1 }, limits = { x = { from = 0.2, to = 0.5, rate = 0.5, force = 3 } } },
+    { "wheel", joint = "psi", mass = 1, inertia = { zz = 1 }, start_rate = { psi = -2 }, limits = { psi = { from = -0.8, rate = 2 } } } },
+  constraints = function(s) return { rd.drive { "slide_x", 0.1 + s.t + 2 * s.t^2 } } end }"""
+
+
+def test_limits_of_a_motion(tmp_path):
+    """x = 0.1 + t + 2 t^2 with the force 2 x'' = 8, psi = -2 t: the farthest beyond each limit, its value and time."""
+    (tmp_path / "swing.lua").write_text(SWING)
+    done = refdyn("sim", tmp_path / "swing.lua", "--until", 0.5, "--every", 0.125, "-o", tmp_path / "run.csv", "--summary", tmp_path / "run.json")
+    assert [re.sub(r" at t = \S+ s", "", line) for line in done.stderr.splitlines() if "limits" in line] == [
+        "refdyn: warning: slide_x leaves its limits: position 1.1 m, at most 0.5 is allowed",
+        "refdyn: warning: slide_x leaves its limits: rate 3 m/s, at most 0.5 is allowed",
+        "refdyn: warning: slide_x leaves its limits: force 8 N, at most 3 is allowed",
+        "refdyn: warning: wheel_psi leaves its limits: position -1 rad, at least -0.8 is allowed"]
+    found = json.loads((tmp_path / "run.json").read_text())["limits"]
+    assert [(each["coordinate"], each["limit"], each["allowed"]) for each in found] == [
+        ("slide_x", "position", 0.5), ("slide_x", "rate", 0.5), ("slide_x", "force", 3), ("wheel_psi", "position", -0.8)]
+    check([close("values", [each["value"] for each in found], [1.1, 3, 8, -1], 1e-9),
+           close("t", [found[i]["t"] for i in (0, 1, 3)], [0.5, 0.5, 0.5], 0)])
+    lower = refdyn("sim", tmp_path / "swing.lua", "--until", 0.05, "--every", 0.05, "-o", tmp_path / "run.csv").stderr
+    assert "slide_x leaves its limits: position 0.1 m at t = 0 s, at least 0.2 is allowed" in lower
+
+
+def test_limits_elsewhere(tmp_path):
+    """They are told by `check`, stand in the C, and change nothing else there."""
+    (tmp_path / "swing.lua").write_text(SWING)
+    text = refdyn("check", tmp_path / "swing.lua").stdout
+    assert "slide_x [m] on the ground, starts at 0.1, limits from 0.2 to 0.5 rate 0.5 force 3\n" in text
+    assert "wheel_psi [rad] on the ground, starts at 0, limits from -0.8 rate 2\n" in text
+    (tmp_path / "free.lua").write_text(re.sub(r", limits = \{ \w+ = \{.*?\} \}", "", SWING))
+    for name in ("swing", "free"):
+        refdyn("gen", tmp_path / f"{name}.lua", "-o", tmp_path / name)
+    table = ("const struct refdyn_limits swing_limits[2] = {\n    {0, 0.2, 0.5, 0.5, 3.0},\n"
+             "    {1, -0.8, HUGE_VAL, 2.0, HUGE_VAL},\n};\n\n")
+    limited, free = ((tmp_path / name / "swing.c").read_text() for name in ("swing", "free"))
+    assert table in limited and re.sub(r'"\w{16}"', "", limited.replace(table, "")) == re.sub(r'"\w{16}"', "", free)
+    assert "limits" not in (tmp_path / "free" / "swing.h").read_text()
