@@ -31,6 +31,10 @@ static int most_memory(const struct lanes *lanes) {
     return most;
 }
 
+static int most(int a, int b) {
+    return a > b ? a : b;
+}
+
 /* Counts what it gives: with memory NULL, all that is needed. */
 struct room {
     char *memory;
@@ -80,6 +84,8 @@ static size_t lay_out(struct lanes *lanes, char *memory) {
     lanes->stages = take_doubles(&room, most_memory(lanes));
     lanes->row_terms = take_doubles(&room, m * (n + 4));
     lanes->small = take_doubles(&room, m * (m + 2));
+    lanes->zeros = take_doubles(&room, rates);
+    lanes->nowhere = take_doubles(&room, most(rates, m * (n + 4)));
     lanes->small_pivots = take(&room, 2 * m, sizeof(int));
     lanes->directions = take_doubles(&room, m * n);
     lanes->mass_directions = take_doubles(&room, m * n);

@@ -40,6 +40,7 @@ struct lanes {
     double *p, *x, *t, *state, *rates, *state_new, *rates_new, *stage, *side, *error, *stages;
     double *row_terms, *directions, *mass_directions; /* of the programme: lanes_meet.h */
     double *small;                                    /* its system */
+    double *zeros, *nowhere;                          /* of one motion: what lanes that rest take and give */
     int *small_pivots;
     int has_tangent;
     struct lanes_linear linear[2]; /* the factors in use, and room for new ones */

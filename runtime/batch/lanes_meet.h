@@ -124,21 +124,47 @@ static int NAMED(row_off_most)(const struct NAMED(taking) * taking, int lane) {
     return row;
 }
 
-static void NAMED(unload_end)(const struct NAMED(taking) * taking, int lane) {
-    const struct lanes *lanes = taking->lanes;
-    struct refdyn_step *step = &taking->steps[lane].motion->step;
-    struct refdyn_workspace *work = taking->steps[lane].motion->work;
-    const int n = taking->n, m = taking->m;
-    NAMED(scatter)(step->rates_new, lanes->rates_new, lane, 2 * n + 1 + m);
-    step->is_met = refdyn_is_finite(step->rates_new, 2 * n + 1 + m);
+/* NaN in the lanes where some entry is not finite. */
+static LANE NAMED(not_finite)(const LANE *x, int count) {
+    LANE sum = NAMED(every)(0);
+    for (int i = 0; i < count; i++)
+        sum += 0 * x[i];
+    return sum;
+}
+
+/* Where an end that is kept goes, beside the motion's state before it was moved; others go nowhere. */
+struct NAMED(ends) {
+    double *rates[LANES], *row_terms[LANES], *states[LANES];
+};
+
+static void NAMED(place_end)(const struct NAMED(taking) * taking, int lane, int is_kept,
+                             struct NAMED(ends) * ends) {
+    double *nowhere = taking->lanes->nowhere;
+    struct refdyn_motion *motion = is_kept ? taking->steps[lane].motion : NULL;
+    ends->rates[lane] = is_kept ? motion->step.rates_new : nowhere;
+    ends->row_terms[lane] = is_kept ? motion->work->u : nowhere;
+    ends->states[lane] = is_kept ? motion->step.state_new : nowhere;
+    if (is_kept && taking->m > 0)
+        memcpy(motion->step.side, motion->step.state_new, (size_t)(2 * taking->n) * sizeof(double));
+}
+
+static void NAMED(unload_met)(const struct NAMED(taking) * taking) {
+    struct lanes *lanes = taking->lanes;
+    const int n = taking->n, m = taking->m, rates = 2 * n + 1 + m, terms = m * (n + 4);
+    const LANE *rates_new = NAMED(lanes_of)(lanes->rates_new), *row_terms = NAMED(lanes_of)(lanes->row_terms);
+    const LANE doubt = NAMED(not_finite)(rates_new, rates) + NAMED(not_finite)(row_terms, terms);
+    struct NAMED(ends) ends;
+    for (int lane = 0; lane < LANES; lane++) {
+        const int is_kept = taking->steps[lane].is_met && doubt[lane] == 0;
+        NAMED(place_end)(taking, lane, is_kept, &ends);
+        if (taking->steps[lane].is_met)
+            taking->steps[lane].motion->step.is_met = is_kept;
+    }
+    NAMED(scatter_all)(ends.rates, rates_new, rates);
     if (m == 0)
         return;
-    NAMED(scatter)(work->u, lanes->row_terms, lane, m * (n + 4));
-    step->is_met = step->is_met && refdyn_is_finite(work->u, m * (n + 4));
-    if (!step->is_met)
-        return;
-    memcpy(step->side, step->state_new, (size_t)(2 * n) * sizeof(double));
-    NAMED(scatter)(step->state_new, lanes->state_new, lane, 2 * n);
+    NAMED(scatter_all)(ends.row_terms, row_terms, terms);
+    NAMED(scatter_all)(ends.states, taking->arrays.state_new, 2 * n);
 }
 
 /* Those of a step's matrix, for states that the motion itself brings onto the programme. */
@@ -175,7 +201,5 @@ static void NAMED(meet)(struct NAMED(taking) * taking) {
     if (taking->m > 0 && is_projected)
         NAMED(project)(taking, NAMED(load_directions)(taking));
     NAMED(find_rates)(taking, taking->arrays.state_new, NAMED(lanes_of)(lanes->rates_new));
-    for (int lane = 0; lane < LANES; lane++)
-        if (taking->steps[lane].is_met)
-            NAMED(unload_end)(taking, lane);
+    NAMED(unload_met)(taking);
 }

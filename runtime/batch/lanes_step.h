@@ -41,6 +41,24 @@ static inline LANE *NAMED(lanes_of)(double *numbers) {
     return (LANE *)(void *)numbers;
 }
 
+/* Arrays of all motions into their lanes, and back. */
+static void NAMED(gather_all)(LANE *to, double *const *from, int count) {
+    for (int i = 0; i < count; i++) {
+        LANE x;
+        for (int lane = 0; lane < LANES; lane++)
+            x[lane] = from[lane][i];
+        to[i] = x;
+    }
+}
+
+static void NAMED(scatter_all)(double *const *to, const LANE *from, int count) {
+    for (int i = 0; i < count; i++) {
+        const LANE x = from[i];
+        for (int lane = 0; lane < LANES; lane++)
+            to[lane][i] = x[lane];
+    }
+}
+
 /* An array of one motion into its lane, and back. */
 static void NAMED(gather)(double *to, const double *from, int lane, int count) {
     for (int i = 0; i < count; i++)
@@ -97,7 +115,8 @@ static void NAMED(take_by_runge_kutta)(struct NAMED(taking) * taking) {
 
 /* ---- All of a step ---- */
 
-static void NAMED(load)(struct NAMED(taking) * taking, int lane) {
+/* What one motion begins its step with; where its state and rates are. */
+static void NAMED(load)(struct NAMED(taking) * taking, int lane, double **state, double **rates) {
     struct lanes *lanes = taking->lanes;
     const struct refdyn_model *model = lanes->model->model;
     struct lane_step *one = &taking->steps[lane];
@@ -111,9 +130,23 @@ static void NAMED(load)(struct NAMED(taking) * taking, int lane) {
         NAMED(gather)(lanes->x, one->x, lane, model->input_count);
         refdyn_lanes_forget(lanes, lane);
     }
-    NAMED(gather)(lanes->state, step->state, lane, 2 * taking->n + 1);
-    NAMED(gather)(lanes->rates, step->rates, lane, 2 * taking->n + 1 + taking->m);
+    *state = step->state;
+    *rates = step->rates;
     one->status = REFDYN_OK;
+}
+
+static void NAMED(load_all)(struct NAMED(taking) * taking) {
+    struct lanes *lanes = taking->lanes;
+    double *states[LANES], *rates[LANES];
+    for (int lane = 0; lane < LANES; lane++) {
+        states[lane] = rates[lane] = lanes->zeros;
+        if (!taking->steps[lane].motion)
+            continue;
+        taking->method = taking->steps[lane].motion->step.method;
+        NAMED(load)(taking, lane, &states[lane], &rates[lane]);
+    }
+    NAMED(gather_all)(NAMED(lanes_of)(lanes->state), states, 2 * taking->n + 1);
+    NAMED(gather_all)(NAMED(lanes_of)(lanes->rates), rates, 2 * taking->n + 1 + taking->m);
 }
 
 /* What a state inside of the step is found from, and what the next step goes on from. */
@@ -137,9 +170,18 @@ static void NAMED(unload)(const struct NAMED(taking) * taking, int lane, double 
         return;
     }
     refdyn_step_take_up(step, one->attempt->t_new);
-    NAMED(scatter)(step->state_new, taking->lanes->state_new, lane, 2 * taking->n + 1);
     NAMED(unload_memory)(taking, lane);
     refdyn_attempt_measured(one->motion, one->attempt, error);
+}
+
+/* Of steps that failed, too: nobody asks for those. */
+static void NAMED(unload_ends)(const struct NAMED(taking) * taking) {
+    double *ends[LANES];
+    for (int lane = 0; lane < LANES; lane++) {
+        const struct refdyn_motion *motion = taking->steps[lane].motion;
+        ends[lane] = motion ? motion->step.state_new : taking->lanes->nowhere;
+    }
+    NAMED(scatter_all)(ends, taking->arrays.state_new, 2 * taking->n + 1);
 }
 
 /* refdyn_step_largest_error; not finite where that or the state is not. */
@@ -163,11 +205,7 @@ void NAMED(refdyn_lanes_take)(struct lanes *lanes, struct lane_step *steps) {
     const struct refdyn_model *model = lanes->model->model;
     const int n = model->n, m = model->m;
     struct NAMED(taking) taking = {.lanes = lanes, .steps = steps, .n = n, .m = m};
-    for (int lane = 0; lane < LANES; lane++)
-        if (steps[lane].motion) {
-            taking.method = steps[lane].motion->step.method;
-            NAMED(load)(&taking, lane);
-        }
+    NAMED(load_all)(&taking);
     taking.arrays = (struct NAMED(arrays)){.n = n,
                                            .size = 2 * n + 1,
                                            .rates_size = 2 * n + 1 + m,
@@ -188,5 +226,6 @@ void NAMED(refdyn_lanes_take)(struct lanes *lanes, struct lane_step *steps) {
     for (int lane = 0; lane < LANES; lane++)
         if (steps[lane].motion && !steps[lane].status)
             NAMED(unload)(&taking, lane, errors[lane]);
+    NAMED(unload_ends)(&taking);
     NAMED(meet)(&taking);
 }

@@ -39,22 +39,34 @@ static inline void NAMED(set_tangent)(struct NAMED(linear) * linear, LANE *tange
     linear->M = linear->D + n * n;
 }
 
-/* Row i of [M; u] m + [D; G_qd] d + [K; G_q] k; NULL: zero. */
-static inline LANE NAMED(row_times)(const struct NAMED(linear) * linear, int i, const LANE *m, const LANE *d,
-                                    const LANE *k) {
-    const int n = linear->n, is_row = i >= n, at = (is_row ? i - n : i) * n;
-    const LANE *M = (is_row ? linear->u : linear->M) + at, *D = (is_row ? linear->G_qd : linear->D) + at,
-               *K = (is_row ? linear->G_q : linear->K) + at;
-    LANE of_m = NAMED(every)(0), of_d = of_m, of_k = of_m;
+/* Row i of a matrix of the coordinates (n x n) with rows of the programme (m x n) below it. */
+static inline const LANE *NAMED(row_of)(const struct NAMED(linear) * linear, const LANE *coordinates,
+                                        const LANE *rows, int i) {
+    const int n = linear->n;
+    return i < n ? coordinates + i * n : rows + (i - n) * n;
+}
+
+/* a x + b y (n each); as one loop, since each sum waits for its last term */
+static inline LANE NAMED(dots)(const LANE *a, const LANE *x, const LANE *b, const LANE *y, int n) {
+    LANE one = NAMED(every)(0), other = one;
     for (int j = 0; j < n; j++) {
-        if (m)
-            of_m += M[j] * m[j];
-        if (d)
-            of_d += D[j] * d[j];
-        if (k)
-            of_k += K[j] * k[j];
+        one += a[j] * x[j];
+        other += b[j] * y[j];
     }
-    return of_m + of_d + of_k;
+    return one + other;
+}
+
+static inline LANE NAMED(dot)(const LANE *a, const LANE *x, int n) {
+    LANE sum = NAMED(every)(0);
+    for (int j = 0; j < n; j++)
+        sum += a[j] * x[j];
+    return sum;
+}
+
+/* y (n + m) = [M; u] x */
+static inline void NAMED(times_mass)(const struct NAMED(linear) * linear, const LANE *x, LANE *y) {
+    for (int i = 0; i < linear->size; i++)
+        y[i] = NAMED(dot)(NAMED(row_of)(linear, linear->M, linear->u, i), x, linear->n);
 }
 
 /* The border -u^T, and the zeros in its corner. */
@@ -75,9 +87,9 @@ INLINE void NAMED(fill_matrix)(int is_complex, const struct NAMED(linear) * line
     const LANE square = is_complex ? re * re - im * im : re * re, twice = 2 * re * im;
     LANE *other = matrix + size * size;
     for (int i = 0; i < size; i++) {
-        const int is_row = i >= n, at = (is_row ? i - n : i) * n;
-        const LANE *M = (is_row ? linear->u : linear->M) + at, *D = (is_row ? linear->G_qd : linear->D) + at,
-                   *K = (is_row ? linear->G_q : linear->K) + at;
+        const LANE *M = NAMED(row_of)(linear, linear->M, linear->u, i),
+                   *D = NAMED(row_of)(linear, linear->D, linear->G_qd, i),
+                   *K = NAMED(row_of)(linear, linear->K, linear->G_q, i);
         for (int j = 0; j < n; j++) {
             matrix[i * size + j] = M[j] + re * D[j] + square * K[j];
             if (is_complex)
@@ -110,8 +122,10 @@ INLINE void NAMED(solve_linear)(const struct NAMED(linear) * linear, const LANE 
     for (int j = 0; j < n; j++)
         s[j] = g * r_v[j] + r_q[j];
     for (int i = 0; i < linear->size; i++) {
-        const LANE by_t = i < n ? linear->f_t[i] : linear->g_t[i - n];
-        x[i] = -g * (g * NAMED(row_times)(linear, i, NULL, r_v, s) + dt * by_t);
+        const LANE *D = NAMED(row_of)(linear, linear->D, linear->G_qd, i),
+                   *K = NAMED(row_of)(linear, linear->K, linear->G_q, i),
+                   by_t = i < n ? linear->f_t[i] : linear->g_t[i - n];
+        x[i] = -g * (g * NAMED(dots)(D, r_v, K, s, n) + dt * by_t);
     }
     NAMED(solve_factored)(0, &linear->real, x);
     for (int j = 0; j < n; j++) {
@@ -138,11 +152,9 @@ static inline void NAMED(solve_all)(const struct NAMED(linear) * linear, int cou
     const int n = linear->n, size = linear->size;
     for (int k = 0; k < count; k++) {
         const int is_complex = lambda[2 * k + 1] != 0;
-        for (int i = 0; i < size; i++) {
-            linear->x[i] = NAMED(row_times)(linear, i, x, NULL, NULL);
-            if (is_complex)
-                linear->x[size + i] = NAMED(row_times)(linear, i, x + n, NULL, NULL);
-        }
+        NAMED(times_mass)(linear, x, linear->x);
+        if (is_complex)
+            NAMED(times_mass)(linear, x + n, linear->x + size);
         if (is_complex)
             NAMED(solve_factored)(1, &linear->complex[k], linear->x);
         else

@@ -137,6 +137,20 @@ static inline MASK NAMED(factor_matrix)(int is_complex, const struct NAMED(facto
     return has;
 }
 
+/* (*a, *b) -= (u_k + i v_k) (x_k, y_k) for k from `first` on, up or down, until `end` */
+INLINE void NAMED(subtract_solved)(int is_complex, const LANE *u, const LANE *v, int first, int end, int step,
+                                   LANE *a, LANE *b, const LANE *x, const LANE *y) {
+    LANE re = *a, im = *b;
+    for (int k = first; k != end; k += step) {
+        re -= is_complex ? u[k] * x[k] - v[k] * y[k] : u[k] * x[k];
+        if (is_complex)
+            im -= u[k] * y[k] + v[k] * x[k];
+    }
+    *a = re;
+    if (is_complex)
+        *b = im;
+}
+
 /* x (n, of complex ones twice) := A^-1 x */
 static inline void NAMED(solve_factored)(int is_complex, const struct NAMED(factors) * factors, LANE *x) {
     const int n = factors->n;
@@ -153,18 +167,14 @@ static inline void NAMED(solve_factored)(int is_complex, const struct NAMED(fact
                 y[pivot][lane] = b;
             }
         }
-    for (int k = 0; k < n; k++)
-        for (int i = k + 1; i < n; i++)
-            NAMED(subtract_row)
-    (is_complex, x + i, y + i, x[k], y[k], re + i * n + k, im + i * n + k, 1);
-    for (int k = n - 1; k >= 0; k--) {
-        const LANE a = x[k], b = y[k], u = re[k * n + k], v = im[k * n + k];
-        x[k] = is_complex ? a * u - b * v : a * u;
+    for (int i = 0; i < n; i++)
+        NAMED(subtract_solved)(is_complex, re + i * n, im + i * n, 0, i, 1, x + i, y + i, x, y);
+    for (int i = n - 1; i >= 0; i--) {
+        NAMED(subtract_solved)(is_complex, re + i * n, im + i * n, n - 1, i, -1, x + i, y + i, x, y);
+        const LANE a = x[i], b = y[i], u = re[i * n + i], v = im[i * n + i];
+        x[i] = is_complex ? a * u - b * v : a * u;
         if (is_complex)
-            y[k] = a * v + b * u;
-        for (int i = 0; i < k; i++)
-            NAMED(subtract_row)
-        (is_complex, x + i, y + i, x[k], y[k], re + i * n + k, im + i * n + k, 1);
+            y[i] = a * v + b * u;
     }
 }
 

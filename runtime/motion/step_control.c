@@ -133,14 +133,15 @@ static double factor_after_accepted(const struct refdyn_step_control *control,
                                     const struct refdyn_method_definition *method, double h, double error) {
     const enum refdyn_controller controller = method->kind->controller;
     const double order = order_of(method), now = fmax(error, DBL_MIN), last = control->error_last;
-    const double allowed = factor_allowed(method, error), change = h / control->last;
+    const double change = h / control->last;
+    if (control->last > 0 && controller == REFDYN_PI)
+        return pow(now / aim, -error_share / order) * pow(last / aim, error_last_share / order);
+    const double allowed = factor_allowed(method, error);
     if (control->last == 0)
         return allowed;
-    if (controller == REFDYN_PREDICTIVE || (controller == REFDYN_FILTER && allowed > far_below))
+    if (controller == REFDYN_PREDICTIVE || allowed > far_below)
         return allowed * fmin(1, change * pow(last / now, 1 / order));
-    if (controller == REFDYN_FILTER)
-        return pow(now / aim * last / aim, -0.25 / order) * pow(change, -0.25);
-    return pow(now / aim, -error_share / order) * pow(last / aim, error_last_share / order);
+    return pow(now / aim * last / aim, -0.25 / order) * pow(change, -0.25);
 }
 
 void refdyn_control_accepted(struct refdyn_step_control *control,

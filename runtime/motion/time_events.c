@@ -47,6 +47,8 @@ static double blur(double t) {
 }
 
 double refdyn_events_right_of(const struct refdyn_time_events *events, double t) {
+    if (events->count == 0 && events->switched == -INFINITY)
+        return t;
     const double same = refdyn_time_resolution(t);
     double right = t;
     for (int i = 0; i < events->count; i++)

@@ -96,6 +96,8 @@ static void describe_end(const struct refdyn_batch_case *one, const struct refdy
 
 static void show_progress(struct running *running) {
     const struct batch_count *count = running->count;
+    if (!progress_is_due(&running->progress))
+        return;
     const double elapsed = wall_seconds() - running->progress.started;
     snprintf(running->what, sizeof running->what, "%ld of %ld cases, %.0f/s, %ld failed", count->cases,
              running->total, (double)count->cases / (elapsed > 0 ? elapsed : 1), count->failed);

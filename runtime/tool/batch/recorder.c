@@ -26,6 +26,9 @@ void recorder_start(struct recorder *recorder, const struct kept *kept, const st
     recorder->before = allocate((size_t)layout->item_count + 1, sizeof *recorder->before);
     recorder->values = allocate((size_t)layout->width + 1, sizeof *recorder->values);
     find_places(recorder);
+    recorder->keeps_ends_alone = true;
+    for (int i = 0; i < layout->item_count; i++)
+        recorder->keeps_ends_alone &= kept->kinds[i] == KEPT_FINAL;
 }
 
 void recorder_clear(struct recorder *recorder) {
@@ -85,6 +88,8 @@ static void record(struct recorder *recorder, int item, double value, int number
 
 void recorder_see(struct recorder *recorder, int number) {
     const struct seen_times *times = &recorder->kept->times;
+    if (recorder->keeps_ends_alone && number < times->count - 1)
+        return;
     table_fill(&recorder->table);
     for (int i = 0; i < recorder->layout->item_count; i++)
         if (recorder->places[i] >= 0)

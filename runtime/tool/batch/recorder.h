@@ -48,6 +48,7 @@ struct recorder {
     double *values; /* (layout->width) of the case */
     double *before; /* (item_count) squares at the output before, of norms */
     double t_before;
+    bool keeps_ends_alone;
 };
 
 void recorder_start(struct recorder *recorder, const struct kept *kept, const struct runs_layout *layout,

@@ -16,11 +16,19 @@ void progress_start(struct progress *progress, const char *what) {
         (struct progress){.what = what, .started = wall_seconds(), .is_terminal = isatty(STDERR_FILENO) == 1};
 }
 
+static bool is_due_at(const struct progress *progress, double now) {
+    return now - progress->started >= silent_seconds && now - progress->drawn >= refresh_seconds;
+}
+
+bool progress_is_due(const struct progress *progress) {
+    return progress->is_terminal && is_due_at(progress, wall_seconds());
+}
+
 void progress_show(struct progress *progress, double fraction) {
     if (!progress->is_terminal)
         return;
     double now = wall_seconds(), elapsed = now - progress->started;
-    if (elapsed < silent_seconds || now - progress->drawn < refresh_seconds)
+    if (!is_due_at(progress, now))
         return;
     char bar[BAR_WIDTH + 1] = "";
     int filled = (int)(fraction * BAR_WIDTH);

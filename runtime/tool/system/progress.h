@@ -13,7 +13,9 @@ struct progress {
 };
 
 void progress_start(struct progress *progress, const char *what);
-/* fraction: 0 to 1 */
+/* Would it be drawn now? Then what stands before the bar is worth being written. */
+bool progress_is_due(const struct progress *progress);
+/* Draws it where it is due. fraction: 0 to 1 */
 void progress_show(struct progress *progress, double fraction);
 void progress_end(struct progress *progress);
 
