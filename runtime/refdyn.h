@@ -50,8 +50,9 @@ enum refdyn_status {
     REFDYN_BAD_ARITHMETIC = -11,    /* this library was compiled with flags that change arithmetic */
     REFDYN_EVENT_ENDS = -12,        /* an event of the model has ended the motion; integrator.event */
     REFDYN_EVENTS_ACCUMULATE = -13, /* events follow each other without time between; integrator.event */
-    REFDYN_EVENT_NOT_MET = -14 /* what an event sets is no finite number or against the rows, fault.row, or
-                                  the rows let no impulse change its value; integrator.event */
+    REFDYN_EVENT_NOT_MET = -14, /* what an event sets is no finite number or against the rows, fault.row, or
+                                   the rows let no impulse change its value; integrator.event */
+    REFDYN_SLIDES = -15 /* forces jump where a formula of rates changes its sign, and lead back there */
 };
 
 /* One line for a status, without a full stop. Never NULL. */
@@ -433,8 +434,8 @@ int refdyn_integrator_start(struct refdyn_integrator *integrator, double t, cons
  * what is seen is the state before. Fixed step: the interval from the last output to t_out is cut into
  * ceil(interval/step) equal steps, the i-th begins at from + i (to - from)/count. Errors: > 0 from a fixed
  * step whose evaluation failed, or a tangent at the begin of a step; STEP_TOO_SMALL, TOO_MANY_STEPS;
- * EVENT_ENDS, then t is that of the event, EVENTS_ACCUMULATE, EVENT_NOT_MET; BAD_OPTION when t_out lies
- * before t. The integrator then stays at the last accepted state, with cause and failed_t set;
+ * EVENT_ENDS, then t is that of the event, EVENTS_ACCUMULATE, EVENT_NOT_MET, SLIDES; BAD_OPTION when t_out
+ * lies before t. The integrator then stays at the last accepted state, with cause and failed_t set;
  * refdyn_integrator_refresh evaluates that state again. */
 int refdyn_integrator_step(struct refdyn_integrator *integrator, double t_out, long steps);
 /* The motion ends at t: no step reaches beyond, and the automatic choice tries no method that cannot pay

@@ -249,6 +249,30 @@ def test_kinks_after_refused_steps(k, h, tolerance):
     check([close("energy", [value / (G * h) for value in energy], [1] * len(energy), 1e3 * tolerance)])
 
 
+JUMPS = """local rd = require "refdyn"
+return rd.model { name = "jumps", links = { { "b", joint = "x", mass = 1, start = { x = 0.3 }, start_rate = { x = 0.7 } } },
+  forces = function(s) return { b_x = rd.where(rd.less(0, s.q.b_x), -3.9, 2.1) } end }
+"""
+
+
+@pytest.mark.parametrize("method", ["auto", "rk54", "radau9", "gauss12", "rodas5p"])
+def test_jump_of_a_force(tmp_path, method):
+    """Parabolas that meet where the force jumps, each on the side that its passage leads to."""
+    (tmp_path / "jumps.lua").write_text(JUMPS)
+    t, x, v, side = 0, 0.3, 0.7, 1
+    while True:
+        a = -3.9 if side > 0 else 2.1
+        ahead = (-v - side * math.sqrt(v * v - 2 * a * x)) / a
+        if t + ahead > 5:
+            break
+        t, x, v, side = t + ahead, 0, v + a * ahead, -side
+    expected, lines = x + v * (5 - t) + a / 2 * (5 - t) ** 2, []
+    for tol in 1e-4, 1e-6, 1e-8:
+        run, _, _ = motion(tmp_path / "jumps.lua", "--until", 5, "--every", 5, "--method", method, "--tol", tol)
+        lines.append(close(f"tol {tol}", run["b_x"][-1:], [expected], 10 * tol, 1))
+    check(lines)
+
+
 def test_directions():
     """A ball thrown up passes a level twice."""
     v, h = 5, 1

@@ -1,5 +1,6 @@
 """Friction that sticks and slides: `auto` beside references, what `--verify` says of every method, which formulas count as such."""
 import math
+import re
 
 import numpy
 import pytest
@@ -158,6 +159,24 @@ return rd.model { name = "chain", links = { { "arm", joint = "psi", beam = { len
         path.write_text((tmp_path / "chain.lua").read_text().replace("FORCE", force))
         refdyn("gen", path, "-o", tmp_path)
         assert f"SET(saturates) {saturates}," in (tmp_path / "chain.c").read_text()
+
+
+RELAY = """local rd = require "refdyn"
+return rd.model { name = "relay", links = { { "b", joint = "x", mass = 1, start = { x = 0.3 }, start_rate = { x = 0.7 } } },
+  forces = function(s) local x, v = s.q.b_x, s.qd.b_x; return { b_x = -5 * x + rd.sin(3 * s.t) - 3 * rd.where(rd.less(0, x + 0.5 * v), 1, -1) } end }
+"""
+
+
+@pytest.mark.parametrize("method", ["auto", "rk54", "rk8", "rodas5p", "rodas6p", "ros34pw2", "gauss12"])
+def test_relay_that_slides(tmp_path, method):
+    """Forces that lead back to their jump from both sides: a message, not steps without end. It slides once x + v/2 is met."""
+    (tmp_path / "relay.lua").write_text(RELAY)
+    done = refdyn("sim", tmp_path / "relay.lua", "--until", 5, "--method", method, "-o", tmp_path / "run.csv", status=3)
+    assert "friction needs a width" in done.stderr
+    assert re.search(r"t = 0\.3[01]\d* s: (the step fell below the resolution of the time|forces jump here, and lead back to the jump from both sides)\n",
+                     done.stderr), done.stderr
+    if method == "rk8":
+        assert "refdyn: a switch, as of a relay, needs two levels: two events that set an input\n" in done.stderr
 
 
 def test_friction_that_jumps(tmp_path):

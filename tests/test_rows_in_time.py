@@ -74,8 +74,9 @@ def test_motion(weight, method):
     """Nothing is let go before its time, and nothing later."""
     for tol in ([1e-6, 1e-9] if method != "rk4" else [None]):
         arguments = ["--until", END, "--every", EVERY, "--set", f"weight={weight}", "--method", method]
-        run, _, _ = motion(MODEL, *arguments, *(["--tol", tol] if tol else ["--stabilise", "project"]))
+        run, said, summary = motion(MODEL, *arguments, *(["--tol", tol] if tol else ["--stabilise", "project"]))
         check(compare(run, weight == "comes", 20 * tol if tol else 1e-8))
+        assert summary["energy_error"] < 1e-3 and "do not balance" not in said, said
 
 
 @pytest.mark.parametrize("stabilise", ["none", "baumgarte", "project"])

@@ -338,10 +338,12 @@ static int step_fixed(struct refdyn_motion *motion, double t_out, double t_bound
 
 /* ---- Adaptive steps ---- */
 
-/* Where forces saturate, friction cuts steps short, but an error of a velocity lasts: it counts over the
- * longest of the steps, not over this one. */
+/* Friction and kinks cut steps short, but an error of a velocity lasts: it counts over the longest of the
+ * steps, not over this one. */
 static double lasting_share(const struct refdyn_motion *motion, double h) {
-    return motion->work->model->saturates ? fmax(1, motion->statistics.step_largest / h) : 1;
+    const struct refdyn_model *model = motion->work->model;
+    const int has_short_steps = model->saturates || model->kink_count > 0;
+    return has_short_steps ? fmax(1, motion->statistics.step_largest / h) : 1;
 }
 
 void refdyn_attempt_measured(const struct refdyn_motion *motion, struct refdyn_attempt *attempt,

@@ -15,6 +15,8 @@
 
 #include "constraints/constraints.h"
 #include "constraints/impulse.h"
+#include "motion/energy_jumps.h"
+#include "motion/sliding.h"
 
 static const double against_rows = 0x1p-26; /* sqrt(DBL_EPSILON): of a row's terms, by rates that are set */
 
@@ -22,18 +24,6 @@ static const double against_rows = 0x1p-26; /* sqrt(DBL_EPSILON): of a row's ter
 struct done {
     int has_rates, has_values; /* rates are other ones; inputs or parameters */
 };
-
-/* ---- Energy ---- */
-
-/* Kinetic and potential energy at the begin of the step; 0 where none is asked for. */
-static double energy_of(const struct refdyn_motion *motion) {
-    const struct refdyn_workspace *work = motion->work;
-    const struct refdyn_step *step = &motion->step;
-    double energy[2] = {0, 0};
-    if (motion->options.balance && work->model->energy)
-        work->model->energy(work->p, work->x, step->t_begin, step->state, step->state + step->n, energy);
-    return energy[0] + energy[1];
-}
 
 /* ---- Actions ---- */
 
@@ -173,7 +163,7 @@ static int take_due(struct refdyn_motion *motion) {
     struct refdyn_state_events *events = &motion->state_events;
     struct refdyn_step *step = &motion->step;
     struct done done = {0, 0};
-    const double energy = energy_of(motion);
+    const double energy = refdyn_energy_at_begin(motion);
     int status = REFDYN_OK;
     refdyn_state_events_note(events, step);
     for (int k = 0; k < events->due_named && !status; k++)
@@ -181,10 +171,13 @@ static int take_due(struct refdyn_motion *motion) {
     if (!status && done.has_values)
         take_values(motion);
     if (!status && (done.has_rates || done.has_values)) {
-        step->state[2 * step->n] += energy_of(motion) - energy;
+        refdyn_energy_has_jumped(motion, energy);
         status = go_on(motion);
-    } else if (events->due_count > events->due_named)
+    } else if (!status && events->due_count > events->due_named) {
         refdyn_step_break_off(step, 1);
+        if (refdyn_state_events_pass_kinks(events, step))
+            status = refdyn_rates(&step->evaluation, step->t_begin, step->state, step->rates);
+    }
     if (!status)
         refdyn_state_events_settle(events, step);
     return status;
@@ -197,5 +190,7 @@ int refdyn_event_actions_take(struct refdyn_motion *motion) {
         return REFDYN_EVENTS_ACCUMULATE;
     if (events->due_count > 0)
         status = take_due(motion);
-    return status ? status : refdyn_state_events_begin(events, &motion->step);
+    if (!status)
+        status = refdyn_state_events_begin(events, &motion->step);
+    return status ? status : refdyn_sliding_look(motion);
 }

@@ -6,7 +6,7 @@
 
 /*
  * Before a step: what is due happens at its begin, and the motion goes on from there. Then other events may
- * be due, of which the caller is told first. Errors: EVENTS_ACCUMULATE; EVENT_NOT_MET; those of
+ * be due, of which the caller is told first. Errors: EVENTS_ACCUMULATE; EVENT_NOT_MET; SLIDES; those of
  * refdyn_accelerate and, where rows are met by projection, of refdyn_project.
  */
 int refdyn_event_actions_take(struct refdyn_motion *motion);

@@ -15,6 +15,7 @@
 
 #include "constraints/constraints.h"
 #include "linear/dense.h"
+#include "motion/energy_jumps.h"
 
 /* Coefficients that are continuous differ less across an event, as a part of the row's largest. */
 static double negligible(void) {
@@ -80,9 +81,12 @@ int refdyn_rows_take_new(struct refdyn_motion *motion) {
     motion->rows_change = 0;
     refdyn_programme_forget(&motion->programme);
     refdyn_linear_drop_factors(&motion->linear);
+    const double energy = refdyn_energy_at_begin(motion);
     int status = refdyn_equations(work, step->t_begin, step->state, step->state + step->n);
-    if (!status && motion->options.stabilise == REFDYN_PROJECT)
+    if (!status && motion->options.stabilise == REFDYN_PROJECT) {
         status = meet_new(motion);
+        refdyn_energy_has_jumped(motion, energy);
+    }
     if (!status)
         status = refdyn_partition_renew(work);
     if (!status)

@@ -49,6 +49,7 @@ void refdyn_state_events_lay_out(struct refdyn_state_events *events, const struc
     events->side_end = layout_ints(layout, count);
     events->towards = layout_ints(layout, count);
     events->due = layout_ints(layout, count);
+    events->returns = layout_ints(layout, count);
     events->samples = layout_doubles(layout, (SAMPLES + 1) * count);
     events->sizes = layout_doubles(layout, count);
     events->zeros = layout_doubles(layout, count);
@@ -181,6 +182,7 @@ int refdyn_state_events_start(struct refdyn_state_events *events, const struct r
     events->repeats = events->looks_again = 0;
     if (events->count == 0)
         return REFDYN_OK;
+    memset(events->returns, 0, (size_t)events->count * sizeof *events->returns);
     evaluate(events, step, step->t_begin, step->state);
     if (!refdyn_is_finite(events->values, events->count))
         return REFDYN_NOT_FINITE;
@@ -303,6 +305,31 @@ void refdyn_state_events_settle(struct refdyn_state_events *events, const struct
             jump(events, step, i, value);
     }
     note_due(events, step->t_begin);
+}
+
+/* Moves the state along the derivatives `by` (n) of a value, so that it changes so much. */
+static int move_along(const double *by, int n, double change, double *state) {
+    const double square = dense_dot(by, by, n);
+    if (square > 0)
+        dense_add(state, change / square, by, n);
+    return square > 0;
+}
+
+int refdyn_state_events_pass_kinks(struct refdyn_state_events *events, struct refdyn_step *step) {
+    const int n = step->n;
+    int has_moved = 0;
+    for (int k = events->due_named; k < events->due_count; k++) {
+        const int i = events->due[k];
+        evaluate(events, step, step->t_begin, step->state);
+        const struct assessed now = assess(events, step, i, step->t_begin, step->state, step->rates);
+        const double margin = fmax(4 * now.noise, DBL_EPSILON * events->sizes[i]);
+        const double change = events->towards[i] * margin - events->values[i];
+        const double *by_qd = refdyn_state_events_by_qd(events, n, i);
+        if (events->towards[i] * change > 0)
+            has_moved |= move_along(by_qd, n, change, step->state + n) ||
+                         move_along(by_qd - events->count * n, n, change, step->state);
+    }
+    return has_moved;
 }
 
 /* ---- Zeros on the interpolant ---- */
@@ -542,9 +569,9 @@ static void end_on_zero(struct refdyn_state_events *events, struct refdyn_step *
         int side;
         const int has_crossed = find_crossing(events, step, i, &side) > 0;
         const struct assessed end = assess(events, step, i, t, step->state_new, step->rates_new);
-        const int is_about_to = side * end.rate < 0 && watches(step, i, -side) &&
-                                fabs(value_at_end(events, i)) <=
-                                    fmax(end.noise, fabs(end.rate) * refdyn_state_events_blur(t));
+        const int is_about_to =
+            side * end.rate < 0 && watches(step, i, -side) &&
+            fabs(value_at_end(events, i)) <= fmax(end.noise, fabs(end.rate) * refdyn_state_events_blur(t));
         events->side[i] = side;
         if (is_about_to)
             events->towards[i] = -side;

@@ -28,6 +28,7 @@ struct refdyn_state_events {
     int *towards;  /* (count) the side to which the last crossing that was found leads */
     int *due;      /* (due_count) those that happen at the end of the last step, ascending */
     int due_count;
+    int *returns;    /* (count) short steps that have stayed at a kink which leads back: sliding.h */
     int due_named;   /* of these, events */
     int is_told;     /* the caller has been told of them */
     int looks_again; /* values may have jumped: inputs, parameters, the state or formulas of time have */
@@ -67,10 +68,18 @@ int refdyn_state_events_accumulate(const struct refdyn_state_events *events);
 /* The same, where the step is too long for its error: *t_event is the first zero in it, or INFINITY. */
 void refdyn_state_events_look_early(struct refdyn_state_events *events, struct refdyn_step *step,
                                     double least, double *t_event);
+/* Steps leave kinks that are due on the side to which they have crossed, which forces that jump there have to
+ * see: moves the state at the begin of the step beyond them, by rounding. Has it moved? */
+int refdyn_state_events_pass_kinks(struct refdyn_state_events *events, struct refdyn_step *step);
 /* What is due is about to happen at the begin of the step: notes the values before, and their rates. */
 void refdyn_state_events_note(struct refdyn_state_events *events, const struct refdyn_step *step);
 /* It has happened: on which side values are now, and what is due since others have jumped. */
 void refdyn_state_events_settle(struct refdyn_state_events *events, const struct refdyn_step *step);
+/* (n) Derivatives by qd of value i, in the terms. */
+static inline const double *refdyn_state_events_by_qd(const struct refdyn_state_events *events, int n,
+                                                      int i) {
+    return events->terms + events->count * (1 + n) + i * n;
+}
 /* An event may lie so far beside the time at which it would, by rounding of states [s]. */
 double refdyn_state_events_blur(double t);
 /* Is there something that the caller is to be told before the motion goes on? */

@@ -135,9 +135,13 @@ static void print_failure(const struct trial *trial) {
             integrator->options.singular == REFDYN_STOP)
             fputs("refdyn: --singular pass leads through where a branch can be followed\n", stderr);
         print_refused(&integrator->refused);
-        if (trial->result == REFDYN_STEP_TOO_SMALL && has_friction(integrator))
+        if (trial->result == REFDYN_SLIDES ||
+            (trial->result == REFDYN_STEP_TOO_SMALL && has_friction(integrator)))
             fputs("refdyn: a force jumps, or reaches a limit, as a rate passes a value: friction needs a "
                   "width, as that of rd.friction(level, rate, width), of 1e-10 or more\n",
+                  stderr);
+        if (trial->result == REFDYN_SLIDES)
+            fputs("refdyn: a switch, as of a relay, needs two levels: two events that set an input\n",
                   stderr);
         if (trial->result > REFDYN_OK && !trial->unfit)
             fputs("refdyn: a smaller --step or --tol may help\n", stderr);
