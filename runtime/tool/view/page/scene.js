@@ -58,7 +58,7 @@ function makeTriad(camera) {
         const end = [0, 0, 0];
         end[axis] = 1;
         const material = new THREE.MeshBasicMaterial({color: shownColour(colour)});
-        scene.add(fixedMesh(unitShape(1, 0), material, stickMatrix([0, 0, 0], end, 0.035)));
+        scene.add(fixedMesh(unitShape(1, 0, 8), material, stickMatrix([0, 0, 0], end, 0.035)));
         scene.add(letterAt("xyz"[axis], end, 0.55, `#${shownColour(colour).getHexString()}`, 0));
     });
     const lens = new THREE.OrthographicCamera(-1.6, 1.6, 1.6, -1.6, 0, 10);
