@@ -11,7 +11,7 @@ function pageColour(name) {
 /* On a dark page dark colours of the palette would not be seen. */
 function shownColour(colour) {
     const isDark = pageColour("--is-dark") === "1";
-    return isDark ? new THREE.Color(colour).lerp(new THREE.Color(0xffffff), 0.28) : new THREE.Color(colour);
+    return isDark ? new THREE.Color(colour).lerp(new THREE.Color(0xffffff), 0.36) : new THREE.Color(colour);
 }
 
 function joinBoxes(boxes) {
