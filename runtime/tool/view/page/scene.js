@@ -118,7 +118,7 @@ function makeRenderer(canvas, antialias) {
 
 /* ---- Sharpness: pixels of the picture over those of the page, of what stands still and of what moves ---- */
 
-const SLOW = 30, COARSEST = 0.5; /* a picture every 30 ms is 33 a second */
+const SLOW = 34, COARSEST = 0.5; /* a picture every 34 ms is 30 a second */
 
 /* Software takes as long as there are pixels: it smooths edges by more of them where nothing moves. */
 function sharpnessOf(isSoftware) {
