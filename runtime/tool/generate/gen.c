@@ -3,7 +3,11 @@
  * what was read of a model. Take a scene that is read, give files or text on stdout.
  */
 #include "command_line/commands.h"
+#include "figures/picture.h"
 #include "system/output_file.h"
+#include "view/model_drawing.h"
+
+#include <stdlib.h>
 
 /* All files are written before the first one gets its name. */
 static bool write_files(struct scene *scene, const char *folder) {
@@ -71,10 +75,30 @@ enum status run_gen(const struct options *options) {
     return scene_run(options, 0, NULL, generate);
 }
 
+/* The picture of --draw. */
+static enum status draw_model(struct scene *scene, const struct options *options) {
+    const struct picture_format *format = picture_format_of(options->draw);
+    char *svg;
+    size_t size;
+    if (!format)
+        return usage_error(options->command, "--draw: '%s' ends in none of .svg, .png, .pdf", options->draw);
+    scene_spare_sources(scene, &scene->targets);
+    struct target *target = picture_can_write(format) ? target_open(&scene->targets, options->draw) : NULL;
+    if (!target)
+        return STATUS_FAULT;
+    FILE *out = text_stream(&svg, &size);
+    model_drawing_put(out, &scene->generation);
+    fclose(out);
+    const bool is_good = picture_write(format, svg, target->file) && target_finish(target);
+    free(svg);
+    return is_good ? STATUS_DONE : STATUS_FAULT;
+}
+
 static enum status check(struct scene *scene, const struct options *options) {
-    (void)options;
-    gen_print_model(&scene->generation, stdout);
-    return STATUS_DONE;
+    const enum status status = options->draw ? draw_model(scene, options) : STATUS_DONE;
+    if (status == STATUS_DONE)
+        gen_print_model(&scene->generation, stdout);
+    return status;
 }
 
 enum status run_check(const struct options *options) {

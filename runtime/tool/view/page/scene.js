@@ -11,7 +11,7 @@ function pageColour(name) {
 /* On a dark page dark colours of the palette would not be seen. */
 function shownColour(colour) {
     const isDark = pageColour("--is-dark") === "1";
-    return isDark ? new THREE.Color(colour).lerp(new THREE.Color(0xffffff), 0.28) : new THREE.Color(colour);
+    return isDark ? new THREE.Color(colour).lerp(new THREE.Color(0xffffff), 0.36) : new THREE.Color(colour);
 }
 
 function joinBoxes(boxes) {
@@ -58,7 +58,7 @@ function makeTriad(camera) {
         const end = [0, 0, 0];
         end[axis] = 1;
         const material = new THREE.MeshBasicMaterial({color: shownColour(colour)});
-        scene.add(fixedMesh(unitShape(1, 0), material, stickMatrix([0, 0, 0], end, 0.035)));
+        scene.add(fixedMesh(unitShape(1, 0, 8), material, stickMatrix([0, 0, 0], end, 0.035)));
         scene.add(letterAt("xyz"[axis], end, 0.55, `#${shownColour(colour).getHexString()}`, 0));
     });
     const lens = new THREE.OrthographicCamera(-1.6, 1.6, 1.6, -1.6, 0, 10);
@@ -118,7 +118,7 @@ function makeRenderer(canvas, antialias) {
 
 /* ---- Sharpness: pixels of the picture over those of the page, of what stands still and of what moves ---- */
 
-const SLOW = 30, COARSEST = 0.5; /* a picture every 30 ms is 33 a second */
+const SLOW = 34, COARSEST = 0.5; /* a picture every 34 ms is 30 a second */
 
 /* Software takes as long as there are pixels: it smooths edges by more of them where nothing moves. */
 function sharpnessOf(isSoftware) {

@@ -8,19 +8,26 @@
 const SIZE = {stick: 0.0045, joint: 0.013, point: 0.011, thread: 0.0022, arrow: 0.25, triad: 0.06, letter: 0.036};
 
 /* Of length and width 1; a box and a cylinder from x = 0 along x: see shapes.h. */
-function unitShape(kind, bore) {
+function unitShape(kind, bore, sides) {
     if (kind === 0)
-        return new THREE.SphereBufferGeometry(0.5, 20, 14);
+        return new THREE.SphereBufferGeometry(0.5, sides, 0.7 * sides);
     if (kind === 2)
         return new THREE.BoxBufferGeometry(1, 1, 1).translate(0.5, 0, 0);
-    return turnedTube(bore / 2, 0.5);
+    return turnedTube(bore / 2, 0.5, sides);
 }
 
-/* Each edge is there twice, so that faces meet sharply. */
-function turnedTube(inner, outer) {
-    const corners = [[inner, 0], [outer, 0], [outer, 0], [outer, 1], [outer, 1], [inner, 1], [inner, 1], [inner, 0]];
+/* Each edge is there twice, so that faces meet sharply; a rod has no inner wall. */
+function turnedTube(inner, outer, sides) {
+    const wall = [[inner, 0], [outer, 0], [outer, 0], [outer, 1], [outer, 1], [inner, 1]];
+    const corners = inner > 0 ? [...wall, [inner, 1], [inner, 0]] : wall;
     const profile = corners.map(([radius, height]) => new THREE.Vector2(radius, height));
-    return new THREE.LatheBufferGeometry(profile, 16).rotateZ(-Math.PI / 2);
+    return new THREE.LatheBufferGeometry(profile, sides).rotateZ(-Math.PI / 2);
+}
+
+/* What is thin has few sides: more of them cannot be seen, and take time where a program draws. */
+function sidesOf(body, matrix) {
+    const scale = new THREE.Vector3().setFromMatrixScale(matrix);
+    return Math.max(scale.y, scale.z) < 0.02 * body.size ? 8 : 20;
 }
 
 /* The matrix of a map x -> M x + p, given as M row by row, then p. */
@@ -59,9 +66,9 @@ function groupOf(body, frame) {
 
 /* `matrix` maps the unit shape to the axes of the frame. */
 function addPart(body, kind, bore, material, frame, matrix) {
-    const key = `${kind} ${bore} ${material.uuid}`;
+    const sides = sidesOf(body, matrix), key = `${kind} ${bore} ${sides} ${material.uuid}`;
     if (!body.parts.has(key))
-        body.parts.set(key, {geometry: unitShape(kind, bore), material, places: []});
+        body.parts.set(key, {geometry: unitShape(kind, bore, sides), material, places: []});
     body.parts.get(key).places.push({frame, matrix});
 }
 
@@ -119,7 +126,7 @@ function addJoints(body, material) {
 }
 
 function addRail(body, frame, material) {
-    const mesh = fixedMesh(unitShape(1, 0), material, new THREE.Matrix4());
+    const mesh = fixedMesh(unitShape(1, 0, 8), material, new THREE.Matrix4());
     groupOf(body, frame).add(mesh);
     return mesh;
 }
@@ -235,7 +242,7 @@ function addTrails(body, colour) {
 function forceGeometry(isTurn) {
     const tip = new THREE.ConeBufferGeometry(0.07, 0.22, 16);
     if (!isTurn)
-        return [turnedTube(0, 0.025).scale(0.8, 1, 1), tip.rotateZ(-Math.PI / 2).translate(0.89, 0, 0)];
+        return [turnedTube(0, 0.025, 12).scale(0.8, 1, 1), tip.rotateZ(-Math.PI / 2).translate(0.89, 0, 0)];
     const bow = new THREE.TorusBufferGeometry(0.5, 0.025, 8, 36, 1.5 * Math.PI).rotateY(Math.PI / 2);
     return [bow, tip.rotateX(-Math.PI / 2).translate(0, -0.5, 0)];
 }
