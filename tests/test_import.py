@@ -191,11 +191,30 @@ def test_floating_root(tmp_path):
     assert found[0]["coordinates"][:6] == ["base_x", "base_y", "base_z", "base_psi", "base_theta", "base_phi"] and found[0] == found[1]
 
 
-def test_impossible_inertia(tmp_path):
+IMPOSSIBLE = {
+    "triangle": ("0.3 0.4 0.9 0 0 0", "0.4 0.5 0.9 with 0 0 0"), "negative": ("-0.1 0.3 0.3 0 0 0", "0 0.35 0.35 with 0 0 0"),
+    "products": ("0.4 0.4 0.4 0.5 0 0", "0.55 0.55 0.7 with 0.35 0 0"), "products alone": ("0 0 0 0.2 0 0", "0.1 0.1 0.2 with 0.1 0 0"),
+}
+
+
+@pytest.mark.parametrize("which", IMPOSSIBLE)
+def test_impossible_inertia(which, tmp_path):
     """Becomes the nearest one that a body has, which the generator takes."""
-    text = HEAD + PAIR.replace('izz="0.5"', 'izz="0.9"') + joint() + "</robot>"
+    numbers, mended = IMPOSSIBLE[which]
+    given = numbers.split()
+    inertia = " ".join(f'{name}="{number}"' for name, number in zip(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), given))
+    text = HEAD + re.sub("<inertia .*?/>", f"<inertia {inertia}/>", PAIR) + joint() + "</robot>"
+    said = imported(tmp_path, text)[1]
+    assert said.startswith(f"r.urdf:3: warning: link b: no body has the moments {' '.join(given[:3])} with the products {' '.join(given[3:])}, "
+                           f"the nearest that one has are taken: {mended}\n"), said
+    refdyn("check", tmp_path / "r.lua")
+
+
+def test_moments_of_plane_robots(tmp_path):
+    """A link that turns about one axis may have the moment about it alone."""
+    text = HEAD + PAIR.replace('ixx="0.3"', 'ixx="-1e-20"').replace('iyy="0.4"', 'iyy="0"') + joint('<axis xyz="0 0 1"/>') + "</robot>"
     model, said = imported(tmp_path, text)
-    assert said.startswith("r.urdf:3: warning: link b: no body has the inertia ixx 0.3 iyy 0.4 izz 0.9, the nearest that one has is taken: 0.4 0.5 0.9\n")
+    assert "warning" not in said and "inertia = { zz = 0.5 }" in model
     refdyn("check", tmp_path / "r.lua")
 
 

@@ -144,14 +144,14 @@ static void warn_of_joint(const struct robot *robot, const struct robot_joint *j
 static void mend_inertias(struct robot *robot) {
     for (int i = 0; i < robot->link_count; i++) {
         struct robot_link *link = &robot->links[i];
-        double *I = link->inertia;
-        const double was[3] = {I[0], I[1], I[2]};
-        if (inertia_mend(I))
-            robot_warn(
-                robot, link->line,
-                "link %s: no body has the inertia ixx %g iyy %g izz %g, the nearest that one has is taken: "
-                "%g %g %g",
-                link->name, was[0], was[1], was[2], I[0], I[1], I[2]);
+        const double *I = link->inertia, was[6] = {I[0], I[1], I[2], I[3], I[4], I[5]};
+        if (inertia_mend(link->inertia))
+            robot_warn(robot, link->line,
+                       "link %s: no body has the moments %g %g %g with the products %g %g %g, the nearest "
+                       "that one has are "
+                       "taken: %g %g %g with %g %g %g",
+                       link->name, was[0], was[1], was[2], was[3], was[4], was[5], I[0], I[1], I[2], I[3],
+                       I[4], I[5]);
     }
 }
 

@@ -7,6 +7,7 @@
 
 #include <math.h>
 #include <stdarg.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum { WIDTH = 120 };
@@ -23,8 +24,14 @@ struct writer {
 
 /* ---- numbers and fields ---- */
 
+/* "7e10" where that is the value. */
 static const char *number(double value) {
     char text[NUMBER_LENGTH];
+    double same;
+    snprintf(text, sizeof text, "%g", value);
+    const char *plus = strstr(text, "e+");
+    if (plus && text_to_number(text, &same) && same == value)
+        return text_format("%.*se%d", (int)(plus - text), text, atoi(plus + 2));
     return text_format("%s", exact_text(value, text));
 }
 
