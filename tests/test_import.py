@@ -141,6 +141,7 @@ WRONG_USE = {
     "--flexible: --section is missing": ["--flexible", "b", "--E", "1e9"], "--flexible: --E is missing": ["--flexible", "b", "--section", "round:1"],
     "--nu: '0.6' is no number above -1 and up to 0.5": ["--flexible", "b", *BEAM, "--nu", "0.6"],
     "--eta: '-1' is no number from 0 on": ["--flexible", "b", *BEAM, "--eta", "-1"], "--tip: '1,2' is not of the form x,y,z": ["--flexible", "b", *BEAM, "--tip", "1,2"],
+    "--tip: it is that of one link, --flexible has several": ["--flexible", "a,b", *BEAM, "--tip", "1,2,3"],
     **{f"--section: '{shape}' is none of round:DIAMETER, tube:OUTER:INNER, rectangle:WIDTH_Y:HEIGHT_Z": ["--flexible", "b", "--E", "1e9", "--section", shape]
        for shape in ("round", "round:", "round:0", "round:1:2", "tube:1", "tube:1:1", "tube:1:2", "rectangle:1", "rectangle:1:-1", "box:1:1", "round:nan", "round:1e-90")},
 }

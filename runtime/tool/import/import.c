@@ -99,6 +99,8 @@ static enum status take_beam(const struct options *options, struct beam_choice *
         return option_error(options, "eta", ": '%s' is no number from 0 on", options->eta);
     if (options->tip && !take_numbers(text_format("%s", options->tip), ",", tip, 3))
         return option_error(options, "tip", ": '%s' is not of the form x,y,z", options->tip);
+    if (options->tip && strchr(options->flexible, ','))
+        return option_error(options, "tip", ": it is that of one link, --flexible has several");
     beam->rfe = options->rfe > 0 ? (int)options->rfe : beam->rfe;
     beam->tip = options->tip ? tip : NULL;
     return STATUS_DONE;
