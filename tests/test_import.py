@@ -249,6 +249,16 @@ def test_right_angles(tmp_path):
     assert 'turn = { { "z", rd.pi / 4 }, { "y", -rd.pi / 2 }, { "x", rd.pi } }' in model
 
 
+def test_angles_that_are_nearly_right(tmp_path):
+    text = HEAD + PAIR + joint('<origin rpy="1.57079 -3.1416 0.3"/>') + joint('<origin rpy="-4.7124 6.28318531 1.58"/>', "k", "fixed", child="c") + '<link name="c"/></robot>'
+    model, said = imported(tmp_path, text)
+    assert "4 angles are right ones but for 1.1e-05 rad at most: --right-angles 2e-05 takes them as these, which costs fewer operations\n" in said
+    assert 'turn = { { "z", 0.3 }, { "y", -3.1416 }, { "x", 1.57079 } }' in model
+    model, said = imported(tmp_path, text, "--right-angles", "2e-5")
+    assert "right ones" not in said and 'turn = { { "z", 0.3 }, { "y", -rd.pi }, { "x", rd.pi / 2 } }' in model
+    assert 'turn = { { "z", 1.58 }, { "x", rd.pi / 2 } }' in model
+
+
 # ---- What is left out, and what is refused ----
 
 LEFT_OUT = {

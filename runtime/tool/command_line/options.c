@@ -118,6 +118,8 @@ static const struct rule rules[] = {
     {"rfe", "N", KIND_COUNT, FIELD(rfe), "rigid finite elements of a beam (default 4)"},
     {"friction-width", "RATE", KIND_POSITIVE, FIELD(friction_width),
      "take dry friction, smooth over this rate [rad/s, m/s] (default: it is left out)"},
+    {"right-angles", "TOL", KIND_POSITIVE, FIELD(right_angles),
+     "take angles of frames that are as near to right ones as these [rad]"},
     {"floating", NULL, KIND_FLAG, FIELD(floating),
      "the root moves freely (default: it stands on the ground)"},
     {"set", "NAME=VALUE", KIND_SETTING, 0, "set an option or a parameter of the model (repeatable)"},
