@@ -1,14 +1,14 @@
 """`refdyn import`: robots of robots/ against Pinocchio's values, links as beams, names, and every file that is refused."""
 import json
 import math
-import os
 import pathlib
 import re
+import sys
 
 import numpy
 import pytest
 
-from program import LONG, SCALE, TESTS, check, close, evaluate, oracle, refdyn
+from program import LONG, TESTS, check, close, evaluate, oracle, refdyn
 
 ROBOTS = TESTS / "robots"
 REFERENCES = oracle("import")
@@ -58,3 +58,345 @@ def test_equations_are_pinocchios(robot, tmp_path):
     model = undamped(model_of(tmp_path, (ROBOTS / f"{robot}.urdf").read_text()))
     for state in REFERENCES[robot]["states"]:
         check(compare(model, REFERENCES[robot]["coordinates"], state))
+
+
+# ---- Links as beams ----
+
+BEAM = ["--section", "tube:0.043:0.031", "--E", "7.1e10"]
+OBLIQUE = ["--tip", "0.13,-0.27,0.19"]
+BEAMS = {"upper of two": ("two", "upper", []), "fore of seven": ("seven", "fore", OBLIQUE + ["--rfe", "2", "--section", "rectangle:0.05:0.021"])}
+if LONG:
+    BEAMS |= {"fore of two": ("two", "fore", OBLIQUE), "column of seven": ("seven", "column", []),
+              "carriage of seven": ("seven", "carriage", ["--tip", "0,0,-0.4", "--rfe", "7", "--section", "round:0.017"])}
+
+
+def with_beam(folder, robot, link, more):
+    section = BEAM[2:] if "--section" in more else BEAM
+    return undamped(model_of(folder, (ROBOTS / f"{robot}.urdf").read_text(), "--flexible", link, *section, *more))
+
+
+@pytest.mark.parametrize("which", BEAMS)
+def test_straight_beam_is_the_link(which, tmp_path):
+    """Mass, centre and inertia of a beam and its rest are the link's, and what it carries is in its place."""
+    robot, link, more = BEAMS[which]
+    model, rigid = with_beam(tmp_path, robot, link, more), REFERENCES[robot]
+    own = json.loads(refdyn("eval", model).stdout)["coordinates"]
+    place = [own.index(name) for name in rigid["coordinates"]]
+    assert len(own) > len(place)
+    for state in rigid["states"]:
+        q, qd = numpy.zeros((2, len(own)))
+        q[place], qd[place] = state["q"], state["qd"]
+        found = evaluate(model, {"q": q.tolist(), "qd": qd.tolist()})
+        check([close("M", numpy.array(found["M"])[numpy.ix_(place, place)], state["M"], TOLERANCE),
+               close("h + Q", numpy.add(found["h"], found["Q"])[place], state["f"], TOLERANCE)])
+
+
+def test_stiff_beam_tends_to_the_link(tmp_path):
+    """What bears gravity at the joints differs from the rigid robot's in proportion to 1/E."""
+    text = (ROBOTS / "two.urdf").read_text().replace('<axis xyz="0 0 1"/>', '<axis xyz="0.3 -0.5 0.2"/>')
+    rigid = json.loads(refdyn("statics", model_of(tmp_path, text)).stdout)["hold_force"]
+    flexible, errors = model_of(tmp_path, text, "--flexible", "upper", *BEAM), []
+    for E in "7.1e9", "7.1e15":
+        found = json.loads(refdyn("statics", flexible, "--set", f"E={E}").stdout)["hold_force"]
+        errors.append(numpy.abs(numpy.subtract(found, rigid)).max() / numpy.abs(rigid).max())
+    assert 1e-3 < errors[0] < 0.1 and 0.9e6 < errors[0] / errors[1] < 1.1e6, errors
+
+
+def test_given_density(tmp_path):
+    text = (ROBOTS / "two.urdf").read_text()
+    model, said = imported(tmp_path, text, "--flexible", "upper", *BEAM, "--rho", "431")
+    length = float(re.search(r"length = ([\d.e-]+)", model).group(1))
+    mass = 431 * math.pi / 4 * (0.043**2 - 0.031**2) * length
+    whole, rest = (float(number) for number in re.search(r"of ([\d.]+) kg, rho 431 kg/m\^3; the rest, ([\d.]+) kg", said).groups())
+    assert abs(whole - rest - mass) < 1e-5 * whole and "rho = 431," in model
+    said = imported(tmp_path, text, "--flexible", "upper", *BEAM, "--rho", "1e5", status=1)[1]
+    most = float(re.fullmatch(r"r\.urdf:\d+: link upper: a beam with rho 100000 kg/m\^3 has [\d.]+ kg and leaves a body that cannot exist, "
+                              r"less than ([\d.]+) kg/m\^3 is needed\n", said).group(1))
+    imported(tmp_path, text, "--flexible", "upper", *BEAM, "--rho", str(0.9999 * most))
+    imported(tmp_path, text, "--flexible", "upper", *BEAM, "--rho", str(1.0001 * most), status=1)
+
+
+LINE = PAIR + joint()
+NO_BEAM = {
+    "leaf": (LINE, "b", [], "r.urdf:3: link b: it carries nothing, --tip x,y,z is needed"),
+    "no length": (LINE, "a", [], "r.urdf:2: link a: its tip is its origin, --tip x,y,z is needed"),
+    "no mass": (LINE, "a", OBLIQUE, "r.urdf:2: link a: it has no mass, a beam needs one"),
+    "two tips": (PAIR + joint('<origin xyz="1 0 0"/>') + '<link name="c"/>' + joint('<origin xyz="0 2 0"/>', "k", child="c"), "a", [],
+                 "r.urdf:2: link a: joints j and k begin at different places, --tip x,y,z is needed"),
+    "point": (LINE.replace("0.3", "1e-12").replace("0.4", "1e-12").replace("0.5", "1e-12"), "b", OBLIQUE,
+              "r.urdf:3: link b: its mass and inertia are not those of a body that has a beam of 0.354824 m in it"),
+    "unknown": (LINE, "bb", OBLIQUE, "r.urdf: --flexible: there is no link 'bb', the nearest is 'b'"),
+}
+
+
+@pytest.mark.parametrize("which", NO_BEAM)
+def test_links_that_are_no_beams(which, tmp_path):
+    links, link, more, message = NO_BEAM[which]
+    said = imported(tmp_path, HEAD + links + "</robot>", "--flexible", link, *BEAM, *more, status=1)[1]
+    assert said == message + "\n" and not (tmp_path / "r.lua").exists()
+
+
+WRONG_USE = {
+    "--section: it is of beams, --flexible LINK is missing": ["--section", "round:1"], "--rfe: it is of beams, --flexible LINK is missing": ["--rfe", "3"],
+    "--flexible: --section is missing": ["--flexible", "b", "--E", "1e9"], "--flexible: --E is missing": ["--flexible", "b", "--section", "round:1"],
+    "--nu: '0.6' is no number above -1 and up to 0.5": ["--flexible", "b", *BEAM, "--nu", "0.6"],
+    "--eta: '-1' is no number from 0 on": ["--flexible", "b", *BEAM, "--eta", "-1"], "--tip: '1,2' is not of the form x,y,z": ["--flexible", "b", *BEAM, "--tip", "1,2"],
+    "--tip: it is that of one link, --flexible has several": ["--flexible", "a,b", *BEAM, "--tip", "1,2,3"],
+    **{f"--section: '{shape}' is none of round:DIAMETER, tube:OUTER:INNER, rectangle:WIDTH_Y:HEIGHT_Z": ["--flexible", "b", "--E", "1e9", "--section", shape]
+       for shape in ("round", "round:", "round:0", "round:1:2", "tube:1", "tube:1:1", "tube:1:2", "rectangle:1", "rectangle:1:-1", "box:1:1", "round:nan", "round:1e-90")},
+}
+
+
+@pytest.mark.parametrize("message", WRONG_USE)
+def test_wrong_use(message, tmp_path):
+    said = imported(tmp_path, HEAD + LINE + "</robot>", *WRONG_USE[message], status=2)[1]
+    assert said.splitlines()[0] == f"refdyn import: {message}" and not (tmp_path / "r.lua").exists()
+
+
+# ---- What else a joint has ----
+
+def test_damping_and_friction(tmp_path):
+    text = (ROBOTS / "gripper.urdf").read_text()
+    names, states = REFERENCES["gripper"]["coordinates"], REFERENCES["gripper"]["states"]
+    model, said = imported(tmp_path, text, "--friction-width", "0.37")
+    assert "friction" not in said
+    own = json.loads(refdyn("eval", tmp_path / "r.lua").stdout)["coordinates"]
+    place = [names.index(name) for name in own]
+    for state in states:
+        q, qd, f = ([state[key][i] for i in place] for key in ("q", "qd", "f"))
+        found = evaluate(tmp_path / "r.lua", {"q": q, "qd": qd})
+        for name, damping, level in ("wrist_psi", 0.137, 0.42), ("left_y", 3.21, 1.7):
+            i = own.index(name)
+            f[i] -= damping * qd[i] + level * math.tanh(qd[i] / 0.37)
+        check([close("h + Q", numpy.add(found["h"], found["Q"]), f, TOLERANCE)])
+
+
+def test_joints_that_follow(tmp_path):
+    """right = -1.25 left + 0.0042, cover = 3.7 right; left starts in the middle of its range, which 0 is not in."""
+    model = model_of(tmp_path, (ROBOTS / "gripper.urdf").read_text(), "--friction-width", "0.37")
+    own = json.loads(refdyn("eval", model).stdout)["coordinates"]
+    psi, left, right, cover = (own.index(name) for name in ("wrist_psi", "left_y", "right_y", "cover_psi"))
+    start = evaluate(model)
+    assert max(map(abs, start["phi"])) < 1e-16 and start["u"][0][left] == 1.25 and start["u"][1][right] == -3.7
+    q = [0.0] * 4
+    q[psi], q[left], q[right], q[cover] = 0.3, 0.07, -0.11, 0.9
+    check([close("phi", evaluate(model, {"q": q})["phi"], [-0.11 + 1.25 * 0.07 - 0.0042, 0.9 + 3.7 * 0.11], 1e-15)])
+    assert 'start = { y = 0.05 }' in model.read_text()
+
+
+def test_floating_root(tmp_path):
+    """As a floating joint between the ground and the root."""
+    text = (ROBOTS / "two.urdf").read_text()
+    other = text.replace('<link name="base">', '<link name="world"/>\n' + joint(kind="floating", parent="world", child="base") + '<link name="base">')
+    found = [json.loads(refdyn("eval", model_of(tmp_path, *arguments)).stdout) for arguments in ((text, "--floating"), (other,))]
+    assert found[0]["coordinates"][:6] == ["base_x", "base_y", "base_z", "base_psi", "base_theta", "base_phi"] and found[0] == found[1]
+
+
+IMPOSSIBLE = {
+    "triangle": ("0.3 0.4 0.9 0 0 0", "0.4 0.5 0.9 with 0 0 0"), "negative": ("-0.1 0.3 0.3 0 0 0", "0 0.35 0.35 with 0 0 0"),
+    "products": ("0.4 0.4 0.4 0.5 0 0", "0.55 0.55 0.7 with 0.35 0 0"), "products alone": ("0 0 0 0.2 0 0", "0.1 0.1 0.2 with 0.1 0 0"),
+}
+
+
+@pytest.mark.parametrize("which", IMPOSSIBLE)
+def test_impossible_inertia(which, tmp_path):
+    """Becomes the nearest one that a body has, which the generator takes."""
+    numbers, mended = IMPOSSIBLE[which]
+    given = numbers.split()
+    inertia = " ".join(f'{name}="{number}"' for name, number in zip(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), given))
+    text = HEAD + re.sub("<inertia .*?/>", f"<inertia {inertia}/>", PAIR) + joint() + "</robot>"
+    said = imported(tmp_path, text)[1]
+    assert said.startswith(f"r.urdf:3: warning: link b: no body has the moments {' '.join(given[:3])} with the products {' '.join(given[3:])}, "
+                           f"the nearest that one has are taken: {mended}\n"), said
+    refdyn("check", tmp_path / "r.lua")
+
+
+def test_moments_of_plane_robots(tmp_path):
+    """A link that turns about one axis may have the moment about it alone."""
+    text = HEAD + PAIR.replace('ixx="0.3"', 'ixx="-1e-20"').replace('iyy="0.4"', 'iyy="0"') + joint('<axis xyz="0 0 1"/>') + "</robot>"
+    model, said = imported(tmp_path, text)
+    assert "warning" not in said and "inertia = { zz = 0.5 }" in model
+    refdyn("check", tmp_path / "r.lua")
+
+
+# ---- Text ----
+
+def test_names(tmp_path):
+    names = ["base link", "base_link", "2nd", "double", "end", "ground", "ä", "a\nb]]", "_lead", "link_2nd", "x" * 150]
+    links = "".join(f'<link name="{name}">{MASS}</link>'.replace("\n", "&#10;") for name in names)
+    joints = "".join(joint(name=str(i), parent="base link", child=name.replace("\n", "&#10;")) for i, name in enumerate(names[1:]))
+    model, _ = imported(tmp_path, HEAD.replace('"r"', '"3 robots"') + links + joints + "</robot>")
+    assert model.splitlines()[1:11] == [
+        "-- Link 'base link' of the file is base_link_1.", "-- Link '2nd' of the file is link_2nd_3.", "-- Link 'double' of the file is link_double.",
+        "-- Link 'end' of the file is link_end.", "-- Link 'ground' of the file is link_ground.", "-- Link 'ä' of the file is link__.",
+        "-- Link 'a\\nb]]' of the file is a_b__.", "-- Link '_lead' of the file is link__lead.",
+        f"-- Link '{'x' * 150}' of the file is {'x' * 100}.", 'local rd = require "refdyn"']
+    assert 'name = "robot_3_robots"' in model
+    refdyn("check", tmp_path / "r.lua")
+
+
+def test_text_is_the_same_each_time(tmp_path):
+    text = (ROBOTS / "seven.urdf").read_text()
+    model, _ = imported(tmp_path, text, "--flexible", "column", *BEAM)
+    again = refdyn("import", "r.urdf", "--flexible", "column", *BEAM, cwd=tmp_path).stdout
+    assert model == again and max(map(len, model.splitlines())) <= 130
+    assert set(re.findall(r"[\d.]+e-1\d+", model)) == set()
+
+
+def test_right_angles(tmp_path):
+    angles = [math.pi, -math.pi / 2, math.pi / 4]
+    model, _ = imported(tmp_path, HEAD + PAIR + joint(f'<origin rpy="{angles[0]!r} {angles[1]!r} {angles[2]!r}"/>') + "</robot>")
+    assert 'turn = { { "z", rd.pi / 4 }, { "y", -rd.pi / 2 }, { "x", rd.pi } }' in model
+
+
+def test_angles_that_are_nearly_right(tmp_path):
+    text = HEAD + PAIR + joint('<origin rpy="1.57079 -3.1416 0.3"/>') + joint('<origin rpy="-4.7124 6.28318531 1.58"/>', "k", "fixed", child="c") + '<link name="c"/></robot>'
+    model, said = imported(tmp_path, text)
+    assert "4 angles are right ones but for 1.1e-05 rad at most: --right-angles 2e-05 takes them as these, which costs fewer operations\n" in said
+    assert 'turn = { { "z", 0.3 }, { "y", -3.1416 }, { "x", 1.57079 } }' in model
+    model, said = imported(tmp_path, text, "--right-angles", "2e-5")
+    assert "right ones" not in said and 'turn = { { "z", 0.3 }, { "y", -rd.pi }, { "x", rd.pi / 2 } }' in model
+    assert 'turn = { { "z", 1.58 }, { "x", rd.pi / 2 } }' in model
+
+
+# ---- What is left out, and what is refused ----
+
+LEFT_OUT = {
+    "shapes": ('<link name="a"><visual><geometry><mesh filename="x.stl"/></geometry></visual><collision/></link>\n<link name="b">' + MASS + '<visual/>\n<visual/></link>'
+               + joint(), ["r.urdf:2: warning: <visual> in <link>, 3 in all with 1 meshes, left out: shapes do not enter the dynamics",
+                           "r.urdf:2: warning: <collision> in <link>, 1 in all, left out: shapes do not enter the dynamics"]),
+    "drives": (LINE + '<transmission name="t"><type>x</type><actuator name="m"/></transmission><gazebo reference="a"><sensor/></gazebo>',
+               ["r.urdf:5: warning: <transmission> in <robot>, 1 in all, left out: only rotors as <drake:rotor_inertia> are taken",
+                "r.urdf:5: warning: <gazebo> in <robot>, 1 in all, left out: it is for Gazebo"]),
+    "sensor": (LINE + '<sensor name="s"/>', ["r.urdf:5: warning: <sensor> in <robot>, 1 in all, left out: it is not known"]),
+    "joint": (PAIR + joint('<safety_controller k_velocity="1"/><calibration rising="0"/>\n<limit uper="3"/>'),
+              ["r.urdf:4: warning: <safety_controller> in <joint>, 1 in all, left out: controllers are written in Lua",
+               "r.urdf:4: warning: <calibration> in <joint>, 1 in all, left out: q = 0 is that of the joint",
+               "r.urdf:5: warning: <limit>: attribute uper, 1 in all, left out: it is not known"]),
+    "friction": (PAIR + joint('<dynamics friction="0.7"/>'), ["r.urdf:4: warning: joint j: friction 0.7 is left out, --friction-width RATE takes it"]),
+    "several": (PAIR + joint('<dynamics damping="0.7" friction="2"/>', kind="planar"),
+                ["r.urdf:4: warning: joint j: friction 2 is left out", "r.urdf:4: warning: joint j: damping 0.7 of several coordinates is left out"]),
+    "no mass": (PAIR + joint().replace("/>\n", "/>") + '<link name="c"><inertial><mass value="0"/>' + MASS.partition("/>")[2] + "</link>" + joint(name="k", kind="fixed", child="c"),
+                ["r.urdf:5: warning: link c: an inertia without mass is left out"]),
+}
+
+
+@pytest.mark.parametrize("which", LEFT_OUT)
+def test_what_is_left_out_is_told(which, tmp_path):
+    links, warnings = LEFT_OUT[which]
+    said = imported(tmp_path, HEAD + links + "</robot>")[1].splitlines()
+    assert said[:-1] == warnings and re.fullmatch(r"\d+ links, \d+ joints, \d+ coordinates beside those of beams", said[-1])
+
+
+def with_origin(text):
+    return HEAD + PAIR + joint(f"<origin {text}/>") + "</robot>"
+
+
+def with_mass(mass, inertia="ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'"):
+    return HEAD + f'<link name="a"><inertial>\n<mass value="{mass}"/><inertia {inertia}/></inertial></link></robot>'
+
+
+def with_mimic(text, more="", kind="continuous"):
+    return HEAD + PAIR + '<link name="c"/>' + joint(f"<mimic {text}/>", kind=kind) + joint(more, name="k", child="c") + "</robot>"
+
+
+def links_and(*joints):
+    return HEAD + '<link name="a"/>\n<link name="b"/>\n<link name="c"/>\n' + "".join(joints) + "</robot>"
+
+
+WRONG = {
+    "mismatch": (HEAD + "<link></robot>", ":2: XML: mismatched tag, a well-formed file is needed"),
+    "empty": ("", ":1: XML: no element found, a well-formed file is needed"),
+    "cut": (HEAD + "<link name='a'", ":2: XML: unclosed token, a well-formed file is needed"),
+    "two documents": (HEAD + "</robot><robot/>", ":2: XML: junk after document element, a well-formed file is needed"),
+    "twice": (HEAD + "<link name='a' name='b'/></robot>", ":2: XML: duplicate attribute, a well-formed file is needed"),
+    "encoding": (b'<robot name="\xff"/>', ":1: XML: not well-formed (invalid token), a well-formed file is needed"),
+    "entity": (HEAD + "<link name='&x;'/></robot>", ":2: XML: undefined entity, a well-formed file is needed"),
+    "bomb": ('<!DOCTYPE r [<!ENTITY a "ha"><!ENTITY b "&a;&a;&a;&a;">]>\n' + HEAD + "&b;</robot>", ":1: XML: a document type, which may bring entities, a file without one is needed"),
+    "external": ('<!DOCTYPE r [<!ENTITY a SYSTEM "/etc/passwd">]>\n<robot name="&a;"/>', ":1: XML: a document type, which may bring entities, a file without one is needed"),
+    "deep": (HEAD + "<link>" * 100 + "</link>" * 100 + "</robot>", ":2: XML: elements lie in each other more than 100 deep"),
+    "other root": ("<sdf/>", ":1: robot: the outermost element is <sdf>, <robot> is needed"),
+    "no name": ("<robot/>", ":1: robot: <robot> has no name, which is needed"),
+    "no link": (HEAD + "</robot>", ":1: robot: it has no <link>, at least one is needed"),
+    "macro": (HEAD + '<link name="a">\n<xacro:box/></link></robot>', ":3: xacro: <xacro:box> is a macro, run `xacro FILE > FILE.urdf` first"),
+    "substitution": (with_origin('xyz="0 0 ${h}"'), ":4: joint j: <origin>: xyz: '0 0 ${h}' is of xacro, run `xacro FILE > FILE.urdf` first"),
+    "nameless link": (HEAD + "<link/></robot>", ":2: link: <link> has no name, which is needed"),
+    "empty link": (HEAD + "<link name=''/></robot>", ":2: link: its name is empty, each needs one"),
+    "same link": (HEAD + "<link name='a'/>\n<link name='a'/></robot>", ":3: link a: the name is taken by line 2, each link needs its own"),
+    "two inertials": (HEAD + f"<link name='a'>{MASS}\n{MASS}</link></robot>", ":3: link a: a second <inertial>, the first is in line 2"),
+    "no inertia": (HEAD + "<link name='a'><inertial><mass value='1'/></inertial></link></robot>", ":2: link a: <inertial> has no <inertia>, which is needed"),
+    "no value": (HEAD + "<link name='a'><inertial><mass>1</mass><inertia/></inertial></link></robot>", ":2: link a: <mass> has no value, which is needed"),
+    "negative mass": (with_mass("-2"), ":3: link a: <mass>: value is -2, at least 0 is needed"),
+    "NaN": (with_mass("nan"), ":3: link a: <mass>: value: 'nan' is no number up to 1e100"),
+    "infinite": (with_mass("1e999"), ":3: link a: <mass>: value: '1e999' is no number up to 1e100"),
+    "huge": (with_mass("1e101"), ":3: link a: <mass>: value: '1e101' is no number up to 1e100"),
+    "five moments": (with_mass("1", "ixx='1' ixy='0' ixz='0' iyy='1' izz='1'"), ":3: link a: <inertia> has no iyz, which is needed"),
+    "two numbers": (with_origin('xyz="0 1"'), ":4: joint j: <origin>: xyz: '0 1' has 2 numbers, 3 are needed"),
+    "four numbers": (with_origin('rpy="0 1 2 3"'), ":4: joint j: <origin>: rpy: '0 1 2 3' has 4 numbers, 3 are needed"),
+    "comma": (with_origin('xyz="0,1,2"'), ":4: joint j: <origin>: xyz: '0,1,2' is no number up to 1e100"),
+    "hexadecimal": (with_origin('xyz="0 1 0x10"'), ":4: joint j: <origin>: xyz: '0x10' is no number up to 1e100"),
+    "control": (with_origin('xyz="0 1 &#9;a"'), ":4: joint j: <origin>: xyz: 'a' is no number up to 1e100"),
+    "no type": (HEAD + PAIR + '<joint name="j"/></robot>', ":4: joint j: <joint> has no type, which is needed"),
+    "type": (HEAD + PAIR + joint(kind="ball") + "</robot>", ":4: joint j: type 'ball' is none of fixed, revolute, continuous, prismatic, planar, floating"),
+    "no parent": (HEAD + PAIR + '<joint name="j" type="fixed"><child link="b"/></joint></robot>', ":4: joint j: <joint> has no <parent>, which is needed"),
+    "unknown parent": (HEAD + PAIR.replace('"a"', '"base"') + joint(parent="bse") + "</robot>", ":4: joint j: <parent>: there is no link 'bse', the nearest is 'base'"),
+    "same joint": (links_and(joint(), joint(child="c")), ":6: joint j: the name is taken by line 5, each joint needs its own"),
+    "no axis": (HEAD + PAIR + joint('<axis xyz="0 0 0"/>') + "</robot>", ":4: joint j: <axis>: xyz has length 0, a direction is needed"),
+    "negative damping": (HEAD + PAIR + joint('<dynamics damping="-1"/>') + "</robot>", ":4: joint j: <dynamics>: damping is -1, at least 0 is needed"),
+    "limits": (HEAD + PAIR + joint('<limit lower="1" upper="-1"/>') + "</robot>", ":4: joint j: <limit>: lower 1 is above upper -1"),
+    "two roots": (links_and(joint()), ":4: link c: no joint carries it, nor link a in line 2, one root is needed"),
+    "no root": (HEAD + PAIR + joint() + joint(name="k", parent="b", child="a") + "</robot>", ":1: robot: each link is carried by a joint, a root is needed"),
+    "loop": (links_and(joint(parent="b", child="c"), joint(name="k", parent="c", child="b")), ":4: link c: carries itself in a loop of joints, a URDF is a tree"),
+    "itself": (links_and(joint(), joint(name="k", parent="c", child="c")), ":4: link c: carries itself in a loop of joints, a URDF is a tree"),
+    "two carriers": (links_and(joint(), joint(name="k", child="c"), joint(name="l", parent="b", child="c")),
+                     ":7: joint l: link c is carried by joint k already, which closes a loop: a URDF is a tree"),
+    "mimic unknown": (with_mimic('joint="m"'), ":4: joint j: <mimic>: there is no joint 'm'"),
+    "mimic itself": (with_mimic('joint="j"'), ":4: joint j: <mimic>: it follows itself, a leader that does not is needed"),
+    "mimic in a circle": (with_mimic('joint="k"', '<mimic joint="j"/>'), ":5: joint k: <mimic>: it follows itself, a leader that does not is needed"),
+    "mimic of many": (with_mimic('joint="k"', kind="planar"), ":4: joint j: <mimic>: it is planar, one with one coordinate is needed"),
+    "mimic too far": (links_and(joint('<mimic joint="k" multiplier="1e100"/>'), joint('<mimic joint="l" multiplier="1e100"/>', "k", child="c"),
+                                '<link name="d"/><link name="e"/><link name="f"/>' + joint('<mimic joint="m" multiplier="1e100"/>', "l", child="d"),
+                                joint('<mimic joint="n" multiplier="1e100"/>', "m", child="e"), joint('<limit lower="1" upper="2"/>', "n", "revolute", child="f")),
+                      ":5: joint j: what it follows takes it out of all numbers"),
+    "rotor": (HEAD + LINE + '<transmission name="t"><joint name="x"/><actuator name="m"><drake:rotor_inertia value="1"/></actuator></transmission></robot>',
+              ":5: transmission: <joint>: there is no joint 'x'"),
+    "second rotor": (HEAD + LINE + '<transmission name="t"><joint name="j"/><actuator name="m"><drake:rotor_inertia value="1"/></actuator></transmission>\n' * 2 + "</robot>",
+                     ":6: joint j: a second rotor, one is taken"),
+}
+
+
+@pytest.mark.parametrize("which", WRONG)
+def test_what_is_refused(which, tmp_path):
+    text, message = WRONG[which]
+    said = imported(tmp_path, text, status=1)[1]
+    assert said == f"r.urdf{message}\n" and [path.name for path in tmp_path.iterdir()] == ["r.urdf"]
+
+
+def test_files_of_xacro(tmp_path):
+    said = imported(tmp_path, HEAD + LINE + "</robot>", name="r.urdf.xacro", status=1)[1]
+    assert said == "r.urdf.xacro: xacro: a file of macros, run `xacro FILE > FILE.urdf` first\n"
+
+
+def test_output_is_not_the_file_that_is_read(tmp_path):
+    (tmp_path / "r.urdf").write_text(HEAD + LINE + "</robot>")
+    assert "r.urdf" in refdyn("import", "r.urdf", "-o", "r.urdf", cwd=tmp_path, status=1).stderr
+    assert (tmp_path / "r.urdf").read_text().endswith("</robot>")
+
+
+# ---- Robots of others ----
+
+DESCRIPTIONS = "cmeel.prefix/share/example-robot-data/robots"
+OTHERS = {"ur5": "ur_description/urdf/ur5_robot.urdf", "panda": "panda_description/urdf/panda.urdf"}
+
+
+@pytest.mark.skipif(not LONG, reason="tests/long")
+@pytest.mark.parametrize("robot", OTHERS)
+def test_robots_of_others(robot, tmp_path):
+    """Where Pinocchio and the Python package example-robot-data are installed."""
+    pytest.importorskip("pinocchio")
+    from urdf_by_pinocchio import Reference
+    places = [pathlib.Path(folder) / DESCRIPTIONS / OTHERS[robot] for folder in sys.path]
+    text = next((path.read_text() for path in places if path.exists()), None) or pytest.skip("no example-robot-data")
+    model, reference = undamped(model_of(tmp_path, text)), Reference(text)
+    for state in reference.states(10, robot):
+        check(compare(model, reference.coordinates, state))

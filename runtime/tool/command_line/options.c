@@ -121,6 +121,8 @@ static const struct rule rules[] = {
     {"rfe", "N", KIND_COUNT, FIELD(rfe), "rigid finite elements of a beam (default 4)"},
     {"friction-width", "RATE", KIND_POSITIVE, FIELD(friction_width),
      "take dry friction, smooth over this rate [rad/s, m/s] (default: it is left out)"},
+    {"right-angles", "TOL", KIND_POSITIVE, FIELD(right_angles),
+     "take angles of frames that are as near to right ones as these [rad]"},
     {"floating", NULL, KIND_FLAG, FIELD(floating),
      "the root moves freely (default: it stands on the ground)"},
     {"set", "NAME=VALUE", KIND_SETTING, 0, "set an option or a parameter of the model (repeatable)"},
@@ -133,6 +135,9 @@ static const struct rule rules[] = {
 };
 
 enum { RULE_OUTPUT, RULE_COUNT = sizeof rules / sizeof rules[0] };
+
+/* What getopt_long answers for the first rule: beyond all letters, and its '?' and ':'. */
+enum { FIRST_ANSWER = 256 };
 
 /* Does the command know the option, and does it need it? */
 enum standing { UNKNOWN, KNOWN, NEEDED };
@@ -263,13 +268,13 @@ static const struct command *find_command(const struct command *commands, const 
 }
 
 /* getopt_long's tables: the long options of this command; each option's value is its place in `rules`, plus
- * one. */
+ * FIRST_ANSWER. */
 static void option_table(const struct command *command, struct option *table) {
     for (int i = 0; i < RULE_COUNT; i++)
         if (standing_of(command, &rules[i]) != UNKNOWN)
             *table++ = (struct option){.name = rules[i].name,
                                        .has_arg = rules[i].argument ? required_argument : no_argument,
-                                       .val = i + 1};
+                                       .val = i + FIRST_ANSWER};
     *table = (struct option){.name = NULL};
 }
 
@@ -281,11 +286,12 @@ static const char *nearest_option(const struct option *table, const char *given)
     return message_nearest_name(given, names, count);
 }
 
-/* getopt_long answered `answer`, '?' or ':'; optopt is a letter, or at most RULE_COUNT for a long option. */
+/* getopt_long answered `answer`, '?' or ':'; optopt is a letter, 0, or from FIRST_ANSWER on for a long
+ * option. */
 static enum status wrong_option(const struct command *command, const struct option *table, char **argv,
                                 int answer) {
     char letter[] = {'-', (char)optopt, '\0'};
-    bool is_letter = optopt > RULE_COUNT;
+    bool is_letter = optopt > 0 && optopt < FIRST_ANSWER;
     const char *given = is_letter ? letter : argv[optind - 1];
     if (answer == ':')
         return usage_error(command, "%s needs a value", given);
@@ -495,14 +501,14 @@ static bool read_command(int argc, char **argv, struct options *options, enum st
         if (answer == -1)
             break;
         if (answer == 'o')
-            answer = RULE_OUTPUT + 1;
+            answer = RULE_OUTPUT + FIRST_ANSWER;
         if (answer == '?' || answer == ':')
             *status = wrong_option(options->command, table, argv, answer);
-        else if (rules[answer - 1].kind == KIND_HELP) {
+        else if (rules[answer - FIRST_ANSWER].kind == KIND_HELP) {
             print_command_help(options->command);
             return false;
         } else
-            *status = take_option(options, &rules[answer - 1], &is_taken[answer - 1]);
+            *status = take_option(options, &rules[answer - FIRST_ANSWER], &is_taken[answer - FIRST_ANSWER]);
     }
     options->operands = (const char **)argv + optind;
     options->operand_count = argc - optind;

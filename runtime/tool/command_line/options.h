@@ -53,7 +53,7 @@ struct options {
         *units, *model, *draw, *table, *cases, *of, *slurm_options, *flexible, *section, *tip, *nu, *eta;
     /* 0: not given */
     double until, step, step_max, tolerance, accuracy, every, modes, seconds, threads, chunks, lanes, E, rho,
-        rfe, friction_width;
+        rfe, friction_width, right_angles;
     double case_number; /* -1: not given */
 };
 

@@ -99,6 +99,8 @@ static enum status take_beam(const struct options *options, struct beam_choice *
         return option_error(options, "eta", ": '%s' is no number from 0 on", options->eta);
     if (options->tip && !take_numbers(text_format("%s", options->tip), ",", tip, 3))
         return option_error(options, "tip", ": '%s' is not of the form x,y,z", options->tip);
+    if (options->tip && strchr(options->flexible, ','))
+        return option_error(options, "tip", ": it is that of one link, --flexible has several");
     beam->rfe = options->rfe > 0 ? (int)options->rfe : beam->rfe;
     beam->tip = options->tip ? tip : NULL;
     return STATUS_DONE;
@@ -144,15 +146,53 @@ static void warn_of_joint(const struct robot *robot, const struct robot_joint *j
 static void mend_inertias(struct robot *robot) {
     for (int i = 0; i < robot->link_count; i++) {
         struct robot_link *link = &robot->links[i];
-        double *I = link->inertia;
-        const double was[3] = {I[0], I[1], I[2]};
-        if (inertia_mend(I))
-            robot_warn(
-                robot, link->line,
-                "link %s: no body has the inertia ixx %g iyy %g izz %g, the nearest that one has is taken: "
-                "%g %g %g",
-                link->name, was[0], was[1], was[2], I[0], I[1], I[2]);
+        const double *I = link->inertia, was[6] = {I[0], I[1], I[2], I[3], I[4], I[5]};
+        if (inertia_mend(link->inertia))
+            robot_warn(robot, link->line,
+                       "link %s: no body has the moments %g %g %g with the products %g %g %g, the nearest "
+                       "that one has are "
+                       "taken: %g %g %g with %g %g %g",
+                       link->name, was[0], was[1], was[2], was[3], was[4], was[5], I[0], I[1], I[2], I[3],
+                       I[4], I[5]);
     }
+}
+
+/* Of frames as they are read: how many are nearly right angles, and how far from these. */
+struct nearly_right {
+    double within; /* angles that are as near become right ones */
+    int count;     /* of the others */
+    double farthest;
+};
+
+static void set_right(struct nearly_right *angles, double rpy[3]) {
+    const double nearly = 1e-4, right = pi / 2;
+    for (int i = 0; i < 3; i++) {
+        const double turns = nearbyint(rpy[i] / right), off = fabs(rpy[i] - turns * right);
+        const double around = fmod(turns, 4), nearest = around > 2    ? around - 4
+                                                        : around < -2 ? around + 4
+                                                                      : around;
+        if (off > 0 && off <= angles->within) {
+            rpy[i] = nearest * right;
+        } else if (off > 0 && off <= nearly) {
+            angles->count++;
+            angles->farthest = fmax(angles->farthest, off);
+        }
+    }
+}
+
+/* Frames at exactly right angles make for less to compute. */
+static void set_right_angles(struct robot *robot, double within) {
+    struct nearly_right angles = {.within = within};
+    for (int i = 0; i < robot->joint_count; i++)
+        set_right(&angles, robot->joints[i].pose.rpy);
+    for (int i = 0; i < robot->link_count; i++)
+        set_right(&angles, robot->links[i].pose.rpy);
+    if (angles.count > 0)
+        fprintf(stderr,
+                "%d angles are right ones but for %.2g rad at most: --right-angles %.1g takes them as these, "
+                "which costs "
+                "fewer operations\n",
+                angles.count, angles.farthest, 1.5 * angles.farthest);
 }
 
 static void print_beam(const struct robot *robot, const struct flexible *beam) {
@@ -171,6 +211,7 @@ static bool read_robot(struct robot *robot, const struct options *options, struc
     if (!robot_read(robot, options->operands[0]) || !robot_make_tree(robot))
         return false;
     mend_inertias(robot);
+    set_right_angles(robot, options->right_angles);
     for (int i = 0; i < robot->joint_count; i++)
         warn_of_joint(robot, &robot->joints[i], choice->friction_width);
     return make_beams(robot, options, choice);

@@ -75,19 +75,33 @@ double second_moments_share(const double A[16], const double B[16]) {
     return 1 / lambda[3];
 }
 
-bool inertia_mend(double inertia[6]) {
-    const double slack = 1e-9; /* the generator takes what is within */
-    double second[6], S[9], lambda[3], mended[6] = {0};
-    flip(inertia, 0.5, second);
+/* Eigenvalues, ascending, of a symmetric tensor xx yy zz xy xz yz; V: its eigenvectors by columns. */
+static bool solve_tensor(const double tensor[6], double lambda[3], double V[9]) {
     for (int k = 0; k < 6; k++)
-        S[3 * rows[k] + columns[k]] = S[3 * columns[k] + rows[k]] = second[k];
-    const double least = fmin(inertia[0], fmin(inertia[1], inertia[2]));
-    if (least == 0 || LAPACKE_dsyev(LAPACK_ROW_MAJOR, 'V', 'U', 3, S, 3, lambda) != 0 ||
-        lambda[0] >= -slack * lambda[2])
+        V[3 * rows[k] + columns[k]] = V[3 * columns[k] + rows[k]] = tensor[k];
+    return LAPACKE_dsyev(LAPACK_ROW_MAJOR, 'V', 'U', 3, V, 3, lambda) == 0;
+}
+
+/* As the generator judges: where a moment is left out, it looks at what is given alone. */
+static bool is_possible(const double inertia[6]) {
+    const double slack = 1e-11; /* the generator has more */
+    const bool is_complete = inertia[0] > 0 && inertia[1] > 0 && inertia[2] > 0;
+    double second[6], lambda[3], V[9];
+    flip(inertia, 0.5, second);
+    return !solve_tensor(is_complete ? second : inertia, lambda, V) || lambda[0] >= -slack * fabs(lambda[2]);
+}
+
+bool inertia_mend(double inertia[6]) {
+    double second[6], V[9], lambda[3], mended[6] = {0};
+    flip(inertia, 0.5, second);
+    const bool is_kept = is_possible(inertia) || !solve_tensor(second, lambda, V);
+    for (int i = 0; i < 3 && is_kept; i++)
+        inertia[i] = fmax(inertia[i], 0); /* from below 0 by rounding */
+    if (is_kept)
         return false;
     for (int k = 0; k < 6; k++)
         for (int i = 0; i < 3; i++)
-            mended[k] += fmax(lambda[i], 0) * S[3 * rows[k] + i] * S[3 * columns[k] + i];
+            mended[k] += fmax(lambda[i], 0) * V[3 * rows[k] + i] * V[3 * columns[k] + i];
     flip(mended, 1, inertia);
     return true;
 }

@@ -30,7 +30,7 @@ struct body body_of(const double J[16]);
 /* The largest s for which A - s B is that of a body; 0 where A itself is of none. B is that of a body. */
 double second_moments_share(const double A[16], const double B[16]);
 
-/* Makes a tensor with three moments that no body has the nearest one that a body has; true: it was none. */
+/* Makes a tensor that no body has the nearest one, in second moments, that a body has; true: it was none. */
 bool inertia_mend(double inertia[6]);
 
 #endif

@@ -6,11 +6,9 @@
 #include "base/message.h"
 #include "base/text.h"
 #include "import/xml.h"
-#include "text/csv.h"
 #include "text/output.h"
 
 #include <math.h>
-#include <stdarg.h>
 #include <string.h>
 
 enum { COUNT_MOST = 10000 };
@@ -23,23 +21,6 @@ struct part {
     const struct xml_element *element;
     const char *owner; /* "link arm" */
 };
-
-/* ---- complaints ---- */
-
-bool robot_complain(const struct robot *robot, int line, const char *format, ...) {
-    va_list list;
-    va_start(list, format);
-    complain_line(robot->path, line, text_vformat(format, list));
-    va_end(list);
-    return false;
-}
-
-void robot_warn(const struct robot *robot, int line, const char *format, ...) {
-    va_list list;
-    va_start(list, format);
-    complain_line(robot->path, line, text_format("warning: %s", text_vformat(format, list)));
-    va_end(list);
-}
 
 /* ---- attributes ---- */
 
@@ -262,10 +243,6 @@ static bool take_joint(struct robot *robot, const struct xml_element *element) {
            take_axis(&part, joint) && take_dynamics(&part, joint) && take_limits(&part, joint);
 }
 
-bool joint_is_single(const struct robot_joint *joint) {
-    return joint->kind == JOINT_REVOLUTE || joint->kind == JOINT_CONTINUOUS || joint->kind == JOINT_PRISMATIC;
-}
-
 /* ---- what names other joints: rows between them, rotors ---- */
 
 static bool find_single(const struct part *part, const char *name, int *found) {
@@ -336,20 +313,6 @@ static bool take_rotor(struct robot *robot, const struct xml_element *element) {
 }
 
 /* ---- the file ---- */
-
-int robot_find_link(const struct robot *robot, const char *name) {
-    for (int i = 0; i < robot->link_count; i++)
-        if (strcmp(robot->links[i].name, name) == 0)
-            return i;
-    return -1;
-}
-
-int robot_find_joint(const struct robot *robot, const char *name) {
-    for (int i = 0; i < robot->joint_count; i++)
-        if (strcmp(robot->joints[i].name, name) == 0)
-            return i;
-    return -1;
-}
 
 static bool take_each(struct robot *robot, const struct xml_element *root, const char *name, int *count,
                       bool take(struct robot *robot, const struct xml_element *element)) {

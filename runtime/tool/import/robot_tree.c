@@ -1,5 +1,6 @@
 /* The tree of a robot's links: see robot.h. Takes links and joints as read; gives who carries whom. */
 #include "import/robot.h"
+#include "base/text.h"
 #include "text/output.h"
 
 #include <math.h>
@@ -68,6 +69,16 @@ static bool complain_of_loop(const struct robot *robot, const bool *is_passed) {
                           robot->links[at].name);
 }
 
+/* 0, or where 0 is not in it the middle of the range, to six digits where these are in it. */
+static double start_within(const struct joint_limits *limits) {
+    double middle = limits->from / 2 + limits->to / 2, near;
+    if (!limits->has_range || (limits->from <= 0 && limits->to >= 0))
+        return 0;
+    const bool is_near =
+        text_to_number(text_format("%.6g", middle), &near) && near >= limits->from && near <= limits->to;
+    return is_near ? near : middle;
+}
+
 double robot_start(const struct robot *robot, const struct robot_joint *joint) {
     double offset = 0, multiplier = 1;
     while (joint->leader >= 0) {
@@ -75,9 +86,7 @@ double robot_start(const struct robot *robot, const struct robot_joint *joint) {
         multiplier *= joint->multiplier;
         joint = &robot->joints[joint->leader];
     }
-    const struct joint_limits *limits = &joint->limits;
-    const bool is_outside = limits->has_range && (limits->from > 0 || limits->to < 0);
-    return offset + multiplier * (is_outside ? (limits->from + limits->to) / 2 : 0);
+    return offset + multiplier * start_within(&joint->limits);
 }
 
 static bool check_starts(const struct robot *robot) {

@@ -7,9 +7,10 @@
 
 #include <math.h>
 #include <stdarg.h>
+#include <stdlib.h>
 #include <string.h>
 
-enum { WIDTH = 110 };
+enum { WIDTH = 120 };
 
 struct writer {
     const struct robot *robot;
@@ -23,8 +24,14 @@ struct writer {
 
 /* ---- numbers and fields ---- */
 
+/* "7e10" where that is the value. */
 static const char *number(double value) {
     char text[NUMBER_LENGTH];
+    double same;
+    snprintf(text, sizeof text, "%g", value);
+    const char *plus = strstr(text, "e+");
+    if (plus && text_to_number(text, &same) && same == value)
+        return text_format("%.*se%d", (int)(plus - text), text, atoi(plus + 2));
     return text_format("%s", exact_text(value, text));
 }
 
@@ -41,6 +48,13 @@ static const char *angle(double value) {
 
 static const char *vector(const double v[3]) {
     return text_format("{ %s, %s, %s }", number(v[0]), number(v[1]), number(v[2]));
+}
+
+/* What is rounding beside `scale` becomes 0. */
+static void drop_rounding(double *list, int count, double scale) {
+    for (int i = 0; i < count; i++)
+        if (fabs(list[i]) < 1e-14 * scale)
+            list[i] = 0;
 }
 
 static bool is_zero(const double v[3]) {
@@ -60,6 +74,11 @@ static void put(struct writer *w, const char *format, ...) {
     w->column = (is_full ? w->indent : w->column) + length;
     fprintf(w->out, "%s%s%*s %s", comma, is_full ? "\n" : "", is_full ? w->indent : 0, "", text);
     w->is_first = false;
+}
+
+/* What comes next begins a line. */
+static void break_line(struct writer *w) {
+    w->column = WIDTH;
 }
 
 static void open_list(struct writer *w, const char *name) {
@@ -128,7 +147,8 @@ static void put_place_on_beam(struct writer *w, const struct flexible *beam, con
     if (!is_tip)
         put(w, "along = %s", number(along));
     flexible_turn_back(beam, offset, at);
-    if (!is_zero(offset))
+    drop_rounding(at, 3, beam->length);
+    if (!is_zero(at))
         put(w, "at = %s", vector(at));
     add_turn(turns, "y", -beam->theta);
     add_turn(turns, "z", -beam->psi);
@@ -223,32 +243,39 @@ static void put_joint(struct writer *w, const struct robot_joint *joint) {
 
 /* ---- links ---- */
 
-static const char *tensor(const double inertia[6]) {
+/* Moments, and products where there are any, on the next line where this one is full. */
+static void put_inertia(struct writer *w, const double inertia[6]) {
     static const char *const names[] = {"xx", "yy", "zz", "xy", "xz", "yz"};
-    struct text text = {.memory = &program_memory};
+    struct text parts[2] = {{.memory = &program_memory}, {.memory = &program_memory}};
     for (int i = 0; i < 6; i++)
         if (inertia[i] != 0)
-            text_add(&text, "%s%s = %s", text.length ? ", " : "", names[i], number(inertia[i]));
-    return text.data;
+            text_add(&parts[i / 3], "%s%s = %s", parts[i / 3].length ? ", " : "", names[i],
+                     number(inertia[i]));
+    put(w, "inertia = { %s", parts[0].data);
+    w->indent += 4;
+    if (parts[1].length)
+        put(w, "%s", parts[1].data);
+    w->indent -= 4;
+    fputs(" }", w->out);
 }
 
 /* Mass data along the axes of the frame that `pose` places at the centre of mass. */
 static void put_mass(struct writer *w, double mass, const struct pose *pose, const double inertia[6]) {
     struct text turns = {.memory = &program_memory};
-    const char *moments = tensor(inertia);
+    const bool has_inertia = inertia[0] != 0 || inertia[1] != 0 || inertia[2] != 0;
     add_rpy(&turns, pose->rpy);
-    if (turns.length && moments) {
-        put(w, "bodies = { { mass = %s, at = %s", number(mass), vector(pose->xyz));
-        w->indent += 4;
-        put_turns(w, &turns);
-        put(w, "inertia = { %s } } }", moments);
-        return;
-    }
-    put(w, "mass = %s", number(mass));
+    const bool is_body = turns.length && has_inertia;
+    break_line(w);
+    put(w, is_body ? "bodies = { { mass = %s" : "mass = %s", number(mass));
+    w->indent += is_body ? 4 : 0;
     if (!is_zero(pose->xyz))
-        put(w, "center = %s", vector(pose->xyz));
-    if (moments)
-        put(w, "inertia = { %s }", moments);
+        put(w, is_body ? "at = %s" : "center = %s", vector(pose->xyz));
+    if (is_body)
+        put_turns(w, &turns);
+    if (has_inertia)
+        put_inertia(w, inertia);
+    if (is_body)
+        fputs(" } }", w->out);
 }
 
 /* The beam, and what it does not have of its link. */
@@ -257,18 +284,26 @@ static void write_flexible(struct writer *w, const struct flexible *beam) {
     const struct beam_choice *choice = w->choice->beam;
     struct text turns = {.memory = &program_memory};
     struct pose pose = {.rpy = {0}};
+    double inertia[6];
     memcpy(pose.xyz, beam->rest.center, sizeof pose.xyz);
     open_entry(w, name);
     put(w, "on = \"%s\"", w->names[beam->link]);
     add_turn(&turns, "z", beam->psi);
     add_turn(&turns, "y", beam->theta);
     put_turns(w, &turns);
-    put(w, "beam = { length = %s, section = %s, E = p.E, nu = p.nu, rho = %s, eta = p.eta, rfe = n }",
-        number(beam->length), choice->section, number(beam->rho));
+    break_line(w);
+    put(w, "beam = { length = %s", number(beam->length));
+    w->indent += 4;
+    put(w, "section = %s", choice->section);
+    put(w, "E = p.E, nu = p.nu");
+    put(w, "rho = %s", number(beam->rho));
+    put(w, "eta = p.eta, rfe = n }");
     close_entry(w);
     open_entry(w, helper_name(w, w->names[beam->link], "rest"));
     put_place(w, beam->link, &pose, 0, 0);
-    put_mass(w, beam->rest.mass, &(struct pose){.rpy = {0}}, beam->rest.inertia);
+    memcpy(inertia, beam->rest.inertia, sizeof inertia);
+    drop_rounding(inertia, 6, inertia[0] + inertia[1] + inertia[2]);
+    put_mass(w, beam->rest.mass, &(struct pose){.rpy = {0}}, inertia);
     close_entry(w);
 }
 

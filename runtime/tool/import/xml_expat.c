@@ -9,13 +9,13 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { BYTES_MOST = 16 << 20, DEPTH_MOST = 100, PIECE = 1 << 16 };
+enum { BYTES_MOST = 16 << 20, DEPTH_MOST = 100, COUNT_MOST = 200000, PIECE = 1 << 16 };
 
 struct reading {
     const char *path;
     XML_Parser parser;
     struct xml_element *root, *open; /* the innermost element that has not ended */
-    int depth;
+    int depth, count;
     bool is_refused; /* for a reason that is told */
 };
 
@@ -42,6 +42,10 @@ static void XMLCALL begin_element(void *context, const char *name, const char **
         return;
     if (reading->depth == DEPTH_MOST) {
         refuse(reading, text_format("XML: elements lie in each other more than %d deep", DEPTH_MOST));
+        return;
+    }
+    if (++reading->count > COUNT_MOST) {
+        refuse(reading, text_format("XML: more than %d elements", COUNT_MOST));
         return;
     }
     struct xml_element *element = allocate(1, sizeof *element), *parent = reading->open;
