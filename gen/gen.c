@@ -271,7 +271,8 @@ bool gen_function(const struct generation *gen, int number, struct emitted_funct
     if (number >= gen->plan->function_count)
         return false;
     const struct function *from = &gen->plan->functions[number];
-    *function = (struct emitted_function){from->quantity, from->about, from->takes_motion, from->array_count};
+    *function = (struct emitted_function){from->quantity, from->about, from->takes_motion,
+                                          plan_is_struct_result(from), from->array_count};
     return true;
 }
 

@@ -85,6 +85,7 @@ const struct operation_count *gen_count(const struct generation *generation, con
 struct emitted_function {
     const char *quantity, *about;
     bool takes_motion; /* behind qd stands what `constrained` gives: qdd (n), power (1), lambda (m) */
+    bool is_struct;    /* its result is a struct of its parts, not an array */
     int part_count;
 };
 struct result_part {

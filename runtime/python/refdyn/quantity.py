@@ -23,8 +23,9 @@ POINT_PARTS = {"r", "rd", "C", "d"}  # whose first axis is that of the points
 
 
 def unknown(kind: str, name: str, known: Any) -> str:
-    near = difflib.get_close_matches(str(name), list(known), 1)
-    return f"no {kind} is called {name!r}" + (f", the nearest is {near[0]!r}" if near else f", known: {', '.join(known) or 'none'}")
+    lower = {other.lower(): other for other in known}
+    near = difflib.get_close_matches(str(name).lower(), lower, 1)
+    return f"no {kind} is called {name!r}" + (f", the nearest is {lower[near[0]]!r}" if near else f", known: {', '.join(known) or 'none'}")
 
 
 class Compiled:
@@ -81,9 +82,9 @@ def filled(default: np.ndarray, places: Mapping[str, int], given: Mapping[str, n
 
 def spread(array: np.ndarray, lead: tuple[int, ...]) -> np.ndarray:
     """One row for all, or one for each state of the batch, in C order."""
-    if array.ndim == 1:
-        return np.ascontiguousarray(array)
-    return np.ascontiguousarray(np.broadcast_to(array, lead + array.shape[-1:]))
+    if array.ndim > 1 and array.shape[:-1] != lead:
+        array = np.broadcast_to(array, lead + array.shape[-1:])
+    return np.ascontiguousarray(array)
 
 
 def taken(name: str, value: npt.ArrayLike, size: int) -> np.ndarray:
@@ -115,7 +116,7 @@ class Quantity:
         self._n, self._rates = n, 2 * n + 1 + m if told["takes_motion"] else n
         self._parts = {part["name"]: self._shape_of(part) for part in told["parts"]}
         self._size = sum(map(math.prod, self._parts.values()))
-        self._shape = next(iter(self._parts.values())) if set(self._parts) == {name} else None
+        self._shape = None if told["is_struct"] else next(iter(self._parts.values()))
         self._one = self._function(compiled).one
         parts = "".join(f"\n    {part['name']}  {part['about']}" for part in told["parts"])
         self.__doc__ = f"{told['about']}{parts}\n\n{type(self).__doc__}"
@@ -148,8 +149,8 @@ class Quantity:
         q = taken("q", q, self._n)
         qd = np.zeros(self._rates) if qd is None else taken("qd", qd, self._rates)
         t = np.asarray(t, dtype=float)
-        shapes = [q.shape[:-1], qd.shape[:-1], t.shape, *(np.shape(value) for given in (inputs, parameters) for value in (given or {}).values())]
-        lead = np.broadcast_shapes(*shapes)
+        shapes = {q.shape[:-1], qd.shape[:-1], t.shape, (), *(np.shape(value) for given in (inputs, parameters) for value in (given or {}).values())}
+        lead = max(shapes) if len(shapes) <= 2 else np.broadcast_shapes(*shapes)
         out = np.empty(lead + (self._size,))
         if not lead:
             x = self._compiled.take_inputs(inputs)

@@ -106,6 +106,7 @@ static void put_functions(struct document *document, const struct generation *ge
         put_text(document, "quantity", function.quantity);
         put_text(document, "about", function.about);
         put_truth(document, "takes_motion", function.takes_motion);
+        put_truth(document, "is_struct", function.is_struct);
         put_open(document, "parts", '[');
         for (int k = 0; k < function.part_count; k++) {
             const struct result_part part = gen_result_part(generation, i, k);

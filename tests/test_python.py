@@ -1,0 +1,447 @@
+"""The Python package: its wheel, built as a user builds it, and all that its page promises."""
+import importlib
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import threading
+import time
+import warnings
+import zipfile
+
+import numpy as np
+import pytest
+
+from program import BUILD, LONG, MODELS, REFERENCE, SOURCE, TESTS, check, evaluate, motion, refdyn
+
+PAGE = (SOURCE / "docs" / "python.md").read_text()
+THREADS = 20
+COPY_WITHOUT = shutil.ignore_patterns("build", ".git", "__pycache__")
+
+
+def run(*words, cwd=None, timeout=300, **env):
+    done = subprocess.run([str(word) for word in words], cwd=cwd, capture_output=True, text=True, timeout=timeout,
+                          env={**{name: value for name, value in os.environ.items() if name != "PYTHONPATH"}, **env})
+    assert done.returncode == 0, f"{words}\n{done.stdout[-3000:]}\n{done.stderr[-3000:]}"
+    return done.stdout
+
+
+def make_wheel(python, folder):
+    """By pip, whose build backend comes from PyPI."""
+    done = subprocess.run([python, "-m", "pip", "wheel", "--no-deps", "-w", folder, SOURCE], capture_output=True, text=True, env={**os.environ, "PIP_DISABLE_PIP_VERSION_CHECK": "1"})
+    said = done.stdout + done.stderr
+    if done.returncode and re.search("Temporary failure in name resolution|Failed to establish a new connection|No matching distribution found", said):
+        pytest.fail(f"PyPI is out of reach, from where pip takes the build backend:\n{said[-1500:]}", pytrace=False)
+    assert done.returncode == 0, said[-6000:]
+    return next(folder.glob("*.whl"))
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    """The wheel, and the Python of a fresh environment where it is installed. NumPy, xarray and h5py are Debian's."""
+    folder = tmp_path_factory.mktemp("python")
+    run(sys.executable, "-m", "venv", "--system-site-packages", folder / "v")
+    python = folder / "v" / "bin" / "python"
+    file = make_wheel(python, folder)
+    run(python, "-m", "pip", "install", "--no-deps", "--no-index", file)
+    return file, python
+
+
+@pytest.fixture(scope="module")
+def package(wheel):
+    """The installed package in this process."""
+    site = run(wheel[1], "-c", "import sysconfig; print(sysconfig.get_path('platlib'))").strip()
+    sys.path.insert(0, site)
+    yield importlib.import_module("refdyn")
+    sys.path.remove(site)
+
+
+@pytest.fixture(scope="module")
+def arm(package):
+    return package.Model(REFERENCE, n_rfe=4)
+
+
+def states(model, count, seed=1):
+    """States without symmetry near the start."""
+    random = np.random.default_rng(seed)
+    return [center + size * random.standard_normal((count, len(center))) for center, size in ((model.q0, 0.1), (model.qd0, 0.5))]
+
+
+def same(found, expected):
+    """To the bit; values that are not there are NaN."""
+    return np.array_equal(np.asarray(found, float), np.array(expected, float), equal_nan=True)
+
+
+# ---- The wheel ----
+
+def test_wheel_has_all(wheel):
+    file, python = wheel
+    names = zipfile.ZipFile(file).namelist()
+    for name in ("bin/refdyn", "include/refdyn/refdyn.h", "lib/librefdyn_runtime.a", "py.typed", "core.pyi", "model.py"):
+        assert f"refdyn/{name}" in names
+    assert all(name.split("/")[0] in ("refdyn", "refdyn-0.1.0.dist-info") for name in names), names
+    assert zipfile.ZipFile(file).read("refdyn-0.1.0.dist-info/METADATA").decode().count("License-Expression: MIT") == 1
+    program = python.parent / "refdyn"
+    assert run(program, "--version").split()[-1] == "0.1.0"
+
+
+def test_wheel_is_without_gsl(package):
+    for file in (package.prefix / "bin" / "refdyn", *package.prefix.glob("core.*.so")):
+        libraries = run("ldd", file)
+        assert "libm" in libraries or "libc" in libraries
+        assert "gsl" not in libraries
+    assert not list(package.prefix.rglob("*gsl*"))
+
+
+def test_is_found_by_cmake(package, tmp_path):
+    """Headers and library are where find_package looks."""
+    refdyn("gen", REFERENCE, "--set", "name=manipulator_rigid", "--set", "n_rfe=1", "-o", tmp_path / "emitted")
+    run("cmake", "-S", TESTS / "install", "-B", tmp_path / "build", f"-DCMAKE_PREFIX_PATH={package.prefix}", f"-DEMITTED={tmp_path / 'emitted'}")
+
+
+# ---- Bits ----
+
+FREE = ("M", "h", "Q", "qdd_free")
+ROWS = ("u", "v", "k")
+
+
+@pytest.mark.parametrize("name", ["manipulator", "branched", "midspan", "bricard"])
+def test_quantities_are_those_of_eval(package, name):
+    model = package.Model(MODELS / f"{name}.lua")
+    for q, qd in zip(*states(model, 3)):
+        told = evaluate(MODELS / f"{name}.lua", {"t": 0.3, "q": q.tolist(), "qd": qd.tolist()})
+        lines = ["" if same(getattr(model, key)(q, qd, 0.3), told[key]) else key for key in (*FREE, *(ROWS if model.rows else ()))]
+        for place, point in enumerate(model.points):
+            lines += ["" if same(getattr(model, key)(q, qd, 0.3)[place], told["points"][point][key]) else key for key in ("r", "rd", "C", "d")]
+        lines.append("" if same(model.energy(q, qd, 0.3), [told["energy"]["kinetic"], told["energy"]["potential"]]) else "energy")
+        check(lines)
+
+
+def test_accelerations_are_those_of_emitted_c(arm, tmp_path):
+    """`eval` refines them: against the emitted C itself."""
+    refdyn("gen", REFERENCE, "-o", tmp_path)
+    (tmp_path / "main.c").write_text('''#include "manipulator.h"
+#include <stdio.h>
+extern const struct refdyn_model manipulator_model;
+int main(void) {
+    struct manipulator_parameters p;
+    double state[26], out[26];
+    manipulator_defaults(&p);
+    manipulator_model.start((double *)&p, NULL, 0, state, state, out);
+    manipulator_model.anchor((double *)&p, NULL, 0, out, out + 13, state);
+    ((double *)&p)[manipulator_model.anchored[0]] = state[0];
+    manipulator_prepare(&p);
+    while (fread(state, sizeof state, 1, stdin) == 1) {
+        manipulator_model.qdd((double *)&p, NULL, 0.3, state, state + 13, out);
+        manipulator_model.force((double *)&p, NULL, 0.3, state, state + 13, out + 13);
+        fwrite(out, sizeof out, 1, stdout);
+    }
+    return 0;
+}
+''')
+    run("cc", "-O2", "-ffp-contract=off", f"-I{SOURCE / 'runtime'}", *tmp_path.glob("*.c"), "-lm", "-o", tmp_path / "main")
+    q, qd = states(arm, 20)
+    found = subprocess.run([tmp_path / "main"], input=np.hstack([q, qd]).tobytes(), capture_output=True, check=True).stdout
+    expected = np.frombuffer(found).reshape(-1, 26)
+    for row, one_q, one_qd in zip(expected, q, qd):
+        assert same(arm.qdd(one_q, one_qd, 0.3), row[:13]) and same(arm.force(one_q, one_qd, 0.3), row[13:])
+
+
+# ---- Batches of states ----
+
+@pytest.mark.parametrize("quantity", ["M", "qdd", "energy", "constrained", "C"])
+def test_batch_gives_what_one_state_gives(arm, quantity):
+    function = getattr(arm, quantity)
+    q, qd = states(arm, 11)
+    many = function(q, qd, 0.3)
+    some = function(q[3:6], qd[3:6], 0.3)
+    for name in many if isinstance(many, dict) else [None]:
+        part, other = (many, some) if name is None else (many[name], some[name])
+        assert same(part[3:6], other), "a state's numbers depend on the others"
+        for i in range(11):
+            one = function(q[i], qd[i], 0.3)
+            one = one if name is None else one[name]
+            assert part[i].shape == one.shape and np.abs(part[i] - one).max() <= 1e-13 * np.abs(one).max()
+
+
+def test_every_argument_may_be_a_batch(arm):
+    q, qd = (array[0] for array in states(arm, 1))
+    t = np.linspace(0, 2, 5)
+    assert np.allclose(arm.course(q, qd, t), [arm.course(q, qd, time) for time in t], rtol=1e-13)
+    grid = arm.qdd(q + np.zeros((3, 1, 13)), qd, t)
+    assert grid.shape == (3, 5, 13) and same(grid[0], grid[2]) and not same(grid[:, 0], grid[:, 1])
+    masses = np.array([1.0, 2.5, 3.0])
+    heavy = arm.qdd(q, qd, parameters={"m_E": masses})
+    assert heavy.shape == (3, 13) and np.allclose(heavy[1], arm.qdd(q, qd, parameters={"m_E": 2.5}), rtol=1e-12)
+    assert arm.qdd(np.zeros((0, 13)), qd).shape == (0, 13) and arm.M(q[np.newaxis]).shape == (1, 13, 13)
+
+
+def test_arrays_of_any_kind(arm):
+    q, qd = (array[0] for array in states(arm, 1))
+    expected = arm.qdd(q, qd, 1)
+    strided, whole = np.empty((13, 2)), np.rint(10 * q).astype(int)
+    strided[:, 0] = q
+    for other in (q.tolist(), tuple(q), strided[:, 0], q.astype(">f8"), np.asfortranarray(q)):
+        assert same(arm.qdd(other, qd, np.int64(1)), expected)
+    assert same(arm.qdd(whole, qd), arm.qdd(whole.astype(float), qd)) and same(arm.qdd(q), arm.qdd(q, np.zeros(13)))
+    assert np.isnan(arm.qdd(np.full(13, np.nan), qd)).all()
+
+
+# ---- Parameters and inputs ----
+
+def test_parameters_are_those_of_another_model(package, arm):
+    q, qd = (array[0] for array in states(arm, 1))
+    heavy = package.Model(REFERENCE, m_E=3)
+    assert heavy.parameters["m_E"] == 3 and same(heavy.qdd(q, qd), arm.qdd(q, qd, parameters={"m_E": 3}))
+    # xc is a value at the start of the motion, which a depends on; given, it stays
+    for given in ({"a": 0.9}, {"a": 0.9, "xc": 0.5}):
+        told = evaluate(REFERENCE, {"q": q.tolist(), "qd": qd.tolist(), "parameters": given})
+        assert same(arm.k(q, qd, parameters=given), told["k"])
+    assert not same(arm.k(q, qd), arm.k(q, qd, parameters={"a": 0.9}))
+    assert arm.units_of("s_sup") == "N/m" and arm.units["base_z"] == "m"
+
+
+def test_inputs(package):
+    driven = package.Model(REFERENCE, drive="input")
+    q, qd = (array[0] for array in states(driven, 1))
+    told = evaluate(REFERENCE, {"q": q.tolist(), "qd": qd.tolist(), "inputs": {"tau": 2.5}}, "--set", "drive=input")
+    assert driven.inputs == {"tau": 0} and same(driven.Q(q, qd, inputs={"tau": 2.5}), told["Q"])
+    assert np.allclose(driven.Q(q, qd, inputs={"tau": [0, 2.5]})[1], told["Q"], rtol=1e-13)
+
+
+def test_derivatives_are_compiled_when_they_are_named(arm):
+    q, qd = (array[0] for array in states(arm, 1))
+    by_q, step = arm.d_qdd(q, qd)["q"], 1e-6
+    differences = [(arm.qdd(q + step * unit, qd) - arm.qdd(q - step * unit, qd)) / (2 * step) for unit in np.eye(13)]
+    assert np.abs(by_q - np.transpose(differences)).max() <= 1e-6 * np.abs(by_q).max()
+    given = arm.constrained(q, qd)
+    tangent = arm.tangent(q, np.concatenate([qd, given["qdd"], given["power"], given["lambda"]]))
+    assert np.allclose(tangent["M"], arm.M(q), rtol=1e-12, atol=1e-15) and "d_qdd" in dir(arm) and "bias forces" in arm.h.__doc__
+
+
+# ---- What the program computes ----
+
+def test_statics_and_modes(arm):
+    told = json.loads(refdyn("statics", REFERENCE).stdout)
+    rest = arm.statics()
+    assert same(arm.states(rest)[0], told["q"]) and rest.stability == "stable" and rest.E_z.units == "m" and rest.base_z.units == "m"
+    assert same([rest[f"force_{name}"] for name in arm.held], told["hold_force"]) and rest.force_arm_psi.units == "N m"
+    assert set(arm.statics(hold=["column_psi", "effector_z", "arm_psi"])) == set(rest)
+    modes, expected = arm.modes(modes=3), json.loads(refdyn("modes", REFERENCE, "--modes", "3").stdout)["modes"]
+    assert same(modes.omega, [mode["omega"] for mode in expected]) and modes.frequency.units == "Hz"
+    assert same(modes.shape.real, [mode["shape"]["re"] for mode in expected]) and modes.displacement.shape == (3, 1, 3)
+    assert same(modes.q, told["q"]) and list(modes.unit.values[:2]) == ["m", "rad"]
+
+
+def test_motion(arm):
+    columns, _, summary = motion(REFERENCE, "--until", 0.2, "--tol", "1e-7", "--from", "statics")
+    found = arm.simulate(0.2, tol=1e-7, from_="statics")
+    assert list(found.variables) == list(columns) and all(same(found[name], values) for name, values in columns.items())
+    assert found.steps == summary["steps"] and found.E_xd.units == "m/s" and found.t.units == "s"
+    assert np.allclose(arm.energy(*arm.states(found), found.t).sum(axis=1), found.energy, rtol=1e-12)
+    again = arm.simulate(0.1, q=found.isel(t=0)[list(arm.coordinates)].to_array(), parameters={"m_E": 3}, method="rodas5p", every=0.05)
+    assert again.sizes["t"] == 3 and again.method == "rodas5p"
+
+
+def test_samples_of_inputs(package):
+    driven = package.Model(REFERENCE, n_rfe=1, drive="input")
+    found = driven.simulate(0.2, every=0.05, inputs={"t": [0, 0.1], "tau": [1.0, 3.0]}, stop=["t>0.17"])
+    assert found.tau.values[0] == 1 and found.tau.values[-1] == 3 and 0.17 < found.t[-1] < 0.2 and found.tau.units == "N m"
+    assert driven.simulate(0.1, inputs={"tau": 2}).tau.values.tolist() == [2] * 201
+
+
+def test_batch(arm, tmp_path):
+    pytest.importorskip("h5py")
+    runs = arm.batch({"m_E": [1, 2.5], "arm_psi": [0.75, 0.8]}, t_end=0.1, tol=1e-6, lanes=1)
+    assert runs.status.values.tolist() == [0, 0] and runs.m_E.units == "kg" and same(runs.arm_psi_start, [0.75, 0.8]) and runs.E_z.units == "m"
+    one = arm.simulate(0.1, tol=1e-6, every=0.1, q=[0, 0, 0.8] + [0] * 10, parameters={"m_E": 2.5})
+    assert same(runs.E_z[1], one.E_z[-1]) and same(arm.states(runs)[1][1], arm.states(one)[1][-1])
+    (tmp_path / "sweep.lua").write_text('''local rd = require "refdyn"
+return rd.sweep { vary = { m_E = { 1, 2 } }, t_end = 0.1, every = 0.05,
+  keep = { final = true, at = { 0.05 }, extremes = { "E_z" }, norms = { "E_x" }, history = { "E_z" } } }''')
+    kept = arm.batch(sweep=tmp_path / "sweep.lua")
+    assert kept.E_z_history.dims == ("case", "t") and kept.t.size == 3 and kept.E_z_max_t.units == "s" and kept.E_x_rms.shape == (2,)
+    assert same(kept.E_z_history[:, -1], kept.E_z) and kept.E_z_at.dims == ("case", "t_at") and same(kept.t_end, [0.1, 0.1])
+    assert same(kept.E_z_min, kept.E_z_history.min("t"))
+
+
+# ---- Errors ----
+
+GOOD = '''local rd = require "refdyn"
+return rd.model { name = "swing", gravity = { 0, 0, -9.81 },
+  links = { { "rod", turn = { { "x", rd.pi / 2 } }, joint = { "psi" }, spring = { psi = 20 }, mass = 2, center = { 0.5, 0, 0 } } },
+}
+'''
+
+
+def test_models_at_fault(package, tmp_path):
+    file = tmp_path / "wrong.lua"
+    file.write_text(GOOD.replace("mass = 2", "mass = -2"))
+    with pytest.raises(package.ModelError) as told:
+        package.Model(file)
+    assert (told.value.file, told.value.line) == (str(file), 3)
+    assert str(told.value) == f"{file}:3: links[1].mass: value -2, a positive number is needed"
+    with pytest.raises(package.ModelError, match=re.escape("<text>:3: links[1].mas: unknown field, the nearest known one is \"mass\"")) as told:
+        package.Model.from_text(GOOD.replace("mass", "mas"))
+    assert (told.value.file, told.value.line) == ("<text>", 3)
+    with pytest.raises(package.ModelError, match="--set m_e: unknown option or parameter"):
+        package.Model(REFERENCE, m_e=2)
+    with pytest.raises(package.ModelError, match="cannot be read: No such file or directory"):
+        package.Model(tmp_path / "none.lua")
+
+
+def test_numbers_that_fail(package):
+    arm = package.Model(REFERENCE)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        with pytest.raises(package.NumericalError) as told:
+            arm.simulate(1, step=1e-2)
+    assert 0 < told.value.t < 0.1 and told.value.reason.startswith("the equations gave an infinite or undefined value")
+    assert told.value.run.t.size > 1 and isinstance(told.value, ArithmeticError)
+
+
+def test_warnings(package):
+    with pytest.warns(package.ModelWarning, match="is off the programme by"):
+        package.Model(REFERENCE, n_rfe=1).simulate(0.01, q=[0, 0, 0.6, 0], qd=[0, 0, 0.3, 0])
+
+
+CALLS = {
+    "q: an array of shape (12,), the last axis must have 13 entries": lambda arm: arm.M(np.zeros(12)),
+    "qd: an array of shape (), the last axis must have 13 entries": lambda arm: arm.h(np.zeros(13), 1.0),
+    "no parameter is called 'm_e', the nearest is 'm_E'": lambda arm: arm.M(np.zeros(13), parameters={"m_e": 2}),
+    "no input is called 'tau', known: none": lambda arm: arm.M(np.zeros(13), inputs={"tau": 2}),
+    "parameter m_E: a value is not finite": lambda arm: arm.M(np.zeros(13), parameters={"m_E": np.inf}),
+    "shape mismatch": lambda arm: arm.M(np.zeros((3, 13)), np.zeros((2, 13))),
+    "no parameter is called 'n_rfe'": lambda arm: arm.simulate(1, parameters={"n_rfe": 2}),
+    "unknown option --methods, the nearest is --method": lambda arm: arm.simulate(1, methods="rk4"),
+    "either cases or a sweep file is needed": lambda arm: arm.batch(),
+    "no coordinate, parameter or input is called 'E_z'": lambda arm: arm.units_of("E_z"),
+}
+
+
+@pytest.mark.parametrize("message", CALLS)
+def test_wrong_calls(arm, message):
+    with pytest.raises(ValueError, match=re.escape(message)):
+        CALLS[message](arm)
+
+
+def test_names_that_are_not_there(package):
+    swing = package.Model.from_text(GOOD)
+    for name in ("u", "nonsense", "_private", "d_force"):
+        assert not hasattr(swing, name)
+    with pytest.raises(AttributeError, match="<text>: the model has no row_terms"):
+        swing.row_terms
+    assert swing.qdd([0.1]).shape == (1,) and "1 coordinates" in repr(swing)
+
+
+def test_a_file_that_changes(package, tmp_path):
+    file = tmp_path / "swing.lua"
+    file.write_text(GOOD)
+    swing = package.Model(file)
+    before = swing.M([0.1])
+    file.write_text(GOOD.replace("mass = 2", "mass = 3"))
+    for call in (swing.statics, lambda: swing.M([[0.1]])):
+        with pytest.raises(package.ModelError, match="the file has changed since this model was read"):
+            call()
+    assert same(swing.M([0.1]), before) and package.Model(file).M([0.1]) == before * 1.5
+
+
+# ---- Threads ----
+
+def in_threads(work):
+    """work(number) in all threads at once; what they gave."""
+    found, start = [None] * THREADS, threading.Barrier(THREADS)
+
+    def one(number):
+        start.wait()
+        found[number] = work(number)
+
+    threads = [threading.Thread(target=one, args=(number,)) for number in range(THREADS)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    return found
+
+
+def test_threads_share_a_model(package):
+    """Its quantities are first named, and its lanes compiled, by all of them at once."""
+    arm = package.Model(REFERENCE, n_rfe=2)
+    q, qd = states(arm, THREADS)
+
+    def work(number):
+        one = [arm.qdd(q[number], qd[number]) for _ in range(50)]
+        return one[0], all(same(one[0], other) for other in one), arm.qdd(q, qd)[number], arm.M_h(q[number], qd[number])["M"], arm.energy(q)[number]
+
+    for number, (one, is_same, by_lanes, mass, energy) in enumerate(in_threads(work)):
+        assert is_same and same(one, arm.qdd(q[number], qd[number])) and same(by_lanes, arm.qdd(q, qd)[number])
+        assert same(mass, arm.M_h(q[number], qd[number])["M"]) and same(energy, arm.energy(q)[number])
+
+
+def test_threads_have_models_of_their_own(package):
+    def work(number):
+        swing = package.Model.from_text(GOOD.replace("mass = 2", f"mass = {1 + number % 4}"))
+        return swing.M([0.3])[0, 0], float(swing.statics().rod_psi)
+
+    for number, (inertia, rest) in enumerate(in_threads(work)):
+        mass = 1 + number % 4
+        assert inertia == 0.25 * mass and abs(20 * rest + 0.5 * mass * 9.81 * np.cos(rest)) < 1e-9
+
+
+def test_the_lock_is_let_go(arm):
+    """Others run while C computes: the main thread wakes often during one long call."""
+    q, qd = (np.repeat(array, 60000, axis=0) for array in states(arm, 1))
+    arm.qdd(q[:2], qd[:2])
+    compiled, function = arm.qdd._with_lanes()
+    out, done, wakes = np.empty(q.shape), threading.Event(), 0
+
+    def work():
+        function.many(len(q), q, qd, np.zeros(1), out, compiled.p, compiled.x)
+        done.set()
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    while not done.is_set():
+        time.sleep(1e-4)
+        wakes += 1
+    thread.join()
+    assert wakes >= 5
+
+
+# ---- The page and the notebook ----
+
+def blocks(language):
+    """(file, text) of the page's blocks."""
+    return re.findall(rf"^```{language}(?: (\S+))?\n(.*?)^```", PAGE, re.M | re.S)
+
+
+def test_page(wheel, tmp_path):
+    """The file that it shows, and the other programs behind it in one run, from a folder that has the models alone."""
+    texts = [text for _, text in blocks("python")]
+    assert [name for name, _ in blocks("python") if name] == ["arm.py"]
+    (tmp_path / "models").symlink_to(MODELS)
+    (tmp_path / "arm.py").write_text("\n".join(text for text in texts if "inputs=None" not in text))
+    said = run(wheel[1], "arm.py", cwd=tmp_path).split()
+    assert said[:2] == ["(13,", "13)"] and "m" in said
+
+
+def test_notebook(wheel, tmp_path):
+    cells = json.loads((SOURCE / "docs" / "python.ipynb").read_text())["cells"]
+    program = "\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "code")
+    (tmp_path / "notebook.py").write_text(program)
+    assert "the tip sags by 12.26 mm, the shoulder bears 8.087 N m" in run(wheel[1], "notebook.py", cwd=tmp_path, MPLBACKEND="Agg", MPLCONFIGDIR=str(tmp_path))
+    assert (tmp_path / "arm.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.skipif(not LONG, reason="tests/long: downloads NumPy and xarray")
+def test_four_commands(tmp_path):
+    """As the page gives them, in an environment with nothing of Debian's."""
+    copy = tmp_path / "refdyn"
+    shutil.copytree(SOURCE, copy, ignore=COPY_WITHOUT)
+    (copy / "arm.py").write_text(blocks("python")[0][1])
+    script = blocks("sh")[0][1]
+    assert len(script.splitlines()) == 4
+    assert run("bash", "-e", "-c", script, cwd=copy, timeout=600).split()[-1] == "m"
