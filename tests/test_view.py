@@ -15,17 +15,19 @@ MANIPULATOR = MODELS / "manipulator.lua"
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory):
-    """Motions of a flexible arm as CSV, of a crane, of a linkage with a closed loop, of bodies of all kinds."""
+    """Motions of a flexible arm as CSV, of a crane, of a linkage with a closed loop, of an arm under loads."""
     folder = tmp_path_factory.mktemp("runs")
     refdyn("sim", MANIPULATOR, "--set", "n_rfe=3", "--set", "m_E=2.5", "--until", "1", "-o", folder / "arm.csv")
     refdyn("sim", MODELS / "crane.lua", "--until", "1", "-o", folder / "crane.h5")
+    refdyn("sim", TESTS / "models" / "loads.lua", "--until", "1", "-o", folder / "loads.h5")
     refdyn("sim", MODELS / "fourbar.lua", "--set", "torque=0.2", "--until", "1", "-o", folder / "bars.h5")
     return folder
 
 
 @pytest.fixture(scope="module")
 def page(runs):
-    view(runs / "arm.csv", runs / "crane.h5", runs / "bars.h5", "--model", MANIPULATOR, "--set", "n_rfe=3", "-o", runs / "page.html")
+    view(runs / "arm.csv", runs / "crane.h5", runs / "bars.h5", runs / "loads.h5", "--model", MANIPULATOR, "--set", "n_rfe=3", "-o",
+         runs / "page.html")
     return runs / "page.html"
 
 
@@ -45,6 +47,7 @@ def points_of(path):
 ASKED = """
 const key = (name, at) => (at || document.body).dispatchEvent(new KeyboardEvent("keydown", {key: name, bubbles: true}));
 const said = {places: runs.map((run) => Object.fromEntries(run.points.map((point, i) => [point.name, run.paths[i]])))};
+said.applied = runs.map((run) => run.applied.map((one) => [one.kind, one.name, ...one.parts.map((part) => [...part])]));
 said.start = clock.time;
 key("ArrowRight"); key("ArrowRight"); key("ArrowLeft"); said.row = clock.time;
 key("PageDown"); said.rows = clock.time;
@@ -90,13 +93,24 @@ def said(page):
 
 
 def test_points_are_where_the_motion_has_them(runs, said):
-    for name, places in zip(("arm.csv", "crane.h5", "bars.h5"), said["places"]):
+    for name, places in zip(("arm.csv", "crane.h5", "bars.h5", "loads.h5"), said["places"]):
         expected = points_of(runs / name)
         assert places.keys() == expected.keys()
         size = max(np.abs(path).max() for path in expected.values())
         for point, path in expected.items():
             assert path.std(axis=0).max() > 1e-3 * size, f"{name} {point} stands still"
             assert np.abs(np.array(places[point]) - path).max() < 1e-4 * size, f"{name} {point}"
+
+
+def test_applied_forces_are_those_of_the_formulas(runs, said):
+    arm, crane, bars, loads = said["applied"]
+    torque = read_run(runs / "arm.csv")["torque"]
+    assert [one[:2] for one in arm] == [["drive", "column_psi"]] and np.abs(arm[0][2] - torque).max() < 1e-4 * np.abs(torque).max()
+    assert [one[:2] for one in bars] == [["drive", "crank_psi"]] and np.ptp(bars[0][2]) == 0 and bars[0][2][0] == pytest.approx(0.2)
+    away = points_of(runs / "loads.h5")["E"] - [4, 0, 0]
+    pushed = 7 * away / np.linalg.norm(away, axis=1)[:, None]
+    forces = [np.array(one[2:]).T for one in loads if one[0] == "force"]
+    assert min(np.abs(force - pushed).max() for force in forces) < 2e-3 and "torque" in [one[0] for one in loads]
 
 
 def test_keys(said):
@@ -126,7 +140,8 @@ def test_nothing_comes_from_a_network(page, said):
 
 
 def test_equal_calls_give_equal_bytes(runs, page):
-    view(runs / "arm.csv", runs / "crane.h5", runs / "bars.h5", "--model", MANIPULATOR, "--set", "n_rfe=3", "-o", runs / "again.html")
+    view(runs / "arm.csv", runs / "crane.h5", runs / "bars.h5", runs / "loads.h5", "--model", MANIPULATOR, "--set", "n_rfe=3", "-o",
+         runs / "again.html")
     assert (runs / "again.html").read_bytes() == page.read_bytes()
 
 

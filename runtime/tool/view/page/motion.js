@@ -94,6 +94,7 @@ function readRun(data) {
         shapes: data.shapes, sticks: data.sticks, points: data.points, closures: data.closures,
         t: decodeCourse(data.t), q: data.q.map(decodeCourse),
         courses: data.courses.map((course) => ({name: course.name, kind: course.kind, values: decodeCourse(course)})),
+        applied: data.applied.map((applied) => ({...applied, parts: applied.parts.map(decodeCourse)})),
         placements: frames.map(() => new Float64Array(12)),
         state: new Float64Array(frames.length),
     };

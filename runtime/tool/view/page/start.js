@@ -48,6 +48,7 @@ function showTexts(clock, now) {
 }
 
 function moveAll(clock) {
+    byId("force-key").hidden = !clock.shown.forces;
     page.rows = runs.map((run) => moveRun(run, clock.time));
     if (page.stage)
         page.stage.bodies.forEach((body, i) => moveBody(body, page.rows[i], clock.shown));
@@ -71,6 +72,8 @@ function setTheme(name) {
     byId("theme").textContent = isDark ? "Light" : "Dark";
     if (page.stage)
         dressStage(page.stage, runs);
+    for (const kind of Object.keys(FORCE_COLOURS))
+        byId(`${kind}-sample`).style.background = `#${shownColour(FORCE_COLOURS[kind]).getHexString()}`;
     byId("runs").textContent = "";
     describeRuns();
     drawAll();
