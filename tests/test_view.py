@@ -24,11 +24,17 @@ def runs(tmp_path_factory):
     return folder
 
 
+def write_page(runs, name):
+    """A CSV does not tell where its ellipse lies."""
+    centre = points_of(runs / "arm.csv")["E"][0, 0] - 0.875
+    view(runs / "arm.csv", runs / "crane.h5", runs / "bars.h5", runs / "loads.h5", "--model", MANIPULATOR, "--set", "n_rfe=3",
+         "--set", f"xc={float(centre)!r}", "-o", runs / name)
+    return runs / name
+
+
 @pytest.fixture(scope="module")
 def page(runs):
-    view(runs / "arm.csv", runs / "crane.h5", runs / "bars.h5", runs / "loads.h5", "--model", MANIPULATOR, "--set", "n_rfe=3", "-o",
-         runs / "page.html")
-    return runs / "page.html"
+    return write_page(runs, "page.html")
 
 
 def view(*arguments, **more):
@@ -48,6 +54,7 @@ ASKED = """
 const key = (name, at) => (at || document.body).dispatchEvent(new KeyboardEvent("keydown", {key: name, bubbles: true}));
 const said = {places: runs.map((run) => Object.fromEntries(run.points.map((point, i) => [point.name, run.paths[i]])))};
 said.applied = runs.map((run) => run.applied.map((one) => [one.kind, one.name, ...one.parts.map((part) => [...part])]));
+said.curves = runs.map((run) => run.curves);
 said.start = clock.time;
 key("ArrowRight"); key("ArrowRight"); key("ArrowLeft"); said.row = clock.time;
 key("PageDown"); said.rows = clock.time;
@@ -113,6 +120,15 @@ def test_applied_forces_are_those_of_the_formulas(runs, said):
     assert min(np.abs(force - pushed).max() for force in forces) < 2e-3 and "torque" in [one[0] for one in loads]
 
 
+def test_the_ellipse_of_the_programme(runs, said):
+    (curve,), *others = said["curves"]
+    assert curve["closed"] and curve["axes"] == [0, 1] and others == [[], [], []]
+    x, y = np.array(curve["path"]).reshape(-1, 2).T
+    x -= points_of(runs / "arm.csv")["E"][0, 0] - 0.875
+    assert np.abs((x / 0.875) ** 2 + (y / 1.75) ** 2 - 1).max() < 1e-5
+    assert min(x.max(), -x.min()) > 0.87 and min(y.max(), -y.min()) > 1.74 and len(x) < 700
+
+
 def test_keys(said):
     assert said["start"] == 0.5 and said["row"] == pytest.approx(0.505) and said["rows"] == pytest.approx(0.555) and said["end"] == 1
     assert said["plays"] == [True, "Pause", "true", 0] and said["stops"] == [False, "Play"]
@@ -140,9 +156,7 @@ def test_nothing_comes_from_a_network(page, said):
 
 
 def test_equal_calls_give_equal_bytes(runs, page):
-    view(runs / "arm.csv", runs / "crane.h5", runs / "bars.h5", runs / "loads.h5", "--model", MANIPULATOR, "--set", "n_rfe=3", "-o",
-         runs / "again.html")
-    assert (runs / "again.html").read_bytes() == page.read_bytes()
+    assert write_page(runs, "again.html").read_bytes() == page.read_bytes()
 
 
 def write_run(path, names, rows, step):

@@ -6,6 +6,7 @@
 #include "view/drawn_model.h"
 #include "view/drawn_run.h"
 #include "view/page.h"
+#include "view/programme_curves.h"
 #include "view/viewed_model.h"
 
 #include <stdlib.h>
@@ -69,6 +70,8 @@ static void put_read_run(FILE *out, const struct viewing *viewing, const struct 
     drawn_run_put(out, run, &generation->tree, &rows);
     fputs(",\n", out);
     applied_forces_put(out, generation, run, &rows);
+    fputs(",\n", out);
+    programme_curves_put(out, generation, run);
     fputc('}', out);
 }
 

@@ -87,7 +87,7 @@ function lookOf(stage, index, count) {
     return {size: stage.size, materialOf, joint: plain(shownColour("#5a6068")), point: plain(shownColour(stage.palette[6])),
             closure: new THREE.MeshBasicMaterial({color: shownColour("#a84400"), wireframe: true}),
             programme: plain(shownColour(FORCE_COLOURS.programme)), applied: plain(shownColour(FORCE_COLOURS.applied)), trail: shownColour(stage.palette[count > 1 ? index % stage.palette.length : 6]),
-            letters: index === 0 ? ink : null};
+            curve: pageColour("--quiet"), letters: index === 0 ? ink : null};
 }
 
 /* All that has a colour, anew: at the start, and when the page changes from light to dark. */

@@ -236,6 +236,27 @@ function addTrails(body, colour) {
     }
 }
 
+/* Curves of a programme lie in planes that move with their points. */
+function addCurves(body, colour) {
+    const dash = 0.012 * body.size, material = new THREE.LineDashedMaterial({color: colour, dashSize: dash, gapSize: dash});
+    for (const curve of body.run.curves) {
+        const places = [];
+        for (let i = 0; i < curve.path.length; i += 2) {
+            const place = new THREE.Vector3().setComponent(curve.axes[0], curve.path[i]);
+            places.push(place.setComponent(curve.axes[1], curve.path[i + 1]));
+        }
+        if (curve.closed)
+            places.push(places[0]);
+        const line = new THREE.Line(new THREE.BufferGeometry().setFromPoints(places), material).computeLineDistances();
+        body.curves.push({line, point: body.run.points[curve.point], across: 3 - curve.axes[0] - curve.axes[1]});
+        body.paths3d.add(line);
+    }
+}
+
+function moveCurve(body, curve) {
+    curve.line.position.setComponent(curve.across, placeNow(body.run, curve.point)[curve.across]);
+}
+
 /* ---- Forces ---- */
 
 const TIP = 0.22; /* of the full length */
@@ -318,17 +339,18 @@ function moveForce(body, force, row, isShown) {
 
 /* ---- All of a run ---- */
 
-/* `look`: {size, materialOf(link), joint, point, closure, programme, applied: materials, trail: colour, letters: colour or null} */
+/* `look`: {size, materialOf(link), joint, point, closure, programme, applied: materials, trail, curve: colours, letters: colour or null} */
 function makeBody(run, paths, look) {
     const body = {run, paths, size: look.size, all: new THREE.Group(), groups: new Map(), parts: new Map(),
                   matrices: new Map(), rails: [], trails: [],
-                  forces: [], triads: [], paths3d: new THREE.Group()};
+                  curves: [], forces: [], triads: [], paths3d: new THREE.Group()};
     addShapes(body, look.materialOf);
     addJoints(body, look.joint);
     addPoints(body, look.point, look.letters);
     addClosures(body, look.closure);
     addTriads(body);
     addTrails(body, look.trail);
+    addCurves(body, look.curve);
     addForces(body, look.programme, look.applied);
     closeParts(body);
     body.all.add(body.paths3d);
@@ -344,6 +366,7 @@ function moveBody(body, row, shown) {
         group.matrix.copy(body.matrices.get(frame));
         group.matrixWorldNeedsUpdate = true;
     }
+    body.curves.forEach((curve) => moveCurve(body, curve));
     body.rails.forEach((rail) => moveRail(body, rail));
     body.forces.forEach((force) => moveForce(body, force, row, shown.forces));
     body.triads.forEach((triad) => { triad.visible = shown.frames; });
