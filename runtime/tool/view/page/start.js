@@ -38,11 +38,12 @@ function placesText() {
     })).join("\n");
 }
 
-/* Texts change ten times a second at most. */
+/* Texts and the slider change ten times a second at most: the page around the picture is drawn anew for them. */
 function showTexts(clock, now) {
     if (clock.isPlaying && now - page.valuesShown < 100)
         return;
     page.valuesShown = now;
+    showTime(clock);
     byId("places").textContent = placesText();
     page.charts.forEach((chart) => showValues(chart, page.rows));
 }
