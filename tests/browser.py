@@ -14,7 +14,7 @@ OPTIONS = ["--headless=new", "--no-sandbox", "--use-gl=angle", "--use-angle=swif
 
 def run(page, fragment, *options):
     """The finished process; the profile is of this call alone."""
-    with tempfile.TemporaryDirectory() as profile:
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
         return subprocess.run([CHROMIUM, *OPTIONS, f"--user-data-dir={profile}", *options, pathlib.Path(page).as_uri() + fragment],
                               capture_output=True, text=True, timeout=60 * float(os.environ.get("REFDYN_SLOWNESS", "1")))
 

@@ -15,18 +15,26 @@ MANIPULATOR = MODELS / "manipulator.lua"
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory):
-    """Motions of a flexible arm as CSV, of a crane, of a linkage with a closed loop, of bodies of all kinds."""
+    """Motions of a flexible arm as CSV, of a crane, of a linkage with a closed loop, of an arm under loads."""
     folder = tmp_path_factory.mktemp("runs")
     refdyn("sim", MANIPULATOR, "--set", "n_rfe=3", "--set", "m_E=2.5", "--until", "1", "-o", folder / "arm.csv")
     refdyn("sim", MODELS / "crane.lua", "--until", "1", "-o", folder / "crane.h5")
+    refdyn("sim", TESTS / "models" / "loads.lua", "--until", "1", "-o", folder / "loads.h5")
     refdyn("sim", MODELS / "fourbar.lua", "--set", "torque=0.2", "--until", "1", "-o", folder / "bars.h5")
     return folder
 
 
+def write_page(runs, name):
+    """A CSV does not tell where its ellipse lies."""
+    centre = points_of(runs / "arm.csv")["E"][0, 0] - 0.875
+    view(runs / "arm.csv", runs / "crane.h5", runs / "bars.h5", runs / "loads.h5", "--model", MANIPULATOR, "--set", "n_rfe=3",
+         "--set", f"xc={float(centre)!r}", "-o", runs / name)
+    return runs / name
+
+
 @pytest.fixture(scope="module")
 def page(runs):
-    view(runs / "arm.csv", runs / "crane.h5", runs / "bars.h5", "--model", MANIPULATOR, "--set", "n_rfe=3", "-o", runs / "page.html")
-    return runs / "page.html"
+    return write_page(runs, "page.html")
 
 
 def view(*arguments, **more):
@@ -45,6 +53,8 @@ def points_of(path):
 ASKED = """
 const key = (name, at) => (at || document.body).dispatchEvent(new KeyboardEvent("keydown", {key: name, bubbles: true}));
 const said = {places: runs.map((run) => Object.fromEntries(run.points.map((point, i) => [point.name, run.paths[i]])))};
+said.applied = runs.map((run) => run.applied.map((one) => [one.kind, one.name, ...one.parts.map((part) => [...part])]));
+said.curves = runs.map((run) => run.curves);
 said.start = clock.time;
 key("ArrowRight"); key("ArrowRight"); key("ArrowLeft"); said.row = clock.time;
 key("PageDown"); said.rows = clock.time;
@@ -90,13 +100,33 @@ def said(page):
 
 
 def test_points_are_where_the_motion_has_them(runs, said):
-    for name, places in zip(("arm.csv", "crane.h5", "bars.h5"), said["places"]):
+    for name, places in zip(("arm.csv", "crane.h5", "bars.h5", "loads.h5"), said["places"]):
         expected = points_of(runs / name)
         assert places.keys() == expected.keys()
         size = max(np.abs(path).max() for path in expected.values())
         for point, path in expected.items():
             assert path.std(axis=0).max() > 1e-3 * size, f"{name} {point} stands still"
             assert np.abs(np.array(places[point]) - path).max() < 1e-4 * size, f"{name} {point}"
+
+
+def test_applied_forces_are_those_of_the_formulas(runs, said):
+    arm, crane, bars, loads = said["applied"]
+    torque = read_run(runs / "arm.csv")["torque"]
+    assert [one[:2] for one in arm] == [["drive", "column_psi"]] and np.abs(arm[0][2] - torque).max() < 1e-4 * np.abs(torque).max()
+    assert [one[:2] for one in bars] == [["drive", "crank_psi"]] and np.ptp(bars[0][2]) == 0 and bars[0][2][0] == pytest.approx(0.2)
+    away = points_of(runs / "loads.h5")["E"] - [4, 0, 0]
+    pushed = 7 * away / np.linalg.norm(away, axis=1)[:, None]
+    forces = [np.array(one[2:]).T for one in loads if one[0] == "force"]
+    assert min(np.abs(force - pushed).max() for force in forces) < 2e-3 and "torque" in [one[0] for one in loads]
+
+
+def test_the_ellipse_of_the_programme(runs, said):
+    (curve,), *others = said["curves"]
+    assert curve["closed"] and curve["axes"] == [0, 1] and others == [[], [], []]
+    x, y = np.array(curve["path"]).reshape(-1, 2).T
+    x -= points_of(runs / "arm.csv")["E"][0, 0] - 0.875
+    assert np.abs((x / 0.875) ** 2 + (y / 1.75) ** 2 - 1).max() < 1e-5
+    assert min(x.max(), -x.min()) > 0.87 and min(y.max(), -y.min()) > 1.74 and len(x) < 700
 
 
 def test_keys(said):
@@ -126,8 +156,7 @@ def test_nothing_comes_from_a_network(page, said):
 
 
 def test_equal_calls_give_equal_bytes(runs, page):
-    view(runs / "arm.csv", runs / "crane.h5", runs / "bars.h5", "--model", MANIPULATOR, "--set", "n_rfe=3", "-o", runs / "again.html")
-    assert (runs / "again.html").read_bytes() == page.read_bytes()
+    assert write_page(runs, "again.html").read_bytes() == page.read_bytes()
 
 
 def write_run(path, names, rows, step):

@@ -13,17 +13,11 @@ enum { TIME_DIGITS = 7, SLIDE_DIGITS = 5, COURSE_DIGITS = 4 };
 
 static const double turn_unit = 1e-5; /* [rad] */
 
-/* Rows at equal distances, and the last one. */
-struct rows {
-    double *values; /* (count x width) */
-    long count, width;
-};
-
-static struct rows choose_rows(const struct run *run, int share) {
+struct drawn_rows drawn_run_rows(const struct run *run, int share) {
     const long width = run->column_count, room = NUMBERS_MOST / width / share;
     const long most = room < RUN_ROWS_LEAST ? RUN_ROWS_LEAST : room < ROWS_MOST ? room : ROWS_MOST;
     const long stride = (run->kept_count + most - 1) / most;
-    struct rows rows = {.width = width};
+    struct drawn_rows rows = {.width = width};
     rows.values = allocate((size_t)(run->kept_count / stride + 2) * (size_t)width, sizeof *rows.values);
     for (long i = 0; i < run->kept_count; i++)
         if (i % stride == 0 || i == run->kept_count - 1)
@@ -32,7 +26,7 @@ static struct rows choose_rows(const struct run *run, int share) {
     return rows;
 }
 
-static void put_numbers(FILE *out, const struct rows *rows, int column, double unit) {
+static void put_numbers(FILE *out, const struct drawn_rows *rows, int column, double unit) {
     fprintf(out, "\"unit\":%.9g,\"steps\":", unit);
     put_course(out, rows->values + column, rows->count, rows->width, unit);
     fputc('}', out);
@@ -44,7 +38,7 @@ static double unit_of_coordinate(const struct run *run, int column, bool is_revo
 }
 
 static void put_coordinates(FILE *out, const struct run *run, const struct tree *tree,
-                            const struct rows *rows) {
+                            const struct drawn_rows *rows) {
     fputs("\"q\":[", out);
     for (int i = 0; i < tree->count; i++) {
         const int column = run->coordinates + i;
@@ -67,7 +61,7 @@ static const char *kind_of(const struct run *run, int column) {
     return strncmp(name, "phi_", 4) == 0 ? "phi" : strncmp(name, "psi_", 4) == 0 ? "psi" : NULL;
 }
 
-static void put_courses(FILE *out, const struct run *run, const struct rows *rows) {
+static void put_courses(FILE *out, const struct run *run, const struct drawn_rows *rows) {
     enum { POINT_COLUMNS = 9 };
     const int first = run->coordinates + 2 * run->coordinate_count + POINT_COLUMNS * run->point_count;
     const char *separator = "\n";
@@ -85,11 +79,10 @@ static void put_courses(FILE *out, const struct run *run, const struct rows *row
     fputs("]", out);
 }
 
-void drawn_run_put(FILE *out, const struct run *run, const struct tree *tree, int share) {
-    const struct rows rows = choose_rows(run, share);
+void drawn_run_put(FILE *out, const struct run *run, const struct tree *tree, const struct drawn_rows *rows) {
     fputs("\"t\":{", out);
-    put_numbers(out, &rows, 0, rounded_unit(run->largest[0], TIME_DIGITS));
+    put_numbers(out, rows, 0, rounded_unit(run->largest[0], TIME_DIGITS));
     fputs(",\n", out);
-    put_coordinates(out, run, tree, &rows);
-    put_courses(out, run, &rows);
+    put_coordinates(out, run, tree, rows);
+    put_courses(out, run, rows);
 }

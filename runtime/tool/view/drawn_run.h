@@ -14,8 +14,15 @@
 #include "figures/recorded_motion.h"
 #include "gen.h"
 
-/* These members, without brackets around them, of a run that has the coordinates of that tree. `share`: how
- * many runs are on the page. */
-void drawn_run_put(FILE *out, const struct run *run, const struct tree *tree, int share);
+/* Rows at equal distances, and the last one. */
+struct drawn_rows {
+    double *values; /* (count x width), all columns of the run */
+    long count, width;
+};
+
+/* `share`: how many runs are on the page. */
+struct drawn_rows drawn_run_rows(const struct run *run, int share);
+/* These members, without brackets around them, of a run that has the coordinates of that tree. */
+void drawn_run_put(FILE *out, const struct run *run, const struct tree *tree, const struct drawn_rows *rows);
 
 #endif

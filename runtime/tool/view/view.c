@@ -2,9 +2,11 @@
 #include "command_line/commands.h"
 #include "figures/style.h"
 #include "text/escape.h"
+#include "view/applied_forces.h"
 #include "view/drawn_model.h"
 #include "view/drawn_run.h"
 #include "view/page.h"
+#include "view/programme_curves.h"
 #include "view/viewed_model.h"
 
 #include <stdlib.h>
@@ -55,21 +57,29 @@ static void put_palette(FILE *out) {
     fputs("],\n", out);
 }
 
+static void put_read_run(FILE *out, const struct viewing *viewing, const struct run *run,
+                         struct generation *generation) {
+    const struct drawn_rows rows = drawn_run_rows(run, viewing->run_count);
+    fputs("{\"name\":", out);
+    put_json_text(out, run->name);
+    fputs(",\"model\":", out);
+    put_json_text(out, generation->model.name);
+    fprintf(out, ",\"up\":%d,\n", upward(generation));
+    drawn_model_put(out, generation);
+    fputs(",\n", out);
+    drawn_run_put(out, run, &generation->tree, &rows);
+    fputs(",\n", out);
+    applied_forces_put(out, generation, run, &rows);
+    fputs(",\n", out);
+    programme_curves_put(out, generation, run);
+    fputc('}', out);
+}
+
 static enum status put_run(FILE *out, const struct viewing *viewing, const struct run *run) {
     struct viewed_model viewed;
     const enum status status = viewed_model_read(&viewed, run, viewing->options);
-    struct generation *generation = &viewed.scene.generation;
-    if (status == STATUS_DONE) {
-        fputs("{\"name\":", out);
-        put_json_text(out, run->name);
-        fputs(",\"model\":", out);
-        put_json_text(out, generation->model.name);
-        fprintf(out, ",\"up\":%d,\n", upward(generation));
-        drawn_model_put(out, generation);
-        fputs(",\n", out);
-        drawn_run_put(out, run, &generation->tree, viewing->run_count);
-        fputc('}', out);
-    }
+    if (status == STATUS_DONE)
+        put_read_run(out, viewing, run, &viewed.scene.generation);
     viewed_model_release(&viewed);
     return status;
 }

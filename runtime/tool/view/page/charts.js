@@ -30,6 +30,12 @@ function heightCurves(runs, up) {
         {name: `${point.name} ${"xyz"[up]}`, run: index, x: run.t, y: run.paths[i].map((place) => place[up])})));
 }
 
+/* Loads have three components. */
+function appliedCurves(runs) {
+    return runs.flatMap((run, index) => run.applied.flatMap((applied) => applied.parts.map((part, i) => (
+        {name: applied.parts.length > 1 ? `${applied.name} ${"xyz"[i]}` : applied.name, run: index, x: run.t, y: part}))));
+}
+
 /* Absolute values as powers of ten; what is 0 lies at the floor of rounding. */
 function logarithmic(curves) {
     return curves.map((curve) => ({...curve, y: Array.from(curve.y, (y) => Math.log10(Math.max(1e-17, Math.abs(y))))}));
@@ -44,6 +50,7 @@ function listCharts(runs, up) {
         {title: `Height of points, ${"xyz"[up]} [m]`, curves: heightCurves(runs, up)},
         {title: "Slides [m]", curves: coordinateCurves(runs, false)},
         {title: "Turns [rad]", curves: coordinateCurves(runs, true)},
+        {title: "Applied forces [N, N m]", curves: appliedCurves(runs)},
         {title: "Programme forces [N, N m]", curves: timeCurves(runs, "force")},
         {title: "Inputs and courses", curves: timeCurves(runs, "course")},
         {title: "Energy [J]", curves: timeCurves(runs, "energy")},

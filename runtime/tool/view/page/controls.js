@@ -15,11 +15,14 @@ function makeClock(start, end, rowTimes, show) {
 
 function setTime(clock, time) {
     clock.time = Math.min(clock.end, Math.max(clock.start, time));
+    clock.show(clock);
+}
+
+function showTime(clock) {
     const slider = byId("time");
     slider.value = String((clock.time - clock.start) / (clock.end - clock.start || 1));
     slider.setAttribute("aria-valuetext", `${clock.time.toFixed(3)} seconds`);
     byId("now").textContent = clock.time.toFixed(3);
-    clock.show(clock);
 }
 
 /* One row of the longest run on or back; a time between two rows goes to the next one that way. */
@@ -41,6 +44,7 @@ function setPlaying(clock, isPlaying) {
     button.setAttribute("aria-pressed", String(isPlaying));
     if (isPlaying && clock.time >= clock.end)
         setTime(clock, clock.start);
+    clock.show(clock);
     if (!isPlaying)
         byId("said").textContent = `${clock.time.toFixed(3)} seconds`;
 }

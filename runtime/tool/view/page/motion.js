@@ -91,9 +91,10 @@ function readRun(data) {
     const frames = data.frames.map(readFrame);
     return {
         name: data.name, model: data.model, coordinates: data.coordinates, links: data.links, frames,
-        shapes: data.shapes, sticks: data.sticks, points: data.points, closures: data.closures,
+        shapes: data.shapes, sticks: data.sticks, points: data.points, closures: data.closures, curves: data.curves,
         t: decodeCourse(data.t), q: data.q.map(decodeCourse),
         courses: data.courses.map((course) => ({name: course.name, kind: course.kind, values: decodeCourse(course)})),
+        applied: data.applied.map((applied) => ({...applied, parts: applied.parts.map(decodeCourse)})),
         placements: frames.map(() => new Float64Array(12)),
         state: new Float64Array(frames.length),
     };

@@ -71,6 +71,8 @@ function behind(material, link) {
     return Object.assign(material, {polygonOffset: true, polygonOffsetFactor: 0.5 * link, polygonOffsetUnits: 4 * link});
 }
 
+const FORCE_COLOURS = {programme: "#b3261e", applied: "#6a3d9a"};
+
 /* One run has a colour for each link, several have one each. */
 function lookOf(stage, index, count) {
     const plain = (colour) => new THREE.MeshLambertMaterial({color: colour});
@@ -84,8 +86,8 @@ function lookOf(stage, index, count) {
     const ink = pageColour("--ink");
     return {size: stage.size, materialOf, joint: plain(shownColour("#5a6068")), point: plain(shownColour(stage.palette[6])),
             closure: new THREE.MeshBasicMaterial({color: shownColour("#a84400"), wireframe: true}),
-            force: plain(shownColour("#b3261e")), trail: shownColour(stage.palette[count > 1 ? index % stage.palette.length : 6]),
-            letters: index === 0 ? ink : null};
+            programme: plain(shownColour(FORCE_COLOURS.programme)), applied: plain(shownColour(FORCE_COLOURS.applied)), trail: shownColour(stage.palette[count > 1 ? index % stage.palette.length : 6]),
+            curve: pageColour("--quiet"), letters: index === 0 ? ink : null};
 }
 
 /* All that has a colour, anew: at the start, and when the page changes from light to dark. */

@@ -236,57 +236,122 @@ function addTrails(body, colour) {
     }
 }
 
-/* ---- Forces ---- */
-
-/* An arrow of length 1 along x, or three quarters of a circle about x with a tip. */
-function forceGeometry(isTurn) {
-    const tip = new THREE.ConeBufferGeometry(0.07, 0.22, 16);
-    if (!isTurn)
-        return [turnedTube(0, 0.025, 12).scale(0.8, 1, 1), tip.rotateZ(-Math.PI / 2).translate(0.89, 0, 0)];
-    const bow = new THREE.TorusBufferGeometry(0.5, 0.025, 8, 36, 1.5 * Math.PI).rotateY(Math.PI / 2);
-    return [bow, tip.rotateX(-Math.PI / 2).translate(0, -0.5, 0)];
+/* Curves of a programme lie in planes that move with their points. */
+function addCurves(body, colour) {
+    const dash = 0.012 * body.size, material = new THREE.LineDashedMaterial({color: colour, dashSize: dash, gapSize: dash});
+    for (const curve of body.run.curves) {
+        const places = [];
+        for (let i = 0; i < curve.path.length; i += 2) {
+            const place = new THREE.Vector3().setComponent(curve.axes[0], curve.path[i]);
+            places.push(place.setComponent(curve.axes[1], curve.path[i + 1]));
+        }
+        if (curve.closed)
+            places.push(places[0]);
+        const line = new THREE.Line(new THREE.BufferGeometry().setFromPoints(places), material).computeLineDistances();
+        body.curves.push({line, point: body.run.points[curve.point], across: 3 - curve.axes[0] - curve.axes[1]});
+        body.paths3d.add(line);
+    }
 }
 
-/* Programme forces, each on its coordinate; the largest of a kind has the full length. */
-function addForces(body, material) {
-    const forces = body.run.courses.filter((course) => course.kind === "force");
-    for (const course of forces) {
-        const frame = body.run.coordinates.findIndex((name) => course.name === `force_${name}` || course.name === `force_force_${name}`);
-        const isTurn = body.run.frames[frame].isTurn;
-        const group = new THREE.Group();
-        group.add(...forceGeometry(isTurn).map((geometry) => new THREE.Mesh(geometry, material)));
-        group.quaternion.copy(axisTurn(body.run.frames[frame].axis));
-        groupOf(body, frame).add(group);
-        body.forces.push({group, frame, isTurn, values: course.values, largest: 0});
+function moveCurve(body, curve) {
+    curve.line.position.setComponent(curve.across, placeNow(body.run, curve.point)[curve.across]);
+}
+
+/* ---- Forces ---- */
+
+const TIP = 0.22; /* of the full length */
+
+/* Shaft and tip of an arrow along x, or three quarters of a circle about x with a tip. */
+function arrowGroup(isTurn, material) {
+    const group = new THREE.Group(), tip = new THREE.ConeBufferGeometry(0.07, TIP, 16);
+    const [shaft, head] = isTurn
+        ? [new THREE.TorusBufferGeometry(0.5, 0.025, 8, 36, 1.5 * Math.PI).rotateY(Math.PI / 2),
+           tip.rotateX(-Math.PI / 2).translate(0, -0.5, 0)]
+        : [turnedTube(0, 0.025, 12), tip.rotateZ(-Math.PI / 2).translate(TIP / 2, 0, 0)];
+    group.add(new THREE.Mesh(shaft, material), new THREE.Mesh(head, material));
+    return group;
+}
+
+/* The shaft of an arrow takes what the tip leaves; one that is shorter than the tip is a smaller tip. */
+function stretchArrow(group, part) {
+    const [shaft, tip] = group.children, length = Math.abs(part);
+    shaft.visible = length > TIP;
+    shaft.scale.x = Math.max(length - TIP, 1e-6);
+    tip.position.x = Math.max(length - TIP, 0);
+    tip.scale.setScalar(Math.min(1, length / TIP));
+}
+
+/* A force on a coordinate, along or about the axis of its joint. */
+function addCoordinateForce(body, frame, values, material) {
+    const isTurn = body.run.frames[frame].isTurn, group = arrowGroup(isTurn, material);
+    group.quaternion.copy(axisTurn(body.run.frames[frame].axis));
+    groupOf(body, frame).add(group);
+    body.forces.push({group, isTurn, parts: [values]});
+}
+
+/* A force or torque at a point, whose components are those of the ground. */
+function addLoad(body, load, material) {
+    const group = arrowGroup(load.kind === "torque", material);
+    body.all.add(group);
+    body.forces.push({group, isTurn: load.kind === "torque", parts: load.parts, at: load});
+}
+
+function largestPart(forces) {
+    return forces.reduce((most, force) => force.parts.reduce(
+        (all, part) => part.reduce((one, value) => Math.max(one, Math.abs(value)), all), most), 0);
+}
+
+/* The largest of all forces has the full length, and so has the largest of all torques. */
+function addForces(body, programme, applied) {
+    for (const course of body.run.courses.filter((one) => one.kind === "force")) {
+        const isOf = (name) => course.name === `force_${name}` || course.name === `force_force_${name}`;
+        addCoordinateForce(body, body.run.coordinates.findIndex(isOf), course.values, programme);
     }
+    for (const force of body.run.applied)
+        if (force.kind === "drive")
+            addCoordinateForce(body, force.frame, force.parts[0], applied);
+        else
+            addLoad(body, force, applied);
     for (const force of body.forces)
-        force.largest = Math.max(...body.forces.filter((other) => other.isTurn === force.isTurn)
-                                     .map((other) => other.values.reduce((most, value) => Math.max(most, Math.abs(value)), 0)));
+        force.largest = largestPart(body.forces.filter((other) => other.isTurn === force.isTurn));
+}
+
+/* Turns and places the arrow of a load; gives its length. */
+function directLoad(body, force, row) {
+    const vector = new THREE.Vector3(...force.parts.map((part) => valueAt(part, row))), length = vector.length();
+    force.group.position.set(...placeNow(body.run, force.at));
+    if (length > 0)
+        force.group.quaternion.setFromUnitVectors(new THREE.Vector3(1, 0, 0), vector.divideScalar(length));
+    return length;
 }
 
 function moveForce(body, force, row, isShown) {
-    const length = SIZE.arrow * body.size * valueAt(force.values, row) / force.largest;
-    force.group.visible = isShown && Math.abs(length) > 0.004 * body.size;
-    if (force.isTurn) /* a mirrored bow turns the other way */
-        force.group.scale.set(Math.abs(length), length, Math.abs(length));
-    else
-        force.group.scale.set(length, SIZE.arrow * body.size, SIZE.arrow * body.size);
+    const value = force.at ? directLoad(body, force, row) : valueAt(force.parts[0], row);
+    const part = value / force.largest, full = SIZE.arrow * body.size;
+    force.group.visible = isShown && Math.abs(part) > 0.015;
+    if (force.isTurn) { /* a mirrored bow turns the other way */
+        force.group.scale.set(Math.abs(part), part, Math.abs(part)).multiplyScalar(full);
+        return;
+    }
+    stretchArrow(force.group, part);
+    force.group.scale.set(Math.sign(part) * full, full, full);
 }
 
 /* ---- All of a run ---- */
 
-/* `look`: {size, materialOf(link), joint, point, closure, force: materials, trail: colour, letters: colour or null} */
+/* `look`: {size, materialOf(link), joint, point, closure, programme, applied: materials, trail, curve: colours, letters: colour or null} */
 function makeBody(run, paths, look) {
     const body = {run, paths, size: look.size, all: new THREE.Group(), groups: new Map(), parts: new Map(),
                   matrices: new Map(), rails: [], trails: [],
-                  forces: [], triads: [], paths3d: new THREE.Group()};
+                  curves: [], forces: [], triads: [], paths3d: new THREE.Group()};
     addShapes(body, look.materialOf);
     addJoints(body, look.joint);
     addPoints(body, look.point, look.letters);
     addClosures(body, look.closure);
     addTriads(body);
     addTrails(body, look.trail);
-    addForces(body, look.force);
+    addCurves(body, look.curve);
+    addForces(body, look.programme, look.applied);
     closeParts(body);
     body.all.add(body.paths3d);
     return body;
@@ -301,6 +366,7 @@ function moveBody(body, row, shown) {
         group.matrix.copy(body.matrices.get(frame));
         group.matrixWorldNeedsUpdate = true;
     }
+    body.curves.forEach((curve) => moveCurve(body, curve));
     body.rails.forEach((rail) => moveRail(body, rail));
     body.forces.forEach((force) => moveForce(body, force, row, shown.forces));
     body.triads.forEach((triad) => { triad.visible = shown.frames; });

@@ -38,16 +38,18 @@ function placesText() {
     })).join("\n");
 }
 
-/* Texts change ten times a second at most. */
+/* Texts and the slider change ten times a second at most: the page around the picture is drawn anew for them. */
 function showTexts(clock, now) {
     if (clock.isPlaying && now - page.valuesShown < 100)
         return;
     page.valuesShown = now;
+    showTime(clock);
     byId("places").textContent = placesText();
     page.charts.forEach((chart) => showValues(chart, page.rows));
 }
 
 function moveAll(clock) {
+    byId("force-key").hidden = !clock.shown.forces;
     page.rows = runs.map((run) => moveRun(run, clock.time));
     if (page.stage)
         page.stage.bodies.forEach((body, i) => moveBody(body, page.rows[i], clock.shown));
@@ -71,6 +73,8 @@ function setTheme(name) {
     byId("theme").textContent = isDark ? "Light" : "Dark";
     if (page.stage)
         dressStage(page.stage, runs);
+    for (const kind of Object.keys(FORCE_COLOURS))
+        byId(`${kind}-sample`).style.background = `#${shownColour(FORCE_COLOURS[kind]).getHexString()}`;
     byId("runs").textContent = "";
     describeRuns();
     drawAll();
