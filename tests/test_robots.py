@@ -1,4 +1,4 @@
-"""What robots have: joint axes in any direction, rotors, limits. Values by hand, in numpy, and by Pinocchio (make_robot_references.py)."""
+"""What robots have: joint axes in any direction, rotors, limits, angular velocities, orientations. Values by hand, in numpy, and by Pinocchio (make_robot_references.py)."""
 import json
 import re
 
@@ -6,7 +6,7 @@ import numpy
 import pytest
 from numpy import cos, sin
 
-from program import TESTS, check, close, evaluate, oracle, read_run, refdyn
+from program import TESTS, check, close, evaluate, motion, oracle, read_run, refdyn
 from test_features import rotation
 
 ROBOT = TESTS / "models" / "robot.lua"
@@ -188,3 +188,74 @@ def test_limits_elsewhere(tmp_path):
     limited, free = ((tmp_path / name / "swing.c").read_text() for name in ("swing", "free"))
     assert table in limited and re.sub(r'"\w{16}"', "", limited.replace(table, "")) == re.sub(r'"\w{16}"', "", free)
     assert "limits" not in (tmp_path / "free" / "swing.h").read_text()
+
+
+# ---- angular velocities and orientations ----
+
+def robot_with(folder, constraints):
+    path = folder / "robot_with.lua"
+    path.write_text(ROBOT.read_text().replace("  points = {", "  constraints = function(s) local E = s.points.E\n"
+                                              f"    return {{ {constraints} }} end,\n  points = {{", 1))
+    return path
+
+
+def test_angular_velocity(tmp_path):
+    """u of rows on w and wd is the angular part of the Jacobian, v its rate times qd; of a point and of the link that has it."""
+    path, lines = robot_with(tmp_path, "rd.velocity { E.wx }, rd.acceleration { E.wyd }, rd.velocity { s.axes.wrist_3.wz }"), []
+    for state in oracle("robot")["states"]:
+        found, point = evaluate(path, {"q": state["q"], "qd": state["qd"]}), state["points"]["E"]
+        w = numpy.array(point["J"][3:]) @ state["qd"]
+        lines += [close("u", found["u"], point["J"][3:], 1e-14, 1), close("v", found["v"], point["Jd_qd"][3:], 1e-13),
+                  close("w", [found["psi"][0], found["psi"][2]], [w[0], w[2]], 1e-14)]
+    check(lines)
+
+
+def turned(angles):
+    return rotation("z", angles[0]) @ rotation("y", angles[1]) @ rotation("x", angles[2])
+
+
+def test_path_in_space(tmp_path):
+    """E goes along a curve while its axes turn as given: position and orientation to 1e-12, on six rows."""
+    names, start = evaluate(ROBOT)["coordinates"], evaluate(ROBOT)
+    place = rotation("z", 0.3) @ rotation("x", -0.4)
+    R = frames([0.2, -0.7, 0.9, -0.3, 0.4, 1.1, 0.012])[5][0] @ place
+    r = start["points"]["E"]["r"]
+    first = [float(angle) for angle in (numpy.arctan2(R[1, 0], R[0, 0]), -numpy.arcsin(R[2, 0]), numpy.arctan2(R[2, 1], R[2, 2]))]
+    angles = [f"{first[0]!r} + 0.4 * (1 - rd.cos(2 * s.t))", f"{first[1]!r} - 0.3 * s.t^2", f"{first[2]!r} + 0.2 * s.t^3"]
+    path = robot_with(tmp_path, f"""
+      rd.position {{ E.x - {r[0]!r} - 0.05 * s.t^2 }}, rd.position {{ E.y - {r[1]!r} }}, rd.position {{ E.z - {r[2]!r} - 0.04 * (1 - rd.cos(3 * s.t)) }},
+      rd.orientation {{ "E", {{ {{ "z", {angles[0]} }}, {{ "y", {angles[1]} }}, {{ "x", {angles[2]} }} }}, alpha = 20, beta = 20 }}""")
+    run, _, summary = motion(path, "--until", 1, "--every", 0.25, "--tol", 1e-8)
+    lines = [close("phi", summary["phi_max"], 0, 1e-12, 1)]
+    for row, t in enumerate(run["t"]):
+        R, origin, *_ = frames([run[name][row] for name in names])[5]
+        wanted = turned((first[0] + 0.4 * (1 - cos(2 * t)), first[1] - 0.3 * t**2, first[2] + 0.2 * t**3))
+        lines += [close(f"R at {t}", R @ place, wanted, 1e-12, 1),
+                  close(f"r at {t}", origin + R @ (0.011, 0.082, -0.017), (r[0] + 0.05 * t**2, r[1], r[2] + 0.04 * (1 - cos(3 * t))), 1e-12, 1)]
+    check(lines)
+
+
+BODY_FREE = """local rd = require "refdyn"
+return rd.model {{ name = "body", links = {{ {{ "a", joint = "free", mass = 1, start = {{ psi = {psi}, theta = {theta} }},
+    inertia = {{ xx = 0.3, yy = 0.4, zz = 0.5 }} }} }}, points = {{ E = "a" }},
+  constraints = function(s) return {{ rd.orientation {{ "a", {{}}, name = "level" }} }} end }}"""
+
+
+@pytest.mark.parametrize("psi, theta", [(3, 0.02), (-2.2, 0.9), (1e-7, 0)])
+def test_orientation_has_one_solution(psi, theta, tmp_path):
+    """phi = 2 tan(angle / 2) about the axis; a start that is projected ends at the target, from far as well."""
+    (tmp_path / "body.lua").write_text(BODY_FREE.format(psi=psi, theta=theta))
+    R = turned((psi, theta, 0))
+    sine = numpy.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
+    angle = numpy.arctan2(numpy.linalg.norm(sine), numpy.trace(R) - 1)
+    found = evaluate(tmp_path / "body.lua")["phi"]
+    run, _, _ = motion(tmp_path / "body.lua", "--until", 0.1, "--every", 0.1, "--start", "project")
+    check([close("phi", found, 2 * numpy.tan(angle / 2) * sine / numpy.linalg.norm(sine), 1e-12),
+           close("R", turned([run[f"a_{name}"][0] for name in ("psi", "theta", "phi")]), numpy.eye(3), 1e-9, 1)])
+
+
+def test_orientation_at_half_a_turn(tmp_path):
+    """There the rows have no value, and the motion does not begin."""
+    (tmp_path / "body.lua").write_text(BODY_FREE.format(psi="rd.pi", theta=0))
+    said = refdyn("sim", tmp_path / "body.lua", "--until", 1, "-o", tmp_path / "run.csv", status=3).stderr
+    assert "level" in said, said
