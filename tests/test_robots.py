@@ -6,7 +6,7 @@ import numpy
 import pytest
 from numpy import cos, sin
 
-from program import TESTS, check, close, evaluate, motion, oracle, read_run, refdyn
+from program import REFERENCE, TESTS, check, close, evaluate, motion, oracle, read_run, refdyn
 from test_features import rotation
 
 ROBOT = TESTS / "models" / "robot.lua"
@@ -208,6 +208,28 @@ def test_angular_velocity(tmp_path):
         lines += [close("u", found["u"], point["J"][3:], 1e-14, 1), close("v", found["v"], point["Jd_qd"][3:], 1e-13),
                   close("w", [found["psi"][0], found["psi"][2]], [w[0], w[2]], 1e-14)]
     check(lines)
+
+
+def test_spatial_jacobian():
+    lines = []
+    for state in oracle("robot")["states"]:
+        found = evaluate(ROBOT, {"q": state["q"], "qd": state["qd"]})["points"]
+        for name, point in state["points"].items():
+            lines += [close(f"J of {name}", found[name]["J"], point["J"], 1e-14), close(f"Jd_qd of {name}", found[name]["Jd_qd"], point["Jd_qd"], 1e-13)]
+    assert "J" not in evaluate(REFERENCE)["points"]["E"]
+    check(lines)
+
+
+def test_spatial_jacobian_behind_equal_links(tmp_path):
+    """In loops over elements and written out."""
+    path = tmp_path / "runs.lua"
+    path.write_text((TESTS / "models" / "runs.lua").read_text().replace("at = { 0.2, 0, 0 } } } },", "at = { 0.2, 0, 0 }, angular = true } } },"))
+    q = [0.1 * i - 0.4 for i in range(9)]
+    state, options = {"q": q, "qd": [1 - value for value in q]}, ["--set", "kind=skew", "--set", "rfe=9", "--accelerations", "recursive"]
+    one, other = (evaluate(path, state, *options, "--loops", loops)["points"]["E"] for loops in ("always", "never"))
+    w = 9 * [numpy.array((0.3, 0.8, -0.2)) / numpy.linalg.norm((0.3, 0.8, -0.2))]
+    check([close("J", one["J"], other["J"], 1e-14), close("Jd_qd", one["Jd_qd"], other["Jd_qd"], 1e-13),
+           close("angular", one["J"][3:], numpy.transpose(w), 1e-14)])
 
 
 def turned(angles):

@@ -147,6 +147,7 @@
 ---@field along? refdyn.expression|number how far along the beam that carries it, from its root [m]
 ---@field at? (refdyn.expression|number)[] position in that frame [m]
 ---@field turn? table[] constant rotations of its axes, as for links [rad]
+---@field angular? boolean of a point of interest: `true` emits its spatial Jacobian `J` and drift `Jd_qd`, too
 
 ---@class refdyn.axis
 ---@field [1]? string

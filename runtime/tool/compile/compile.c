@@ -61,6 +61,7 @@ static bool load(struct compiled *compiled, const char *name, const struct cache
     if (!compiled->library)
         return false;
     compiled->model = dlsym(compiled->library, text_format("%s_model", name));
+    compiled->spatial = dlsym(compiled->library, text_format("%s_spatial", name));
     if (lanes)
         compiled->lanes = dlsym(compiled->library, text_format("%s_lanes_%d", name, lanes));
     if (!compiled->model || (lanes && !compiled->lanes))

@@ -17,6 +17,7 @@ struct compiled {
     int file; /* descriptor that the library was loaded from */
     const struct refdyn_model *model;
     const struct refdyn_lane_model *lanes; /* NULL: it has none */
+    const struct refdyn_spatial *spatial;  /* NULL: it has none */
 };
 
 /* Loads model `name` from its emitted files, compiled unless the cache has it; those for lanes with so many,
