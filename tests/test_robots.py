@@ -119,7 +119,7 @@ return rd.model { name = "drive", links = { { "shaft", joint = "psi", rotor = { 
 # ---- accelerations ----
 
 def test_accelerations_of_a_motion(tmp_path):
-    """Each row's are those of `eval` at that state; a file without them, as it was written before, is drawn alike."""
+    """Each row's are those of `eval` at that state, of coordinates and of points that ask for them; a file without them, as it was written before, is drawn alike."""
     refdyn("sim", ROBOT, "--until", 0.2, "--every", 0.1, "-o", tmp_path / "run.csv")
     run = read_run(tmp_path / "run.csv")
     names = evaluate(ROBOT)["coordinates"]
@@ -127,9 +127,15 @@ def test_accelerations_of_a_motion(tmp_path):
         state = {"t": run["t"][row], "q": [run[name][row] for name in names], "qd": [run[name + "_d"][row] for name in names]}
         check([close(f"row {row}", [run[name + "_dd"][row] for name in names], evaluate(ROBOT, state)["qdd"], 1e-12)])
     lines = [line.split(",") for line in (tmp_path / "run.csv").read_text().splitlines()]
-    assert lines[0][-7:] == [name + "_dd" for name in names]
+    angular = [f"{point}_w{axis}{rate}" for point in ("E", "grip") for rate in ("", "d") for axis in "xyz"]
+    assert lines[0][-19:] == [name + "_dd" for name in names] + angular
+    J = numpy.array(evaluate(ROBOT, state)["points"]["E"]["J"])[3:]
+    drift = evaluate(ROBOT, state)["points"]["E"]["Jd_qd"][3:]
+    qdd = [run[name + "_dd"][row] for name in names]
+    check([close("w", [run[name][row] for name in angular[:3]], J @ state["qd"], 1e-13),
+           close("wd", [run[name][row] for name in angular[3:6]], J @ qdd + drift, 1e-12)])
     (tmp_path / "old").mkdir()
-    (tmp_path / "old" / "run.csv").write_text("".join(",".join(line[:-7]) + "\n" for line in lines))
+    (tmp_path / "old" / "run.csv").write_text("".join(",".join(line[:-19]) + "\n" for line in lines))
     for folder in (tmp_path, tmp_path / "old"):
         refdyn("plot", folder / "run.csv", "-o", folder / "run.svg")
     assert (tmp_path / "run.svg").read_text() == (tmp_path / "old" / "run.svg").read_text()

@@ -172,7 +172,7 @@ static char *emit_list(struct scene *scene, const struct options *options, unsig
                                  : ",implicit",
         needs & NEEDS_POINTS && points ? ",r" : "", needs & NEEDS_POINT_RATES && points ? ",rd,C,d" : "",
         needs & NEEDS_LINEAR && rows ? ",d_rows" : "", needs & NEEDS_LINEAR && points ? ",C" : "",
-        needs & NEEDS_STATE && has_angular_points(model) ? ",J,Jd_qd" : "");
+        needs & NEEDS_POINT_RATES && has_angular_points(model) ? ",J,Jd_qd" : "");
 }
 
 static enum status emit_and_load(struct scene *scene, const struct options *options, unsigned needs,
