@@ -97,6 +97,15 @@ enum refdyn_vector {
 /* The place among those of vectors of what the rotors of drives add to M's diagonal beside the vectors. */
 enum { REFDYN_ROTOR = 3 * REFDYN_STRAIN_DAMPING + 2 };
 
+/* Spatial Jacobians, which NAME.h lists where points ask for them: NAME_spatial. First three rows velocity of
+ * the point, next three angular velocity of what carries it, in the ground's axes. */
+struct refdyn_spatial {
+    int count;
+    const int *points;      /* (count) rows of r, rd and d that they belong to */
+    refdyn_function *J;     /* (count x 6 x n) (rd, w) = J qd */
+    refdyn_function *Jd_qd; /* (count x 6) (rdd, wd) = J qdd + Jd_qd [m/s^2, rad/s^2] */
+};
+
 /* Limits of one joint, which NAME.h lists; infinite where there is none. No function reads them. */
 struct refdyn_limits {
     int coordinate;

@@ -1,4 +1,4 @@
-"""What robots have: joint axes in any direction, rotors, limits. Values by hand, in numpy, and by Pinocchio (make_robot_references.py)."""
+"""What robots have: joint axes in any direction, rotors, limits, angular velocities, orientations. Values by hand, in numpy, and by Pinocchio (make_robot_references.py)."""
 import json
 import re
 
@@ -6,7 +6,7 @@ import numpy
 import pytest
 from numpy import cos, sin
 
-from program import TESTS, check, close, evaluate, oracle, read_run, refdyn
+from program import REFERENCE, TESTS, check, close, evaluate, motion, oracle, read_run, refdyn
 from test_features import rotation
 
 ROBOT = TESTS / "models" / "robot.lua"
@@ -119,7 +119,7 @@ return rd.model { name = "drive", links = { { "shaft", joint = "psi", rotor = { 
 # ---- accelerations ----
 
 def test_accelerations_of_a_motion(tmp_path):
-    """Each row's are those of `eval` at that state; a file without them, as it was written before, is drawn alike."""
+    """Each row's are those of `eval` at that state, of coordinates and of points that ask for them; a file without them, as it was written before, is drawn alike."""
     refdyn("sim", ROBOT, "--until", 0.2, "--every", 0.1, "-o", tmp_path / "run.csv")
     run = read_run(tmp_path / "run.csv")
     names = evaluate(ROBOT)["coordinates"]
@@ -127,9 +127,15 @@ def test_accelerations_of_a_motion(tmp_path):
         state = {"t": run["t"][row], "q": [run[name][row] for name in names], "qd": [run[name + "_d"][row] for name in names]}
         check([close(f"row {row}", [run[name + "_dd"][row] for name in names], evaluate(ROBOT, state)["qdd"], 1e-12)])
     lines = [line.split(",") for line in (tmp_path / "run.csv").read_text().splitlines()]
-    assert lines[0][-7:] == [name + "_dd" for name in names]
+    angular = [f"{point}_w{axis}{rate}" for point in ("E", "grip") for rate in ("", "d") for axis in "xyz"]
+    assert lines[0][-19:] == [name + "_dd" for name in names] + angular
+    J = numpy.array(evaluate(ROBOT, state)["points"]["E"]["J"])[3:]
+    drift = evaluate(ROBOT, state)["points"]["E"]["Jd_qd"][3:]
+    qdd = [run[name + "_dd"][row] for name in names]
+    check([close("w", [run[name][row] for name in angular[:3]], J @ state["qd"], 1e-13),
+           close("wd", [run[name][row] for name in angular[3:6]], J @ qdd + drift, 1e-12)])
     (tmp_path / "old").mkdir()
-    (tmp_path / "old" / "run.csv").write_text("".join(",".join(line[:-7]) + "\n" for line in lines))
+    (tmp_path / "old" / "run.csv").write_text("".join(",".join(line[:-19]) + "\n" for line in lines))
     for folder in (tmp_path, tmp_path / "old"):
         refdyn("plot", folder / "run.csv", "-o", folder / "run.svg")
     assert (tmp_path / "run.svg").read_text() == (tmp_path / "old" / "run.svg").read_text()
@@ -188,3 +194,96 @@ def test_limits_elsewhere(tmp_path):
     limited, free = ((tmp_path / name / "swing.c").read_text() for name in ("swing", "free"))
     assert table in limited and re.sub(r'"\w{16}"', "", limited.replace(table, "")) == re.sub(r'"\w{16}"', "", free)
     assert "limits" not in (tmp_path / "free" / "swing.h").read_text()
+
+
+# ---- angular velocities and orientations ----
+
+def robot_with(folder, constraints):
+    path = folder / "robot_with.lua"
+    path.write_text(ROBOT.read_text().replace("  points = {", "  constraints = function(s) local E = s.points.E\n"
+                                              f"    return {{ {constraints} }} end,\n  points = {{", 1))
+    return path
+
+
+def test_angular_velocity(tmp_path):
+    """u of rows on w and wd is the angular part of the Jacobian, v its rate times qd; of a point and of the link that has it."""
+    path, lines = robot_with(tmp_path, "rd.velocity { E.wx }, rd.acceleration { E.wyd }, rd.velocity { s.axes.wrist_3.wz }"), []
+    for state in oracle("robot")["states"]:
+        found, point = evaluate(path, {"q": state["q"], "qd": state["qd"]}), state["points"]["E"]
+        w = numpy.array(point["J"][3:]) @ state["qd"]
+        lines += [close("u", found["u"], point["J"][3:], 1e-14, 1), close("v", found["v"], point["Jd_qd"][3:], 1e-13),
+                  close("w", [found["psi"][0], found["psi"][2]], [w[0], w[2]], 1e-14)]
+    check(lines)
+
+
+def test_spatial_jacobian():
+    lines = []
+    for state in oracle("robot")["states"]:
+        found = evaluate(ROBOT, {"q": state["q"], "qd": state["qd"]})["points"]
+        for name, point in state["points"].items():
+            lines += [close(f"J of {name}", found[name]["J"], point["J"], 1e-14), close(f"Jd_qd of {name}", found[name]["Jd_qd"], point["Jd_qd"], 1e-13)]
+    assert "J" not in evaluate(REFERENCE)["points"]["E"]
+    check(lines)
+
+
+def test_spatial_jacobian_behind_equal_links(tmp_path):
+    """In loops over elements and written out."""
+    path = tmp_path / "runs.lua"
+    path.write_text((TESTS / "models" / "runs.lua").read_text().replace("at = { 0.2, 0, 0 } } } },", "at = { 0.2, 0, 0 }, angular = true } } },"))
+    q = [0.1 * i - 0.4 for i in range(9)]
+    state, options = {"q": q, "qd": [1 - value for value in q]}, ["--set", "kind=skew", "--set", "rfe=9", "--accelerations", "recursive"]
+    one, other = (evaluate(path, state, *options, "--loops", loops)["points"]["E"] for loops in ("always", "never"))
+    w = 9 * [numpy.array((0.3, 0.8, -0.2)) / numpy.linalg.norm((0.3, 0.8, -0.2))]
+    check([close("J", one["J"], other["J"], 1e-14), close("Jd_qd", one["Jd_qd"], other["Jd_qd"], 1e-13),
+           close("angular", one["J"][3:], numpy.transpose(w), 1e-14)])
+
+
+def turned(angles):
+    return rotation("z", angles[0]) @ rotation("y", angles[1]) @ rotation("x", angles[2])
+
+
+def test_path_in_space(tmp_path):
+    """E goes along a curve while its axes turn as given: position and orientation to 1e-12, on six rows."""
+    names, start = evaluate(ROBOT)["coordinates"], evaluate(ROBOT)
+    place = rotation("z", 0.3) @ rotation("x", -0.4)
+    R = frames([0.2, -0.7, 0.9, -0.3, 0.4, 1.1, 0.012])[5][0] @ place
+    r = start["points"]["E"]["r"]
+    first = [float(angle) for angle in (numpy.arctan2(R[1, 0], R[0, 0]), -numpy.arcsin(R[2, 0]), numpy.arctan2(R[2, 1], R[2, 2]))]
+    angles = [f"{first[0]!r} + 0.4 * (1 - rd.cos(2 * s.t))", f"{first[1]!r} - 0.3 * s.t^2", f"{first[2]!r} + 0.2 * s.t^3"]
+    path = robot_with(tmp_path, f"""
+      rd.position {{ E.x - {r[0]!r} - 0.05 * s.t^2 }}, rd.position {{ E.y - {r[1]!r} }}, rd.position {{ E.z - {r[2]!r} - 0.04 * (1 - rd.cos(3 * s.t)) }},
+      rd.orientation {{ "E", {{ {{ "z", {angles[0]} }}, {{ "y", {angles[1]} }}, {{ "x", {angles[2]} }} }}, alpha = 20, beta = 20 }}""")
+    run, _, summary = motion(path, "--until", 1, "--every", 0.25, "--tol", 1e-8)
+    lines = [close("phi", summary["phi_max"], 0, 1e-12, 1)]
+    for row, t in enumerate(run["t"]):
+        R, origin, *_ = frames([run[name][row] for name in names])[5]
+        wanted = turned((first[0] + 0.4 * (1 - cos(2 * t)), first[1] - 0.3 * t**2, first[2] + 0.2 * t**3))
+        lines += [close(f"R at {t}", R @ place, wanted, 1e-12, 1),
+                  close(f"r at {t}", origin + R @ (0.011, 0.082, -0.017), (r[0] + 0.05 * t**2, r[1], r[2] + 0.04 * (1 - cos(3 * t))), 1e-12, 1)]
+    check(lines)
+
+
+BODY_FREE = """local rd = require "refdyn"
+return rd.model {{ name = "body", links = {{ {{ "a", joint = "free", mass = 1, start = {{ psi = {psi}, theta = {theta} }},
+    inertia = {{ xx = 0.3, yy = 0.4, zz = 0.5 }} }} }}, points = {{ E = "a" }},
+  constraints = function(s) return {{ rd.orientation {{ "a", {{}}, name = "level" }} }} end }}"""
+
+
+@pytest.mark.parametrize("psi, theta", [(3, 0.02), (-2.2, 0.9), (1e-7, 0)])
+def test_orientation_has_one_solution(psi, theta, tmp_path):
+    """phi = 2 tan(angle / 2) about the axis; a start that is projected ends at the target, from far as well."""
+    (tmp_path / "body.lua").write_text(BODY_FREE.format(psi=psi, theta=theta))
+    R = turned((psi, theta, 0))
+    sine = numpy.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
+    angle = numpy.arctan2(numpy.linalg.norm(sine), numpy.trace(R) - 1)
+    found = evaluate(tmp_path / "body.lua")["phi"]
+    run, _, _ = motion(tmp_path / "body.lua", "--until", 0.1, "--every", 0.1, "--start", "project")
+    check([close("phi", found, 2 * numpy.tan(angle / 2) * sine / numpy.linalg.norm(sine), 1e-12),
+           close("R", turned([run[f"a_{name}"][0] for name in ("psi", "theta", "phi")]), numpy.eye(3), 1e-9, 1)])
+
+
+def test_orientation_at_half_a_turn(tmp_path):
+    """There the rows have no value, and the motion does not begin."""
+    (tmp_path / "body.lua").write_text(BODY_FREE.format(psi="rd.pi", theta=0))
+    said = refdyn("sim", tmp_path / "body.lua", "--until", 1, "-o", tmp_path / "run.csv", status=3).stderr
+    assert "level" in said, said

@@ -104,6 +104,11 @@ long local_arrays_bytes(const struct emission *emission, const struct function *
 /* The parts of a model's files. */
 void emit_constants(const struct emission *emission, struct text *text);
 
+/* emit_spatial.c: the same of spatial Jacobians; is the function one of theirs? */
+void emit_spatial_declaration(const struct emission *emission, struct text *text);
+void emit_spatial(const struct emission *emission, struct text *text);
+bool emit_is_spatial(const struct function *function);
+
 /* emit_limits.c: where a model has limits, their table, and what the header says of it. */
 void emit_limits_declaration(const struct emission *emission, struct text *text);
 void emit_limits(const struct emission *emission, struct text *text);

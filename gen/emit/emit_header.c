@@ -160,6 +160,7 @@ void emit_header(struct emission *x, struct text *text) {
     text_add(text, "/* Results are written while arguments are still read: they share no memory. */\n\n");
     for (int f = 0; f < plan->function_count; f++)
         emit_prototype(x, text, &plan->functions[f]);
+    emit_spatial_declaration(x, text);
     text_add(text, "extern const struct refdyn_model %s_model;\n\n", x->name);
     text_add(text, "#ifdef __cplusplus\n}\n#endif\n\n#endif\n");
 }

@@ -243,7 +243,8 @@ void emit_adapters(struct emission *x, struct text *text) {
                  "*)p);\n}\n\n",
                  x->name, x->name, x->name);
     for (int f = 0; f < x->plan->function_count; f++)
-        emit_adapter(x, text, &x->plan->functions[f]);
+        if (!x->is_lanes || !emit_is_spatial(&x->plan->functions[f])) /* lanes have no table of these */
+            emit_adapter(x, text, &x->plan->functions[f]);
 }
 
 static void emit_defaults(struct emission *x, struct text *text) {
@@ -381,5 +382,6 @@ void emit_tables(struct emission *x, struct text *text, const char *hash) {
     emit_events(x, text);
     emit_limits(x, text);
     emit_adapters(x, text);
+    emit_spatial(x, text);
     emit_model_table(x, text, hash);
 }

@@ -104,6 +104,7 @@ struct point {
     struct place place;
     struct attachment at;
     bool is_direction;
+    bool is_angular; /* of interest, with a spatial Jacobian */
 };
 
 struct option {

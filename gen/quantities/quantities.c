@@ -5,6 +5,7 @@
  * and how it is built; terms that several quantities share are derived once, when first asked for.
  */
 #include "quantities/quantities.h"
+#include "quantities/spatial_jacobian.h"
 #include "quantities/event_terms.h"
 #include "quantities/times_of_kinks.h"
 #include "quantities/pair_loops.h"
@@ -405,8 +406,9 @@ static bool has_anchors(const struct derivation *d) {
     return d->plan->anchored_count > 0;
 }
 
-/* Emitted by default, when it is named, or when it or parts of it are named, as in `d_qdd.q`. */
-enum use { BY_DEFAULT, ON_REQUEST, IN_BLOCKS };
+/* Emitted by default, by default where the scene has it and without a word elsewhere, when it is named, or
+ * when it or parts of it are named, as in `d_qdd.q`. */
+enum use { BY_DEFAULT, WHERE_THERE, ON_REQUEST, IN_BLOCKS };
 
 struct quantity {
     const char *name, *about;
@@ -433,6 +435,10 @@ static const struct quantity quantities[] = {
     {"rd", "velocities of the points", has_points, "points", build_rd, BY_DEFAULT},
     {"C", "columns of the points, rd = C qd", has_points, "points", build_C, BY_DEFAULT},
     {"d", "bias accelerations of the points, rdd = C qdd + d", has_points, "points", build_d, BY_DEFAULT},
+    {"J", "spatial Jacobians of points with angular = true", spatial_jacobian_exists,
+     "points with angular = true", spatial_jacobian_build, WHERE_THERE},
+    {"Jd_qd", "their rates times qd", spatial_jacobian_exists, "points with angular = true",
+     spatial_jacobian_build_drift, WHERE_THERE},
     {"energy", "kinetic and potential energy", always, "", build_energy, BY_DEFAULT},
     {"power", "power of all forces in Q that have no potential", has_work, "forces without a potential",
      build_power, BY_DEFAULT},
@@ -552,7 +558,8 @@ static bool is_asked_for(const struct derivation *d, const struct quantity *quan
     if (emit && is_in_list(emit, implicit) &&
         quantity->build == (d->has_vectors ? derivatives_build_tangent_vectors : derivatives_build_tangent))
         return true;
-    return quantity->use == BY_DEFAULT && asks_for_all(d);
+    return (quantity->use == BY_DEFAULT || (quantity->use == WHERE_THERE && quantity->exists(d))) &&
+           asks_for_all(d);
 }
 
 /* What is wrong with a word for a part of a quantity, NULL: nothing. */

@@ -25,6 +25,7 @@ static check_value_of_type *const checks[TYPE_COUNT] = {
     [TYPE_ROTORS] = check_tables_by_joint,
     [TYPE_LIMITS] = check_tables_by_joint,
     [TYPE_FREE_VECTOR] = check_free_vector,
+    [TYPE_FREE_TURNS] = check_turns,
     [TYPE_FREE_BY_NAME] = check_free_by_name,
     [TYPE_POINTS] = check_points,
     [TYPE_LIST] = check_list,
@@ -194,7 +195,17 @@ static void warn_of_degrees(const struct checker *checker, const struct value *v
                         "%s: an angle of %.6g rad: in degrees? rd.pi / 180 makes radians of them", path, x);
 }
 
-static void check_turn(const struct checker *checker, const struct value *turn, const char *path) {
+static void check_angle(const struct checker *checker, const struct value *angle, bool is_free,
+                        const char *path) {
+    expression e;
+    if (is_free && value_expression(checker->graph, angle, &e))
+        return;
+    check_value(checker, angle, RANGE_ANY, path);
+    warn_of_degrees(checker, angle, path);
+}
+
+static void check_turn(const struct checker *checker, const struct value *turn, bool is_free,
+                       const char *path) {
     if (turn->kind != VALUE_TABLE) {
         refuse_kind(checker, turn, path, "{ \"x\", angle }");
         return;
@@ -207,8 +218,7 @@ static void check_turn(const struct checker *checker, const struct value *turn, 
     const char *axis = turn->items[0].text;
     if (strlen(axis) != 1 || !strchr("xyz", *axis))
         message_error(checker->messages, turn->place, "%s: \"%s\" is no axis, x y z are", path, axis);
-    check_value(checker, &turn->items[1], RANGE_ANY, path);
-    warn_of_degrees(checker, &turn->items[1], path);
+    check_angle(checker, &turn->items[1], is_free, path);
 }
 
 static void check_turns(const struct checker *checker, const struct value *value,
@@ -221,7 +231,8 @@ static void check_turns(const struct checker *checker, const struct value *value
         return;
     }
     for (int i = 0; i < value->item_count; i++)
-        check_turn(checker, &value->items[i], fields_path_item(checker, path, i));
+        check_turn(checker, &value->items[i], rule->type == TYPE_FREE_TURNS,
+                   fields_path_item(checker, path, i));
 }
 
 /* ---- names ---- */

@@ -52,6 +52,7 @@ const struct type_rule type_rules[TYPE_COUNT] = {
     [TYPE_DIRECTION] = {"\"x\", \"y\", \"z\" or a list of 3 numbers such as { 0, 0, 1 }",
                         TAKES_TEXT | TAKES_TABLE, OWNER_COUNT},
     [TYPE_FREE_VECTOR] = {"a list of 3 numbers or expressions such as { 0, 0, 1 }", TAKES_TABLE, OWNER_COUNT},
+    [TYPE_FREE_TURNS] = {"a list of turns such as { { \"x\", s.t } }", TAKES_TABLE, OWNER_COUNT},
     [TYPE_FREE_BY_NAME] = {"a table of values by name such as { arm_psi = 0 }", TAKES_TABLE, OWNER_COUNT},
     [TYPE_TRUTH] = {"true or false", TAKES_TRUTH, OWNER_COUNT},
     [TYPE_POINTS] = {"a table of points such as { E = \"arm\" }", TAKES_TABLE, OWNER_COUNT},

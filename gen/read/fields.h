@@ -46,6 +46,7 @@ enum field_type {
     TYPE_CURVATURE,
     TYPE_DIRECTION,    /* "x", "y", "z" or three values */
     TYPE_FREE_VECTOR,  /* three expressions */
+    TYPE_FREE_TURNS,   /* list of { axis, expression } */
     TYPE_FREE_BY_NAME, /* table of expressions by name */
     TYPE_TRUTH,        /* true or false */
     TYPE_POINTS,       /* table of places by name */

@@ -87,10 +87,12 @@ static void add_row(const struct group *group, enum row_level level, expression 
 /* ---- rows that the author writes ---- */
 
 /* A formula that the author writes may begin where the motion does. */
-static void add_programme(const struct group *group, enum row_level level, expression residual) {
+static void add_programme(const struct group *group, enum row_level level, expression residual,
+                          const char *part) {
     const struct reader *reader = group->reader;
-    add_row(group, level, residual, NULL);
+    add_row(group, level, residual, part);
     struct row *row = &reader->model->rows[reader->model->row_count - 1];
+    row->is_closure = false;
     row->starts = declarations_start_values(reader->check.declarations, residual, &row->start_count);
 }
 
@@ -116,7 +118,7 @@ static void read_written_row(const struct reader *reader, const struct value *va
     value_expression(reader->check.graph, residual, &e);
     const char *name = memory_format(reader->check.memory, "row %d", reader->model->row_count + 1);
     const struct group group = start_group(reader, value, path, GAINS(ROW), name);
-    add_programme(&group, level, e);
+    add_programme(&group, level, e, NULL);
 }
 
 static void read_position(const struct reader *reader, const struct value *value, const char *path) {
@@ -299,6 +301,41 @@ static void read_distance(const struct reader *reader, const struct value *value
     add_row(&group, ROW_POSITION, expr_sub(g, expr_sqrt(g, dot(reader, apart, apart)), e), NULL);
 }
 
+/* ---- a whole orientation ---- */
+
+/* R_t^T R, by rows: the axes of the target times those of the point. */
+static struct matrix relative_rotation(const struct reader *reader, const struct placement *target,
+                                       const struct attachment *at) {
+    struct graph *g = reader->check.graph;
+    struct matrix relative;
+    for (int j = 0; j < 3; j++) {
+        const struct vector turned = matrix_transpose_times(g, target->rotation, axis_of(reader, at, j));
+        for (int i = 0; i < 3; i++)
+            relative.at[3 * i + j] = turned.at[i];
+    }
+    return relative;
+}
+
+/* 2 tan(angle / 2) along the axis of R_t^T R: theory, sect. 6.6. */
+static void read_orientation(const struct reader *reader, const struct value *value, const char *path) {
+    struct graph *g = reader->check.graph;
+    const struct value *turns = fields_get(value, FIELD_ORIENTATION_target);
+    struct placement target = placement_identity();
+    struct axis end;
+    if (!read_end(reader, value, FIELD_ORIENTATION_of, path, &end) || !turns)
+        return;
+    read_turns(reader, turns, &target);
+    const struct group group = start_group(reader, value, path, GAINS(ORIENTATION), NULL);
+    const struct matrix R = relative_rotation(reader, &target, &end.at);
+    const expression trace = expr_add(g, expr_add(g, R.at[0], R.at[4]), R.at[8]);
+    const expression scale = expr_div(g, expr_number(g, 2), expr_add(g, expr_one(g), trace));
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        const expression twice_sine = expr_sub(g, R.at[3 * k + j], R.at[3 * j + k]);
+        add_programme(&group, ROW_POSITION, expr_mul(g, scale, twice_sine), component_names[i]);
+    }
+}
+
 /* ---- joints ---- */
 
 /* Kinds of joints that are closed; turns about x, y, z behind slides along them. */
@@ -421,7 +458,7 @@ static void read_drive(const struct reader *reader, const struct value *value, c
     value_expression(check->graph, course, &e);
     const char *name = memory_format(check->memory, "drive %s", reader->tree->frames[coordinate].name);
     const struct group group = start_group(reader, value, path, GAINS(DRIVE), name);
-    add_programme(&group, ROW_POSITION, driven(&group, coordinate, e));
+    add_programme(&group, ROW_POSITION, driven(&group, coordinate, e), NULL);
 }
 
 /* Where it stays, when the model does not say so: at the start of the motion, an anchored parameter. */
@@ -463,6 +500,7 @@ static const struct entry_kind kinds[] = {
     {"on_line", OWNER_ON_LINE, read_on_line},
     {"on_plane", OWNER_ON_PLANE, read_on_plane},
     {"distance", OWNER_DISTANCE, read_distance},
+    {"orientation", OWNER_ORIENTATION, read_orientation},
     {"close", OWNER_CLOSE, read_close},
     {"drive", OWNER_DRIVE, read_drive},
     {"lock", OWNER_LOCK, read_lock},
@@ -474,5 +512,5 @@ void read_constraints(const struct reader *reader, const struct value *result) {
         field_types_has_no_names(&reader->check, result, "constraints", needed))
         read_entries(reader, result, "constraints", kinds, sizeof kinds / sizeof *kinds,
                      "rd.position, velocity, acceleration, loop, parallel, perpendicular, on_line, on_plane, "
-                     "distance, close, drive or lock { ... }");
+                     "distance, orientation, close, drive or lock { ... }");
 }

@@ -153,6 +153,8 @@ static void read_links(struct reader *reader, const struct value *list) {
 static void read_point(const struct reader *reader, const struct named_value *named, struct point *point) {
     const struct value *value = &named->value;
     *point = (struct point){.name = named->name, .place = value->place, .at = markers_ground_attachment()};
+    const struct value *angular = value->kind == VALUE_TABLE ? fields_get(value, FIELD_POINT_angular) : NULL;
+    point->is_angular = angular && angular->truth;
     if (value->kind == VALUE_TABLE || value->kind == VALUE_TEXT)
         read_place(reader, value, fields_path_name(&reader->check, "points", named->name), false, &point->at);
 }

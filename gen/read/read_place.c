@@ -206,6 +206,10 @@ bool read_place_field(const struct reader *reader, const struct value *table, en
         return false;
     const int errors = reader->check.messages->errors;
     const char *own_path = fields_path_name(&reader->check, path, field_rules[field].name);
+    if (field_rules[field].type == TYPE_PLACE && value->kind == VALUE_TABLE &&
+        fields_has(value, FIELD_POINT_angular))
+        message_error(reader->check.messages, value->place, "%s.angular: of a point of interest only",
+                      own_path);
     const bool is_found = field_rules[field].type == TYPE_AXIS
                               ? read_attachment(reader, value, &axis_place, own_path, true, at)
                               : read_place(reader, value, own_path, true, at);

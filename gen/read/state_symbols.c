@@ -87,15 +87,57 @@ static struct view_result points_field(const struct view_names *names, struct vi
     return (struct view_result){.is_view = true, .view = view};
 }
 
-/* Components of a point or direction; a point has axes beside them. */
+/* A component of a direction or its rate of that order. */
+static expression direction_symbol(const struct view_names *names, const struct view *view, int marker,
+                                   int axis, int order) {
+    return found(names, view, expr_symbol(names->declarations->graph, SYMBOL_POINT, 3 * marker + axis, order))
+        .expression;
+}
+
+static struct vector direction_vector(const struct view_names *names, const struct view *view, int marker,
+                                      int order) {
+    struct vector v;
+    for (int axis = 0; axis < 3; axis++)
+        v.at[axis] = direction_symbol(names, view, marker, axis, order);
+    return v;
+}
+
+static const char on_ground[] = "axes of a point on the ground: they never move, numbers do";
+
+/* w = 1/2 sum of a x a' over the three axes a that are fixed to `at`, wd the same with a'': theory, sect.
+ * 4.4. */
+static struct view_result angular_field(const struct view_names *names, const struct view *view,
+                                        const struct attachment *at, int component) {
+    struct graph *g = names->declarations->graph;
+    struct vector sum = {{0, 0, 0}};
+    const int order = 1 + component / 3;
+    if (at->link < 0)
+        return (struct view_result){.fault = on_ground};
+    if (view->at_start && order == 2)
+        return no_acceleration();
+    for (int axis = 0; axis < 3; axis++) {
+        const int marker = markers_direction(names->model, at, vector_unit(g, axis));
+        const struct vector a = direction_vector(names, view, marker, 0),
+                            rate = direction_vector(names, view, marker, order);
+        sum = vector_add(g, sum, vector_cross(g, a, rate));
+    }
+    return (struct view_result){.expression = expr_mul(g, expr_number(g, 0.5), sum.at[component % 3])};
+}
+
+/* Components of a point or direction; a point has axes, and what turns them, beside them. */
 static struct view_result vector_field(const struct view_names *names, struct view view, const char *field) {
-    static const char *const known[] = {"x", "y", "z", "xd", "yd", "zd", "xdd", "ydd", "zdd", "axes"};
-    const int count = view.kind == VIEW_POINT ? 10 : 9, component = text_index(field, known, count);
+    static const char *const known[] = {"x",   "y",    "z",  "xd", "yd", "zd",  "xdd", "ydd",
+                                        "zdd", "axes", "wx", "wy", "wz", "wxd", "wyd", "wzd"};
+    const int count = view.kind == VIEW_POINT ? 16 : 9, component = text_index(field, known, count);
     if (component < 0) {
         const char *path = memory_format(names->declarations->memory,
                                          view.kind == VIEW_POINT ? "s.points.%s" : "direction %s",
                                          names->model->points[view.index].name);
         return no_field(names, path, field, "field", known, count);
+    }
+    if (component > 9) {
+        const struct attachment at = names->model->points[view.index].at; /* directions may move the list */
+        return angular_field(names, &view, &at, component - 10);
     }
     if (component == 9) {
         view.kind = VIEW_AXES_OF_POINT;
@@ -132,20 +174,22 @@ static struct view_result axes_field(const struct view_names *names, struct view
 }
 
 static struct view_result axis_field(const struct view_names *names, struct view view, const char *field) {
-    static const char *const known[] = {"x", "y", "z"};
+    static const char *const known[] = {"x", "y", "z", "wx", "wy", "wz", "wxd", "wyd", "wzd"};
     struct model *model = names->model;
     struct attachment at = markers_ground_attachment();
-    const int axis = text_index(field, known, 3);
+    const int axis = text_index(field, known, 9);
     if (axis < 0)
-        return no_field(names, "s.axes", field, "axis", known, 3);
+        return no_field(names, "s.axes", field, "axis", known, 9);
     if (view.kind == VIEW_AXES_OF_POINT) {
         at = model->points[view.index].at;
     } else {
         at.link = view.index;
         at.where = view.kind == VIEW_AXES_OF_TIP ? AT_TIP : AT_FRAME;
     }
+    if (axis >= 3)
+        return angular_field(names, &view, &at, axis - 3);
     if (at.link < 0)
-        return (struct view_result){.fault = "axes of a point on the ground: they never move, numbers do"};
+        return (struct view_result){.fault = on_ground};
     view.kind = VIEW_DIRECTION;
     view.index = markers_direction(model, &at, vector_unit(names->declarations->graph, axis));
     return (struct view_result){.is_view = true, .view = view};

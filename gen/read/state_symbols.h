@@ -2,7 +2,8 @@
  * What an author's function sees as `s` (and `p` outside of functions): names to symbols.
  *
  * s.t  s.q.NAME  s.qd.NAME  s.qdd.NAME  s.points.NAME.x ... zdd  s.points.NAME.axes.x.x ... zdd
- * s.axes.LINK.x.x ... zdd s.inputs.NAME  s.start.<the same>  p.NAME
+ * s.axes.LINK.x.x ... zdd  s.points.NAME.wx ... wzd  s.axes.LINK.wx ... wzd  s.inputs.NAME  s.start.<the
+ * same>  p.NAME
  */
 #ifndef REFDYN_GEN_STATE_SYMBOLS_H
 #define REFDYN_GEN_STATE_SYMBOLS_H

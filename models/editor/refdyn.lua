@@ -147,6 +147,7 @@
 ---@field along? refdyn.expression|number how far along the beam that carries it, from its root [m]
 ---@field at? (refdyn.expression|number)[] position in that frame [m]
 ---@field turn? table[] constant rotations of its axes, as for links [rad]
+---@field angular? boolean of a point of interest: `true` emits its spatial Jacobian `J` and drift `Jd_qd`, too
 
 ---@class refdyn.axis
 ---@field [1]? string
@@ -263,6 +264,15 @@
 ---@field beta? refdyn.expression|number Baumgarte gain of the position [1/s]
 ---@field name? string name in reports; left out: `row 1`, `loop 1 x` and so on
 
+---@class refdyn.orientation
+---@field [1]? string|table
+---@field of? string|table what is turned: a point of interest or a link
+---@field [2]? table[]
+---@field target? table[] turns that lead from the ground's axes to those that it is to have, `{}` for the ground's [rad]
+---@field alpha? refdyn.expression|number Baumgarte gain of the rate [1/s]
+---@field beta? refdyn.expression|number Baumgarte gain of the position [1/s]
+---@field name? string name in reports; left out: `row 1`, `loop 1 x` and so on
+
 ---@class refdyn.close
 ---@field [1]? string|table
 ---@field a? string|table the joint's frame on what it carries
@@ -340,6 +350,8 @@ function rd.on_line(fields) end
 function rd.on_plane(fields) end
 ---@param fields refdyn.distance
 function rd.distance(fields) end
+---@param fields refdyn.orientation
+function rd.orientation(fields) end
 ---@param fields refdyn.close
 function rd.close(fields) end
 ---@param fields refdyn.drive

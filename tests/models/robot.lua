@@ -28,7 +28,7 @@ return rd.model {
       mass = 0.173, center = { 0.004, 0.021, -0.002 }, inertia = { xx = 0.00012, yy = 0.00009, zz = 0.00011 } },
   },
   points = {
-    E = { on = "wrist_3", at = { 0.011, 0.082, -0.017 }, turn = { { "z", 0.3 }, { "x", -0.4 } } },
-    grip = { on = "finger", at = { 0.003, 0.031, 0.002 } },
+    E = { on = "wrist_3", at = { 0.011, 0.082, -0.017 }, turn = { { "z", 0.3 }, { "x", -0.4 } }, angular = true },
+    grip = { on = "finger", at = { 0.003, 0.031, 0.002 }, angular = true },
   },
 }

@@ -36,6 +36,7 @@ static const char *const types[TYPE_COUNT] = {
     [TYPE_CURVATURE] = "table",
     [TYPE_DIRECTION] = "string|number[]",
     [TYPE_FREE_VECTOR] = "(refdyn.expression|number)[]",
+    [TYPE_FREE_TURNS] = "table[]",
     [TYPE_FREE_BY_NAME] = "table<string, refdyn.expression|number>",
     [TYPE_TRUTH] = "boolean",
     [TYPE_POINTS] = "table",

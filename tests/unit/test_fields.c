@@ -32,6 +32,7 @@ static const char *const types[TYPE_COUNT] = {
     [TYPE_CURVATURE] = "table",
     [TYPE_DIRECTION] = "direction",
     [TYPE_FREE_VECTOR] = "3 expressions",
+    [TYPE_FREE_TURNS] = "turns by expressions",
     [TYPE_FREE_BY_NAME] = "expressions by name",
     [TYPE_TRUTH] = "true or false",
     [TYPE_POINTS] = "table",

@@ -119,7 +119,7 @@ static int write_row(void *context, const struct refdyn_batch_case *one, int num
     struct again *again = context;
     if (number == 0) {
         again->has_rows = true;
-        table_start(&again->table, one->integrator);
+        table_start(&again->table, one->integrator, NULL);
         table_header(&again->table, again->rows->file);
     }
     table_fill(&again->table);

@@ -103,7 +103,7 @@ static void add_model(struct listing *listing, const struct keep *keep, const st
     struct refdyn_workspace work = {.model = model, .n = model->n, .m = model->m};
     struct refdyn_integrator integrator = {.work = &work};
     struct table table;
-    table_start(&table, &integrator);
+    table_start(&table, &integrator, NULL);
     if (keep->final)
         add_state(listing, KEPT_FINAL, &table, model);
     if (keep->at_count > 0)
@@ -154,7 +154,7 @@ static bool are_known(const struct name_list *list, const struct listing *listin
         struct refdyn_workspace work = {.model = model, .n = model->n, .m = model->m};
         struct refdyn_integrator integrator = {.work = &work};
         struct table table;
-        table_start(&table, &integrator);
+        table_start(&table, &integrator, NULL);
         const char *near = message_nearest_name(list->names[i], table.names, table.count);
         fprintf(stderr, "%s: keep.%s: a motion has no column '%s'%s%s\n", list->places[i], field,
                 list->names[i], near ? ", the nearest is " : "", near ? near : "");

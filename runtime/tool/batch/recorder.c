@@ -21,7 +21,7 @@ static void find_places(struct recorder *recorder) {
 void recorder_start(struct recorder *recorder, const struct kept *kept, const struct runs_layout *layout,
                     struct refdyn_integrator *integrator) {
     *recorder = (struct recorder){.kept = kept, .layout = layout};
-    table_start(&recorder->table, integrator);
+    table_start(&recorder->table, integrator, NULL);
     recorder->places = allocate((size_t)layout->item_count + 1, sizeof *recorder->places);
     recorder->before = allocate((size_t)layout->item_count + 1, sizeof *recorder->before);
     recorder->values = allocate((size_t)layout->width + 1, sizeof *recorder->values);

@@ -62,6 +62,7 @@ static bool load(struct compiled *compiled, const char *name, const struct cache
         return false;
     compiled->path = text_format("%s/%s.so", cache->path, key);
     compiled->model = dlsym(compiled->library, text_format("%s_model", name));
+    compiled->spatial = dlsym(compiled->library, text_format("%s_spatial", name));
     if (lanes)
         compiled->lanes = dlsym(compiled->library, text_format("%s_lanes_%d", name, lanes));
     if (!compiled->model || (lanes && !compiled->lanes))

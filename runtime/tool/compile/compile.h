@@ -18,6 +18,7 @@ struct compiled {
     const char *path; /* of the library in the cache */
     const struct refdyn_model *model;
     const struct refdyn_lane_model *lanes; /* NULL: it has none */
+    const struct refdyn_spatial *spatial;  /* NULL: it has none */
 };
 
 /* Loads model `name` from its emitted files, compiled unless the cache has it; those for lanes with so many,

@@ -16,6 +16,22 @@ static void put_residual(struct document *document, const char *key, const struc
     put_close(document, ']');
 }
 
+/* Of a point with `angular = true`. */
+static void put_spatial(struct document *document, const struct scene *scene, int point) {
+    const struct refdyn_spatial *spatial = scene->compiled.spatial;
+    const struct refdyn_workspace *work = &scene->work;
+    const int n = scene->model->n;
+    for (int i = 0; spatial && i < spatial->count; i++) {
+        if (spatial->points[i] != point)
+            continue;
+        double *room = allocate_matrix(6 * spatial->count, n);
+        spatial->J(work->p, work->x, scene->state.t, scene->q, scene->qd, room);
+        put_matrix(document, "J", room + 6 * i * n, 6, n);
+        spatial->Jd_qd(work->p, work->x, scene->state.t, scene->q, scene->qd, room);
+        put_array(document, "Jd_qd", room + 6 * i, 6);
+    }
+}
+
 static void put_point(struct document *document, const struct scene *scene, int point, double *room) {
     const struct refdyn_model *model = scene->model;
     const struct refdyn_workspace *work = &scene->work;
@@ -29,6 +45,7 @@ static void put_point(struct document *document, const struct scene *scene, int 
     put_matrix(document, "C", room + 3 * point * n, 3, n);
     model->d(work->p, work->x, scene->state.t, scene->q, scene->qd, room);
     put_array(document, "d", room + 3 * point, 3);
+    put_spatial(document, scene, point);
     put_close(document, '}');
 }
 

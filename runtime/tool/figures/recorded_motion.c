@@ -37,18 +37,24 @@ static void find_points(struct run *run) {
     }
 }
 
-/* The last columns are the accelerations of the coordinates; files of before have none. */
-static int count_accelerations(const struct run *run) {
-    const int n = run->coordinate_count, first = run->column_count - n;
+/* Are the columns from `first` on the accelerations of all coordinates? */
+static bool begin_accelerations(const struct run *run, int first) {
     const size_t lead = strlen(table_acceleration_lead);
-    for (int i = 0; i < n; i++) {
+    for (int i = 0; i < run->coordinate_count; i++) {
         const char *q = run->columns[run->coordinates + i], *name = run->columns[first + i];
         name += strncmp(name, table_acceleration_lead, lead) == 0 ? lead : 0;
-        if (first < run->inputs || strncmp(name, q, strlen(q)) != 0 ||
-            strcmp(name + strlen(q), table_acceleration_ending) != 0)
-            return 0;
+        if (strncmp(name, q, strlen(q)) != 0 || strcmp(name + strlen(q), table_acceleration_ending) != 0)
+            return false;
     }
-    return n;
+    return run->coordinate_count > 0;
+}
+
+/* Accelerations, and what is behind them, are no inputs; files of before have none of these. */
+static int count_inputs(const struct run *run) {
+    for (int i = run->inputs; i + run->coordinate_count <= run->column_count; i++)
+        if (begin_accelerations(run, i))
+            return i - run->inputs;
+    return run->column_count - run->inputs;
 }
 
 static void find_columns(struct run *run) {
@@ -60,7 +66,7 @@ static void find_columns(struct run *run) {
            strncmp(run->columns[run->forces + run->force_count], "force_", 6) == 0)
         run->force_count++;
     run->inputs = run->forces + run->force_count;
-    run->input_count = run->column_count - run->inputs - count_accelerations(run);
+    run->input_count = count_inputs(run);
 }
 
 /* ---- Rows ---- */

@@ -142,6 +142,13 @@ static bool needs_row_tangent(const struct model *model, unsigned needs, const s
     return false;
 }
 
+static bool has_angular_points(const struct model *model) {
+    for (int i = 0; i < model->point_count; i++)
+        if (model->points[i].is_angular)
+            return true;
+    return false;
+}
+
 /* The list of quantities for gen_plan, with only those that the scene has. */
 static char *emit_list(struct scene *scene, const struct options *options, unsigned needs,
                        const struct values *values) {
@@ -153,7 +160,7 @@ static char *emit_list(struct scene *scene, const struct options *options, unsig
     if (needs_row_tangent(model, needs, values))
         needs |= NEEDS_TANGENT;
     return text_format(
-        "%s%s%s%s%s%s%s%s%s%s", needs & NEEDS_STATE ? "start,M,h,Q,qdd_free" : "start,equations",
+        "%s%s%s%s%s%s%s%s%s%s%s", needs & NEEDS_STATE ? "start,M,h,Q,qdd_free" : "start,equations",
         needs & NEEDS_STATE && rows ? ",u,v,phi,psi,k,constrained" : "",
         needs & NEEDS_STATICS ? ",Q,Q_q" : "",
         needs & (NEEDS_STATE | NEEDS_MOTION) ? ",energy,power,course" : "",
@@ -164,7 +171,8 @@ static char *emit_list(struct scene *scene, const struct options *options, unsig
         : needs & NEEDS_LINEAR   ? ",tangent"
                                  : ",implicit",
         needs & NEEDS_POINTS && points ? ",r" : "", needs & NEEDS_POINT_RATES && points ? ",rd,C,d" : "",
-        needs & NEEDS_LINEAR && rows ? ",d_rows" : "", needs & NEEDS_LINEAR && points ? ",C" : "");
+        needs & NEEDS_LINEAR && rows ? ",d_rows" : "", needs & NEEDS_LINEAR && points ? ",C" : "",
+        needs & NEEDS_POINT_RATES && has_angular_points(model) ? ",J,Jd_qd" : "");
 }
 
 static enum status emit_and_load(struct scene *scene, const struct options *options, unsigned needs,

@@ -21,6 +21,7 @@ struct columns {
     int count;
     struct motion_part *parts;
     int part_count, part_room;
+    const struct refdyn_spatial *spatial; /* NULL: no point asks for angular velocities */
 };
 
 /* Columns that are computed together. */
@@ -154,6 +155,21 @@ static void name_accelerations(const struct refdyn_model *model, struct columns 
     settle(columns, first, table_acceleration_lead);
 }
 
+static void name_angular(const struct refdyn_model *model, struct columns *columns) {
+    static const char *const units[] = {"rad/s", "rad/s^2"};
+    const struct refdyn_spatial *spatial = columns->spatial;
+    for (int i = 0; spatial && i < spatial->count; i++) {
+        const char *point = model->points[spatial->points[i]];
+        const int first = columns->count;
+        for (int rate = 0; rate < 2; rate++) {
+            begin_part(columns, text_format("/points/%s/w%s", point, rates[rate]), "/axis", axes);
+            for (int axis = 0; axis < 3; axis++)
+                add_name(columns, text_format("%s_w%s%s", point, axes[axis], rates[rate]), units[rate]);
+        }
+        settle(columns, first, "point_");
+    }
+}
+
 /* ---- Values ---- */
 
 static void put_value(struct table *table, double value) {
@@ -218,6 +234,27 @@ static void put_accelerations(struct table *table) {
     put_values(table, table->integrator->qdd, table->integrator->work->n);
 }
 
+/* w = J qd, wd = J qdd + Jd_qd, the last three rows of each. */
+static void put_angular(struct table *table) {
+    const struct refdyn_integrator *integrator = table->integrator;
+    const struct refdyn_workspace *work = integrator->work;
+    const struct refdyn_spatial *spatial = table->spatial;
+    const int n = work->n;
+    if (!spatial)
+        return;
+    double *drift = table->room, *J = drift + 6 * spatial->count;
+    spatial->Jd_qd(work->p, work->x, integrator->t_right, integrator->q, integrator->qd, drift);
+    spatial->J(work->p, work->x, integrator->t_right, integrator->q, integrator->qd, J);
+    for (int i = 0; i < spatial->count; i++)
+        for (int rate = 0; rate < 2; rate++)
+            for (int row = 6 * i + 3; row < 6 * i + 6; row++) {
+                double sum = rate ? drift[row] : 0;
+                for (int j = 0; j < n; j++)
+                    sum += J[row * n + j] * (rate ? integrator->qdd : integrator->qd)[j];
+                put_value(table, sum);
+            }
+}
+
 static void put_state(struct table *table) {
     const struct refdyn_integrator *integrator = table->integrator;
     put_value(table, integrator->t);
@@ -248,11 +285,13 @@ static const struct block blocks[TABLE_BLOCKS] = {
     {name_state, put_state},         {name_points, put_points},
     {name_residuals, put_residuals}, {name_energy, put_energy},
     {name_forces, put_forces},       {name_inputs, put_inputs},
-    {name_courses, put_courses},     {name_accelerations, put_accelerations}};
+    {name_courses, put_courses},     {name_accelerations, put_accelerations},
+    {name_angular, put_angular}};
 
 static void name_columns(const struct refdyn_model *model, struct columns *columns, int *ends) {
-    const int most =
-        2 + 4 * model->n + 9 * model->point_count + 2 * model->m + model->input_count + model->course_count;
+    const int angular = columns->spatial ? columns->spatial->count : 0;
+    const int most = 6 * angular + 2 + 4 * model->n + 9 * model->point_count + 2 * model->m +
+                     model->input_count + model->course_count;
     columns->names = allocate((size_t)most, sizeof *columns->names);
     columns->units = allocate((size_t)most, sizeof *columns->units);
     for (int block = 0; block < TABLE_BLOCKS; block++) {
@@ -262,11 +301,13 @@ static void name_columns(const struct refdyn_model *model, struct columns *colum
     end_parts(columns);
 }
 
-void table_start(struct table *table, struct refdyn_integrator *integrator) {
+void table_start(struct table *table, struct refdyn_integrator *integrator,
+                 const struct refdyn_spatial *spatial) {
     const struct refdyn_model *model = integrator->work->model;
     const size_t n = (size_t)model->n, rows = 3 * (size_t)model->point_count;
-    struct columns columns = {.count = 0};
-    *table = (struct table){.integrator = integrator};
+    const size_t angular = spatial ? 6 * (size_t)spatial->count : 0;
+    struct columns columns = {.spatial = spatial};
+    *table = (struct table){.integrator = integrator, .spatial = spatial};
     name_columns(model, &columns, table->ends);
     table->names = columns.names;
     table->units = columns.units;
@@ -274,13 +315,14 @@ void table_start(struct table *table, struct refdyn_integrator *integrator) {
     table->parts = columns.parts;
     table->part_count = columns.part_count;
     table->values = allocate((size_t)table->count, sizeof *table->values);
-    table->room = allocate(n + rows * (n + 3) + (size_t)model->course_count, sizeof *table->room);
+    table->room = allocate(n + (rows + angular) * (n + 3) + (size_t)model->course_count, sizeof *table->room);
     for (int block = 0; block < TABLE_BLOCKS; block++)
         table->is_wanted[block] = true;
 }
 
-void table_put_units(const struct refdyn_model *model, struct document *document) {
-    struct columns columns = {.count = 0};
+void table_put_units(const struct refdyn_model *model, const struct refdyn_spatial *spatial,
+                     struct document *document) {
+    struct columns columns = {.spatial = spatial};
     int ends[TABLE_BLOCKS];
     name_columns(model, &columns, ends);
     put_open(document, "units", '{');

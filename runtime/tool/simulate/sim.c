@@ -253,7 +253,7 @@ static bool copy_rows(struct candidate *from, struct row_sink *to, struct target
     }
     if (!from->trial.is_started)
         return true;
-    table_start(&table, &from->trial.motion.integrator);
+    table_start(&table, &from->trial.motion.integrator, from->trial.motion.scene->compiled.spatial);
     const bool is_copied = row_sink_copy(from->rows, to, &table);
     if (to->is_lost)
         keep_part(target, false, false);

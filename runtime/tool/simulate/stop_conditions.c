@@ -28,11 +28,11 @@ static enum status read_stop(struct stops *stops, const struct options *options,
 }
 
 enum status stops_read(struct stops *stops, const struct options *options,
-                       struct refdyn_integrator *integrator) {
+                       struct refdyn_integrator *integrator, const struct refdyn_spatial *spatial) {
     enum status status = STATUS_DONE;
     *stops = (struct stops){.integrator = integrator};
     stops->list = allocate((size_t)options->stop_count, sizeof *stops->list);
-    table_start(&stops->table, integrator);
+    table_start(&stops->table, integrator, spatial);
     for (int i = 0; i < options->stop_count && status == STATUS_DONE; i++)
         status = read_stop(stops, options, options->stops[i]);
     return status;

@@ -29,7 +29,7 @@ struct stops {
 
 /* Complains as usage errors are. */
 enum status stops_read(struct stops *stops, const struct options *options,
-                       struct refdyn_integrator *integrator);
+                       struct refdyn_integrator *integrator, const struct refdyn_spatial *spatial);
 /* Does one of them hold at the integration's state? Then it is the one that was reached. */
 bool stops_hold(struct stops *stops);
 /* None held at t_before, inside the last step or at its begin: when one holds now, moves the integrator back

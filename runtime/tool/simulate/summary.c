@@ -232,7 +232,8 @@ enum status summary_write(const struct summary *summary, struct target *target) 
     document_open(&document);
     put_open(&document, NULL, '{');
     put_summary(&document, summary);
-    table_put_units(summary->trial->motion.scene->model, &document);
+    const struct scene *scene = summary->trial->motion.scene;
+    table_put_units(scene->model, scene->compiled.spatial, &document);
     put_close(&document, '}');
     if (!document_close(&document, target->file))
         return STATUS_NUMBERS;

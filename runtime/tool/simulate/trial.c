@@ -76,14 +76,15 @@ void trial_run(struct trial *trial, const struct task *task, const struct refdyn
     if (!trial->is_started)
         return;
     if (task->has_stops) {
-        trial->usage = stops_read(&trial->stops, task->options, &motion->integrator);
+        trial->usage =
+            stops_read(&trial->stops, task->options, &motion->integrator, task->scene->compiled.spatial);
         motion->stops = &trial->stops;
     }
     if (trial->usage != STATUS_DONE)
         return;
     if (task->on_start)
         task->on_start(task, motion);
-    table_start(&table, &motion->integrator);
+    table_start(&table, &motion->integrator, task->scene->compiled.spatial);
     limits_start(&trial->limits, task->scene);
     track_start(&trial->track, task->scene->model, motion->outputs);
     go(trial, &table, rows);

@@ -14,10 +14,10 @@ struct trial {
     struct stops stops;
     struct track track;
     struct limit_record limits; /* of the rows that are written */
-    enum status usage; /* not STATUS_DONE: the stops are wrong, and nothing ran */
-    int result;        /* status of the runtime, or MOTION_INTERRUPTED */
-    bool is_started;   /* the start could be evaluated */
-    const char *unfit; /* the column that is infinite or NaN, which ended it; NULL: none */
+    enum status usage;          /* not STATUS_DONE: the stops are wrong, and nothing ran */
+    int result;                 /* status of the runtime, or MOTION_INTERRUPTED */
+    bool is_started;            /* the start could be evaluated */
+    const char *unfit;          /* the column that is infinite or NaN, which ended it; NULL: none */
 };
 
 /* What the motion is, whatever its tolerance. */

@@ -1,0 +1,11 @@
+-- expect: 9: s.start: has no accelerations, the state at the start is q and qd
+local rd = require "refdyn"
+return rd.model {
+  name = "wrong",
+  links = { { "a", joint = "free", mass = 1, inertia = { xx = 1, yy = 1, zz = 1 } } },
+  points = { E = "a" },
+  constraints = function(s)
+    return { rd.velocity {
+      s.points.E.wx - rd.parameter("w", s.start.points.E.wxd) } }
+  end,
+}

@@ -1,0 +1,11 @@
+-- expect: 8: constraints[1].a.angular: of a point of interest only
+local rd = require "refdyn"
+return rd.model {
+  name = "wrong",
+  links = { { "a", joint = "x", mass = 1 } },
+  constraints = function(s)
+    return {
+      rd.loop { { on = "a", angular = true }, "ground", keep = "x" },
+    }
+  end,
+}
