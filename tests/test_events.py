@@ -2,6 +2,7 @@
 events at the start, at the same time, that graze or accumulate; what summaries, CSV and batches tell of them."""
 import json
 import math
+import re
 import tempfile
 
 import numpy
@@ -390,6 +391,45 @@ def test_grazes_exactly(tmp_path, method):
     """Nothing, or to the accuracy of the steps there and back."""
     found = falling(tmp_path, 'rd.event { z - 0.8, name = "g" }', "--method", method, z=0, v=4)
     assert len(found) in (0, 2, 4, 6) and all(abs(t - 0.4) < 1e-6 for _, t in found), found
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_at_outputs(tmp_path, method):
+    """Impacts at 1 s and 2 s, wherever rounding puts them: rows show the state before, and the end has its event, too."""
+    (tmp_path / "falling.lua").write_text(FALLING.format(z=5, v=0, events='rd.event { z, restitution = 0.5, name = "floor" }'))
+    fixed = ["--step", 0.01] if method == "rk4" else ["--tol", 1e-7]
+    for until, rates in (1, [-10]), (2, [-10, -5]):
+        run, _, summary = motion(tmp_path / "falling.lua", "--until", until, "--every", 0.1, "--method", method, *fixed)
+        check([close("rates", run["b_z_d"][10::10], rates, 1e-9), close("t", [mark["t"] for mark in summary["events"]], [1, 2][:until], 1e-13)])
+
+
+def test_start_beyond_a_stop(tmp_path):
+    lines = 'rd.event { z, restitution = 0.5, name = "floor" }, rd.event { z - 3, name = "other" }'
+    told = "refdyn: warning: the start lies beyond the event floor, its value is -0.25: an impact is where the value comes to zero from the other side\n"
+    for z, is_told in (-0.25, True), (0, False), (0.25, False):
+        (tmp_path / "falling.lua").write_text(FALLING.format(z=z, v=-1, events=lines))
+        _, said, _ = motion(tmp_path / "falling.lua", "--until", 0.1)
+        assert (told in said) == is_told and ("beyond" in said) == is_told, said
+
+
+LOSING = """local rd = require "refdyn"
+local p = rd.parameters { { "m", 1, "kg" }, { "s", 5, "N/m" } }
+return rd.model { name = "losing", gravity = { 0, 0, -10 }, links = { { "b", joint = "z", mass = 2 * p.m, start = { z = 1 }, spring = { z = p.s } } },
+  events = function(s) return { rd.event { s.q.b_z - 0.8, parameters = { s = 3 }, name = "softer" },
+    rd.event { s.q.b_z - 0.3, parameters = { m = LEFT }, name = "loses" } } end }
+"""
+
+
+def test_values_that_the_model_refuses(tmp_path):
+    """Before they are set, with the event and the line of what is wrong; a second run begins with the values of the first."""
+    model = tmp_path / "losing.lua"
+    model.write_text(LOSING.replace("LEFT", "s.q.b_z - 0.55"))
+    done = refdyn("sim", model, "--until", 2, "-o", tmp_path / "run.csv", status=3)
+    assert re.search(r"refdyn: losing: t = 0\.\d+ s: the event loses: .*losing\.lua:3: links\[1\]\.mass: value -0\.5, a positive number is needed\n",
+                     done.stderr), done.stderr
+    model.write_text(LOSING.replace("LEFT", "p.m - 0.7"))
+    _, _, summary = motion(model, "--until", 0.5, "--verify")
+    assert [mark["event"] for mark in summary["events"]] == ["softer", "loses"] and summary["error"]["is_trusted"]
 
 
 def test_stops_beside_events():

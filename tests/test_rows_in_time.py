@@ -68,7 +68,7 @@ def compare(run, comes, tolerance):
             + [close(f"{name}_d", run[f"{name}_d"][seen], expected[seen, 3 + j], 30 * tolerance, 1) for j, name in enumerate(names)])
 
 
-@pytest.mark.parametrize("weight", ["jump", "straight", "ramp", "cubic", "comes"])
+@pytest.mark.parametrize("weight", ["jump", "straight", "ramp", "cubic", "gone", "comes"])
 @pytest.mark.parametrize("method", METHODS)
 def test_motion(weight, method):
     """Nothing is let go before its time, and nothing later."""
@@ -110,6 +110,16 @@ def test_position_that_is_not_met(method, tmp_path):
                   tmp_path / "run.csv", status=3)
     assert re.search(r"t = 0\.37\d* s: rows that begin to act at this time ask for other positions than the motion has, "
                      r"constraint both\n", done.stderr), done.stderr
+
+
+@pytest.mark.parametrize("weight", ["straight", "gone"])
+@pytest.mark.parametrize("method", ["auto", "rk8", "radau9"])
+def test_output_shortly_before(weight, method):
+    """Where a row tells next to nothing: what is seen there is on the programme and keeps its energy."""
+    for before in 1e-2, 1e-4, 1e-7:
+        run, _, summary = motion(MODEL, "--until", END, "--every", (T - before) / 10, "--set", f"weight={weight}", "--method", method)
+        check([close(f"{before} s", [run["b_psi"][10], sum(run[f"{name}_psi"][10] for name in "abc")], [-0.7, 0.8], 1e-9, 1)])
+        assert summary["energy_error"] < 1e-5
 
 
 def test_output_at_the_time(tmp_path):

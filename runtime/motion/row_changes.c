@@ -22,28 +22,40 @@ static double negligible(void) {
     return sqrt(DBL_EPSILON);
 }
 
-/* Do the coefficients in the workspace differ from those in work->basis? */
+/* The largest coefficient of each row into work->wanted, unless it is larger there. */
+static void note_sizes(struct refdyn_workspace *work) {
+    for (int a = 0; a < work->m; a++)
+        work->wanted[a] = fmax(work->wanted[a], refdyn_largest(work->u + a * work->n, work->n, NULL));
+}
+
+/* Do the coefficients in the workspace differ from those in work->basis, as parts of the sizes? */
 static int have_jumped(const struct refdyn_workspace *work) {
     const int n = work->n;
-    for (int a = 0; a < work->m; a++) {
-        const double *left = work->basis + a * n, *right = work->u + a * n;
-        const double size = fmax(refdyn_largest(left, n, NULL), refdyn_largest(right, n, NULL));
+    for (int a = 0; a < work->m; a++)
         for (int j = 0; j < n; j++)
-            if (fabs(right[j] - left[j]) > negligible() * size)
+            if (fabs(work->u[a * n + j] - work->basis[a * n + j]) > negligible() * work->wanted[a])
                 return 1;
-    }
     return 0;
 }
 
-/* Do the coefficients of this state jump from the left side of the event at t to its right side? */
+/* Do the coefficients of this state jump from the left side of the event at t to its right side? A row that
+ * fades out to nothing is small on both: its size is also that at the begin of the step. */
 static int jump(struct refdyn_motion *motion, double t, const double *state) {
     struct refdyn_workspace *work = motion->work;
     const struct refdyn_step *step = &motion->step;
     const double right = refdyn_events_right_of(&motion->events, t);
+    memset(work->wanted, 0, (size_t)work->m * sizeof *work->wanted);
+    if (refdyn_row_terms(work, step->t_begin, step->state, step->state + step->n))
+        return 0;
+    note_sizes(work);
     if (refdyn_row_terms(work, step->t_limit, state, state + step->n))
         return 0;
+    note_sizes(work);
     memcpy(work->basis, work->u, (size_t)(work->m * work->n) * sizeof *work->u);
-    return !refdyn_row_terms(work, right, state, state + step->n) && have_jumped(work);
+    if (refdyn_row_terms(work, right, state, state + step->n))
+        return 0;
+    note_sizes(work);
+    return have_jumped(work);
 }
 
 void refdyn_rows_look_at_end(struct refdyn_motion *motion) {

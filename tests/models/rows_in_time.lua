@@ -1,10 +1,11 @@
 -- Three links in a plane, point masses at their ends, angles from link to link. Row `level` keeps the last one's direction;
 -- row `both` says the same and, as long as its weight is not 0, that the angle of the second link stays.
--- `weight` of t: until T it jumps to 0, falls straight, as a ramp of half a cosine, as a cubic; or it comes at T, when it
+-- `weight` of t: until T it jumps to 0, falls straight, as a ramp of half a cosine, as a cubic; `gone`: straight, by a row that says
+-- nothing else, so that it vanishes as a whole; or it comes at T, when it
 -- holds the rate of that angle, by a velocity row: links that move are caught, as in an inelastic impact.
 -- `step` of the position: a row that comes at T and asks for another position than the motion has.
 local rd = require "refdyn"
-local weight = rd.option("weight", "jump", { "jump", "straight", "ramp", "cubic", "comes", "step" })
+local weight = rd.option("weight", "jump", { "jump", "straight", "ramp", "cubic", "gone", "comes", "step" })
 local T = rd.option("T", 0.37)
 
 local function link(name, on, at, length, mass, psi, rate)
@@ -26,6 +27,9 @@ return rd.model {
       return { first, rd.velocity { rd.where(rd.less(t, T), 0, 1) * s.qd.b_psi, name = "both", alpha = 20 } }
     elseif weight == "step" then
       return { first, rd.position { 1.7 * level + rd.where(rd.less(t, T), 0, 1) * (b + 0.9), name = "both", alpha = 20, beta = 20 } }
+    end
+    if weight == "gone" then
+      return { first, rd.position { rd.max(0, T - t) * (b + 0.7), name = "both", alpha = 20, beta = 20 } }
     end
     local w = weight == "jump" and rd.where(rd.less(t, T), 1, 0) or weight == "straight" and rd.max(0, T - t)
               or weight == "ramp" and 1 - rd.ramp(t, 0.1, T) or 1 - rd.smoothstep(t, 0, T)

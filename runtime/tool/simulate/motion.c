@@ -1,5 +1,6 @@
 /* One motion: see motion.h. */
 #include "simulate/motion.h"
+#include "simulate/event_values.h"
 #include "system/interrupt.h"
 #include "text/output.h"
 #include "system/timing.h"
@@ -269,6 +270,14 @@ static int take_sample(struct motion *motion) {
     return status;
 }
 
+/* The events at which steps have stopped, which are about to happen. */
+static int take_events(struct motion *motion, int status) {
+    const int taken = events_take(&motion->events, &motion->integrator, status);
+    if (taken == REFDYN_OK && !motion->events.has_ended)
+        motion->refused = event_values_fault(motion->scene, &motion->integrator);
+    return motion->refused ? MOTION_REFUSED_VALUE : taken;
+}
+
 /* Behind steps that led to the integration's time: whether one of the stops was reached since `before`, and
  * else at which events they have stopped. */
 static int look_back(struct motion *motion, double before, int status) {
@@ -277,8 +286,7 @@ static int look_back(struct motion *motion, double before, int status) {
     int stopped = REFDYN_OK;
     if (motion->stops && (status == REFDYN_OK || status == REFDYN_EVENT_ENDS))
         stopped = stops_meet(motion->stops, before);
-    return stopped != REFDYN_OK || integrator->t < t ? stopped
-                                                     : events_take(&motion->events, integrator, status);
+    return stopped != REFDYN_OK || integrator->t < t ? stopped : take_events(motion, status);
 }
 
 /* Some steps towards `goal`; with stops to watch, to the next end of a step and no further. */

@@ -60,11 +60,31 @@ static void print_start(const struct options *options, const struct refdyn_integ
     print_remedies(options, &integrator->options);
 }
 
+/* Impacts whose value lies beyond zero at the start: what has passed its stop already does not meet it. */
+static void print_beyond(const struct motion *motion) {
+    const struct refdyn_integrator *integrator = &motion->integrator;
+    const struct refdyn_workspace *work = integrator->work;
+    const struct refdyn_model *model = work->model;
+    char text[NUMBER_LENGTH];
+    if (model->event_count == 0)
+        return;
+    double *values = allocate((size_t)model->event_count + (size_t)model->kink_count, sizeof *values);
+    model->event(work->p, work->x, integrator->t, integrator->q, integrator->qd, values);
+    for (int i = 0; i < model->event_count; i++)
+        if (model->events[i].is_impact && model->events[i].direction * values[i] > 0)
+            fprintf(
+                stderr,
+                "refdyn: warning: the start lies beyond the event %s, its value is %s: an impact is where "
+                "the value comes to zero from the other side\n",
+                model->events[i].name, exact_text(values[i], text));
+}
+
 /* ---- Runs ---- */
 
 static void on_start(const struct task *task, const struct motion *motion) {
     target_keep_part(task->scene->result);
     print_start(task->options, &motion->integrator);
+    print_beyond(motion);
     print_redundant_rows(&task->scene->work);
 }
 
@@ -125,6 +145,9 @@ static void print_failure(const struct trial *trial) {
         fprintf(stderr, "refdyn: %s at t = %s s\n",
                 trial->result == MOTION_INTERRUPTED ? "interrupted" : "the rows could no longer be written",
                 exact_text(integrator->t, text));
+    else if (trial->result == MOTION_REFUSED_VALUE)
+        fprintf(stderr, "refdyn: %s: t = %s s: %s\n", scene->model->name, exact_text(integrator->t, text),
+                motion->refused);
     else {
         if (integrator->cause > 0 && integrator->cause != trial->result)
             fprintf(stderr, "refdyn: at t = %s s: %s\n", exact_text(integrator->failed_t, text),
