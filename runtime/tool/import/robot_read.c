@@ -5,7 +5,7 @@
 #include "import/robot.h"
 #include "base/message.h"
 #include "base/text.h"
-#include "import/xml.h"
+#include "xml/xml.h"
 #include "text/output.h"
 
 #include <math.h>

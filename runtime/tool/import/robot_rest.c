@@ -4,7 +4,7 @@
  */
 #include "import/robot.h"
 #include "base/text.h"
-#include "import/xml.h"
+#include "xml/xml.h"
 #include "text/output.h"
 
 #include <string.h>

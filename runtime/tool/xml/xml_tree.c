@@ -1,5 +1,5 @@
 /* What is asked of a tree of XML elements: see xml.h. */
-#include "import/xml.h"
+#include "xml/xml.h"
 
 #include <stddef.h>
 #include <string.h>
