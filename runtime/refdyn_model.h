@@ -97,6 +97,12 @@ enum refdyn_vector {
 /* The place among those of vectors of what the rotors of drives add to M's diagonal beside the vectors. */
 enum { REFDYN_ROTOR = 3 * REFDYN_STRAIN_DAMPING + 2 };
 
+/* Limits of one joint, which NAME.h lists; infinite where there is none. No function reads them. */
+struct refdyn_limits {
+    int coordinate;
+    double from, to, rate, force; /* [m, rad; m/s, rad/s; N, N m]; the last two of absolute values */
+};
+
 struct refdyn_model {
     int interface_version; /* REFDYN_MODEL_VERSION; the first field in every version */
     const char *name;

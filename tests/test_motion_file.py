@@ -42,7 +42,7 @@ def columns(file):
             labels = [last]
         else:
             along = dataset.dims[1][0].asstr()[()]
-            lead, end = {"qd": ("", "_d"), "force": ("force_", ""), "r": ("E_", ""), "rd": ("E_", "d"), "rdd": ("E_", "dd")}.get(last, ("", ""))
+            lead, end = {"qd": ("", "_d"), "qdd": ("", "_dd"), "force": ("force_", ""), "r": ("E_", ""), "rd": ("E_", "d"), "rdd": ("E_", "dd")}.get(last, ("", ""))
             labels = [lead + label + end for label in along]
         units = dataset.attrs.get("column_units", [dataset.attrs.get("units")] * len(labels))
         for k, label in enumerate(labels):

@@ -1,11 +1,12 @@
-"""What robots have: joint axes in any direction, rotors. Values by hand, in numpy, and by Pinocchio (make_robot_references.py)."""
+"""What robots have: joint axes in any direction, rotors, limits. Values by hand, in numpy, and by Pinocchio (make_robot_references.py)."""
+import json
 import re
 
 import numpy
 import pytest
 from numpy import cos, sin
 
-from program import TESTS, check, close, evaluate, oracle, refdyn
+from program import TESTS, check, close, evaluate, oracle, read_run, refdyn
 from test_features import rotation
 
 ROBOT = TESTS / "models" / "robot.lua"
@@ -113,3 +114,77 @@ return rd.model { name = "drive", links = { { "shaft", joint = "psi", rotor = { 
     found = evaluate(tmp_path / "drive.lua", {"q": [0.3], "qd": [2]})
     check([close("qdd", found["qdd_free"], [6], 1e-15), close("energy", found["energy"]["kinetic"], 1, 1e-15)])
     assert refdyn("check", tmp_path / "drive.lua").stderr == ""
+
+
+# ---- accelerations ----
+
+def test_accelerations_of_a_motion(tmp_path):
+    """Each row's are those of `eval` at that state; a file without them, as it was written before, is drawn alike."""
+    refdyn("sim", ROBOT, "--until", 0.2, "--every", 0.1, "-o", tmp_path / "run.csv")
+    run = read_run(tmp_path / "run.csv")
+    names = evaluate(ROBOT)["coordinates"]
+    for row in range(3):
+        state = {"t": run["t"][row], "q": [run[name][row] for name in names], "qd": [run[name + "_d"][row] for name in names]}
+        check([close(f"row {row}", [run[name + "_dd"][row] for name in names], evaluate(ROBOT, state)["qdd"], 1e-12)])
+    lines = [line.split(",") for line in (tmp_path / "run.csv").read_text().splitlines()]
+    assert lines[0][-7:] == [name + "_dd" for name in names]
+    (tmp_path / "old").mkdir()
+    (tmp_path / "old" / "run.csv").write_text("".join(",".join(line[:-7]) + "\n" for line in lines))
+    for folder in (tmp_path, tmp_path / "old"):
+        refdyn("plot", folder / "run.csv", "-o", folder / "run.svg")
+    assert (tmp_path / "run.svg").read_text() == (tmp_path / "old" / "run.svg").read_text()
+
+
+def test_taken_names_of_accelerations(tmp_path):
+    """Where a course has the name, all accelerations tell their kind; they are none of the inputs in a figure."""
+    (tmp_path / "taken.lua").write_text("""local rd = require "refdyn"
+return rd.model { name = "taken", gravity = { 0, 0, -9.81 }, links = { { "b", joint = "x, z", mass = 1 } },
+  courses = function(s) return { b_z_dd = s.t } end }""")
+    refdyn("sim", tmp_path / "taken.lua", "--until", 0.1, "-o", tmp_path / "run.csv")
+    assert list(read_run(tmp_path / "run.csv"))[-3:] == ["b_z_dd", "acceleration_b_x_dd", "acceleration_b_z_dd"]
+    refdyn("plot", tmp_path / "run.csv", "-o", tmp_path / "run.svg")
+    text = (tmp_path / "run.svg").read_text()
+    assert "b_z_dd" in text and "acceleration_" not in text
+
+
+# ---- limits ----
+
+SWING = """local rd = require "refdyn"
+return rd.model { name = "swing", links = {
+    { "slide", joint = "x", mass = 2, start = { x = 0.1 }, start_rate = { x = 1 }, limits = { x = { from = 0.2, to = 0.5, rate = 0.5, force = 3 } } },
+    { "wheel", joint = "psi", mass = 1, inertia = { zz = 1 }, start_rate = { psi = -2 }, limits = { psi = { from = -0.8, rate = 2 } } } },
+  constraints = function(s) return { rd.drive { "slide_x", 0.1 + s.t + 2 * s.t^2 } } end }"""
+
+
+def test_limits_of_a_motion(tmp_path):
+    """x = 0.1 + t + 2 t^2 with the force 2 x'' = 8, psi = -2 t: the farthest beyond each limit, its value and time."""
+    (tmp_path / "swing.lua").write_text(SWING)
+    done = refdyn("sim", tmp_path / "swing.lua", "--until", 0.5, "--every", 0.125, "-o", tmp_path / "run.csv", "--summary", tmp_path / "run.json")
+    assert [re.sub(r" at t = \S+ s", "", line) for line in done.stderr.splitlines() if "limits" in line] == [
+        "refdyn: warning: slide_x leaves its limits: position 1.1 m, at most 0.5 is allowed",
+        "refdyn: warning: slide_x leaves its limits: rate 3 m/s, at most 0.5 is allowed",
+        "refdyn: warning: slide_x leaves its limits: force 8 N, at most 3 is allowed",
+        "refdyn: warning: wheel_psi leaves its limits: position -1 rad, at least -0.8 is allowed"]
+    found = json.loads((tmp_path / "run.json").read_text())["limits"]
+    assert [(each["coordinate"], each["limit"], each["allowed"]) for each in found] == [
+        ("slide_x", "position", 0.5), ("slide_x", "rate", 0.5), ("slide_x", "force", 3), ("wheel_psi", "position", -0.8)]
+    check([close("values", [each["value"] for each in found], [1.1, 3, 8, -1], 1e-9),
+           close("t", [found[i]["t"] for i in (0, 1, 3)], [0.5, 0.5, 0.5], 0)])
+    lower = refdyn("sim", tmp_path / "swing.lua", "--until", 0.05, "--every", 0.05, "-o", tmp_path / "run.csv").stderr
+    assert "slide_x leaves its limits: position 0.1 m at t = 0 s, at least 0.2 is allowed" in lower
+
+
+def test_limits_elsewhere(tmp_path):
+    """They are told by `check`, stand in the C, and change nothing else there."""
+    (tmp_path / "swing.lua").write_text(SWING)
+    text = refdyn("check", tmp_path / "swing.lua").stdout
+    assert "slide_x [m] on the ground, starts at 0.1, limits from 0.2 to 0.5 rate 0.5 force 3\n" in text
+    assert "wheel_psi [rad] on the ground, starts at 0, limits from -0.8 rate 2\n" in text
+    (tmp_path / "free.lua").write_text(re.sub(r", limits = \{ \w+ = \{.*?\} \}", "", SWING))
+    for name in ("swing", "free"):
+        refdyn("gen", tmp_path / f"{name}.lua", "-o", tmp_path / name)
+    table = ("const struct refdyn_limits swing_limits[2] = {\n    {0, 0.2, 0.5, 0.5, 3.0},\n"
+             "    {1, -0.8, HUGE_VAL, 2.0, HUGE_VAL},\n};\n\n")
+    limited, free = ((tmp_path / name / "swing.c").read_text() for name in ("swing", "free"))
+    assert table in limited and re.sub(r'"\w{16}"', "", limited.replace(table, "")) == re.sub(r'"\w{16}"', "", free)
+    assert "limits" not in (tmp_path / "free" / "swing.h").read_text()

@@ -103,6 +103,10 @@ long local_arrays_bytes(const struct emission *emission, const struct function *
 
 /* The parts of a model's files. */
 void emit_constants(const struct emission *emission, struct text *text);
+
+/* emit_limits.c: where a model has limits, their table, and what the header says of it. */
+void emit_limits_declaration(const struct emission *emission, struct text *text);
+void emit_limits(const struct emission *emission, struct text *text);
 void emit_header(struct emission *emission, struct text *text);
 /* Gives the bytes of its local arrays. */
 long emit_function(struct emission *emission, struct text *text, const struct function *function);

@@ -144,6 +144,7 @@ void emit_header(struct emission *x, struct text *text) {
     text_add(text, "#ifndef REFDYN_GENERATED_%s_H\n#define REFDYN_GENERATED_%s_H\n\n", x->name, x->name);
     text_add(text, "#include \"refdyn_model.h\"\n\n#ifdef __cplusplus\nextern \"C\" {\n#endif\n\n");
     emit_constants(x, text);
+    emit_limits_declaration(x, text);
     emit_structs(x, text);
     if (plan->parameter_count)
         text_add(text,

@@ -379,6 +379,7 @@ void emit_tables(struct emission *x, struct text *text, const char *hash) {
     emit_rows_and_points(x, text);
     emit_changes(x, text);
     emit_events(x, text);
+    emit_limits(x, text);
     emit_adapters(x, text);
     emit_model_table(x, text, hash);
 }

@@ -4,6 +4,8 @@
 #include "plan/plan.h"
 #include "tree/joint_axis.h"
 
+#include <math.h>
+
 static double value_of(const struct generation *gen, expression e) {
     return parameters_evaluate(gen->model.graph, gen->model.parameters, e);
 }
@@ -71,6 +73,21 @@ static void print_links(const struct generation *gen, FILE *out) {
     }
 }
 
+static void print_limit(const char *what, double limit, FILE *out) {
+    if (isfinite(limit))
+        fprintf(out, "%s %g", what, limit);
+}
+
+static void print_limits(const struct limits *limits, FILE *out) {
+    if (!limits)
+        return;
+    fputs(", limits", out);
+    print_limit(" from", limits->from, out);
+    print_limit(" to", limits->to, out);
+    print_limit(" rate", limits->rate, out);
+    print_limit(" force", limits->force, out);
+}
+
 static void print_coordinate(const struct generation *gen, const struct frame *frame, FILE *out) {
     if (frame->joint.has_direction)
         fprintf(out, ", %s %s", frame->joint.is_revolute ? "about" : "along",
@@ -81,6 +98,7 @@ static void print_coordinate(const struct generation *gen, const struct frame *f
         fprintf(out, ", spring %g", value_of(gen, frame->joint.stiffness));
     if (frame->joint.damping)
         fprintf(out, ", damper %g", value_of(gen, frame->joint.damping));
+    print_limits(frame->joint.limits, out);
     fputc('\n', out);
 }
 

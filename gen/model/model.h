@@ -23,6 +23,13 @@ struct placement {
     expression position[3];
 };
 
+/* Of a joint, infinite where there is none; the motion does not feel them. */
+struct limits {
+    double from, to; /* coordinate [m, rad] */
+    double rate;     /* absolute value [m/s, rad/s] */
+    double force;    /* of its drive, absolute value [N, N m] */
+};
+
 /* An elementary joint coordinate: a slide along or a turn about one local axis. */
 struct joint {
     bool is_revolute;
@@ -34,6 +41,7 @@ struct joint {
     expression stiffness, rest,
         damping; /* linear spring and damper, 0 where there is none [N/m or N m; m or rad; N s/m or N m s] */
     expression rotor; /* what the rotor of its drive adds to M_ii, inertia gear^2 [kg or kg m^2] */
+    const struct limits *limits; /* NULL: none */
     struct place place;
 };
 

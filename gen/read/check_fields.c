@@ -8,12 +8,14 @@
 typedef void check_value_of_type(const struct checker *checker, const struct value *value,
                                  const struct field_rule *rule, const char *path);
 
-static check_value_of_type check_whole, check_number, check_vector, check_turns, check_names, check_by_joint,
-    check_tables_by_joint, check_direction, check_free_vector, check_free_by_name, check_points, check_list;
+static check_value_of_type check_whole, check_plain_number, check_number, check_vector, check_turns,
+    check_names, check_by_joint, check_tables_by_joint, check_direction, check_free_vector,
+    check_free_by_name, check_points, check_list;
 
 /* What is to be said of a value beside its type. */
 static check_value_of_type *const checks[TYPE_COUNT] = {
     [TYPE_WHOLE] = check_whole,
+    [TYPE_NUMBER] = check_plain_number,
     [TYPE_VALUE] = check_number,
     [TYPE_VECTOR] = check_vector,
     [TYPE_TURNS] = check_turns,
@@ -21,6 +23,7 @@ static check_value_of_type *const checks[TYPE_COUNT] = {
     [TYPE_BY_JOINT] = check_by_joint,
     [TYPE_DIRECTION] = check_direction,
     [TYPE_ROTORS] = check_tables_by_joint,
+    [TYPE_LIMITS] = check_tables_by_joint,
     [TYPE_FREE_VECTOR] = check_free_vector,
     [TYPE_FREE_BY_NAME] = check_free_by_name,
     [TYPE_POINTS] = check_points,
@@ -106,6 +109,14 @@ static void check_value(const struct checker *checker, const struct value *value
 static void check_number(const struct checker *checker, const struct value *value,
                          const struct field_rule *rule, const char *path) {
     check_value(checker, value, rule->range, path);
+}
+
+/* One that is no expression of the graph either. */
+static void check_plain_number(const struct checker *checker, const struct value *value,
+                               const struct field_rule *rule, const char *path) {
+    const char *fault = requirement_fault(checker->memory, rule->range, value->number);
+    if (fault)
+        message_error(checker->messages, value->place, "%s: %s", path, fault);
 }
 
 static void check_whole(const struct checker *checker, const struct value *value,
@@ -263,7 +274,7 @@ static void check_by_joint(const struct checker *checker, const struct value *va
 
 static void check_tables_by_joint(const struct checker *checker, const struct value *value,
                                   const struct field_rule *rule, const char *path) {
-    const enum owner owner = OWNER_ROTOR;
+    const enum owner owner = rule->type == TYPE_ROTORS ? OWNER_ROTOR : OWNER_LIMITS;
     field_types_has_no_items(checker, value, path, type_rules[rule->type].text);
     for (int i = 0; i < value->field_count; i++) {
         const struct value *table = &value->fields[i].value;

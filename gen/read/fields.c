@@ -31,6 +31,7 @@ enum {
 const struct type_rule type_rules[TYPE_COUNT] = {
     [TYPE_TEXT] = {"a text", TAKES_TEXT, OWNER_COUNT},
     [TYPE_WHOLE] = {"a whole number", TAKES_NUMBER, OWNER_COUNT},
+    [TYPE_NUMBER] = {"a number", TAKES_NUMBER, OWNER_COUNT},
     [TYPE_VALUE] = {"a number or an expression of parameters", TAKES_VALUE, OWNER_COUNT},
     [TYPE_FREE] = {"a number or an expression", TAKES_VALUE, OWNER_COUNT},
     [TYPE_VECTOR] = {"a list of 3 numbers such as { 0, 0, 1 }", TAKES_TABLE, OWNER_COUNT},
@@ -39,6 +40,7 @@ const struct type_rule type_rules[TYPE_COUNT] = {
     [TYPE_BY_JOINT] = {"a table by joint such as { z = 1 }", TAKES_TABLE, OWNER_COUNT},
     [TYPE_ROTORS] = {"a table by joint such as { psi = { inertia = 1e-4, gear = 100 } }", TAKES_TABLE,
                      OWNER_COUNT},
+    [TYPE_LIMITS] = {"a table by joint such as { psi = { from = -2, to = 2 } }", TAKES_TABLE, OWNER_COUNT},
     [TYPE_PLACE] = {"the name of a link or point or { on = ..., at = ... }", TAKES_TEXT | TAKES_TABLE,
                     OWNER_POINT},
     [TYPE_AXIS] = {"an axis such as { \"arm\", \"z\" }", TAKES_TABLE, OWNER_AXIS},

@@ -28,6 +28,7 @@ enum owner {
 enum field_type {
     TYPE_TEXT,
     TYPE_WHOLE,    /* a whole number */
+    TYPE_NUMBER,   /* a number, no expression */
     TYPE_VALUE,    /* a number or an expression of parameters */
     TYPE_FREE,     /* a number or any expression */
     TYPE_VECTOR,   /* three values */
@@ -35,6 +36,7 @@ enum field_type {
     TYPE_NAMES,    /* list of texts, or one text with commas */
     TYPE_BY_JOINT, /* table of values by joint */
     TYPE_ROTORS,   /* table by joint of tables of OWNER_ROTOR */
+    TYPE_LIMITS,   /* and of OWNER_LIMITS */
     TYPE_PLACE,    /* the name of a link or of a point of interest, or a table of OWNER_POINT */
     TYPE_AXIS,     /* a table of that owner, as the next five */
     TYPE_INERTIA,

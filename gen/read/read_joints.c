@@ -1,8 +1,10 @@
 /*
- * Joints of a link: names, direction, and what is given by joint: springs, dampers, rotors. See reader.h.
+ * Joints of a link: names, direction, and what is given by joint: springs, dampers, rotors, limits. See
+ * reader.h.
  */
 #include "read/reader.h"
 
+#include <math.h>
 #include <stddef.h>
 #include <string.h>
 
@@ -153,6 +155,39 @@ static void read_rotors(const struct reader *reader, const struct value *table, 
     }
 }
 
+static double limit_of(const struct value *limits, enum field field, double none) {
+    const struct value *value = fields_get(limits, field);
+    return value ? value->number : none;
+}
+
+static const struct limits *read_limit(const struct reader *reader, const struct value *table,
+                                       const char *path) {
+    struct limits *limits = memory_get(reader->check.memory, sizeof *limits);
+    *limits = (struct limits){.from = limit_of(table, FIELD_LIMITS_from, -INFINITY),
+                              .to = limit_of(table, FIELD_LIMITS_to, INFINITY),
+                              .rate = limit_of(table, FIELD_LIMITS_rate, INFINITY),
+                              .force = limit_of(table, FIELD_LIMITS_force, INFINITY)};
+    if (table->field_count + table->item_count == 0)
+        message_error(reader->check.messages, table->place, "%s: empty, %s is needed", path,
+                      owner_form(OWNER_LIMITS));
+    else if (isfinite(limits->from) && isfinite(limits->to) && !(limits->from < limits->to))
+        message_error(reader->check.messages, table->place,
+                      "%s: from %.15g to %.15g, a range that ascends is needed", path, limits->from,
+                      limits->to);
+    return limits;
+}
+
+static void read_limits(const struct reader *reader, const struct value *table, const char *path,
+                        struct link *link) {
+    const struct value *limits = fields_get(table, FIELD_LINK_limits);
+    for (int i = 0; limits && i < limits->field_count; i++) {
+        struct joint *joint = joint_of_entry(reader, limits, i, path, link);
+        if (joint)
+            joint->limits = read_limit(reader, &limits->fields[i].value,
+                                       fields_path_name(&reader->check, path, joint->name));
+    }
+}
+
 /* A rest without a spring at the same joint. */
 static void check_rests(const struct reader *reader, const struct value *table, const char *path,
                         const struct link *link) {
@@ -176,4 +211,5 @@ void read_joints(const struct reader *reader, const struct value *table, const c
         read_by_joint(reader, table, joint_fields[i].field, joint_fields[i].member, path, link);
     check_rests(reader, table, path, link);
     read_rotors(reader, table, fields_path_name(check, path, "rotor"), link);
+    read_limits(reader, table, fields_path_name(check, path, "limits"), link);
 }

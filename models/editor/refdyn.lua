@@ -31,6 +31,7 @@
 ---@field rest? table<string, refdyn.expression|number> coordinates at which the springs are free of force; left out: 0 [m or rad]
 ---@field damper? table<string, refdyn.expression|number> linear damping [N s/m or N m s]
 ---@field rotor? table<string, table> rotors of drives, by joint, whose inertia turns with the coordinate
+---@field limits? table<string, table> limits, by joint, that motions are compared with; they change no motion
 ---@field mass? refdyn.expression|number mass, beside that of the beam and the bodies; alone: a point mass [kg]
 ---@field center? (refdyn.expression|number)[] centre of mass in the link's frame; left out: its origin [m]
 ---@field inertia? table inertia about the centre of mass, along the link's axes
@@ -40,6 +41,12 @@
 ---@class refdyn.rotor
 ---@field inertia refdyn.expression|number moment about its own axis [kg m^2]
 ---@field gear? refdyn.expression|number its turn over that of the joint, or over the joint's way, of either sign; left out: 1 [1 or rad/m]
+
+---@class refdyn.limits
+---@field from? number smallest coordinate; left out, as the others: none [m or rad]
+---@field to? number largest coordinate [m or rad]
+---@field rate? number largest rate, either way [m/s or rad/s]
+---@field force? number largest programme force, either way [N or N m]
 
 ---@class refdyn.inertia
 ---@field xx? refdyn.expression|number int y^2 + z^2 dm [kg m^2]

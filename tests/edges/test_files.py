@@ -548,7 +548,7 @@ def test_columns_have_names_of_their_own(tmp_path):
     points = [f"{lead}_{axis}{rate}" for lead in ("point_E", "energy") for rate in ("", "d", "dd") for axis in "xyz"]
     assert names == ["t", "E_x", "E_y", "force_E_x", "E_x_d", "E_y_d", "force_E_x_d", *points, "energy",
                      "force_force_E_x", "force_force_E_y", "force_force_force_E_x", "input_t", "input_energy", "input_E_x", "input_force_E_x",
-                     "course_E_x_d", "course_E_y", "course_input_E_x", "phi_1", "plain"]
+                     "course_E_x_d", "course_E_y", "course_input_E_x", "phi_1", "plain", "E_x_dd", "E_y_dd", "force_E_x_dd"]
     figure = refdyn("plot", "run.csv", "-o", "run.svg", cwd=tmp_path)
     assert figure.stderr == "" and ">point_E<" in (tmp_path / "run.svg").read_text()
     refdyn("sim", "clash.lua", "--until", SOON, "--stop", "input_t>1", "-o", "stop.csv", cwd=tmp_path)

@@ -92,7 +92,7 @@ def test_names_of_courses_and_units(tmp_path):
         'local rd = require "refdyn"\nreturn rd.model { name = "cart",\n  links = { { "cart", joint = "x", mass = 1, start_rate = { x = 1 } } },\n'
         f'  courses = function(s) return {{ ["{course}"] = s.t }} end }}\n')
     run_harmful(tmp_path, "sim", "cart.lua", "--until", 1, "-o", "run.csv", status=0, written=["run.csv"])
-    assert (tmp_path / "work" / "run.csv").read_text().split("\n")[0].split(",")[-1] == course
+    assert (tmp_path / "work" / "run.csv").read_text().split("\n")[0].split(",")[-2] == course
     plot(tmp_path, "run.csv")
     assert course in texts_of(tmp_path / "work" / "figure.svg")
 

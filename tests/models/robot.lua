@@ -8,9 +8,9 @@ local across = { 0.12, 0.97, -0.05 } -- the shoulder and the elbow turn about pa
 return rd.model {
   name = "robot", gravity = { 0.31, -0.24, -9.79 },
   links = {
-    { "pan", at = { 0.021, -0.013, 0.163 }, turn = { { "z", 0.21 } }, joint = "psi", start = { psi = 0.2 }, rotor = { psi = { inertia = p.I_rotor, gear = 101 } },
+    { "pan", at = { 0.021, -0.013, 0.163 }, turn = { { "z", 0.21 } }, joint = "psi", start = { psi = 0.2 }, limits = { psi = { from = -2.9, to = 2.9, rate = 3.1, force = 150 } }, rotor = { psi = { inertia = p.I_rotor, gear = 101 } },
       mass = 3.761, center = { 0.007, -0.021, 0.013 }, inertia = { xx = 0.0121, yy = 0.0113, zz = 0.0094, xy = 0.0004, xz = -0.0003, yz = 0.0007 } },
-    { "lift", on = "pan", at = { 0.013, 0.138, 0.004 }, turn = { { "y", 0.4 } }, joint = "theta", axis = across, start = { theta = -0.7 },
+    { "lift", on = "pan", at = { 0.013, 0.138, 0.004 }, turn = { { "y", 0.4 } }, joint = "theta", axis = across, start = { theta = -0.7 }, limits = { theta = { from = -0.9 } },
       rotor = { theta = { inertia = p.I_rotor, gear = -121 } },
       mass = 8.058, center = { 0.213, 0.011, 0.047 }, inertia = { xx = 0.031, yy = 0.142, zz = 0.131, xy = -0.002, xz = 0.006, yz = 0.001 } },
     { "elbow", on = "lift", at = { 0.425, -0.119, 0.008 }, joint = "theta", axis = across, start = { theta = 0.9 }, rotor = { theta = { inertia = p.I_rotor, gear = 101 } },
@@ -23,7 +23,7 @@ return rd.model {
     { "wrist_3", on = "wrist_2", at = { -0.002, 0.006, -0.095 }, joint = "phi", axis = { -0.3, 0.7, 0.2 }, start = { phi = 1.1 },
       rotor = { phi = { inertia = 0.013 } },
       mass = p.m_tool, center = { 0.002, 0.061, -0.004 }, inertia = { xx = 0.0011, yy = 0.0008, zz = 0.0013, xy = 0.0001, xz = -0.0001, yz = 0.0002 } },
-    { "finger", on = "wrist_3", at = { 0.017, 0.112, 0.009 }, joint = "x", axis = { 0.3, -0.4, 0.5 }, start = { x = 0.012 },
+    { "finger", on = "wrist_3", at = { 0.017, 0.112, 0.009 }, joint = "x", axis = { 0.3, -0.4, 0.5 }, start = { x = 0.012 }, limits = { x = { from = 0, to = 0.03, rate = 0.5 } },
       rotor = { x = { inertia = 3.1e-7, gear = 2094.4 } },
       mass = 0.173, center = { 0.004, 0.021, -0.002 }, inertia = { xx = 0.00012, yy = 0.00009, zz = 0.00011 } },
   },

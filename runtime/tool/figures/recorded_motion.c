@@ -1,5 +1,6 @@
 /* A finished motion's columns: see recorded_motion.h. */
 #include "figures/recorded_motion.h"
+#include "simulate/motion_table.h"
 #include "text/output.h"
 
 #include <math.h>
@@ -36,6 +37,20 @@ static void find_points(struct run *run) {
     }
 }
 
+/* The last columns are the accelerations of the coordinates; files of before have none. */
+static int count_accelerations(const struct run *run) {
+    const int n = run->coordinate_count, first = run->column_count - n;
+    const size_t lead = strlen(table_acceleration_lead);
+    for (int i = 0; i < n; i++) {
+        const char *q = run->columns[run->coordinates + i], *name = run->columns[first + i];
+        name += strncmp(name, table_acceleration_lead, lead) == 0 ? lead : 0;
+        if (first < run->inputs || strncmp(name, q, strlen(q)) != 0 ||
+            strcmp(name + strlen(q), table_acceleration_ending) != 0)
+            return 0;
+    }
+    return n;
+}
+
 static void find_columns(struct run *run) {
     find_coordinates(run);
     find_points(run);
@@ -45,7 +60,7 @@ static void find_columns(struct run *run) {
            strncmp(run->columns[run->forces + run->force_count], "force_", 6) == 0)
         run->force_count++;
     run->inputs = run->forces + run->force_count;
-    run->input_count = run->column_count - run->inputs;
+    run->input_count = run->column_count - run->inputs - count_accelerations(run);
 }
 
 /* ---- Rows ---- */

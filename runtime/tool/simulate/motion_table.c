@@ -13,6 +13,7 @@ static const char *const point_units[] = {"m", "m/s", "m/s^2"};
 /* ---- Names ---- */
 
 const char table_input_lead[] = "input_";
+const char table_acceleration_lead[] = "acceleration_", table_acceleration_ending[] = "_dd";
 
 /* The columns so far; a unit is NULL where the model does not say. */
 struct columns {
@@ -143,6 +144,16 @@ static void name_courses(const struct refdyn_model *model, struct columns *colum
     }
 }
 
+/* Behind all others, where they were not when the first files were written. */
+static void name_accelerations(const struct refdyn_model *model, struct columns *columns) {
+    const int first = columns->count;
+    begin_part(columns, "/qdd", "/coordinate", columns->names + 1);
+    for (int i = 0; i < model->n; i++)
+        add_name(columns, text_format("%s%s", model->coordinates[i].name, table_acceleration_ending),
+                 is_slide(&model->coordinates[i]) ? "m/s^2" : "rad/s^2");
+    settle(columns, first, table_acceleration_lead);
+}
+
 /* ---- Values ---- */
 
 static void put_value(struct table *table, double value) {
@@ -203,6 +214,10 @@ static void put_courses(struct table *table) {
     put_values(table, table->room, model->course_count);
 }
 
+static void put_accelerations(struct table *table) {
+    put_values(table, table->integrator->qdd, table->integrator->work->n);
+}
+
 static void put_state(struct table *table) {
     const struct refdyn_integrator *integrator = table->integrator;
     put_value(table, integrator->t);
@@ -229,14 +244,15 @@ static void put_inputs(struct table *table) {
 
 /* ---- Blocks ---- */
 
-static const struct block blocks[TABLE_BLOCKS] = {{name_state, put_state},         {name_points, put_points},
-                                                  {name_residuals, put_residuals}, {name_energy, put_energy},
-                                                  {name_forces, put_forces},       {name_inputs, put_inputs},
-                                                  {name_courses, put_courses}};
+static const struct block blocks[TABLE_BLOCKS] = {
+    {name_state, put_state},         {name_points, put_points},
+    {name_residuals, put_residuals}, {name_energy, put_energy},
+    {name_forces, put_forces},       {name_inputs, put_inputs},
+    {name_courses, put_courses},     {name_accelerations, put_accelerations}};
 
 static void name_columns(const struct refdyn_model *model, struct columns *columns, int *ends) {
     const int most =
-        2 + 3 * model->n + 9 * model->point_count + 2 * model->m + model->input_count + model->course_count;
+        2 + 4 * model->n + 9 * model->point_count + 2 * model->m + model->input_count + model->course_count;
     columns->names = allocate((size_t)most, sizeof *columns->names);
     columns->units = allocate((size_t)most, sizeof *columns->units);
     for (int block = 0; block < TABLE_BLOCKS; block++) {

@@ -13,7 +13,7 @@
 
 #include <stdio.h>
 
-enum { TABLE_BLOCKS = 7 }; /* of columns that are computed together: the state, points, residuals ... */
+enum { TABLE_BLOCKS = 8 }; /* of columns that are computed together: the state, points, residuals ... */
 
 struct table {
     struct refdyn_integrator *integrator;
@@ -29,6 +29,8 @@ struct table {
 };
 
 extern const char table_input_lead[]; /* before the name of an input whose name is taken */
+/* Before the names of accelerations where one of them is taken, and behind them. */
+extern const char table_acceleration_lead[], table_acceleration_ending[];
 
 void table_start(struct table *table, struct refdyn_integrator *integrator);
 /* From now on only the blocks with a wanted column are filled: wanted (count). */

@@ -135,6 +135,7 @@ void summary_print(const struct summary *summary) {
                 exact_text(motion->stops->t, text));
     if (summary->estimate)
         estimate_print(summary->estimate);
+    limits_print(&summary->trial->limits);
 }
 
 static void put_rows(struct document *document, const struct refdyn_model *model,
@@ -215,6 +216,7 @@ static void put_summary(struct document *document, const struct summary *summary
     put_number(document, "cpu_s", motion->cpu_s);
     put_number(document, "wall_s", motion->wall_s);
     events_put(&motion->events, motion->scene->model, document);
+    limits_put(&summary->trial->limits, document);
     if (motion->stops && motion->stops->reached)
         put_stop(document, motion);
     if (summary->accuracy > 0)

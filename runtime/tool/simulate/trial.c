@@ -16,6 +16,7 @@ static void add_output(struct trial *trial, struct table *table, struct row_sink
         }
         if (!row_sink_put(rows, table))
             trial->result = MOTION_NOT_WRITTEN;
+        limits_add(&trial->limits, integrator);
     }
     track_add(&trial->track, integrator);
 }
@@ -30,8 +31,10 @@ static void add_last(struct trial *trial, struct table *table, struct row_sink *
         const bool is_seen = refdyn_integrator_refresh(integrator) == REFDYN_OK;
         if (is_seen)
             table_fill(table);
-        if (is_seen && !table_not_finite(table))
+        if (is_seen && !table_not_finite(table)) {
             row_sink_put(rows, table);
+            limits_add(&trial->limits, integrator);
+        }
     }
     integrator->work->fault = fault;
     integrator->cause = cause;
@@ -81,6 +84,7 @@ void trial_run(struct trial *trial, const struct task *task, const struct refdyn
     if (task->on_start)
         task->on_start(task, motion);
     table_start(&table, &motion->integrator);
+    limits_start(&trial->limits, task->scene);
     track_start(&trial->track, task->scene->model, motion->outputs);
     go(trial, &table, rows);
     motion_restore(motion);
@@ -88,5 +92,6 @@ void trial_run(struct trial *trial, const struct task *task, const struct refdyn
 
 void trial_release(struct trial *trial) {
     track_release(&trial->track);
+    limits_release(&trial->limits);
     motion_release(&trial->motion);
 }

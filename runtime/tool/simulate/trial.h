@@ -5,6 +5,7 @@
 #define REFDYN_TOOL_TRIAL_H
 
 #include "simulate/error_estimate.h"
+#include "simulate/limit_record.h"
 #include "simulate/motion.h"
 #include "simulate/row_sink.h"
 
@@ -12,6 +13,7 @@ struct trial {
     struct motion motion;
     struct stops stops;
     struct track track;
+    struct limit_record limits; /* of the rows that are written */
     enum status usage; /* not STATUS_DONE: the stops are wrong, and nothing ran */
     int result;        /* status of the runtime, or MOTION_INTERRUPTED */
     bool is_started;   /* the start could be evaluated */
