@@ -138,6 +138,10 @@ static void warn_of_joint(const struct robot *robot, const struct robot_joint *j
     if (joint->friction > 0 && (friction_width == 0 || !is_single))
         robot_warn(robot, joint->line, "joint %s: friction %g is left out%s", joint->name, joint->friction,
                    is_single ? ", --friction-width RATE takes it" : "");
+    const struct joint_limits *limits = &joint->limits;
+    const bool is_limited = limits->has_range || limits->has_rate || limits->has_force;
+    if (is_limited && !is_single && joint->kind != JOINT_FIXED)
+        robot_warn(robot, joint->line, "joint %s: limits of several coordinates are left out", joint->name);
     if (joint->damping > 0 && !is_single && joint->kind != JOINT_FIXED)
         robot_warn(robot, joint->line, "joint %s: damping %g of several coordinates is left out", joint->name,
                    joint->damping);

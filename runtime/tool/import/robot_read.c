@@ -216,6 +216,12 @@ static bool take_limits(const struct part *part, struct robot_joint *joint) {
         return false;
     limits->has_range = joint->kind != JOINT_CONTINUOUS &&
                         (xml_attribute(limit.element, "lower") || xml_attribute(limit.element, "upper"));
+    if (limits->has_range && limits->from == limits->to) {
+        robot_warn(part->robot, limit.element->line,
+                   "%s: <limit>: lower and upper are both %g, the range is left out", part->owner,
+                   limits->from);
+        limits->has_range = false;
+    }
     limits->has_rate = limits->rate > 0;
     limits->has_force = limits->force > 0;
     return limits->from <= limits->to ||
