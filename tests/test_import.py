@@ -290,6 +290,10 @@ LEFT_OUT = {
     "several": (PAIR + joint('<dynamics damping="0.7" friction="2"/><limit velocity="3"/>', kind="planar"),
                 ["r.urdf:4: warning: joint j: friction 2 is left out", "r.urdf:4: warning: joint j: limits of several coordinates are left out",
                  "r.urdf:4: warning: joint j: damping 0.7 of several coordinates is left out"]),
+    "fixed": (PAIR + joint().strip() + '<link name="c"/>' + joint('<mimic joint="j"/>', "k", "fixed", child="c"),
+              ["r.urdf:4: warning: joint k: <mimic>: it is fixed, which follows nobody: left out"]),
+    "differential": (LINE + '<transmission name="t"><actuator name="m"/><actuator name="n"/><joint name="a"/><joint name="b"/></transmission>',
+                     ["r.urdf:5: warning: <transmission> in <robot>, 1 in all, left out: only rotors as <drake:rotor_inertia> are taken"]),
     "no mass": (PAIR + joint().replace("/>\n", "/>") + '<link name="c"><inertial><mass value="0"/>' + MASS.partition("/>")[2] + "</link>" + joint(name="k", kind="fixed", child="c"),
                 ["r.urdf:5: warning: link c: an inertia without mass is left out"]),
 }
@@ -332,6 +336,7 @@ WRONG = {
     "other root": ("<sdf/>", ":1: robot: the outermost element is <sdf>, <robot> is needed"),
     "no name": ("<robot/>", ":1: robot: <robot> has no name, which is needed"),
     "no link": (HEAD + "</robot>", ":1: robot: it has no <link>, at least one is needed"),
+    "nothing moves": (HEAD + PAIR + joint(kind="fixed") + "</robot>", ":1: robot: no joint of it moves, one is needed, or --floating for the root"),
     "macro": (HEAD + '<link name="a">\n<xacro:box/></link></robot>', ":3: xacro: <xacro:box> is a macro, run `xacro FILE > FILE.urdf` first"),
     "substitution": (with_origin('xyz="0 0 ${h}"'), ":4: joint j: <origin>: xyz: '0 0 ${h}' is of xacro, run `xacro FILE > FILE.urdf` first"),
     "nameless link": (HEAD + "<link/></robot>", ":2: link: <link> has no name, which is needed"),

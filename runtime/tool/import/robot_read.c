@@ -268,6 +268,11 @@ static bool take_mimic(struct robot *robot, struct robot_joint *joint, const str
     if (!take_child(&part, "mimic", &mimic) || !mimic.element)
         return !mimic.element;
     joint->multiplier = 1;
+    if (joint->kind == JOINT_FIXED) {
+        robot_warn(robot, mimic.element->line, "%s: <mimic>: it is fixed, which follows nobody: left out",
+                   part.owner);
+        return true;
+    }
     if (!joint_is_single(joint))
         return robot_complain(robot, mimic.element->line,
                               "%s: <mimic>: it is %s, one with one coordinate is needed", part.owner,
@@ -300,6 +305,8 @@ static bool take_rotor(struct robot *robot, const struct xml_element *element) {
     struct part actuator, named;
     double inertia = 0, gear = 1;
     int place;
+    if (xml_count(element, "drake:rotor_inertia") == 0)
+        return true;
     if (!take_child(&part, "actuator", &actuator) || !actuator.element)
         return !actuator.element;
     if (!take_drake_number(&actuator, "drake:rotor_inertia", &inertia) ||
