@@ -184,6 +184,17 @@ def test_joints_that_follow(tmp_path):
     assert 'start = { y = 0.05 }' in model.read_text()
 
 
+def test_limits(tmp_path):
+    """As the emitted C has them, what is left out infinite."""
+    text = HEAD + PAIR + '<link name="c"/><link name="d"/>' + "".join((
+        joint('<limit lower="-1.25" upper="2.5" velocity="3.5" effort="47"/>', kind="revolute"), joint('<limit lower="-1" upper="1" effort="7"/>', "k", child="c"),
+        joint('<limit upper="1.5" velocity="0"/>', "l", "prismatic", child="d"))) + "</robot>"
+    model, _ = imported(tmp_path, text)
+    assert "limits = { phi = { from = -1.25, to = 2.5, rate = 3.5, force = 47 } }" in model
+    assert "limits = { phi = { force = 7 } }" in model and "limits = { x = { from = 0, to = 1.5 } }" in model
+    refdyn("check", tmp_path / "r.lua")
+
+
 def test_floating_root(tmp_path):
     """As a floating joint between the ground and the root."""
     text = (ROBOTS / "two.urdf").read_text()
@@ -211,9 +222,10 @@ def test_impossible_inertia(which, tmp_path):
     refdyn("check", tmp_path / "r.lua")
 
 
-def test_moments_of_plane_robots(tmp_path):
+@pytest.mark.parametrize("none", ["0", "-1e-20"])
+def test_moments_of_plane_robots(none, tmp_path):
     """A link that turns about one axis may have the moment about it alone."""
-    text = HEAD + PAIR.replace('ixx="0.3"', 'ixx="-1e-20"').replace('iyy="0.4"', 'iyy="0"') + joint('<axis xyz="0 0 1"/>') + "</robot>"
+    text = HEAD + PAIR.replace('ixx="0.3"', f'ixx="{none}"').replace('iyy="0.4"', 'iyy="0"') + joint('<axis xyz="0 0 1"/>') + "</robot>"
     model, said = imported(tmp_path, text)
     assert "warning" not in said and "inertia = { zz = 0.5 }" in model
     refdyn("check", tmp_path / "r.lua")
@@ -274,8 +286,15 @@ LEFT_OUT = {
                "r.urdf:4: warning: <calibration> in <joint>, 1 in all, left out: q = 0 is that of the joint",
                "r.urdf:5: warning: <limit>: attribute uper, 1 in all, left out: it is not known"]),
     "friction": (PAIR + joint('<dynamics friction="0.7"/>'), ["r.urdf:4: warning: joint j: friction 0.7 is left out, --friction-width RATE takes it"]),
-    "several": (PAIR + joint('<dynamics damping="0.7" friction="2"/>', kind="planar"),
-                ["r.urdf:4: warning: joint j: friction 2 is left out", "r.urdf:4: warning: joint j: damping 0.7 of several coordinates is left out"]),
+    "no range": (PAIR + joint('<limit lower="0.3" upper="0.3" velocity="0" effort="0"/>', kind="prismatic"),
+                 ["r.urdf:4: warning: joint j: <limit>: lower and upper are both 0.3, the range is left out"]),
+    "several": (PAIR + joint('<dynamics damping="0.7" friction="2"/><limit velocity="3"/>', kind="planar"),
+                ["r.urdf:4: warning: joint j: friction 2 is left out", "r.urdf:4: warning: joint j: limits of several coordinates are left out",
+                 "r.urdf:4: warning: joint j: damping 0.7 of several coordinates is left out"]),
+    "fixed": (PAIR + joint().strip() + '<link name="c"/>' + joint('<mimic joint="j"/>', "k", "fixed", child="c"),
+              ["r.urdf:4: warning: joint k: <mimic>: it is fixed, which follows nobody: left out"]),
+    "differential": (LINE + '<transmission name="t"><actuator name="m"/><actuator name="n"/><joint name="a"/><joint name="b"/></transmission>',
+                     ["r.urdf:5: warning: <transmission> in <robot>, 1 in all, left out: only rotors as <drake:rotor_inertia> are taken"]),
     "no mass": (PAIR + joint().replace("/>\n", "/>") + '<link name="c"><inertial><mass value="0"/>' + MASS.partition("/>")[2] + "</link>" + joint(name="k", kind="fixed", child="c"),
                 ["r.urdf:5: warning: link c: an inertia without mass is left out"]),
 }
@@ -318,6 +337,7 @@ WRONG = {
     "other root": ("<sdf/>", ":1: robot: the outermost element is <sdf>, <robot> is needed"),
     "no name": ("<robot/>", ":1: robot: <robot> has no name, which is needed"),
     "no link": (HEAD + "</robot>", ":1: robot: it has no <link>, at least one is needed"),
+    "nothing moves": (HEAD + PAIR + joint(kind="fixed") + "</robot>", ":1: robot: no joint of it moves, one is needed, or --floating for the root"),
     "macro": (HEAD + '<link name="a">\n<xacro:box/></link></robot>', ":3: xacro: <xacro:box> is a macro, run `xacro FILE > FILE.urdf` first"),
     "substitution": (with_origin('xyz="0 0 ${h}"'), ":4: joint j: <origin>: xyz: '0 0 ${h}' is of xacro, run `xacro FILE > FILE.urdf` first"),
     "nameless link": (HEAD + "<link/></robot>", ":2: link: <link> has no name, which is needed"),

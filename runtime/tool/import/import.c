@@ -138,6 +138,10 @@ static void warn_of_joint(const struct robot *robot, const struct robot_joint *j
     if (joint->friction > 0 && (friction_width == 0 || !is_single))
         robot_warn(robot, joint->line, "joint %s: friction %g is left out%s", joint->name, joint->friction,
                    is_single ? ", --friction-width RATE takes it" : "");
+    const struct joint_limits *limits = &joint->limits;
+    const bool is_limited = limits->has_range || limits->has_rate || limits->has_force;
+    if (is_limited && !is_single && joint->kind != JOINT_FIXED)
+        robot_warn(robot, joint->line, "joint %s: limits of several coordinates are left out", joint->name);
     if (joint->damping > 0 && !is_single && joint->kind != JOINT_FIXED)
         robot_warn(robot, joint->line, "joint %s: damping %g of several coordinates is left out", joint->name,
                    joint->damping);
@@ -207,9 +211,21 @@ static void print_beam(const struct robot *robot, const struct flexible *beam) {
 
 /* ---- the command ---- */
 
+static int count_coordinates(const struct robot *robot, const struct model_choice *choice) {
+    int count = choice->is_floating ? 6 : 0;
+    for (int i = 0; i < robot->joint_count; i++) {
+        const enum joint_kind kind = robot->joints[i].kind;
+        count += kind == JOINT_FIXED ? 0 : kind == JOINT_PLANAR ? 3 : kind == JOINT_FLOATING ? 6 : 1;
+    }
+    return count;
+}
+
 static bool read_robot(struct robot *robot, const struct options *options, struct model_choice *choice) {
     if (!robot_read(robot, options->operands[0]) || !robot_make_tree(robot))
         return false;
+    if (count_coordinates(robot, choice) == 0 && !options->flexible)
+        return robot_complain(robot, robot->line,
+                              "robot: no joint of it moves, one is needed, or --floating for the root");
     mend_inertias(robot);
     set_right_angles(robot, options->right_angles);
     for (int i = 0; i < robot->joint_count; i++)
@@ -218,15 +234,10 @@ static bool read_robot(struct robot *robot, const struct options *options, struc
 }
 
 static void print_summary(const struct robot *robot, const struct model_choice *choice) {
-    int coordinates = choice->is_floating ? 6 : 0;
-    for (int i = 0; i < robot->joint_count; i++) {
-        const enum joint_kind kind = robot->joints[i].kind;
-        coordinates += kind == JOINT_FIXED ? 0 : kind == JOINT_PLANAR ? 3 : kind == JOINT_FLOATING ? 6 : 1;
-    }
     for (int i = 0; i < choice->flexible_count; i++)
         print_beam(robot, &choice->flexible[i]);
     fprintf(stderr, "%d links, %d joints, %d coordinates beside those of beams\n", robot->link_count,
-            robot->joint_count, coordinates);
+            robot->joint_count, count_coordinates(robot, choice));
 }
 
 enum status run_import(const struct options *options) {

@@ -5,7 +5,7 @@
 #include "import/robot.h"
 #include "base/message.h"
 #include "base/text.h"
-#include "import/xml.h"
+#include "xml/xml.h"
 #include "text/output.h"
 
 #include <math.h>
@@ -216,6 +216,12 @@ static bool take_limits(const struct part *part, struct robot_joint *joint) {
         return false;
     limits->has_range = joint->kind != JOINT_CONTINUOUS &&
                         (xml_attribute(limit.element, "lower") || xml_attribute(limit.element, "upper"));
+    if (limits->has_range && limits->from == limits->to) {
+        robot_warn(part->robot, limit.element->line,
+                   "%s: <limit>: lower and upper are both %g, the range is left out", part->owner,
+                   limits->from);
+        limits->has_range = false;
+    }
     limits->has_rate = limits->rate > 0;
     limits->has_force = limits->force > 0;
     return limits->from <= limits->to ||
@@ -262,6 +268,11 @@ static bool take_mimic(struct robot *robot, struct robot_joint *joint, const str
     if (!take_child(&part, "mimic", &mimic) || !mimic.element)
         return !mimic.element;
     joint->multiplier = 1;
+    if (joint->kind == JOINT_FIXED) {
+        robot_warn(robot, mimic.element->line, "%s: <mimic>: it is fixed, which follows nobody: left out",
+                   part.owner);
+        return true;
+    }
     if (!joint_is_single(joint))
         return robot_complain(robot, mimic.element->line,
                               "%s: <mimic>: it is %s, one with one coordinate is needed", part.owner,
@@ -294,6 +305,8 @@ static bool take_rotor(struct robot *robot, const struct xml_element *element) {
     struct part actuator, named;
     double inertia = 0, gear = 1;
     int place;
+    if (xml_count(element, "drake:rotor_inertia") == 0)
+        return true;
     if (!take_child(&part, "actuator", &actuator) || !actuator.element)
         return !actuator.element;
     if (!take_drake_number(&actuator, "drake:rotor_inertia", &inertia) ||

@@ -4,7 +4,7 @@
  */
 #include "import/robot.h"
 #include "base/text.h"
-#include "import/xml.h"
+#include "xml/xml.h"
 #include "text/output.h"
 
 #include <string.h>
@@ -93,21 +93,10 @@ static void count(struct rest *rest, const struct kind *kind) {
         rest->more++;
 }
 
-static int count_within(const struct xml_element *root, const char *name) {
-    int found = 0;
-    for (const struct xml_element *at = root; at; at = xml_next(at, root))
-        found += strcmp(at->name, name) == 0;
-    return found;
-}
-
-static bool has_rotor(const struct xml_element *transmission) {
-    return count_within(transmission, "drake:rotor_inertia") > 0;
-}
-
 static bool is_taken(const struct xml_element *element) {
     const struct taken *owner = find_taken(element->parent->name);
     return owner && is_word_of(element->name, owner->children) &&
-           (strcmp(element->name, "transmission") != 0 || has_rotor(element));
+           (strcmp(element->name, "transmission") != 0 || xml_count(element, "drake:rotor_inertia") > 0);
 }
 
 static void count_attributes(struct rest *rest, const struct xml_element *element) {
@@ -127,7 +116,7 @@ static void count_in(struct rest *rest, const struct xml_element *root) {
         const bool is_left_out = at != root && !is_taken(at);
         if (is_left_out)
             count(rest,
-                  &(struct kind){at->parent->name, at->name, false, at->line, 1, count_within(at, "mesh")});
+                  &(struct kind){at->parent->name, at->name, false, at->line, 1, xml_count(at, "mesh")});
         else
             count_attributes(rest, at);
         at = is_left_out ? xml_behind(at, root) : xml_next(at, root);

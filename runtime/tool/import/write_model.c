@@ -194,6 +194,19 @@ static const char *coordinate(const struct writer *w, const struct robot_joint *
     return text_format("%s_%s", w->names[joint->child], letter(joint));
 }
 
+static void put_limits(struct writer *w, const struct robot_joint *joint) {
+    const struct joint_limits *limits = &joint->limits;
+    struct text text = {.memory = &program_memory};
+    if (limits->has_range)
+        text_add(&text, "from = %s, to = %s", angle(limits->from), angle(limits->to));
+    if (limits->has_rate)
+        text_add(&text, "%srate = %s", text.length ? ", " : "", angle(limits->rate));
+    if (limits->has_force)
+        text_add(&text, "%sforce = %s", text.length ? ", " : "", number(limits->force));
+    if (text.length)
+        put(w, "limits = { %s = { %s } }", letter(joint), text.data);
+}
+
 static void put_single(struct writer *w, const struct robot_joint *joint) {
     const char *name = letter(joint);
     const double start = robot_start(w->robot, joint);
@@ -204,6 +217,7 @@ static void put_single(struct writer *w, const struct robot_joint *joint) {
         put(w, "start = { %s = %s }", name, angle(start));
     if (joint->damping > 0)
         put(w, "damper = { %s = %s }", name, number(joint->damping));
+    put_limits(w, joint);
     if (joint->rotor_inertia > 0)
         put(w, "rotor = { %s = { inertia = %s, gear = %s } }", name, number(joint->rotor_inertia),
             number(joint->gear));
@@ -311,25 +325,12 @@ static const char *safe(const char *text) {
     return message_safe_text(&program_memory, text, strlen(text));
 }
 
-/* The language has no limits of joints; people do. */
-static void write_comment(const struct writer *w, const struct robot_joint *joint) {
-    const struct joint_limits *limits = &joint->limits;
-    fprintf(w->out, "    -- joint %s", safe(joint->name));
-    if (limits->has_range)
-        fprintf(w->out, ", from %s to %s", number(limits->from), number(limits->to));
-    if (limits->has_rate)
-        fprintf(w->out, ", rate %s", number(limits->rate));
-    if (limits->has_force)
-        fprintf(w->out, ", force %s", number(limits->force));
-    fputc('\n', w->out);
-}
-
 static void write_link(struct writer *w, int i) {
     const struct robot_link *link = &w->robot->links[i];
     const struct robot_joint *joint = link->joint >= 0 ? &w->robot->joints[link->joint] : NULL;
     const struct flexible *beam = flexible_of(w, i);
     if (joint && joint->kind != JOINT_FIXED)
-        write_comment(w, joint);
+        fprintf(w->out, "    -- joint %s\n", safe(joint->name));
     if (joint && joint->kind == JOINT_PLANAR && !is_positive_axis(joint)) {
         write_plane(w, joint);
     } else {

@@ -1,5 +1,5 @@
 /* What is asked of a tree of XML elements: see xml.h. */
-#include "import/xml.h"
+#include "xml/xml.h"
 
 #include <stddef.h>
 #include <string.h>
@@ -26,4 +26,11 @@ const struct xml_element *xml_behind(const struct xml_element *at, const struct 
 
 const struct xml_element *xml_next(const struct xml_element *at, const struct xml_element *root) {
     return at->first ? at->first : xml_behind(at, root);
+}
+
+int xml_count(const struct xml_element *root, const char *name) {
+    int count = 0;
+    for (const struct xml_element *at = root; at; at = xml_next(at, root))
+        count += strcmp(at->name, name) == 0;
+    return count;
 }

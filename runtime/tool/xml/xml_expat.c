@@ -1,5 +1,5 @@
 /* XML by expat: see xml.h. The file goes through the parser in pieces; its handlers grow the tree. */
-#include "import/xml.h"
+#include "xml/xml.h"
 #include "text/csv.h"
 #include "text/output.h"
 

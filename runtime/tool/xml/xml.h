@@ -26,6 +26,8 @@ struct xml_element *xml_read(const char *path);
 const char *xml_attribute(const struct xml_element *element, const char *name);
 /* The first child of that name; NULL: none. */
 const struct xml_element *xml_child(const struct xml_element *element, const char *name);
+/* How many elements of that name there are in `root`, itself included. */
+int xml_count(const struct xml_element *root, const char *name);
 /* The element behind `at` on a way through all that is in `root`, in the order of the file; NULL: it ends. */
 const struct xml_element *xml_next(const struct xml_element *at, const struct xml_element *root);
 /* The same, but not into `at`. */

@@ -1,5 +1,5 @@
 /* What stands for the reading of XML in a refdyn that was built without expat: a complaint. */
-#include "import/xml.h"
+#include "xml/xml.h"
 #include "text/csv.h"
 
 #include <stddef.h>
