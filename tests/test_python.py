@@ -304,7 +304,7 @@ def test_numbers_that_fail(package):
 
 
 def test_warnings(package):
-    with pytest.warns(package.ModelWarning, match="is off the programme by"):
+    with pytest.warns(package.ModelWarning, match="the start is off the programme:\n  ellipse \\(position\\): phi"):
         package.Model(REFERENCE, n_rfe=1).simulate(0.01, q=[0, 0, 0.6, 0], qd=[0, 0, 0.3, 0])
 
 

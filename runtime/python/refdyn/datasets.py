@@ -4,6 +4,7 @@ from __future__ import annotations
 import csv
 import json
 import os
+import pathlib
 from collections.abc import Collection, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -81,11 +82,9 @@ def of_modes(model: Model, told: Mapping[str, Any]) -> xarray.Dataset:
 
 # ---- Motions ----
 
-def of_motion(model: Model, path: str, summary: str | None) -> xarray.Dataset | None:
-    """The columns of a CSV along t; None: there is no such file."""
-    if not os.path.exists(path):
-        return None
-    told = json.load(open(summary)) if summary else {}
+def of_motion(model: Model, path: str, summary: str | None) -> xarray.Dataset:
+    """The columns of a CSV along t."""
+    told = json.loads(pathlib.Path(summary).read_text()) if summary else {}
     units = {"t": "s", **told.pop("units", {})}
     with open(path) as file:
         names = file.readline().rstrip("\n").split(",")

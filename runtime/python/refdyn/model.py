@@ -42,6 +42,7 @@ class Model:
     held: tuple[str, ...]                        # in statics and modes
     q0: np.ndarray                               # where a motion starts
     qd0: np.ndarray
+    _folder: tempfile.TemporaryDirectory[str]    # of a model from a text
     if TYPE_CHECKING:
         M: Quantity
         h: Quantity
@@ -174,7 +175,7 @@ class Model:
             try:
                 self._run("sim", given, parameters, *(word for condition in stop for word in ("--stop", condition)))
             except program.NumericalError as error:
-                error.run = datasets.of_motion(self, run + ".part", None)
+                error.run = datasets.of_motion(self, run + ".part", None) if os.path.exists(run + ".part") else None
                 raise
             return datasets.of_motion(self, run, summary)
 

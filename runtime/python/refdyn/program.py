@@ -89,8 +89,9 @@ def failure(status: int, said: str) -> Exception:
     return RuntimeError(f"refdyn ended with status {status}: {said}")
 
 
-def is_warning(line: str) -> bool:
-    return "warning: " in line or " is off the programme by " in line
+def warnings_of(said: str) -> list[str]:
+    """Each with the lines behind it that are set in."""
+    return [text.removeprefix("refdyn: ").removeprefix("warning: ") for text in re.findall(r"^.*warning: .*(?:\n  .*)*", said, re.M)]
 
 
 def run(*words: str | os.PathLike[str], renamed: Mapping[str, str] | None = None) -> str:
@@ -101,8 +102,8 @@ def run(*words: str | os.PathLike[str], renamed: Mapping[str, str] | None = None
         said = said.replace(name, other)
     if done.returncode:
         raise failure(done.returncode, said)
-    for line in filter(is_warning, said.splitlines()):
-        warnings.warn(line.removeprefix("refdyn: ").removeprefix("warning: "), ModelWarning, stacklevel=4)
+    for text in warnings_of(said):
+        warnings.warn(text, ModelWarning, stacklevel=4)
     return done.stdout
 
 
