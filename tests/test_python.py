@@ -289,6 +289,10 @@ def test_models_at_fault(package, tmp_path):
     assert (told.value.file, told.value.line) == ("<text>", 3)
     with pytest.raises(package.ModelError, match="--set m_e: unknown option or parameter"):
         package.Model(REFERENCE, m_e=2)
+    with pytest.raises(package.ModelError, match="<cases>:2: cases: m_E: 'nan' is no finite number"):
+        package.Model(REFERENCE).batch({"m_E": [np.nan]}, t_end=1)
+    with pytest.raises(package.ModelError, match="<state>:1: q: has 2 values, 13 are needed"):
+        package.Model(REFERENCE).simulate(1, q=[0, 1])
     with pytest.raises(package.ModelError, match="cannot be read: No such file or directory"):
         package.Model(tmp_path / "none.lua")
 
@@ -318,6 +322,7 @@ CALLS = {
     "no parameter is called 'n_rfe'": lambda arm: arm.simulate(1, parameters={"n_rfe": 2}),
     "unknown option --methods, the nearest is --method": lambda arm: arm.simulate(1, methods="rk4"),
     "either cases or a sweep file is needed": lambda arm: arm.batch(),
+    "dofs: 'psi,theta' has a comma, a quote or the end of a line": lambda arm: arm.batch({"dofs": ["psi,theta"]}, t_end=1),
     "no coordinate, parameter or input is called 'E_z'": lambda arm: arm.units_of("E_z"),
 }
 

@@ -6,6 +6,7 @@ import pathlib
 import re
 import subprocess
 import sys
+import tempfile
 import warnings
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -94,12 +95,20 @@ def warnings_of(said: str) -> list[str]:
     return [text.removeprefix("refdyn: ").removeprefix("warning: ") for text in re.findall(r"^.*warning: .*(?:\n  .*)*", said, re.M)]
 
 
-def run(*words: str | os.PathLike[str], renamed: Mapping[str, str] | None = None) -> str:
-    """What the program prints; what it warns of become warnings. `renamed`: how files are called in what it says."""
-    done = subprocess.run([str(PROGRAM), *map(str, words)], stdin=subprocess.DEVNULL, capture_output=True, text=True)
-    said = done.stderr
-    for name, other in (renamed or {}).items():
-        said = said.replace(name, other)
+def private_folder() -> tempfile.TemporaryDirectory[str]:
+    """For the files that a call hands to the program, of which nobody else knows."""
+    return tempfile.TemporaryDirectory(prefix="refdyn-")
+
+
+def shown(text: str) -> str:
+    """With `<cases>` for the file cases.csv of such a folder."""
+    return re.sub(re.escape(os.path.join(tempfile.gettempdir(), "refdyn-")) + r"\w{8}/(text|state|cases|inputs)\.\w+", r"<\1>", text)
+
+
+def run(*words: str | os.PathLike[str]) -> str:
+    """What the program prints; what it warns of become warnings."""
+    done = subprocess.run([str(PROGRAM), *map(str, words)], stdin=subprocess.DEVNULL, capture_output=True, encoding="utf-8", errors="replace")
+    said = shown(done.stderr)
     if done.returncode:
         raise failure(done.returncode, said)
     for text in warnings_of(said):
