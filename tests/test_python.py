@@ -212,6 +212,16 @@ def test_inputs(package):
     assert np.allclose(driven.Q(q, qd, inputs={"tau": [0, 2.5]})[1], told["Q"], rtol=1e-13)
 
 
+def test_values_at_the_start_follow_inputs(package):
+    text = GOOD.replace("return rd", 'rd.input("f", 1, "N")\nreturn rd').replace("\n}", '''
+  constraints = function(s) return { rd.position { s.q.rod_psi - rd.parameter("at", 0.1 * s.start.inputs.f, "rad"), alpha = 1, beta = 1 } } end }''')
+    swing = package.Model.from_text(text)
+    assert swing.parameters["at"] == 0.1 and swing.phi([0.7])[0] == 0.7 - 0.1
+    for inputs in ({"f": 3}, {"f": [3, 3]}):
+        assert np.allclose(swing.phi([0.7], inputs=inputs), 0.4, rtol=1e-14)
+    assert np.allclose(swing.phi([0.7], inputs={"f": [2, 3]}, parameters={"at": [[0.5], [0.6]]})[..., 0], [[0.2, 0.2], [0.1, 0.1]])
+
+
 def test_derivatives_are_compiled_when_they_are_named(arm):
     q, qd = (array[0] for array in states(arm, 1))
     by_q, step = arm.d_qdd(q, qd)["q"], 1e-6
@@ -449,4 +459,4 @@ def test_four_commands(tmp_path):
     (copy / "arm.py").write_text(blocks("python")[0][1])
     script = blocks("sh")[0][1]
     assert len(script.splitlines()) == 4
-    assert run("bash", "-e", "-c", script, cwd=copy, timeout=600).split()[-1] == "m"
+    assert run("bash", "-e", "-c", script, cwd=copy, timeout=1500).split()[-1] == "m"
