@@ -102,6 +102,11 @@ def test_is_found_by_cmake(package, tmp_path):
     run("cmake", "-S", TESTS / "install", "-B", tmp_path / "build", f"-DCMAKE_PREFIX_PATH={package.prefix}", f"-DEMITTED={tmp_path / 'emitted'}")
 
 
+def test_extension_knows_every_quantity():
+    known = re.findall(r"QUANTITY\((\w+)\)[,}]", (SOURCE / "runtime" / "python" / "core.c").read_text())
+    assert sorted(json.loads(refdyn("compile", REFERENCE).stdout)["quantities"]) == sorted(known)
+
+
 # ---- Bits ----
 
 FREE = ("M", "h", "Q", "qdd_free")
