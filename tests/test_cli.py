@@ -12,7 +12,7 @@ import pytest
 from program import MODELS, REFDYN, REFERENCE, SCALE, TESTS, evaluate, motion, oracle, read_run, refdyn, some
 
 PENDULUM = TESTS / "models" / "double_pendulum.lua"
-COMMANDS = ["gen", "check", "eval", "statics", "modes", "sim", "plot", "merge", "bench", "report"]
+COMMANDS = ["gen", "check", "compile", "eval", "statics", "modes", "sim", "plot", "merge", "bench", "report"]
 PLACE = re.compile(r"^[^:\n]+:\d+: [^:\n]+: .+", re.M)  # FILE:LINE: what: fact
 
 
@@ -22,6 +22,17 @@ def test_help_and_version():
     for command in COMMANDS:
         assert re.search(rf"^\s*{command}\b", help_text, re.M)
         assert "usage: refdyn " + command in refdyn(command, "--help").stdout
+
+
+def test_compile_tells_what_it_leaves():
+    """A library in the cache, the same one for the same model; its values, and the parts of each result."""
+    told, again, lanes = (json.loads(refdyn("compile", REFERENCE, *words).stdout) for words in ([], ["--set", "m_E=3"], ["--emit", "qdd,d_qdd", "--for-lanes"]))
+    assert os.path.exists(told["library"]) and told["library"] == again["library"] != lanes["library"]
+    assert told["lanes"] == 0 and lanes["lanes"] in (2, 4, 8) and told["coordinates"][0] == {"name": "base_z", "unit": "m"}
+    values = [{entry["name"]: entry for entry in one["parameters"]} for one in (told, again)]
+    assert values[1]["m_E"] == {"name": "m_E", "unit": "kg", "value": 3, "anchored": False} and values[0]["xc"]["anchored"]
+    parts = {entry["quantity"]: [(part["name"], part["count"]) for part in entry["parts"]] for entry in lanes["functions"]}
+    assert parts["qdd"] == [("qdd", 13)] and parts["d_qdd"][:3] == [("q", 169), ("qd", 169), ("t", 13)] and "M_h" in told["quantities"]
 
 
 WRONG_USAGE = [

@@ -1,9 +1,9 @@
 """What the program writes, as xarray datasets with units; and the tables that it reads."""
 from __future__ import annotations
 
-import csv
 import json
 import os
+import pathlib
 from collections.abc import Collection, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -81,13 +81,11 @@ def of_modes(model: Model, told: Mapping[str, Any]) -> xarray.Dataset:
 
 # ---- Motions ----
 
-def of_motion(model: Model, path: str, summary: str | None) -> xarray.Dataset | None:
-    """The columns of a CSV along t; None: there is no such file."""
-    if not os.path.exists(path):
-        return None
-    told = json.load(open(summary)) if summary else {}
+def of_motion(model: Model, path: str, summary: str | None) -> xarray.Dataset:
+    """The columns of a CSV along t."""
+    told = json.loads(pathlib.Path(summary).read_text()) if summary else {}
     units = {"t": "s", **told.pop("units", {})}
-    with open(path) as file:
+    with open(path, encoding="utf-8") as file:
         names = file.readline().rstrip("\n").split(",")
         rows = [line.split(",") for line in file if line.endswith("\n")]
     table = np.array(rows, dtype=float).reshape(len(rows), len(names))
@@ -114,11 +112,17 @@ def write_cases(cases: Mapping[str, npt.ArrayLike], folder: str) -> str:
 def write_table(columns: Mapping[str, Any], path: str) -> str:
     """Columns of one length, or of one value for all rows."""
     arrays = np.broadcast_arrays(*(np.atleast_1d(np.asarray(values)) for values in columns.values()))
-    with open(path, "w", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n", quoting=csv.QUOTE_NONE, escapechar=None)
-        writer.writerow(columns)
-        writer.writerows([text_of(value) for value in row] for row in zip(*arrays))
+    fields = [[field_of(name, value) for value in array] for name, array in zip(columns, arrays)]
+    lines = [",".join(columns), *map(",".join, zip(*fields))]
+    pathlib.Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
     return path
+
+
+def field_of(name: str, value: Any) -> str:
+    text = text_of(value)
+    if any(letter in text for letter in ',"\n'):
+        raise ValueError(f"{name}: {text!r} has a comma, a quote or the end of a line, which a table cannot have")
+    return text
 
 
 # ---- Batches ----

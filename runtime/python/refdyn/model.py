@@ -21,8 +21,6 @@ from .quantity import Compiled, Quantity, unknown
 if TYPE_CHECKING:
     import xarray
 
-TEXT = "<text>"
-
 
 class Model:
     """A model file with its options and parameters: `Model("models/manipulator.lua", n_rfe=4)`.
@@ -42,6 +40,7 @@ class Model:
     held: tuple[str, ...]                        # in statics and modes
     q0: np.ndarray                               # where a motion starts
     qd0: np.ndarray
+    _folder: tempfile.TemporaryDirectory[str]    # of a model from a text
     if TYPE_CHECKING:
         M: Quantity
         h: Quantity
@@ -55,6 +54,8 @@ class Model:
         rd: Quantity
         C: Quantity
         d: Quantity
+        J: Quantity
+        Jd_qd: Quantity
         energy: Quantity
         power: Quantity
         Q_q: Quantity
@@ -65,22 +66,23 @@ class Model:
         course: Quantity
 
     def __init__(self, file: str | os.PathLike[str], /, **settings: Any) -> None:
-        self._read(os.fspath(file), {}, settings)
+        name = os.fspath(file)
+        self._read(os.path.join(".", name) if name.startswith("-") else name, settings)
 
     @classmethod
     def from_text(cls, text: str, /, **settings: Any) -> Model:
         """The same from the text of a model file; its errors have the file '<text>'."""
         model = cls.__new__(cls)
-        model._folder = tempfile.TemporaryDirectory(prefix="refdyn-")
-        file = os.path.join(model._folder.name, "model.lua")
-        pathlib.Path(file).write_text(text)
-        model._read(file, {file: TEXT}, settings)
+        model._folder = program.private_folder()
+        file = os.path.join(model._folder.name, "text.lua")
+        pathlib.Path(file).write_text(text, encoding="utf-8")
+        model._read(file, settings)
         return model
 
-    def _read(self, file: str, renamed: Mapping[str, str], settings: Mapping[str, Any]) -> None:
-        self._lock, self._renamed, self._settings = threading.RLock(), renamed, dict(settings)
+    def _read(self, file: str, settings: Mapping[str, Any]) -> None:
+        self._lock, self._settings = threading.RLock(), dict(settings)
         self._libraries: dict[tuple[str | None, bool], Compiled] = {}
-        told = json.loads(program.run("compile", file, *program.settings(settings), renamed=renamed))
+        told = json.loads(program.run("compile", file, *program.settings(settings)))
         self._file = os.path.abspath(file)
         self._sources = {os.path.abspath(path): digest(path) for path in told["sources"]}
         self._known = told["quantities"]
@@ -120,7 +122,7 @@ class Model:
         except program.ModelError as error:
             raise AttributeError(str(error)) from error
         if name not in {entry["quantity"] for entry in compiled.told["functions"]}:
-            raise AttributeError(f"{self._name(self._file)}: the model has no {name}")
+            raise AttributeError(f"{program.shown(self._file)}: the model has no {name}")
         return Quantity(name, compiled, lambda: self._library(emit, True))
 
     def _library(self, emit: str | None, has_lanes: bool) -> Compiled:
@@ -167,14 +169,14 @@ class Model:
         stop       conditions that end the motion: "E_z<2"
         options    further ones of `refdyn sim`: accuracy, verify, step_max, stabilise, singular, start, hold, release, way
         """
-        with tempfile.TemporaryDirectory(prefix="refdyn-") as folder, state_file(q, qd, t, None) as state:
+        with program.private_folder() as folder, state_file(q, qd, t, None) as state:
             run, summary = os.path.join(folder, "run.csv"), os.path.join(folder, "summary.json")
             given = {"until": t_end, "tol": tol, "method": method, "step": step, "every": every, "from": state or from_,
                      "inputs": datasets.write_samples(inputs, self.inputs, folder), "output": run, "summary": summary, **options}
             try:
                 self._run("sim", given, parameters, *(word for condition in stop for word in ("--stop", condition)))
             except program.NumericalError as error:
-                error.run = datasets.of_motion(self, run + ".part", None)
+                error.run = datasets.of_motion(self, run + ".part", None) if os.path.exists(run + ".part") else None
                 raise
             return datasets.of_motion(self, run, summary)
 
@@ -194,7 +196,7 @@ class Model:
         datasets.need_h5py()
         if (cases is None) == (sweep is None):
             raise ValueError("either cases or a sweep file is needed")
-        with tempfile.TemporaryDirectory(prefix="refdyn-") as folder:
+        with program.private_folder() as folder:
             runs, summary = os.path.join(folder, "runs.h5"), os.path.join(folder, "summary.json")
             given = {"table": datasets.write_cases(cases, folder) if cases is not None else None, "until": t_end, "tol": tol, "method": method,
                      "from": from_, "threads": threads, "lanes": lanes, "output": runs, "summary": summary, **options}
@@ -214,16 +216,13 @@ class Model:
                 raise ValueError(unknown("parameter", name, self.parameters))
         self._check_sources()
         settings = program.settings({**self._settings, **(parameters or {})})
-        return program.run(command, self._file, *words, *program.arguments(options), *settings, renamed=self._renamed)
+        return program.run(command, self._file, *words, *program.arguments(options), *settings)
 
     def _check_sources(self) -> None:
         """Quantities and motions of one model are those of one text."""
         for path, was in self._sources.items():
             if digest(path) != was:
-                raise program.ModelError(f"{self._name(path)}: the file has changed since this model was read, make a new refdyn.Model", self._name(path))
-
-    def _name(self, path: str) -> str:
-        return self._renamed.get(path, path)
+                raise program.ModelError(f"{path}: the file has changed since this model was read, make a new refdyn.Model", path)
 
 
 def digest(path: str) -> bytes | None:
@@ -256,7 +255,7 @@ def state_file(q: npt.ArrayLike | None, qd: npt.ArrayLike | None, t: float | Non
     if not given:
         yield None
         return
-    with tempfile.TemporaryDirectory(prefix="refdyn-") as folder:
+    with program.private_folder() as folder:
         path = os.path.join(folder, "state.json")
         pathlib.Path(path).write_text(json.dumps(given))
         yield path

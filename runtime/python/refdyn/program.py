@@ -6,6 +6,7 @@ import pathlib
 import re
 import subprocess
 import sys
+import tempfile
 import warnings
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -89,20 +90,29 @@ def failure(status: int, said: str) -> Exception:
     return RuntimeError(f"refdyn ended with status {status}: {said}")
 
 
-def is_warning(line: str) -> bool:
-    return "warning: " in line or " is off the programme by " in line
+def warnings_of(said: str) -> list[str]:
+    """Each with the lines behind it that are set in."""
+    return [text.removeprefix("refdyn: ").removeprefix("warning: ") for text in re.findall(r"^.*warning: .*(?:\n  .*)*", said, re.M)]
 
 
-def run(*words: str | os.PathLike[str], renamed: Mapping[str, str] | None = None) -> str:
-    """What the program prints; what it warns of become warnings. `renamed`: how files are called in what it says."""
-    done = subprocess.run([str(PROGRAM), *map(str, words)], stdin=subprocess.DEVNULL, capture_output=True, text=True)
-    said = done.stderr
-    for name, other in (renamed or {}).items():
-        said = said.replace(name, other)
+def private_folder() -> tempfile.TemporaryDirectory[str]:
+    """For the files that a call hands to the program, of which nobody else knows."""
+    return tempfile.TemporaryDirectory(prefix="refdyn-")
+
+
+def shown(text: str) -> str:
+    """With `<cases>` for the file cases.csv of such a folder."""
+    return re.sub(re.escape(os.path.join(tempfile.gettempdir(), "refdyn-")) + r"\w{8}/(text|state|cases|inputs)\.\w+", r"<\1>", text)
+
+
+def run(*words: str | os.PathLike[str]) -> str:
+    """What the program prints; what it warns of become warnings."""
+    done = subprocess.run([str(PROGRAM), *map(str, words)], stdin=subprocess.DEVNULL, capture_output=True, encoding="utf-8", errors="replace")
+    said = shown(done.stderr)
     if done.returncode:
         raise failure(done.returncode, said)
-    for line in filter(is_warning, said.splitlines()):
-        warnings.warn(line.removeprefix("refdyn: ").removeprefix("warning: "), ModelWarning, stacklevel=4)
+    for text in warnings_of(said):
+        warnings.warn(text, ModelWarning, stacklevel=4)
     return done.stdout
 
 

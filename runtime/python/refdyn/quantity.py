@@ -161,8 +161,8 @@ class Quantity:
             compiled, function = self._with_lanes()
             x = compiled.take_inputs(inputs)
             p = compiled.take_parameters(parameters, x)
-            rows = (spread(array, lead) for array in (q, qd, t[..., np.newaxis]))
-            function.many(math.prod(lead), *rows, out, spread(p, lead), spread(x, lead))
+            q, qd, t, p, x = (spread(array, lead) for array in (q, qd, t[..., np.newaxis], p, x))
+            function.many(math.prod(lead), q, qd, t, out, p, x)
         return self._shaped(out)
 
     def _with_lanes(self) -> tuple[Compiled, Function]:
