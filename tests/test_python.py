@@ -111,16 +111,18 @@ def test_extension_knows_every_quantity():
 
 FREE = ("M", "h", "Q", "qdd_free")
 ROWS = ("u", "v", "k")
+ROBOT = TESTS / "models" / "robot.lua"  # whose points have spatial Jacobians
 
 
-@pytest.mark.parametrize("name", ["manipulator", "branched", "midspan", "bricard"])
-def test_quantities_are_those_of_eval(package, name):
-    model = package.Model(MODELS / f"{name}.lua")
+@pytest.mark.parametrize("file", [*(MODELS / f"{name}.lua" for name in ("manipulator", "branched", "midspan", "bricard")), ROBOT], ids=lambda file: file.stem)
+def test_quantities_are_those_of_eval(package, file):
+    model = package.Model(file)
+    of_points = ("r", "rd", "C", "d", "J", "Jd_qd") if file == ROBOT else ("r", "rd", "C", "d")
     for q, qd in zip(*states(model, 3)):
-        told = evaluate(MODELS / f"{name}.lua", {"t": 0.3, "q": q.tolist(), "qd": qd.tolist()})
+        told = evaluate(file, {"t": 0.3, "q": q.tolist(), "qd": qd.tolist()})
         lines = ["" if same(getattr(model, key)(q, qd, 0.3), told[key]) else key for key in (*FREE, *(ROWS if model.rows else ()))]
         for place, point in enumerate(model.points):
-            lines += ["" if same(getattr(model, key)(q, qd, 0.3)[place], told["points"][point][key]) else key for key in ("r", "rd", "C", "d")]
+            lines += ["" if same(getattr(model, key)(q, qd, 0.3)[place], told["points"][point][key]) else key for key in of_points]
         lines.append("" if same(model.energy(q, qd, 0.3), [told["energy"]["kinetic"], told["energy"]["potential"]]) else "energy")
         check(lines)
 

@@ -19,7 +19,7 @@ from .core import Library
 if TYPE_CHECKING:
     from .core import Function
 
-POINT_PARTS = {"r", "rd", "C", "d"}  # whose first axis is that of the points
+POINT_ROWS = {"C": 3, "J": 6}  # rows of each point, where the first axis is that of the points
 
 
 def unknown(kind: str, name: str, known: Any) -> str:
@@ -127,10 +127,10 @@ class Quantity:
 
     def _shape_of(self, part: Mapping[str, Any]) -> tuple[int, ...]:
         count, columns = part["count"], part["columns"]
-        shape = (count // columns, columns) if columns else (count,)
-        if part["name"] in POINT_PARTS:
-            shape = (len(self._compiled.told["points"]), 3) + ((columns,) if part["name"] == "C" else ())
-        return shape
+        if part["name"] in POINT_ROWS:
+            rows = POINT_ROWS[part["name"]]
+            return (count // (rows * columns), rows, columns)
+        return (count // columns, columns) if columns else (count,)
 
     def _function(self, compiled: Compiled) -> Function:
         return compiled.library.function(self.__name__, self._rates, self._size, compiled.p, compiled.x)
