@@ -40,7 +40,7 @@ struct joint {
     expression start, start_rate; /* at the start of a motion [m, rad; m/s, rad/s] */
     expression stiffness, rest,
         damping; /* linear spring and damper, 0 where there is none [N/m or N m; m or rad; N s/m or N m s] */
-    expression rotor; /* what the rotor of its drive adds to M_ii, inertia gear^2 [kg or kg m^2] */
+    expression rotor;            /* what the rotor of its drive adds to M_ii, inertia gear^2 [kg or kg m^2] */
     const struct limits *limits; /* NULL: none */
     struct place place;
 };

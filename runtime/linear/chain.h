@@ -30,10 +30,10 @@
  * beyond one follow it. */
 struct refdyn_chain {
     const struct refdyn_model *model;
-    int n, is_planar, border;    /* border: couplings, and the rows of the last factorisation */
-    int left, right;             /* components of a wrench, 3 or 6, and of what it meets, 5 or 12 */
-    int record;                  /* doubles of a joint's vectors, in the order of chain_sweeps.c */
-    double *records;             /* (n x record) */
+    int n, is_planar, border;            /* border: couplings, and the rows of the last factorisation */
+    int left, right;                     /* components of a wrench, 3 or 6, and of what it meets, 5 or 12 */
+    int record;                          /* doubles of a joint's vectors, in the order of chain_sweeps.c */
+    double *records;                     /* (n x record) */
     double *stiffness, *damping, *rotor; /* (n) of K, D and M beside the vectors */
     int has_strains;
     double *strains; /* (n x 6) K row, K column and D by the turn before, then by the one before that */
