@@ -104,7 +104,7 @@ def test_is_found_by_cmake(package, tmp_path):
 
 def test_extension_knows_every_quantity():
     known = re.findall(r"QUANTITY\((\w+)\)[,}]", (SOURCE / "runtime" / "python" / "core.c").read_text())
-    assert sorted(json.loads(refdyn("compile", REFERENCE).stdout)["quantities"]) == sorted(known)
+    assert sorted(json.loads(refdyn("compile", REFERENCE).stdout)["quantities"]) == sorted([*known, "J", "Jd_qd"])  # which have a table of their own
 
 
 # ---- Bits ----
@@ -125,6 +125,14 @@ def test_quantities_are_those_of_eval(package, file):
             lines += ["" if same(getattr(model, key)(q, qd, 0.3)[place], told["points"][point][key]) else key for key in of_points]
         lines.append("" if same(model.energy(q, qd, 0.3), [told["energy"]["kinetic"], told["energy"]["potential"]]) else "energy")
         check(lines)
+
+
+def test_jacobians_of_many_states(package):
+    """They have no functions for lanes."""
+    model = package.Model(ROBOT)
+    q, qd = states(model, 5)
+    assert model.J(q).shape == (5, 2, 6, 7) and model.Jd_qd(q, qd).shape == (5, 2, 6)
+    assert same(model.J(q), [model.J(row) for row in q]) and same(model.Jd_qd(q, qd), [model.Jd_qd(*row) for row in zip(q, qd)])
 
 
 def test_accelerations_are_those_of_emitted_c(arm, tmp_path):

@@ -28,47 +28,19 @@ struct quantity {
     { #name, offsetof(struct refdyn_model, name), offsetof(struct refdyn_lane_model, name) }
 
 static const struct quantity quantities[] = {
-    QUANTITY(start),
-    QUANTITY(anchor),
-    QUANTITY(M),
-    QUANTITY(h),
-    QUANTITY(Q),
-    QUANTITY(u),
-    QUANTITY(v),
-    QUANTITY(phi),
-    QUANTITY(psi),
-    QUANTITY(k),
-    QUANTITY(r),
-    QUANTITY(rd),
-    QUANTITY(C),
-    QUANTITY(d),
-    QUANTITY(J),
-    QUANTITY(Jd_qd),
-    QUANTITY(energy),
-    QUANTITY(power),
-    QUANTITY(Q_q),
-    QUANTITY(qdd_free),
-    QUANTITY(qdd),
-    QUANTITY(force),
-    QUANTITY(equations),
-    QUANTITY(M_h),
-    QUANTITY(f),
-    QUANTITY(row_terms),
-    QUANTITY(point_terms),
-    QUANTITY(constrained),
-    QUANTITY(terms),
-    QUANTITY(tangent),
-    QUANTITY(d_qdd),
-    QUANTITY(tangent_vectors),
-    QUANTITY(d_qdd_free),
-    QUANTITY(d_force),
-    QUANTITY(accelerations),
-    QUANTITY(d_statics),
-    QUANTITY(d_rows),
-    QUANTITY(course),
-    QUANTITY(breaks),
-    QUANTITY(switches),
-    QUANTITY(event),
+    QUANTITY(start),       QUANTITY(anchor),      QUANTITY(M),
+    QUANTITY(h),           QUANTITY(Q),           QUANTITY(u),
+    QUANTITY(v),           QUANTITY(phi),         QUANTITY(psi),
+    QUANTITY(k),           QUANTITY(r),           QUANTITY(rd),
+    QUANTITY(C),           QUANTITY(d),           QUANTITY(energy),
+    QUANTITY(power),       QUANTITY(Q_q),         QUANTITY(qdd_free),
+    QUANTITY(qdd),         QUANTITY(force),       QUANTITY(equations),
+    QUANTITY(M_h),         QUANTITY(f),           QUANTITY(row_terms),
+    QUANTITY(point_terms), QUANTITY(constrained), QUANTITY(terms),
+    QUANTITY(tangent),     QUANTITY(d_qdd),       QUANTITY(tangent_vectors),
+    QUANTITY(d_qdd_free),  QUANTITY(d_force),     QUANTITY(accelerations),
+    QUANTITY(d_statics),   QUANTITY(d_rows),      QUANTITY(course),
+    QUANTITY(breaks),      QUANTITY(switches),    QUANTITY(event),
     QUANTITY(event_terms),
 };
 
@@ -124,6 +96,7 @@ struct library {
     PyObject_HEAD void *handle;
     const struct refdyn_model *model;
     const struct refdyn_lane_model *lanes; /* NULL: it has none */
+    const struct refdyn_spatial *spatial;  /* NULL: no point asks for its spatial Jacobian */
 };
 
 static void library_dealloc(PyObject *self) {
@@ -144,11 +117,20 @@ static const void *find_table(const struct library *library, PyObject *symbol) {
     return table;
 }
 
+static const struct refdyn_spatial *find_spatial(const struct library *library, const char *name) {
+    PyObject *symbol = PyUnicode_FromFormat("%s_spatial", name);
+    const char *text = symbol ? PyUnicode_AsUTF8(symbol) : NULL;
+    const struct refdyn_spatial *spatial = text ? dlsym(library->handle, text) : NULL;
+    Py_XDECREF(symbol);
+    return spatial;
+}
+
 /* Its tables, of versions that this file knows. */
 static int find_tables(struct library *library, const char *name, int width) {
     library->model = find_table(library, PyUnicode_FromFormat("%s_model", name));
     if (!library->model)
         return 0;
+    library->spatial = find_spatial(library, name);
     if (width) {
         library->lanes = find_table(library, PyUnicode_FromFormat("%s_lanes_%d", name, width));
         if (!library->lanes)
@@ -288,6 +270,13 @@ static int parameter_count(const struct function *function) {
     return function->library->model->parameter_count + function->library->model->derived_count;
 }
 
+/* Functions of struct refdyn_spatial, which have no lanes; NULL: another name. */
+static refdyn_function *find_spatial_function(const struct refdyn_spatial *spatial, const char *name) {
+    if (spatial && strcmp(name, "J") == 0)
+        return spatial->J;
+    return spatial && strcmp(name, "Jd_qd") == 0 ? spatial->Jd_qd : NULL;
+}
+
 static int find_function(struct function *function, const char *name) {
     const struct library *library = function->library;
     const struct quantity *quantity = find_quantity(name);
@@ -296,6 +285,8 @@ static int find_function(struct function *function, const char *name) {
     if (quantity && library->lanes)
         memcpy(&function->of_lanes, (const char *)library->lanes + quantity->of_lanes,
                sizeof function->of_lanes);
+    if (!quantity)
+        function->of_one = find_spatial_function(library->spatial, name);
     if (!function->of_one)
         PyErr_Format(PyExc_ImportError, "the library has no function %s", name);
     return function->of_one != NULL;
@@ -419,7 +410,8 @@ struct many {
     struct rows rows[ROWS_COUNT];
     Py_ssize_t count, size;
     double *out, *out_lanes;
-    refdyn_lane_function *function;
+    refdyn_function *of_one;
+    refdyn_lane_function *of_lanes; /* NULL: it has none */
 };
 
 enum { WIDEST = 8 };
@@ -452,14 +444,28 @@ static inline void run_width(struct many *many, int width) {
         for (int k = 0; k < ROWS_COUNT; k++)
             if (!rows[k].is_shared)
                 interleave(&rows[k], first, many->count, width);
-        many->function(rows[ROWS_P].lanes, rows[ROWS_X].lanes, rows[ROWS_T].lanes, rows[ROWS_Q].lanes,
+        many->of_lanes(rows[ROWS_P].lanes, rows[ROWS_X].lanes, rows[ROWS_T].lanes, rows[ROWS_Q].lanes,
                        rows[ROWS_QD].lanes, many->out_lanes);
         part_lanes(many, first, width);
     }
 }
 
+static const double *row_of(const struct rows *rows, Py_ssize_t i) {
+    return rows->data + (rows->is_shared ? 0 : i * rows->size);
+}
+
+/* One state after the other. */
+static void run_singly(struct many *many) {
+    const struct rows *rows = many->rows;
+    for (Py_ssize_t i = 0; i < many->count; i++)
+        many->of_one(row_of(&rows[ROWS_P], i), row_of(&rows[ROWS_X], i), *row_of(&rows[ROWS_T], i),
+                     row_of(&rows[ROWS_Q], i), row_of(&rows[ROWS_QD], i), many->out + i * many->size);
+}
+
 static void run_many(struct many *many, int width) {
-    if (width == 2)
+    if (!many->of_lanes)
+        run_singly(many);
+    else if (width == 2)
         run_width(many, 2);
     else if (width == 4)
         run_width(many, 4);
@@ -497,19 +503,19 @@ static PyObject *compute_many(struct many *many, int width) {
     Py_RETURN_NONE;
 }
 
-/* many(count, q, qd, t, out, p, x): the results at `count` states, a row each, by lanes. An argument is a row
- * for each state, or one for all. */
+/* many(count, q, qd, t, out, p, x): the results at `count` states, a row each, by lanes where the function
+ * has them. An argument is a row for each state, or one for all. */
 static PyObject *function_many(PyObject *self, PyObject *const *given, Py_ssize_t arguments) {
     static const char *const names[] = {"p", "x", "t", "q", "qd"};
     static const int places[] = {5, 6, 3, 1, 2};
     const struct function *function = (const struct function *)self;
     const struct refdyn_model *model = function->library->model;
     const Py_ssize_t sizes[] = {parameter_count(function), model->input_count, 1, model->n, function->rates};
-    struct many many = {.size = function->size, .function = function->of_lanes};
+    struct many many = {.size = function->size, .of_one = function->of_one, .of_lanes = function->of_lanes};
     Py_buffer views[ROWS_COUNT + 1];
     int open = 0;
-    if (arguments != 7 || !function->of_lanes)
-        return PyErr_Format(PyExc_TypeError, "many: 7 arguments, of a function that has lanes");
+    if (arguments != 7)
+        return PyErr_Format(PyExc_TypeError, "many: %zd arguments, not 7", arguments);
     many.count = PyLong_AsSsize_t(given[0]);
     if (many.count < 1)
         return PyErr_Occurred() ? NULL : PyErr_Format(PyExc_ValueError, "many: no states");
