@@ -42,13 +42,12 @@ static enum status emit_into_folder(struct scene *scene, const struct options *o
 static enum status emit_scene(struct scene *scene, const struct options *options) {
     struct generation *generation = &scene->generation;
     generation->has_lanes = options->for_lanes;
-    enum status status = scene_outcome(scene, options, gen_plan(generation, options->emit));
-    if (status != STATUS_DONE)
-        return status;
     scene_spare_sources(scene, &scene->targets);
-    if (!targets_make_folder(&scene->targets, options->output))
+    if (!targets_make_folder(&scene->targets, options->output)) /* told before the work */
         return STATUS_FAULT;
-    status = emit_into_folder(scene, options);
+    enum status status = scene_outcome(scene, options, gen_plan(generation, options->emit));
+    if (status == STATUS_DONE)
+        status = emit_into_folder(scene, options);
     if (status == STATUS_DONE)
         gen_print_summary(generation, stdout);
     return status;
