@@ -6,16 +6,16 @@ import subprocess
 
 import pytest
 
-from program import REFERENCE, SOURCE, TESTS, all_models, evaluate, few_models_of_tests, refdyn
+from program import LONG, REFERENCE, SOURCE, TESTS, all_models, evaluate, few_models_of_tests, refdyn
 
 WARNINGS = "-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror".split()
-COMPILERS = [["gcc", "-std=c11"], ["clang", "-std=c11"], ["g++", "-std=c++17", "-x", "c++"], ["clang++", "-std=c++17", "-x", "c++"]]
+COMPILERS = [["gcc", "-std=c11"], ["clang", "-std=c11"], ["clang++", "-std=c++17", "-x", "c++"], ["g++", "-std=c++17", "-x", "c++"]]
 SCENES = [(path, []) for path in all_models() + few_models_of_tests()]
 SCENES += [(REFERENCE, ["--set", "n_rfe=1"]), (REFERENCE, ["--set", "form=printed"]), (REFERENCE, ["--set", "dofs=psi"]),
            (REFERENCE, ["--set", "program=none"]), (REFERENCE, ["--set", "drive=input"])]
 RUNS = TESTS / "models" / "runs.lua"
 SCENES += [(RUNS, ["--set", f"kind={kind}", "--set", f"rfe={rfe}", "--loops", "always"]) for kind, rfe in (("rods", 3), ("slides", 6))]
-SCENES = [(path, options + fold) for path, options in SCENES for fold in ([], ["--fold"])]
+SCENES += [(path, [*options, "--fold"]) for path, options in (SCENES if LONG else SCENES[::3])]
 
 
 def name_of(scene):
@@ -39,21 +39,22 @@ def code(files):
 
 @pytest.mark.parametrize("scene", SCENES, ids=name_of)
 def test_compiles_alone_without_warning(scene, tmp_path):
+    """Of the compilers a scene takes every other one, in tests/long all."""
     files = emit(tmp_path, scene[0], *scene[1])
-    for compiler in COMPILERS:
+    for compiler in COMPILERS if LONG else COMPILERS[SCENES.index(scene) % 2::2]:
         for source in (name for name in files if name.endswith(".c")):
             done = subprocess.run([*compiler, *WARNINGS, "-O0", "-c", source, "-o", "out.o"], cwd=tmp_path, capture_output=True,
                                   text=True)
             assert done.returncode == 0, f"{compiler[0]} {source}\n{done.stderr[:2000]}"
     header = next(name for name in files if name.endswith(".h"))
-    for compiler in ["gcc", "-std=c11", "-x", "c"], COMPILERS[2]:
+    for compiler in ["gcc", "-std=c11", "-x", "c"], COMPILERS[3]:
         done = subprocess.run([*compiler, *WARNINGS, "-fsyntax-only", "-"], cwd=tmp_path, text=True, capture_output=True,
                               input=f'#include "{header}"\n#include "{header}"\n')
         assert done.returncode == 0, done.stderr[:2000]
 
 
 @pytest.mark.parametrize("kind, rfe", [("driven", 4), ("rods", 3), ("sides", 6)])
-@pytest.mark.parametrize("level", ["-O2", "-O3"])
+@pytest.mark.parametrize("level", ["-O2", "-O3"] if LONG else ["-O2"])
 def test_derivatives_compile_optimised_without_warning(kind, rfe, level, tmp_path):
     """An optimiser looks for values that are read and never set: loops of derivatives show that there are none."""
     files = emit(tmp_path, RUNS, "--set", f"kind={kind}", "--set", f"rfe={rfe}", "--emit", "tangent,d_qdd,d_statics")
