@@ -1,5 +1,6 @@
 """tests/bench without the peers: the table of ratios, its figure, the timing of emitted C, wrong usage."""
 import json
+import pathlib
 import shutil
 import subprocess
 import sys
@@ -132,6 +133,16 @@ def test_implicit(tmp_path):
     for row in rows:
         tangent, factors, solution, step = map(float, row[7:])
         assert 0 < step and abs(step - tangent - factors - 8 * solution) < 0.01 * step
+
+
+@pytest.mark.skipif(not pathlib.Path("/usr/include/cvode/cvode.h").exists(), reason="SUNDIALS is not installed")
+def test_integrators(tmp_path):
+    """All integrators on the scene that takes least; the best of the core gets to 1e-9 m."""
+    done = run("integrators", tmp_path, "--scenes", "car axis", "--repeats", "1")
+    assert done.returncode == 0, done.stderr
+    decades = done.stdout[done.stdout.index("CPU ms (times the fastest)"):].splitlines()[1:]
+    assert {"auto", "rk8", "radau9", "msbdf", "bsimp", "cvode", "cvode_differences", "cvode_order_2"} <= {line.split()[0] for line in decades}
+    assert "-" not in decades[0].split() and any(line.startswith("cvode_order_2") and line.rstrip().endswith("-") for line in decades)
 
 
 def test_shortcuts():

@@ -13,6 +13,7 @@
  * equations of reduced index with the Baumgarte gains of the model. Tolerances of GSL and CVODE are absolute,
  * the same for positions and velocities.
  */
+#include "motion/motion.h"
 #include "private/first_order.h"
 #include "refdyn_gsl.h"
 
@@ -209,7 +210,8 @@ static int by_cvode(struct motion *motion, enum kind kind) {
     SUNMatrix J = SUNDenseMatrix(2 * n + 1, 2 * n + 1, context);
     SUNLinearSolver solver = SUNLinSol_Dense(y, J, context);
     void *cvode = CVodeCreate(CV_BDF, context);
-    memcpy(N_VGetArrayPointer(y), motion->integrator.state_new, (size_t)(2 * n + 1) * sizeof(double));
+    memcpy(N_VGetArrayPointer(y), motion->integrator.motion->step.state_new,
+           (size_t)(2 * n + 1) * sizeof(double));
     CVodeSetErrHandlerFn(cvode, no_message, NULL);
     status = set_cvode(motion, cvode, y, weights, J, solver, kind);
     if (!status)
