@@ -128,8 +128,21 @@ void emit_add_file(struct plan *plan, const char *name, const struct text *text)
 
 /* emit_step.c: NAME_step.h and NAME_step.c. */
 void emit_step(struct emission *emission, struct text *header, struct text *source);
-/* Columns of its derivatives by the parameters. */
-int emit_step_parameters(const struct plan *plan);
+/* The names of its methods, by number from 0; NULL: there are not so many. */
+const char *emit_step_method(int number);
+/* Doubles at `work`. */
+long emit_step_work(const struct plan *plan);
+/* Where a part of its derivatives stands among them, and its columns; 0: it has none. NULL: behind all parts.
+ */
+struct step_place {
+    int offset, columns;
+};
+struct step_place emit_step_place(const struct plan *plan, const char *part);
+
+/* pattern.c: by entry, may it be other than zero? */
+const bool *emit_pattern(const struct plan *plan, const struct function *function, int array);
+/* emit_casadi.c: NAME_casadi.c. */
+void emit_casadi(struct emission *emission, struct text *text);
 
 /* emit_lanes.c: NAME_lanes.h and NAME_lanes.c, behind the files of the model; */
 void emit_lanes(struct emission *emission, struct text *header, struct text *source);

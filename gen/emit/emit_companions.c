@@ -37,6 +37,11 @@ static void add_pair(struct emission *x, const char *what,
 }
 
 void emit_companions(struct emission *x) {
+    if (x->plan->has_casadi) {
+        struct text text = {.memory = x->plan->memory};
+        emit_casadi(x, &text); /* first: it includes all files that are there */
+        add(x, "_casadi.c", &text);
+    }
     if (x->plan->has_step)
         add_pair(x, "step", emit_step);
     if (x->plan->has_lanes) /* last: it gives the emission another name */

@@ -27,7 +27,7 @@ static const struct array *part_of_derivatives(const struct plan *plan, const ch
     return NULL;
 }
 
-int emit_step_parameters(const struct plan *plan) {
+static int count_parameters(const struct plan *plan) {
     const struct array *array = plan->has_step_parameters ? part_of_derivatives(plan, "p") : NULL;
     return array ? array->columns : 0;
 }
@@ -39,9 +39,22 @@ static void list_parts(const struct plan *plan, struct step_part parts[STEP_PART
         {"t", "by the time at which it begins", "STEP_COLUMN_T", 1},
         {"h", "by its length", "STEP_COLUMN_H", 1},
         {"x", "by the inputs", "STEP_COLUMN_X", plan->model->input_count},
-        {"p", "by the parameters, in the order of the table", "STEP_COLUMN_P", emit_step_parameters(plan)},
+        {"p", "by the parameters, in the order of the table", "STEP_COLUMN_P", count_parameters(plan)},
     };
     memcpy(parts, all, sizeof all);
+}
+
+struct step_place emit_step_place(const struct plan *plan, const char *name) {
+    struct step_part parts[STEP_PARTS];
+    struct step_place place = {0, 0};
+    list_parts(plan, parts);
+    for (int i = 0; i < STEP_PARTS; i++) {
+        place.columns = parts[i].columns;
+        if (name && !strcmp(parts[i].name, name))
+            return place;
+        place.offset += 2 * plan->tree->count * parts[i].columns;
+    }
+    return place;
 }
 
 /* ---- The header ---- */
@@ -88,6 +101,10 @@ static const struct {
                 "The implicit method of Gauss with two stages, order 4, stable for all vibrations."}};
 enum { METHODS = sizeof methods / sizeof *methods };
 
+const char *emit_step_method(int number) {
+    return number < METHODS ? methods[number].name : NULL;
+}
+
 static void put_step_signature(const struct emission *x, struct text *text, int method) {
     const int n = x->plan->tree->count;
     text_add(text,
@@ -99,7 +116,7 @@ static void put_step_signature(const struct emission *x, struct text *text, int 
 }
 
 /* As step_open in text/step_body.c.in lays it out. */
-static long count_work(const struct plan *plan) {
+long emit_step_work(const struct plan *plan) {
     const struct function *function = plan->functions;
     struct step_part parts[STEP_PARTS];
     const long n = plan->tree->count;
@@ -120,7 +137,7 @@ static void put_header(const struct emission *x, struct text *text) {
              x->name);
     text_add(text, "#include \"%s.h\"\n\n#ifdef __cplusplus\nextern \"C\" {\n#endif\n\n", x->name);
     text_add(text, "/* Doubles at `work`: they need no values, and keep none for the next call. */\n");
-    text_add(text, "enum { %s_step_work = %ld };\n\n", x->name, count_work(x->plan));
+    text_add(text, "enum { %s_step_work = %ld };\n\n", x->name, emit_step_work(x->plan));
     put_struct(x, text);
     text_add(text,
              "/* state (%d): q, then qd, at the end. `derivatives` may be NULL, which saves most of the "
@@ -149,7 +166,7 @@ static void put_access(const struct emission *x, struct text *text, const char *
 static void put_names(const struct emission *x, struct text *text) {
     const struct plan *plan = x->plan;
     text_add(text, "#define STEP_N %d\n#define STEP_INPUTS %d\n#define STEP_PARAMETERS %d\n",
-             plan->tree->count, plan->model->input_count, emit_step_parameters(plan));
+             plan->tree->count, plan->model->input_count, count_parameters(plan));
     text_add(text, "#define STEP_QDD %s_qdd\n#define STEP_D_QDD %s_d_qdd\n\n", x->name, x->name);
     text_add(text,
              "typedef struct %s_parameters step_parameters;\ntypedef struct %s_inputs step_inputs;\n"

@@ -153,6 +153,12 @@ bool quantities_list_functions(struct plan *plan, const char *emit);
 const char *quantities_of_words(struct plan *plan, const char *emit);
 /* Is it such a word? */
 bool quantities_is_word(const char *word);
+/* The function whose parts `before` q, qd, t, x and p are all derivatives of a quantity; NULL: there is none.
+ */
+struct derivatives_of {
+    const char *quantity, *function, *before;
+};
+const struct derivatives_of *quantities_derivatives_of(const char *quantity);
 /* All handles exist from here on: arrays by handle can be made. */
 void plan_close_graph(struct plan *plan);
 /* order_of_sums.c: in all functions. */

@@ -15,18 +15,24 @@ bool quantities_is_word(const char *word) {
     return !strcmp(word, step) || !strcmp(word, step_with_parameters);
 }
 
-/* Quantities with derivatives, which CasADi has as a function of its own. */
-static const struct {
-    const char *quantity, *derivatives;
-} differentiable[] = {{"qdd", "d_qdd"},  {"qdd_free", "d_qdd_free"}, {"force", "d_force"},
-                      {"phi", "d_rows"}, {"psi", "d_rows"},          {"k", "d_rows"},
-                      {"r", "C"}};
+static const struct derivatives_of differentiable[] = {
+    {"qdd", "d_qdd", ""},      {"qdd_free", "d_qdd_free", ""}, {"force", "d_force", ""},
+    {"phi", "d_rows", "phi_"}, {"psi", "d_rows", "psi_"},      {"k", "d_rows", "k_"}};
+enum { DIFFERENTIABLE = sizeof differentiable / sizeof *differentiable };
 
+const struct derivatives_of *quantities_derivatives_of(const char *quantity) {
+    for (int i = 0; i < DIFFERENTIABLE; i++)
+        if (!strcmp(quantity, differentiable[i].quantity))
+            return &differentiable[i];
+    return NULL;
+}
+
+/* CasADi has them as a function beside the one that they are of. */
 static const char *with_derivatives(struct memory *memory, const char *word) {
     const char *list = word;
-    for (size_t i = 0; i < sizeof differentiable / sizeof *differentiable; i++)
+    for (int i = 0; i < DIFFERENTIABLE; i++)
         if (!strcmp(word, "all") || !strcmp(word, differentiable[i].quantity))
-            list = memory_format(memory, "%s,%s", list, differentiable[i].derivatives);
+            list = memory_format(memory, "%s,%s", list, differentiable[i].function);
     return list;
 }
 
