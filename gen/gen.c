@@ -94,7 +94,8 @@ static bool start_plan(struct generation *gen) {
                                .model = &gen->model,
                                .tree = &gen->tree,
                                .rolled = &gen->rolled,
-                               .has_lanes = gen->has_lanes};
+                               .has_lanes = gen->has_lanes,
+                               .has_casadi = gen->has_casadi};
     return true;
 }
 
@@ -105,9 +106,20 @@ static bool roll_elements(struct generation *gen) {
     return true;
 }
 
+/* A step wants derivatives, which the printed form has not. */
+static const char *step_lacks(const struct generation *gen) {
+    if (!gen->plan->has_step)
+        return NULL;
+    return !gen->tree.count ? "no coordinates" : gen->model.printed_form ? "no corrected form" : NULL;
+}
+
 static bool derive_quantities(struct generation *gen) {
-    if (quantities_list_functions(gen->plan, gen->emit))
-        return true;
+    const char *quantities = quantities_of_words(gen->plan, gen->emit), *lacks = step_lacks(gen);
+    if (lacks)
+        message_error(&gen->messages, gen->model.place, "--emit step: nothing to emit, the model has %s",
+                      lacks);
+    if (lacks || quantities_list_functions(gen->plan, quantities))
+        return !lacks;
     message_error(&gen->messages, gen->model.place, "--emit %s: nothing to emit, the model has %s", gen->emit,
                   gen->plan->left_out);
     return false;
@@ -334,24 +346,31 @@ static bool remove_stale(struct generation *gen, const char *path, const char *l
     return false;
 }
 
-static bool remove_stale_lanes(struct generation *gen, const char *directory) {
-    static const char *const endings[] = {".h", ".c"};
+static bool is_emitted(const struct plan *plan, const char *name) {
+    for (int i = 0; i < plan->file_count; i++)
+        if (!strcmp(plan->files[i].name, name))
+            return true;
+    return false;
+}
+
+/* Those of an earlier emission that this one has not. */
+static bool remove_stale_companions(struct generation *gen, const char *directory) {
     struct memory *memory = &gen->memory;
-    const char *model = gen->model.name, *lead = emit_lanes_lead(memory, model);
+    struct companion companion;
     bool is_good = true, is_there;
-    for (int i = 0; i < 2 && is_good && !gen->has_lanes; i++)
-        is_good = remove_stale(
-            gen, memory_format(memory, "%s/%s", directory, emit_lanes_name(memory, model, endings[i])), lead,
-            &is_there);
+    for (int i = 0; is_good && emit_companion(memory, gen->model.name, i, &companion); i++)
+        if (!is_emitted(gen->plan, companion.name))
+            is_good = remove_stale(gen, memory_format(memory, "%s/%s", directory, companion.name),
+                                   companion.lead, &is_there);
     return is_good;
 }
 
 static bool remove_stale_parts(struct generation *gen, const char *directory) {
     struct memory *memory = &gen->memory;
     const char *model = gen->model.name;
-    bool is_good = remove_stale_lanes(gen, directory), is_there = true;
-    /* NAME.h stands before all parts, the files of lanes behind them */
-    for (int part = gen->plan->file_count - 2 * gen->has_lanes; is_good && is_there; part++)
+    bool is_good = remove_stale_companions(gen, directory), is_there = true;
+    /* NAME.h stands before all parts, companions behind them */
+    for (int part = gen->plan->file_count - gen->plan->companion_count; is_good && is_there; part++)
         is_good =
             remove_stale(gen, memory_format(memory, "%s/%s", directory, emit_part_name(memory, model, part)),
                          emit_part_lead(memory, model, part), &is_there);

@@ -24,6 +24,7 @@ struct generation {
     struct plan *plan;
     const char *emit; /* what is asked for, as in gen_plan */
     bool has_lanes;   /* set before gen_plan: the files of lanes are emitted, too */
+    bool has_casadi;  /* the same of the file for CasADi */
     jmp_buf out_of_memory;
 };
 

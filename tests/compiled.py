@@ -76,7 +76,7 @@ class Compiled:
     def __init__(self, path, folder, *options):
         folder.mkdir(parents=True, exist_ok=True)
         refdyn("gen", path, *options, "-o", folder)
-        name = next(folder.glob("*.h")).stem
+        name = min(folder.glob("*.h"), key=lambda file: len(file.name)).stem  # companions have longer names
         (folder / "shim.c").write_text(SHIM.replace("MODEL", name))
         subprocess.run(["gcc", "-std=c11", "-O0", "-ffp-contract=off", *WARNINGS, "-fPIC", "-shared", "-I", SOURCE / "runtime", "-o",
                         folder / "model.so", *folder.glob("*.c"), "-lm"], check=True)

@@ -12,10 +12,6 @@ static uint64_t hash_text(uint64_t hash, const char *text) {
     return hash;
 }
 
-static void add_file(struct plan *plan, const char *name, const struct text *text) {
-    plan->files[plan->file_count++] = (struct emitted_file){name, text->data, text->length};
-}
-
 static void open_source(struct emission *x, struct text *text, int part) {
     x->has_sincos = false;
     *text = (struct text){.memory = x->plan->memory};
@@ -58,19 +54,10 @@ static int emit_sources(struct emission *x, struct text *sources) {
     return parts;
 }
 
-static void add_lanes(struct emission *x) {
-    struct memory *memory = x->plan->memory;
-    const char *model = x->name;
-    struct text header = {.memory = memory}, source = {.memory = memory};
-    emit_lanes(x, &header, &source);
-    add_file(x->plan, emit_lanes_name(memory, model, ".h"), &header);
-    add_file(x->plan, emit_lanes_name(memory, model, ".c"), &source);
-}
-
 void emit_files(struct plan *plan) {
     struct emission x = start_emission(plan);
     struct text header = {.memory = plan->memory};
-    const size_t most = (size_t)plan->function_count + 4;
+    const size_t most = (size_t)plan->function_count + 2 + MOST_COMPANIONS;
     struct text *sources = memory_get(plan->memory, most * sizeof *sources);
     plan->files = memory_get(plan->memory, most * sizeof *plan->files);
     const int parts = emit_sources(&x, sources);
@@ -79,9 +66,8 @@ void emit_files(struct plan *plan) {
     for (int i = 0; i < parts; i++)
         hash = hash_text(hash, sources[i].data);
     emit_tables(&x, &sources[0], memory_format(plan->memory, "%016llx", (unsigned long long)hash));
-    add_file(plan, memory_format(plan->memory, "%s.h", x.name), &header);
+    emit_add_file(plan, memory_format(plan->memory, "%s.h", x.name), &header);
     for (int i = 0; i < parts; i++)
-        add_file(plan, emit_part_name(plan->memory, x.name, i + 1), &sources[i]);
-    if (plan->has_lanes)
-        add_lanes(&x);
+        emit_add_file(plan, emit_part_name(plan->memory, x.name, i + 1), &sources[i]);
+    emit_companions(&x);
 }

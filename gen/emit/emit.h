@@ -15,6 +15,8 @@ struct given_array {
     int place; /* of its first entry, from qd */
 };
 
+enum { MOST_COMPANIONS = 5 }; /* files beside those of the model */
+
 struct emission {
     struct plan *plan;
     struct graph *g;
@@ -115,6 +117,32 @@ void emit_limits(const struct emission *emission, struct text *text);
 void emit_header(struct emission *emission, struct text *text);
 /* Gives the bytes of its local arrays. */
 long emit_function(struct emission *emission, struct text *text, const struct function *function);
+
+/* emit_companions.c: the files that stand beside those of the model, behind them in the list. */
+void emit_companions(struct emission *emission);
+const char *emit_lanes_name(struct memory *memory, const char *model, const char *ending);
+const char *emit_lanes_lead(struct memory *memory, const char *model);
+/* The first line of such a file, which says what it is. */
+const char *emit_lead(struct memory *memory, const char *model, const char *what);
+void emit_add_file(struct plan *plan, const char *name, const struct text *text);
+
+/* emit_step.c: NAME_step.h and NAME_step.c. */
+void emit_step(struct emission *emission, struct text *header, struct text *source);
+/* The names of its methods, by number from 0; NULL: there are not so many. */
+const char *emit_step_method(int number);
+/* Doubles at `work`. */
+long emit_step_work(const struct plan *plan);
+/* Where a part of its derivatives stands among them, and its columns; 0: it has none. NULL: behind all parts.
+ */
+struct step_place {
+    int offset, columns;
+};
+struct step_place emit_step_place(const struct plan *plan, const char *part);
+
+/* pattern.c: by entry, may it be other than zero? */
+const bool *emit_pattern(const struct plan *plan, const struct function *function, int array);
+/* emit_casadi.c: NAME_casadi.c. */
+void emit_casadi(struct emission *emission, struct text *text);
 
 /* emit_lanes.c: NAME_lanes.h and NAME_lanes.c, behind the files of the model; */
 void emit_lanes(struct emission *emission, struct text *header, struct text *source);

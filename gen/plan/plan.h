@@ -118,11 +118,15 @@ struct plan {
     bool *is_derived;         /* by handle */
     const int *vector_places; /* of `tangent_vectors`: refdyn_model.h, or NULL */
     int coupling_count;
-    const char *choices;  /* how M x = f is solved and what it costs, for the summary; NULL: not at all */
-    const char *left_out; /* what the scene does not need, for the summary */
-    bool has_lanes;       /* the files of lanes are emitted, too */
+    const char *choices;      /* how M x = f is solved and what it costs, for the summary; NULL: not at all */
+    const char *left_out;     /* what the scene does not need, for the summary */
+    bool has_lanes;           /* the files of lanes are emitted, too */
+    bool has_step;            /* those of fixed steps */
+    bool has_step_parameters; /* whose derivatives are by the parameters, too */
+    bool has_casadi;          /* that for CasADi */
     struct emitted_file *files;
     int file_count;
+    int companion_count; /* of these files, behind the parts of the model */
 };
 
 /* One more part of a function's result, before any local array: its number. */
@@ -144,6 +148,17 @@ void plan_set_frame(struct memory *memory, const struct tree *tree, struct funct
 /* quantities.c: outputs of every function asked for (`emit` as in gen_plan); false: the scene has none of
  * them. */
 bool quantities_list_functions(struct plan *plan, const char *emit);
+/* asked_words.c: `emit` with words that stand for several quantities replaced by these, and what they ask for
+ * beside. */
+const char *quantities_of_words(struct plan *plan, const char *emit);
+/* Is it such a word? */
+bool quantities_is_word(const char *word);
+/* The function whose parts `before` q, qd, t, x and p are all derivatives of a quantity; NULL: there is none.
+ */
+struct derivatives_of {
+    const char *quantity, *function, *before;
+};
+const struct derivatives_of *quantities_derivatives_of(const char *quantity);
 /* All handles exist from here on: arrays by handle can be made. */
 void plan_close_graph(struct plan *plan);
 /* order_of_sums.c: in all functions. */
@@ -204,8 +219,11 @@ void emit_files(struct plan *plan);
 /* The name of a part, from 1, and the line that it begins with. */
 const char *emit_part_name(struct memory *memory, const char *model, int part);
 const char *emit_part_lead(struct memory *memory, const char *model, int part);
-/* The files of lanes, which stand behind them. */
-const char *emit_lanes_name(struct memory *memory, const char *model, const char *ending);
-const char *emit_lanes_lead(struct memory *memory, const char *model);
+/* Files behind them that an emission may have: the name and the first line of one, by number from 0; false:
+ * there are not so many. */
+struct companion {
+    const char *name, *lead;
+};
+bool emit_companion(struct memory *memory, const char *model, int number, struct companion *companion);
 
 #endif

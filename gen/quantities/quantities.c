@@ -580,8 +580,8 @@ static const char *wrong_block(struct memory *memory, const char *word) {
 
 /* The first word of `emit` that names no quantity, with what is allowed; NULL when there is none. */
 static const char *wrong_word(struct memory *memory, const char *word) {
-    const char *names[QUANTITY_COUNT], *all = "all implicit";
-    if (!strcmp(word, "all") || !strcmp(word, implicit))
+    const char *names[QUANTITY_COUNT], *all = "all implicit step step.p";
+    if (!strcmp(word, "all") || !strcmp(word, implicit) || quantities_is_word(word))
         return NULL;
     if (strchr(word, '.'))
         return wrong_block(memory, word);

@@ -39,9 +39,14 @@ struct rule {
 static const struct rule rules[] = {
     {"output", "FILE", KIND_TEXT, FIELD(output), "where results go"},
     {"emit", "M,h,...", KIND_LIST, FIELD(emit),
-     "these quantities only; all: every one but derivatives; implicit: the tangent of implicit steps"},
+     "these quantities only; all: every one but derivatives; implicit: the tangent of implicit steps; step: "
+     "fixed "
+     "steps with derivatives, step.p: by the parameters, too"},
     {"for-lanes", NULL, KIND_FLAG, FIELD(for_lanes),
      "the same functions for 2, 4 or 8 motions side by side, too; gen writes them as NAME_lanes.c"},
+    {"for-casadi", NULL, KIND_FLAG, FIELD(for_casadi),
+     "the same functions and their derivatives for CasADi, too: NAME_casadi.c, compiled alone into a shared "
+     "library"},
     {"explain", "PASS", KIND_TEXT, FIELD(explain),
      "without -o: print what the generator holds behind a pass: expand, roll, derive, sums or plan"},
     {"state", "STATE.json", KIND_TEXT, FIELD(state),

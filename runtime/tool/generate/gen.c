@@ -42,6 +42,7 @@ static enum status emit_into_folder(struct scene *scene, const struct options *o
 static enum status emit_scene(struct scene *scene, const struct options *options) {
     struct generation *generation = &scene->generation;
     generation->has_lanes = options->for_lanes;
+    generation->has_casadi = options->for_casadi;
     scene_spare_sources(scene, &scene->targets);
     if (!targets_make_folder(&scene->targets, options->output)) /* told before the work */
         return STATUS_FAULT;

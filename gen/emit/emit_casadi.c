@@ -1,0 +1,438 @@
+/*
+ * A model's functions as CasADi loads them: takes the plan, gives NAME_casadi.c, which includes the model's
+ * own C under other names and is compiled alone into a shared library. Interface: CasADi 3.6 and later,
+ * "external functions"; the Jacobian of F is a function jac_F of F's inputs and outputs, whose outputs are
+ * the blocks of all pairs, by output. What is the same for all models is in text/casadi_body.c.in.
+ */
+#include "emit/emit.h"
+
+#include <string.h>
+
+/* text/casadi_body.c.in, embedded by the build. */
+extern const char casadi_body[];
+
+/* An input or output of a function for CasADi; entry (i, j) is value place + i * stride + j. */
+struct port {
+    const char *name;
+    int rows, columns, place, stride;
+    const bool *is_there; /* rows x columns, NULL: all */
+    bool is_empty;        /* there is none */
+};
+
+enum { MOST_PORTS = 64 };
+
+struct ports {
+    struct port list[MOST_PORTS];
+    int count;
+};
+
+struct writer {
+    struct emission *x;
+    struct plan *plan;
+    struct text *text;
+    const char *name;
+    const char **patterns; /* texts of those that are printed */
+    int pattern_count, pattern_capacity;
+};
+
+/* ---- Patterns ---- */
+
+static bool is_port_entry(const struct port *port, int i, int j) {
+    return !port->is_empty && (!port->is_there || port->is_there[i * port->columns + j]);
+}
+
+static int count_entries(const struct port *port) {
+    int count = 0;
+    for (int k = 0; k < port->rows * port->columns; k++)
+        count += is_port_entry(port, k / port->columns, k % port->columns);
+    return count;
+}
+
+static void add_number(struct text *text, int number) {
+    if (text_column(text) > 100)
+        text_add(text, "\n   ");
+    text_add(text, ", %d", number);
+}
+
+/* "4, 4, 1", or by columns. */
+static const char *pattern_text(struct memory *memory, const struct port *port) {
+    struct text text = {.memory = memory};
+    const int entries = count_entries(port);
+    text_add(&text, "%d, %d", port->rows, port->columns);
+    if (entries == port->rows * port->columns && entries > 0) {
+        add_number(&text, 1);
+        return text.data;
+    }
+    for (int j = 0, begin = 0; j <= port->columns; j++) {
+        add_number(&text, begin);
+        for (int i = 0; j < port->columns && i < port->rows; i++)
+            begin += is_port_entry(port, i, j);
+    }
+    for (int j = 0; j < port->columns; j++)
+        for (int i = 0; i < port->rows; i++)
+            if (is_port_entry(port, i, j))
+                add_number(&text, i);
+    return text.data;
+}
+
+/* The number of a pattern, which is printed when it is a new one. */
+static int put_pattern(struct writer *w, const struct port *port) {
+    const char *pattern = pattern_text(w->plan->memory, port);
+    for (int i = 0; i < w->pattern_count; i++)
+        if (!strcmp(w->patterns[i], pattern))
+            return i;
+    w->patterns = memory_room(w->plan->memory, w->patterns, w->pattern_count, &w->pattern_capacity,
+                              sizeof *w->patterns);
+    w->patterns[w->pattern_count] = pattern;
+    text_add(w->text, "static const casadi_int casadi_pattern_%d[] = {%s};\n", w->pattern_count, pattern);
+    return w->pattern_count++;
+}
+
+/* ---- Functions ---- */
+
+static struct port *add_port(struct ports *ports, const char *name, int rows, int columns) {
+    struct port *port = &ports->list[ports->count++];
+    *port = (struct port){.name = name, .rows = rows, .columns = columns, .stride = columns};
+    return port;
+}
+
+static void put_ports(struct writer *w, const char *name, const char *what, const struct ports *ports) {
+    int patterns[MOST_PORTS];
+    for (int i = 0; i < ports->count; i++)
+        patterns[i] = put_pattern(w, &ports->list[i]);
+    text_add(w->text, "static const struct casadi_slot %s_%s[] = {\n", name, what);
+    for (int i = 0; i < ports->count; i++)
+        text_add(w->text, "    {\"%s\", casadi_pattern_%d, %d, %d},\n", ports->list[i].name, patterns[i],
+                 ports->list[i].place, ports->list[i].stride);
+    text_add(w->text, "};\n");
+}
+
+/* The table and the functions of `name`, which NAME_compute computes; its inputs have a table already. */
+static void put_function(struct writer *w, const char *name, const char *in_table, int in_count,
+                         const struct ports *out, int value_count, int work_count) {
+    put_ports(w, name, "out", out);
+    text_add(w->text,
+             "static const struct casadi_function %s_table = {%d, %d, %s, %s_out, %s_compute, %d, %d};\n",
+             name, in_count, out->count, in_table, name, name, value_count, work_count);
+    text_add(w->text, "CASADI_FUNCTION(%s, %s_table)\n\n", name, name);
+}
+
+/* Of a Jacobian, which has inputs of its own. */
+static void put_jacobian_function(struct writer *w, const char *name, const struct ports *in,
+                                  const struct ports *out, int value_count, int work_count) {
+    put_ports(w, name, "in", in);
+    put_function(w, name, memory_format(w->plan->memory, "%s_in", name), in->count, out, value_count,
+                 work_count);
+}
+
+static int count_parameters(const struct plan *plan) {
+    return plan->parameter_count + plan->prepare.out_count;
+}
+
+/* What a function of the model reads; `is_step`: h, too. */
+static void list_inputs(const struct plan *plan, bool is_step, struct ports *ports) {
+    const int n = plan->tree->count;
+    ports->count = 0;
+    add_port(ports, "q", n, 1);
+    add_port(ports, "qd", n, 1);
+    add_port(ports, "t", 1, 1);
+    if (is_step)
+        add_port(ports, "h", 1, 1);
+    add_port(ports, "inputs", plan->model->input_count, 1);
+    add_port(ports, "parameters", plan->parameter_count, 1);
+}
+
+/* The name of the derivatives by an input, as d_qdd has them. */
+static const char *block_of_input(const char *input) {
+    return !strcmp(input, "inputs") ? "x" : !strcmp(input, "parameters") ? "p" : input;
+}
+
+/* Behind the inputs of a Jacobian stand the outputs of its function, which it does not read. */
+static void add_outputs_to_inputs(struct writer *w, struct ports *in, const struct ports *out) {
+    for (int i = 0; i < out->count; i++)
+        add_port(in, memory_format(w->plan->memory, "out_%s", out->list[i].name), out->list[i].rows,
+                 out->list[i].columns)
+            ->is_empty = true;
+}
+
+/* A block of a Jacobian: there is none until its place is set. */
+static struct port *add_block(struct writer *w, struct ports *blocks, const struct port *out,
+                              const struct port *in) {
+    struct port *block = add_port(blocks, memory_format(w->plan->memory, "jac_%s_%s", out->name, in->name),
+                                  out->rows * out->columns, in->rows);
+    block->is_empty = true;
+    return block;
+}
+
+static void set_block(struct port *block, int place, int stride, const bool *is_there) {
+    block->is_empty = false;
+    block->place = place;
+    block->stride = stride;
+    block->is_there = is_there;
+}
+
+/* ---- Quantities ---- */
+
+/* Those that are no functions of the state, or that need what `constrained` gives. */
+static bool is_for_casadi(const struct function *function) {
+    static const char *const others[] = {"breaks", "switches", "event_terms",
+                                         "start",  "anchor",   "tangent_vectors"};
+    return !function->takes_motion && strncmp(function->quantity, "d_", 2) != 0 &&
+           text_index(function->quantity, others, sizeof others / sizeof *others) < 0;
+}
+
+static const struct function *find_function(const struct plan *plan, const char *quantity) {
+    for (int f = 0; f < plan->function_count; f++)
+        if (!strcmp(plan->functions[f].quantity, quantity))
+            return &plan->functions[f];
+    return NULL;
+}
+
+static void put_compute(struct writer *w, const char *name, const char *quantity) {
+    text_add(w->text,
+             "static int %s_compute(const casadi_real *const *arguments, casadi_real *values, casadi_real "
+             "*work) {\n"
+             "    return casadi_call(%s_%s_doubles, arguments, values, work);\n}\n",
+             name, w->name, quantity);
+}
+
+static void list_results(const struct plan *plan, const struct function *function, struct ports *out) {
+    out->count = 0;
+    for (int i = 0; i < function->array_count; i++) {
+        const struct array *array = &function->arrays[i];
+        const int columns = plan_columns_of(array), width = array->columns ? columns : 1;
+        struct port *port = add_port(out, array->name, array->count / width, width);
+        set_block(port, array->offset, width, emit_pattern(plan, function, i));
+    }
+}
+
+static void find_block(const struct plan *plan, const struct function *function, const char *name,
+                       struct port *block) {
+    for (int i = 0; i < function->array_count; i++) {
+        const struct array *array = &function->arrays[i];
+        if (!strcmp(array->name, name))
+            set_block(block, array->offset, array->columns, emit_pattern(plan, function, i));
+    }
+}
+
+static void put_jacobian(struct writer *w, const struct function *function, const struct ports *in,
+                         const struct ports *out) {
+    const struct derivatives_of *rule = quantities_derivatives_of(function->quantity);
+    const struct function *derivatives = rule ? find_function(w->plan, rule->function) : NULL;
+    struct ports all = *in, blocks = {.count = 0};
+    if (!derivatives)
+        return;
+    for (int i = 0; i < in->count; i++)
+        find_block(w->plan, derivatives,
+                   memory_format(w->plan->memory, "%s%s", rule->before, block_of_input(in->list[i].name)),
+                   add_block(w, &blocks, &out->list[0], &in->list[i]));
+    add_outputs_to_inputs(w, &all, out);
+    const char *name = memory_format(w->plan->memory, "jac_%s_%s", w->name, function->quantity);
+    put_compute(w, name, derivatives->quantity);
+    put_jacobian_function(w, name, &all, &blocks, derivatives->out_count, count_parameters(w->plan));
+}
+
+static void put_quantity(struct writer *w, const struct function *function) {
+    const char *name = memory_format(w->plan->memory, "%s_%s", w->name, function->quantity);
+    struct ports in, out;
+    list_inputs(w->plan, false, &in);
+    list_results(w->plan, function, &out);
+    text_add(w->text, "/* %s */\n", function->about);
+    put_compute(w, name, function->quantity);
+    put_function(w, name, "casadi_state_in", in.count, &out, function->out_count, count_parameters(w->plan));
+    put_jacobian(w, function, &in, &out);
+}
+
+/* ---- Steps ---- */
+
+static void put_step_compute(struct writer *w, const char *name, const char *step, bool has_derivatives) {
+    const struct plan *plan = w->plan;
+    text_add(w->text,
+             "static int %s_compute(const casadi_real *const *arguments, casadi_real *values, casadi_real "
+             "*work) {\n"
+             "    casadi_take_parameters(arguments[5], work);\n"
+             "    return refdyn_%s_%s((const struct %s_parameters *)(const void *)work,\n"
+             "        (const struct %s_inputs *)(const void *)arguments[4], *arguments[2], *arguments[3], 1, "
+             "arguments[0], arguments[1], values,\n        %s%s%s, work + %d);\n}\n",
+             name, w->name, step, w->name, w->name, has_derivatives ? "(struct " : "",
+             has_derivatives ? w->name : "0",
+             has_derivatives ? "_step_derivatives *)(void *)(values + 2 * STEP_N)" : "",
+             count_parameters(plan));
+}
+
+static void put_step_jacobian(struct writer *w, const char *step, const struct ports *in,
+                              const struct ports *out, int work_count) {
+    const int n = w->plan->tree->count;
+    struct ports all = *in, blocks = {.count = 0};
+    for (int o = 0; o < out->count; o++)
+        for (int i = 0; i < in->count; i++) {
+            const struct port *input = &in->list[i];
+            struct port *block = add_block(w, &blocks, &out->list[o], input);
+            const bool is_state = i < 2;
+            const struct step_place place =
+                emit_step_place(w->plan, is_state ? "state" : block_of_input(input->name));
+            if (place.columns)
+                set_block(block, 2 * n + place.offset + o * n * place.columns + (is_state ? i * n : 0),
+                          place.columns, NULL);
+        }
+    add_outputs_to_inputs(w, &all, out);
+    const char *name = memory_format(w->plan->memory, "jac_%s_%s", w->name, step);
+    put_step_compute(w, name, step, true);
+    put_jacobian_function(w, name, &all, &blocks, 2 * n + emit_step_place(w->plan, NULL).offset, work_count);
+}
+
+static void put_step(struct writer *w, const char *method) {
+    const int n = w->plan->tree->count;
+    const int work_count = count_parameters(w->plan) + (int)emit_step_work(w->plan);
+    const char *step = memory_format(w->plan->memory, "step_%s", method);
+    const char *name = memory_format(w->plan->memory, "%s_%s", w->name, step);
+    struct ports in, out = {.count = 0};
+    list_inputs(w->plan, true, &in);
+    add_port(&out, "q_next", n, 1);
+    add_port(&out, "qd_next", n, 1)->place = n;
+    text_add(w->text, "/* one step of length h */\n");
+    put_step_compute(w, name, step, false);
+    put_function(w, name, "casadi_step_in", in.count, &out, 2 * n, work_count);
+    put_step_jacobian(w, step, &in, &out, work_count);
+}
+
+/* ---- Defaults ---- */
+
+static void put_defaults(struct writer *w) {
+    const struct plan *plan = w->plan;
+    const int n = plan->tree->count, k = plan->model->input_count, parameters = plan->parameter_count;
+    struct ports out = {.count = 0};
+    add_port(&out, "q", n, 1);
+    add_port(&out, "qd", n, 1)->place = n;
+    add_port(&out, "inputs", k, 1)->place = 2 * n;
+    add_port(&out, "parameters", parameters, 1)->place = 2 * n + k;
+    text_add(w->text,
+             "/* the model's values: the start of a motion, inputs, parameters */\n"
+             "static int %s_defaults_compute(const casadi_real *const *arguments, casadi_real *values, "
+             "casadi_real *work) {\n    (void)arguments;\n",
+             w->name);
+    if (parameters)
+        text_add(w->text, "    refdyn_%s_defaults((struct %s_parameters *)(void *)work);\n", w->name,
+                 w->name);
+    for (int i = 0; i < k; i++)
+        text_add(w->text, "    values[%d] = %s_input_names[%d].value;\n", 2 * n + i, w->name, i);
+    text_add(w->text,
+             "    memset(values, 0, %d * sizeof *values);\n"
+             "    %s_start_doubles(work, values + %d, 0.0, values, values, work + %d);\n"
+             "    memcpy(values, work + %d, %d * sizeof *values);\n",
+             2 * n, w->name, 2 * n, count_parameters(plan), count_parameters(plan), 2 * n);
+    if (parameters)
+        text_add(w->text, "    memcpy(values + %d, work, %d * sizeof *values);\n", 2 * n + k, parameters);
+    text_add(w->text, "    return 0;\n}\n");
+    put_function(w, memory_format(plan->memory, "%s_defaults", w->name), "0", 0, &out, 2 * n + k + parameters,
+                 count_parameters(plan) + 2 * n);
+}
+
+/* ---- The file ---- */
+
+static void put_named(struct writer *w, const char *what, const char *name, const char *unit, int place) {
+    text_add(w->text, " *   %s %d %s [%s]\n", what, place, name, text_comment(w->plan->memory, unit));
+}
+
+static void put_remarks(struct writer *w) {
+    const struct plan *plan = w->plan;
+    text_add(
+        w->text,
+        "%s/*\n * Functions for CasADi 3.6 and later:\n"
+        " *     cc -O2 -fPIC -shared %s_casadi.c -o lib%s_casadi.so -lm\n"
+        " *     casadi.external(\"%s_qdd\", \"./lib%s_casadi.so\")\n"
+        " * Arguments: q, qd, t, inputs, parameters; a step has its length h behind t. %s_defaults gives the "
+        "model's values.\n",
+        emit_lead(plan->memory, w->name, "CasADi"), w->name, w->name, w->name, w->name, w->name);
+    for (int i = 0; i < plan->tree->count && i < 20; i++)
+        put_named(w, "q", plan->tree->frames[i].name, plan->tree->frames[i].joint.is_revolute ? "rad" : "m",
+                  i);
+    if (plan->tree->count > 20)
+        text_add(w->text, " *   and so on: %s.h\n", w->name);
+    for (int i = 0; i < plan->model->input_count; i++)
+        put_named(w, "inputs", plan->model->inputs[i].name, plan->model->inputs[i].unit, i);
+    for (int i = 0; i < plan->parameter_count; i++)
+        put_named(w, "parameters", plan->model->parameters[plan->parameters[i]].name,
+                  plan->model->parameters[plan->parameters[i]].unit, i);
+    text_add(w->text, " */\n");
+}
+
+static void put_renaming(struct writer *w, const char *what) {
+    text_add(w->text, "#define %s_%s refdyn_%s_%s\n", w->name, what, w->name, what);
+}
+
+static void put_end_of_renaming(struct writer *w, const char *what) {
+    text_add(w->text, "#undef %s_%s\n", w->name, what);
+}
+
+/* All that the model's own files have for others. */
+static void for_all_names(struct writer *w, void (*put)(struct writer *w, const char *what)) {
+    static const char *const others[] = {"defaults", "prepare", "model", "limits", "spatial"};
+    for (size_t i = 0; i < sizeof others / sizeof *others; i++)
+        put(w, others[i]);
+    for (int f = 0; f < w->plan->function_count; f++)
+        put(w, w->plan->functions[f].quantity);
+    for (int i = 0; w->plan->has_step && emit_step_method(i); i++)
+        put(w, memory_format(w->plan->memory, "step_%s", emit_step_method(i)));
+}
+
+static void put_includes(struct writer *w) {
+    text_add(w->text, "\n/* The model's own functions, under other names: these are CasADi's. */\n");
+    for_all_names(w, put_renaming);
+    for (int i = 1; i < w->plan->file_count - w->plan->companion_count; i++) /* 0 is the header */
+        text_add(w->text, "#include \"%s\"\n", w->plan->files[i].name);
+    if (w->plan->has_step)
+        text_add(w->text, "#include \"%s_step.c\"\n", w->name);
+    for_all_names(w, put_end_of_renaming);
+}
+
+/* The longest of the inputs that may be NULL. */
+static int largest_input(const struct plan *plan) {
+    const int n = plan->tree->count, k = plan->model->input_count, p = plan->parameter_count;
+    const int larger = n > k ? n : k;
+    return larger > p ? larger : p > 1 ? p : 1;
+}
+
+static void put_calls(struct writer *w) {
+    const struct plan *plan = w->plan;
+    text_add(w->text, "/* The parameters, and what is derived from them. */\n"
+                      "static void casadi_take_parameters(const casadi_real *from, casadi_real *p) {\n");
+    if (plan->parameter_count)
+        text_add(w->text, "    memcpy(p, from, %d * sizeof *p);\n", plan->parameter_count);
+    else
+        text_add(w->text, "    (void)from;\n    (void)p;\n");
+    if (plan->prepare.out_count)
+        text_add(w->text, "    %s_prepare_doubles(p);\n", w->name);
+    text_add(w->text, "}\n\nstatic int casadi_call(refdyn_function *function, const casadi_real *const "
+                      "*arguments, casadi_real "
+                      "*values,\n                       casadi_real *p) {\n"
+                      "    casadi_take_parameters(arguments[4], p);\n"
+                      "    function(p, arguments[3], *arguments[2], arguments[0], arguments[1], values);\n"
+                      "    return 0;\n}\n\n");
+}
+
+/* Those that all functions of the state have, and all steps. */
+static void put_inputs(struct writer *w) {
+    struct ports in;
+    list_inputs(w->plan, false, &in);
+    put_ports(w, "casadi_state", "in", &in);
+    if (w->plan->has_step) {
+        list_inputs(w->plan, true, &in);
+        put_ports(w, "casadi_step", "in", &in);
+    }
+}
+
+void emit_casadi(struct emission *x, struct text *text) {
+    struct writer w = {.x = x, .plan = x->plan, .text = text, .name = x->plan->model->name};
+    put_remarks(&w);
+    put_includes(&w);
+    text_add(text, "\n#define CASADI_LARGEST_INPUT %d\n%s\n", largest_input(w.plan), casadi_body);
+    put_calls(&w);
+    put_defaults(&w);
+    put_inputs(&w);
+    for (int f = 0; f < w.plan->function_count; f++)
+        if (is_for_casadi(&w.plan->functions[f]))
+            put_quantity(&w, &w.plan->functions[f]);
+    for (int i = 0; w.plan->has_step && emit_step_method(i); i++)
+        put_step(&w, emit_step_method(i));
+}

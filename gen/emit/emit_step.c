@@ -1,0 +1,222 @@
+/*
+ * Fixed steps of a model's motion with their derivatives: takes the plan, whose functions qdd and d_qdd a
+ * step calls, gives NAME_step.h and NAME_step.c. What is the same for all models is in text/step_body.c.in,
+ * behind the sizes and names of this one.
+ */
+#include "emit/emit.h"
+
+#include <string.h>
+
+/* text/step_body.c.in, embedded by the build. */
+extern const char step_body[];
+
+/* One part of the derivatives of a step. */
+struct step_part {
+    const char *name, *about, *column;
+    int columns;
+};
+enum { STEP_PARTS = 5 };
+
+static const struct array *part_of_derivatives(const struct plan *plan, const char *name) {
+    const struct function *function = plan->functions;
+    while (strcmp(function->quantity, "d_qdd"))
+        function++;
+    for (int i = 0; i < function->array_count; i++)
+        if (!strcmp(function->arrays[i].name, name))
+            return &function->arrays[i];
+    return NULL;
+}
+
+static int count_parameters(const struct plan *plan) {
+    const struct array *array = plan->has_step_parameters ? part_of_derivatives(plan, "p") : NULL;
+    return array ? array->columns : 0;
+}
+
+static void list_parts(const struct plan *plan, struct step_part parts[STEP_PARTS]) {
+    const int n = plan->tree->count;
+    const struct step_part all[STEP_PARTS] = {
+        {"state", "by q, then qd", "0", 2 * n},
+        {"t", "by the time at which it begins", "STEP_COLUMN_T", 1},
+        {"h", "by its length", "STEP_COLUMN_H", 1},
+        {"x", "by the inputs", "STEP_COLUMN_X", plan->model->input_count},
+        {"p", "by the parameters, in the order of the table", "STEP_COLUMN_P", count_parameters(plan)},
+    };
+    memcpy(parts, all, sizeof all);
+}
+
+struct step_place emit_step_place(const struct plan *plan, const char *name) {
+    struct step_part parts[STEP_PARTS];
+    struct step_place place = {0, 0};
+    list_parts(plan, parts);
+    for (int i = 0; i < STEP_PARTS; i++) {
+        place.columns = parts[i].columns;
+        if (name && !strcmp(parts[i].name, name))
+            return place;
+        place.offset += 2 * plan->tree->count * parts[i].columns;
+    }
+    return place;
+}
+
+/* ---- The header ---- */
+
+static void put_remarks(const struct plan *plan, struct text *text) {
+    const struct model *model = plan->model;
+    text_add(
+        text,
+        " * A state goes from t to t + count h in `count` steps of length h; inputs and parameters are held. "
+        "0: done,\n * 1: an implicit step did not converge, or a result is no number; what is given then "
+        "is of no use.\n");
+    if (model->row_count)
+        text_add(text, " * Rows are kept by their gains alone, as the accelerations qdd have them: nothing "
+                       "is projected, "
+                       "and what is\n * missed of a row without gains grows. Derivatives are those of these "
+                       "steps, also off "
+                       "the rows.\n");
+    if (model->event_count)
+        text_add(text, " * Events are not looked for: what happens there is left to the caller.\n");
+    text_add(text, " * Where a formula has a kink, derivatives are those of the branch that is taken. t, h "
+                   "and derivatives "
+                   "by them in\n * seconds; results share no memory with `work`.\n */\n");
+}
+
+static void put_struct(const struct emission *x, struct text *text) {
+    struct step_part parts[STEP_PARTS];
+    const int rows = 2 * x->plan->tree->count;
+    list_parts(x->plan, parts);
+    text_add(text, "/* Derivatives of the state at the end, %d values: q, then qd; a row each. */\n", rows);
+    text_add(text, "struct %s_step_derivatives {\n", x->name);
+    for (int i = 0; i < STEP_PARTS; i++)
+        if (parts[i].columns)
+            text_add(text, "    double %s[%d]; /* (%d x %d) %s */\n", parts[i].name, rows * parts[i].columns,
+                     rows, parts[i].columns, parts[i].about);
+    text_add(text, "};\n\n");
+}
+
+static const struct {
+    const char *name, *one, *about;
+} methods[] = {{"rk4", "step_explicit",
+                "The classical explicit Runge-Kutta method of order 4: h below 2.8 over the "
+                "largest angular frequency."},
+               {"gauss", "step_implicit",
+                "The implicit method of Gauss with two stages, order 4, stable for all vibrations."}};
+enum { METHODS = sizeof methods / sizeof *methods };
+
+const char *emit_step_method(int number) {
+    return number < METHODS ? methods[number].name : NULL;
+}
+
+static void put_step_signature(const struct emission *x, struct text *text, int method) {
+    const int n = x->plan->tree->count;
+    text_add(text,
+             "int %s_step_%s(const struct %s_parameters *p, const struct %s_inputs *x, double t, double h, "
+             "int count,\n"
+             "        const double q[%d], const double qd[%d], double state[%d],\n"
+             "        struct %s_step_derivatives *derivatives, double *work)",
+             x->name, methods[method].name, x->name, x->name, n, n, 2 * n, x->name);
+}
+
+/* As step_open in text/step_body.c.in lays it out. */
+long emit_step_work(const struct plan *plan) {
+    const struct function *function = plan->functions;
+    struct step_part parts[STEP_PARTS];
+    const long n = plan->tree->count;
+    long width = 0;
+    while (strcmp(function->quantity, "d_qdd"))
+        function++;
+    list_parts(plan, parts);
+    for (int i = 0; i < STEP_PARTS; i++)
+        width += parts[i].columns;
+    return 8 * n + 8 * n * width + 4 * n * n + function->out_count;
+}
+
+static void put_header(const struct emission *x, struct text *text) {
+    text_add(text, "%s", emit_lead(x->plan->memory, x->name, "steps"));
+    text_add(text, "/*\n * Fixed steps of the motion, and exact derivatives of what they give.\n *\n");
+    put_remarks(x->plan, text);
+    text_add(text, "#ifndef REFDYN_GENERATED_%s_step_H\n#define REFDYN_GENERATED_%s_step_H\n\n", x->name,
+             x->name);
+    text_add(text, "#include \"%s.h\"\n\n#ifdef __cplusplus\nextern \"C\" {\n#endif\n\n", x->name);
+    text_add(text, "/* Doubles at `work`: they need no values, and keep none for the next call. */\n");
+    text_add(text, "enum { %s_step_work = %ld };\n\n", x->name, emit_step_work(x->plan));
+    put_struct(x, text);
+    text_add(text,
+             "/* state (%d): q, then qd, at the end. `derivatives` may be NULL, which saves most of the "
+             "time. */\n",
+             2 * x->plan->tree->count);
+    for (int i = 0; i < METHODS; i++) {
+        text_add(text, "\n/* %s */\n", methods[i].about);
+        put_step_signature(x, text, i);
+        text_add(text, ";\n");
+    }
+    text_add(text, "\n#ifdef __cplusplus\n}\n#endif\n\n#endif\n");
+}
+
+/* ---- The source ---- */
+
+/* A part of d_qdd that may be absent. */
+static void put_access(const struct emission *x, struct text *text, const char *function, const char *part,
+                       bool is_there) {
+    text_add(text, "static const double *%s(const step_derivatives *d) {\n", function);
+    if (is_there && part_of_derivatives(x->plan, part))
+        text_add(text, "    return d->%s;\n}\n\n", part);
+    else
+        text_add(text, "    (void)d;\n    return 0; /* there are none */\n}\n\n");
+}
+
+static void put_names(const struct emission *x, struct text *text) {
+    const struct plan *plan = x->plan;
+    text_add(text, "#define STEP_N %d\n#define STEP_INPUTS %d\n#define STEP_PARAMETERS %d\n",
+             plan->tree->count, plan->model->input_count, count_parameters(plan));
+    text_add(text, "#define STEP_QDD %s_qdd\n#define STEP_D_QDD %s_d_qdd\n\n", x->name, x->name);
+    text_add(text,
+             "typedef struct %s_parameters step_parameters;\ntypedef struct %s_inputs step_inputs;\n"
+             "typedef struct %s_d_qdd_result step_derivatives;\n\n",
+             x->name, x->name, x->name);
+    put_access(x, text, "step_by_inputs", "x", true);
+    put_access(x, text, "step_by_parameters", "p", plan->has_step_parameters);
+}
+
+static void put_derivatives(const struct emission *x, struct text *text) {
+    struct step_part parts[STEP_PARTS];
+    list_parts(x->plan, parts);
+    text_add(text,
+             "static void step_give(const struct step *s, double *state, struct %s_step_derivatives *d) {\n",
+             x->name);
+    text_add(text,
+             "    memcpy(state, s->q, 2 * STEP_N * sizeof *state); /* and qd behind it */\n    if (!d)\n"
+             "        return;\n");
+    for (int i = 0; i < STEP_PARTS; i++)
+        if (parts[i].columns)
+            text_add(text,
+                     "    step_give_columns(d->%s, s->dq, %s, %d);\n"
+                     "    step_give_columns(d->%s + STEP_N * %d, s->dqd, %s, %d);\n",
+                     parts[i].name, parts[i].column, parts[i].columns, parts[i].name, parts[i].columns,
+                     parts[i].column, parts[i].columns);
+    text_add(text, "}\n");
+}
+
+static void put_step(const struct emission *x, struct text *text, int method) {
+    text_add(text, "\n");
+    put_step_signature(x, text, method);
+    text_add(text,
+             " {\n    struct step s;\n    s.p = p;\n    s.x = x;\n    s.h = h;\n    step_open(&s, work);\n"
+             "    const int failed = step_run(&s, %s, t, count, q, qd, derivatives != 0);\n"
+             "    step_give(&s, state, derivatives);\n    return failed;\n}\n",
+             methods[method].one);
+}
+
+static void put_source(const struct emission *x, struct text *text) {
+    text_add(text, "%s#include \"%s_step.h\"\n\n#include <math.h>\n#include <string.h>\n\n",
+             emit_lead(x->plan->memory, x->name, "steps"), x->name);
+    emit_refusal(text, memory_format(x->plan->memory, "%s_step.c", x->name));
+    put_names(x, text);
+    text_add(text, "%s\n", step_body);
+    put_derivatives(x, text);
+    for (int i = 0; i < METHODS; i++)
+        put_step(x, text, i);
+}
+
+void emit_step(struct emission *x, struct text *header, struct text *source) {
+    put_header(x, header);
+    put_source(x, source);
+}
