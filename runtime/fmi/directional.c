@@ -7,7 +7,7 @@
  *     d(rd) = C dqd + d(qd, v)            since both are r'', contracted with qd and v
  *     d(T)  = qd.M dqd - qd.h(qd, v)      by Christoffel's symbols, of which two cancel
  *     d(V)  = power(v) - v.Q(v)           Q without its forces that have no potential, at rates v
- * Courses, which are any formulas of an author, and multipliers have central differences.
+ * Courses, which are any formulas of an author, multipliers and event indicators, have central differences.
  */
 #include "fmi/directional.h"
 
@@ -136,7 +136,8 @@ static double energy_change(const struct fmu_instance *instance, int index,
 
 /* ---- By central differences ---- */
 
-/* Courses or multipliers at the state moved so far along the direction, behind which room for inputs is. */
+/* Courses, indicators or multipliers at the state moved so far along the direction, behind which room for
+ * inputs is. */
 static int find_moved(struct fmu_instance *instance, enum fmu_kind kind, const struct direction *direction,
                       double step) {
     struct refdyn_integrator *integrator = &instance->integrator;
@@ -156,6 +157,8 @@ static int find_moved(struct fmu_instance *instance, enum fmu_kind kind, const s
     refdyn_parameters_enter(&motion->parameters, work);
     if (kind == FMU_COURSE)
         model->course(work->p, x, integrator->t_right, q, qd, direction->out);
+    else if (kind == FMU_INDICATOR)
+        fmu_find_indicators(instance, q, direction->out);
     else
         status = refdyn_rates(&motion->step.evaluation, integrator->t_right, q, direction->out);
     refdyn_parameters_leave(&motion->parameters, work);
@@ -166,7 +169,7 @@ static int find_moved(struct fmu_instance *instance, enum fmu_kind kind, const s
 static double difference(struct fmu_instance *instance, struct fmu_variable unknown,
                          const struct direction *direction) {
     const int n = instance->work.n;
-    const int place = unknown.index + (unknown.kind == FMU_COURSE ? 0 : 2 * n + 1);
+    const int place = unknown.index + (unknown.kind == FMU_MULTIPLIER ? 2 * n + 1 : 0);
     const double change = largest(direction->q, 2 * n + instance->work.model->input_count);
     const double step = cbrt(DBL_EPSILON) * fmax(1, largest(instance->integrator.q, 2 * n)) / change;
     double sum = 0;
@@ -196,6 +199,7 @@ static int has_derivative(const struct refdyn_model *model, enum fmu_kind kind) 
     case FMU_VELOCITY:
     case FMU_COURSE:
     case FMU_MULTIPLIER:
+    case FMU_INDICATOR:
         return 1;
     default:
         return 0;
@@ -226,10 +230,24 @@ static double change_of(struct fmu_instance *instance, struct fmu_variable unkno
         return energy_change(instance, i, direction);
     case FMU_COURSE:
     case FMU_MULTIPLIER:
+    case FMU_INDICATOR:
         return difference(instance, unknown, direction);
     default:
         return NAN;
     }
+}
+
+/* Along a direction that is there. */
+static enum fmu_status find_change(struct fmu_instance *instance, unsigned reference,
+                                   const struct direction *direction, double *change) {
+    const struct fmu_variable unknown = fmu_find_variable(refdyn_fmu.model, refdyn_fmu.spatial, reference);
+    if (!has_derivative(refdyn_fmu.model, unknown.kind))
+        return fmu_tell(instance, FMU_DISCARD, "value reference %u: it has no derivative", reference);
+    *change = change_of(instance, unknown, direction);
+    if (!isfinite(*change))
+        return fmu_tell(instance, FMU_DISCARD, "t = %.9g s: a derivative is no finite number",
+                        instance->integrator.t);
+    return FMU_OK;
 }
 
 enum fmu_status fmu_directional(struct fmu_instance *instance, const unsigned *unknowns, size_t unknown_count,
@@ -239,13 +257,24 @@ enum fmu_status fmu_directional(struct fmu_instance *instance, const unsigned *u
     const struct direction direction = direction_open(instance);
     for (size_t i = 0; i < known_count && status == FMU_OK; i++)
         status = add_known(instance, knowns[i], seed[i], &direction);
-    for (size_t i = 0; i < unknown_count && status == FMU_OK; i++) {
-        const struct fmu_variable unknown =
-            fmu_find_variable(refdyn_fmu.model, refdyn_fmu.spatial, unknowns[i]);
-        if (!has_derivative(refdyn_fmu.model, unknown.kind))
-            status = fmu_tell(instance, FMU_DISCARD, "value reference %u: it has no derivative", unknowns[i]);
-        else
-            sensitivity[i] = change_of(instance, unknown, &direction);
+    for (size_t i = 0; i < unknown_count && status == FMU_OK; i++)
+        status = find_change(instance, unknowns[i], &direction, &sensitivity[i]);
+    return status;
+}
+
+enum fmu_status fmu_adjoint(struct fmu_instance *instance, const unsigned *unknowns, size_t unknown_count,
+                            const unsigned *knowns, size_t known_count, const double *seed,
+                            double *sensitivity) {
+    enum fmu_status status = fmu_evaluate(instance);
+    for (size_t k = 0; k < known_count && status == FMU_OK; k++) {
+        const struct direction direction = direction_open(instance);
+        status = add_known(instance, knowns[k], 1, &direction);
+        sensitivity[k] = 0;
+        for (size_t i = 0; i < unknown_count && status == FMU_OK; i++) {
+            double change = 0;
+            status = find_change(instance, unknowns[i], &direction, &change);
+            sensitivity[k] += seed[i] * change;
+        }
     }
     return status;
 }

@@ -9,4 +9,9 @@ enum fmu_status fmu_directional(struct fmu_instance *instance, const unsigned *u
                                 const unsigned *knowns, size_t known_count, const double *seed,
                                 double *sensitivity);
 
+/* sensitivity (known_count) = seed (unknown_count) d unknowns / d knowns. */
+enum fmu_status fmu_adjoint(struct fmu_instance *instance, const unsigned *unknowns, size_t unknown_count,
+                            const unsigned *knowns, size_t known_count, const double *seed,
+                            double *sensitivity);
+
 #endif

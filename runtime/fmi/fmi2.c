@@ -7,16 +7,10 @@
 
 #include "fmi/co_simulation.h"
 #include "fmi/directional.h"
+#include "fmi/machine.h"
 #include "fmi/model_exchange.h"
 #include "fmi/saved_state.h"
 #include "fmi/values.h"
-
-#define MODE(name) (1u << FMU_##name)
-enum {
-    ALIVE = MODE(INSTANTIATED) | MODE(INITIALISING) | MODE(EVENT_MODE) | MODE(CONTINUOUS_MODE) |
-            MODE(STEP_MODE) | MODE(ENDED),
-    RUNNING = MODE(INITIALISING) | MODE(EVENT_MODE) | MODE(CONTINUOUS_MODE) | MODE(STEP_MODE) | MODE(ENDED)
-};
 
 /* ---- Instances ---- */
 
@@ -36,21 +30,7 @@ static void tell(const struct fmu_listener *listener, enum fmu_status status, co
 }
 
 static struct fmu_instance *instance_of(fmi2Component component) {
-    return ((struct component *)component)->instance;
-}
-
-/* The instance, where it is in one of the modes; NULL: it is not, as was told. */
-static struct fmu_instance *enter(fmi2Component component, unsigned modes, const char *function) {
-    struct fmu_instance *instance = component ? instance_of(component) : NULL;
-    return instance && fmu_allows(instance, modes, function) ? instance : NULL;
-}
-
-static struct fmu_instance *enter_exchange(fmi2Component component, unsigned modes, const char *function) {
-    struct fmu_instance *instance = enter(component, modes, function);
-    if (!instance || instance->is_exchange)
-        return instance;
-    fmu_tell(instance, FMU_ERROR, "%s belongs to Model Exchange", function);
-    return NULL;
+    return component ? ((struct component *)component)->instance : NULL;
 }
 
 static char *copy_of(const char *text) {
@@ -117,7 +97,8 @@ fmi2Status fmi2SetDebugLogging(fmi2Component component, fmi2Boolean is_logging, 
 
 fmi2Status fmi2SetupExperiment(fmi2Component component, fmi2Boolean has_tolerance, fmi2Real tolerance,
                                fmi2Real t_first, fmi2Boolean has_stop, fmi2Real t_stop) {
-    struct fmu_instance *instance = enter(component, MODE(INSTANTIATED), "fmi2SetupExperiment");
+    struct fmu_instance *instance =
+        fmu_enter(instance_of(component), FMU_MODE(INSTANTIATED), "fmi2SetupExperiment");
     if (!instance)
         return fmi2Error;
     return (fmi2Status)fmu_set_experiment(instance, has_tolerance ? tolerance : 0, t_first,
@@ -125,7 +106,8 @@ fmi2Status fmi2SetupExperiment(fmi2Component component, fmi2Boolean has_toleranc
 }
 
 fmi2Status fmi2EnterInitializationMode(fmi2Component component) {
-    struct fmu_instance *instance = enter(component, MODE(INSTANTIATED), "fmi2EnterInitializationMode");
+    struct fmu_instance *instance =
+        fmu_enter(instance_of(component), FMU_MODE(INSTANTIATED), "fmi2EnterInitializationMode");
     if (!instance)
         return fmi2Error;
     instance->mode = FMU_INITIALISING;
@@ -133,17 +115,15 @@ fmi2Status fmi2EnterInitializationMode(fmi2Component component) {
 }
 
 fmi2Status fmi2ExitInitializationMode(fmi2Component component) {
-    struct fmu_instance *instance = enter(component, MODE(INITIALISING), "fmi2ExitInitializationMode");
+    struct fmu_instance *instance =
+        fmu_enter(instance_of(component), FMU_MODE(INITIALISING), "fmi2ExitInitializationMode");
     if (!instance)
         return fmi2Error;
-    const enum fmu_status status = fmu_evaluate(instance);
-    if (status == FMU_OK)
-        instance->mode = instance->is_exchange ? FMU_EVENT_MODE : FMU_STEP_MODE;
-    return (fmi2Status)status;
+    return (fmi2Status)fmu_leave_initialisation(instance);
 }
 
 fmi2Status fmi2Terminate(fmi2Component component) {
-    struct fmu_instance *instance = enter(component, ALIVE & ~(unsigned)MODE(INSTANTIATED), "fmi2Terminate");
+    struct fmu_instance *instance = fmu_enter(instance_of(component), FMU_RUNNING, "fmi2Terminate");
     if (!instance)
         return fmi2Error;
     instance->mode = FMU_ENDED;
@@ -151,7 +131,8 @@ fmi2Status fmi2Terminate(fmi2Component component) {
 }
 
 fmi2Status fmi2Reset(fmi2Component component) {
-    struct fmu_instance *instance = enter(component, ALIVE | MODE(FAILED), "fmi2Reset");
+    struct fmu_instance *instance =
+        fmu_enter(instance_of(component), FMU_ALIVE | FMU_MODE(FAILED), "fmi2Reset");
     return instance ? (fmi2Status)fmu_reset(instance) : fmi2Error;
 }
 
@@ -159,7 +140,7 @@ fmi2Status fmi2Reset(fmi2Component component) {
 
 fmi2Status fmi2GetReal(fmi2Component component, const fmi2ValueReference references[], size_t count,
                        fmi2Real values[]) {
-    struct fmu_instance *instance = enter(component, ALIVE, "fmi2GetReal");
+    struct fmu_instance *instance = fmu_enter(instance_of(component), FMU_ALIVE, "fmi2GetReal");
     enum fmu_status status = instance ? FMU_OK : FMU_ERROR;
     for (size_t i = 0; i < count && status == FMU_OK; i++)
         status = fmu_get(instance, references[i], &values[i]);
@@ -168,20 +149,15 @@ fmi2Status fmi2GetReal(fmi2Component component, const fmi2ValueReference referen
 
 fmi2Status fmi2SetReal(fmi2Component component, const fmi2ValueReference references[], size_t count,
                        const fmi2Real values[]) {
-    struct fmu_instance *instance = enter(component, ALIVE, "fmi2SetReal");
+    struct fmu_instance *instance = fmu_enter(instance_of(component), FMU_ALIVE, "fmi2SetReal");
     enum fmu_status status = instance ? FMU_OK : FMU_ERROR;
     for (size_t i = 0; i < count && status == FMU_OK; i++)
         status = fmu_set(instance, references[i], values[i]);
     return (fmi2Status)status;
 }
 
-/* No variable has another type: none may be asked for. */
 static fmi2Status refuse_type(fmi2Component component, size_t count, const char *function) {
-    struct fmu_instance *instance = enter(component, ALIVE, function);
-    if (!instance)
-        return fmi2Error;
-    return count == 0 ? fmi2OK
-                      : (fmi2Status)fmu_tell(instance, FMU_ERROR, "%s: all variables are real", function);
+    return (fmi2Status)fmu_refuse_type(instance_of(component), count, function);
 }
 
 fmi2Status fmi2GetInteger(fmi2Component component, const fmi2ValueReference references[], size_t count,
@@ -229,7 +205,7 @@ fmi2Status fmi2SetString(fmi2Component component, const fmi2ValueReference refer
 /* ---- States to go back to ---- */
 
 fmi2Status fmi2GetFMUstate(fmi2Component component, fmi2FMUstate *state) {
-    struct fmu_instance *instance = enter(component, ALIVE, "fmi2GetFMUstate");
+    struct fmu_instance *instance = fmu_enter(instance_of(component), FMU_ALIVE, "fmi2GetFMUstate");
     struct fmu_saved *saved = *state;
     const enum fmu_status status = instance ? fmu_save(instance, &saved) : FMU_ERROR;
     *state = saved;
@@ -237,7 +213,8 @@ fmi2Status fmi2GetFMUstate(fmi2Component component, fmi2FMUstate *state) {
 }
 
 fmi2Status fmi2SetFMUstate(fmi2Component component, fmi2FMUstate state) {
-    struct fmu_instance *instance = enter(component, ALIVE | MODE(FAILED), "fmi2SetFMUstate");
+    struct fmu_instance *instance =
+        fmu_enter(instance_of(component), FMU_ALIVE | FMU_MODE(FAILED), "fmi2SetFMUstate");
     return instance ? (fmi2Status)fmu_restore(instance, state) : fmi2Error;
 }
 
@@ -248,12 +225,8 @@ fmi2Status fmi2FreeFMUstate(fmi2Component component, fmi2FMUstate *state) {
     return fmi2OK;
 }
 
-/* modelDescription.xml says that these are not there. */
 static fmi2Status refuse(fmi2Component component, const char *function) {
-    struct fmu_instance *instance = enter(component, ALIVE, function);
-    if (instance)
-        fmu_tell(instance, FMU_ERROR, "%s is none of what this FMU can do", function);
-    return fmi2Error;
+    return (fmi2Status)fmu_refuse(instance_of(component), function);
 }
 
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component component, fmi2FMUstate state, size_t *size) {
@@ -280,7 +253,8 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component component, const fmi2Byte bytes
 fmi2Status fmi2GetDirectionalDerivative(fmi2Component component, const fmi2ValueReference unknowns[],
                                         size_t unknown_count, const fmi2ValueReference knowns[],
                                         size_t known_count, const fmi2Real seed[], fmi2Real sensitivity[]) {
-    struct fmu_instance *instance = enter(component, RUNNING, "fmi2GetDirectionalDerivative");
+    struct fmu_instance *instance =
+        fmu_enter(instance_of(component), FMU_RUNNING, "fmi2GetDirectionalDerivative");
     if (!instance)
         return fmi2Error;
     return (fmi2Status)fmu_directional(instance, unknowns, unknown_count, knowns, known_count, seed,
@@ -290,8 +264,8 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component component, const fmi2Value
 /* ---- Model Exchange ---- */
 
 fmi2Status fmi2EnterEventMode(fmi2Component component) {
-    struct fmu_instance *instance =
-        enter_exchange(component, MODE(CONTINUOUS_MODE) | MODE(EVENT_MODE), "fmi2EnterEventMode");
+    struct fmu_instance *instance = fmu_enter_exchange(
+        instance_of(component), FMU_MODE(CONTINUOUS_MODE) | FMU_MODE(EVENT_MODE), "fmi2EnterEventMode");
     if (!instance)
         return fmi2Error;
     instance->mode = FMU_EVENT_MODE;
@@ -299,7 +273,8 @@ fmi2Status fmi2EnterEventMode(fmi2Component component) {
 }
 
 fmi2Status fmi2NewDiscreteStates(fmi2Component component, fmi2EventInfo *info) {
-    struct fmu_instance *instance = enter_exchange(component, MODE(EVENT_MODE), "fmi2NewDiscreteStates");
+    struct fmu_instance *instance =
+        fmu_enter_exchange(instance_of(component), FMU_MODE(EVENT_MODE), "fmi2NewDiscreteStates");
     struct fmu_event_update update;
     if (!instance)
         return fmi2Error;
@@ -313,7 +288,7 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component component, fmi2EventInfo *info) {
 
 fmi2Status fmi2EnterContinuousTimeMode(fmi2Component component) {
     struct fmu_instance *instance =
-        enter_exchange(component, MODE(EVENT_MODE), "fmi2EnterContinuousTimeMode");
+        fmu_enter_exchange(instance_of(component), FMU_MODE(EVENT_MODE), "fmi2EnterContinuousTimeMode");
     if (!instance)
         return fmi2Error;
     instance->mode = FMU_CONTINUOUS_MODE;
@@ -324,60 +299,54 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component component, fmi2Boolean is_f
                                        fmi2Boolean *wants_event_mode, fmi2Boolean *wants_end) {
     (void)is_final;
     *wants_event_mode = *wants_end = fmi2False;
-    return enter_exchange(component, MODE(CONTINUOUS_MODE), "fmi2CompletedIntegratorStep") ? fmi2OK
-                                                                                           : fmi2Error;
+    return fmu_enter_exchange(instance_of(component), FMU_MODE(CONTINUOUS_MODE),
+                              "fmi2CompletedIntegratorStep")
+               ? fmi2OK
+               : fmi2Error;
 }
 
 fmi2Status fmi2SetTime(fmi2Component component, fmi2Real t) {
-    struct fmu_instance *instance =
-        enter_exchange(component, MODE(EVENT_MODE) | MODE(CONTINUOUS_MODE), "fmi2SetTime");
+    struct fmu_instance *instance = fmu_enter_exchange(
+        instance_of(component), FMU_MODE(EVENT_MODE) | FMU_MODE(CONTINUOUS_MODE), "fmi2SetTime");
     return instance ? (fmi2Status)fmu_set_time(instance, t) : fmi2Error;
-}
-
-/* An array of the importer has the length that the model has. */
-static int has_length(struct fmu_instance *instance, size_t count, int wanted) {
-    if (count == (size_t)wanted)
-        return 1;
-    fmu_tell(instance, FMU_ERROR, "an array of %lu numbers instead of %d", (unsigned long)count, wanted);
-    return 0;
 }
 
 fmi2Status fmi2SetContinuousStates(fmi2Component component, const fmi2Real states[], size_t count) {
     struct fmu_instance *instance =
-        enter_exchange(component, MODE(CONTINUOUS_MODE), "fmi2SetContinuousStates");
-    return instance && has_length(instance, count, 2 * instance->work.n)
+        fmu_enter_exchange(instance_of(component), FMU_MODE(CONTINUOUS_MODE), "fmi2SetContinuousStates");
+    return instance && fmu_has_length(instance, count, 2 * instance->work.n)
                ? (fmi2Status)fmu_set_states(instance, states)
                : fmi2Error;
 }
 
 fmi2Status fmi2GetContinuousStates(fmi2Component component, fmi2Real states[], size_t count) {
-    struct fmu_instance *instance = enter_exchange(component, RUNNING, "fmi2GetContinuousStates");
-    if (!instance || !has_length(instance, count, 2 * instance->work.n))
-        return fmi2Error;
-    const enum fmu_status status = instance->mode == FMU_INITIALISING ? fmu_evaluate(instance) : FMU_OK;
-    if (status == FMU_OK)
-        memcpy(states, instance->integrator.q, count * sizeof *states);
-    return (fmi2Status)status;
+    struct fmu_instance *instance =
+        fmu_enter_exchange(instance_of(component), FMU_RUNNING, "fmi2GetContinuousStates");
+    return instance && fmu_has_length(instance, count, 2 * instance->work.n)
+               ? (fmi2Status)fmu_get_states(instance, states)
+               : fmi2Error;
 }
 
 fmi2Status fmi2GetDerivatives(fmi2Component component, fmi2Real derivatives[], size_t count) {
-    struct fmu_instance *instance = enter_exchange(component, RUNNING, "fmi2GetDerivatives");
-    return instance && has_length(instance, count, 2 * instance->work.n)
+    struct fmu_instance *instance =
+        fmu_enter_exchange(instance_of(component), FMU_RUNNING, "fmi2GetDerivatives");
+    return instance && fmu_has_length(instance, count, 2 * instance->work.n)
                ? (fmi2Status)fmu_get_derivatives(instance, derivatives)
                : fmi2Error;
 }
 
 fmi2Status fmi2GetEventIndicators(fmi2Component component, fmi2Real indicators[], size_t count) {
-    struct fmu_instance *instance = enter_exchange(component, RUNNING, "fmi2GetEventIndicators");
-    return instance && has_length(instance, count, fmu_count_indicators(instance->work.model))
+    struct fmu_instance *instance =
+        fmu_enter_exchange(instance_of(component), FMU_RUNNING, "fmi2GetEventIndicators");
+    return instance && fmu_has_length(instance, count, fmu_count_indicators(instance->work.model))
                ? (fmi2Status)fmu_get_indicators(instance, indicators)
                : fmi2Error;
 }
 
 fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component component, fmi2Real nominals[], size_t count) {
-    struct fmu_instance *instance =
-        enter_exchange(component, ALIVE & ~(unsigned)MODE(ENDED), "fmi2GetNominalsOfContinuousStates");
-    if (!instance || !has_length(instance, count, 2 * instance->work.n))
+    struct fmu_instance *instance = fmu_enter_exchange(instance_of(component), FMU_ALIVE & ~FMU_MODE(ENDED),
+                                                       "fmi2GetNominalsOfContinuousStates");
+    if (!instance || !fmu_has_length(instance, count, 2 * instance->work.n))
         return fmi2Error;
     for (size_t i = 0; i < count; i++)
         nominals[i] = 1;
@@ -387,17 +356,13 @@ fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component component, fmi2Real n
 /* ---- Co-Simulation ---- */
 
 static struct fmu_instance *enter_steps(fmi2Component component, const char *function) {
-    struct fmu_instance *instance = enter(component, MODE(STEP_MODE) | MODE(ENDED), function);
-    if (!instance || !instance->is_exchange)
-        return instance;
-    fmu_tell(instance, FMU_ERROR, "%s belongs to Co-Simulation", function);
-    return NULL;
+    return fmu_enter_steps(instance_of(component), FMU_MODE(STEP_MODE) | FMU_MODE(ENDED), function);
 }
 
 fmi2Status fmi2DoStep(fmi2Component component, fmi2Real t_now, fmi2Real step, fmi2Boolean is_final) {
     struct fmu_instance *instance = enter_steps(component, "fmi2DoStep");
     (void)is_final;
-    if (!instance || !fmu_allows(instance, MODE(STEP_MODE), "fmi2DoStep"))
+    if (!instance || !fmu_allows(instance, FMU_MODE(STEP_MODE), "fmi2DoStep"))
         return fmi2Error;
     return (fmi2Status)fmu_step(instance, t_now, t_now + step);
 }

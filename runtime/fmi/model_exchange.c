@@ -54,23 +54,11 @@ enum fmu_status fmu_get_derivatives(struct fmu_instance *instance, double *deriv
 
 /* ---- Event indicators ---- */
 
-static void find_indicators(const struct fmu_instance *instance, double *indicators) {
-    const struct refdyn_model *model = instance->work.model;
-    const struct refdyn_workspace *work = &instance->work;
-    const struct refdyn_integrator *integrator = &instance->integrator;
-    const int values = model->event_count + model->kink_count;
-    if (values > 0)
-        model->event(work->p, work->x, integrator->t_right, integrator->q, integrator->qd, indicators);
-    if (model->switch_count > 0)
-        model->switches(work->p, work->x, integrator->t_right, integrator->q, integrator->qd,
-                        indicators + values);
-}
-
 enum fmu_status fmu_get_indicators(struct fmu_instance *instance, double *indicators) {
     const enum fmu_status status = fmu_evaluate(instance);
     if (status != FMU_OK)
         return status;
-    find_indicators(instance, indicators);
+    fmu_find_indicators(instance, instance->integrator.q, indicators);
     for (int i = 0; i < fmu_count_indicators(instance->work.model); i++)
         indicators[i] -= instance->zeros[i];
     return FMU_OK;
@@ -82,7 +70,7 @@ static void place_zeros(struct fmu_instance *instance) {
     const struct refdyn_state_events *events = &instance->integrator.motion->state_events;
     double *values = instance->room;
     memset(instance->zeros, 0, (size_t)fmu_count_indicators(instance->work.model) * sizeof *values);
-    find_indicators(instance, values);
+    fmu_find_indicators(instance, instance->integrator.q, values);
     for (int i = 0; i < events->named; i++)
         if (events->side[i] * values[i] < 0)
             instance->zeros[i] = values[i];

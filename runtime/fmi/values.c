@@ -94,16 +94,21 @@ static double angular_value(struct fmu_instance *instance, int index, int is_acc
     return value;
 }
 
-/* An event indicator, as event mode has left it. */
-static double indicator_value(struct fmu_instance *instance, int index) {
-    const struct refdyn_model *model = instance->work.model;
+void fmu_find_indicators(const struct fmu_instance *instance, const double *state, double *indicators) {
+    const struct refdyn_workspace *work = &instance->work;
+    const struct refdyn_model *model = work->model;
+    const double *qd = state + model->n, t = instance->integrator.t_right;
     const int values = model->event_count + model->kink_count;
-    double *all = instance->room;
-    if (index < values)
-        call(instance, model->event, all);
-    else
-        call(instance, model->switches, all + values);
-    return all[index] - instance->zeros[index];
+    if (values > 0)
+        model->event(work->p, work->x, t, state, qd, indicators);
+    if (model->switch_count > 0)
+        model->switches(work->p, work->x, t, state, qd, indicators + values);
+}
+
+/* As event mode has left it. */
+static double indicator_value(struct fmu_instance *instance, int index) {
+    fmu_find_indicators(instance, instance->integrator.q, instance->room);
+    return instance->room[index] - instance->zeros[index];
 }
 
 static double value_of(struct fmu_instance *instance, struct fmu_variable variable) {

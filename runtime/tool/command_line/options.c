@@ -125,7 +125,7 @@ static const struct rule rules[] = {
      "take angles of frames that are as near to right ones as these [rad]"},
     {"floating", NULL, KIND_FLAG, FIELD(floating),
      "the root moves freely (default: it stands on the ground)"},
-    {"fmu", "VERSION", KIND_TEXT, FIELD(fmu), "version of FMI: 2.0"},
+    {"fmu", "VERSION", KIND_TEXT, FIELD(fmu), "version of FMI: 2.0 or 3.0"},
     {"platform", "a,b", KIND_LIST, FIELD(platform),
      "libraries in the FMU: linux64 (default), win64, which takes gcc-mingw-w64"},
     {"set", "NAME=VALUE", KIND_SETTING, 0, "set an option or a parameter of the model (repeatable)"},

@@ -114,11 +114,12 @@ static void object_job(struct job *job, const struct fmu_build *build, const cha
                                         "-o", job->object, NULL});
 }
 
-static bool is_carried(const char *path) {
+/* Is it the same in all FMUs of both versions? */
+static bool is_common(const char *path) {
+    bool is_carried = false;
     for (int i = 0; i < carried_file_count; i++)
-        if (strcmp(carried_files[i].path, path) == 0)
-            return true;
-    return false;
+        is_carried |= strcmp(carried_files[i].path, path) == 0;
+    return is_carried && !fmu_is_of_other_version(path, FMI_2) && !fmu_is_of_other_version(path, FMI_3);
 }
 
 /* ---- What all FMUs have in common ---- */
@@ -152,12 +153,12 @@ static const char *make_key(const struct fmu_build *build) {
     return key;
 }
 
-/* All carried files as one object. */
+/* All of them as one object. */
 static bool compile_common(struct fmu_build *build, const char *key) {
     struct job *jobs = allocate((size_t)carried_file_count, sizeof *jobs), link;
     int count = 0;
     for (int i = 0; i < carried_file_count; i++)
-        if (fmu_is_source(carried_files[i].path))
+        if (fmu_is_source(carried_files[i].path) && is_common(carried_files[i].path))
             object_job(&jobs[count++], build, carried_files[i].path, false);
     begin_job(&link, build, "common.o");
     job_add_words(&link, (const char *[]){"-r", "-nostdlib", "-o", link.object, NULL});
@@ -195,7 +196,7 @@ static bool compile_library(struct fmu_build *build, const struct fmu *fmu, cons
     int count = 0;
     for (int i = 0; i < fmu->sources.count; i++) {
         const char *path = fmu->sources.list[i].path;
-        if (fmu_is_source(path) && !is_carried(path))
+        if (fmu_is_source(path) && !is_common(path))
             object_job(&jobs[count++], build, path, true);
     }
     return common && jobs_run(&build->scratch, jobs, count, &build->peak_kb) &&

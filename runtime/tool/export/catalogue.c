@@ -230,11 +230,11 @@ static void add_entry(struct catalogue *catalogue, const struct scene *scene, co
     catalogue->entries[catalogue->count++] = entry;
 }
 
-void catalogue_make(struct catalogue *catalogue, struct scene *scene) {
+void catalogue_make(struct catalogue *catalogue, struct scene *scene, bool has_indicators) {
     struct columns columns;
     find_columns(&columns, scene);
     *catalogue = (struct catalogue){.count = 0};
-    for (int kind = 0; kind < FMU_INDICATOR; kind++) {
+    for (int kind = 0; kind < FMU_INDICATOR + has_indicators; kind++) {
         catalogue->first[kind] = catalogue->count;
         const int count = fmu_count_variables(scene->model, scene->compiled.spatial, (enum fmu_kind)kind);
         const bool is_of_rows = kind == FMU_PHI || kind == FMU_PSI;

@@ -32,7 +32,7 @@ struct catalogue {
 };
 
 /* Of the scene's start. */
-void catalogue_make(struct catalogue *catalogue, struct scene *scene);
+void catalogue_make(struct catalogue *catalogue, struct scene *scene, bool has_indicators);
 /* (3 points x n) Which coordinates the position of each point depends on. */
 bool *catalogue_dependencies(const struct scene *scene);
 

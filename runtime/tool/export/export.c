@@ -11,7 +11,7 @@
 #include "export/sources.h"
 #include "simulate/motion.h"
 
-#include <stdlib.h>
+#include <math.h>
 #include <string.h>
 
 static const double default_span = 10; /* [s] of the default experiment */
@@ -32,7 +32,7 @@ static const char *quantities(const struct options *options, const struct model 
 /* ---- Options ---- */
 
 static enum status choose_version(const struct options *options, enum fmi_version *version) {
-    static const char *const names[] = {[FMI_2] = "2.0", NULL};
+    static const char *const names[] = {[FMI_2] = "2.0", [FMI_3] = "3.0", NULL};
     int place = 0;
     const enum status status = options_choose(options, "fmu", options->fmu, names, &place);
     *version = (enum fmi_version)place;
@@ -48,6 +48,16 @@ static enum status check_platforms(const struct options *options, const char *co
 
 /* ---- The FMU ---- */
 
+/* Where M is singular derivatives of accelerations divide by zero. */
+static bool are_finite(const struct scene *scene, refdyn_function *function, int count) {
+    double *values = allocate((size_t)count, sizeof *values);
+    function(scene->work.p, scene->work.x, scene->state.t, scene->q, scene->qd, values);
+    for (int i = 0; i < count; i++)
+        if (!isfinite(values[i]))
+            return false;
+    return true;
+}
+
 /* Are the derivatives there, with a column for each coordinate, rate and input? */
 static bool has_derivatives(const struct scene *scene) {
     const struct refdyn_model *model = scene->model;
@@ -59,18 +69,19 @@ static bool has_derivatives(const struct scene *scene) {
         for (int k = 0; k < function.part_count; k++)
             count += gen_result_part(&scene->generation, i, k).count;
         if (strcmp(function.quantity, wanted) == 0)
-            return count == n * (2 * n + model->input_count);
+            return count == n * (2 * n + model->input_count) &&
+                   are_finite(scene, model->m > 0 ? model->d_qdd : model->d_qdd_free, count);
     }
     return false;
 }
 
-static void add_description(struct fmu *fmu) {
+static void add_text(struct fmu *fmu, const char *path, void (*put)(FILE *out, const struct fmu *fmu)) {
     char *text;
     size_t size;
     FILE *out = text_stream(&text, &size);
-    description_put_2(out, fmu);
+    put(out, fmu);
     fclose(out);
-    fmu_files_add(&fmu->files, "modelDescription.xml", text, size);
+    fmu_files_add(&fmu->files, path, text, size);
 }
 
 static void add_sources(struct fmu *fmu) {
@@ -82,25 +93,28 @@ static void add_sources(struct fmu *fmu) {
 
 static enum status write_fmu(struct fmu *fmu, const char *const *platforms) {
     struct scene *scene = fmu->scene;
-    catalogue_make(&fmu->catalogue, scene);
+    catalogue_make(&fmu->catalogue, scene, fmu->version == FMI_3);
     fmu->has_derivatives = has_derivatives(scene);
     fmu_make_sources(fmu);
-    add_description(fmu);
+    add_text(fmu, "modelDescription.xml", fmu->version == FMI_2 ? description_put_2 : description_put_3);
     for (; *platforms; platforms++)
         if (!binary_make(fmu, platform_find(*platforms)))
             return STATUS_FAULT;
     add_sources(fmu);
+    if (fmu->version == FMI_3)
+        add_text(fmu, "sources/buildDescription.xml", description_put_build);
     return archive_put(scene->result->file, &fmu->files) && target_finish(scene->result) ? STATUS_DONE
                                                                                          : STATUS_FAULT;
 }
 
 static void print_summary(const struct fmu *fmu) {
     const struct refdyn_model *model = fmu->scene->model;
-    fprintf(stderr, "%s: FMI %s, Model Exchange and Co-Simulation (%s, tolerance %g)\n", fmu->name, "2.0",
-            refdyn_method_name((int)fmu->options.method), fmu->options.tol);
+    fprintf(stderr, "%s: FMI %s, Model Exchange and Co-Simulation (%s, tolerance %g)\n", fmu->name,
+            fmu->version == FMI_2 ? "2.0" : "3.0", refdyn_method_name((int)fmu->options.method),
+            fmu->options.tol);
     fprintf(stderr, "%d states, %d inputs, %d variables, %d event indicators%s\n", 2 * model->n,
             model->input_count, fmu->catalogue.count, fmu_count_indicators(model),
-            fmu->has_derivatives ? "" : "; no directional derivatives: the form of the model has none");
+            fmu->has_derivatives ? "" : "; no directional derivatives: the model has none");
 }
 
 /* The motion's start and options, then the FMU. */
