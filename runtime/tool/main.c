@@ -183,6 +183,19 @@ static const struct command commands[] = {
          "a rest that is fixed to them, the link's mass, centre and inertia.\n\n"
          "  refdyn import robot.urdf -o robot.lua\n"
          "  refdyn import robot.urdf --flexible forearm --section tube:0.08:0.076 --E 7e10 -o robot.lua\n"},
+    {.name = "export",
+     .run = run_export,
+     .operands = "MODEL.lua",
+     .options = "fmu! output! platform until from method tol step step-max stabilise singular hold release "
+                "way set fold",
+     .output = "FILE.fmu",
+     .purpose = "a model as an FMU, for other simulators",
+     .help = "Model Exchange and Co-Simulation in one file, with libraries and all sources. Variables have "
+             "the names of\n"
+             "the columns of sim. Co-Simulation steps as sim does, by the method and the tolerance that are "
+             "given here.\n\n"
+             "  refdyn export models/manipulator.lua --set n_rfe=1 --fmu 2.0 -o manipulator.fmu\n"
+             "  refdyn export models/fourbar.lua --fmu 2.0 --platform linux64,win64 -o fourbar.fmu\n"},
     {.name = "bench",
      .run = run_bench,
      .operands = "MODEL.lua",

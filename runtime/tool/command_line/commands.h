@@ -23,6 +23,7 @@ enum status run_plot(const struct options *options);
 enum status run_view(const struct options *options);
 enum status run_merge(const struct options *options);
 enum status run_import(const struct options *options);
+enum status run_export(const struct options *options);
 enum status run_bench(const struct options *options);
 enum status run_report(const struct options *options);
 

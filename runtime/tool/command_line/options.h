@@ -50,7 +50,7 @@ struct options {
     /* NULL: not given */
     const char *output, *emit, *explain, *state, *from, *at, *method, *stabilise, *singular, *start, *hold,
         *release, *way, *summary, *vary, *steps, *tols, *methods, *inputs, *accelerations, *loops, *panel,
-        *units, *model, *draw, *table, *cases, *of, *slurm_options, *flexible, *section, *tip, *nu, *eta;
+        *units, *model, *draw, *table, *cases, *of, *slurm_options, *flexible, *section, *tip, *nu, *eta, *fmu, *platform;
     /* 0: not given */
     double until, step, step_max, tolerance, accuracy, every, modes, seconds, threads, chunks, lanes, E, rho,
         rfe, friction_width, right_angles;

@@ -1,5 +1,6 @@
 /* One build of emitted C: see build_job.h. No shell is involved, so any path will do. */
 #include "compile/build_job.h"
+#include "compile/compiler_jobs.h"
 #include "refdyn_batch.h"
 #include "text/output.h"
 #include "system/process.h"
@@ -11,8 +12,6 @@
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
-
-enum { PROCESSES = 2 };
 
 /*
  * -ffp-contract=off: a multiplication and an addition are two roundings on every machine and with every
@@ -85,105 +84,47 @@ bool toolchain_find(struct toolchain *chain) {
     return chain->program;
 }
 
-/* One run of the compiler: the words of $CC, flags, then what it is to do; behind them a NULL. */
-struct job {
-    const char **argv;
-    int argc, room;
-    const char *source, *object, *log;
-};
-
-static void add_word(struct job *job, const char *word) {
-    job->argv = memory_room(&program_memory, job->argv, job->argc + 1, &job->room, sizeof *job->argv);
-    job->argv[job->argc++] = word;
-}
-
-static void add_words(struct job *job, const char *const *words) {
-    for (; *words; words++)
-        add_word(job, *words);
-}
-
 static void object_job(struct job *job, const struct toolchain *chain, const struct build *build,
                        const char *name) {
     *job = (struct job){.source = scratch_file(&build->scratch, name)};
-    add_words(job, chain->words);
+    job_add_words(job, chain->words);
     job->object = text_format("%.*s.o", (int)strlen(job->source) - 2, job->source);
     job->log = text_format("%s.log", job->object);
-    add_words(job, compile_flags);
-    if (build->lanes && gen_is_for_lanes(name)) /* vectors gain a fifth by the passes that numbers do without */
-        add_words(job, lanes_flags(build->lanes));
+    job_add_words(job, compile_flags);
+    if (build->lanes &&
+        gen_is_for_lanes(name)) /* vectors gain a fifth by the passes that numbers do without */
+        job_add_words(job, lanes_flags(build->lanes));
     else if (build->is_gcc)
-        add_words(job, gcc_flags);
-    add_words(job, (const char *[]){"-c", job->source, "-o", job->object, NULL});
+        job_add_words(job, gcc_flags);
+    job_add_words(job, (const char *[]){"-c", job->source, "-o", job->object, NULL});
 }
 
 /* For gcc alone, and for one that knows all of its flags. */
-static void question_job(struct job *job, const struct toolchain *chain, const struct build *build) {
-    *job = (struct job){.source = scratch_file(&build->scratch, "question.c")};
-    add_words(job, chain->words);
+static void question_job(struct job *job, const struct toolchain *chain, const struct scratch *scratch) {
+    *job = (struct job){.source = scratch_file(scratch, "question.c")};
+    job_add_words(job, chain->words);
     job->log = text_format("%s.log", job->source);
-    add_words(job, gcc_flags);
-    add_words(job, (const char *[]){"-fsyntax-only", job->source, NULL});
+    job_add_words(job, gcc_flags);
+    job_add_words(job, (const char *[]){"-fsyntax-only", job->source, NULL});
 }
 
 static void link_job(struct job *job, const struct toolchain *chain, const struct build *build,
                      const struct job *objects, int count) {
     *job = (struct job){.log = text_format("%s.log", build->library)};
-    add_words(job, chain->words);
-    add_word(job, "-shared");
+    job_add_words(job, chain->words);
+    job_add_word(job, "-shared");
     for (int i = 0; i < count; i++)
-        add_word(job, objects[i].object);
-    add_words(job, (const char *[]){"-o", build->library, "-lm", NULL});
+        job_add_word(job, objects[i].object);
+    job_add_words(job, (const char *[]){"-o", build->library, "-lm", NULL});
 }
 
-static void show_log(const struct job *job) {
-    fputs("refdyn: the compiler failed:", stderr);
-    for (int i = 0; i < job->argc; i++)
-        fprintf(stderr, " %s", job->argv[i]);
-    fputc('\n', stderr);
-    file_copy(job->log, stderr);
-}
-
-static bool start(struct process *process, const struct scratch *scratch, const struct job *job) {
-    const int error = process_start(process, scratch, job->argv, NULL, job->log, NULL);
-    if (error)
-        fprintf(stderr, "refdyn: the compiler '%s' could not be started: %s\n", job->argv[0],
-                strerror(error));
-    return error == 0;
-}
-
-/* Runs all jobs, PROCESSES at a time; after a failure no new one is started. Have all gone well? */
-static bool run_jobs(const struct scratch *scratch, const struct job *jobs, int count, long *peak_kb) {
-    struct process running[PROCESSES] = {{.pid = 0}};
-    const struct job *of[PROCESSES] = {NULL};
-    bool is_good = true;
-    for (int next = 0, active = 0; active > 0 || (is_good && next < count);) {
-        while (is_good && next < count && active < PROCESSES) {
-            int free_place = running[0].pid == 0 ? 0 : 1;
-            of[free_place] = &jobs[next++];
-            is_good = start(&running[free_place], scratch, of[free_place]);
-            active += is_good;
-        }
-        int done = active ? process_wait(running, PROCESSES) : -1;
-        if (done < 0)
-            return false;
-        active--;
-        if (running[done].result != 0) {
-            show_log(of[done]);
-            is_good = false;
-        }
-        if (running[done].peak_kb > *peak_kb)
-            *peak_kb = running[done].peak_kb;
-    }
-    return is_good;
-}
-
-/* Is $CC gcc? What it says to the question is not shown. */
-static bool is_gcc(const struct toolchain *chain, const struct build *build) {
+/* What it says to the question is not shown. */
+bool toolchain_is_gcc(const struct toolchain *chain, const struct scratch *scratch) {
     struct job job;
     struct process process;
-    question_job(&job, chain, build);
-    return scratch_write(&build->scratch, "question.c", gcc_question, strlen(gcc_question)) &&
-           process_start(&process, &build->scratch, job.argv, NULL, job.log, NULL) == 0 &&
+    question_job(&job, chain, scratch);
+    return scratch_write(scratch, "question.c", gcc_question, strlen(gcc_question)) &&
+           process_start(&process, scratch, job.argv, NULL, job.log, NULL) == 0 &&
            process_wait(&process, 1) == 0 && process.result == 0;
 }
 
@@ -196,10 +137,10 @@ static bool compile_and_link(struct build *build, const struct toolchain *chain,
                              struct build_cost *cost) {
     struct job link;
     double start = wall_seconds();
-    if (!run_jobs(&build->scratch, jobs, count, &cost->peak_kb))
+    if (!jobs_run(&build->scratch, jobs, count, &cost->peak_kb))
         return false;
     link_job(&link, chain, build, jobs, count);
-    bool is_good = run_jobs(&build->scratch, &link, 1, &cost->peak_kb);
+    bool is_good = jobs_run(&build->scratch, &link, 1, &cost->peak_kb);
     cost->seconds = wall_seconds() - start;
     for (int i = 0; i < count; i++)
         cost->object_bytes += file_size(jobs[i].object);
@@ -220,7 +161,7 @@ bool build_run(struct build *build, const struct toolchain *chain, const struct 
         scratch_write(&build->scratch, "refdyn_model.h", refdyn_model_header, refdyn_model_header_size) &&
         scratch_write(&build->scratch, "refdyn_lanes.h", refdyn_lanes_header, refdyn_lanes_header_size);
     build->library = scratch_file(&build->scratch, "model.so");
-    build->is_gcc = is_gcc(chain, build);
+    build->is_gcc = toolchain_is_gcc(chain, &build->scratch);
     for (int i = 0; i < count && is_good; i++) {
         is_good = scratch_write(&build->scratch, files[i].name, files[i].text, files[i].length);
         if (is_good && is_source(files[i].name))

@@ -27,6 +27,8 @@ const char *const *lanes_flags(int width);
 
 /* Complains on stderr when there is none. */
 bool toolchain_find(struct toolchain *chain);
+/* Is it gcc, and one that knows all of gcc_flags? clang says that it is gcc, too. */
+bool toolchain_is_gcc(const struct toolchain *chain, const struct scratch *scratch);
 
 struct build {
     struct scratch scratch; /* open: all that is made lies in it */

@@ -170,6 +170,14 @@ void *cache_load(const struct cache *cache, const char *key, int *file) {
     return library;
 }
 
+const char *cache_find(const struct cache *cache, const char *key) {
+    const int file = open_library(cache, key);
+    if (file < 0)
+        return NULL;
+    close(file);
+    return text_format("%s/%s.so", cache->path, key);
+}
+
 /* Writes the seal behind the library, which nobody else may write from then on. */
 static bool seal(const char *library) {
     char text[SEAL_LENGTH];

@@ -22,6 +22,8 @@ bool cache_open(struct cache *cache);
 /* The library KEY.so, as dlopen gives it, and the descriptor that it came from, to be closed after dlclose;
  * NULL: it is not there, not whole or not this user's. */
 void *cache_load(const struct cache *cache, const char *key, int *file);
+/* The path of KEY.so, checked as for loading, for a linker to read; NULL: as above. */
+const char *cache_find(const struct cache *cache, const char *key);
 /* Seals the library and moves it into the cache as KEY.so. Complains on stderr when it cannot. */
 bool cache_add(const struct cache *cache, const char *key, const char *library);
 void cache_close(struct cache *cache);

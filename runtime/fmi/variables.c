@@ -1,0 +1,79 @@
+/* Value references: see variables.h. */
+#include "fmi/variables.h"
+
+#include <stddef.h>
+
+int fmu_count_indicators(const struct refdyn_model *model) {
+    return model->event_count + model->kink_count + model->switch_count;
+}
+
+int fmu_count_variables(const struct refdyn_model *model, const struct refdyn_spatial *spatial,
+                        enum fmu_kind kind) {
+    const int angular = spatial ? 3 * spatial->count : 0;
+    switch (kind) {
+    case FMU_TIME:
+        return 1;
+    case FMU_COORDINATE:
+    case FMU_RATE:
+    case FMU_COORDINATE_CHANGE:
+    case FMU_ACCELERATION:
+        return model->n;
+    case FMU_POSITION:
+    case FMU_VELOCITY:
+    case FMU_POINT_ACCELERATION:
+        return 3 * model->point_count;
+    case FMU_PHI:
+    case FMU_PSI:
+    case FMU_MULTIPLIER:
+        return model->m;
+    case FMU_ENERGY:
+        return model->energy ? 3 : 0;
+    case FMU_FORCE:
+        return model->m > 0 ? model->n : 0;
+    case FMU_INPUT:
+        return model->input_count;
+    case FMU_COURSE:
+        return model->course_count;
+    case FMU_ANGULAR_VELOCITY:
+    case FMU_ANGULAR_ACCELERATION:
+        return angular;
+    case FMU_PARAMETER:
+        return model->parameter_count;
+    case FMU_INDICATOR:
+        return fmu_count_indicators(model);
+    case FMU_KIND_COUNT:
+        break;
+    }
+    return 0;
+}
+
+int fmu_has_row(const struct refdyn_model *model, enum fmu_kind kind, int row) {
+    const enum refdyn_row_level level = model->rows[row].level;
+    return kind == FMU_PHI ? level == REFDYN_POSITION : kind != FMU_PSI || level != REFDYN_ACCELERATION;
+}
+
+unsigned fmu_reference(const struct refdyn_model *model, const struct refdyn_spatial *spatial,
+                       struct fmu_variable variable) {
+    int before = 0;
+    for (int kind = 0; kind < (int)variable.kind; kind++)
+        before += fmu_count_variables(model, spatial, (enum fmu_kind)kind);
+    return (unsigned)(before + variable.index);
+}
+
+struct fmu_variable fmu_find_variable(const struct refdyn_model *model, const struct refdyn_spatial *spatial,
+                                      unsigned reference) {
+    for (int kind = 0; kind < FMU_KIND_COUNT; kind++) {
+        const unsigned count = (unsigned)fmu_count_variables(model, spatial, (enum fmu_kind)kind);
+        if (reference < count)
+            return (struct fmu_variable){(enum fmu_kind)kind, (int)reference};
+        reference -= count;
+    }
+    return (struct fmu_variable){FMU_KIND_COUNT, 0};
+}
+
+int fmu_is_set_by_events(const struct refdyn_model *model, enum refdyn_changed what, int place) {
+    for (int i = 0; i < model->change_count; i++)
+        if (model->changes[i].what == what && model->changes[i].place == place)
+            return 1;
+    return 0;
+}
