@@ -1,13 +1,15 @@
-"""The models of the gallery against closed forms and identities."""
+"""The models of the gallery against closed forms, published figures and identities; their page."""
 import json
 import re
+import struct
 
 import mpmath
 import numpy
 import pytest
 from numpy import arctan2, cos, pi, sin, sqrt
 
-from program import LONG, MODELS, SCALE, check, close, evaluate, motion, refdyn, settings
+import draw_gallery
+from program import LONG, MODELS, SCALE, SOURCE, all_models, check, close, evaluate, motion, refdyn, settings
 
 FINE = ["--method", "rk8", "--tol", "1e-12", "--stabilise", "project"]
 
@@ -569,3 +571,27 @@ def test_writer():
            close("stem", place[0, first], 0.3 - 0.1 * smooth(t[first], 0, 0.1 / 0.15), 1e-12),
            close("leg", 0.03 * line[:, 0], 0.05 * line[:, 1], 1e-12, 1),
            close("angles", states(run, names)[0].T, writer_angles(*place), 1e-12)])
+
+
+# ---- The page ----
+
+def test_every_model_has_its_picture_and_its_command():
+    page = draw_gallery.PAGE.read_text()
+    names = [path.stem for path in all_models()]
+    assert sorted(draw_gallery.commands()) == sorted(draw_gallery.SEEN) == names
+    assert sorted(path.stem for path in draw_gallery.PICTURES.iterdir()) == names
+    for name in names:
+        assert page.count(f"| ![{name}](gallery/{name}.png) | **[{name}](../models/{name}.lua)**: ") == 1, name
+        head = (draw_gallery.PICTURES / f"{name}.png").read_bytes()
+        assert head[1:4] == b"PNG" and struct.unpack(">II", head[16:24]) == draw_gallery.SIZE and len(head) < 40_000, name
+
+
+def test_models_are_short_and_tell_their_source():
+    for path in all_models():
+        lines = path.read_text().splitlines()
+        assert len(lines) < 60 and lines[0].startswith("-- "), path
+
+
+@pytest.mark.parametrize("name", sorted(draw_gallery.SEEN) if LONG else ["chain", "spinup"])
+def test_commands_of_the_page_run(name, tmp_path):
+    refdyn(*draw_gallery.commands()[name], "-o", tmp_path / "run.csv", cwd=SOURCE)
