@@ -14,7 +14,7 @@ local p  = rd.parameters {
 
 -- Each joint turns about z; then come d along z, a along x and alpha about x, and in that frame stand the mass data.
 local axes = {
-  { alpha = rd.pi / 2, motor = 2e-4, gear = -62.6111, body = { mass = 1, inertia = { yy = 0.35 } } },  -- mass: unused
+  { alpha = rd.pi / 2, motor = 2e-4, gear = -62.6111, body = { mass = 40, inertia = { yy = 0.35 } } },  -- mass: unused
   { a = 0.4318, start = rd.pi / 4, motor = 2e-4, gear = 107.815,
     body = { mass = 17.4, center = { -0.3638, 0.006, 0.2275 }, inertia = { xx = 0.13, yy = 0.524, zz = 0.539 } } },
   { d = 0.15005, a = 0.0203, alpha = -rd.pi / 2, start = rd.pi, motor = 2e-4, gear = -53.7063,

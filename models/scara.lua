@@ -1,18 +1,19 @@
 -- A SCARA robot with two flexible links, on the cycle by which such robots are compared: 25 mm up, 305 mm across, 25 mm
--- down. Its motors follow the angles that rigid links would need, and the tool swings after it has stopped. Lengths are
--- those of ABB's IRB 910SC-3/0.65; sections and masses are our own. Checked with rigid links by the cycle and by the
--- torques of a two-link arm in closed form, with flexible ones by Castigliano's theorem: how far the tool sags.
+-- down, and back. Its motors follow the angles that rigid links would need, and the tool swings. Lengths are those of
+-- ABB's IRB 910SC-3/0.65; sections and masses are our own. Checked with rigid links by the cycle and by the torques of a
+-- two-link arm in closed form, with flexible ones by Castigliano's theorem: how far the tool sags.
 local rd = require "refdyn"
 local n  = rd.option("n_rfe", 2, { from = 1 })                          -- of each link
 local p  = rd.parameters {
   { "L1", 0.4, "m" }, { "L2", 0.25, "m" }, { "E", 7e10, "Pa" }, { "nu", 0.33, "1" }, { "rho", 2700, "kg/m^3" },
   { "m_elbow", 1.5, "kg" }, { "m_tool", 1, "kg" }, { "g", 9.81, "m/s^2" },
-  { "x", 0.4, "m" }, { "across", 0.305, "m" }, { "up", 0.025, "m" }, { "T", 0.4, "s" },
+  { "x", 0.4, "m" }, { "across", 0.305, "m" }, { "up", 0.025, "m" }, { "T", 0.75, "s" },
 }
 
--- Where the tool is to be, and which angles lead there.
-local function y_of(t) return p.across * (rd.smoothstep(t, 0.1 * p.T, 0.9 * p.T) - 0.5) end
-local function z_of(t) return p.up * (rd.smoothstep(t, 0, 0.2 * p.T) - rd.smoothstep(t, 0.8 * p.T, p.T)) end
+-- Where the tool is to be, and which angles lead there; T is the time of one way.
+local function step(t, from, to) return rd.smoothstep(t, from * p.T, to * p.T) end
+local function y_of(t) return p.across * (step(t, 0.1, 0.9) - step(t, 1.1, 1.9) - 0.5) end
+local function z_of(t) return p.up * (step(t, 0, 0.2) - step(t, 0.8, 1) + step(t, 1, 1.2) - step(t, 1.8, 2)) end
 local function angles(t)
   local x, y  = p.x, y_of(t)
   local lower = rd.acos((x^2 + y^2 - p.L1^2 - p.L2^2) / (2 * p.L1 * p.L2))

@@ -358,9 +358,15 @@ def smooth(t, start, end):
     return 3 * part**2 - 2 * part**3
 
 
+def scara_course(t):
+    """Across, and up: there and back, 0.75 s each."""
+    ways = [smooth(t, 0.75 * start, 0.75 * end) for start, end in ((0.1, 0.9), (1.1, 1.9), (0, 0.2), (0.8, 1), (1, 1.2), (1.8, 2))]
+    return 0.305 * (ways[0] - ways[1] - 0.5), 0.025 * (ways[2] - ways[3] + ways[4] - ways[5])
+
+
 def scara_angles(t):
     """Of rigid links, whose tool goes across at x = 0.4 m."""
-    (l1, l2), y = SCARA_LENGTHS, 0.305 * (smooth(t, 0.04, 0.36) - 0.5)
+    (l1, l2), y = SCARA_LENGTHS, scara_course(t)[0]
     lower = numpy.arccos((0.16 + y**2 - l1**2 - l2**2) / (2 * l1 * l2))
     return numpy.array([arctan2(y, 0.4) - arctan2(l2 * sin(lower), l1 + l2 * cos(lower)), lower])
 
@@ -379,12 +385,12 @@ def scara_torques(q, qd, qdd):
 
 
 def test_scara_with_stiff_links():
-    run, _, summary = motion(model("scara"), "--set", "n_rfe=1", "--until", 0.5, "--every", 0.013, *FINE)
+    run, _, summary = motion(model("scara"), "--set", "n_rfe=1", "--until", 1.7, "--every", 0.031, *FINE)
     t, h = run["t"], 1e-4
     before, q, after = (scara_angles(t + dt) for dt in (-h, 0, h))
     torques = scara_torques(q, (after - before) / (2 * h), (after - 2 * q + before) / h**2)
-    check([close("across", [run["tool_x"], run["tool_y"]], [0.4 + 0 * t, 0.305 * (smooth(t, 0.04, 0.36) - 0.5)], 1e-12),
-           close("up", run["tool_z"], 0.075 + 0.025 * (smooth(t, 0, 0.08) - smooth(t, 0.32, 0.4)), 1e-12),
+    check([close("across", [run["tool_x"], run["tool_y"]], [0.4 + 0 * t, scara_course(t)[0]], 1e-12),
+           close("up", run["tool_z"], 0.075 + scara_course(t)[1], 1e-12),
            close("upper torque", run["force_upper_psi"], torques[0], 1e-6),
            close("lower torque", run["force_lower_psi"], torques[1], 1e-6), balanced(summary, 1e-9)])
 

@@ -137,7 +137,7 @@ def test_keys(said):
 
 
 AIMED = """
-const {camera} = page.stage, place = camera.lens.position.clone().sub(camera.target), up = new THREE.Vector3(...camera.axes[2]);
+const {camera} = page.stage, place = camera.lens.position.clone().sub(camera.target), up = camera.axes[2];
 const said = {azimuth: camera.azimuth, height: Math.asin(place.dot(up) / place.length()), nearer: fittingDistance(camera) / place.length()};
 said.home = camera.home.clone().project(camera.lens).toArray().slice(0, 2);
 said.home[0] *= camera.aspect;
