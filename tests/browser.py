@@ -34,7 +34,7 @@ def ask(page, script, fragment=""):
     return json.loads(found.group(1).replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&")), said
 
 
-def photograph(page, fragment, picture):
+def photograph(page, fragment, picture, *options):
     """A picture of the page as PNG."""
-    done = run(page, fragment, "--virtual-time-budget=2000", f"--screenshot={picture}")
+    done = run(page, fragment, "--virtual-time-budget=2000", *options, f"--screenshot={picture}")
     assert pathlib.Path(picture).exists(), done.stderr[-2000:]

@@ -1,13 +1,15 @@
-"""The models of the gallery against closed forms and identities."""
+"""The models of the gallery against closed forms, published figures and identities; their page."""
 import json
 import re
+import struct
 
 import mpmath
 import numpy
 import pytest
 from numpy import arctan2, cos, pi, sin, sqrt
 
-from program import MODELS, SCALE, check, close, evaluate, motion, refdyn, settings
+import draw_gallery
+from program import LONG, MODELS, SCALE, SOURCE, all_models, check, close, evaluate, motion, refdyn, settings
 
 FINE = ["--method", "rk8", "--tol", "1e-12", "--stabilise", "project"]
 
@@ -344,3 +346,258 @@ def test_branched_tree():
     check([close("total mass", M[numpy.ix_(slides, slides)], total * numpy.eye(3), 1e-14),
            close("nod", run["tail_phi"], nod, 1e-12),
            close("reach", run["phi_1"], 0 * nod, 1e-9), balanced(summary, 1e-9)])
+
+
+# ---- SCARA ----
+
+SCARA_LENGTHS, SCARA_SECTIONS = (0.4, 0.25), [(pi / 4 * d**2 * 0.19, pi / 64 * d**4 * (1 - 0.9**4)) for d in (0.04, 0.03)]
+
+
+def smooth(t, start, end):
+    part = numpy.clip((t - start) / (end - start), 0, 1)
+    return 3 * part**2 - 2 * part**3
+
+
+def scara_course(t):
+    """Across, and up: there and back, 0.75 s each."""
+    ways = [smooth(t, 0.75 * start, 0.75 * end) for start, end in ((0.1, 0.9), (1.1, 1.9), (0, 0.2), (0.8, 1), (1, 1.2), (1.8, 2))]
+    return 0.305 * (ways[0] - ways[1] - 0.5), 0.025 * (ways[2] - ways[3] + ways[4] - ways[5])
+
+
+def scara_angles(t):
+    """Of rigid links, whose tool goes across at x = 0.4 m."""
+    (l1, l2), y = SCARA_LENGTHS, scara_course(t)[0]
+    lower = numpy.arccos((0.16 + y**2 - l1**2 - l2**2) / (2 * l1 * l2))
+    return numpy.array([arctan2(y, 0.4) - arctan2(l2 * sin(lower), l1 + l2 * cos(lower)), lower])
+
+
+def scara_torques(q, qd, qdd):
+    """Two links in a plane: hub, beams with their sections' inertia, elbow, quill, and the rotors, each at its own joint alone."""
+    (l1, l2), [(A1, I1), (A2, I2)] = SCARA_LENGTHS, SCARA_SECTIONS
+    m1, m2 = 2700 * A1 * l1, 2700 * A2 * l2
+    upper = 4 * 0.1**2 / 8 + m1 * l1**2 / 3 + 2700 * I1 * l1 + 2e-5 * 80**2
+    lower = 1.5 * 0.06**2 / 8 + m2 * l2**2 / 3 + 2700 * I2 * l2 + l2**2 + 0.02**2 / 8
+    coupling, carried = l1 * (m2 * l2 / 2 + l2), 1.5 + m2 + 1
+    M11, M12 = upper + carried * l1**2 + lower + 2 * coupling * cos(q[1]), lower + coupling * cos(q[1])
+    bend = coupling * sin(q[1])
+    return (M11 * qdd[0] + M12 * qdd[1] - bend * (2 * qd[0] + qd[1]) * qd[1],
+            M12 * qdd[0] + (lower + 1e-5 * 50**2) * qdd[1] + bend * qd[0]**2)
+
+
+def test_scara_with_stiff_links():
+    run, _, summary = motion(model("scara"), "--set", "n_rfe=1", "--until", 1.7, "--every", 0.031, *FINE)
+    t, h = run["t"], 1e-4
+    before, q, after = (scara_angles(t + dt) for dt in (-h, 0, h))
+    torques = scara_torques(q, (after - before) / (2 * h), (after - 2 * q + before) / h**2)
+    check([close("across", [run["tool_x"], run["tool_y"]], [0.4 + 0 * t, scara_course(t)[0]], 1e-12),
+           close("up", run["tool_z"], 0.075 + scara_course(t)[1], 1e-12),
+           close("upper torque", run["force_upper_psi"], torques[0], 1e-6),
+           close("lower torque", run["force_lower_psi"], torques[1], 1e-6), balanced(summary, 1e-9)])
+
+
+def test_scara_sags():
+    """Castigliano: bending of both links, and torsion of the first by what the second weighs beside its axis. Small gravity keeps it
+    linear, and extrapolation is exact."""
+    (l1, l2), [(A1, I1), (A2, I2)], g = SCARA_LENGTHS, SCARA_SECTIONS, 1e-3
+    w1, w2, P, E = 2700 * A1 * g, 2700 * A2 * g, 1 * g, 7e10
+    lower = scara_angles(0)[1]
+    load, moment = P + w2 * l2 + 1.5 * g, P * l2 + w2 * l2**2 / 2
+    along, across = moment * cos(lower), moment * sin(lower)
+    slope = (load * l1**2 / 2 + along * l1 + w1 * l1**3 / 6) / (E * I1)
+    sag = ((load * l1**3 / 3 + along * l1**2 / 2 + w1 * l1**4 / 8) / (E * I1) + slope * l2 * cos(lower)
+           + across * l1 / (2 * I1 * E / (2 * 1.33)) * l2 * sin(lower) + (P * l2**3 / 3 + w2 * l2**4 / 8) / (E * I2))
+    found = [0.075 - statics("scara", "--hold", "", n_rfe=n, g=g)["points"]["tool"][2] for n in (2, 3)]
+    check([close("sag", [found[1] + (found[1] - found[0]) / 3], [sag], 1e-7)])
+
+
+# ---- Puma 560 ----
+
+def test_puma():
+    """The published inertia of the third link is one that no body has: 0.0075 kg m^2 more of it act on the second and third axes."""
+    rigid = evaluate(model("puma"), {}, *settings({"n_rfe": 1, "rho": 1e-12}))
+    M = [[3.6594, -0.4044, 0.1006, -0.0025, 0, 0], [-0.4044, 4.4137, 0.3509, 0, 0.0024, 0], [0.1006, 0.3509, 0.9378, 0, 0.0015, 0],
+         [-0.0025, 0, 0, 0.1925, 0, 0], [0, 0.0024, 0.0015, 0, 0.1713, 0], [0, 0, 0, 0, 0, 0.1941]]
+    more = numpy.outer([0, 1, 1, 0, 0, 0], [0, 1, 1, 0, 0, 0])
+    check([close("M", numpy.array(rigid["M"]) + 0.0075 * more, M, 6e-5, 1), close("weight", rigid["Q"], [0, -31.6399, -6.0351, 0, -0.0283, 0], 6e-5, 1),
+           close("pose", rigid["points"]["tool"]["r"], [0.5963 + 0.05625, -0.1501, 0.672 - 0.01435], 6e-5, 1)])
+
+
+def test_puma_keeps_its_line():
+    names = names_of("puma")
+    run, _, summary = motion(model("puma"), "--from", "statics", "--until", 2, "--every", 0.05)
+    x, z = (2 * 0.4318 - 0.0203) / sqrt(2) + 0.05625, 0.672 - 0.0203 / sqrt(2)
+    place = numpy.array([x + 0 * run["t"], 0.5 * smooth(run["t"], 0, 1.5) - 0.15005, z + 0 * run["t"]])
+    level = [evaluate(model("puma"), {"q": list(at)})["phi"] for at in states(run, names)[0][::10]]
+    bent = max(abs(run["forearm_theta_1"]).max(), abs(run["forearm_psi_1"]).max())
+    assert 3e-4 < bent < 1e-2
+    check([close("tool", [run[f"tool_{axis}"] for axis in "xyz"], place, 1e-9), balanced(summary, 1e-6),
+           close("level", [row[3:] for row in level], numpy.zeros((len(level), 3)), 1e-9, 1)])
+
+
+# ---- Stewart platform ----
+
+def stewart_pose(t):
+    """Height, and the rotation Rx(roll) Rz(turn)."""
+    w = smooth(t, 0, 1)
+    roll, turn = 0.15 * w * cos(3 * t), 0.2 * w * sin(6 * t)
+    Rx = numpy.array([[1, 0, 0], [0, cos(roll), -sin(roll)], [0, sin(roll), cos(roll)]])
+    return 1 + 0.1 * w * sin(3 * t), Rx @ [[cos(turn), -sin(turn), 0], [sin(turn), cos(turn), 0], [0, 0, 1]]
+
+
+def stewart_circle(radius, offset):
+    angles = numpy.array([2 * pi / 3 * (i // 2) - offset * (1, -1)[i % 2] for i in range(6)])
+    return radius * numpy.array([cos(angles), sin(angles), 0 * angles]).T
+
+
+@pytest.mark.parametrize("legs", ["light", "heavy"] if LONG else ["light"])
+def test_stewart_platform_moves_as_programmed(legs):
+    run, _, summary = motion(model("stewart"), "--set", f"legs={legs}", "--until", 2, "--every", 0.1, "--tol", "1e-9")
+    height, R = zip(*(stewart_pose(t) for t in run["t"]))
+    deck = numpy.array(R)[:, :, 0] / 2
+    deck[:, 2] += height
+    check([close("deck", [run[f"deck_{axis}"] for axis in "xyz"], deck.T, 1e-9), balanced(summary, 1e-7)]
+          + [close(axis, run[f"platform_{axis}"], (0 * run["t"], height)[axis == "z"], 1e-9, 1) for axis in "xyz"])
+
+
+def test_stewart_platform_at_rest(tmp_path):
+    """A leg's weight beside its foot is borne by a force across it at the platform; forces along the legs balance the platform."""
+    state = tmp_path / "state.json"
+    state.write_text('{"t": 1.3}')
+    found = json.loads(refdyn("statics", model("stewart"), "--set", "legs=heavy", "--state", state).stdout)
+    height, R = stewart_pose(1.3)
+    feet, arms = stewart_circle(0.8, 0.2), stewart_circle(0.5, 0.85) @ R.T
+    legs = arms + [0, 0, height] - feet
+    lengths = numpy.linalg.norm(legs, axis=1)
+    u, weight = legs / lengths[:, None], numpy.array([0, 0, -9.81])
+    across = ((6 * 0.3 + 3 * (lengths - 0.3)) / lengths)[:, None] * (weight - numpy.outer(u @ weight, 1) * u)
+    load = numpy.concatenate([80 * weight + across.sum(axis=0), numpy.cross(arms, across).sum(axis=0)])
+    along = numpy.linalg.solve(numpy.vstack([u.T, numpy.cross(arms, u).T]), -load)
+    pushes = dict(zip(found["rows"], found["lambda"]))
+    check([close("legs", [pushes[f"leg {i}"] for i in range(1, 7)], along - 3 * u @ weight, 1e-10),
+           close("deck", found["points"]["deck"], R[:, 0] / 2 + [0, 0, height], 1e-12)])
+
+
+# ---- spin-up ----
+
+def spinup_deflections(times, size=5, step=4e-3):
+    """Of the tip, by polynomials x^2 ... and the fourth-order rule: bending, tension rho A w^2 (L^2 - x^2) / 2, its softening in the plane, and lag."""
+    L, EI, mass = 10, 1.4e4, 1.2
+    k = numpy.arange(2, size + 2)
+    power = k[:, None] + k
+    M, bending = mass * L / (power + 1), EI * numpy.multiply.outer(k * (k - 1), k * (k - 1)) / (power - 3) / L**3
+    tension = mass * L * numpy.outer(k, k) * (1 / (power - 1) - 1 / (power + 1)) / 2
+    lag = mass * L**2 / (k + 2)
+    inverse = numpy.linalg.inv(M)
+    stiff, stiffening, pull = inverse @ bending, inverse @ tension - numpy.eye(size), inverse @ lag
+
+    def slope(t, y):
+        rising = min(t, 15)
+        rate, acceleration = 0.4 * rising - 6 / (2 * pi) * sin(2 * pi * rising / 15), 0.4 * (1 - cos(2 * pi * rising / 15)) * (t < 15)
+        return numpy.concatenate([y[size:], -(stiff + rate**2 * stiffening) @ y[:size] - acceleration * pull])
+
+    y, t, found = numpy.zeros(2 * size), 0.0, []
+    for until in times:
+        steps = round((until - t) / step)
+        for h in [(until - t) / max(steps, 1)] * steps:
+            k1 = slope(t, y)
+            k2 = slope(t + h / 2, y + h / 2 * k1)
+            k3 = slope(t + h / 2, y + h / 2 * k2)
+            y, t = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + slope(t + h, y + h * k3)), t + h
+        found.append(y[:size].sum())
+    return numpy.array(found)
+
+
+def test_spinup():
+    """The theory is linear in the deflection, which is 6 % of the length; the beam of elements converges with (n - 1)^-2."""
+    coarse, fine = (motion(model("spinup"), "--set", f"n_rfe={n}", "--until", 20, "--every", 0.1, "--tol", "1e-8")[0] for n in (8, 15))
+    extrapolated = fine["deflection"] + (fine["deflection"] - coarse["deflection"]) / 3
+    theory = spinup_deflections(fine["t"])
+    assert -0.575 < theory.min() < -0.573 and abs(fine["t"][theory.argmin()] - 6.8) < 0.11
+    check([close("deflection", extrapolated, theory, 4e-3)])
+
+
+# ---- chain ----
+
+def hanging_slopes(n, pull=1.2, weight=0.6 * 9.81):
+    return numpy.arctan(weight / n * (n - 1 - 2 * numpy.arange(n)) / (2 * pull))
+
+
+def test_chain_hangs(tmp_path):
+    """From another place of the same span it comes to the polygon, whose sag goes to the catenary's with n^-2."""
+    state = tmp_path / "state.json"
+    start = hanging_slopes(12) + 0.3 * sin(2 * numpy.arange(12))
+    state.write_text(json.dumps({"q": list(numpy.diff(start, prepend=0))}))
+    found = json.loads(refdyn("statics", model("chain"), "--state", state, "--way", "downhill").stdout)
+    sags = [-statics("chain", bars=n)["points"]["middle"][2] for n in (12, 24)]
+    a = 1.2 * 3 / (0.6 * 9.81)
+    catenary = sqrt(1.5**2 + a**2) - a
+    check([close("slopes", numpy.cumsum(found["q"]), hanging_slopes(12), 1e-8), close("pull", found["lambda"], [1.2, 0.3 * 9.81], 1e-8),
+           close("sag", [sags[1] + (sags[1] - sags[0]) / 3], [catenary], 1e-4)])
+
+
+@pytest.mark.skipif(not LONG, reason="REFDYN_LONG: fine bars take long to compile")
+def test_chain_falls():
+    """Folded closely and released at once, its end falls ahead of a stone."""
+    run, _, summary = motion(model("chain"), *settings({"bars": 60, "pull": 0.004, "release": 0}), "--until", 0.75, "--every", 0.002, "--tol", "1e-7")
+    lowest = run["t"][run["tip_z"].argmin()]
+    check([close("fall", [lowest / sqrt(2 * 3 / 9.81)], [0.847], 2e-2), balanced(summary, 1e-6)])
+
+
+# ---- An arm that writes ----
+
+STROKES = [((0, 0), (0, 1)), ((0, 1), (0, 0.5)), ((0.25, 0.5), (0.55, 0)), ((1.3, 0.45), (1.3, 0.15)), ((1.3, 1), (1.3, 0))]
+
+
+def on_sheet(points):
+    return numpy.array([(0.3 - 0.1 * up, 0.1 * right - 0.065) for right, up in points])
+
+
+def writer_angles(x, y, z):
+    """Elbow up, the hand straight down: the triangle of shoulder, elbow and wrist."""
+    upper, fore, r, h = 0.25, 0.16, numpy.hypot(x, y), z + 0.172 - 0.3
+    far = numpy.hypot(r, h)
+    shoulder = -arctan2(h, r) - numpy.arccos((upper**2 + far**2 - fore**2) / (2 * upper * far))
+    elbow = pi - numpy.arccos((upper**2 + fore**2 - far**2) / (2 * upper * fore))
+    return [arctan2(y, x), shoulder, elbow, pi / 2 - shoulder - elbow]
+
+
+def test_writer():
+    """The pen is down between the ends of each stroke and nowhere else, and draws straight ones as the smooth step says."""
+    run, _, summary = motion(model("writer"), "--until", 7, "--every", 0.001)
+    t, place = run["t"], numpy.array([run[f"pen_{axis}"] for axis in "xyz"])
+    down = numpy.concatenate([[0], abs(place[2]) < 1e-12, [0]]).astype(int)
+    begins, ends = numpy.flatnonzero(numpy.diff(down) > 0), numpy.flatnonzero(numpy.diff(down) < 0) - 1
+    assert len(begins) == len(ends) == len(STROKES), t[begins]
+    seen = numpy.array([(place[:2, begin], place[:2, end]) for begin, end in zip(begins, ends)])
+    first, third = t < 0.1 / 0.15, slice(begins[2], ends[2] + 1)
+    line = place[:2, third].T - on_sheet([(0.25, 0.5)])
+    names = names_of("writer")
+    assert numpy.ptp(place[0]) > 0.099 and numpy.ptp(place[1]) > 0.129 and place[2].max() > 0.029
+    check([close("strokes", seen, [on_sheet(stroke) for stroke in STROKES], 2e-5, 1), balanced(summary, 1e-3),
+           close("stem", place[0, first], 0.3 - 0.1 * smooth(t[first], 0, 0.1 / 0.15), 1e-12),
+           close("leg", 0.03 * line[:, 0], 0.05 * line[:, 1], 1e-12, 1),
+           close("angles", states(run, names)[0].T, writer_angles(*place), 1e-12)])
+
+
+# ---- The page ----
+
+def test_every_model_has_its_picture_and_its_command():
+    page = draw_gallery.PAGE.read_text()
+    names = [path.stem for path in all_models()]
+    assert sorted(draw_gallery.commands()) == sorted(draw_gallery.SEEN) == names
+    assert sorted(path.stem for path in draw_gallery.PICTURES.iterdir()) == names
+    for name in names:
+        assert page.count(f"| ![{name}](gallery/{name}.png) | **[{name}](../models/{name}.lua)**: ") == 1, name
+        head = (draw_gallery.PICTURES / f"{name}.png").read_bytes()
+        assert head[1:4] == b"PNG" and struct.unpack(">II", head[16:24]) == draw_gallery.SIZE and len(head) < 40_000, name
+
+
+def test_models_are_short_and_tell_their_source():
+    for path in all_models():
+        lines = path.read_text().splitlines()
+        assert len(lines) < 60 and lines[0].startswith("-- "), path
+
+
+@pytest.mark.parametrize("name", sorted(draw_gallery.SEEN) if LONG else ["chain", "spinup"])
+def test_commands_of_the_page_run(name, tmp_path):
+    refdyn(*draw_gallery.commands()[name], "-o", tmp_path / "run.csv", cwd=SOURCE)

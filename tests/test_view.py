@@ -136,6 +136,40 @@ def test_keys(said):
     assert said["forces"] == [True, True] and said["turned"] > 0 and said["nearer"] and said["view"] == "top" and said["theme"] == "dark"
 
 
+AIMED = """
+const {camera} = page.stage, place = camera.lens.position.clone().sub(camera.target), up = camera.axes[2];
+const said = {azimuth: camera.azimuth, height: Math.asin(place.dot(up) / place.length()), nearer: fittingDistance(camera) / place.length()};
+said.home = camera.home.clone().project(camera.lens).toArray().slice(0, 2);
+said.home[0] *= camera.aspect;
+const hidden = () => [...document.querySelectorAll("header, aside, footer, #places, #cell")].map((element) => getComputedStyle(element).display === "none");
+said.alone = hidden();
+said.wide = byId("stage").clientWidth === document.body.clientWidth;
+location.hash = "#alone=0";
+readFragment(clock, actions);
+said.back = hidden();
+return said;
+"""
+
+
+def test_the_camera_of_a_fragment(page):
+    """What is moved by a tenth of the picture's height is 0.2 off, where the picture reaches from -1 to 1 in height."""
+    said, _ = browser.ask(page, AIMED, "#alone=1&azimuth=-30&height=50&nearer=2&right=0.1&up=-0.2")
+    assert said["azimuth"] == pytest.approx(-np.pi / 6) and said["height"] == pytest.approx(np.deg2rad(50)) and said["nearer"] == pytest.approx(2)
+    assert said["home"] == pytest.approx([0.2, -0.4]) and said["wide"] is True
+    assert said["alone"] == 5 * [True] and said["back"] == 5 * [False]
+
+
+def test_a_free_link_shows_no_joints(tmp_path):
+    model = tmp_path / "free.lua"
+    model.write_text('local rd = require "refdyn"\nreturn rd.model { name = "free", links = {\n'
+                     '{ "body", joint = "free", start_rate = { x = 1 }, bodies = { rd.box { { 1, 1, 1 }, mass = 1 } } },\n'
+                     '{ "ram", on = "body", joint = "z, psi", start_rate = { z = 1 }, bodies = { rd.box { { 0.1, 0.1, 1 }, mass = 1 } } } } }\n')
+    refdyn("sim", model, "--until", "0.1", "-o", tmp_path / "free.h5")
+    view(tmp_path / "free.h5", "-o", tmp_path / "free.html")
+    said, _ = browser.ask(tmp_path / "free.html", "return runs.map((run) => run.frames.map((frame, i) => showsJoint(run.frames, i)));")
+    assert said == [6 * [False] + 2 * [True]]
+
+
 def test_it_can_be_read_and_reached(runs, said):
     assert said["slider"] == "1.000 seconds" and said["unnamed"] == 0
     assert said["focus"] == ["theme", "stage", "charts", "play", "time", "speed", "view", "paths", "forces", "frames", "SUMMARY"]

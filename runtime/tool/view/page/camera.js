@@ -67,6 +67,20 @@ function zoomCamera(camera, factor) {
     placeCamera(camera);
 }
 
+/* Angles in degrees; so many times nearer than all of the scene; what is seen moved aside by parts of the picture's height. */
+function aimCamera(camera, {azimuth, height, nearer, right, up}) {
+    const most = Math.PI / 2 - 1e-4;
+    if (azimuth !== undefined)
+        camera.azimuth = THREE.Math.degToRad(azimuth);
+    if (height !== undefined)
+        camera.height = Math.min(most, Math.max(-most, THREE.Math.degToRad(height)));
+    if (nearer > 0)
+        camera.distance = fittingDistance(camera) / nearer;
+    placeCamera(camera);
+    if (right !== undefined || up !== undefined)
+        shiftCamera(camera, right || 0, up || 0);
+}
+
 /* By parts of the picture's height. */
 function shiftCamera(camera, right, up) {
     const size = 2 * Math.tan(THREE.Math.degToRad(camera.lens.fov / 2)) * camera.lens.position.distanceTo(camera.target);

@@ -1,6 +1,7 @@
 /*
  * Time and keys: takes the elements of body.html, gives a clock that plays, steps and is set by the slider, by
- * keys and by the page's fragment (#t=2.5&view=top&theme=dark&forces=1&frames=1&paths=0&play=1).
+ * keys and by the page's fragment (#t=2.5&view=top&theme=dark&forces=1&frames=1&paths=0&play=1, and for pictures
+ * alone=1&azimuth=-50&height=25&nearer=1.4&right=0.1&up=-0.05).
  */
 "use strict";
 
@@ -118,8 +119,15 @@ function pressKey(clock, actions, event) {
 
 /* ---- The fragment ---- */
 
+/* The numbers of these names, where they are asked for. */
+function numbersAsked(asked, names) {
+    return Object.fromEntries(names.map((name) => [name, parseFloat(asked.get(name))]).filter(([, value]) => Number.isFinite(value)));
+}
+
 function readFragment(clock, actions) {
-    const asked = new URLSearchParams(location.hash.slice(1));
+    const asked = new URLSearchParams(location.hash.slice(1)), {t} = numbersAsked(asked, ["t"]);
+    if (asked.has("alone"))
+        actions.alone(asked.get("alone") !== "0");
     if (asked.has("theme"))
         actions.theme(asked.get("theme"));
     if (asked.has("view")) {
@@ -129,8 +137,9 @@ function readFragment(clock, actions) {
     for (const name of Object.keys(clock.shown))
         if (asked.has(name))
             setShown(clock, name, asked.get(name) !== "0");
-    if (Number.isFinite(parseFloat(asked.get("t"))))
-        setTime(clock, parseFloat(asked.get("t")));
+    actions.aim(numbersAsked(asked, ["azimuth", "height", "nearer", "right", "up"]));
+    if (t !== undefined)
+        setTime(clock, t);
     if (asked.get("play") === "1")
         setPlaying(clock, true);
 }

@@ -108,12 +108,18 @@ function axisTurn(axis) {
     return new THREE.Quaternion().setFromUnitVectors(new THREE.Vector3(1, 0, 0), to);
 }
 
-/* A turn is a pin along its axis, a slide a block that stands on a rail. Elements of beams show none. */
+/* Elements of beams have none to show, nor has a link with six coordinates of its own, which nothing guides. */
+function showsJoint(frames, i) {
+    const {link, element} = frames[i];
+    return element === 0 && frames.filter((frame) => frame.link === link && frame.element === 0).length < 6;
+}
+
+/* A turn is a pin along its axis, a slide a block that stands on a rail. */
 function addJoints(body, material) {
     const size = SIZE.joint * body.size;
     const alone = material.clone(); /* three.js makes one program of a material, for parts or for what stands alone */
     body.run.frames.forEach((frame, i) => {
-        if (frame.element > 0)
+        if (!showsJoint(body.run.frames, i))
             return;
         const scale = frame.isTurn ? new THREE.Vector3(2.6 * size, 2 * size, 2 * size)
                                    : new THREE.Vector3(2.4 * size, 1.6 * size, 1.6 * size);

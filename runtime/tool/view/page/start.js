@@ -80,13 +80,19 @@ function setTheme(name) {
     drawAll();
 }
 
+/* The picture without what stands around it. */
+function setAlone(isAlone) {
+    document.documentElement.dataset.alone = isAlone ? "1" : "0";
+    drawAll();
+}
+
 const changed = () => { page.isStale = true; };
 const withCamera = (change) => (...values) => {
     if (page.stage)
         change(page.stage.camera, ...values);
     changed();
 };
-const actions = {view: withCamera(setView), turn: withCamera(turnCamera), zoom: withCamera(zoomCamera), theme: setTheme};
+const actions = {view: withCamera(setView), turn: withCamera(turnCamera), zoom: withCamera(zoomCamera), aim: withCamera(aimCamera), theme: setTheme, alone: setAlone};
 
 const longest = runs.reduce((most, run) => (run.t[run.t.length - 1] > most.t[most.t.length - 1] ? run : most));
 const clock = makeClock(Math.min(...runs.map((run) => run.t[0])), longest.t[longest.t.length - 1], longest.t, moveAll);
