@@ -210,6 +210,10 @@ static const char *wrong_pass(struct memory *memory, const char *pass) {
     return memory_format(memory, "no pass is called '%s', known:%s", pass, known);
 }
 
+const char *gen_pass(int number) {
+    return number < PASSES ? passes[number].name : NULL;
+}
+
 const char *gen_wrong_pass(struct generation *gen, const char *pass) {
     if (setjmp(gen->out_of_memory))
         return "out of memory";

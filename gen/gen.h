@@ -41,6 +41,8 @@ enum gen_status gen_plan(struct generation *generation, const char *emit);
 /* The same up to a pass, then prints what the generator holds behind it: for people who change the generator.
  */
 enum gen_status gen_explain(struct generation *generation, const char *emit, const char *pass, FILE *out);
+/* The passes that can be shown, by number from 0; NULL: there are not so many. */
+const char *gen_pass(int number);
 /* What is wrong with the name of a pass and what is allowed, or NULL: before gen_explain. */
 const char *gen_wrong_pass(struct generation *generation, const char *pass);
 /* Complains about a file in the folder that has the name of one of ours and is of another model. */

@@ -15,7 +15,7 @@ static const struct command commands[] = {
     {.name = "gen",
      .run = run_gen,
      .operands = "MODEL.lua",
-     .options = "output! emit for-lanes for-casadi explain accelerations loops set fold",
+     .options = "output! emit for-lanes for-casadi depfile explain accelerations loops set fold",
      .output = "DIR",
      .purpose = "write the C code of a model",
      .help = "Writes NAME.h and NAME.c (more .c files when long) into the folder of -o, and prints what was "
@@ -223,6 +223,28 @@ static const struct command commands[] = {
          "  refdyn report models/manipulator.lua --from statics --until 2 -o out\n"
          "  refdyn report models/manipulator.lua --until 1 --vary n_rfe=1,2,4 --methods rk8,rodas5p -o "
          "out\n"},
+    {.name = "new",
+     .run = run_new,
+     .operands = "NAME",
+     .options = "",
+     .purpose = "write a model to begin from",
+     .help = "Writes NAME.lua, a small arm with a flexible link, a programme, an input and parameters, whose "
+             "comments say\n"
+             "what to try, and .luarc.json, by which editors with the Lua language server know the model "
+             "language.\n\n"
+             "  refdyn new arm\n"
+             "  refdyn check arm.lua\n"},
+    {.name = "completion",
+     .run = run_completion,
+     .operands = "bash|zsh|fish|man",
+     .options = "output",
+     .output = "FILE",
+     .purpose = "completion for a shell, or the manual page",
+     .help = "Prints the script by which a shell completes commands, options, their values and files, or "
+             "the page of man.\n"
+             "An installation has them in its share/.\n\n"
+             "  eval \"$(refdyn completion bash)\"\n"
+             "  refdyn completion man -o refdyn.1\n"},
     {.name = NULL},
 };
 

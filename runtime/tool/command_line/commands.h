@@ -24,6 +24,8 @@ enum status run_view(const struct options *options);
 enum status run_merge(const struct options *options);
 enum status run_import(const struct options *options);
 enum status run_export(const struct options *options);
+enum status run_new(const struct options *options);
+enum status run_completion(const struct options *options);
 enum status run_bench(const struct options *options);
 enum status run_report(const struct options *options);
 
@@ -53,6 +55,8 @@ enum status choose_held(struct scene *scene, const struct options *options, int 
  */
 enum status choose_statics(const struct scene *scene, const struct options *options, const int *is_given,
                            struct refdyn_statics_options *statics);
+/* What --way may be, by enum refdyn_statics_way; NULL ends the list. */
+extern const char *const statics_way_words[];
 /* Complains of options of statics where the command looks for no equilibrium; `place` is "--from statics". */
 enum status refuse_statics_options(const struct options *options, const char *place);
 

@@ -40,13 +40,14 @@ static const struct rule rules[] = {
     {"output", "FILE", KIND_TEXT, FIELD(output), "where results go"},
     {"emit", "M,h,...", KIND_LIST, FIELD(emit),
      "these quantities only; all: every one but derivatives; implicit: the tangent of implicit steps; step: "
-     "fixed "
-     "steps with derivatives, step.p: by the parameters, too"},
+     "fixed steps with derivatives, step.p: by the parameters, too"},
     {"for-lanes", NULL, KIND_FLAG, FIELD(for_lanes),
      "the same functions for 2, 4 or 8 motions side by side, too; gen writes them as NAME_lanes.c"},
     {"for-casadi", NULL, KIND_FLAG, FIELD(for_casadi),
      "the same functions and their derivatives for CasADi, too: NAME_casadi.c, compiled alone into a shared "
      "library"},
+    {"depfile", "FILE.d", KIND_TEXT, FIELD(depfile),
+     "a rule of make: what is emitted depends on the model and what it requires"},
     {"explain", "PASS", KIND_TEXT, FIELD(explain),
      "without -o: print what the generator holds behind a pass: expand, roll, derive, sums or plan"},
     {"state", "STATE.json", KIND_TEXT, FIELD(state),
@@ -193,25 +194,42 @@ const char *options_methods(bool is_explicit) {
     return text.data;
 }
 
-static void print_rule_help(const struct command *command, const struct rule *rule) {
-    if (rule->help)
-        puts(rule->help);
-    else
-        printf("%s%s (default: rk4 with --step, auto without)\n", options_methods(false),
-               command->takes_gsl && HAS_METHODS_OF_GSL ? ", msbdf, bsimp" : "");
+static const char *help_of(const struct command *command, const struct rule *rule) {
+    return rule->help ? rule->help
+                      : text_format("%s%s (default: rk4 with --step, auto without)", options_methods(false),
+                                    command->takes_gsl && HAS_METHODS_OF_GSL ? ", msbdf, bsimp" : "");
+}
+
+static bool may_repeat(const struct rule *rule) {
+    return rule->kind == KIND_SETTING || rule->kind == KIND_STOP;
+}
+
+bool options_describe(const struct command *command, int number, struct option_text *text) {
+    for (int i = 0; i < RULE_COUNT; i++) {
+        const struct rule *rule = &rules[i];
+        const enum standing standing = standing_of(command, rule);
+        if (standing == UNKNOWN || number-- > 0)
+            continue;
+        *text = (struct option_text){.name = rule->name,
+                                     .argument = argument_of(command, rule),
+                                     .help = help_of(command, rule),
+                                     .is_output = i == RULE_OUTPUT,
+                                     .is_needed = standing == NEEDED,
+                                     .may_repeat = may_repeat(rule),
+                                     .is_list = rule->kind == KIND_LIST || rule->kind == KIND_FREEING_LIST};
+        return true;
+    }
+    return false;
 }
 
 static void print_command_help(const struct command *command) {
     enum { WIDTH = 28 };
+    struct option_text option;
     print_usage(command, stdout);
     printf("\n%s\n\n%s\noptions:\n", command->purpose, command->help);
-    for (int i = 0; i < RULE_COUNT; i++) {
-        if (standing_of(command, &rules[i]) == UNKNOWN)
-            continue;
-        const int width = printf("  %s--%s %s", i == RULE_OUTPUT ? "-o, " : "", rules[i].name,
-                                 argument_of(command, &rules[i]));
-        printf("%*s", width < WIDTH ? WIDTH - width : 1, "");
-        print_rule_help(command, &rules[i]);
+    for (int i = 0; options_describe(command, i, &option); i++) {
+        const int width = printf("  %s--%s %s", option.is_output ? "-o, " : "", option.name, option.argument);
+        printf("%*s%s\n", width < WIDTH ? WIDTH - width : 1, "", option.help);
     }
     puts("\nexit status: 0 done; 1 model, state or file at fault; 2 wrong usage; 3 the numbers failed");
 }
@@ -221,7 +239,7 @@ static void print_help(const struct command *commands) {
          "Refdyn turns a Lua model of a robot with flexible links into C code of its dynamics,\n"
          "and computes its equilibria, frequencies and programme-constrained motions.\n\ncommands:");
     for (const struct command *command = commands; command->name; command++)
-        printf("  %-9s%s\n", command->name, command->purpose);
+        printf("  %-11s%s\n", command->name, command->purpose);
     puts("\nrefdyn COMMAND --help tells more; --version prints the version.");
 }
 
@@ -409,8 +427,7 @@ static enum status take_value(struct options *options, const struct rule *rule) 
 
 /* An option that is no list of its own counts once. */
 static enum status take_option(struct options *options, const struct rule *rule, bool *is_taken) {
-    const bool may_repeat = rule->kind == KIND_SETTING || rule->kind == KIND_STOP;
-    if (*is_taken && !may_repeat)
+    if (*is_taken && !may_repeat(rule))
         return usage_error(options->command, "%s is given twice", shown_name(rule));
     *is_taken = true;
     return take_value(options, rule);
@@ -529,7 +546,8 @@ static bool read_command(int argc, char **argv, struct options *options, enum st
 
 bool options_read(const struct command *commands, int argc, char **argv, struct options *options,
                   enum status *status) {
-    *options = (struct options){.arguments = argv, .argument_count = argc, .case_number = -1};
+    *options =
+        (struct options){.commands = commands, .arguments = argv, .argument_count = argc, .case_number = -1};
     *status = argc < 2 ? STATUS_USAGE : STATUS_DONE;
     if (argc < 2 || strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "help") == 0) {
         if (argc < 2)

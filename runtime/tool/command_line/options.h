@@ -35,6 +35,7 @@ struct told_option {
 };
 
 struct options {
+    const struct command *commands; /* the table of all, which ends with an entry whose name is NULL */
     const struct command *command;
     const struct told_option *told; /* (told_count) those that are not of the command line */
     int told_count;
@@ -50,7 +51,8 @@ struct options {
     /* NULL: not given */
     const char *output, *emit, *explain, *state, *from, *at, *method, *stabilise, *singular, *start, *hold,
         *release, *way, *summary, *vary, *steps, *tols, *methods, *inputs, *accelerations, *loops, *panel,
-        *units, *model, *draw, *table, *cases, *of, *slurm_options, *flexible, *section, *tip, *nu, *eta, *fmu, *platform;
+        *units, *model, *draw, *depfile, *table, *cases, *of, *slurm_options, *flexible, *section, *tip, *nu,
+        *eta, *fmu, *platform;
     /* 0: not given */
     double until, step, step_max, tolerance, accuracy, every, modes, seconds, threads, chunks, lanes, E, rho,
         rfe, friction_width, right_angles;
@@ -68,6 +70,16 @@ struct command {
     const char *purpose;  /* one line */
     const char *help;     /* what more a user should know, with examples */
 };
+
+/* One option of a command, as the help tells it. */
+struct option_text {
+    const char *name;     /* long, without its dashes */
+    const char *argument; /* what it takes, as in the usage line; "": nothing */
+    const char *help;
+    bool is_output, is_needed, may_repeat, is_list; /* is_output: -o, too; is_list: with commas between */
+};
+/* By number from 0 in the order of the help; false: the command has not so many. */
+bool options_describe(const struct command *command, int number, struct option_text *text);
 
 /* Of `commands`, a table that ends with an entry whose name is NULL. True when the command is to run;
  * otherwise *status is the exit status (help and version were printed). */

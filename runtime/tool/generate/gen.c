@@ -4,21 +4,28 @@
  */
 #include "command_line/commands.h"
 #include "figures/picture.h"
+#include "generate/depfile.h"
 #include "system/output_file.h"
 #include "view/model_drawing.h"
 
 #include <stdlib.h>
+#include <string.h>
 
-/* All files are written before the first one gets its name. */
-static bool write_files(struct scene *scene, const char *folder) {
+/* All files are written before the first one gets its name; `depfile` (NULL: none) is the last of them. */
+static bool write_files(struct scene *scene, const char *folder, const char *depfile) {
     const struct emitted_file *files = gen_files(&scene->generation);
-    const int count = gen_file_count(&scene->generation);
+    const int emitted = gen_file_count(&scene->generation), count = emitted + (depfile != NULL);
     struct target **open = allocate((size_t)count, sizeof *open);
     sigset_t before;
     bool is_good = true;
-    for (int i = 0; i < count && is_good; i++) {
+    for (int i = 0; i < emitted && is_good; i++) {
         open[i] = target_open(&scene->targets, text_format("%s/%s", folder, files[i].name));
         is_good = open[i] && target_write(open[i], files[i].text, files[i].length);
+    }
+    if (depfile && is_good) {
+        const char *rule = depfile_text(&scene->generation, folder);
+        open[emitted] = target_open(&scene->targets, depfile);
+        is_good = open[emitted] && target_write(open[emitted], rule, strlen(rule));
     }
     interrupt_hold(&before); /* all or none */
     for (int i = 0; i < count && is_good; i++)
@@ -34,7 +41,7 @@ static enum status emit_into_folder(struct scene *scene, const struct options *o
     const enum status status = scene_outcome(scene, options, gen_check_folder(generation, folder));
     if (status != STATUS_DONE)
         return status;
-    if (!write_files(scene, folder))
+    if (!write_files(scene, folder, options->depfile))
         return STATUS_FAULT;
     return scene_outcome(scene, options, gen_remove_stale_parts(generation, folder));
 }
@@ -59,8 +66,9 @@ static enum status explain_pass(struct scene *scene, const struct options *optio
     const char *wrong = gen_wrong_pass(generation, options->explain);
     if (wrong)
         return usage_error(options->command, "--explain: %s", wrong);
-    if (options->output)
-        return usage_error(options->command, "--explain prints and writes no files, -o is too much");
+    if (options->output || options->depfile)
+        return usage_error(options->command, "--explain prints and writes no files, %s is too much",
+                           options->output ? "-o" : "--depfile");
     return scene_outcome(scene, options, gen_explain(generation, options->emit, options->explain, stdout));
 }
 

@@ -24,18 +24,21 @@ enum status scene_outcome(struct scene *scene, const struct options *options, en
     return status == GEN_OK ? STATUS_DONE : STATUS_FAULT;
 }
 
+const char *const scene_acceleration_words[] = {[ACCELERATIONS_AUTO] = "auto",
+                                                [ACCELERATIONS_RECURSIVE] = "recursive",
+                                                [ACCELERATIONS_DENSE] = "dense",
+                                                NULL};
+const char *const scene_loop_words[] = {
+    [LOOPS_AUTO] = "auto", [LOOPS_ALWAYS] = "always", [LOOPS_NEVER] = "never", NULL};
+
 static bool read_variant(const struct options *options, struct read_request *request) {
-    static const char *const methods[] = {[ACCELERATIONS_AUTO] = "auto",
-                                          [ACCELERATIONS_RECURSIVE] = "recursive",
-                                          [ACCELERATIONS_DENSE] = "dense",
-                                          NULL};
-    static const char *const loops[] = {
-        [LOOPS_AUTO] = "auto", [LOOPS_ALWAYS] = "always", [LOOPS_NEVER] = "never", NULL};
-    const char *method = options->accelerations ? options->accelerations : methods[0];
-    const char *when = options->loops ? options->loops : loops[0];
+    const char *method =
+        options->accelerations ? options->accelerations : scene_acceleration_words[ACCELERATIONS_AUTO];
+    const char *when = options->loops ? options->loops : scene_loop_words[LOOPS_AUTO];
     int place = 0, loop = 0;
-    const bool is_known = options_choose(options, "accelerations", method, methods, &place) == STATUS_DONE &&
-                          options_choose(options, "loops", when, loops, &loop) == STATUS_DONE;
+    const bool is_known =
+        options_choose(options, "accelerations", method, scene_acceleration_words, &place) == STATUS_DONE &&
+        options_choose(options, "loops", when, scene_loop_words, &loop) == STATUS_DONE;
     request->accelerations = (enum accelerations)place;
     request->loops = (enum loops)loop;
     return is_known;

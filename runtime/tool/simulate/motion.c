@@ -69,15 +69,19 @@ static enum status choose_method(const struct options *options, struct refdyn_op
 const char *const stabilise_names[STABILISE_COUNT] = {
     [REFDYN_NONE] = "none", [REFDYN_BAUMGARTE] = "baumgarte", [REFDYN_PROJECT] = "project"};
 
+const char *const motion_stabilise_words[] = {"none", "baumgarte", "baumgarte-auto", "project", NULL};
+const char *const motion_start_words[] = {"as-is", "project", NULL};
+const char *const motion_singular_words[] = {[REFDYN_STOP] = "stop", [REFDYN_PASS] = "pass", NULL};
+
 /* --stabilise; baumgarte-auto is baumgarte with gains from the step. */
 static enum status choose_stabilisation(const struct options *options, struct refdyn_options *integration) {
-    static const char *const names[] = {"none", "baumgarte", "baumgarte-auto", "project", NULL};
     static const enum refdyn_stabilise stabilise[] = {REFDYN_NONE, REFDYN_BAUMGARTE, REFDYN_BAUMGARTE,
                                                       REFDYN_PROJECT};
     int place;
     if (!options->stabilise)
         return STATUS_DONE;
-    const enum status status = options_choose(options, "stabilise", options->stabilise, names, &place);
+    const enum status status =
+        options_choose(options, "stabilise", options->stabilise, motion_stabilise_words, &place);
     if (status != STATUS_DONE)
         return status;
     integration->stabilise = stabilise[place];
@@ -100,16 +104,14 @@ static enum status validate(const struct options *options, const struct refdyn_o
 }
 
 enum status motion_options(const struct options *options, struct refdyn_options *integration) {
-    static const char *const starts[] = {"as-is", "project", NULL};
-    static const char *const singular[] = {[REFDYN_STOP] = "stop", [REFDYN_PASS] = "pass", NULL};
     int start = 0, way = REFDYN_STOP;
     enum status status = choose_method(options, integration);
     if (status == STATUS_DONE)
         status = choose_stabilisation(options, integration);
     if (status == STATUS_DONE && options->start)
-        status = options_choose(options, "start", options->start, starts, &start);
+        status = options_choose(options, "start", options->start, motion_start_words, &start);
     if (status == STATUS_DONE && options->singular)
-        status = options_choose(options, "singular", options->singular, singular, &way);
+        status = options_choose(options, "singular", options->singular, motion_singular_words, &way);
     if (status != STATUS_DONE)
         return status;
     integration->singular = (enum refdyn_singular)way;

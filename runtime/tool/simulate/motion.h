@@ -21,6 +21,10 @@ enum {
 /* By enum refdyn_stabilise. */
 extern const char *const stabilise_names[STABILISE_COUNT];
 
+/* What --stabilise, --start and --singular may be; NULL ends each list. */
+extern const char *const motion_stabilise_words[], *const motion_start_words[],
+                                                       *const motion_singular_words[];
+
 struct motion {
     struct scene *scene;
     struct refdyn_integrator integrator;

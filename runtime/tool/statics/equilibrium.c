@@ -79,12 +79,13 @@ static enum status choose_released(const struct scene *scene, const struct optio
     return STATUS_DONE;
 }
 
+const char *const statics_way_words[] = {
+    [REFDYN_ALONG_LOAD] = "load", [REFDYN_ALONG_PATH] = "path", [REFDYN_DOWNHILL] = "downhill", NULL};
+
 static enum status choose_way(const struct options *options, struct refdyn_statics_options *statics) {
-    static const char *const ways[] = {
-        [REFDYN_ALONG_LOAD] = "load", [REFDYN_ALONG_PATH] = "path", [REFDYN_DOWNHILL] = "downhill", NULL};
     int way = REFDYN_ALONG_LOAD;
     const enum status status =
-        options->way ? options_choose(options, "way", options->way, ways, &way) : STATUS_DONE;
+        options->way ? options_choose(options, "way", options->way, statics_way_words, &way) : STATUS_DONE;
     statics->way = (enum refdyn_statics_way)way;
     return status;
 }

@@ -1,0 +1,141 @@
+# refdyn_generate(TARGET MODEL.lua [SET NAME=VALUE ...] [EMIT QUANTITY ...] [LANES] [FOLD] [ACCELERATIONS HOW] [LOOPS WHEN])
+#
+# Takes a model; makes the library TARGET of its C, which links refdyn::runtime (with LANES refdyn::batch, too). Words
+# are those of `refdyn gen`. Who links TARGET includes NAME.h, the model's. The C is written when the project is
+# configured, since the model decides which files there are; a change of the model or of a file that it requires
+# configures anew, and leaves files as they are whose text stays the same.
+#
+# The program is ${REFDYN_PROGRAM} where that is set, as for cross-compiling, or the installed one. Where Refdyn is a
+# part of the project (add_subdirectory, FetchContent), it is built before its first use.
+
+# Builds the program of the sources in a folder of its own, for this machine.
+function(_refdyn_build_program result)
+    get_property(source GLOBAL PROPERTY REFDYN_SOURCE)
+    get_property(build GLOBAL PROPERTY REFDYN_PROGRAM_BUILD)
+    get_property(is_built GLOBAL PROPERTY REFDYN_PROGRAM_IS_BUILT)
+    set(${result} ${build}/bin/refdyn PARENT_SCOPE)
+    if(is_built)
+        return()
+    endif()
+    message(STATUS "Building the program refdyn")
+    cmake_host_system_information(RESULT cores QUERY NUMBER_OF_LOGICAL_CORES)
+    # This may run within make, whose flags are not for another one.
+    set(alone ${CMAKE_COMMAND} -E env --unset=MAKEFLAGS --unset=MFLAGS --unset=MAKELEVEL ${CMAKE_COMMAND})
+    execute_process(
+        COMMAND ${alone} -S ${source} -B ${build} -DCMAKE_BUILD_TYPE=Release -DBUILD_TESTING=OFF -DREFDYN_SHARED=OFF
+                -DREFDYN_GSL=OFF -DREFDYN_HDF5=OFF
+        RESULT_VARIABLE status OUTPUT_VARIABLE said ERROR_VARIABLE said)
+    if(status EQUAL 0)
+        execute_process(COMMAND ${alone} --build ${build} --target refdyn --parallel ${cores}
+                        RESULT_VARIABLE status OUTPUT_VARIABLE said ERROR_VARIABLE said)
+    endif()
+    if(NOT status EQUAL 0)
+        message(FATAL_ERROR "refdyn_generate: the program cannot be built\n${said}")
+    endif()
+    set_property(GLOBAL PROPERTY REFDYN_PROGRAM_IS_BUILT ON)
+endfunction()
+
+function(_refdyn_find_program result)
+    get_property(installed GLOBAL PROPERTY REFDYN_INSTALLED_PROGRAM)
+    if(REFDYN_PROGRAM)
+        set(program ${REFDYN_PROGRAM})
+    elseif(installed)
+        set(program ${installed})
+    else()
+        _refdyn_build_program(program)
+    endif()
+    set(${result} ${program} PARENT_SCOPE)
+endfunction()
+
+# The prerequisites of a file of one rule, as make reads it.
+function(_refdyn_prerequisites result file)
+    file(READ ${file} rule)
+    string(FIND "${rule}" ": " colon)
+    math(EXPR begin "${colon} + 2")
+    string(SUBSTRING "${rule}" ${begin} -1 rule)
+    string(ASCII 1 blank)
+    string(REPLACE "\\ " "${blank}" rule "${rule}")
+    string(REPLACE "$$" "$" rule "${rule}")
+    string(REPLACE "\\#" "#" rule "${rule}")
+    string(REGEX MATCHALL "[^ \n]+" paths "${rule}")
+    string(REPLACE "${blank}" " " paths "${paths}")
+    set(${result} "${paths}" PARENT_SCOPE)
+endfunction()
+
+# Leaves the files of folder `fresh` in `folder`, and no others; those of the same text stay as they are.
+function(_refdyn_take_files fresh folder)
+    file(GLOB names RELATIVE ${fresh} ${fresh}/*)
+    file(GLOB old RELATIVE ${folder} ${folder}/*)
+    if(old AND names)
+        list(REMOVE_ITEM old ${names})
+    endif()
+    foreach(name IN LISTS old)
+        file(REMOVE ${folder}/${name})
+    endforeach()
+    file(MAKE_DIRECTORY ${folder})
+    foreach(name IN LISTS names)
+        file(COPY_FILE ${fresh}/${name} ${folder}/${name} ONLY_IF_DIFFERENT)
+    endforeach()
+    file(REMOVE_RECURSE ${fresh})
+endfunction()
+
+# The words of `refdyn gen` for what refdyn_generate was given.
+macro(_refdyn_take_arguments)
+    cmake_parse_arguments(PARSE_ARGV 2 given "LANES;FOLD" "ACCELERATIONS;LOOPS" "SET;EMIT")
+    if(DEFINED given_UNPARSED_ARGUMENTS OR DEFINED given_KEYWORDS_MISSING_VALUES)
+        list(JOIN given_UNPARSED_ARGUMENTS " " unknown)
+        list(JOIN given_KEYWORDS_MISSING_VALUES " " empty)
+        message(FATAL_ERROR "refdyn_generate(${target}): what is not known: '${unknown}', what has no value: '${empty}'; "
+                            "known are SET NAME=VALUE ..., EMIT QUANTITY ..., LANES, FOLD, ACCELERATIONS HOW, LOOPS WHEN")
+    endif()
+    set(words)
+    foreach(setting IN LISTS given_SET)
+        list(APPEND words --set ${setting})
+    endforeach()
+    if(given_EMIT)
+        list(JOIN given_EMIT "," quantities)
+        list(APPEND words --emit ${quantities})
+    endif()
+    if(given_LANES)
+        list(APPEND words --for-lanes)
+    endif()
+    if(given_FOLD)
+        list(APPEND words --fold)
+    endif()
+    if(given_ACCELERATIONS)
+        list(APPEND words --accelerations ${given_ACCELERATIONS})
+    endif()
+    if(given_LOOPS)
+        list(APPEND words --loops ${given_LOOPS})
+    endif()
+endmacro()
+
+function(refdyn_generate target model)
+    _refdyn_take_arguments()
+    if(NOT CMAKE_C_COMPILER_LOADED)
+        message(FATAL_ERROR "refdyn_generate(${target}): the project has to enable C: project(... LANGUAGES C ...)")
+    endif()
+    cmake_path(ABSOLUTE_PATH model BASE_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR} NORMALIZE)
+    set(folder ${CMAKE_CURRENT_BINARY_DIR}/refdyn/${target})
+    _refdyn_find_program(program)
+    file(REMOVE_RECURSE ${folder}.new)
+    execute_process(COMMAND ${program} gen ${model} ${words} -o ${folder}.new --depfile ${folder}.d
+                    RESULT_VARIABLE status OUTPUT_QUIET ERROR_VARIABLE said)
+    if(NOT status EQUAL 0)
+        message(FATAL_ERROR "refdyn_generate(${target}): ${program} gen ended with: ${status}\n${said}")
+    elseif(said)
+        message(NOTICE "${said}")
+    endif()
+    _refdyn_prerequisites(sources ${folder}.d)
+    set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${sources} ${program})
+    _refdyn_take_files(${folder}.new ${folder})
+    file(GLOB emitted ${folder}/*)
+    add_library(${target} ${emitted})
+    set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+    target_compile_features(${target} PRIVATE c_std_11)
+    # As the program compiles it: README of the generator, "Flags".
+    target_compile_options(${target} PRIVATE
+        "$<$<C_COMPILER_ID:GNU,Clang,AppleClang>:-ffp-contract=off;-fno-math-errno;-Wno-psabi>")
+    target_include_directories(${target} PUBLIC $<BUILD_INTERFACE:${folder}>)
+    target_link_libraries(${target} PUBLIC refdyn::runtime $<$<BOOL:${given_LANES}>:refdyn::batch>)
+endfunction()
