@@ -1,7 +1,7 @@
 # refdyn_generate(TARGET MODEL.lua [SET NAME=VALUE ...] [EMIT QUANTITY ...] [LANES] [FOLD] [ACCELERATIONS HOW] [LOOPS WHEN])
 #
 # Takes a model; makes the library TARGET of its C, which links refdyn::runtime (with LANES refdyn::batch, too). Words
-# are those of `refdyn gen`. Who links TARGET includes NAME.h, the model's. The C is written when the project is
+# are those of `refdyn gen`; LANES compiles NAME_lanes.c for 2, 4 and 8 motions. Who links TARGET includes NAME.h, the model's. The C is written when the project is
 # configured, since the model decides which files there are; a change of the model or of a file that it requires
 # configures anew, and leaves files as they are whose text stays the same.
 #
@@ -79,6 +79,16 @@ function(_refdyn_take_files fresh folder)
     file(REMOVE_RECURSE ${fresh})
 endfunction()
 
+# A library of emitted C is compiled as the program does: README of the generator, "Flags".
+function(_refdyn_set_up target folder runtime)
+    set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+    target_compile_features(${target} PRIVATE c_std_11)
+    target_compile_options(${target} PRIVATE
+        "$<$<C_COMPILER_ID:GNU,Clang,AppleClang>:-ffp-contract=off;-fno-math-errno;-Wno-psabi>")
+    target_include_directories(${target} PUBLIC $<BUILD_INTERFACE:${folder}>)
+    target_link_libraries(${target} PUBLIC ${runtime})
+endfunction()
+
 # The words of `refdyn gen` for what refdyn_generate was given.
 macro(_refdyn_take_arguments)
     cmake_parse_arguments(PARSE_ARGV 2 given "LANES;FOLD" "ACCELERATIONS;LOOPS" "SET;EMIT")
@@ -96,8 +106,10 @@ macro(_refdyn_take_arguments)
         list(JOIN given_EMIT "," quantities)
         list(APPEND words --emit ${quantities})
     endif()
+    set(given_widths)
     if(given_LANES)
         list(APPEND words --for-lanes)
+        set(given_widths 2 4 8)
     endif()
     if(given_FOLD)
         list(APPEND words --fold)
@@ -116,12 +128,13 @@ function(refdyn_generate target model)
         message(FATAL_ERROR "refdyn_generate(${target}): the project has to enable C: project(... LANGUAGES C ...)")
     endif()
     cmake_path(ABSOLUTE_PATH model BASE_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR} NORMALIZE)
-    set(folder ${CMAKE_CURRENT_BINARY_DIR}/refdyn/${target})
+    set(folder ${CMAKE_CURRENT_BINARY_DIR}/refdyn_generated/${target})
     _refdyn_find_program(program)
     file(REMOVE_RECURSE ${folder}.new)
     execute_process(COMMAND ${program} gen ${model} ${words} -o ${folder}.new --depfile ${folder}.d
                     RESULT_VARIABLE status OUTPUT_QUIET ERROR_VARIABLE said)
     if(NOT status EQUAL 0)
+        string(REPLACE "\n" "\n  " said "  ${said}") # lines that are set in stay whole
         message(FATAL_ERROR "refdyn_generate(${target}): ${program} gen ended with: ${status}\n${said}")
     elseif(said)
         message(NOTICE "${said}")
@@ -129,13 +142,18 @@ function(refdyn_generate target model)
     _refdyn_prerequisites(sources ${folder}.d)
     set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${sources} ${program})
     _refdyn_take_files(${folder}.new ${folder})
-    file(GLOB emitted ${folder}/*)
+    file(GLOB emitted ${folder}/*.[ch])
+    file(GLOB of_lanes ${folder}/*_lanes.c)
+    if(given_LANES)
+        list(REMOVE_ITEM emitted ${of_lanes})
+    endif()
     add_library(${target} ${emitted})
-    set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
-    target_compile_features(${target} PRIVATE c_std_11)
-    # As the program compiles it: README of the generator, "Flags".
-    target_compile_options(${target} PRIVATE
-        "$<$<C_COMPILER_ID:GNU,Clang,AppleClang>:-ffp-contract=off;-fno-math-errno;-Wno-psabi>")
-    target_include_directories(${target} PUBLIC $<BUILD_INTERFACE:${folder}>)
-    target_link_libraries(${target} PUBLIC refdyn::runtime $<$<BOOL:${given_LANES}>:refdyn::batch>)
+    _refdyn_set_up(${target} ${folder} refdyn::runtime)
+    foreach(width IN LISTS given_widths)
+        add_library(${target}_lanes_${width} OBJECT ${of_lanes})
+        target_compile_definitions(${target}_lanes_${width} PRIVATE LANES=${width})
+        _refdyn_set_up(${target}_lanes_${width} ${folder} refdyn::batch)
+        target_sources(${target} PRIVATE $<TARGET_OBJECTS:${target}_lanes_${width}>)
+        target_link_libraries(${target} PUBLIC refdyn::batch)
+    endforeach()
 endfunction()

@@ -23,9 +23,6 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
-#ifdef __GNUC__ /* what is declared here is what the shared library shows */
-#pragma GCC visibility push(default)
-#endif
 
 enum refdyn_status {
     REFDYN_OK = 0,
@@ -555,9 +552,6 @@ int refdyn_statics(struct refdyn_workspace *work, const struct refdyn_statics_op
                    const int *held, int held_count, double *q, double *hold_force,
                    struct refdyn_statics_result *result, void *memory, size_t size);
 
-#ifdef __GNUC__
-#pragma GCC visibility pop
-#endif
 #ifdef __cplusplus
 }
 #endif

@@ -16,9 +16,6 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
-#ifdef __GNUC__ /* what is declared here is what the shared library shows */
-#pragma GCC visibility push(default)
-#endif
 
 /* Samples of inputs over time: each holds until the next one (zero-order hold), the first also before, the
  * last also after. Steps of a motion end at them. */
@@ -124,9 +121,6 @@ struct refdyn_batch {
  */
 int refdyn_batch_run(const struct refdyn_batch *batch, long *ended);
 
-#ifdef __GNUC__
-#pragma GCC visibility pop
-#endif
 #ifdef __cplusplus
 }
 #endif

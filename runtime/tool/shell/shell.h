@@ -11,9 +11,6 @@
 
 #include <stdio.h>
 
-/* "bash", "zsh", "fish", "man"; NULL ends the list. */
-extern const char *const completion_forms[];
-
 void put_bash_completion(FILE *out, const struct command *commands);
 void put_zsh_completion(FILE *out, const struct command *commands);
 void put_fish_completion(FILE *out, const struct command *commands);

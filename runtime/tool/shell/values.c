@@ -2,7 +2,6 @@
 #include "shell/values.h"
 #include "command_line/commands.h"
 #include "figures/panels.h"
-#include "shell/shell.h"
 #include "simulate/motion.h"
 
 #include <ctype.h>
@@ -76,7 +75,12 @@ const char *values_words(const struct option_text *option) {
 }
 
 const char *values_operand_words(const struct command *command) {
-    return command->run == run_completion ? join(completion_forms) : "";
+    char *words = text_format("%s", command->operands), *bar;
+    if (!strchr(words, '|'))
+        return "";
+    while ((bar = strchr(words, '|')))
+        *bar = ' ';
+    return words;
 }
 
 /* ---- files ---- */

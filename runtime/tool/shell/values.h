@@ -11,7 +11,7 @@
 
 /* "": its values are no fixed set. */
 const char *values_words(const struct option_text *option);
-/* The words that stand for themselves among the operands of a command, as "bash zsh". */
+/* Those of an operand "bash|zsh"; "": it is none of a fixed set. */
 const char *values_operand_words(const struct command *command);
 
 /* What files are meant by a name such as "MODEL.lua" or "RUN..." */

@@ -15,12 +15,13 @@ static void put_quoted(FILE *out, const char *text) {
             fprintf(out, strchr("[]:\\", *text) ? "\\%c" : "%c", *text);
 }
 
-/* "*.(csv|h5)" */
+/* "*.(csv|h5)"; brackets around one alone would hold qualifiers. */
 static void put_pattern(FILE *out, const char *endings) {
-    fputs("*.(", out);
+    const bool has_several = strchr(endings, ' ') != NULL;
+    fputs(has_several ? "*.(" : "*.", out);
     for (; *endings; endings++)
         fputc(*endings == ' ' ? '|' : *endings, out);
-    fputs(")", out);
+    fputs(has_several ? ")" : "", out);
 }
 
 static void put_files(FILE *out, const char *argument, const char *otherwise) {
@@ -38,7 +39,8 @@ static void put_files(FILE *out, const char *argument, const char *otherwise) {
         fputs(otherwise, out);
 }
 
-/* What fills an argument: words, files, words or files; a blank: nothing does. */
+/* What fills an argument: words, files, words or files; a blank alone: nothing does. A blank at the beginning
+ * keeps _arguments from adding its own words. */
 static void put_action(FILE *out, const struct option_text *option) {
     const char *words = values_words(option), *endings;
     if (!*words) {
@@ -48,7 +50,7 @@ static void put_action(FILE *out, const struct option_text *option) {
     } else if (values_files(option->argument, &endings) == MEANT_NONE) {
         fprintf(out, "(%s)", words);
     } else {
-        fprintf(out, "_alternative \"words\\:word\\:(%s)\" \"files\\:file\\:_files -g \\\"", words);
+        fprintf(out, " _alternative \"words\\:word\\:(%s)\" \"files\\:file\\:_files -g \\\"", words);
         put_pattern(out, endings);
         fputs("\\\"\"", out);
     }

@@ -1,0 +1,370 @@
+"""What a new user begins with: `refdyn new`, completion, the manual page, a project of five lines, the shared library."""
+import json
+import os
+import re
+import shlex
+import shutil
+import subprocess
+
+import pytest
+
+from program import BUILD, LONG, MODELS, REFDYN, SOURCE, refdyn
+
+PAGE = (SOURCE / "docs" / "beginning.md").read_text()
+EDITOR = "share/refdyn/models/editor"
+JOBS = str(os.cpu_count())
+
+
+def run(*words, status=0, env=None, **options):
+    done = subprocess.run([str(word) for word in words], capture_output=True, text=True, env={**os.environ, **(env or {})}, timeout=500, **options)
+    assert status is None or done.returncode == status, f"{words}\n{done.stdout[-3000:]}\n{done.stderr[-3000:]}"
+    return done.stdout + done.stderr
+
+
+@pytest.fixture(scope="module")
+def prefix(tmp_path_factory):
+    """An installation for /usr, below a DESTDIR, that was moved: nothing in it may know where it was."""
+    folder = tmp_path_factory.mktemp("begin")
+    run("cmake", "--install", BUILD, "--prefix", "/usr", env={"DESTDIR": folder / "first"})
+    (folder / "first" / "usr").rename(folder / "a prefix")
+    return folder / "a prefix"
+
+
+# ---- refdyn new ----
+
+@pytest.fixture
+def arm(tmp_path):
+    refdyn("new", "arm", cwd=tmp_path)
+    return tmp_path
+
+
+def test_new_model_is_good(arm):
+    """All that its comments propose runs; the load keeps its height, the motor its rate."""
+    text = (arm / "arm.lua").read_text()
+    proposed = [re.match(r"--   refdyn (.*?)(  |$)", line).group(1).split() for line in text.splitlines() if line.startswith("--   refdyn ")]
+    assert [words[0] for words in proposed] == ["check", "statics", "modes", "sim", "plot", "view", "gen"]
+    for words in proposed:
+        done = refdyn(*words, cwd=arm)
+        assert "warning" not in done.stderr, done.stderr
+    rows = [list(map(float, line.split(","))) for line in (arm / "arm.csv").read_text().splitlines()[1:]]
+    header = (arm / "arm.csv").read_text().splitlines()[0].split(",")
+    height, rate = header.index("tip_z"), header.index("upper_psi_d")
+    assert all(abs(row[height] - rows[0][height]) < 1e-9 for row in rows)
+    assert abs(rows[-1][rate] - 0.4) < 1e-9
+    (arm / "push.csv").write_text("t,push\n0,0\n0.5,5\n1,0\n")
+    refdyn("sim", "arm.lua", "--set", "elements=2", "--set", "m_load=0.5", "--inputs", "push.csv", "--until", 1, "-o", "push-run.csv", cwd=arm)
+    assert max(map(len, text.splitlines())) <= 120
+
+
+def test_new_settings_lead_to_the_editor_file(arm, prefix, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("installed")
+    run(prefix / "bin" / "refdyn", "new", "crane", cwd=folder)
+    for where, expected in ((arm, BUILD / EDITOR), (folder, prefix / EDITOR)):
+        settings = json.loads((where / ".luarc.json").read_text())
+        assert settings == {"runtime.version": "Lua 5.4", "workspace.library": [str(expected)]}
+        assert (expected / "refdyn.lua").read_text() == (MODELS / "editor" / "refdyn.lua").read_text()
+
+
+def test_new_overwrites_nothing(arm):
+    (arm / ".luarc.json").write_text("mine")
+    (arm / "dangling.lua").symlink_to("nowhere")
+    before = (arm / "arm.lua").read_text()
+    for name in ("arm", "dangling"):
+        done = refdyn("new", name, cwd=arm, status=1)
+        assert (done.stdout, done.stderr) == ("", f"{name}.lua: output: it is there already, and stays as it is\n")
+    done = refdyn("new", "second", cwd=arm)
+    assert done.stdout == ("second.lua: a small arm with a flexible link, its comments say what to try\n"
+                           ".luarc.json: it was there, and stays as it is\n")
+    assert (arm / "arm.lua").read_text() == before and (arm / ".luarc.json").read_text() == "mine"
+    assert not (arm / "nowhere").exists()
+    assert refdyn("check", "second.lua", cwd=arm).stdout.startswith("second: ")
+
+
+IDENTIFIER = "no identifier of C, a letter and then letters, digits and _ are needed"
+BAD_NAMES = {
+    "my arm": f'model "my arm": {IDENTIFIER}', "3dof": f'model "3dof": {IDENTIFIER}', "a\tb": f'model "a\\x09b": {IDENTIFIER}',
+    "int": "model int: a reserved word of C or C++, another name is needed",
+    "math": "model math: math.h is a header of the system, another name is needed",
+    "folder/arm": "'folder/arm' is a path, the model's name alone is taken: its file goes into this folder",
+    "arm.lua": "'arm.lua' is the name of a file, that of the model is taken, without .lua",
+    "": "NAME is an empty text",
+}
+
+
+@pytest.mark.parametrize("name", BAD_NAMES)
+def test_new_refuses_names(name, tmp_path):
+    done = refdyn("new", name, cwd=tmp_path, status=2)
+    assert done.stderr.splitlines() == [f"refdyn new: {BAD_NAMES[name]}", "usage: refdyn new NAME"]
+    assert not list(tmp_path.iterdir())
+
+
+def test_new_takes_one_name(tmp_path):
+    for words, fault in ((["a", "b"], "'b' is too much, one NAME is taken"), ([], "NAME is missing")):
+        assert refdyn("new", *words, cwd=tmp_path, status=2).stderr.startswith(f"refdyn new: {fault}\n")
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root writes everywhere")
+def test_new_in_a_folder_that_cannot_be_written(tmp_path):
+    tmp_path.chmod(0o500)
+    assert refdyn("new", "arm", cwd=tmp_path, status=1).stderr == "arm.lua: output: cannot be made: Permission denied\n"
+
+
+# ---- completion and the manual page ----
+
+def help_of(command):
+    """Names and arguments of its options."""
+    return re.findall(r"^  (?:-o, )?--(\S+) ?(\S*)", refdyn(command, "--help").stdout, re.M)
+
+
+COMMANDS = re.findall(r"^  (\w+) ", refdyn("--help").stdout, re.M)
+
+
+def completions(folder, *lines):
+    """Of command lines, each a list of words whose last one is completed, what bash's function gives."""
+    asked = "".join("COMP_WORDS=({}); COMP_CWORD={}; _refdyn; printf '%s\\n' \"${{COMPREPLY[@]}}\"; echo =\n".format(
+        " ".join(f"'{word}'" for word in line), len(line) - 1) for line in lines)
+    script = f'set -u; source <("{REFDYN}" completion bash)\n{asked}'
+    answers = run("bash", "--norc", "-c", script, cwd=folder).split("=\n")[:-1]
+    return [sorted(filter(None, answer.splitlines())) for answer in answers]
+
+
+def test_bash_completes_commands_and_options(tmp_path):
+    lines = [["refdyn", ""], *(["refdyn", command, "--"] for command in COMMANDS)]
+    commands, *options = completions(tmp_path, *lines)
+    assert commands == sorted([*COMMANDS, "--help", "--version"])
+    for command, found in zip(COMMANDS, options):
+        assert found == sorted(f"--{name}" for name, _ in help_of(command)), command
+
+
+def test_bash_completes_words_and_files(tmp_path):
+    for name in ("arm.lua", "long name.lua", "run.csv", "runs.h5", "state.json", "robot.urdf", "rule.d"):
+        (tmp_path / name).touch()
+    (tmp_path / "folder").mkdir()
+    cases = {
+        ("sim", "arm.lua", "--method", "ra"): ["radau9"],
+        ("sim", "arm.lua", "--method", "=", "rod"): ["rodas5p", "rodas6p"],
+        ("sim", "arm.lua", "--stabilise", "="): ["baumgarte", "baumgarte-auto", "none", "project"],
+        ("gen", "arm.lua", "--emit", "M,qdd_"): ["M,qdd_free"],
+        ("gen", "--explain", "s"): ["sums"],
+        ("plot", "run.csv", "--panel", "energy,tor"): ["energy,torques", "energy,torsion"],
+        ("statics", "arm.lua", "--way", ""): ["downhill", "load", "path"],
+        ("completion", ""): ["bash", "fish", "man", "zsh"],
+        ("sim", ""): ["arm.lua", "folder", "long name.lua"],
+        ("sim", "lo"): ["long name.lua"],
+        ("sim", "arm.lua", "--from", ""): ["folder", "initial", "state.json", "statics"],
+        ("plot", ""): ["folder", "run.csv", "runs.h5"],
+        ("merge", "r"): ["runs.h5"],
+        ("import", "r"): ["robot.urdf"],
+        ("gen", "arm.lua", "-o", ""): ["folder"],
+        ("gen", "arm.lua", "--depfile", "r"): ["rule.d"],
+        ("check", "-o", "r"): [],
+        ("new", ""): [],
+        ("sim", "arm.lua", "--until", ""): [],
+        ("nothing", ""): [],
+    }
+    found = completions(tmp_path, *(["refdyn", *words] for words in cases))
+    assert dict(zip(cases, found)) == cases
+
+
+@pytest.mark.parametrize("option", ["method", "stabilise", "start", "singular", "way", "accelerations", "loops"])
+def test_words_are_those_that_are_taken(option, tmp_path):
+    words, = completions(tmp_path, ["refdyn", "sim" if option in ("method", "stabilise", "start", "singular", "way") else "gen", f"--{option}", ""])
+    command = ["sim", MODELS / "pendulum.lua", "--until", "1", "-o", tmp_path / "run.csv"] if option not in ("accelerations", "loops") else \
+        ["gen", MODELS / "pendulum.lua", "-o", tmp_path / "out"]
+    extra = ["--from", "statics"] if option == "way" else []
+    said = refdyn(*command, *extra, f"--{option}", "nothing", status=2).stderr.splitlines()[0]
+    assert said.startswith(f"refdyn {command[0]}: --{option}: 'nothing' is none of ")
+    taken = set(said.split(" is none of ")[1].split(", "))
+    assert taken <= set(words) and set(words) - taken <= {"msbdf", "bsimp"}
+
+
+@pytest.mark.parametrize("shell", ["zsh", "fish"])
+def test_syntax_of_other_shells(shell, tmp_path):
+    script = refdyn("completion", shell).stdout
+    for command in COMMANDS:
+        for name, _ in help_of(command):
+            assert f"--{name}" in script or f"-l {name} " in script, f"{command} --{name}"
+    assert not re.search(r"\*\.\(\w+\)", script), "zsh takes brackets around one ending for qualifiers"
+    if shutil.which(shell):
+        (tmp_path / "script").write_text(script)
+        assert run(shell, "-n", tmp_path / "script") == ""
+
+
+def test_manual_page(tmp_path):
+    page = tmp_path / "refdyn.1"
+    refdyn("completion", "man", "-o", page, env={"SOURCE_DATE_EPOCH": "86400"})
+    text = page.read_text()
+    assert ".TH REFDYN 1 1970-01-02 " in text
+    for command in COMMANDS:
+        section = text.split(f"\n.SS {command}\n")[1].split("\n.SS ")[0].replace("\\-", "-")
+        for name, argument in help_of(command):
+            assert re.search(rf"^\.TP\n\\fB(-o, )?--{name}\\fR{' ' if argument else '$'}", section, re.M), f"{command} --{name}"
+    if shutil.which("mandoc"):
+        assert run("mandoc", "-T", "lint", "-W", "warning", page) == ""
+    if shutil.which("man"):
+        done = subprocess.run(["man", "--warnings", "-l", page], capture_output=True, text=True, env={**os.environ, "MANWIDTH": "100", "LC_ALL": "C.UTF-8"})
+        assert done.returncode == 0 and done.stderr == "" and "refdyn sim MODEL.lua --until T [options]" in done.stdout
+
+
+def test_completion_refuses_other_forms():
+    done = refdyn("completion", "csh", status=2)
+    assert done.stderr.splitlines()[0] == "refdyn completion: 'csh' is none of bash|zsh|fish|man"
+
+
+def test_installed_files(prefix):
+    share = prefix / "share"
+    for form, file in (("bash", "bash-completion/completions/refdyn"), ("zsh", "zsh/site-functions/_refdyn"),
+                       ("fish", "fish/vendor_completions.d/refdyn.fish")):
+        assert (share / file).read_text() == refdyn("completion", form).stdout
+    assert (share / "man/man1/refdyn.1").read_text().startswith(".\\\"")
+    installed = {path.name for path in (share / "refdyn" / "models").rglob("*.lua")}
+    assert installed == {path.name for path in MODELS.rglob("*.lua")}
+    assert run(prefix / "bin" / "refdyn", "check", share / "refdyn" / "models" / "fourbar.lua").startswith("fourbar: ")
+
+
+# ---- a rule of make ----
+
+def test_depfile(tmp_path):
+    (tmp_path / "a b").mkdir()
+    (tmp_path / "a b" / "parts.lua").write_text('return { { "cart", joint = "x", mass = 2, spring = { x = 3 } } }\n')
+    model = tmp_path / "a b" / "model.lua"
+    model.write_text('local rd = require "refdyn"\nreturn rd.model { name = "cart", links = require "parts" }\n')
+    refdyn("gen", model, "-o", tmp_path / "out", "--depfile", tmp_path / "cart.d")
+    escaped = str(tmp_path / "a b").replace(" ", "\\ ")
+    assert (tmp_path / "cart.d").read_text() == f"{tmp_path}/out/cart.h {tmp_path}/out/cart.c: {escaped}/model.lua {escaped}/parts.lua\n"
+    done = refdyn("gen", model, "-o", tmp_path / "out", "--depfile", model, status=1)
+    assert done.stderr.startswith(f"{model}: output: ")
+    assert "rd.model" in model.read_text()
+    assert "--depfile is too much" in refdyn("gen", model, "--explain", "sums", "--depfile", tmp_path / "x.d", status=2).stderr
+
+
+# ---- a project of one's own ----
+
+def block(language):
+    return re.search(rf"^```{language}\n(.*?)^```", PAGE, re.M | re.S).group(1)
+
+
+@pytest.fixture
+def project(arm):
+    (arm / "CMakeLists.txt").write_text(block("cmake"))
+    (arm / "main.c").write_text(block("c"))
+    return arm
+
+
+def configure(project, prefix, *words, **options):
+    return run("cmake", "-S", project, "-B", project / "build", f"-DCMAKE_PREFIX_PATH={prefix}", *words, **options)
+
+
+def build(project, **options):
+    return run("cmake", "--build", project / "build", "--parallel", JOBS, **options)
+
+
+def test_project_of_the_page(project, prefix):
+    """It builds, follows changes of the model, and tells what is wrong with it."""
+    configure(project, prefix)
+    build(project)
+    coordinates, energy = re.match(r"(\d+) coordinates, potential energy (\S+) J: done", run(project / "build" / "mine")).groups()
+    expected = json.loads(refdyn("eval", "arm.lua", "--set", "m_load=0.3", cwd=project).stdout)
+    assert int(coordinates) == len(expected["coordinates"])
+    assert abs(float(energy) - expected["energy"]["potential"]) < 1e-8
+    assert "Building" not in build(project)
+    model = project / "arm.lua"
+    good = model.read_text()
+    model.write_text(good.replace('"elements", 4', '"elements", 7'))
+    build(project)
+    assert run(project / "build" / "mine").startswith("8 coordinates")
+    model.write_text(good.replace("links = {", "link = {"))
+    said = build(project, status=None)
+    assert f'{project}/arm.lua:{good[:good.index("links = {")].count(chr(10)) + 1}: link: unknown field, the nearest known one is "links"' in said
+    model.write_text(good)
+    build(project)
+    assert run(project / "build" / "mine").startswith("5 coordinates")
+
+
+def test_project_with_options(project, prefix):
+    """Several models, words of gen, a file that is required, lanes, a shared library; comments leave the objects as they are."""
+    (project / "links.lua").write_text('return { { "cart", joint = "x", mass = 2, spring = { x = 3 } } }\n')
+    (project / "cart.lua").write_text('local rd = require "refdyn"\nreturn rd.model { name = "cart", links = require "links" }\n')
+    (project / "CMakeLists.txt").write_text("""cmake_minimum_required(VERSION 3.25)
+project(mine LANGUAGES C)
+find_package(refdyn 0.1 REQUIRED)
+refdyn_generate(flexible arm.lua SET elements=3 m_load=1.25 programme=false EMIT M h Q LANES ACCELERATIONS dense)
+refdyn_generate(small cart.lua EMIT M FOLD LOOPS never)
+add_executable(mine main.c)
+target_link_libraries(mine PRIVATE flexible small refdyn::shared)
+""")
+    (project / "main.c").write_text("""#include "arm.h"
+#include "arm_lanes.h"
+#include "cart.h"
+#include <refdyn_batch.h>
+#include <stdio.h>
+int main(void) {
+    struct arm_parameters p;
+    arm_defaults(&p);
+    printf("%d %g %d %d %d\\n", arm_n, p.m_load, cart_n, arm_model.qdd == NULL,
+           refdyn_batch_widest() > 0 && arm_lanes_2.width == 2 && arm_lanes_8.width == 8);
+    return 0;
+}
+""")
+    configure(project, prefix, "-DBUILD_SHARED_LIBS=ON", "-DCMAKE_C_FLAGS=-Wall -Wextra -Werror")
+    build(project)
+    assert run(project / "build" / "mine") == "4 1.25 1 1 1\n"
+    assert {path.name for path in (project / "build").glob("lib*.so")} == {"libflexible.so", "libsmall.so"}
+    links = project / "links.lua"
+    links.write_text("-- as before\n" + links.read_text())
+    said = build(project)
+    assert "Configuring done" in said and "Building" not in said
+    links.write_text(links.read_text().replace('joint = "x"', 'joint = "x, y"'))
+    build(project)
+    assert run(project / "build" / "mine") == "4 1.25 2 1 1\n"
+
+
+WRONG_CALLS = {
+    "arm arm.lua": "the project has to enable C: project(... LANGUAGES C ...)",
+    "arm arm.lua LANE": "what is not known: 'LANE', what has no value: ''; known are SET NAME=VALUE",
+    "arm arm.lua SET": "what is not known: '', what has no value: 'SET'",
+}
+
+
+@pytest.mark.parametrize("words", WRONG_CALLS)
+def test_wrong_calls(words, tmp_path):
+    (tmp_path / "call.cmake").write_text(f'include("{SOURCE}/runtime/generate.cmake")\nrefdyn_generate({words})\n')
+    said = re.sub(r"\s+", " ", run("cmake", "-P", tmp_path / "call.cmake", status=1))
+    assert f"refdyn_generate(arm): {WRONG_CALLS[words]}" in said
+
+
+@pytest.mark.skipif(not LONG, reason="builds the program")
+def test_project_with_the_sources(project):
+    text = (project / "CMakeLists.txt").read_text().replace("find_package(refdyn REQUIRED)", f"add_subdirectory({SOURCE} refdyn)")
+    (project / "CMakeLists.txt").write_text(text)
+    run("cmake", "-S", project, "-B", project / "build")
+    build(project)
+    assert run(project / "build" / "mine").startswith("5 coordinates")
+    assert not list((project / "build" / "refdyn").glob("librefdyn.so*")), "what nothing links is not built"
+
+
+# ---- the shared library ----
+
+def declared():
+    """Functions of the public headers."""
+    text = "".join((SOURCE / "runtime" / name).read_text() for name in ("refdyn.h", "batch/refdyn_batch.h"))
+    text = re.sub(r"/\*.*?\*/", " ", text, flags=re.S)
+    return set(re.findall(r"^[a-z][\w *]*?\b(refdyn_\w+)\((?!\*)", text, re.M))
+
+
+def test_shared_library_shows_what_is_declared(prefix):
+    library = prefix / "lib" / "librefdyn.so"
+    listing = run("nm", "-D", "--defined-only", library)
+    shown = {line.split()[2] for line in listing.splitlines()}
+    assert shown == declared() and len(shown) > 50
+    assert "librefdyn.so.0.1]" in run("readelf", "-d", library)
+    assert os.readlink(library) == "librefdyn.so.0.1" and os.readlink(prefix / "lib" / "librefdyn.so.0.1") == "librefdyn.so.0.1.0"
+
+
+def test_shared_library_by_pkg_config(prefix, tmp_path):
+    (tmp_path / "user.c").write_text('#include <refdyn_batch.h>\n#include <stdio.h>\nint main(void) { puts(refdyn_method_name(REFDYN_RK8)); return refdyn_batch_widest() < 1; }\n')
+    env = {"PKG_CONFIG_PATH": str(prefix / "lib" / "pkgconfig"), "LD_LIBRARY_PATH": str(prefix / "lib")}
+    flags = shlex.split(run("pkg-config", "--cflags", "--libs", "refdyn-shared", env=env))
+    run("cc", "user.c", *flags, "-o", "user", cwd=tmp_path)
+    assert run(tmp_path / "user", env=env) == "rk8\n"
+    assert "librefdyn.so.0.1 " in run("ldd", tmp_path / "user", env=env)
