@@ -8,7 +8,7 @@ local height, upper, fore, hand = 0.3, 0.25, 0.16, 0.172                -- of th
 -- The letters "Rd": smooth curves through points of the sheet, which is read from the other side of the table.
 local function at(right, up) return { 0.3 - 0.1 * up, 0.1 * right - 0.065, 0 } end
 local strokes = {
-  { at(0, 0), at(0, 1) },
+  { at(0, 1), at(0, 0) },
   { at(0, 1), at(0.35, 0.97), at(0.52, 0.75), at(0.35, 0.53), at(0, 0.5) },
   { at(0.25, 0.5), at(0.55, 0) },
   { at(1.3, 0.45), at(1.05, 0.6), at(0.82, 0.3), at(1.05, 0), at(1.3, 0.15) },
@@ -17,7 +17,7 @@ local strokes = {
 
 -- Where the pen is to be: each path adds nothing before its time and its whole way after it.
 local function pen(t)
-  local place, time, last = at(0, 0), 0, nil
+  local place, time, last = at(0, 1), 0, nil
   local function follow(points)
     local path = rd.path(points)
     local way  = path.length * rd.smoothstep(t, time, time + path.length / p.speed)
@@ -33,7 +33,7 @@ local function pen(t)
 end
 
 -- Angles at the start: the law of cosines between shoulder and wrist, which is above the pen.
-local x, y = at(0, 0)[1], at(0, 0)[2]
+local x, y = at(0, 1)[1], at(0, 1)[2]
 local r, h = rd.sqrt(x^2 + y^2), hand - height
 local bend = rd.acos((r^2 + h^2 - upper^2 - fore^2) / (2 * upper * fore))
 local tilt = -rd.atan2(h, r) - rd.atan2(fore * rd.sin(bend), upper + fore * rd.cos(bend))
