@@ -24,7 +24,7 @@ static const struct platform platforms[] = {
      .compiler = "x86_64-w64-mingw32-gcc",
      .package = "gcc-mingw-w64-x86-64",
      .compile_flags = {NULL},
-     .link_flags = {"-shared", "-s", "-static", "-Wl,--no-insert-timestamp", NULL}},
+     .link_flags = {"-shared", "-s", "-static", "-Wl,--no-insert-timestamp,--disable-auto-image-base", NULL}},
 };
 enum { PLATFORMS = sizeof platforms / sizeof *platforms };
 
