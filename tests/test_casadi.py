@@ -1,0 +1,262 @@
+"""Emitted functions as CasADi loads them (`--for-casadi`), CasADi from PyPI; the examples of docs/casadi.md."""
+import importlib
+import os
+import re
+import subprocess
+import sys
+
+import numpy
+import pytest
+
+from program import BUILD, LONG, MODELS, REFERENCE, SOURCE, TESTS, check, close, evaluate, refdyn
+
+EXAMPLE = SOURCE / "docs" / "casadi"
+ARM = EXAMPLE / "arm.lua"
+COMPILERS = [["gcc", "-std=c11"], ["clang", "-std=c11"], ["g++", "-std=c++17", "-x", "c++"], ["clang++", "-std=c++17", "-x", "c++"]]
+WARNINGS = "-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror".split()
+INCLUDE = ["-I", SOURCE / "runtime"]
+# Rows of two levels, an input, parameters of which one is anchored; and an arm without rows, folded.
+SCENES = [(REFERENCE, ["--set", "n_rfe=2", "--set", "drive=input", "--emit", "M,h,u,phi,psi,k,r,C,force,constrained,qdd_free,qdd,step"]),
+          (ARM, ["--fold", "--emit", "M,qdd,step"])]
+# A kink in time, events and friction, a closed chain, 65 coordinates as loops.
+MORE = [(MODELS / "fourbar.lua", []), (TESTS / "models" / "bouncing.lua", []), (MODELS / "gantry.lua", []),
+        (REFERENCE, ["--set", "n_rfe=22", "--set", "program=none", "--emit", "M,qdd"])]
+QUANTITIES = ["M", "h", "u", "phi", "psi", "k", "force", "qdd_free", "qdd"]
+
+
+def name_of(scene):
+    return scene[0].stem + str(len(scene[1]))
+
+
+@pytest.fixture(scope="session")
+def python(tmp_path_factory):
+    """The Python of a fresh environment where CasADi is installed. NumPy is Debian's."""
+    folder = tmp_path_factory.mktemp("casadi")
+    subprocess.run([sys.executable, "-m", "venv", "--system-site-packages", folder / "v"], check=True)
+    python = folder / "v" / "bin" / "python"
+    done = subprocess.run([python, "-m", "pip", "install", "-q", "--no-deps", "--no-compile", "--disable-pip-version-check", "casadi"], capture_output=True, text=True)
+    if done.returncode:
+        pytest.fail(f"CasADi is not to be had from PyPI:\n{done.stderr[-1500:]}", pytrace=False)
+    return python
+
+
+@pytest.fixture(scope="session")
+def casadi(python):
+    site = subprocess.run([python, "-c", "import sysconfig; print(sysconfig.get_path('platlib'))"], check=True, capture_output=True, text=True).stdout.strip()
+    sys.path.insert(0, site)
+    yield importlib.import_module("casadi")
+    sys.path.remove(site)
+
+
+def build(scene, folder):
+    """The shared library of a scene, and the model's name."""
+    refdyn("gen", scene[0], *scene[1], "--for-casadi", "-o", folder)
+    name = next(folder.glob("*_casadi.c")).stem[:-len("_casadi")]
+    subprocess.run(["gcc", "-O0", "-fPIC", "-shared", *INCLUDE, f"{name}_casadi.c", "-o", f"lib{name}.so", "-lm"], cwd=folder, check=True)
+    return str(folder / f"lib{name}.so"), name
+
+
+def symbols(library):
+    lines = subprocess.run(["nm", "-D", "--defined-only", library], check=True, capture_output=True, text=True).stdout.splitlines()
+    return {line.split()[-1] for line in lines}
+
+
+def functions(library):
+    return sorted(name[:-len("_n_in")] for name in symbols(library) if name.endswith("_n_in") and not name.startswith("jac_"))
+
+
+def flat(matrix):
+    return numpy.array(matrix).ravel(order="F")
+
+
+def arguments_of(function, start):
+    """By name, without symmetry, near the start."""
+    random = numpy.random.default_rng(5)
+    values = {"t": numpy.array([0.3]), "h": numpy.array([1e-4])}
+    for name, size in (("q", 0.02), ("qd", 0.02), ("inputs", 0.3), ("parameters", 0)):
+        values[name] = flat(start[name]) + size * random.standard_normal(start[name].numel())
+    return [values[name] for name in function.name_in()]
+
+
+def results(function, arguments):
+    out = function(*arguments)
+    return [flat(one) for one in (out if isinstance(out, tuple) else [out])]
+
+
+def difference(function, arguments, i, j):
+    """Columns of all results by one entry, of order 6."""
+    name, value = function.name_in(i), arguments[i][j]
+    size = 5e-4 * (abs(value) or 1e-5) if name == "parameters" else 4e-3 * value if name == "h" else 1e-2 if name == "t" else 5e-5
+    columns = 0
+    for k, weight in ((-3, -1 / 60), (-2, 0.15), (-1, -0.75), (1, 0.75), (2, -0.15), (3, 1 / 60)):
+        moved = [array.copy() for array in arguments]
+        moved[i][j] += k * size
+        columns = columns + weight / size * numpy.concatenate(results(function, moved))
+    return columns
+
+
+def wrong_derivatives(function, arguments):
+    """One line for each block that is not what differences give."""
+    values = results(function, arguments)
+    blocks = function.jacobian()(*arguments, *[0 * value for value in values])
+    blocks, ends, lines = [numpy.array(block) for block in blocks], numpy.cumsum([len(value) for value in values]), []
+    for i in range(function.n_in()):
+        unit = numpy.abs(arguments[i]) + 1e-5 if function.name_in(i) in ("parameters", "h") else numpy.ones(len(arguments[i]))
+        for j in range(len(arguments[i])):
+            found = numpy.concatenate([blocks[o * function.n_in() + i][:, j] for o in range(len(values))]) * unit[j]
+            expected = difference(function, arguments, i, j) * unit[j]
+            for value, a, b in zip(values, numpy.split(found, ends[:-1]), numpy.split(expected, ends[:-1])):
+                scale = max(abs(b).max(), 1e-3 * abs(value).max(), 1e-9)
+                lines.append(close(f"{function.name()} by {function.name_in(i)} {j}", a, b, 1e-7, scale))
+    return lines
+
+
+@pytest.mark.parametrize("scene", SCENES + (MORE if LONG else []), ids=name_of)
+def test_values_and_derivatives(scene, tmp_path, casadi):
+    library, name = build(scene, tmp_path)
+    start, lines, differentiable = casadi.external(f"{name}_defaults", library)(), [], 0
+    options = [word for word in scene[1] if not word.startswith("M,")]
+    options = options[:options.index("--emit")] if "--emit" in options else options
+    qdd = casadi.external(f"{name}_qdd", library)
+    q, qd, t, inputs, parameters = arguments_of(qdd, start)
+    names = re.findall(r" \*   inputs \d+ (\w+)", (tmp_path / f"{name}_casadi.c").read_text())
+    expected = evaluate(scene[0], {"t": t[0], "q": list(q), "qd": list(qd), "inputs": dict(zip(names, inputs))}, *options)
+    for one in functions(library):
+        function, quantity = casadi.external(one, library), one[len(name) + 1:]
+        if quantity == "defaults":
+            continue
+        arguments = arguments_of(function, start)
+        if quantity in QUANTITIES and quantity in expected:
+            rows = [[value or 0 for value in row] if isinstance(row, list) else row or 0 for row in expected[quantity]]
+            found = numpy.array(function(*arguments)).reshape(numpy.shape(rows))
+            lines.append(close(quantity, found, rows, 1e-10))
+        if f"jac_{one}" in symbols(library):
+            differentiable += 1
+            lines += wrong_derivatives(function, arguments)
+    assert differentiable >= (2 if "qdd" in scene[1] else 1)
+    check(lines)
+
+
+def test_true_patterns(tmp_path, casadi):
+    """Entries that are never other than zero are none: of branches, of what rows do not read."""
+    library, name = build((MODELS / "branched.lua", ["--emit", "M,C,qdd"]), tmp_path)
+    start = casadi.external(f"{name}_defaults", library)()
+    M, C = (casadi.external(f"{name}_{quantity}", library) for quantity in "MC")
+    parents = evaluate(MODELS / "branched.lua")
+    n = len(parents["coordinates"])
+    assert 0 < M.nnz_out(0) < n * n and 0 < C.nnz_out(0) < C.numel_out(0)
+    arguments = arguments_of(M, start)
+    found, full = M(*arguments), evaluate(MODELS / "branched.lua", {"t": 0.3, "q": list(arguments[0]), "qd": list(arguments[1])})["M"]
+    check([close("M", numpy.array(found), full, 1e-12)])
+    assert (numpy.array(found.sparsity() @ casadi.DM.ones(1) if False else casadi.DM(found.sparsity(), 1)) >= (numpy.abs(full) > 1e-12)).all()
+
+
+def test_expressions_of_casadi(tmp_path, casadi):
+    """Derivatives go through CasADi's graph, forward and in reverse; CasADi's own C calls the functions."""
+    library, name = build(SCENES[1], tmp_path)
+    qdd, start = casadi.external(f"{name}_qdd", library), casadi.external(f"{name}_defaults", library)()
+    q, qd, t, inputs, parameters = arguments_of(qdd, start)
+    x, u = casadi.MX.sym("x", 2 * len(q)), casadi.MX.sym("u", 2)
+    rates = casadi.vertcat(x[len(q):], qdd(x[:len(q)], x[len(q):], 0, u, start["parameters"]))
+    cost = casadi.sumsqr(rates)
+    function = casadi.Function("f", [x, u], [rates, casadi.jacobian(rates, u), casadi.gradient(cost, x), casadi.jtimes(rates, x, x)])
+    state = numpy.concatenate([q, qd])
+    found = function(state, inputs)
+    plain = casadi.Function("g", [x, u], [rates])
+    size = 1e-5
+
+    def along(direction):
+        return sum(weight * flat(plain(state + k * size * direction, inputs)) for k, weight in ((1, 2 / 3), (-1, -2 / 3), (2, -1 / 12), (-2, 1 / 12))) / size
+
+    expected = numpy.array([2 * flat(plain(state, inputs)) @ along(e) for e in numpy.eye(len(state))])
+    check([close("gradient", flat(found[2]), expected, 1e-7), close("forward", flat(found[3]), along(state), 1e-7)])
+    current = os.getcwd()
+    os.chdir(tmp_path)
+    try:
+        function.generate("f.c")
+    finally:
+        os.chdir(current)
+    subprocess.run(["gcc", "-fPIC", "-shared", "f.c", "-o", "libf.so", "-L.", f"-l{name}", "-Wl,-rpath,.", "-Wl,-rpath,$ORIGIN", "-lm"], cwd=tmp_path, check=True)
+    again = casadi.external("f", str(tmp_path / "libf.so"))(state, inputs)
+    assert all((flat(a) == flat(b)).all() for a, b in zip(found, again))
+
+
+def test_no_name_of_ours_is_in_the_way(tmp_path, casadi):
+    library, name = build(SCENES[1], tmp_path)
+    ours = [symbol for symbol in symbols(library) if not symbol.startswith((f"{name}_", f"jac_{name}_", "refdyn_", "_"))]
+    assert not ours
+    for absent in ("model", "prepare", "d_qdd", "start"):
+        with pytest.raises(RuntimeError):
+            casadi.external(f"{name}_{absent}", library)
+    header = casadi.external(f"{name}_step_rk4", library)
+    assert header.name_in() == ["q", "qd", "t", "h", "inputs", "parameters"] and header.name_out() == ["q_next", "qd_next"]
+    failed = casadi.external(f"{name}_step_gauss", library)
+    with pytest.raises(RuntimeError):
+        failed(numpy.full(4, numpy.nan), numpy.zeros(4), 0, 1e-3, numpy.zeros(2), [])
+
+
+def test_the_printed_form_has_values_alone(tmp_path):
+    library, name = build((REFERENCE, ["--set", "n_rfe=1", "--set", "form=printed", "--emit", "M,qdd"]), tmp_path)
+    assert functions(library) == ["manipulator_M", "manipulator_constrained", "manipulator_defaults", "manipulator_qdd"]
+    assert not any(symbol.startswith("jac_") for symbol in symbols(library))
+
+
+@pytest.mark.parametrize("compiler", COMPILERS, ids=lambda words: words[0])
+def test_it_compiles_without_a_warning(compiler, tmp_path):
+    refdyn("gen", REFERENCE, "--set", "n_rfe=1", "--emit", "M,phi,step", "--for-casadi", "-o", tmp_path)
+    subprocess.run([*compiler, "-O1", *WARNINGS, *INCLUDE, "-c", tmp_path / "manipulator_casadi.c", "-o", tmp_path / "o"], check=True)
+
+
+def test_parts_of_a_long_model(tmp_path):
+    """Sources in several parts are one file here; the file goes when it is not asked for."""
+    scene = (REFERENCE, ["--set", "n_rfe=10", "--loops", "never", "--emit", "all"])
+    refdyn("gen", *[scene[0], *scene[1]], "--for-casadi", "-o", tmp_path)
+    assert (tmp_path / "manipulator_2.c").exists() and '#include "manipulator_2.c"' in (tmp_path / "manipulator_casadi.c").read_text()
+    subprocess.run(["gcc", "-fsyntax-only", *INCLUDE, tmp_path / "manipulator_casadi.c"], check=True)
+    refdyn("gen", REFERENCE, "--set", "n_rfe=1", "-o", tmp_path)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["manipulator.c", "manipulator.h"]
+
+
+# ---- The examples ----
+
+def test_predictive_control(tmp_path):
+    refdyn("gen", ARM, "--set", "n_rfe=4", "--fold", "--emit", "step", "-o", tmp_path)
+    subprocess.run(["cc", "-O2", *INCLUDE, "-I", tmp_path, EXAMPLE / "control.c", tmp_path / "arm.c", tmp_path / "arm_step.c", "-lm", "-o", tmp_path / "control"],
+                   check=True)
+    said = subprocess.run([tmp_path / "control"], check=True, capture_output=True, text=True).stdout
+    off, rate, torque, bend = map(float, re.search(r"off by (\S+) rad, rates by (\S+) rad/s; largest torque (\S+) N m, largest bend (\S+) rad", said).groups())
+    assert off < 2e-3 and rate < 1e-2 and torque < 10 and 0.1 < bend < 0.3, said
+
+
+def test_steps_for_acados(tmp_path):
+    """By acados' form of a function, against the step itself: with declarations of ours, acados is not there."""
+    refdyn("gen", ARM, "--set", "n_rfe=2", "--fold", "--emit", "step,start", "-o", tmp_path)
+    subprocess.run(["cc", "-O1", "-Wall", "-Wextra", "-Werror", *INCLUDE, "-I", tmp_path, "-I", TESTS / "casadi", "-I", EXAMPLE, TESTS / "casadi" / "call_acados.c",
+                    "-lm", "-o", tmp_path / "call"], check=True)
+    random = numpy.random.default_rng(2)
+    values = numpy.concatenate([random.standard_normal(2), 0.1 * random.standard_normal(8)])
+
+    def call(values):
+        lines = subprocess.run([tmp_path / "call", *map(str, values)], check=True, capture_output=True, text=True).stdout.splitlines()
+        return [numpy.array([float(word) for word in line.split()]) for line in lines]
+
+    found, size, lines = call(values), 1e-4, []
+    for j in range(10):
+        moved = [call(values + k * size * numpy.eye(10)[j])[0] for k in (-2, -1, 1, 2)]
+        expected = (moved[0] - 8 * moved[1] + 8 * moved[2] - moved[3]) / (12 * size)
+        lines.append(close(f"by {j}", [column[j] for column in found[1:]], expected, 1e-8))
+    check(lines)
+
+
+@pytest.mark.skipif(not LONG, reason="takes long: tests/long")
+def test_the_page(tmp_path, python):
+    """Its commands, and the minimum of two discretisations to 1e-4."""
+    (tmp_path / "docs").symlink_to(SOURCE / "docs")
+    env = {**os.environ, "REFDYN_INCLUDE": str(SOURCE / "runtime"), "PATH": f"{python.parent}:{BUILD / 'bin'}:{os.environ['PATH']}"}
+    page = (SOURCE / "docs" / "casadi.md").read_text()
+    (tmp_path / "shown.py").write_text(re.search(r"```python\n(import casadi.*?)```", page, re.S)[1])
+    script = "\n".join(re.findall(r"^```sh\n(.*?)^```", page, re.M | re.S)) + "\npython3 shown.py\n"
+    said = subprocess.run(["bash", "-e", "-c", script], cwd=tmp_path, env=env, capture_output=True, text=True, timeout=500)
+    assert said.returncode == 0, said.stdout + said.stderr
+    first, second = map(float, re.search(r"(\S+) by collocation, (\S+) by shooting", said.stdout).groups())
+    check([close("collocation", [first], [8.67454], 1e-5), close("shooting", [second], [first], 1e-4)])
