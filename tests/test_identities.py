@@ -239,9 +239,10 @@ def test_observed_high_order_on_a_programme(method, stabilise, exact_manipulator
 
 
 def test_energy_balance(tmp_path):
-    """Work of drives, dampers and programme forces accounts for the change of energy, in every model."""
+    """Work of drives, dampers and programme forces accounts for the change of energy, in every model; where nothing works it stays."""
     for path in all_models():
-        refdyn("sim", path, "--method", "rk4", "--step", "1e-5", "--until", "0.05", "-o", tmp_path / "run.csv",
-               "--summary", tmp_path / "summary.json")
-        summary = json.loads((tmp_path / "summary.json").read_text())
-        assert summary["energy_error"] < 1e-6 * SCALE, (path.name, summary)
+        said = refdyn("sim", path, "--method", "rk4", "--step", "1e-5", "--until", "0.05", "-o", tmp_path / "run.csv",
+                      "--summary", tmp_path / "summary.json").stderr
+        error = json.loads((tmp_path / "summary.json").read_text())["energy_error"]
+        stays = "does not change, but for rounding" in said
+        assert stays if error is None else error < 1e-6 * SCALE, (path.name, said)
