@@ -133,7 +133,7 @@ static void hash_words(SHA2_CTX *sha, const char *const *words) {
         hash_text(sha, *words, strlen(*words));
 }
 
-/* Of the compiler, the flags and the carried files. */
+/* Of the compiler, the flags and the files that go in: sources and headers. */
 static const char *make_key(const struct fmu_build *build) {
     char *key = allocate(SHA256_DIGEST_STRING_LENGTH, 1);
     SHA2_CTX sha;
@@ -146,6 +146,8 @@ static const char *make_key(const struct fmu_build *build) {
     hash_words(&sha, common_flags);
     hash_words(&sha, build->platform->compile_flags);
     for (int i = 0; i < carried_file_count; i++) {
+        if (!is_common(carried_files[i].path))
+            continue;
         hash_text(&sha, carried_files[i].path, strlen(carried_files[i].path));
         hash_text(&sha, carried_files[i].text, carried_files[i].size);
     }

@@ -1,0 +1,408 @@
+"""FMUs of `refdyn export`: what is in them, what is refused, and what FMPy (from PyPI) finds, compiles and simulates."""
+import ctypes
+import importlib
+import os
+import re
+import shutil
+import subprocess
+import sys
+import xml.etree.ElementTree
+import zipfile
+
+import numpy as np
+import pytest
+
+from program import LONG, MODELS, REFDYN, REFERENCE, SOURCE, TESTS, check, close, motion, refdyn
+
+ARM = SOURCE / "docs" / "casadi" / "arm.lua"
+BALL = TESTS / "models" / "events" / "ball.lua"
+VERSIONS = ["2.0", "3.0"]
+KINDS = ["ModelExchange", "CoSimulation"]
+OUTPUTS = 40
+
+# A model, its options, and the end of its motion [s].
+FEW = {
+    "rows": (MODELS / "fourbar.lua", [], 0.5),
+    "inputs": (ARM, ["--set", "shoulder=0.3", "--set", "elbow=-0.2"], 0.3),
+}
+SCENES = {
+    **FEW,
+    "free": (MODELS / "pendulum.lua", ["--set", "n_rfe=2"], 1),
+    "parameters": (MODELS / "pendulum.lua", ["--set", "n_rfe=2", "--set", "m_bob=0.8", "--set", "L=1.7"], 1),
+    "programme": (REFERENCE, ["--set", "n_rfe=1"], 2.5),
+    "redundant rows": (MODELS / "fourbar.lua", ["--set", "joints=spatial"], 0.3),
+    "directions": (TESTS / "models" / "orientation.lua", [], 1),
+    "platform": (MODELS / "stewart.lua", [], 0.3),
+    "impacts": (TESTS / "models" / "bouncing.lua", [], 0.8),
+    "ball": (BALL, [], 3),
+    "time events": (TESTS / "models" / "switched.lua", ["--set", "form=left"], 0.9),
+    "wave": (TESTS / "models" / "switched.lua", ["--set", "form=wave"], 0.9),
+    "friction": (TESTS / "models" / "events" / "block.lua", [], 1),
+}
+CHOSEN = SCENES if LONG else FEW
+
+
+# ---- What is in an FMU ----
+
+def export(model, version, file, *arguments, **ways):
+    refdyn("export", model, "--fmu", version, *arguments, "-o", file, **ways)
+    return file
+
+
+def description(file):
+    return xml.etree.ElementTree.fromstring(zipfile.ZipFile(file).read("modelDescription.xml"))
+
+
+def variables(about):
+    """Attributes by name; of FMI 2.0 those of the element inside, too."""
+    return {entry.get("name"): {**entry.attrib, **(entry[0].attrib if len(entry) else {})} for entry in about.find("ModelVariables")}
+
+
+@pytest.fixture(scope="module", params=VERSIONS)
+def linkage(request, tmp_path_factory):
+    return request.param, export(MODELS / "fourbar.lua", request.param, tmp_path_factory.mktemp("fmu") / "a.fmu", "--set", "rho=2650")
+
+
+def test_same_bytes(linkage, tmp_path):
+    version, file = linkage
+    again = export(MODELS / "fourbar.lua", version, tmp_path / "b.fmu", "--set", "rho=2650", cwd=tmp_path)
+    assert again.read_bytes() == file.read_bytes()
+
+
+def test_files(linkage):
+    version, file = linkage
+    archive = zipfile.ZipFile(file)
+    names = archive.namelist()
+    folder = "linux64" if version == "2.0" else "x86_64-linux"
+    assert archive.testzip() is None and f"binaries/{folder}/fourbar.so" in names
+    listed = description(file) if version == "2.0" else xml.etree.ElementTree.fromstring(archive.read("sources/buildDescription.xml"))
+    tag = "File" if version == "2.0" else "SourceFile"
+    sources = {f"sources/{entry.get('name')}" for entry in listed.iter(tag)}
+    assert sources == {name for name in names if name.endswith(".c")}
+    texts = {name: archive.read(name).decode() for name in names if name.startswith("sources/")}
+    assert not [name for name, text in texts.items() if re.search(r"GPL|gsl|General Public|/tmp/|/home/", text)]
+    included = {name for text in texts.values() for name in re.findall(r'#include "(.*?)"', text)}
+    assert not {name for name in included if f"sources/{name}" not in names}
+
+
+def test_variables(linkage):
+    about = description(linkage[1])
+    found = variables(about)
+    units = {"crank_psi": "rad", "crank_psi_d": "rad/s", "der(crank_psi)": "rad/s", "crank_psi_dd": "rad/s^2", "torque": "N m", "rho": "kg/m^3", "pin_x": "m", "energy": "J"}
+    check(f"{name}: {found[name].get('unit')}" for name, unit in units.items() if found[name].get("unit") != unit)
+    assert found["torque"]["causality"] == "input" and float(found["torque"]["start"]) == 1.5
+    assert found["rho"]["variability"] == "tunable" and float(found["rho"]["start"]) == 2650
+    assert {unit.get("name") for unit in about.find("UnitDefinitions")} >= set(units.values())
+    density = next(unit for unit in about.find("UnitDefinitions") if unit.get("name") == "kg/m^3")
+    assert density[0].attrib == {"kg": "1", "m": "-3"}
+
+
+# ---- What is refused ----
+
+MODEL = MODELS / "pendulum.lua"
+NOWHERE = "no_such_folder/a.fmu"
+REFUSED = {
+    "version": (["--fmu", "1.0"], 2, "refdyn: --fmu: '1.0' is none of 2.0, 3.0"),
+    "no version": ([], 2, "refdyn: --fmu is missing"),
+    "platform": (["--fmu", "2.0", "--platform", "linux64,win32"], 2, "refdyn: --platform: 'win32' is none of linux64, win64"),
+    "folder": (["--fmu", "2.0", "-o", NOWHERE], 1, f"refdyn: {NOWHERE}: No such file or directory"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_refused(case, tmp_path):
+    arguments, status, message = REFUSED[case]
+    output = [] if "-o" in arguments else ["-o", "a.fmu"]
+    done = refdyn("export", MODEL, *arguments, *output, status=status, cwd=tmp_path)
+    assert message in done.stderr.splitlines() and not list(tmp_path.iterdir()), done.stderr
+
+
+# ---- For Windows ----
+
+MINGW = shutil.which("x86_64-w64-mingw32-gcc")
+WINE = next((path for path in (shutil.which("wine64"), "/usr/lib/wine/wine64") if path and os.path.exists(path)), None)
+
+
+def test_compilers_that_are_missing(tmp_path):
+    """Each named with what to do, and no FMU is left."""
+    done = refdyn("export", MODEL, "--fmu", "2.0", "-o", "a.fmu", status=1, cwd=tmp_path, env={"CC": "no-such-cc", "REFDYN_CACHE": str(tmp_path / "cache")})
+    assert "no-such-cc" in done.stderr
+    only = tmp_path / "only"
+    only.mkdir()
+    for program in ("as", "ld"):  # of cc
+        (only / program).symlink_to(shutil.which(program))
+    done = refdyn("export", MODEL, "--fmu", "2.0", "--platform", "win64", "-o", "a.fmu", status=1, cwd=tmp_path, env={"CC": shutil.which("cc"), "PATH": str(only)})
+    assert "refdyn: --platform win64: no x86_64-w64-mingw32-gcc is installed (Debian: apt install gcc-mingw-w64-x86-64)" in done.stderr
+    assert not (tmp_path / "a.fmu").exists()
+
+
+@pytest.mark.skipif(not (LONG and MINGW), reason="takes long: tests/long; and needs gcc-mingw-w64-x86-64")
+@pytest.mark.parametrize("version", VERSIONS)
+def test_windows_library(version, tmp_path):
+    """It exports the functions of FMI and needs no library but Windows's."""
+    file = export(MODELS / "fourbar.lua", version, tmp_path / "a.fmu", "--platform", "win64")
+    assert export(MODELS / "fourbar.lua", version, tmp_path / "b.fmu", "--platform", "win64").read_bytes() == file.read_bytes()
+    folder = "win64" if version == "2.0" else "x86_64-windows"
+    library = tmp_path / "fourbar.dll"
+    library.write_bytes(zipfile.ZipFile(file).read(f"binaries/{folder}/fourbar.dll"))
+    said = subprocess.run(["x86_64-w64-mingw32-objdump", "-p", library], check=True, capture_output=True, text=True).stdout
+    assert {name.lower() for name in re.findall("DLL Name: (.*)", said)} == {"kernel32.dll", "msvcrt.dll"}
+    header = (SOURCE / "runtime" / "fmi" / f"fmi{version[0]}.h").read_text()
+    exported = set(re.findall(r"\] (\w+)$", said[said.index("[Ordinal/Name Pointer]"):], re.M))
+    assert exported == set(re.findall(rf"#define (fmi{version[0]}\w+) ", header)) if version == "2.0" else {"fmi3DoStep", "fmi3GetFloat64"} <= exported
+
+
+@pytest.mark.skipif(not (LONG and MINGW and WINE), reason="takes long: tests/long; and needs gcc-mingw-w64-x86-64 and wine64")
+def test_windows_motion(tmp_path):
+    """By Wine, as on Linux."""
+    file = export(MODELS / "fourbar.lua", "2.0", tmp_path / "a.fmu", "--platform", "linux64,win64")
+    zipfile.ZipFile(file).extractall(tmp_path)
+    guid = description(file).get("guid")
+    program = TESTS / "fmi" / "step.c"
+    include = ["-std=gnu11", "-I", SOURCE / "runtime", program]
+    subprocess.run(["cc", *include, "-o", tmp_path / "step", "-ldl"], check=True)
+    subprocess.run([MINGW, *include, "-o", tmp_path / "step.exe"], check=True)
+    here = subprocess.run([tmp_path / "step", tmp_path / "binaries/linux64/fourbar.so", guid, "0.03"], check=True, capture_output=True, text=True).stdout
+    env = {**os.environ, "WINEPREFIX": str(tmp_path / "wine"), "WINEDEBUG": "-all", "WINEDLLOVERRIDES": "mscoree,mshtml="}
+    there = subprocess.run([WINE, "step.exe", "binaries/win64/fourbar.dll", guid, "0.03"], cwd=tmp_path, env=env, capture_output=True, text=True, timeout=600)
+    assert there.returncode == 0, there.stderr
+    check([close("states", *[[float(value) for value in said.split()] for said in (there.stdout, here)], 1e-9)])
+
+
+# ---- By FMPy ----
+
+@pytest.fixture(scope="session")
+def fmpy(tmp_path_factory):
+    """FMPy and what it needs without notebooks, in a fresh environment. NumPy is Debian's."""
+    folder = tmp_path_factory.mktemp("fmpy")
+    subprocess.run([sys.executable, "-m", "venv", "--system-site-packages", folder / "v"], check=True)
+    python = folder / "v" / "bin" / "python"
+    packages = ["fmpy", "attrs", "lark", "lxml", "msgpack"]
+    done = subprocess.run([python, "-m", "pip", "install", "-q", "--no-deps", "--no-compile", "--disable-pip-version-check", *packages],
+                          capture_output=True, text=True)
+    if done.returncode:
+        pytest.fail(f"FMPy is not to be had from PyPI:\n{done.stderr[-1500:]}", pytrace=False)
+    site = subprocess.run([python, "-c", "import sysconfig; print(sysconfig.get_path('platlib'))"], check=True, capture_output=True, text=True).stdout.strip()
+    sys.path.insert(0, site)
+    yield importlib.import_module("fmpy")
+    sys.path.remove(site)
+
+
+@pytest.fixture(scope="module")
+def fmus(fmpy, tmp_path_factory):
+    """The FMU of a scene in one version, and its files in a folder; each is made once."""
+    made = {}
+
+    def get(scene, version):
+        if (scene, version) not in made:
+            folder = tmp_path_factory.mktemp("fmu")
+            model, arguments, until = SCENES[scene]
+            file = export(model, version, folder / "a.fmu", *arguments, "--until", until, "--tol", 1e-9)
+            made[scene, version] = file, fmpy.extract(str(file), str(folder / "files"))
+        return made[scene, version]
+    return get
+
+
+def simulate(fmpy, folder, kind, until, outputs, **ways):
+    return fmpy.simulate_fmu(folder, fmi_type=kind, stop_time=until, output_interval=until / OUTPUTS, relative_tolerance=1e-9,
+                             output=outputs, record_events=False, **ways)
+
+
+def differences(run, found, names, tolerance):
+    """At the times of FMPy that are some of the motion."""
+    rows = [(i, int(k)) for i, t in enumerate(found["time"]) for k in np.flatnonzero(np.isclose(run["t"], t, rtol=0, atol=1e-9))]
+    assert len(rows) >= OUTPUTS, f"{len(rows)} times in common"
+    here, there = map(list, zip(*rows))
+    return [close(name, found[name][here], run[name][there], tolerance, scale=max(1, abs(run[name]).max())) for name in names]
+
+
+def coordinates_of(run):
+    """Coordinates and rates of a motion."""
+    return [name for name in run if name + "_d" in run or name.endswith("_d") and name[:-2] in run]
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+@pytest.mark.parametrize("scene", CHOSEN)
+def test_validate(fmpy, fmus, scene, version):
+    validation = importlib.import_module("fmpy.validation")
+    assert validation.validate_fmu(str(fmus(scene, version)[0])) == []
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("version", VERSIONS)
+@pytest.mark.parametrize("scene", CHOSEN)
+def test_motion(fmpy, fmus, scene, version, kind, capfd):
+    """As `sim` finds it, without a message."""
+    model, arguments, until = SCENES[scene]
+    run, _, _ = motion(model, *arguments, "--until", until, "--every", until / OUTPUTS, "--tol", 1e-9)
+    names = coordinates_of(run)
+    found = simulate(fmpy, fmus(scene, version)[1], kind, until, names)
+    check(differences(run, found, names, 1e-5))
+    assert capfd.readouterr() == ("", "")
+
+
+# ---- One instance ----
+
+class Instance:
+    """One instance of an FMU in either version, by the same calls."""
+
+    def __init__(self, fmpy, folder, is_exchange, **start):
+        about = fmpy.read_model_description(folder)
+        self.about, self.version = about, about.fmiVersion[0]
+        self.of = {entry.name: entry for entry in about.modelVariables}
+        kind = "Model" if is_exchange else "Slave"
+        make = getattr(importlib.import_module(f"fmpy.fmi{self.version}"), f"FMU{self.version}{kind}")
+        self.fmu = make(guid=about.guid, unzipDirectory=folder, modelIdentifier=about.modelExchange.modelIdentifier, instanceName="one")
+        self.is_exchange = is_exchange
+        self.fmu.instantiate()
+        self.begin(**start)
+
+    def begin(self, **start):
+        is_2 = self.version == "2"
+        if is_2:
+            self.fmu.setupExperiment(startTime=0)
+        self.fmu.enterInitializationMode()
+        for name, value in start.items():
+            self.set(name, value)
+        self.fmu.exitInitializationMode()
+        if self.is_exchange:
+            (self.fmu.newDiscreteStates if is_2 else self.fmu.updateDiscreteStates)()
+            self.fmu.enterContinuousTimeMode()
+
+    def set(self, name, value):
+        (self.fmu.setReal if self.version == "2" else self.fmu.setFloat64)([self.of[name].valueReference], [value])
+
+    def get(self, names):
+        return np.array((self.fmu.getReal if self.version == "2" else self.fmu.getFloat64)([self.of[name].valueReference for name in names]))
+
+    def set_states(self, x):
+        self.fmu.setContinuousStates((ctypes.c_double * len(x))(*x), len(x))
+
+    def derivatives(self, unknowns, known):
+        references = [self.of[name].valueReference for name in unknowns]
+        return np.array(self.fmu.getDirectionalDerivative(references, [self.of[known].valueReference], [1.0]))
+
+    def states(self):
+        return [entry.derivative.name for entry in self.about.modelVariables if entry.derivative is not None]
+
+    def rates(self):
+        return [entry.name for entry in self.about.modelVariables if entry.derivative is not None]
+
+    def outputs(self):
+        return [entry.name for entry in self.about.modelVariables if entry.causality == "output"]
+
+    def inputs(self):
+        return [entry.name for entry in self.about.modelVariables if entry.causality == "input"]
+
+    def steps(self, first, last, h=0.01):
+        """The states after steps of Co-Simulation."""
+        for i in range(first, last):
+            self.fmu.doStep(i * h, h)
+        return self.get(self.states())
+
+    def close(self):
+        self.fmu.terminate()
+        self.fmu.freeInstance()
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+@pytest.mark.parametrize("scene", CHOSEN)
+def test_directional_derivatives(fmpy, fmus, scene, version):
+    """Of all derivatives and outputs by all states and inputs, against central differences at a state without symmetry."""
+    one = Instance(fmpy, fmus(scene, version)[1], True)
+    random = np.random.default_rng(3)
+    states, inputs, unknowns = one.states(), one.inputs(), one.rates() + one.outputs()
+    x = one.get(states) + 0.1 * random.standard_normal(len(states))
+    u = one.get(inputs) + 0.1 * random.standard_normal(len(inputs))
+    step = 1e-5
+
+    def values(dx, du):
+        one.set_states(x + dx)
+        for name, value in zip(inputs, u + du):
+            one.set(name, value)
+        return one.get(unknowns)
+
+    size = abs(values(0, 0)) + 1
+    exact = []
+    differences = []
+    for i, name in enumerate(states + inputs):
+        move = np.zeros(len(states + inputs))
+        move[i] = step
+        dx, du = move[:len(states)], move[len(states):]
+        differences.append((values(dx, du) - values(-dx, -du)) / (2 * step))
+        values(0, 0)
+        exact.append(one.derivatives(unknowns, name))
+    exact, differences = np.array(exact), np.array(differences)
+    scale = np.maximum(abs(differences).max(axis=0), size)
+    check(close(f"d({name})", exact[:, i], differences[:, i], 1e-6, scale=scale[i]) for i, name in enumerate(unknowns))
+    one.close()
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_states_of_instances(fmpy, fmus, version):
+    """Two instances beside each other; a state that is taken and given back; reset: the same to the bit."""
+    folder = fmus("rows", version)[1]
+    one, other = Instance(fmpy, folder, False), Instance(fmpy, folder, False, torque=0.4)
+    middle = one.steps(0, 10)
+    other.steps(0, 7)
+    saved = one.fmu.getFMUState()
+    end = one.steps(10, 20)
+    one.fmu.setFMUState(saved)
+    assert np.array_equal(one.get(one.states()), middle) and np.array_equal(one.steps(10, 20), end)
+    one.fmu.freeFMUState(saved)
+    one.fmu.reset()
+    one.begin()
+    assert np.array_equal(one.steps(0, 10), middle) and not np.array_equal(other.steps(7, 10), middle)
+    one.close()
+    other.close()
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_parameter_changes(fmpy, fmus, version, tmp_path):
+    """A tunable parameter and an input that change between steps: as two motions of `sim`, one from the other's end."""
+    model, arguments, _ = SCENES["inputs"]
+    one = Instance(fmpy, fmus("inputs", version)[1], False)
+    one.steps(0, 10)
+    one.set("load", 0.9)
+    one.set("shoulder", -0.5)
+    found = one.steps(10, 20)
+    run, _, _ = motion(model, *arguments, "--until", 0.1, "--every", 0.1, "--tol", 1e-9)
+    names = coordinates_of(run)
+    n = len(names) // 2
+    state = tmp_path / "state.json"
+    state.write_text('{"t": 0.1, "q": %s, "qd": %s}' % ([run[name][-1] for name in names[:n]], [run[name][-1] for name in names[n:]]))
+    run, _, _ = motion(model, "--from", state, "--set", "load=0.9", "--set", "shoulder=-0.5", "--set", "elbow=-0.2", "--until", 0.2, "--every", 0.1, "--tol", 1e-9)
+    assert [name for name in one.states()] == names
+    check([close("states", found, [run[name][-1] for name in names], 1e-6)])
+    one.close()
+
+
+# ---- Compiled from the sources inside, and the page ----
+
+@pytest.mark.skipif(not LONG, reason="takes long: tests/long")
+@pytest.mark.parametrize("version", VERSIONS)
+def test_compiled_by_fmpy(fmpy, fmus, version, tmp_path):
+    """The same motion, to rounding, and no warning of the compiler about our files."""
+    _, folder = fmus("rows", version)
+    copy = tmp_path / "files"
+    shutil.copytree(folder, copy, ignore=shutil.ignore_patterns("binaries"))
+    command = "import sys, fmpy.build; fmpy.build.build_platform_binary(sys.argv[1], all_warnings=True)"
+    done = subprocess.run([sys.executable, "-c", command, copy], env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}, capture_output=True, text=True)
+    assert done.returncode == 0 and "warning" not in done.stdout + done.stderr, done.stdout[-2000:] + done.stderr[-2000:]
+    names = [entry.derivative.name for entry in fmpy.read_model_description(folder).modelVariables if entry.derivative is not None]
+    ours, theirs = (simulate(fmpy, str(of), "CoSimulation", 0.3, names) for of in (folder, copy))
+    check(close(name, theirs[name], ours[name], 1e-9, scale=1) for name in names)
+
+
+@pytest.mark.skipif(not LONG, reason="takes long: tests/long")
+def test_the_page(fmpy, tmp_path):
+    """Its commands, with FMPy from where the tests have it."""
+    (tmp_path / "models").symlink_to(MODELS)
+    page = (SOURCE / "docs" / "fmi.md").read_text()
+    script = "\n".join(line for block in re.findall(r"^```sh\n(.*?)^```", page, re.M | re.S) for line in block.splitlines() if "pip install" not in line)
+    (tmp_path / "drive.py").write_text(re.search(r"^```python drive.py\n(.*?)^```", page, re.M | re.S)[1])
+    bin_folder = os.path.join(os.path.dirname(fmpy.__file__), *[os.pardir] * 4, "bin")
+    env = {**os.environ, "PATH": f"{bin_folder}:{os.path.dirname(REFDYN)}:{os.environ['PATH']}"}
+    said = subprocess.run(["bash", "-e", "-c", script], cwd=tmp_path, env=env, capture_output=True, text=True, timeout=500)
+    assert said.returncode == 0, said.stdout + said.stderr
+    assert "No problems found" in said.stdout, said.stdout
