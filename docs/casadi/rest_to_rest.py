@@ -22,10 +22,17 @@ def goal():
     return q
 
 
+def twice_differentiable(name):
+    """An emitted function, whose second derivatives are differences of its exact first ones."""
+    function, jacobian = casadi.external(name, LIBRARY), casadi.external(f"jac_{name}", LIBRARY, {"enable_fd": True})
+    arguments = function.mx_in()
+    return casadi.Function(name, arguments, function.call(arguments), function.name_in(), function.name_out(),
+                           {"custom_jacobian": jacobian, "jac_penalty": 0, "never_inline": True})
+
+
 def solve(unknowns, guess, effort, conditions):
-    """IPOPT, with exact first derivatives; second ones are built up from these."""
-    options = {"ipopt.hessian_approximation": "limited-memory", "ipopt.limited_memory_max_history": 40, "ipopt.tol": 1e-7,
-               "ipopt.max_iter": 2000, "ipopt.print_level": 0, "print_time": False, "ipopt.sb": "yes"}
+    """IPOPT, with exact first derivatives and differences of these as second ones."""
+    options = {"ipopt.tol": 1e-7, "ipopt.max_iter": 300, "ipopt.print_level": 0, "print_time": False, "ipopt.sb": "yes"}
     problem = {"x": casadi.vertcat(*unknowns), "f": effort, "g": casadi.vertcat(*conditions)}
     solver = casadi.nlpsol("solver", "ipopt", problem, options)
     solution = solver(x0=numpy.concatenate(guess), lbg=0, ubg=0)
@@ -35,7 +42,7 @@ def solve(unknowns, guess, effort, conditions):
 
 def collocation(intervals, degree=3):
     """States are polynomials in each interval, which obey qdd at Gauss's points; inputs are free at these."""
-    qdd = casadi.external("arm_qdd", LIBRARY)
+    qdd = twice_differentiable("arm_qdd")
     h, points = T / intervals, casadi.collocation_points(degree, "legendre")
     C, D, B = casadi.collocation_coeff(points)           # slopes at the points, value at the end, weights
     unknowns, guess, conditions, effort = [], [], [], 0
@@ -58,7 +65,7 @@ def collocation(intervals, degree=3):
 
 def shooting(intervals, method="gauss"):
     """One emitted step an interval, in which the inputs are held."""
-    step = casadi.external(f"arm_step_{method}", LIBRARY)
+    step = twice_differentiable(f"arm_step_{method}")
     h, unknowns, guess, conditions, effort = T / intervals, [], [], [], 0
     q, qd = START["q"], START["qd"]
     for i in range(intervals):

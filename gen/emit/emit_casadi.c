@@ -6,6 +6,7 @@
  */
 #include "emit/emit.h"
 
+#include <assert.h>
 #include <string.h>
 
 /* text/casadi_body.c.in, embedded by the build. */
@@ -91,6 +92,7 @@ static int put_pattern(struct writer *w, const struct port *port) {
 /* ---- Functions ---- */
 
 static struct port *add_port(struct ports *ports, const char *name, int rows, int columns) {
+    assert(ports->count < MOST_PORTS); /* no function has more arrays than a few, whatever the model */
     struct port *port = &ports->list[ports->count++];
     *port = (struct port){.name = name, .rows = rows, .columns = columns, .stride = columns};
     return port;
