@@ -319,41 +319,50 @@ def test_project_of_the_page(project, prefix):
 
 
 def test_project_with_options(project, prefix):
-    """Several models, words of gen, a file that is required, lanes, a shared library; comments leave the objects as they are."""
+    """Several models, also in one target, words of gen, a file that is required, lanes, a shared library; comments leave the objects as they are."""
     (project / "links.lua").write_text('return { { "cart", joint = "x", mass = 2, spring = { x = 3 } } }\n')
     (project / "cart.lua").write_text('local rd = require "refdyn"\nreturn rd.model { name = "cart", links = require "links" }\n')
+    twin = project / "twin" / "arm.lua"
+    twin.parent.mkdir()
+    twin.write_text((project / "arm.lua").read_text().replace('name = "arm"', 'name = "twin"'))
     (project / "CMakeLists.txt").write_text("""cmake_minimum_required(VERSION 3.25)
 project(mine LANGUAGES C)
 find_package(refdyn 0.1 REQUIRED)
 refdyn_generate(flexible arm.lua SET elements=3 m_load=1.25 programme=false EMIT M h Q LANES ACCELERATIONS dense)
-refdyn_generate(small cart.lua EMIT M FOLD LOOPS never)
 add_executable(mine main.c)
-target_link_libraries(mine PRIVATE flexible small refdyn::shared)
+target_link_libraries(mine flexible refdyn::shared)
+refdyn_generate(mine cart.lua EMIT M FOLD LOOPS never)
+refdyn_generate(mine twin/arm.lua SET elements=2 LANES)
 """)
     (project / "main.c").write_text("""#include "arm.h"
 #include "arm_lanes.h"
 #include "cart.h"
+#include "twin.h"
+#include "twin_lanes.h"
 #include <refdyn_batch.h>
 #include <stdio.h>
 int main(void) {
     struct arm_parameters p;
     arm_defaults(&p);
-    printf("%d %g %d %d %d\\n", arm_n, p.m_load, cart_n, arm_model.qdd == NULL,
-           refdyn_batch_widest() > 0 && arm_lanes_2.width == 2 && arm_lanes_8.width == 8);
+    printf("%d %g %d %d %d %d\\n", arm_n, p.m_load, cart_n, twin_n, arm_model.qdd == NULL,
+           refdyn_batch_widest() > 0 && arm_lanes_2.width == 2 && twin_lanes_8.width == 8);
     return 0;
 }
 """)
     configure(project, prefix, "-DBUILD_SHARED_LIBS=ON", "-DCMAKE_C_FLAGS=-Wall -Wextra -Werror")
     build(project)
-    assert run(project / "build" / "mine") == "4 1.25 1 1 1\n"
-    assert {path.name for path in (project / "build").glob("lib*.so")} == {"libflexible.so", "libsmall.so"}
+    assert run(project / "build" / "mine") == "4 1.25 1 3 1 1\n"
+    assert {path.name for path in (project / "build").glob("lib*.so")} == {"libflexible.so"}
     links = project / "links.lua"
     links.write_text("-- as before\n" + links.read_text())
     said = build(project)
     assert "Configuring done" in said and "Building" not in said
     links.write_text(links.read_text().replace('joint = "x"', 'joint = "x, y"'))
     build(project)
-    assert run(project / "build" / "mine") == "4 1.25 2 1 1\n"
+    assert run(project / "build" / "mine") == "4 1.25 2 3 1 1\n"
+    twin.write_text(twin.read_text().replace('name = "twin"', 'name = "cart"'))
+    said = re.sub(r"\s+", " ", build(project, status=None))
+    assert "refdyn_generate(mine): two models of one name write cart.h, each model of a target needs a name of its own" in said
 
 
 WRONG_CALLS = {
