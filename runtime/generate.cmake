@@ -1,9 +1,10 @@
 # refdyn_generate(TARGET MODEL.lua [SET NAME=VALUE ...] [EMIT QUANTITY ...] [LANES] [FOLD] [ACCELERATIONS HOW] [LOOPS WHEN])
 #
-# Takes a model; makes the library TARGET of its C, which links refdyn::runtime (with LANES refdyn::batch, too). Words
-# are those of `refdyn gen`; LANES compiles NAME_lanes.c for 2, 4 and 8 motions. Who links TARGET includes NAME.h, the model's. The C is written when the project is
-# configured, since the model decides which files there are; a change of the model or of a file that it requires
-# configures anew, and leaves files as they are whose text stays the same.
+# Takes a model; adds its C to TARGET, a program or library of the project, which is made as a library where it is not
+# there yet, and links refdyn::runtime to it (with LANES refdyn::batch, too). Words are those of `refdyn gen`; LANES
+# compiles NAME_lanes.c for 2, 4 and 8 motions. TARGET and who links it include NAME.h, the model's. The C is written
+# when the project is configured, since the model decides which files there are; a change of the model or of a file
+# that it requires configures anew, and leaves files as they are whose text stays the same.
 #
 # The program is ${REFDYN_PROGRAM} where that is set, as for cross-compiling, or the installed one. Where Refdyn is a
 # part of the project (add_subdirectory, FetchContent), it is built before its first use.
@@ -79,14 +80,49 @@ function(_refdyn_take_files fresh folder)
     file(REMOVE_RECURSE ${fresh})
 endfunction()
 
-# A library of emitted C is compiled as the program does: README of the generator, "Flags".
-function(_refdyn_set_up target folder runtime)
-    set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+# By properties, since target_link_libraries would bind who calls it for the same target to PUBLIC and PRIVATE.
+function(_refdyn_link target library)
+    foreach(property IN ITEMS LINK_LIBRARIES INTERFACE_LINK_LIBRARIES)
+        set_property(TARGET ${target} APPEND PROPERTY ${property} ${library})
+    endforeach()
+endfunction()
+
+# Emitted C is compiled as the program does: README of the generator, "Flags".
+function(_refdyn_add_sources target folder)
+    target_sources(${target} PRIVATE ${ARGN})
     target_compile_features(${target} PRIVATE c_std_11)
-    target_compile_options(${target} PRIVATE
+    set_property(SOURCE ${ARGN} TARGET_DIRECTORY ${target} PROPERTY COMPILE_OPTIONS
         "$<$<C_COMPILER_ID:GNU,Clang,AppleClang>:-ffp-contract=off;-fno-math-errno;-Wno-psabi>")
     target_include_directories(${target} PUBLIC $<BUILD_INTERFACE:${folder}>)
-    target_link_libraries(${target} PUBLIC ${runtime})
+endfunction()
+
+# A folder for the C of a model, which several in one target do not share.
+function(_refdyn_choose_folder result target model)
+    get_property(folders TARGET ${target} PROPERTY REFDYN_FOLDERS)
+    list(LENGTH folders count)
+    cmake_path(GET model STEM stem)
+    string(MAKE_C_IDENTIFIER "${stem}" stem)
+    set(folder ${CMAKE_CURRENT_BINARY_DIR}/refdyn_generated/${target}/${stem})
+    if(folder IN_LIST folders)
+        string(APPEND folder "-${count}")
+    endif()
+    set_property(TARGET ${target} APPEND PROPERTY REFDYN_FOLDERS ${folder})
+    set(${result} ${folder} PARENT_SCOPE)
+endfunction()
+
+# Two models of one name would have the same functions.
+function(_refdyn_check_names target folder)
+    get_property(folders TARGET ${target} PROPERTY REFDYN_FOLDERS)
+    list(REMOVE_ITEM folders ${folder})
+    file(GLOB names RELATIVE ${folder} ${folder}/*.h)
+    foreach(other IN LISTS folders)
+        foreach(name IN LISTS names)
+            if(EXISTS ${other}/${name})
+                message(FATAL_ERROR "refdyn_generate(${target}): two models of one name write ${name}, "
+                                    "each model of a target needs a name of its own")
+            endif()
+        endforeach()
+    endforeach()
 endfunction()
 
 # The words of `refdyn gen` for what refdyn_generate was given.
@@ -106,10 +142,8 @@ macro(_refdyn_take_arguments)
         list(JOIN given_EMIT "," quantities)
         list(APPEND words --emit ${quantities})
     endif()
-    set(given_widths)
     if(given_LANES)
         list(APPEND words --for-lanes)
-        set(given_widths 2 4 8)
     endif()
     if(given_FOLD)
         list(APPEND words --fold)
@@ -122,16 +156,26 @@ macro(_refdyn_take_arguments)
     endif()
 endmacro()
 
-function(refdyn_generate target model)
-    _refdyn_take_arguments()
-    if(NOT CMAKE_C_COMPILER_LOADED)
-        message(FATAL_ERROR "refdyn_generate(${target}): the project has to enable C: project(... LANGUAGES C ...)")
-    endif()
-    cmake_path(ABSOLUTE_PATH model BASE_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR} NORMALIZE)
-    set(folder ${CMAKE_CURRENT_BINARY_DIR}/refdyn_generated/${target})
+# The same source once for each width.
+function(_refdyn_add_lanes target folder)
+    cmake_path(GET folder FILENAME name)
+    foreach(width IN ITEMS 2 4 8)
+        set(objects ${target}_${name}_lanes_${width})
+        add_library(${objects} OBJECT)
+        set_target_properties(${objects} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+        target_compile_definitions(${objects} PRIVATE LANES=${width})
+        _refdyn_add_sources(${objects} ${folder} ${ARGN})
+        _refdyn_link(${objects} refdyn::batch)
+        target_sources(${target} PRIVATE $<TARGET_OBJECTS:${objects}>)
+    endforeach()
+    _refdyn_link(${target} refdyn::batch)
+endfunction()
+
+# Writes the C of a model into a folder, and depends on what it is made of.
+function(_refdyn_write target model folder)
     _refdyn_find_program(program)
     file(REMOVE_RECURSE ${folder}.new)
-    execute_process(COMMAND ${program} gen ${model} ${words} -o ${folder}.new --depfile ${folder}.d
+    execute_process(COMMAND ${program} gen ${model} ${ARGN} -o ${folder}.new --depfile ${folder}.d
                     RESULT_VARIABLE status OUTPUT_QUIET ERROR_VARIABLE said)
     if(NOT status EQUAL 0)
         string(REPLACE "\n" "\n  " said "  ${said}") # lines that are set in stay whole
@@ -142,18 +186,30 @@ function(refdyn_generate target model)
     _refdyn_prerequisites(sources ${folder}.d)
     set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${sources} ${program})
     _refdyn_take_files(${folder}.new ${folder})
+endfunction()
+
+function(refdyn_generate target model)
+    _refdyn_take_arguments()
+    if(NOT CMAKE_C_COMPILER_LOADED)
+        message(FATAL_ERROR "refdyn_generate(${target}): the project has to enable C: project(... LANGUAGES C ...)")
+    endif()
+    cmake_path(ABSOLUTE_PATH model BASE_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR} NORMALIZE)
+    if(NOT TARGET ${target})
+        add_library(${target})
+        set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+    endif()
+    _refdyn_choose_folder(folder ${target} ${model})
+    file(MAKE_DIRECTORY ${folder})
+    _refdyn_write(${target} ${model} ${folder} ${words})
+    _refdyn_check_names(${target} ${folder})
     file(GLOB emitted ${folder}/*.[ch])
     file(GLOB of_lanes ${folder}/*_lanes.c)
     if(given_LANES)
         list(REMOVE_ITEM emitted ${of_lanes})
     endif()
-    add_library(${target} ${emitted})
-    _refdyn_set_up(${target} ${folder} refdyn::runtime)
-    foreach(width IN LISTS given_widths)
-        add_library(${target}_lanes_${width} OBJECT ${of_lanes})
-        target_compile_definitions(${target}_lanes_${width} PRIVATE LANES=${width})
-        _refdyn_set_up(${target}_lanes_${width} ${folder} refdyn::batch)
-        target_sources(${target} PRIVATE $<TARGET_OBJECTS:${target}_lanes_${width}>)
-        target_link_libraries(${target} PUBLIC refdyn::batch)
-    endforeach()
+    _refdyn_add_sources(${target} ${folder} ${emitted})
+    _refdyn_link(${target} refdyn::runtime)
+    if(given_LANES)
+        _refdyn_add_lanes(${target} ${folder} ${of_lanes})
+    endif()
 endfunction()

@@ -31,10 +31,11 @@ static const char *quantities(const struct options *options, const struct model 
 
 /* ---- Options ---- */
 
+const char *const fmu_version_words[] = {[FMI_2] = "2.0", [FMI_3] = "3.0", NULL};
+
 static enum status choose_version(const struct options *options, enum fmi_version *version) {
-    static const char *const names[] = {[FMI_2] = "2.0", [FMI_3] = "3.0", NULL};
     int place = 0;
-    const enum status status = options_choose(options, "fmu", options->fmu, names, &place);
+    const enum status status = options_choose(options, "fmu", options->fmu, fmu_version_words, &place);
     *version = (enum fmi_version)place;
     return status;
 }

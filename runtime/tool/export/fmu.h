@@ -5,6 +5,7 @@
 #include "export/catalogue.h"
 
 enum fmi_version { FMI_2, FMI_3 };
+extern const char *const fmu_version_words[]; /* as --fmu gives them */
 
 struct fmu_file {
     const char *path; /* in the FMU, or under its sources/ */

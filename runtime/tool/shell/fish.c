@@ -3,6 +3,22 @@
 #include "shell/values.h"
 #include "text/output.h"
 
+static const char beginning[] =
+    "# Completion of refdyn in fish, written by `refdyn completion fish`: do not edit.\n\n"
+    "# Folders, and files with one of these endings.\n"
+    "function __refdyn_files\n"
+    "    for ending in $argv\n"
+    "        __fish_complete_suffix .$ending | string replace -r -- '^--[^=]*=' '' |\n"
+    "            string match -r -- '^.*(?:/|\\.'$ending')(?:\\t.*)?$'\n"
+    "    end\n"
+    "end\n\n"
+    "# A list of such words, whose last item is completed.\n"
+    "function __refdyn_list\n"
+    "    set -l lead (commandline -ct | string replace -r -- '^--[^=]*=' '' | string match -r -- '^.*,')\n"
+    "    printf '%s\\n' \"$lead\"$argv\n"
+    "end\n\n"
+    "complete -c refdyn -f\n";
+
 /* Within single quotes of the shell. */
 static void put_quoted(FILE *out, const char *text) {
     fputc('\'', out);
@@ -33,7 +49,8 @@ static void put_option(FILE *out, const struct command *command, const struct op
     fprintf(out, "complete -c refdyn -n '__fish_seen_subcommand_from %s' -l %s%s", command->name,
             option->name, option->is_output ? " -s o" : "");
     if (*option->argument) {
-        fprintf(out, " -x -a \"%s", values_words(option));
+        const char *words = values_words(option);
+        fprintf(out, option->is_list && *words ? " -x -a \"(__refdyn_list %s)" : " -x -a \"%s", words);
         put_files(out, option->argument);
         fputc('"', out);
     }
@@ -44,11 +61,7 @@ static void put_option(FILE *out, const struct command *command, const struct op
 
 void put_fish_completion(FILE *out, const struct command *commands) {
     struct option_text option;
-    fputs("# Completion of refdyn in fish, written by `refdyn completion fish`: do not edit.\n\n"
-          "function __refdyn_files\n    for ending in $argv\n        __fish_complete_suffix .$ending\n    "
-          "end\nend\n\n"
-          "complete -c refdyn -f\n",
-          out);
+    fputs(beginning, out);
     for (const struct command *command = commands; command->name; command++) {
         fprintf(out, "complete -c refdyn -n __fish_use_subcommand -a %s -d ", command->name);
         put_quoted(out, command->purpose);

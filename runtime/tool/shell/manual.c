@@ -8,43 +8,55 @@
 
 /* ---- texts ---- */
 
-/* A character as roff prints it: a dash as that of options, no quotation mark or accent becomes another one.
- */
-static void put_character(FILE *out, char c) {
+enum { LINE_LENGTH = 80 };
+
+/* What roff takes for a character: a dash as that of options, no quotation mark or accent becomes another
+ * one. NULL: the character. */
+static const char *escape(char c) {
     switch (c) {
     case '\\':
-        fputs("\\e", out);
-        break;
+        return "\\e";
     case '-':
-        fputs("\\-", out);
-        break;
+        return "\\-";
     case '\'':
-        fputs("\\(aq", out);
-        break;
+        return "\\(aq";
     case '`':
-        fputs("\\(ga", out);
-        break;
+        return "\\(ga";
     case '^':
-        fputs("\\(ha", out);
-        break;
+        return "\\(ha";
     case '~':
-        fputs("\\(ti", out);
-        break;
+        return "\\(ti";
     default:
-        fputc(c, out);
+        return NULL;
     }
 }
 
-static void put_roff(FILE *out, const char *text) {
-    for (; *text; text++)
-        put_character(out, *text);
+/* `text` up to `length` bytes, as roff takes it. */
+static const char *in_roff(const char *text, size_t length) {
+    struct text result = {.memory = &program_memory};
+    text_add(&result, "%s", *text == '.' ? "\\&" : ""); /* no macro */
+    for (size_t i = 0; i < length; i++)
+        if (escape(text[i]))
+            text_add(&result, "%s", escape(text[i]));
+        else
+            text_add(&result, "%c", text[i]);
+    return result.data;
 }
 
-/* One line; a dot at its beginning is no macro. */
-static void put_line(FILE *out, const char *text) {
-    if (*text == '.')
-        fputs("\\&", out);
-    put_roff(out, text);
+static void put_roff(FILE *out, const char *text) {
+    fputs(in_roff(text, strlen(text)), out);
+}
+
+/* Text that roff fills, in lines as long as mandoc has them. */
+static void put_filled(FILE *out, const char *text) {
+    for (size_t width = 0; *text; text += strspn(text, " ")) {
+        const size_t length = strcspn(text, " ");
+        const char *word = in_roff(text, length);
+        const bool is_first = width == 0, is_full = width + 1 + strlen(word) > LINE_LENGTH;
+        fprintf(out, "%s%s", is_first ? "" : is_full ? "\n" : " ", word);
+        width = (is_first || is_full ? 0 : width + 1) + strlen(word);
+        text += length;
+    }
     fputc('\n', out);
 }
 
@@ -59,8 +71,10 @@ static void put_paragraphs(FILE *out, const char *text) {
             fputs(".PP\n.nf\n.RS\n", out);
         else if (was_example && !is_example)
             fputs(".RE\n.fi\n.PP\n", out);
-        if (length > 0)
-            put_line(out, text_format("%.*s", (int)length, text));
+        if (is_example)
+            fprintf(out, "%s\n", in_roff(text, length));
+        else if (length > 0)
+            put_filled(out, text_format("%.*s", (int)length, text));
         text += length + (text[length] == '\n');
     }
     if (is_example)
@@ -96,7 +110,7 @@ static void put_option(FILE *out, const struct option_text *option) {
     fputs(".TP\n", out);
     put_name(out, text_format(option->is_output ? "-o, --%s" : "--%s", option->name), option->argument);
     fputc('\n', out);
-    put_line(out, option->help);
+    put_filled(out, option->help);
 }
 
 static void put_command(FILE *out, const struct command *command) {
@@ -104,7 +118,7 @@ static void put_command(FILE *out, const struct command *command) {
     fprintf(out, ".SS %s\n", command->name);
     put_usage(out, command);
     fputs(".PP\n", out);
-    put_line(out, text_format("%c%s.", command->purpose[0] - 'a' + 'A', command->purpose + 1));
+    put_filled(out, text_format("%c%s.", command->purpose[0] - 'a' + 'A', command->purpose + 1));
     put_paragraphs(out, command->help);
     fputs(".PP\nOptions:\n", out);
     for (int i = 0; options_describe(command, i, &option); i++)
@@ -127,15 +141,16 @@ static const char *day(void) {
 static const char ending[] =
     ".SH EXIT STATUS\n"
     ".TP\n0\nDone.\n"
-    ".TP\n1\nThe model, the state or a file is at fault, as FILE:LINE: what: fact, what is allowed.\n"
+    ".TP\n1\nThe model, the state or a file is at fault, as\nFILE:LINE: what: fact, what is allowed.\n"
     ".TP\n2\nWrong usage.\n"
     ".TP\n3\nThe numbers failed: with the reason, the time and the state.\n"
     ".SH ENVIRONMENT\n"
     ".TP\nCC\nThe compiler of emitted code; cc where it is not set.\n"
-    ".TP\nREFDYN_CACHE\nThe folder of compiled models; where it is not set, refdyn in the XDG cache folder.\n"
+    ".TP\nREFDYN_CACHE\nThe folder of compiled models;\nwhere it is not set, refdyn in the XDG cache "
+    "folder.\n"
     ".SH FILES\n"
     "Beside the program, where it is installed: models to begin from in\n.IR share/refdyn/models ,\n"
-    "with the reference of the model language, README.md, and the definitions for editors,\n"
+    "with the reference of the model language, README.md,\nand the definitions for editors,\n"
     ".IR editor/refdyn.lua .\n";
 
 void put_manual_page(FILE *out, const struct command *commands) {
@@ -146,7 +161,7 @@ void put_manual_page(FILE *out, const struct command *commands) {
         ".SH NAME\nrefdyn \\- multibody dynamics as C code, from Lua models\n"
         ".SH SYNOPSIS\n.B refdyn\n.I COMMAND\n.RI [ ARGUMENTS ]\n.br\n.B refdyn\n.I COMMAND\n.B \\-\\-help\n"
         ".br\n.B refdyn \\-\\-version\n.SH DESCRIPTION\n"
-        "Refdyn turns a Lua model of a robot with flexible links into C code of its dynamics,\n"
+        "Refdyn turns a Lua model of a robot with flexible links into C code\nof its dynamics,\n"
         "and computes its equilibria, frequencies and programme-constrained motions.\n"
         "Results go to the standard output or to the file of\n.BR \\-o ,\nall else to the standard error.\n"
         ".PP\n.B refdyn new\n.I NAME\nwrites a model to begin from.\n"

@@ -1,6 +1,8 @@
 /* What may stand behind an option or as an operand: see values.h. */
 #include "shell/values.h"
 #include "command_line/commands.h"
+#include "export/binary.h"
+#include "export/fmu.h"
 #include "figures/panels.h"
 #include "simulate/motion.h"
 
@@ -33,7 +35,7 @@ static const char *methods_of(const char *help) {
 
 static const char *quantities(void) {
     struct text text = {.memory = &program_memory};
-    text_add(&text, "all implicit");
+    text_add(&text, "all implicit step step.p");
     for (int i = 0; gen_quantity(i); i++)
         text_add(&text, " %s", gen_quantity(i));
     return text.data;
@@ -58,6 +60,7 @@ const char *values_words(const struct option_text *option) {
                  {"way", statics_way_words},
                  {"accelerations", scene_acceleration_words},
                  {"loops", scene_loop_words},
+                 {"fmu", fmu_version_words},
                  {"from", places},
                  {"at", places}};
     for (size_t i = 0; i < sizeof lists / sizeof *lists; i++)
@@ -67,6 +70,8 @@ const char *values_words(const struct option_text *option) {
         return methods_of(option->help);
     if (strcmp(option->name, "methods") == 0)
         return without_commas(options_methods(false));
+    if (strcmp(option->name, "platform") == 0)
+        return without_commas(platform_names());
     if (strcmp(option->name, "panel") == 0)
         return without_commas(panels_names());
     if (strcmp(option->name, "emit") == 0)

@@ -58,9 +58,10 @@ static void put_action(FILE *out, const struct option_text *option) {
 
 static void put_option(FILE *out, const struct option_text *option) {
     if (option->is_output)
-        fputs("            '(-o --output)'{-o,--output}'", out);
+        fputs("            '(-o --output)'{-o,--output=}'", out);
     else
-        fprintf(out, "            '%s--%s", option->may_repeat ? "*" : "", option->name);
+        fprintf(out, "            '%s--%s%s", option->may_repeat ? "*" : "", option->name,
+                *option->argument ? "=" : "");
     fputc('[', out);
     put_quoted(out, option->help);
     fputc(']', out);
