@@ -1,8 +1,11 @@
 """The Python package: its wheel, built as a user builds it, and all that its page promises."""
+import copy
 import importlib
 import json
+import multiprocessing
 import os
 import pathlib
+import pickle
 import re
 import shutil
 import subprocess
@@ -14,6 +17,7 @@ import zipfile
 
 import numpy as np
 import pytest
+import xarray
 
 from program import BUILD, LONG, MODELS, REFERENCE, SOURCE, TESTS, check, evaluate, motion, refdyn
 
@@ -293,6 +297,125 @@ return rd.sweep { vary = { m_E = { 1, 2 } }, t_end = 0.1, every = 0.05,
     assert same(kept.E_z_min, kept.E_z_history.min("t"))
 
 
+# ---- Inputs that events set, and options of all kinds ----
+
+BALL = '''local rd = require "refdyn"
+local p = rd.parameters { { "stiff", 3, "N/m" } }
+local wind, lift = rd.input("wind", 0.1, "N"), rd.input("lift", 0, "N")
+local height, name, mirrored = rd.option("height", 1), rd.option("word", "7"), rd.option("mirrored", false)
+local share = rd.option("share", 0.5)
+return rd.model { name = "ball", gravity = { 0, 0, -9.81 }, points = { B = "ball" }, hold = { "ball_z" },
+  links = { { "ball", joint = "x, z", mass = 1, start = { z = height }, start_rate = { x = 1 }, spring = { x = p.stiff } } },
+  forces = function(s) return { ball_x = wind, ball_z = lift } end,
+  constraints = function(s) return { rd.velocity { s.qd.ball_z + 9.81 * s.t, alpha = 1, name = "fall" } } end,
+  events = function(s) return {
+    rd.event { s.q.ball_x - 0.3, direction = "up", inputs = { wind = -0.2 }, name = "gust" },
+    rd.event { s.q.ball_z - 0.2, ends = true, name = "low" } } end }
+'''
+
+
+@pytest.fixture(scope="module")
+def ball(package):
+    return package.Model.from_text(BALL)
+
+
+def test_constants_of_inputs_that_events_set(package, ball):
+    """Until the event does; samples of such an input are refused, those of another one go beside it."""
+    found = ball.simulate(1, every=0.1, inputs={"wind": -0.7, "t": [0, 0.1], "lift": [0.25, 0.5]})
+    assert found.wind.values[0] == -0.7 and found.wind.values[-1] == -0.2 and found.lift.values[[0, -1]].tolist() == [0.25, 0.5]
+    alone = ball.simulate(1, every=0.1, inputs={"wind": -0.7, "lift": 0.5})
+    assert alone.wind.values[0] == -0.7 and json.loads(alone.inputs) == {"wind": -0.7, "lift": 0.5}
+    assert ball.inputs["wind"] == 0.1 and float(ball.simulate(0.1).wind[0]) == 0.1
+    with pytest.raises(package.ModelError, match="column wind: events of the model set this input, samples cannot"):
+        ball.simulate(1, inputs={"t": [0, 1], "wind": [0, 1]})
+
+
+def test_an_input_of_the_model_is_not_compiled_anew(package):
+    """The same library for all values."""
+    models = [package.Model.from_text(BALL, wind=value) for value in (0.1, 0.337)]
+    assert models[0]._libraries[None, False].told["library"] == models[1]._libraries[None, False].told["library"]
+    assert models[1].inputs["wind"] == 0.337 and models[1].Q(models[1].q0)[0] == 0.337
+    assert float(models[1].simulate(0.1).wind[0]) == 0.337 and float(models[1].statics(inputs={"lift": 1}).ball_x) == pytest.approx(0.337 / 3)
+
+
+def test_equilibria_under_inputs(package, ball):
+    assert float(ball.statics(inputs={"wind": 1.5}).ball_x) == pytest.approx(0.5)
+    with pytest.warns(package.ModelWarning, match="this is no equilibrium: ball_x is out of balance by 1.5"):
+        assert float(ball.modes(inputs={"wind": 1.5}).q[0]) == pytest.approx(0.5) and float(ball.modes(at="initial", inputs={"wind": 1.5}).q[0]) == 0
+
+
+def test_options_have_their_types(package, ball):
+    assert dict(ball.options) == {"height": 1, "word": "7", "mirrored": False, "share": 0.5} and type(ball.options["height"]) is int
+    pytest.importorskip("h5py")
+    runs = ball.batch({"height": [1, 2], "word": ["7", "8"], "mirrored": [True, False], "share": [0.5, 0.25]}, t_end=0.1)
+    assert runs.height.dtype.kind == "i" and runs.word.values.tolist() == ["7", "8"] and runs.mirrored.values.tolist() == [True, False] and runs.share.values[1] == 0.25
+    told = ball.batch({"stiff": [0.5], "height": [-1]}, t_end=0.1).reason.values[0]
+    assert "refdyn-" not in told, told
+
+
+# ---- Datasets as files and pages ----
+
+@pytest.mark.parametrize("engine", ["netcdf4", "h5netcdf"])
+def test_datasets_as_netcdf(ball, arm, engine, tmp_path):
+    """With all attributes; complex numbers are beyond netCDF itself."""
+    pytest.importorskip("netCDF4" if engine == "netcdf4" else engine)
+    motion, rest, modes = ball.simulate(2, every=0.1, stop="ball_z<0.3", parameters={"stiff": 0.7}), arm.statics(), arm.modes(modes=2)
+    assert json.loads(motion.stop)["condition"] == "ball_z<0.3" and isinstance(motion.events, str)
+    sets = [motion, rest, ball.simulate(0.1), modes if engine == "h5netcdf" else modes[["frequency", "damping", "q"]]]
+    for number, data in enumerate(sets):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            data.to_netcdf(tmp_path / f"{number}.nc", engine=engine, **({"invalid_netcdf": True} if engine == "h5netcdf" else {}))
+        with xarray.open_dataset(tmp_path / f"{number}.nc", engine=engine) as again:
+            assert set(again.attrs) == set(data.attrs) and again.identical(data.assign_attrs(again.attrs))
+            assert all(np.all(again.attrs[key] == value) for key, value in data.attrs.items())
+
+
+def test_attributes_tell_the_model(arm, ball):
+    found = arm.simulate(0.01, parameters={"m_E": 3})
+    assert found.model == "manipulator" and json.loads(found.options)["n_rfe"] == 4 and found.phi_1.long_name == "phi of ellipse" and found.psi_2.long_name == "psi of rise"
+    values = json.loads(found.parameters)
+    assert values["m_E"] == 3 and values["d"] == arm.parameters["d"] and "xc" not in values and "m_E" in json.loads(arm.modes(modes=1).parameters)
+    assert ball.simulate(0.01).psi_1.long_name == "psi of fall"
+
+
+def test_view(package, ball, tmp_path):
+    """The page is that of the program for the same run; parameters and options of the run count."""
+    low = package.Model.from_text(BALL, height=2, stiff=0.6)
+    run = low.simulate(0.1, parameters={"stiff": 0.7})
+    ball.view({"run": run}, tmp_path / "ball.html")
+    (tmp_path / "ball.lua").write_text(BALL)
+    refdyn("sim", tmp_path / "ball.lua", "--set", "height=2", "--set", "stiff=0.7", "--until", "0.1", "-o", tmp_path / "run.csv")
+    refdyn("view", tmp_path / "run.csv", "--model", tmp_path / "ball.lua", "--set", "height=2", "--set", "stiff=0.7", "-o", tmp_path / "expected.html")
+    assert (tmp_path / "ball.html").read_bytes() == (tmp_path / "expected.html").read_bytes()
+    ball.view([run, run.isel(t=slice(0, 9))], tmp_path / "two.html")
+    assert '"ball 2.csv"' in (tmp_path / "two.html").read_text()
+    for message, runs in {"run ball 2 has other options or parameters than run ball 1": [run, ball.simulate(0.01)],
+                          "a dataset of arm.simulate is needed, with rows along t": ball.statics(), "no run is given": [], "the run's name '../a' cannot": {"../a": run},
+                          "run ball is of the model swing, this one is ball": package.Model.from_text(GOOD).simulate(0.01)}.items():
+        with pytest.raises(ValueError, match=re.escape(message)):
+            ball.view(runs, tmp_path / "none.html")
+    assert not (tmp_path / "none.html").exists()
+
+
+# ---- Other processes ----
+
+def accelerations_of(model, rate):
+    return model.qdd([0.3, 0.7], [rate, 0])
+
+
+def test_models_and_quantities_in_other_processes(ball):
+    """Bound methods, quantities and errors go there and back; a copy is the model itself."""
+    assert copy.copy(ball) is copy.deepcopy(ball) is ball and copy.deepcopy(ball.qdd) is ball.qdd
+    again = pickle.loads(pickle.dumps(ball))
+    assert same(again.qdd([0.3, 0.7], [1, 0]), ball.qdd([0.3, 0.7], [1, 0])) and again.options == ball.options and pickle.loads(pickle.dumps(again.M))(ball.q0).shape == (2, 2)
+    with multiprocessing.get_context("fork").Pool(2) as pool:
+        assert [float(run.t[-1]) for run in pool.map(ball.simulate, [0.01, 0.02])] == [0.01, 0.02]
+        assert same(pool.map(ball.M, [[0, 1], [0, 2]])[1], ball.M([0, 2]))
+        with pytest.raises(ValueError, match="t_end: '-1' is no positive number"):
+            pool.map(ball.simulate, [-1])
+
+
 # ---- Errors ----
 
 GOOD = '''local rd = require "refdyn"
@@ -358,6 +481,81 @@ def test_wrong_calls(arm, message):
         CALLS[message](arm)
 
 
+BALL_CALLS = {
+    "from_: 'statics' and q, qd are two places; q alone is one, and arm.statics(q)": lambda ball: ball.simulate(1, from_="statics", q=[0, 1], qd=[0, 0]),
+    "from_: 'static' is none of initial, statics, and no file, the nearest is 'statics'": lambda ball: ball.simulate(1, from_="static"),
+    "at: 'inital' is none of initial, statics, and no file, the nearest is 'initial'": lambda ball: ball.modes(at="inital"),
+    "t: an equilibrium is found at t = 0, another time goes with q or at=\"initial\"": lambda ball: ball.modes(t=1),
+    "t_end: '0' is no positive number": lambda ball: ball.simulate(0),
+    "start: 'moved' is none of as-is, project": lambda ball: ball.simulate(1, start="moved"),
+    "way: 'up' is none of load, path, downhill": lambda ball: ball.statics(way="up"),
+    "q: a value is not finite": lambda ball: ball.statics(q=[np.nan, 0]),
+    "input lift: 2 values, their times are missing: inputs={'t': times, 'lift': values}": lambda ball: ball.simulate(1, inputs={"lift": [1, 1]}),
+    "input lift: an array of shape (1,), that of 't' is (2,)": lambda ball: ball.simulate(1, inputs={"t": [0, 0.05], "lift": [1]}),
+    "inputs: times 't' without an input": lambda ball: ball.simulate(1, inputs={"t": [0, 1]}),
+    "inputs: 't' has the shape (), a row of times is needed": lambda ball: ball.simulate(1, inputs={"t": 0, "lift": 1}),
+    "input lift: a value is not finite": lambda ball: ball.simulate(1, inputs={"lift": np.nan}),
+    "input lift: 2 values, one is needed": lambda ball: ball.statics(inputs={"lift": [1, 2]}),
+    "parameter stiff: 2 values, one is needed": lambda ball: ball.simulate(1, parameters={"stiff": [0.1, 0.2]}),
+    "no parameter is called 'lift', it is an input, inputs={...} takes it": lambda ball: ball.simulate(1, parameters={"lift": 1}),
+    "no parameter is called 'ball_x', it is a coordinate, q takes it": lambda ball: ball.M(ball.q0, parameters={"ball_x": 1}),
+    "no parameter is called 'height', it is an option, refdyn.Model takes it": lambda ball: ball.M(ball.q0, parameters={"height": 1}),
+    "no input is called 'stiff', it is a parameter, parameters={...} takes it": lambda ball: ball.statics(inputs={"stiff": 1}),
+    "this is a text and not the name of a file: refdyn.Model.from_text takes it": lambda ball: type(ball)(BALL),
+    "'ball.lua' is the name of a file and not a text: refdyn.Model takes it": lambda ball: type(ball).from_text("ball.lua"),
+}
+
+
+@pytest.mark.parametrize("message", BALL_CALLS)
+def test_wrong_calls_of_motions(ball, message):
+    with pytest.raises(ValueError, match=re.escape(message)):
+        BALL_CALLS[message](ball)
+
+
+NO_NUMBERS = {
+    "q: a value of complex128, real numbers are needed": lambda ball: ball.qdd(ball.q0 + 1e-20j),
+    "t: a value of complex128": lambda ball: ball.qdd(ball.q0, t=1j),
+    "q: a value of <U1, real numbers are needed": lambda ball: ball.M(["1", "2"]),
+    "parameter stiff: a value of complex64": lambda ball: ball.simulate(1, parameters={"stiff": np.complex64(1j)}),
+    "input lift: a function, real numbers are needed": lambda ball: ball.simulate(1, inputs={"lift": np.sin}),
+    "inputs: float, values by name are needed: {'NAME': value}": lambda ball: ball.simulate(1, inputs=2.0),
+    "parameters: list, values by name are needed: {'NAME': value}": lambda ball: ball.M(ball.q0, parameters=[1]),
+}
+
+
+@pytest.mark.parametrize("message", NO_NUMBERS)
+def test_what_is_no_number(ball, message):
+    with pytest.raises(TypeError, match=re.escape(message)):
+        NO_NUMBERS[message](ball)
+
+
+def test_a_model_does_not_change(ball):
+    for name in ("stiff", "q0", "cordinates"):
+        with pytest.raises(AttributeError, match=f"{name}: a model does not change; refdyn.Model makes one with other values"):
+            setattr(ball, name, 1)
+    with pytest.raises(AttributeError, match="q0: a model does not change"):
+        del ball.q0
+    with pytest.raises(AttributeError, match="no attribute 'd_qddd', the nearest is 'd_qdd'"):
+        ball.d_qddd
+
+
+def test_texts_are_of_python(package, wheel):
+    """Arguments instead of options, the exception's data instead of files, numbers that one reads; `python -m refdyn`."""
+    assert package.ModelError.__module__ == package.NumericalError.__module__ == package.ModelWarning.__module__ == package.Model.__module__ == "refdyn"
+    assert run(wheel[1], "-m", "refdyn", "--version") == "refdyn 0.1.0\n"
+    rigid = package.Model(REFERENCE, n_rfe=1)
+    with pytest.warns(package.ModelWarning, match='consistent start with start="project",\n') as told:
+        rigid.simulate(0.01, q=[0, 0, 0.6, 0], qd=[0, 0, 0.3, 0])
+    assert "phi = 0, psi = -0.7743668207\n" in str(told[0].message) and told[0].filename == __file__
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        with pytest.raises(package.NumericalError) as failed:
+            package.Model(REFERENCE).simulate(1, step=1e-2)
+    text = str(failed.value)
+    assert text.startswith("manipulator: t = 0.02 s: the equations gave") and text.endswith("a smaller step or tol may help"), text
+    assert not re.search(r"\.part|--|^method|^time", text, re.M) and failed.value.run.model == "manipulator"
+
+
 def test_names_that_are_not_there(package):
     swing = package.Model.from_text(GOOD)
     for name in ("u", "nonsense", "_private", "d_force"):
@@ -368,15 +566,24 @@ def test_names_that_are_not_there(package):
 
 
 def test_a_file_that_changes(package, tmp_path):
-    file = tmp_path / "swing.lua"
-    file.write_text(GOOD)
+    """A model stays as it was read: what it requires, too, and what is compiled only then."""
+    file, part = tmp_path / "swing.lua", tmp_path / "mass.lua"
+    file.write_text(GOOD.replace("mass = 2", 'mass = require "mass"'))
+    part.write_text("return 2")
     swing = package.Model(file)
-    before = swing.M([0.1])
-    file.write_text(GOOD.replace("mass = 2", "mass = 3"))
-    for call in (swing.statics, lambda: swing.M([[0.1]])):
-        with pytest.raises(package.ModelError, match="the file has changed since this model was read"):
-            call()
-    assert same(swing.M([0.1]), before) and package.Model(file).M([0.1]) == before * 1.5
+    before, rest = swing.M([0.1]), float(swing.statics().rod_psi)
+    part.write_text("return 3")
+    with pytest.warns(package.ModelWarning, match=f"{part}: the file has changed since this model was read") as told:
+        assert float(swing.statics().rod_psi) == rest
+    assert told[0].filename == __file__
+    assert same(swing.M([[0.1]])[0], before) and swing.d_qdd_free([0.1])["q"].shape == (1, 1) and same(swing.M([0.1]), before)
+    assert package.Model(file).M([0.1]) == before * 1.5
+    file.unlink()
+    with pytest.warns(package.ModelWarning, match="stays as it was"):
+        again = pickle.loads(pickle.dumps(swing))
+    assert same(again.M([0.1]), before) and float(swing.statics().rod_psi) == rest
+    with pytest.raises(AttributeError, match=f"^{file}: the model has no row_terms"):
+        again.row_terms
 
 
 # ---- Threads ----

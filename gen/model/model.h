@@ -109,6 +109,7 @@ struct point {
 
 struct option {
     const char *name, *value; /* as text */
+    bool is_text;             /* no number and no truth value */
     struct place place;
 };
 
@@ -125,7 +126,8 @@ struct parameter {
 struct input {
     const char *name, *unit;
     struct place place;
-    double value; /* default */
+    double value;  /* given, or default */
+    bool is_given; /* set from outside */
 };
 
 /* A generalized force on one coordinate: adds to Q. */

@@ -173,8 +173,10 @@ struct value declarations_add_option(struct declarations *declarations, struct p
     }
     declarations->options = memory_room(memory, declarations->options, declarations->option_count,
                                         &declarations->option_capacity, sizeof *declarations->options);
-    declarations->options[declarations->option_count++] =
-        (struct option){.name = name, .value = value_text(memory, &value), .place = place};
+    declarations->options[declarations->option_count++] = (struct option){.name = name,
+                                                                          .value = value_text(memory, &value),
+                                                                          .is_text = value.kind == VALUE_TEXT,
+                                                                          .place = place};
     return value;
 }
 
@@ -341,6 +343,7 @@ expression declarations_add_input(struct declarations *declarations, struct plac
     const char *text = setting_of(declarations, "input", name);
     if (text && !text_to_number(text, &input.value))
         complain_of_setting(declarations, name, text, "a number");
+    input.is_given = text != NULL;
     declarations->inputs = memory_room(declarations->memory, declarations->inputs, declarations->input_count,
                                        &declarations->input_capacity, sizeof *declarations->inputs);
     declarations->inputs[declarations->input_count++] = input;

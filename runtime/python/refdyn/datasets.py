@@ -4,6 +4,7 @@ from __future__ import annotations
 import json
 import os
 import pathlib
+import re
 from collections.abc import Collection, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +13,7 @@ import numpy.typing as npt
 import xarray
 
 from .program import text_of
-from .quantity import unknown
+from .wording import shown
 
 if TYPE_CHECKING:
     from .model import Model
@@ -43,9 +44,23 @@ def put_points(variables: dict[str, xarray.Variable], points: Mapping[str, Any])
             put(variables, f"{point}_{axis}", "point", variable((), float(value), "m"))
 
 
+# ---- Attributes ----
+
+def plain(told: Mapping[str, Any]) -> dict[str, Any]:
+    """Attributes that files of netCDF can have: numbers and texts; lists and objects as JSON; what has no value is not there."""
+    forms = {bool: int, list: json.dumps, dict: json.dumps}
+    return {key: forms.get(type(value), lambda same: same)(value) for key, value in told.items() if value is not None}
+
+
+def attributes(model: Model, parameters: Mapping[str, float], inputs: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """Of which model, with which values a dataset is."""
+    constants = {name: float(np.reshape(value, ())) for name, value in (inputs or {}).items() if name != "t" and np.size(value) == 1}
+    return plain({"model": model._name, "options": dict(model.options), "parameters": {**model._fixed, **parameters}, "inputs": constants or None})
+
+
 # ---- Equilibria and modes ----
 
-def of_equilibrium(model: Model, told: Mapping[str, Any], held: Collection[str]) -> xarray.Dataset:
+def of_equilibrium(model: Model, told: Mapping[str, Any], held: Collection[str], attrs: Mapping[str, Any]) -> xarray.Dataset:
     variables: dict[str, xarray.Variable] = {}
     for name, value in zip(told["coordinates"], told["q"]):
         put(variables, name, "coordinate", variable((), float(value), model.units[name]))
@@ -55,14 +70,14 @@ def of_equilibrium(model: Model, told: Mapping[str, Any], held: Collection[str])
     put(variables, "lambda", "row", variable(("row",), np.array(told["lambda"], dtype=float)))
     put(variables, "row", "row", variable(("row",), np.array(told["rows"], dtype=str)))
     keys = ("residual", "phi", "stability", "unstable", "neutral", "potential")
-    return xarray.Dataset(variables, attrs={key: told[key] for key in keys})
+    return xarray.Dataset(variables, attrs={**attrs, **plain({key: told[key] for key in keys})})
 
 
 def complex_of(told: Mapping[str, Any]) -> np.ndarray:
     return np.array(told["re"]) + 1j * np.array(told["im"])
 
 
-def of_modes(model: Model, told: Mapping[str, Any]) -> xarray.Dataset:
+def of_modes(model: Model, told: Mapping[str, Any], attrs: Mapping[str, Any]) -> xarray.Dataset:
     modes, points = told["modes"], list(model.points)
     free = len(modes)
     shape = np.array([complex_of(mode["shape"]) for mode in modes]).reshape(free, len(model.coordinates))
@@ -76,12 +91,12 @@ def of_modes(model: Model, told: Mapping[str, Any]) -> xarray.Dataset:
     coords = {"mode": np.arange(1, free + 1), "coordinate": list(model.coordinates), "point": points, "axis": list(AXES),
               "unit": ("coordinate", [model.units[name] for name in model.coordinates])}
     keys = ("at", "t", "held", "phi", "residual", "unstable")
-    return xarray.Dataset(data, coords, {key: told[key] for key in keys})
+    return xarray.Dataset(data, coords, {**attrs, **plain({key: told[key] for key in keys})})
 
 
 # ---- Motions ----
 
-def of_motion(model: Model, path: str, summary: str | None) -> xarray.Dataset:
+def of_motion(model: Model, path: str, summary: str | None, attrs: Mapping[str, Any]) -> xarray.Dataset:
     """The columns of a CSV along t."""
     told = json.loads(pathlib.Path(summary).read_text()) if summary else {}
     units = {"t": "s", **told.pop("units", {})}
@@ -91,18 +106,31 @@ def of_motion(model: Model, path: str, summary: str | None) -> xarray.Dataset:
     table = np.array(rows, dtype=float).reshape(len(rows), len(names))
     units.update((name, unit) for name, unit in {**model.units, **model._units["inputs"]}.items() if name not in units)
     data = {name: variable(("t",), table[:, i], units.get(name)) for i, name in enumerate(names)}
-    return xarray.Dataset(data, attrs=told)
+    for name, row in residuals(model, data):
+        data[name].attrs["long_name"] = row
+    return xarray.Dataset(data, attrs={**attrs, **plain(told)})
 
 
-def write_samples(inputs: Mapping[str, npt.ArrayLike] | None, known: Iterable[str], folder: str) -> str | None:
-    """The file of --inputs: samples along t, or one for all times."""
-    if not inputs:
-        return None
-    for name in inputs:
-        if name != "t" and name not in known:
-            raise ValueError(unknown("input", name, known))
-    columns = {"t": inputs.get("t", 0.0), **{name: value for name, value in inputs.items() if name != "t"}}
-    return write_table(columns, os.path.join(folder, "inputs.csv"))
+def residuals(model: Model, names: Iterable[str]) -> list[tuple[str, str]]:
+    """phi_2 and what else is of a row, with its name."""
+    of_model = {*model.units, *(name + "_d" for name in model.units), *model.inputs, *model.courses}
+    found = ((name, re.fullmatch(r"(?:phi|psi)_(\d+)", name)) for name in names if name not in of_model)
+    return [(name, f"{name[:3]} of {model.rows[int(place[1]) - 1]}") for name, place in found if place and 0 < int(place[1]) <= len(model.rows)]
+
+
+def write_motion(run: xarray.Dataset, path: str) -> None:
+    """The CSV that the run was read from; its columns are those along t."""
+    names = [str(name) for name in run.variables if run[name].dims == ("t",)]
+    if "t" not in names or not run.sizes["t"]:
+        raise ValueError("view: a dataset of arm.simulate is needed, with rows along t")
+    table = np.column_stack([run["t"].values, *(run[name].values for name in names if name != "t")])
+    lines = [",".join(["t", *(name for name in names if name != "t")]), *(",".join(map(repr, row)) for row in table.tolist())]
+    pathlib.Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def write_samples(columns: Mapping[str, npt.ArrayLike], folder: str) -> str | None:
+    """The file of --inputs."""
+    return write_table(columns, os.path.join(folder, "inputs.csv")) if columns else None
 
 
 def write_cases(cases: Mapping[str, npt.ArrayLike], folder: str) -> str:
@@ -139,17 +167,28 @@ def texts(values: np.ndarray) -> np.ndarray:
     return np.array([value.decode() if isinstance(value, bytes) else value for value in values], dtype=object)
 
 
-def of_runs(path: str, summary: str) -> xarray.Dataset:
+def of_options(model: Model, name: str, values: np.ndarray) -> np.ndarray:
+    """Those of an option that varies, of the same type as `model.options` has."""
+    kind = type(model.options.get(name, ""))
+    read = {bool: lambda text: text == "true", int: int, float: float}.get(kind)
+    return np.array([read(text) for text in texts(values)]) if read else values
+
+
+def of_runs(model: Model, path: str, summary: str, attrs: Mapping[str, Any]) -> xarray.Dataset:
     with need_h5py().File(path) as file, open(summary) as told:
         variables: dict[str, xarray.Variable] = {"case": variable(("case",), file["case"][()])}
         for name in ("status", "reason", "steps", "cpu_s"):
             put(variables, name, "case", of_item(file[name], ("case",)))
+        variables["reason"].values = np.array([shown(text) for text in variables["reason"].values], dtype=object)
         for name, item in file["cases"].items():
             is_start = text_of_attribute(item, "kind").startswith("start ")
-            put(variables, name + ("_start" if is_start else ""), "case", of_item(item, ("case",)))
+            varied = of_item(item, ("case",))
+            if varied.dtype.kind == "O":
+                varied.values = of_options(model, name, varied.values)
+            put(variables, name + ("_start" if is_start else ""), "case", varied)
         for group in ("final", "at", "extremes", "norms", "history"):
             put_group(variables, group, file.get(group, {}))
-        return xarray.Dataset(variables, attrs=json.load(told))
+        return xarray.Dataset(variables, attrs={**attrs, **plain(json.load(told))})
 
 
 def text_of_attribute(item: Any, name: str) -> str:

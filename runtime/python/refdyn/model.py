@@ -2,11 +2,9 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import json
 import os
 import pathlib
-import tempfile
 import threading
 import types
 from collections.abc import Iterator, Mapping, Sequence
@@ -16,7 +14,10 @@ import numpy as np
 import numpy.typing as npt
 
 from . import datasets, program
-from .quantity import Compiled, Quantity, unknown
+from .names import by_name, nearest, one_real, reals, unknown
+from .quantity import Compiled, Quantity
+from .samples import split
+from .sources import TEXT, Sources
 
 if TYPE_CHECKING:
     import xarray
@@ -26,13 +27,16 @@ class Model:
     """A model file with its options and parameters: `Model("models/manipulator.lua", n_rfe=4)`.
 
     Every emitted quantity is a function of the model, `arm.qdd(q, qd)`: `dir(arm)` lists them, `help(arm.qdd)` tells what
-    one takes and gives. Derivatives are compiled when they are first named. Any number of threads may use one model.
+    one takes and gives. Derivatives are compiled when they are first named. Any number of threads may use one model. It
+    does not change, nor when its file does; it can be pickled, and what is unpickled is the same model.
     """
+
+    __module__ = "refdyn"
 
     coordinates: tuple[str, ...]                 # in the order of q
     parameters: Mapping[str, float]              # that some quantity reads, with their values
     inputs: Mapping[str, float]
-    options: Mapping[str, str]
+    options: Mapping[str, int | float | bool | str]
     units: Mapping[str, str]                     # of coordinates; `units_of` tells those of parameters and inputs
     rows: tuple[str, ...]
     points: tuple[str, ...]
@@ -40,7 +44,6 @@ class Model:
     held: tuple[str, ...]                        # in statics and modes
     q0: np.ndarray                               # where a motion starts
     qd0: np.ndarray
-    _folder: tempfile.TemporaryDirectory[str]    # of a model from a text
     if TYPE_CHECKING:
         M: Quantity
         h: Quantity
@@ -67,39 +70,59 @@ class Model:
 
     def __init__(self, file: str | os.PathLike[str], /, **settings: Any) -> None:
         name = os.fspath(file)
-        self._read(os.path.join(".", name) if name.startswith("-") else name, settings)
+        if "\n" in name:
+            raise ValueError("this is a text and not the name of a file: refdyn.Model.from_text takes it")
+        self._read(Sources(os.path.join(".", name) if name.startswith("-") else name), settings)
 
     @classmethod
     def from_text(cls, text: str, /, **settings: Any) -> Model:
-        """The same from the text of a model file; its errors have the file '<text>'."""
+        """The same from the text of a model file; its errors have the file '<text>'. It can `require` no files."""
+        if text.endswith(".lua") and "\n" not in text:
+            raise ValueError(f"{text!r} is the name of a file and not a text: refdyn.Model takes it")
+        return cls._of_sources(Sources(TEXT, {TEXT: text.encode()}), settings)
+
+    @classmethod
+    def _of_sources(cls, sources: Sources, settings: Mapping[str, Any]) -> Model:
         model = cls.__new__(cls)
-        model._folder = program.private_folder()
-        file = os.path.join(model._folder.name, "text.lua")
-        pathlib.Path(file).write_text(text, encoding="utf-8")
-        model._read(file, settings)
+        model._read(sources, settings)
         return model
 
-    def _read(self, file: str, settings: Mapping[str, Any]) -> None:
-        self._lock, self._settings = threading.RLock(), dict(settings)
+    def _read(self, sources: Sources, settings: Mapping[str, Any]) -> None:
+        self._lock, self._settings, self._sources = threading.RLock(), dict(settings), sources
         self._libraries: dict[tuple[str | None, bool], Compiled] = {}
-        told = json.loads(program.run("compile", file, *program.settings(settings)))
-        self._file = os.path.abspath(file)
-        self._sources = {os.path.abspath(path): digest(path) for path in told["sources"]}
-        self._known = told["quantities"]
+        told = json.loads(self._program("compile", (), settings))
+        sources.take(told["sources"])
+        self._name, self._known = told["name"], told["quantities"]
         self._default = {entry["quantity"] for entry in told["functions"]}
-        self.coordinates = tuple(entry["name"] for entry in told["coordinates"])
-        self.parameters = named(told["parameters"], "value")
-        self.inputs = named(told["inputs"], "value")
-        self.units = named(told["coordinates"], "unit")
         self._units = {kind: named(told[kind], "unit") for kind in ("coordinates", "parameters", "inputs")}
-        self.options = types.MappingProxyType(told["options"])
-        self.rows, self.points, self.courses, self.held = (tuple(told[key]) for key in ("rows", "points", "courses", "held"))
-        self.q0, self.qd0 = (constant(told[key]) for key in ("q", "qd"))
-        self._libraries[None, False] = Compiled(told, self.parameters)
+        self._by_events = {entry["name"] for entry in told["inputs"] if entry["by_events"]}
+        self._fixed = {entry["name"]: entry["value"] for entry in told["parameters"] if not entry["anchored"]}
+        lists = {key: tuple(told[key]) for key in ("rows", "points", "courses", "held")}
+        vars(self).update(coordinates=tuple(self._units["coordinates"]), parameters=named(told["parameters"], "value"),
+                          inputs=named(told["inputs"], "value"), units=self._units["coordinates"], options=types.MappingProxyType(told["options"]),
+                          q0=constant(told["q"]), qd0=constant(told["qd"]), **lists)
+        self._kinds = {"parameter": self.parameters, "input": self.inputs, "option": self.options, "coordinate": self.coordinates}
+        self._libraries[None, False] = Compiled(told, self._kinds)
 
     def __repr__(self) -> str:
-        return (f"<refdyn.Model {self._libraries[None, False].told['name']}: {len(self.coordinates)} coordinates, "
-                f"{len(self.rows)} rows, {len(self.parameters)} parameters>")
+        return f"<refdyn.Model {self._name}: {len(self.coordinates)} coordinates, {len(self.rows)} rows, {len(self.parameters)} parameters>"
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not name.startswith("_"):
+            raise AttributeError(f"{name}: a model does not change; refdyn.Model makes one with other values, parameters={{...}} gives them to one call")
+        object.__setattr__(self, name, value)
+
+    def __delattr__(self, name: str) -> None:
+        raise AttributeError(f"{name}: a model does not change")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return restored, (type(self), self._sources.main, self._sources.texts, self._settings)
+
+    def __copy__(self) -> Model:
+        return self
+
+    def __deepcopy__(self, memo: Any) -> Model:
+        return self
 
     def __dir__(self) -> list[str]:
         return sorted({*super().__dir__(), *self._known})
@@ -109,7 +132,8 @@ class Model:
     def __getattr__(self, name: str) -> Quantity:
         """A quantity, when it is first named: from then on it is an attribute."""
         if name.startswith("_") or name not in self._known:
-            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            near = None if name.startswith("_") else nearest(name, dir(self))
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}" + (f", the nearest is {near!r}" if near else ""))
         with self._lock:
             if name not in self.__dict__:
                 self.__dict__[name] = self._quantity(name)
@@ -122,14 +146,14 @@ class Model:
         except program.ModelError as error:
             raise AttributeError(str(error)) from error
         if name not in {entry["quantity"] for entry in compiled.told["functions"]}:
-            raise AttributeError(f"{program.shown(self._file)}: the model has no {name}")
-        return Quantity(name, compiled, lambda: self._library(emit, True))
+            raise AttributeError(f"{shown_file(self._sources.main)}: the model has no {name}")
+        return Quantity(name, self, compiled, lambda: self._library(emit, True))
 
     def _library(self, emit: str | None, has_lanes: bool) -> Compiled:
         with self._lock:
             if (emit, has_lanes) not in self._libraries:
                 told = self._run("compile", {"emit": emit, "for_lanes": has_lanes})
-                self._libraries[emit, has_lanes] = Compiled(json.loads(told), self.parameters)
+                self._libraries[emit, has_lanes] = Compiled(json.loads(told), self._kinds)
             return self._libraries[emit, has_lanes]
 
     def units_of(self, name: str) -> str:
@@ -145,40 +169,53 @@ class Model:
                 parameters: Mapping[str, float] | None = None, hold: str | Sequence[str] | None = None,
                 release: str | Sequence[str] | None = None, way: str | None = None) -> xarray.Dataset:
         """The equilibrium, looked for from q; the options are those of `refdyn statics`."""
-        with state_file(q, None, t, inputs) as state:
-            told = self._run("statics", {"state": state, "hold": listed(hold), "release": listed(release), "way": way}, parameters)
-        return datasets.of_equilibrium(self, json.loads(told), self.held if hold is None else (listed(hold) or "").split(","))
+        values = self._values("parameter", parameters)
+        with self._state_file(q, None, t, self._values("input", inputs)) as state:
+            told = self._run("statics", {"state": state, "hold": listed(hold), "release": listed(release), "way": way}, values)
+        held = self.held if hold is None else (listed(hold) or "").split(",")
+        return datasets.of_equilibrium(self, json.loads(told), held, datasets.attributes(self, values, inputs))
 
     def modes(self, at: str = "statics", *, q: npt.ArrayLike | None = None, t: float | None = None, inputs: Mapping[str, float] | None = None,
               parameters: Mapping[str, float] | None = None, modes: int | None = None, hold: str | Sequence[str] | None = None,
               release: str | Sequence[str] | None = None, way: str | None = None) -> xarray.Dataset:
         """Frequencies, damping ratios and shapes about the equilibrium, `at="initial"` about the start, or about q."""
-        with state_file(q, None, t, inputs) as state:
-            told = self._run("modes", {"at": state or at, "modes": modes, "hold": listed(hold), "release": listed(release), "way": way}, parameters)
-        return datasets.of_modes(self, json.loads(told))
+        check_place("at", at, [])
+        values, constants = self._values("parameter", parameters), self._values("input", inputs)
+        is_found = q is None and at == "statics"
+        if is_found and t is not None:
+            raise ValueError("t: an equilibrium is found at t = 0, another time goes with q or at=\"initial\"")
+        with self._state_file(q, None, t, {} if is_found else constants) as state:
+            given = {"at": state or at, "modes": modes, "hold": listed(hold), "release": listed(release), "way": way}
+            told = self._run("modes", given, {**values, **constants} if is_found else values)
+        return datasets.of_modes(self, json.loads(told), datasets.attributes(self, values, inputs))
 
     def simulate(self, t_end: float, tol: float | None = None, *, method: str | None = None, step: float | None = None, every: float | None = None,
                  from_: str = "initial", q: npt.ArrayLike | None = None, qd: npt.ArrayLike | None = None, t: float | None = None,
                  inputs: Mapping[str, npt.ArrayLike] | None = None, parameters: Mapping[str, float] | None = None,
-                 stop: Sequence[str] = (), **options: Any) -> xarray.Dataset:
+                 stop: str | Sequence[str] = (), **options: Any) -> xarray.Dataset:
         """A motion until t_end [s]: a variable for each column of `refdyn sim`, along t, with its unit; the summary as attributes.
 
         tol        error of a step (1e-6), when no fixed `step` is given
-        from_      "initial" or "statics"; q, qd and t give another start
+        from_      "initial", "statics" or the name of a STATE.json; or else q, qd and t give another start
         inputs     constant values by name, or with times `t` samples that each hold until the next
-        stop       conditions that end the motion: "E_z<2"
+        stop       a condition that ends the motion, "E_z<2", or several
         options    further ones of `refdyn sim`: accuracy, verify, step_max, stabilise, singular, start, hold, release, way
         """
-        with program.private_folder() as folder, state_file(q, qd, t, None) as state:
+        check_place("from_", from_, [name for name, value in (("q", q), ("qd", qd), ("t", t)) if value is not None])
+        values = self._values("parameter", parameters)
+        constants, columns = split(inputs, self._kinds, self._by_events)
+        attrs = datasets.attributes(self, values, inputs)
+        conditions = (stop,) if isinstance(stop, str) else stop
+        with program.private_folder() as folder, self._state_file(q, qd, t, {}) as state:
             run, summary = os.path.join(folder, "run.csv"), os.path.join(folder, "summary.json")
             given = {"until": t_end, "tol": tol, "method": method, "step": step, "every": every, "from": state or from_,
-                     "inputs": datasets.write_samples(inputs, self.inputs, folder), "output": run, "summary": summary, **options}
+                     "inputs": datasets.write_samples(columns, folder), "output": run, "summary": summary, **options}
             try:
-                self._run("sim", given, parameters, *(word for condition in stop for word in ("--stop", condition)))
+                self._run("sim", given, {**values, **constants}, *(word for condition in conditions for word in ("--stop", condition)))
             except program.NumericalError as error:
-                error.run = datasets.of_motion(self, run + ".part", None) if os.path.exists(run + ".part") else None
+                error.run = datasets.of_motion(self, run + ".part", None, attrs) if os.path.exists(run + ".part") else None
                 raise
-            return datasets.of_motion(self, run, summary)
+            return datasets.of_motion(self, run, summary, attrs)
 
     def batch(self, cases: Mapping[str, npt.ArrayLike] | None = None, t_end: float | None = None, *, sweep: str | os.PathLike[str] | None = None,
               tol: float | None = None, method: str | None = None, from_: str | None = None, threads: int | None = None, lanes: int | None = None,
@@ -196,12 +233,40 @@ class Model:
         datasets.need_h5py()
         if (cases is None) == (sweep is None):
             raise ValueError("either cases or a sweep file is needed")
+        check_place("from_", from_ or "initial", [])
         with program.private_folder() as folder:
             runs, summary = os.path.join(folder, "runs.h5"), os.path.join(folder, "summary.json")
             given = {"table": datasets.write_cases(cases, folder) if cases is not None else None, "until": t_end, "tol": tol, "method": method,
                      "from": from_, "threads": threads, "lanes": lanes, "output": runs, "summary": summary, **options}
-            self._run("batch", given, None, *([os.fspath(sweep)] if sweep is not None else []))
-            return datasets.of_runs(runs, summary)
+            self._run("batch", given, {}, *([os.fspath(sweep)] if sweep is not None else []))
+            return datasets.of_runs(self, runs, summary, datasets.attributes(self, {}))
+
+    def view(self, runs: xarray.Dataset | Mapping[str, xarray.Dataset] | Sequence[xarray.Dataset], file: str | os.PathLike[str]) -> None:
+        """One HTML page in which motions of this model are seen from all sides: `arm.view(run, "arm.html")`.
+
+        Several runs, by their names or in a list, lie over each other; their options and parameters, which are in their
+        attributes, have to be the same.
+        """
+        named_runs = runs_by_name(self._name, runs)
+        settings = self._settings_of(named_runs)
+        with program.private_folder() as folder:
+            paths = [os.path.join(folder, name + ".csv") for name in named_runs]
+            for run, path in zip(named_runs.values(), paths):
+                datasets.write_motion(run, path)
+            self._program("view", (*paths, *program.arguments({"output": os.path.abspath(file)})), settings, model="--model")
+
+    def _settings_of(self, runs: Mapping[str, xarray.Dataset]) -> dict[str, Any]:
+        """Options and parameters of motions, where they are others than those of the model."""
+        values = []
+        for name, run in runs.items():
+            if run.attrs.get("model", self._name) != self._name:
+                raise ValueError(f"view: run {name} is of the model {run.attrs['model']}, this one is {self._name}")
+            given = {**json.loads(run.attrs.get("options", "{}")), **json.loads(run.attrs.get("parameters", "{}"))}
+            values.append({key: value for key, value in given.items() if value != {**self.options, **self._fixed}.get(key)})
+        for (name, _), given in zip(runs.items(), values):
+            if given != values[0]:
+                raise ValueError(f"view: run {name} has other options or parameters than run {next(iter(runs))}; refdyn view draws those of `refdyn sim -o RUN.h5` together")
+        return {**self._settings, **values[0]}
 
     def states(self, data: xarray.Dataset) -> tuple[np.ndarray, np.ndarray]:
         """q and qd of a dataset as arrays (..., n), as quantities take them: `arm.energy(*arm.states(run), run.t)`. Rates
@@ -210,26 +275,71 @@ class Model:
         rates = [data[name + "_d"].values if name + "_d" in data else np.zeros(q.shape[:-1]) for name in self.coordinates]
         return q, np.stack(rates, axis=-1)
 
-    def _run(self, command: str, options: Mapping[str, Any], parameters: Mapping[str, float] | None = None, *words: str) -> str:
-        for name in parameters or {}:
-            if name not in self.parameters:
-                raise ValueError(unknown("parameter", name, self.parameters))
-        self._check_sources()
-        settings = program.settings({**self._settings, **(parameters or {})})
-        return program.run(command, self._file, *words, *program.arguments(options), *settings)
+    def _values(self, kind: str, given: Mapping[str, float] | None) -> dict[str, float]:
+        """One for each name."""
+        return {name: one_real(f"{kind} {name}", value) for name, value in by_name(kind, given, self._kinds).items()}
 
-    def _check_sources(self) -> None:
-        """Quantities and motions of one model are those of one text."""
-        for path, was in self._sources.items():
-            if digest(path) != was:
-                raise program.ModelError(f"{path}: the file has changed since this model was read, make a new refdyn.Model", path)
+    def _run(self, command: str, options: Mapping[str, Any], values: Mapping[str, float] = {}, *words: str) -> str:
+        return self._program(command, (*words, *program.arguments(options)), {**self._settings, **values})
+
+    def _program(self, command: str, words: Sequence[str], settings: Mapping[str, Any], model: str | None = None) -> str:
+        """A command on the model as it was read; `model`: the option that takes its file."""
+        file = [model, self._sources.path()] if model else [self._sources.path()]
+        return program.run(command, *file, *words, *program.settings(settings), places=self._sources.places)
+
+    @contextlib.contextmanager
+    def _state_file(self, q: npt.ArrayLike | None, qd: npt.ArrayLike | None, t: float | None, inputs: Mapping[str, float]) -> Iterator[str | None]:
+        """A STATE.json of what is given, None: nothing is."""
+        given: dict[str, Any] = {key: finite(key, value).tolist() for key, value in (("t", t), ("q", q), ("qd", qd)) if value is not None}
+        if inputs:
+            given["inputs"] = dict(inputs)
+        if not given:
+            yield None
+            return
+        with program.private_folder() as folder:
+            path = os.path.join(folder, "state.json")
+            pathlib.Path(path).write_text(json.dumps(given))
+            yield path
 
 
-def digest(path: str) -> bytes | None:
-    try:
-        return hashlib.sha256(pathlib.Path(path).read_bytes()).digest()
-    except OSError:
-        return None
+def restored(kind: type[Model], main: str, texts: Mapping[str, bytes], settings: Mapping[str, Any]) -> Model:
+    """A model out of a pickle: that of the texts, whatever the files say by now."""
+    return kind._of_sources(Sources(main, texts), settings)
+
+
+def runs_by_name(model: str, runs: Any) -> dict[str, xarray.Dataset]:
+    """Names that files can have."""
+    if isinstance(runs, Sequence):
+        runs = {f"{model} {number}": run for number, run in enumerate(runs, 1)}
+    elif not isinstance(runs, dict):
+        runs = {model: runs}
+    if not runs:
+        raise ValueError("view: no run is given")
+    for name in runs:
+        if not name or "/" in name or name.startswith("-"):
+            raise ValueError(f"view: the run's name {name!r} cannot be that of a file")
+    return runs
+
+
+def check_place(argument: str, place: str, others: Sequence[str]) -> None:
+    """Where a motion starts, or modes are taken: at one place only."""
+    places = ("initial", "statics")
+    if place not in places and not os.path.isfile(place):
+        near = nearest(place, places)
+        raise ValueError(f"{argument}: {place!r} is none of {', '.join(places)}, and no file" + (f", the nearest is {near!r}" if near else ""))
+    if others and place != "initial":
+        raise ValueError(f"{argument}: {place!r} and {', '.join(others)} are two places; {others[0]} alone is one, and arm.statics(q) finds an equilibrium near q")
+
+
+def shown_file(main: str) -> str:
+    return "<text>" if main == TEXT else main
+
+
+def finite(name: str, value: npt.ArrayLike) -> np.ndarray:
+    array = reals(name, value)
+    if not np.isfinite(array).all():
+        raise ValueError(f"{name}: a value is not finite")
+    return array
 
 
 def named(entries: Sequence[Mapping[str, Any]], key: str) -> Mapping[str, Any]:
@@ -244,18 +354,3 @@ def constant(values: Sequence[float]) -> np.ndarray:
 
 def listed(names: str | Sequence[str] | None) -> str | None:
     return names if names is None or isinstance(names, str) else ",".join(names)
-
-
-@contextlib.contextmanager
-def state_file(q: npt.ArrayLike | None, qd: npt.ArrayLike | None, t: float | None, inputs: Mapping[str, float] | None) -> Iterator[str | None]:
-    """A STATE.json of what is given, None: nothing is."""
-    given = {key: np.asarray(value, dtype=float).tolist() for key, value in (("t", t), ("q", q), ("qd", qd)) if value is not None}
-    if inputs:
-        given["inputs"] = {name: float(value) for name, value in inputs.items()}
-    if not given:
-        yield None
-        return
-    with program.private_folder() as folder:
-        path = os.path.join(folder, "state.json")
-        pathlib.Path(path).write_text(json.dumps(given))
-        yield path

@@ -13,10 +13,13 @@ from typing import Any
 
 import numpy as np
 
+from . import wording
+
 prefix = pathlib.Path(__file__).absolute().parent  # bin, lib, include: what `cmake --install` installs
 PROGRAM = prefix / "bin" / "refdyn"
 
 FAULT, USAGE, NUMBERS = 1, 2, 3  # exit statuses
+PRIVATE = wording.PRIVATE
 PLACE = re.compile(r"(?P<file>[^\n]+?):(?P<line>\d+): (?!warning: )")
 FAILURE = re.compile(r"refdyn: .*?: t = (?P<t>\S+) s: (?P<reason>.*)")
 
@@ -45,6 +48,10 @@ class NumericalError(ArithmeticError):
 
 class ModelWarning(UserWarning):
     """What the program warns of."""
+
+
+for _exception in (ModelError, NumericalError, ModelWarning):
+    _exception.__module__ = "refdyn"
 
 
 def text_of(value: Any) -> str:
@@ -81,38 +88,36 @@ def failure(status: int, said: str) -> Exception:
     said = said.strip()
     if status == FAULT:
         place = PLACE.search(said)
-        return ModelError(said, place["file"], int(place["line"])) if place else ModelError(said)
+        text = wording.of_python(said)
+        return ModelError(text, place["file"], int(place["line"])) if place else ModelError(text)
     if status == USAGE:
-        return ValueError(re.sub(r"^refdyn \w+: ", "", said.splitlines()[0]))
+        return ValueError(wording.of_python(re.sub(r"^refdyn \w+: ", "", said.splitlines()[0])))
     if status == NUMBERS:
         found = FAILURE.search(said)
-        return NumericalError(said, float(found["t"]), found["reason"]) if found else NumericalError(said, None, said.splitlines()[0])
+        text = wording.rounded(wording.of_python(wording.without_summary(said)))
+        return NumericalError(text, float(found["t"]), wording.of_python(found["reason"])) if found else NumericalError(text, None, text.splitlines()[0])
     return RuntimeError(f"refdyn ended with status {status}: {said}")
 
 
 def warnings_of(said: str) -> list[str]:
     """Each with the lines behind it that are set in."""
-    return [text.removeprefix("refdyn: ").removeprefix("warning: ") for text in re.findall(r"^.*warning: .*(?:\n  .*)*", said, re.M)]
+    found = re.findall(r"^.*warning: .*(?:\n  .*)*", said, re.M)
+    return [wording.rounded(wording.of_python(text.removeprefix("refdyn: ").removeprefix("warning: "))) for text in found]
 
 
 def private_folder() -> tempfile.TemporaryDirectory[str]:
     """For the files that a call hands to the program, of which nobody else knows."""
-    return tempfile.TemporaryDirectory(prefix="refdyn-")
+    return tempfile.TemporaryDirectory(prefix=PRIVATE)
 
 
-def shown(text: str) -> str:
-    """With `<cases>` for the file cases.csv of such a folder."""
-    return re.sub(re.escape(os.path.join(tempfile.gettempdir(), "refdyn-")) + r"\w{8}/(text|state|cases|inputs)\.\w+", r"<\1>", text)
-
-
-def run(*words: str | os.PathLike[str]) -> str:
-    """What the program prints; what it warns of become warnings."""
+def run(*words: str | os.PathLike[str], places: Mapping[str, str] = {}) -> str:
+    """What the program prints; what it warns of become warnings. `places`: what folders are called in messages."""
     done = subprocess.run([str(PROGRAM), *map(str, words)], stdin=subprocess.DEVNULL, capture_output=True, encoding="utf-8", errors="replace")
-    said = shown(done.stderr)
+    said = wording.shown(done.stderr, places)
     if done.returncode:
         raise failure(done.returncode, said)
     for text in warnings_of(said):
-        warnings.warn(text, ModelWarning, stacklevel=4)
+        warnings.warn(text, ModelWarning, stacklevel=5)
     return done.stdout
 
 

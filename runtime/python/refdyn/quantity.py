@@ -5,34 +5,29 @@ leading axis of any of them is a batch, which lanes of vectors evaluate.
 """
 from __future__ import annotations
 
-import difflib
 import math
 import threading
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .core import Library
+from .names import by_name, reals
 
 if TYPE_CHECKING:
     from .core import Function
+    from .model import Model
 
 POINT_ROWS = {"C": 3, "J": 6}  # rows of each point, where the first axis is that of the points
-
-
-def unknown(kind: str, name: str, known: Any) -> str:
-    lower = {other.lower(): other for other in known}
-    near = difflib.get_close_matches(str(name).lower(), lower, 1)
-    return f"no {kind} is called {name!r}" + (f", the nearest is {lower[near[0]]!r}" if near else f", known: {', '.join(known) or 'none'}")
 
 
 class Compiled:
     """A library of the cache, with the model's values as its functions take them."""
 
-    def __init__(self, told: Mapping[str, Any], known: Iterable[str]) -> None:
-        self.told, self.known = told, list(known)
+    def __init__(self, told: Mapping[str, Any], kinds: Mapping[str, Collection[str]]) -> None:
+        self.told, self.kinds = told, kinds
         self.library = Library(told["library"], told["name"], told["lanes"])
         self.places = {entry["name"]: place for place, entry in enumerate(told["parameters"])}
         self.inputs = {entry["name"]: place for place, entry in enumerate(told["inputs"])}
@@ -43,14 +38,13 @@ class Compiled:
 
     def take_inputs(self, inputs: Mapping[str, npt.ArrayLike] | None) -> np.ndarray:
         """A row of inputs, or one for each state of a batch."""
-        return filled(self.x, self.inputs, inputs, "input") if inputs else self.x
+        given = by_name("input", inputs, self.kinds)
+        return filled(self.x, self.inputs, given, "input") if given else self.x
 
     def take_parameters(self, parameters: Mapping[str, npt.ArrayLike] | None, x: np.ndarray) -> np.ndarray:
         """A row of prepared parameters, or one for each state of a batch. A known one that has no place here is not read."""
-        for name in parameters or {}:
-            if name not in self.known:
-                raise ValueError(unknown("parameter", name, self.known))
-        read = {name: value for name, value in (parameters or {}).items() if name in self.places}
+        given = by_name("parameter", parameters, self.kinds)
+        read = {name: value for name, value in given.items() if name in self.places}
         depends_on_inputs = x is not self.x and any(self.anchored)
         return self.prepared(read, x) if read or depends_on_inputs else self.p
 
@@ -67,10 +61,8 @@ class Compiled:
 
 def filled(default: np.ndarray, places: Mapping[str, int], given: Mapping[str, npt.ArrayLike], kind: str) -> np.ndarray:
     """Rows of values with the given ones in their places."""
-    arrays = {name: np.asarray(value, dtype=float) for name, value in given.items()}
+    arrays = {name: reals(f"{kind} {name}", value) for name, value in given.items()}
     for name, array in arrays.items():
-        if name not in places:
-            raise ValueError(unknown(kind, name, places))
         if not np.isfinite(array).all():
             raise ValueError(f"{kind} {name}: a value is not finite")
     rows = np.empty(np.broadcast_shapes(*(array.shape for array in arrays.values())) + default.shape)
@@ -88,7 +80,7 @@ def spread(array: np.ndarray, lead: tuple[int, ...]) -> np.ndarray:
 
 
 def taken(name: str, value: npt.ArrayLike, size: int) -> np.ndarray:
-    array = np.asarray(value, dtype=float)
+    array = reals(name, value)
     if array.ndim == 0 or array.shape[-1] != size:
         raise ValueError(f"{name}: an array of shape {array.shape}, the last axis must have {size} entries")
     return array
@@ -106,9 +98,11 @@ class Quantity:
     result's. Gives an array, or where there are several parts a dictionary of arrays. NaN where it has no value.
     """
 
-    def __init__(self, name: str, compiled: Compiled, lanes: Callable[[], Compiled]) -> None:
+    __module__ = "refdyn"
+
+    def __init__(self, name: str, model: Model, compiled: Compiled, lanes: Callable[[], Compiled]) -> None:
         self.__name__ = name
-        self._compiled, self._open_lanes = compiled, lanes
+        self._model, self._compiled, self._open_lanes = model, compiled, lanes
         self._lock = threading.Lock()
         self._lanes: tuple[Compiled, Function] | None = None
         told = next(entry for entry in compiled.told["functions"] if entry["quantity"] == name)
@@ -124,6 +118,15 @@ class Quantity:
     def __repr__(self) -> str:
         shape = self._shape or self._parts
         return f"<refdyn quantity {self.__name__} of {self._compiled.told['name']}: {shape}>"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return getattr, (self._model, self.__name__)
+
+    def __copy__(self) -> Quantity:
+        return self
+
+    def __deepcopy__(self, memo: Any) -> Quantity:
+        return self
 
     def _shape_of(self, part: Mapping[str, Any]) -> tuple[int, ...]:
         count, columns = part["count"], part["columns"]
@@ -148,7 +151,9 @@ class Quantity:
         """Any arguments: of one state, or of a batch."""
         q = taken("q", q, self._n)
         qd = np.zeros(self._rates) if qd is None else taken("qd", qd, self._rates)
-        t = np.asarray(t, dtype=float)
+        t = reals("t", t)
+        by_name("input", inputs, self._compiled.kinds)
+        by_name("parameter", parameters, self._compiled.kinds)
         shapes = {q.shape[:-1], qd.shape[:-1], t.shape, (), *(np.shape(value) for given in (inputs, parameters) for value in (given or {}).values())}
         lead = max(shapes) if len(shapes) <= 2 else np.broadcast_shapes(*shapes)
         out = np.empty(lead + (self._size,))

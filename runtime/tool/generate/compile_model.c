@@ -7,6 +7,10 @@
 #include "command_line/commands.h"
 #include "read/source_file.h"
 #include "refdyn_batch.h"
+#include "simulate/sampled_inputs.h"
+
+#include <stdlib.h>
+#include <string.h>
 
 static void put_name(struct document *document, const struct refdyn_name *name) {
     put_text(document, "name", name->name);
@@ -55,6 +59,7 @@ static void put_inputs(struct document *document, const struct scene *scene) {
         put_open(document, NULL, '{');
         put_name(document, &model->inputs[i]);
         put_number(document, "value", scene->work.x[i]);
+        put_truth(document, "by_events", inputs_are_set_by_event(model, i));
         put_close(document, '}');
     }
     put_close(document, ']');
@@ -67,12 +72,23 @@ static void put_texts(struct document *document, const char *key, const char *co
     put_close(document, ']');
 }
 
+/* Numbers and truth values as such. */
+static void put_option(struct document *document, const struct option *option) {
+    const bool is_true = strcmp(option->value, "true") == 0;
+    if (option->is_text)
+        put_text(document, option->name, option->value);
+    else if (is_true || strcmp(option->value, "false") == 0)
+        put_truth(document, option->name, is_true);
+    else
+        put_number(document, option->name, strtod(option->value, NULL));
+}
+
 static void put_names(struct document *document, const struct scene *scene) {
     const struct refdyn_model *model = scene->model;
     const struct model *read = &scene->generation.model;
     put_open(document, "options", '{');
     for (int i = 0; i < read->option_count; i++)
-        put_text(document, read->options[i].name, read->options[i].value);
+        put_option(document, &read->options[i]);
     put_close(document, '}');
     put_start(document, scene);
     put_parameters(document, scene);

@@ -64,11 +64,20 @@ enum status scene_read(struct scene *scene, const struct options *options, bool 
     return read_with(scene, options, options->settings, options->setting_count, options->fold, is_telling);
 }
 
-/* Values that are applied at run time, later ones win: the STATE.json's parameters, then --set. */
+/* Values that are applied at run time, later ones win: the STATE.json's parameters, then --set; the inputs of
+ * --set, then the STATE.json's. */
 struct values {
-    struct named_value *list;
-    int count;
+    struct named_value *list, *inputs; /* inputs: of --set */
+    int count, input_count;
 };
+
+static void add_inputs(struct values *values, const struct model *model) {
+    values->inputs = allocate((size_t)model->input_count, sizeof *values->inputs);
+    for (int i = 0; i < model->input_count; i++)
+        if (model->inputs[i].is_given)
+            values->inputs[values->input_count++] =
+                (struct named_value){text_format("%s", model->inputs[i].name), model->inputs[i].value};
+}
 
 static struct values given_values(struct scene *scene) {
     const struct model *model = &scene->generation.model;
@@ -81,14 +90,19 @@ static struct values given_values(struct scene *scene) {
         if (model->parameters[i].is_given) /* a name that lives on when the model is read again */
             values.list[values.count++] = (struct named_value){text_format("%s", model->parameters[i].name),
                                                                model->parameters[i].value};
+    add_inputs(&values, model);
     return values;
 }
 
-static bool is_given(const struct values *values, const char *name) {
-    for (int i = 0; i < values->count; i++)
-        if (strcmp(values->list[i].name, name) == 0)
+static bool is_among(const struct named_value *list, int count, const char *name) {
+    for (int i = 0; i < count; i++)
+        if (strcmp(list[i].name, name) == 0)
             return true;
     return false;
+}
+
+static bool is_given(const struct values *values, const char *name) {
+    return is_among(values->list, values->count, name);
 }
 
 /* All values become settings: the model's checks see them, and with --fold they are numbers in the C. */
@@ -104,14 +118,15 @@ static enum status read_valued(struct scene *scene, const struct options *option
     return read_with(scene, options, settings, count, options->fold, false);
 }
 
-/* Without --fold the C is that of the default parameters: the same text, and the same library, for all
- * values. */
+/* Without --fold the C is that of the default parameters and inputs: the same text, and the same library, for
+ * all values. */
 static enum status read_structure(struct scene *scene, const struct options *options,
                                   const struct values *values) {
     struct setting *settings = allocate((size_t)options->setting_count, sizeof *settings);
     int count = 0;
     for (int i = 0; i < options->setting_count; i++)
-        if (!is_given(values, options->settings[i].name))
+        if (!is_given(values, options->settings[i].name) &&
+            !is_among(values->inputs, values->input_count, options->settings[i].name))
             settings[count++] = options->settings[i];
     return read_with(scene, options, settings, count, false, false);
 }
@@ -122,7 +137,7 @@ static enum status read_for_values(struct scene *scene, const struct options *op
     enum status status = STATUS_DONE;
     if (scene->state.parameter_count > 0)
         status = read_valued(scene, options, values);
-    if (status != STATUS_DONE || options->fold || values->count == 0)
+    if (status != STATUS_DONE || options->fold || values->count + values->input_count == 0)
         return status;
     return read_structure(scene, options, values);
 }
@@ -209,6 +224,15 @@ static enum status start_workspace(struct scene *scene) {
     return STATUS_FAULT;
 }
 
+static void apply_inputs(struct scene *scene, const struct named_value *inputs, int count) {
+    const struct refdyn_model *model = scene->model;
+    for (int i = 0; i < count; i++) {
+        const int place = refdyn_find_name(model->inputs, model->input_count, inputs[i].name);
+        if (place >= 0)
+            scene->work.x[place] = inputs[i].value;
+    }
+}
+
 /* Names that the C does not have belong to parameters and inputs that this scene does not read. */
 static void apply_values(struct scene *scene, const struct values *values) {
     const struct refdyn_model *model = scene->model;
@@ -221,11 +245,8 @@ static void apply_values(struct scene *scene, const struct values *values) {
             if (model->anchored[j] == place)
                 scene->given[j] = 1;
     }
-    for (int i = 0; i < scene->state.input_count; i++) {
-        int place = refdyn_find_name(model->inputs, model->input_count, scene->state.inputs[i].name);
-        if (place >= 0)
-            scene->work.x[place] = scene->state.inputs[i].value;
-    }
+    apply_inputs(scene, values->inputs, values->input_count);
+    apply_inputs(scene, scene->state.inputs, scene->state.input_count);
 }
 
 static void set_state(struct scene *scene) {

@@ -59,7 +59,7 @@ static void warn_of_passed(const struct reading *reading) {
     }
 }
 
-static bool is_set_by_event(const struct refdyn_model *model, int input) {
+bool inputs_are_set_by_event(const struct refdyn_model *model, int input) {
     for (int i = 0; i < model->change_count; i++)
         if (model->changes[i].what == REFDYN_CHANGED_INPUT && model->changes[i].place == input)
             return true;
@@ -87,7 +87,7 @@ static bool assign_columns(struct reading *reading) {
     if (inputs->samples.width == 0)
         return no_input(reading);
     for (int k = 0; k < inputs->samples.width; k++)
-        if (is_set_by_event(model, inputs->place[k]))
+        if (inputs_are_set_by_event(model, inputs->place[k]))
             return csv_complain(csv, "column %s: events of the model set this input, samples cannot",
                                 model->inputs[inputs->place[k]].name);
     warn_of_passed(reading);

@@ -20,6 +20,8 @@ struct inputs {
     double next; /* time of the sample that lies ahead, INFINITY: none [s] */
 };
 
+/* Whether events of the model set this input, which samples then cannot. */
+bool inputs_are_set_by_event(const struct refdyn_model *model, int input);
 /* False, with a complaint as FILE:LINE, when the file does not have them. */
 bool inputs_read(struct inputs *inputs, const char *path, const struct refdyn_model *model);
 /* Sets x to the values at t; ahead of it lies inputs->next. */

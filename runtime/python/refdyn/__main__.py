@@ -1,0 +1,4 @@
+"""`python -m refdyn`: the program."""
+from .program import main
+
+main()

@@ -1,0 +1,50 @@
+"""Inputs of a motion: constants, or samples along `t`."""
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+
+import numpy as np
+import numpy.typing as npt
+
+from .names import by_name, reals
+
+
+def split(inputs: Mapping[str, npt.ArrayLike] | None, kinds: Mapping[str, Collection[str]],
+          by_events: Collection[str]) -> tuple[dict[str, float], dict[str, np.ndarray]]:
+    """Constants that are settings of the model, since its events change them, which samples cannot; and the columns of
+    --inputs: samples, and constants for all of them."""
+    given = {name: finite(name, value) for name, value in by_name("input", inputs, kinds, ("t",)).items()}
+    times = given.pop("t", None)
+    if times is None:
+        given, times = {name: constant(name, values) for name, values in given.items()}, np.zeros(1)
+    else:
+        check_samples(times, given)
+    settings = {name: float(values) for name, values in given.items() if name in by_events and values.ndim == 0}
+    columns = {name: values for name, values in given.items() if name not in settings}
+    return settings, {"t": times, **columns} if columns else {}
+
+
+def finite(name: str, value: npt.ArrayLike) -> np.ndarray:
+    what = "times" if name == "t" else f"input {name}"
+    array = reals(what, value)
+    if array.ndim > 1:
+        raise ValueError(f"{what}: an array of shape {array.shape}, one value or a row of samples is needed")
+    if not np.isfinite(array).all():
+        raise ValueError(f"{what}: a value is not finite")
+    return array
+
+
+def constant(name: str, values: np.ndarray) -> np.ndarray:
+    if values.size != 1:
+        raise ValueError(f"input {name}: {values.size} values, their times are missing: inputs={{'t': times, {name!r}: values}}")
+    return values.reshape(())
+
+
+def check_samples(times: np.ndarray, given: Mapping[str, np.ndarray]) -> None:
+    if not given:
+        raise ValueError("inputs: times 't' without an input, values at these are needed")
+    if not times.ndim or not times.size:
+        raise ValueError(f"inputs: 't' has the shape {times.shape}, a row of times is needed")
+    for name, values in given.items():
+        if values.ndim and values.size != times.size:
+            raise ValueError(f"input {name}: an array of shape {values.shape}, that of 't' is {times.shape}")
