@@ -14,6 +14,7 @@
 #include "motion/motion.h"
 
 enum { TEXT_LENGTH = 1000, NAMED_MOST = 8 };
+static const double default_gain = 10; /* alpha = beta [1/s] in Model Exchange of a row that has none */
 
 /* ---- Messages ---- */
 
@@ -237,6 +238,22 @@ static void warn_of_start(struct fmu_instance *instance) {
                  integrator->t, integrator->start.phi, integrator->start.psi);
 }
 
+/* Rows without gains would drift with the importer's errors. Baumgarte's alpha and beta stand in p as 2 alpha
+ * and beta^2. */
+static void place_gains(struct fmu_instance *instance) {
+    const struct refdyn_model *model = instance->work.model;
+    double *p = instance->integrator.motion->parameters.own;
+    for (int i = 0; i < model->m && model->gains; i++) {
+        const int rate = model->gains[2 * i], position = model->gains[2 * i + 1];
+        if ((rate >= 0 && p[rate] != 0) || (position >= 0 && p[position] != 0))
+            continue;
+        if (rate >= 0)
+            p[rate] = 2 * default_gain;
+        if (position >= 0)
+            p[position] = default_gain * default_gain;
+    }
+}
+
 enum fmu_status fmu_start(struct fmu_instance *instance) {
     const int n = instance->work.n;
     double *state = instance->room;
@@ -248,6 +265,8 @@ enum fmu_status fmu_start(struct fmu_instance *instance) {
     if (status)
         return fmu_tell_failure(instance, status);
     refdyn_integrator_until(&instance->integrator, instance->t_stop);
+    if (instance->is_exchange)
+        place_gains(instance);
     warn_of_start(instance);
     instance->t_from = instance->integrator.t_right;
     instance->t_to = instance->t_next = INFINITY;
@@ -276,6 +295,7 @@ static int find_rates(struct fmu_instance *instance) {
     struct refdyn_motion *motion = integrator->motion;
     const int n = work->n;
     integrator->t_right = fmin(fmax(integrator->t, instance->t_from), instance->t_to);
+    place_gains(instance);
     refdyn_parameters_enter(&motion->parameters, work);
     int status = refdyn_row_terms(work, integrator->t_right, integrator->q, integrator->qd);
     if (!status)

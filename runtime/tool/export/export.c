@@ -9,6 +9,7 @@
 #include "export/binary.h"
 #include "export/description.h"
 #include "export/sources.h"
+#include "simulate/gsl_motion.h"
 #include "simulate/motion.h"
 
 #include <math.h>
@@ -45,6 +46,14 @@ static enum status check_platforms(const struct options *options, const char *co
         if (!platform_find(*list))
             return option_error(options, "platform", ": '%s' is none of %s", *list, platform_names());
     return STATUS_DONE;
+}
+
+/* Methods of GSL are none of the core's, which FMUs carry. */
+static enum status check_method(const struct options *options) {
+    return by_gsl_has(options->method)
+               ? option_error(options, "method", ": '%s' is a method of GSL, which FMUs do not contain",
+                              options->method)
+               : STATUS_DONE;
 }
 
 /* ---- The FMU ---- */
@@ -165,6 +174,8 @@ enum status run_export(const struct options *options) {
     enum status status = choose_version(options, &fmu.version);
     if (status == STATUS_DONE)
         status = check_platforms(options, platforms);
+    if (status == STATUS_DONE)
+        status = check_method(options);
     if (status == STATUS_DONE)
         status = motion_options(options, &fmu.options);
     if (status != STATUS_DONE)
