@@ -22,12 +22,12 @@ SIZE, SHARPNESS, COLOURS = (480, 360), 2, 128
 SEEN = {
     "branched": "t=1.2&nearer=1.4&azimuth=-60",
     "bricard": "t=0.7&nearer=1.35",
-    "chain": "t=0.5&nearer=1.35&azimuth=-70&height=15&up=0.05",
+    "chain": "t=0.5&nearer=1.25&azimuth=-70&height=15&up=0.02&right=-0.15",
     "crane": "t=2.5&nearer=1.35",
     "fivebar": "t=1.2&nearer=1.3&height=55",
     "fourbar": "t=0.4&nearer=1.3&azimuth=-70&up=-0.05",
     "gantry": "t=1.2&nearer=1.3",
-    "manipulator": "t=6&nearer=1.25&up=-0.12&right=0.12",
+    "manipulator": "t=6&nearer=1.05&up=-0.02&right=0.22",
     "midspan": "t=0.5&nearer=1.25",
     "pendulum": "t=1&nearer=1.3&azimuth=-75",
     "planar": "t=2&nearer=1.3&right=0.12&height=40",
@@ -38,7 +38,7 @@ SEEN = {
     "spinup": "t=2.4&nearer=1.3&height=60",
     "stepped": "t=0.01&nearer=1.25",
     "stewart": "t=1.3&nearer=1.2&up=-0.05",
-    "writer": "t=6.8&nearer=1.35&azimuth=-25&height=45&up=0.14",
+    "writer": "t=6.8&nearer=1.15&azimuth=-25&height=40&up=0.07",
 }
 
 

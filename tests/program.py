@@ -47,6 +47,11 @@ def models_of_tests():
     return some((TESTS / "models").glob("*.lua"))
 
 
+def few_models():
+    """Those that are built otherwise than another one, all of them in tests/long: where one model takes seconds."""
+    return [path for path in all_models() if LONG or path.stem not in ("chain", "puma", "scara", "writer")]
+
+
 def few_models_of_tests():
     """Every third of them, all of them in tests/long: where models of `models/` take long already."""
     return models_of_tests() if LONG else models_of_tests()[::3]

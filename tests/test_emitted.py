@@ -6,11 +6,11 @@ import subprocess
 
 import pytest
 
-from program import LONG, REFERENCE, SOURCE, TESTS, all_models, evaluate, few_models_of_tests, refdyn
+from program import LONG, REFERENCE, SOURCE, TESTS, evaluate, few_models, few_models_of_tests, refdyn
 
 WARNINGS = "-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror".split()
 COMPILERS = [["gcc", "-std=c11"], ["clang", "-std=c11"], ["clang++", "-std=c++17", "-x", "c++"], ["g++", "-std=c++17", "-x", "c++"]]
-SCENES = [(path, []) for path in all_models() + few_models_of_tests()]
+SCENES = [(path, []) for path in few_models() + few_models_of_tests()]
 SCENES += [(REFERENCE, ["--set", "n_rfe=1"]), (REFERENCE, ["--set", "form=printed"]), (REFERENCE, ["--set", "dofs=psi"]),
            (REFERENCE, ["--set", "program=none"]), (REFERENCE, ["--set", "drive=input"])]
 RUNS = TESTS / "models" / "runs.lua"

@@ -6,11 +6,11 @@ import re
 import numpy
 import pytest
 
-from program import MODELS, SCALE, TESTS, all_models, check, difference, evaluate, few_models_of_tests, read_run, refdyn, settings
+from program import MODELS, SCALE, TESTS, all_models, check, difference, evaluate, few_models, few_models_of_tests, read_run, refdyn, settings
 from random_models import as_lua, random_model, random_state
 
 RANDOM = [6, 9, 14, 26, 28, 33]
-CASES = ([(path, ()) for path in all_models()] + [(path, ()) for path in few_models_of_tests()]
+CASES = ([(path, ()) for path in few_models()] + [(path, ()) for path in few_models_of_tests()]
          + [(MODELS / "manipulator.lua", ("--set", f"n_rfe={n}")) for n in (1, 2)] + [(seed, ()) for seed in RANDOM])
 NAMES = [f"random {path}" if isinstance(path, int) else " ".join([path.name, *options]) for path, options in CASES]
 

@@ -5,7 +5,7 @@ import re
 import numpy
 import pytest
 
-from program import REFERENCE, TESTS, all_models, check, close, evaluate, few_models_of_tests, models_of_tests, oracle, refdyn, settings
+from program import REFERENCE, TESTS, all_models, check, close, evaluate, few_models, few_models_of_tests, models_of_tests, oracle, refdyn, settings
 from random_models import random_state
 
 METHODS = ["recursive", "dense"]
@@ -37,7 +37,7 @@ def test_oracle(seed, method):
            close("force", found["force"], state["r"], 1e-9)])
 
 
-@pytest.mark.parametrize("model", all_models() + few_models_of_tests(), ids=lambda path: path.stem)
+@pytest.mark.parametrize("model", few_models() + few_models_of_tests(), ids=lambda path: path.stem)
 def test_equal(model):
     """As far as the condition of M lets a factored M be."""
     start = evaluate(model)
