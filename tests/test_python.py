@@ -300,7 +300,7 @@ return rd.sweep { vary = { m_E = { 1, 2 } }, t_end = 0.1, every = 0.05,
 # ---- Inputs that events set, and options of all kinds ----
 
 BALL = '''local rd = require "refdyn"
-local p = rd.parameters { { "stiff", 3, "N/m" } }
+local p = rd.parameters { { "stiff", 3, "N/m" }, { "unread", 1 } }
 local wind, lift = rd.input("wind", 0.1, "N"), rd.input("lift", 0, "N")
 local height, name, mirrored = rd.option("height", 1), rd.option("word", "7"), rd.option("mirrored", false)
 local share = rd.option("share", 0.5)
@@ -338,6 +338,12 @@ def test_an_input_of_the_model_is_not_compiled_anew(package):
     assert float(models[1].simulate(0.1).wind[0]) == 0.337 and float(models[1].statics(inputs={"lift": 1}).ball_x) == pytest.approx(0.337 / 3)
 
 
+def test_parameters_that_nothing_reads(ball):
+    """May be given, as the program takes them."""
+    assert list(ball.parameters) == ["stiff"] and same(ball.M(ball.q0, parameters={"unread": 2}), ball.M(ball.q0))
+    assert json.loads(ball.simulate(0.1, parameters={"unread": 2}).parameters) == {"stiff": 3, "unread": 2}
+
+
 def test_equilibria_under_inputs(package, ball):
     assert float(ball.statics(inputs={"wind": 1.5}).ball_x) == pytest.approx(0.5)
     with pytest.warns(package.ModelWarning, match="this is no equilibrium: ball_x is out of balance by 1.5"):
@@ -349,6 +355,7 @@ def test_options_have_their_types(package, ball):
     pytest.importorskip("h5py")
     runs = ball.batch({"height": [1, 2], "word": ["7", "8"], "mirrored": [True, False], "share": [0.5, 0.25]}, t_end=0.1)
     assert runs.height.dtype.kind == "i" and runs.word.values.tolist() == ["7", "8"] and runs.mirrored.values.tolist() == [True, False] and runs.share.values[1] == 0.25
+    assert package.Model.from_text(BALL, height=3).batch({"height": [2, 1]}, t_end=0.1).height.values.tolist() == [2, 1]
     told = ball.batch({"stiff": [0.5], "height": [-1]}, t_end=0.1).reason.values[0]
     assert "refdyn-" not in told, told
 
@@ -460,6 +467,18 @@ def test_warnings(package):
         package.Model(REFERENCE, n_rfe=1).simulate(0.01, q=[0, 0, 0.6, 0], qd=[0, 0, 0.3, 0])
 
 
+def test_warnings_of_the_model_are_told_once(package):
+    """When it is read; and they are no part of what fails later."""
+    with pytest.warns(package.ModelWarning, match="nothing loads it") as told:
+        free = package.Model.from_text(GOOD.replace("spring = { psi = 20 }, ", "").replace("-9.81", "0"))
+    assert len(told) == 1
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert free.qdd([[0.1]]).shape == (1, 1) and free.simulate(0.01).sizes["t"] == 201
+        with pytest.raises(ValueError, match="^method: 'rk5' is none of"):
+            free.simulate(0.01, method="rk5")
+
+
 CALLS = {
     "q: an array of shape (12,), the last axis must have 13 entries": lambda arm: arm.M(np.zeros(12)),
     "qd: an array of shape (), the last axis must have 13 entries": lambda arm: arm.h(np.zeros(13), 1.0),
@@ -490,6 +509,9 @@ BALL_CALLS = {
     "start: 'moved' is none of as-is, project": lambda ball: ball.simulate(1, start="moved"),
     "way: 'up' is none of load, path, downhill": lambda ball: ball.statics(way="up"),
     "q: a value is not finite": lambda ball: ball.statics(q=[np.nan, 0]),
+    "q: an array of shape (1, 2), one state is needed": lambda ball: ball.simulate(1, q=[[0, 1]]),
+    "stop: a motion has no column 'B_q', the nearest is B_x": lambda ball: ball.simulate(1, stop="B_q<1"),
+    "stiff: an array of shape (2,), the longest column has 3 values": lambda ball: ball.batch({"stiff": [1, 2], "wind": [1, 2, 3]}, t_end=1),
     "input lift: 2 values, their times are missing: inputs={'t': times, 'lift': values}": lambda ball: ball.simulate(1, inputs={"lift": [1, 1]}),
     "input lift: an array of shape (1,), that of 't' is (2,)": lambda ball: ball.simulate(1, inputs={"t": [0, 0.05], "lift": [1]}),
     "inputs: times 't' without an input": lambda ball: ball.simulate(1, inputs={"t": [0, 1]}),
@@ -518,6 +540,8 @@ NO_NUMBERS = {
     "q: a value of <U1, real numbers are needed": lambda ball: ball.M(["1", "2"]),
     "parameter stiff: a value of complex64": lambda ball: ball.simulate(1, parameters={"stiff": np.complex64(1j)}),
     "input lift: a function, real numbers are needed": lambda ball: ball.simulate(1, inputs={"lift": np.sin}),
+    "q: Dataset, real numbers are needed": lambda ball: ball.statics(q=xarray.Dataset()),
+    "cases: float, columns by name are needed: {'NAME': values}": lambda ball: ball.batch(3.0, t_end=1),
     "inputs: float, values by name are needed: {'NAME': value}": lambda ball: ball.simulate(1, inputs=2.0),
     "parameters: list, values by name are needed: {'NAME': value}": lambda ball: ball.M(ball.q0, parameters=[1]),
 }

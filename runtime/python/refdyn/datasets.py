@@ -139,7 +139,12 @@ def write_cases(cases: Mapping[str, npt.ArrayLike], folder: str) -> str:
 
 def write_table(columns: Mapping[str, Any], path: str) -> str:
     """Columns of one length, or of one value for all rows."""
-    arrays = np.broadcast_arrays(*(np.atleast_1d(np.asarray(values)) for values in columns.values()))
+    arrays = [np.atleast_1d(np.asarray(values)) for values in columns.values()]
+    rows = max((array.size for array in arrays), default=0)
+    for name, array in zip(columns, arrays):
+        if array.ndim > 1 or array.size not in (1, rows):
+            raise ValueError(f"{name}: an array of shape {array.shape}, the longest column has {rows} values")
+    arrays = [np.broadcast_to(array, rows) for array in arrays]
     fields = [[field_of(name, value) for value in array] for name, array in zip(columns, arrays)]
     lines = [",".join(columns), *map(",".join, zip(*fields))]
     pathlib.Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")

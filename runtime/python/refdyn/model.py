@@ -90,7 +90,8 @@ class Model:
     def _read(self, sources: Sources, settings: Mapping[str, Any]) -> None:
         self._lock, self._settings, self._sources = threading.RLock(), dict(settings), sources
         self._libraries: dict[tuple[str | None, bool], Compiled] = {}
-        told = json.loads(self._program("compile", (), settings))
+        printed, facts = program.run("compile", sources.path(), *program.settings(settings), places=sources.places)
+        told, self._told = json.loads(printed), frozenset(facts)
         sources.take(told["sources"])
         self._name, self._known = told["name"], told["quantities"]
         self._default = {entry["quantity"] for entry in told["functions"]}
@@ -101,7 +102,7 @@ class Model:
         vars(self).update(coordinates=tuple(self._units["coordinates"]), parameters=named(told["parameters"], "value"),
                           inputs=named(told["inputs"], "value"), units=self._units["coordinates"], options=types.MappingProxyType(told["options"]),
                           q0=constant(told["q"]), qd0=constant(told["qd"]), **lists)
-        self._kinds = {"parameter": self.parameters, "input": self.inputs, "option": self.options, "coordinate": self.coordinates}
+        self._kinds = {"parameter": (*self.parameters, *told["unread"]), "input": self.inputs, "option": self.options, "coordinate": self.coordinates}
         self._libraries[None, False] = Compiled(told, self._kinds)
 
     def __repr__(self) -> str:
@@ -233,12 +234,15 @@ class Model:
         datasets.need_h5py()
         if (cases is None) == (sweep is None):
             raise ValueError("either cases or a sweep file is needed")
+        if cases is not None and not hasattr(cases, "items"):
+            raise TypeError(f"cases: {type(cases).__name__}, columns by name are needed: {{'NAME': values}}")
+        varied = dict(cases.items()) if cases is not None else {}
         check_place("from_", from_ or "initial", [])
         with program.private_folder() as folder:
             runs, summary = os.path.join(folder, "runs.h5"), os.path.join(folder, "summary.json")
-            given = {"table": datasets.write_cases(cases, folder) if cases is not None else None, "until": t_end, "tol": tol, "method": method,
+            given = {"table": datasets.write_cases(varied, folder) if cases is not None else None, "until": t_end, "tol": tol, "method": method,
                      "from": from_, "threads": threads, "lanes": lanes, "output": runs, "summary": summary, **options}
-            self._run("batch", given, {}, *([os.fspath(sweep)] if sweep is not None else []))
+            self._run("batch", given, dict.fromkeys(varied), *([os.fspath(sweep)] if sweep is not None else []))
             return datasets.of_runs(self, runs, summary, datasets.attributes(self, {}))
 
     def view(self, runs: xarray.Dataset | Mapping[str, xarray.Dataset] | Sequence[xarray.Dataset], file: str | os.PathLike[str]) -> None:
@@ -279,13 +283,15 @@ class Model:
         """One for each name."""
         return {name: one_real(f"{kind} {name}", value) for name, value in by_name(kind, given, self._kinds).items()}
 
-    def _run(self, command: str, options: Mapping[str, Any], values: Mapping[str, float] = {}, *words: str) -> str:
-        return self._program(command, (*words, *program.arguments(options)), {**self._settings, **values})
+    def _run(self, command: str, options: Mapping[str, Any], values: Mapping[str, float | None] = {}, *words: str) -> str:
+        """With these values instead of the model's; None: what is given elsewhere."""
+        settings = {name: value for name, value in {**self._settings, **values}.items() if value is not None}
+        return self._program(command, (*words, *program.arguments(options)), settings)
 
     def _program(self, command: str, words: Sequence[str], settings: Mapping[str, Any], model: str | None = None) -> str:
         """A command on the model as it was read; `model`: the option that takes its file."""
         file = [model, self._sources.path()] if model else [self._sources.path()]
-        return program.run(command, *file, *words, *program.settings(settings), places=self._sources.places)
+        return program.run(command, *file, *words, *program.settings(settings), places=self._sources.places, told=self._told)[0]
 
     @contextlib.contextmanager
     def _state_file(self, q: npt.ArrayLike | None, qd: npt.ArrayLike | None, t: float | None, inputs: Mapping[str, float]) -> Iterator[str | None]:
@@ -336,7 +342,10 @@ def shown_file(main: str) -> str:
 
 
 def finite(name: str, value: npt.ArrayLike) -> np.ndarray:
+    """One row, or a number."""
     array = reals(name, value)
+    if array.ndim > 1:
+        raise ValueError(f"{name}: an array of shape {array.shape}, one state is needed")
     if not np.isfinite(array).all():
         raise ValueError(f"{name}: a value is not finite")
     return array

@@ -42,7 +42,10 @@ def by_name(kind: str, given: Mapping[str, Any] | None, kinds: Mapping[str, Coll
 
 def reals(name: str, value: npt.ArrayLike) -> np.ndarray:
     """Doubles; what would lose something on the way is refused, as are functions and texts."""
-    array = np.asarray(value)
+    try:
+        array = np.asarray(value)
+    except TypeError as error:
+        raise TypeError(f"{name}: {type(value).__name__}, real numbers are needed") from error
     if array.dtype.kind not in "biufO" or array.dtype.kind == "O" and (callable(value) or isinstance(value, Mapping)):
         what = "a function" if callable(value) else f"a value of {array.dtype}" if array.dtype.kind != "O" else type(value).__name__
         raise TypeError(f"{name}: {what}, real numbers are needed")

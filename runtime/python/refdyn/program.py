@@ -8,7 +8,7 @@ import subprocess
 import sys
 import tempfile
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,7 @@ PROGRAM = prefix / "bin" / "refdyn"
 FAULT, USAGE, NUMBERS = 1, 2, 3  # exit statuses
 PRIVATE = wording.PRIVATE
 PLACE = re.compile(r"(?P<file>[^\n]+?):(?P<line>\d+): (?!warning: )")
+WARNING = re.compile(r"^.*warning: .*\n?(?:  .*\n?)*", re.M)  # with the lines behind it that are set in
 FAILURE = re.compile(r"refdyn: .*?: t = (?P<t>\S+) s: (?P<reason>.*)")
 
 
@@ -100,9 +101,12 @@ def failure(status: int, said: str) -> Exception:
 
 
 def warnings_of(said: str) -> list[str]:
-    """Each with the lines behind it that are set in."""
-    found = re.findall(r"^.*warning: .*(?:\n  .*)*", said, re.M)
-    return [wording.rounded(wording.of_python(text.removeprefix("refdyn: ").removeprefix("warning: "))) for text in found]
+    return [wording.rounded(wording.of_python(text.strip().removeprefix("refdyn: ").removeprefix("warning: "))) for text in WARNING.findall(said)]
+
+
+def fact_of(warning: str) -> str:
+    """Without the place, whose file has several names."""
+    return warning.partition("warning: ")[2] or warning
 
 
 def private_folder() -> tempfile.TemporaryDirectory[str]:
@@ -110,15 +114,18 @@ def private_folder() -> tempfile.TemporaryDirectory[str]:
     return tempfile.TemporaryDirectory(prefix=PRIVATE)
 
 
-def run(*words: str | os.PathLike[str], places: Mapping[str, str] = {}) -> str:
-    """What the program prints; what it warns of become warnings. `places`: what folders are called in messages."""
+def run(*words: str | os.PathLike[str], places: Mapping[str, str] = {}, told: Collection[str] = ()) -> tuple[str, list[str]]:
+    """What the program prints, and the facts that it warns of, which become warnings where they were not told before.
+    `places`: what folders are called in messages."""
     done = subprocess.run([str(PROGRAM), *map(str, words)], stdin=subprocess.DEVNULL, capture_output=True, encoding="utf-8", errors="replace")
     said = wording.shown(done.stderr, places)
+    found = warnings_of(said)
+    for text in found:
+        if fact_of(text) not in told:
+            warnings.warn(text, ModelWarning, stacklevel=5)
     if done.returncode:
-        raise failure(done.returncode, said)
-    for text in warnings_of(said):
-        warnings.warn(text, ModelWarning, stacklevel=5)
-    return done.stdout
+        raise failure(done.returncode, WARNING.sub("", said))
+    return done.stdout, [fact_of(text) for text in found]
 
 
 def main() -> None:

@@ -30,6 +30,7 @@ def of_python(text: str) -> str:
     """Options as arguments: `start="project"` for `--start project`."""
     if text.startswith("unknown option"):
         return text
+    text = text.replace("the CSV has no column", "a motion has no column")
     return re.sub(r"^refdyn: ", "", OPTION.sub(argument, text), flags=re.M)
 
 
@@ -40,4 +41,4 @@ def rounded(text: str) -> str:
 
 def without_summary(text: str) -> str:
     """What `refdyn sim` says of a motion that fails, without the summary, and the file that nobody sees, behind it."""
-    return re.sub(r"^method {5,}.*?(?=^refdyn: (?!warning)|\Z)|^refdyn: what was computed until then is in [^\n]*", "", text, flags=re.M | re.S).strip()
+    return re.sub(r"^method {5,}.*?(?=^refdyn: |\Z)|^refdyn: what was computed until then is in [^\n]*", "", text, flags=re.M | re.S).strip()

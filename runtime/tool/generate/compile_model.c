@@ -72,6 +72,17 @@ static void put_texts(struct document *document, const char *key, const char *co
     put_close(document, ']');
 }
 
+/* Those of the model that no function takes; they may be given all the same. */
+static void put_unread(struct document *document, const struct scene *scene) {
+    const struct refdyn_model *model = scene->model;
+    const struct model *read = &scene->generation.model;
+    put_open(document, "unread", '[');
+    for (int i = 0; i < read->parameter_count; i++)
+        if (refdyn_find_name(model->parameters, model->parameter_count, read->parameters[i].name) < 0)
+            put_text(document, NULL, read->parameters[i].name);
+    put_close(document, ']');
+}
+
 /* Numbers and truth values as such. */
 static void put_option(struct document *document, const struct option *option) {
     const bool is_true = strcmp(option->value, "true") == 0;
@@ -92,6 +103,7 @@ static void put_names(struct document *document, const struct scene *scene) {
     put_close(document, '}');
     put_start(document, scene);
     put_parameters(document, scene);
+    put_unread(document, scene);
     put_inputs(document, scene);
     put_open(document, "rows", '[');
     for (int i = 0; i < model->m; i++)
