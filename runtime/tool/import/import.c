@@ -5,6 +5,7 @@
 #include "base/message.h"
 #include "base/text.h"
 #include "command_line/commands.h"
+#include "import/tidy.h"
 #include "import/write_model.h"
 #include "system/output_file.h"
 #include "text/output.h"
@@ -133,15 +134,19 @@ static bool make_beams(const struct robot *robot, const struct options *options,
 
 /* ---- what is not as in the file ---- */
 
-static void warn_of_joint(const struct robot *robot, const struct robot_joint *joint, double friction_width) {
+static void warn_of_joint(const struct robot *robot, const struct robot_joint *joint,
+                          const struct model_choice *choice) {
     const bool is_single = joint_is_single(joint);
-    if (joint->friction > 0 && (friction_width == 0 || !is_single))
+    if (joint->friction > 0 && (choice->friction_width == 0 || !is_single))
         robot_warn(robot, joint->line, "joint %s: friction %g is left out%s", joint->name, joint->friction,
                    is_single ? ", --friction-width RATE takes it" : "");
     const struct joint_limits *limits = &joint->limits;
     const bool is_limited = limits->has_range || limits->has_rate || limits->has_force;
     if (is_limited && !is_single && joint->kind != JOINT_FIXED)
         robot_warn(robot, joint->line, "joint %s: limits of several coordinates are left out", joint->name);
+    if (choice->has_drives && !is_single && joint->kind != JOINT_FIXED)
+        robot_warn(robot, joint->line, "joint %s: it has several coordinates, which get no inputs",
+                   joint->name);
     if (joint->damping > 0 && !is_single && joint->kind != JOINT_FIXED)
         robot_warn(robot, joint->line, "joint %s: damping %g of several coordinates is left out", joint->name,
                    joint->damping);
@@ -151,13 +156,15 @@ static void mend_inertias(struct robot *robot) {
     for (int i = 0; i < robot->link_count; i++) {
         struct robot_link *link = &robot->links[i];
         const double *I = link->inertia, was[6] = {I[0], I[1], I[2], I[3], I[4], I[5]};
-        if (inertia_mend(link->inertia))
-            robot_warn(robot, link->line,
-                       "link %s: no body has the moments %g %g %g with the products %g %g %g, the nearest "
-                       "that one has are "
-                       "taken: %g %g %g with %g %g %g",
-                       link->name, was[0], was[1], was[2], was[3], was[4], was[5], I[0], I[1], I[2], I[3],
-                       I[4], I[5]);
+        if (!inertia_mend(link->inertia))
+            continue;
+        tidy(link->inertia, 6, I[0] + I[1] + I[2]);
+        robot_warn(robot, link->line,
+                   "link %s: no body has the moments %g %g %g with the products %g %g %g, the nearest "
+                   "that one has are "
+                   "taken: %g %g %g with %g %g %g",
+                   link->name, was[0], was[1], was[2], was[3], was[4], was[5], I[0], I[1], I[2], I[3], I[4],
+                   I[5]);
     }
 }
 
@@ -229,15 +236,23 @@ static bool read_robot(struct robot *robot, const struct options *options, struc
     mend_inertias(robot);
     set_right_angles(robot, options->right_angles);
     for (int i = 0; i < robot->joint_count; i++)
-        warn_of_joint(robot, &robot->joints[i], choice->friction_width);
+        warn_of_joint(robot, &robot->joints[i], choice);
     return make_beams(robot, options, choice);
+}
+
+static int count_inputs(const struct robot *robot, const struct model_choice *choice) {
+    int count = 0;
+    for (int i = 0; i < robot->joint_count && choice->has_drives; i++)
+        count += joint_is_driven(&robot->joints[i]);
+    return count;
 }
 
 static void print_summary(const struct robot *robot, const struct model_choice *choice) {
     for (int i = 0; i < choice->flexible_count; i++)
         print_beam(robot, &choice->flexible[i]);
-    fprintf(stderr, "%d links, %d joints, %d coordinates beside those of beams\n", robot->link_count,
+    fprintf(stderr, "%d links, %d joints, %d coordinates beside those of beams", robot->link_count,
             robot->joint_count, count_coordinates(robot, choice));
+    fprintf(stderr, choice->has_drives ? ", %d inputs\n" : "\n", count_inputs(robot, choice));
 }
 
 enum status run_import(const struct options *options) {
@@ -247,6 +262,7 @@ enum status run_import(const struct options *options) {
     const char *path = options->operands[0], *slash = strrchr(path, '/');
     struct model_choice choice = {.source = slash ? slash + 1 : path,
                                   .is_floating = options->floating,
+                                  .has_drives = options->drives,
                                   .friction_width = options->friction_width,
                                   .beam = &beam};
     const enum status status = take_beam(options, &beam);
