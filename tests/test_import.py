@@ -258,7 +258,7 @@ def test_drives(tmp_path):
 def test_no_drive_for_several_coordinates(tmp_path):
     _, said = imported(tmp_path, HEAD + LINE.replace("continuous", "planar") + "</robot>", "--drives")
     assert said == ("r.urdf:4: warning: joint j: it has several coordinates, which get no inputs\n"
-                    "2 links, 1 joints, 3 coordinates beside those of beams, 0 inputs\n")
+                    "2 links, 1 joint, 3 coordinates beside those of beams, 0 inputs\n")
 
 
 def test_points_of_frames_and_slides(tmp_path):
@@ -340,6 +340,9 @@ LEFT_OUT = {
                "r.urdf:4: warning: <calibration> in <joint>, 1 in all, left out: q = 0 is that of the joint",
                "r.urdf:5: warning: <limit>: attribute uper, 1 in all, left out: it is not known"]),
     "friction": (PAIR + joint('<dynamics friction="0.7"/>'), ["r.urdf:4: warning: joint j: friction 0.7 is left out, --friction-width RATE takes it"]),
+    "nothing to move": (LINE + '<link name="c"/>\n<link name="d"/>' + joint(name="k", kind="prismatic", parent="b", child="c") + joint(name="l", parent="c", child="d").strip()
+                        + '<link name="e"/>' + joint(name="m", parent="b", child="e") + f'<link name="f">{MASS}</link>' + joint(name="n", kind="fixed", parent="e", child="f"),
+                        ["r.urdf:6: warning: joint k: nothing that it moves has mass, a motion needs one, or a fixed joint"]),
     "no range": (PAIR + joint('<limit lower="0.3" upper="0.3" velocity="0" effort="0"/>', kind="prismatic"),
                  ["r.urdf:4: warning: joint j: <limit>: lower and upper are both 0.3, the range is left out"]),
     "several": (PAIR + joint('<dynamics damping="0.7" friction="2"/><limit velocity="3"/>', kind="planar"),
@@ -358,7 +361,7 @@ LEFT_OUT = {
 def test_what_is_left_out_is_told(which, tmp_path):
     links, warnings = LEFT_OUT[which]
     said = imported(tmp_path, HEAD + links + "</robot>")[1].splitlines()
-    assert said[:-1] == warnings and re.fullmatch(r"\d+ links, \d+ joints, \d+ coordinates beside those of beams", said[-1])
+    assert said[:-1] == warnings and re.fullmatch(r"\d+ links?, \d+ joints?, \d+ coordinates? beside those of beams", said[-1])
 
 
 def with_origin(text):

@@ -152,6 +152,36 @@ static void warn_of_joint(const struct robot *robot, const struct robot_joint *j
                    joint->damping);
 }
 
+/* (link_count) has the link, or what it carries, mass? */
+static bool *find_loaded(const struct robot *robot) {
+    bool *is_loaded = allocate((size_t)robot->link_count, sizeof *is_loaded);
+    for (int k = robot->link_count - 1; k >= 0; k--) {
+        const int i = robot->order[k], joint = robot->links[i].joint;
+        is_loaded[i] = is_loaded[i] || robot->links[i].has_mass;
+        if (joint >= 0 && is_loaded[i])
+            is_loaded[robot->joints[joint].parent] = true;
+    }
+    return is_loaded;
+}
+
+/* A joint that moves no mass has no acceleration: lidars and wheels without <inertial> are such. The first
+ * one of those that carry each other is told. */
+static void warn_of_massless(const struct robot *robot) {
+    const bool *is_loaded = find_loaded(robot);
+    bool *is_told = allocate((size_t)robot->link_count, sizeof *is_told);
+    for (int k = 0; k < robot->link_count; k++) {
+        const int i = robot->order[k];
+        if (robot->links[i].joint < 0 || is_loaded[i])
+            continue;
+        const struct robot_joint *joint = &robot->joints[robot->links[i].joint];
+        if (joint->kind != JOINT_FIXED && !is_told[joint->parent])
+            robot_warn(robot, joint->line,
+                       "joint %s: nothing that it moves has mass, a motion needs one, or a fixed joint",
+                       joint->name);
+        is_told[i] = is_told[joint->parent] || joint->kind != JOINT_FIXED;
+    }
+}
+
 static void mend_inertias(struct robot *robot) {
     for (int i = 0; i < robot->link_count; i++) {
         struct robot_link *link = &robot->links[i];
@@ -200,10 +230,10 @@ static void set_right_angles(struct robot *robot, double within) {
         set_right(&angles, robot->links[i].pose.rpy);
     if (angles.count > 0)
         fprintf(stderr,
-                "%d angles are right ones but for %.2g rad at most: --right-angles %.1g takes them as these, "
-                "which costs "
-                "fewer operations\n",
-                angles.count, angles.farthest, 1.5 * angles.farthest);
+                "%d angle%s but for %.2g rad at most: --right-angles %.1g takes %s, which costs fewer "
+                "operations\n",
+                angles.count, angles.count == 1 ? " is a right one" : "s are right ones", angles.farthest,
+                1.5 * angles.farthest, angles.count == 1 ? "it as that" : "them as these");
 }
 
 static void print_beam(const struct robot *robot, const struct flexible *beam) {
@@ -237,7 +267,15 @@ static bool read_robot(struct robot *robot, const struct options *options, struc
     set_right_angles(robot, options->right_angles);
     for (int i = 0; i < robot->joint_count; i++)
         warn_of_joint(robot, &robot->joints[i], choice);
-    return make_beams(robot, options, choice);
+    if (!make_beams(robot, options, choice))
+        return false;
+    warn_of_massless(robot);
+    return true;
+}
+
+/* "1 joint", "7 joints" */
+static const char *counted(int count, const char *what) {
+    return text_format("%d %s%s", count, what, count == 1 ? "" : "s");
 }
 
 static int count_inputs(const struct robot *robot, const struct model_choice *choice) {
@@ -250,9 +288,10 @@ static int count_inputs(const struct robot *robot, const struct model_choice *ch
 static void print_summary(const struct robot *robot, const struct model_choice *choice) {
     for (int i = 0; i < choice->flexible_count; i++)
         print_beam(robot, &choice->flexible[i]);
-    fprintf(stderr, "%d links, %d joints, %d coordinates beside those of beams", robot->link_count,
-            robot->joint_count, count_coordinates(robot, choice));
-    fprintf(stderr, choice->has_drives ? ", %d inputs\n" : "\n", count_inputs(robot, choice));
+    fprintf(stderr, "%s, %s, %s beside those of beams", counted(robot->link_count, "link"),
+            counted(robot->joint_count, "joint"), counted(count_coordinates(robot, choice), "coordinate"));
+    fprintf(stderr, "%s%s\n", choice->has_drives ? ", " : "",
+            choice->has_drives ? counted(count_inputs(robot, choice), "input") : "");
 }
 
 enum status run_import(const struct options *options) {
