@@ -231,6 +231,60 @@ def test_moments_of_plane_robots(none, tmp_path):
     refdyn("check", tmp_path / "r.lua")
 
 
+# ---- Drives and points ----
+
+ARM = (PAIR + joint('<limit lower="-1" upper="1" effort="47.5"/><dynamics friction="0.3"/>', kind="revolute") + f'<link name="flange"/><link name="tool">{MASS}</link>'
+       + f'<link name="slide">{MASS}</link><link name="cart">{MASS}</link>'
+       + joint('<origin xyz="0 0 1"/>', "f", "fixed", "b", "flange") + joint("", "t", "fixed", "flange", "tool")
+       + joint('<axis xyz="0 1 0"/>', "s", "prismatic", "tool", "slide")
+       + joint('<axis xyz="0 0 1"/><mimic joint="s" multiplier="-1.5"/>', "c", "prismatic", "tool", "cart"))
+
+
+def test_drives(tmp_path):
+    """An input for each joint that follows no other, which acts up to the joint's effort."""
+    model, said = imported(tmp_path, HEAD + ARM + "</robot>", "--drives", "--friction-width", "0.1")
+    assert said.splitlines()[-1] == "6 links, 5 joints, 3 coordinates beside those of beams, 2 inputs"
+    assert 'rd.input("tau_b_phi", 0, "N m")\nrd.input("f_slide_y", 0, "N")\n' in model and model.count("rd.input") == 2
+    path = tmp_path / "r.lua"
+    own = json.loads(refdyn("eval", path).stdout)["coordinates"]
+    turn, slide, cart = (own.index(name) for name in ("b_phi", "slide_y", "cart_z"))
+    rest = evaluate(path)["Q"]
+    for torque, force in (31.7, -613), (-90, 1e6), (90, 0.3):
+        moved = numpy.subtract(evaluate(path, {"inputs": {"tau_b_phi": torque, "f_slide_y": force}})["Q"], rest)
+        check([close("Q", moved[[turn, slide, cart]], [max(-47.5, min(47.5, torque)), force, 0], 1e-15)])
+    assert "rd.input" not in imported(tmp_path, HEAD + ARM + "</robot>")[0]
+
+
+def test_no_drive_for_several_coordinates(tmp_path):
+    _, said = imported(tmp_path, HEAD + LINE.replace("continuous", "planar") + "</robot>", "--drives")
+    assert said == ("r.urdf:4: warning: joint j: it has several coordinates, which get no inputs\n"
+                    "2 links, 1 joint, 3 coordinates beside those of beams, 0 inputs\n")
+
+
+def test_points_of_frames_and_slides(tmp_path):
+    """A frame such as a tool's is a point though something hangs on it; no point has the columns of a slide."""
+    model, _ = imported(tmp_path, HEAD + ARM + "</robot>")
+    assert 'points = { flange = "flange", slide_end = "slide", cart_end = "cart" }' in model
+    assert refdyn("check", tmp_path / "r.lua").stderr == ""
+    root = '<link name="world"/><link name="base"/>' + joint(name="w", kind="fixed", parent="world", child="base") + joint(name="k", kind="fixed", parent="base", child="a")
+    model, _ = imported(tmp_path, HEAD + root + LINE + "</robot>")
+    assert 'points = { b = "b" }' in model, "frames that stand still are no points"
+    model, _ = imported(tmp_path, HEAD + root + LINE + "</robot>", "--floating")
+    assert 'points = { base = "base", a = "a", b = "b" }' in model
+    free = LINE.replace("continuous", "floating") + '<link name="b_end"/>' + joint(name="k", kind="fixed", parent="a", child="b_end")
+    model, _ = imported(tmp_path, HEAD + free + "</robot>")
+    assert 'b_end_2 = "b"' in model and 'b_end = "b_end"' in model
+    assert "warning" not in refdyn("check", tmp_path / "r.lua").stderr
+
+
+@pytest.mark.parametrize("name", ["r.urdf", "r.xml", "r.txt"])
+@pytest.mark.parametrize("command", ["check", "sim"])
+def test_robots_where_models_are_needed(command, name, tmp_path):
+    (tmp_path / name).write_text("\ufeff\n  " + HEAD + LINE + "</robot>")
+    said = refdyn(command, name, "--until" if command == "sim" else "--fold", *(["1"] if command == "sim" else []), cwd=tmp_path, status=1).stderr
+    assert said == f"{name}: is XML, no model in Lua; `refdyn import` writes one from a robot's URDF\n"
+
+
 # ---- Text ----
 
 def test_names(tmp_path):
@@ -286,6 +340,9 @@ LEFT_OUT = {
                "r.urdf:4: warning: <calibration> in <joint>, 1 in all, left out: q = 0 is that of the joint",
                "r.urdf:5: warning: <limit>: attribute uper, 1 in all, left out: it is not known"]),
     "friction": (PAIR + joint('<dynamics friction="0.7"/>'), ["r.urdf:4: warning: joint j: friction 0.7 is left out, --friction-width RATE takes it"]),
+    "nothing to move": (LINE + '<link name="c"/>\n<link name="d"/>' + joint(name="k", kind="prismatic", parent="b", child="c") + joint(name="l", parent="c", child="d").strip()
+                        + '<link name="e"/>' + joint(name="m", parent="b", child="e") + f'<link name="f">{MASS}</link>' + joint(name="n", kind="fixed", parent="e", child="f"),
+                        ["r.urdf:6: warning: joint k: nothing that it moves has mass, a motion needs one, or a fixed joint"]),
     "no range": (PAIR + joint('<limit lower="0.3" upper="0.3" velocity="0" effort="0"/>', kind="prismatic"),
                  ["r.urdf:4: warning: joint j: <limit>: lower and upper are both 0.3, the range is left out"]),
     "several": (PAIR + joint('<dynamics damping="0.7" friction="2"/><limit velocity="3"/>', kind="planar"),
@@ -304,7 +361,7 @@ LEFT_OUT = {
 def test_what_is_left_out_is_told(which, tmp_path):
     links, warnings = LEFT_OUT[which]
     said = imported(tmp_path, HEAD + links + "</robot>")[1].splitlines()
-    assert said[:-1] == warnings and re.fullmatch(r"\d+ links, \d+ joints, \d+ coordinates beside those of beams", said[-1])
+    assert said[:-1] == warnings and re.fullmatch(r"\d+ links?, \d+ joints?, \d+ coordinates? beside those of beams", said[-1])
 
 
 def with_origin(text):

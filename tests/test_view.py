@@ -170,9 +170,96 @@ def test_a_free_link_shows_no_joints(tmp_path):
     assert said == [6 * [False] + 2 * [True]]
 
 
+FLYING = """local rd = require "refdyn"
+return rd.model { name = "flying", links = {
+  { "hand", joint = "free", start_rate = { x = 23, psi = 1.7 }, bodies = { rd.box { { 0.11, 0.07, 0.23 }, mass = 1.9 } } },
+  { "finger", on = "hand", at = { 0.31, 0, 0 }, joint = "psi", start_rate = { psi = -2.3 }, mass = 1.219, inertia = { xx = 0.1112, yy = 0.1112, zz = 0.2194 } },
+  { "cap", on = "hand", at = { -0.3, 0, 0 }, joint = "theta", start_rate = { theta = 1.1 }, mass = 1.219, inertia = { xx = 0.1112, yy = 0.1112, zz = 0.2194 } },
+  { "rod", on = "finger", at = { 0, 0, 0.093 }, beam = { length = 0.2, section = rd.round(0.01), E = 2e11, nu = 0.3, rho = 7800, rfe = 2 } },
+}, points = { E = "rod.tip" } }
+"""
+
+SEEN = """
+const {stage} = page, said = {shapes: runs[0].shapes.map(([kind, frame, link, isSolid, bore, ...map]) => ({isSolid, link, map}))};
+const gl = stage.renderer.getContext(), size = () => 4 * stage.canvas.width * stage.canvas.height;
+const picture = () => {
+    drawStage(stage, false);
+    const pixels = new Uint8Array(size());
+    gl.readPixels(0, 0, stage.canvas.width, stage.canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+    return pixels;
+};
+const differences = (a, b) => a.reduce((count, value, i) => count + (i % 4 === 0 && (value !== b[i] || a[i + 1] !== b[i + 1] || a[i + 2] !== b[i + 2])), 0);
+const key = (name) => document.body.dispatchEvent(new KeyboardEvent("keydown", {key: name, bubbles: true}));
+const radiusOfPins = () => Math.max(...[...stage.bodies[0].parts.values()].flatMap((part) => part.isSolid ? [] : part.places.map((place) => new THREE.Vector3().setFromMatrixScale(place.matrix).y)));
+setShown(clock, "paths", false);
+said.whole = stage.camera.radius;
+said.pins = radiusOfPins();
+key("c"); said.follow = [clock.shown.follow, byId("follow").checked, stage.camera.radius];
+said.middles = [0.1, 0.6, 0.93].map((time) => {
+    setTime(clock, time);
+    const box = boxNow(runs[0]), corners = [box.low, box.high].map((corner) => new THREE.Vector3(...corner).project(stage.camera.lens));
+    return corners.flatMap((corner) => [corner.x, corner.y]);
+});
+const both = picture();
+stage.bodies[1].all.visible = false; const first = picture(); stage.bodies[1].all.visible = true;
+stage.bodies[0].all.visible = false; const second = picture(); stage.bodies[0].all.visible = true;
+said.drawn = [differences(both, first), differences(both, second)];
+key("o"); said.solids = [clock.shown.solids, byId("solids").checked];
+said.hidden = stage.bodies.map((body) => [...body.parts.values()].map((part) => [part.isSolid, part.mesh.visible]));
+key("o"); said.again = [...stage.bodies[0].parts.values()].every((part) => part.mesh.visible);
+key("c"); said.back = [stage.isFollowing, stage.camera.radius];
+return said;
+"""
+
+
+@pytest.fixture(scope="module")
+def flight(tmp_path_factory):
+    """A hand that flies 23 m, twice; its finger has the inertia of a disc of 1.2 m, as a common file of the UR5 has it."""
+    folder = tmp_path_factory.mktemp("flight")
+    (folder / "flying.lua").write_text(FLYING)
+    refdyn("sim", folder / "flying.lua", "--until", "1", "-o", folder / "a.h5")
+    (folder / "b.h5").write_bytes((folder / "a.h5").read_bytes())
+    view(folder / "a.h5", folder / "b.h5", "-o", folder / "flying.html")
+    answer, _ = browser.ask(folder / "flying.html", SEEN)
+    return answer
+
+
+def test_solids_of_air_are_bounded(flight):
+    """A disc of 1.2 m with 1.2 kg hides the robot: it becomes as large as its link reaches, here to the first joint of the rod, or as
+    much water as has its mass; one that a body has stays."""
+    maps = [np.array(shape["map"]) for shape in flight["shapes"]]
+    assert [shape["isSolid"] for shape in flight["shapes"]] == [1, 1, 1, 0, 0]
+    hand, finger, cap = (np.linalg.norm(numbers[:9].reshape(3, 3), axis=0) for numbers in maps[:3])
+    assert sorted(hand) == pytest.approx([0.07, 0.11, 0.23], rel=1e-5)
+    assert finger[1] == finger[2] == pytest.approx(2 * np.hypot(0.093, 0.1), rel=1e-5)
+    assert cap[1] == cap[2] and np.pi / 4 * cap[0] * cap[1]**2 * 1000 == pytest.approx(1.219, rel=1e-5)
+    for numbers in maps[1:3]:
+        assert numbers[9:] + numbers[[0, 3, 6]] / 2 == pytest.approx([0, 0, 0], abs=1e-7), "about its centre"
+
+
+def test_solids_can_be_left_out(flight):
+    assert flight["solids"] == [False, False] and flight["again"] is True
+    for parts in flight["hidden"]:
+        assert {tuple(part) for part in parts} == {(True, False), (False, True)}
+
+
+def test_of_equal_runs_the_first_one_is_seen(flight):
+    without_second, without_first = flight["drawn"]
+    assert without_second == 0 and without_first > 1000
+
+
+def test_marks_of_long_motions(flight):
+    """Pins stay smaller than the bodies are, and the camera flies along."""
+    assert flight["whole"] > 11 and 0.03 < flight["pins"] < 0.1
+    shown, checked, radius = flight["follow"]
+    assert shown and checked and 0.2 < radius < 0.7 and flight["back"] == [False, flight["whole"]]
+    for middle in np.array(flight["middles"]).reshape(-1, 2, 2):
+        assert np.abs(middle).max() < 1 and np.abs(middle.mean(axis=0)).max() < 0.1 and np.abs(middle).max() > 0.1
+
+
 def test_it_can_be_read_and_reached(runs, said):
     assert said["slider"] == "1.000 seconds" and said["unnamed"] == 0
-    assert said["focus"] == ["theme", "stage", "charts", "play", "time", "speed", "view", "paths", "forces", "frames", "SUMMARY"]
+    assert said["focus"] == ["theme", "stage", "charts", "play", "time", "speed", "view", "paths", "solids", "forces", "frames", "follow", "SUMMARY"]
     where = points_of(runs / "arm.csv")["E"][70]
     assert said["text"].splitlines()[0] == "E (1): " + ", ".join(f"{x:.4f}" for x in where).replace("-", "\u2212") + " m"
 
@@ -241,6 +328,28 @@ def test_a_model_is_drawn(tmp_path):
     ties = [path for path in svg.iter("{http://www.w3.org/2000/svg}path") if "C" in path.get("d")]
     branches = [path for path in svg.iter("{http://www.w3.org/2000/svg}path") if "V" in path.get("d")]
     assert len(ties) == 4 and len(branches) == 5
+
+
+def test_a_row_leads_to_the_link_that_is_named(tmp_path):
+    """Not to what that one is welded to; an axis that is none of the link's own is told, and one is no plural."""
+    model = tmp_path / "arm.lua"
+    model.write_text('local rd = require "refdyn"\nreturn rd.model { name = "arm", gravity = { 0, 0, -9.81 }, links = {\n'
+                     '{ "lower", joint = "psi", axis = { 2, 2, 1 }, mass = 3, center = { 0.3, 0, 0 }, inertia = { xx = 0.1, yy = 0.2, zz = 0.2 } },\n'
+                     '{ "gripper", on = "lower", at = { 0.7, 0, 0 }, mass = 0.4 },\n'
+                     '{ "rod", on = "gripper", beam = { length = 0.8, section = rd.round(0.02), E = 2e11, nu = 0.3, rho = 7800, rfe = 1 } },\n'
+                     '}, points = { tip = "gripper" }, constraints = function(s) return { rd.position { s.points.tip.z } } end }\n')
+    svg = drawing(model, tmp_path)
+    name = "{http://www.w3.org/2000/svg}"
+    texts = [text.text for text in svg.iter(name + "text")]
+    assert texts[0] == "arm: 1 coordinate, 1 row" and "about (2, 2, 1)" in texts
+    assert "1.96 kg" in texts, "mass of the beam"
+    boxes = [(float(box.get("y")), float(box.get("height"))) for box in svg.iter(name + "rect") if box.get("x")]
+    (tie,) = [path.get("d") for path in svg.iter(name + "path") if "C" in path.get("d")]
+    height = float(tie.split("C")[0].split()[1])
+    assert [height == y + h / 2 for y, h in boxes[:4]] == [False, True, False, False], "lower, gripper, rod, the ground"
+    done = refdyn("check", model)
+    assert done.stdout.splitlines()[0] == "arm: 3 links, 1 coordinate, 1 constraint row"
+    assert "  rod on gripper, 1.96035 kg, beam of 0.8 m in 1 rigid finite elements" in done.stdout
 
 
 def test_every_model_is_drawn_without_overlap(tmp_path):

@@ -26,10 +26,21 @@ static void print_unread(const struct generation *gen, FILE *out) {
         fputc('\n', out);
 }
 
+static const char *ending(int count) {
+    return count == 1 ? "" : "s";
+}
+
+static void print_counts(FILE *out, const struct generation *gen) {
+    fprintf(out, "%d coordinate%s, %d constraint row%s", gen->tree.count, ending(gen->tree.count),
+            gen->model.row_count, ending(gen->model.row_count));
+}
+
 void gen_print_summary(const struct generation *gen, FILE *out) {
     const struct plan *plan = gen->plan;
-    fprintf(out, "%s: %d coordinates, %d constraint rows, %d points, %d parameters%s\n", gen->model.name,
-            gen->tree.count, gen->model.row_count, gen->model.point_count, plan->parameter_count,
+    fprintf(out, "%s: ", gen->model.name);
+    print_counts(out, gen);
+    fprintf(out, ", %d point%s, %d parameter%s%s\n", gen->model.point_count, ending(gen->model.point_count),
+            plan->parameter_count, ending(plan->parameter_count),
             gen->model.fold ? " (others folded into numbers)" : "");
     fprintf(out, "%-10s %8s %8s %6s %6s\n", "function", "adds", "muls", "divs", "funcs");
     for (int f = 0; f < plan->function_count; f++) {
@@ -49,8 +60,13 @@ void gen_print_summary(const struct generation *gen, FILE *out) {
         fprintf(out, "%s: %zu bytes\n", plan->files[i].name, plan->files[i].length);
 }
 
-static double solid_mass(const struct generation *gen, const struct link *link) {
+/* Of its bodies and its beam. */
+static double link_mass(const struct generation *gen, const struct link *link) {
     double mass = 0;
+    for (int i = 0; i < link->beam.segment_count; i++) {
+        const struct segment *segment = &link->beam.segments[i];
+        mass += value_of(gen, segment->rho) * value_of(gen, segment->area) * value_of(gen, segment->length);
+    }
     for (int i = 0; i < link->solid_count; i++)
         mass += value_of(gen, link->solids[i].mass);
     return mass;
@@ -65,7 +81,7 @@ static void print_links(const struct generation *gen, FILE *out) {
                 link->on.where == AT_TIP ? ".tip" : "");
         if (link->on.where == AT_ALONG)
             fprintf(out, " at %g m along it", value_of(gen, link->on.along));
-        fprintf(out, ", %g kg", solid_mass(gen, link));
+        fprintf(out, ", %g kg", link_mass(gen, link));
         for (int s = 0; s < link->beam.segment_count; s++)
             fprintf(out, ", %s of %g m in %d rigid finite elements", s ? "then" : "beam",
                     value_of(gen, link->beam.segments[s].length), link->beam.segments[s].rfe);
@@ -152,8 +168,9 @@ static void print_values(const struct generation *gen, FILE *out) {
 }
 
 void gen_print_model(const struct generation *gen, FILE *out) {
-    fprintf(out, "%s: %d links, %d coordinates, %d constraint rows\n", gen->model.name, gen->model.link_count,
-            gen->tree.count, gen->model.row_count);
+    fprintf(out, "%s: %d link%s, ", gen->model.name, gen->model.link_count, ending(gen->model.link_count));
+    print_counts(out, gen);
+    fputc('\n', out);
     print_links(gen, out);
     print_coordinates(gen, out);
     print_programme(gen, out);

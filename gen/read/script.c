@@ -408,11 +408,32 @@ static int run_function(lua_State *L) {
 
 /* ---- what the rest of the reader calls ---- */
 
+static bool ends_with(const char *path, const char *ending) {
+    const size_t length = strlen(path), most = strlen(ending);
+    return length > most && strcmp(path + length - most, ending) == 0;
+}
+
+/* A robot's file of URDF, or another one of XML. */
+static bool is_xml(const struct source_file *source) {
+    size_t start = 0;
+    while (start < source->length && memchr(" \t\r\n", source->text[start], 4))
+        start++;
+    return (start < source->length && source->text[start] == '<') || ends_with(source->path, ".urdf") ||
+           ends_with(source->path, ".xml");
+}
+
 static bool read_main(struct script *script) {
+    const struct place place = {.file = script->file};
     const char *fault = source_file_add(script->memory, &script->sources, script->file);
-    if (fault)
-        message_error(script->messages, (struct place){.file = script->file}, "cannot be read: %s", fault);
-    return !fault;
+    if (fault) {
+        message_error(script->messages, place, "cannot be read: %s", fault);
+        return false;
+    }
+    const bool is_other = is_xml(&script->sources.list[0]);
+    if (is_other)
+        message_error(script->messages, place,
+                      "is XML, no model in Lua; `refdyn import` writes one from a robot's URDF");
+    return !is_other;
 }
 
 /* Values of --set are texts of the model, too. */

@@ -129,6 +129,8 @@ static const struct rule rules[] = {
      "take dry friction, smooth over this rate [rad/s, m/s] (default: it is left out)"},
     {"right-angles", "TOL", KIND_POSITIVE, FIELD(right_angles),
      "take angles of frames that are as near to right ones as these [rad]"},
+    {"drives", NULL, KIND_FLAG, FIELD(drives),
+     "each joint has an input, which acts up to the joint's effort (default: nothing drives the joints)"},
     {"floating", NULL, KIND_FLAG, FIELD(floating),
      "the root moves freely (default: it stands on the ground)"},
     {"fmu", "VERSION", KIND_TEXT, FIELD(fmu), "version of FMI: 2.0 or 3.0"},

@@ -47,7 +47,7 @@ struct options {
     int setting_count;
     const char **stops; /* --stop NAME<VALUE */
     int stop_count;
-    bool fold, verify, resume, dry_run, slurm, for_lanes, for_casadi, floating;
+    bool fold, verify, resume, dry_run, slurm, for_lanes, for_casadi, floating, drives;
     /* NULL: not given */
     const char *output, *emit, *explain, *state, *from, *at, *method, *stabilise, *singular, *start, *hold,
         *release, *way, *summary, *vary, *steps, *tols, *methods, *inputs, *accelerations, *loops, *panel,

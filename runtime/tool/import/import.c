@@ -5,6 +5,7 @@
 #include "base/message.h"
 #include "base/text.h"
 #include "command_line/commands.h"
+#include "import/tidy.h"
 #include "import/write_model.h"
 #include "system/output_file.h"
 #include "text/output.h"
@@ -133,31 +134,67 @@ static bool make_beams(const struct robot *robot, const struct options *options,
 
 /* ---- what is not as in the file ---- */
 
-static void warn_of_joint(const struct robot *robot, const struct robot_joint *joint, double friction_width) {
+static void warn_of_joint(const struct robot *robot, const struct robot_joint *joint,
+                          const struct model_choice *choice) {
     const bool is_single = joint_is_single(joint);
-    if (joint->friction > 0 && (friction_width == 0 || !is_single))
+    if (joint->friction > 0 && (choice->friction_width == 0 || !is_single))
         robot_warn(robot, joint->line, "joint %s: friction %g is left out%s", joint->name, joint->friction,
                    is_single ? ", --friction-width RATE takes it" : "");
     const struct joint_limits *limits = &joint->limits;
     const bool is_limited = limits->has_range || limits->has_rate || limits->has_force;
     if (is_limited && !is_single && joint->kind != JOINT_FIXED)
         robot_warn(robot, joint->line, "joint %s: limits of several coordinates are left out", joint->name);
+    if (choice->has_drives && !is_single && joint->kind != JOINT_FIXED)
+        robot_warn(robot, joint->line, "joint %s: it has several coordinates, which get no inputs",
+                   joint->name);
     if (joint->damping > 0 && !is_single && joint->kind != JOINT_FIXED)
         robot_warn(robot, joint->line, "joint %s: damping %g of several coordinates is left out", joint->name,
                    joint->damping);
+}
+
+/* (link_count) has the link, or what it carries, mass? */
+static bool *find_loaded(const struct robot *robot) {
+    bool *is_loaded = allocate((size_t)robot->link_count, sizeof *is_loaded);
+    for (int k = robot->link_count - 1; k >= 0; k--) {
+        const int i = robot->order[k], joint = robot->links[i].joint;
+        is_loaded[i] = is_loaded[i] || robot->links[i].has_mass;
+        if (joint >= 0 && is_loaded[i])
+            is_loaded[robot->joints[joint].parent] = true;
+    }
+    return is_loaded;
+}
+
+/* A joint that moves no mass has no acceleration: lidars and wheels without <inertial> are such. The first
+ * one of those that carry each other is told. */
+static void warn_of_massless(const struct robot *robot) {
+    const bool *is_loaded = find_loaded(robot);
+    bool *is_told = allocate((size_t)robot->link_count, sizeof *is_told);
+    for (int k = 0; k < robot->link_count; k++) {
+        const int i = robot->order[k];
+        if (robot->links[i].joint < 0 || is_loaded[i])
+            continue;
+        const struct robot_joint *joint = &robot->joints[robot->links[i].joint];
+        if (joint->kind != JOINT_FIXED && !is_told[joint->parent])
+            robot_warn(robot, joint->line,
+                       "joint %s: nothing that it moves has mass, a motion needs one, or a fixed joint",
+                       joint->name);
+        is_told[i] = is_told[joint->parent] || joint->kind != JOINT_FIXED;
+    }
 }
 
 static void mend_inertias(struct robot *robot) {
     for (int i = 0; i < robot->link_count; i++) {
         struct robot_link *link = &robot->links[i];
         const double *I = link->inertia, was[6] = {I[0], I[1], I[2], I[3], I[4], I[5]};
-        if (inertia_mend(link->inertia))
-            robot_warn(robot, link->line,
-                       "link %s: no body has the moments %g %g %g with the products %g %g %g, the nearest "
-                       "that one has are "
-                       "taken: %g %g %g with %g %g %g",
-                       link->name, was[0], was[1], was[2], was[3], was[4], was[5], I[0], I[1], I[2], I[3],
-                       I[4], I[5]);
+        if (!inertia_mend(link->inertia))
+            continue;
+        tidy(link->inertia, 6, I[0] + I[1] + I[2]);
+        robot_warn(robot, link->line,
+                   "link %s: no body has the moments %g %g %g with the products %g %g %g, the nearest "
+                   "that one has are "
+                   "taken: %g %g %g with %g %g %g",
+                   link->name, was[0], was[1], was[2], was[3], was[4], was[5], I[0], I[1], I[2], I[3], I[4],
+                   I[5]);
     }
 }
 
@@ -193,10 +230,10 @@ static void set_right_angles(struct robot *robot, double within) {
         set_right(&angles, robot->links[i].pose.rpy);
     if (angles.count > 0)
         fprintf(stderr,
-                "%d angles are right ones but for %.2g rad at most: --right-angles %.1g takes them as these, "
-                "which costs "
-                "fewer operations\n",
-                angles.count, angles.farthest, 1.5 * angles.farthest);
+                "%d angle%s but for %.2g rad at most: --right-angles %.1g takes %s, which costs fewer "
+                "operations\n",
+                angles.count, angles.count == 1 ? " is a right one" : "s are right ones", angles.farthest,
+                1.5 * angles.farthest, angles.count == 1 ? "it as that" : "them as these");
 }
 
 static void print_beam(const struct robot *robot, const struct flexible *beam) {
@@ -229,15 +266,32 @@ static bool read_robot(struct robot *robot, const struct options *options, struc
     mend_inertias(robot);
     set_right_angles(robot, options->right_angles);
     for (int i = 0; i < robot->joint_count; i++)
-        warn_of_joint(robot, &robot->joints[i], choice->friction_width);
-    return make_beams(robot, options, choice);
+        warn_of_joint(robot, &robot->joints[i], choice);
+    if (!make_beams(robot, options, choice))
+        return false;
+    warn_of_massless(robot);
+    return true;
+}
+
+/* "1 joint", "7 joints" */
+static const char *counted(int count, const char *what) {
+    return text_format("%d %s%s", count, what, count == 1 ? "" : "s");
+}
+
+static int count_inputs(const struct robot *robot, const struct model_choice *choice) {
+    int count = 0;
+    for (int i = 0; i < robot->joint_count && choice->has_drives; i++)
+        count += joint_is_driven(&robot->joints[i]);
+    return count;
 }
 
 static void print_summary(const struct robot *robot, const struct model_choice *choice) {
     for (int i = 0; i < choice->flexible_count; i++)
         print_beam(robot, &choice->flexible[i]);
-    fprintf(stderr, "%d links, %d joints, %d coordinates beside those of beams\n", robot->link_count,
-            robot->joint_count, count_coordinates(robot, choice));
+    fprintf(stderr, "%s, %s, %s beside those of beams", counted(robot->link_count, "link"),
+            counted(robot->joint_count, "joint"), counted(count_coordinates(robot, choice), "coordinate"));
+    fprintf(stderr, "%s%s\n", choice->has_drives ? ", " : "",
+            choice->has_drives ? counted(count_inputs(robot, choice), "input") : "");
 }
 
 enum status run_import(const struct options *options) {
@@ -247,6 +301,7 @@ enum status run_import(const struct options *options) {
     const char *path = options->operands[0], *slash = strrchr(path, '/');
     struct model_choice choice = {.source = slash ? slash + 1 : path,
                                   .is_floating = options->floating,
+                                  .has_drives = options->drives,
                                   .friction_width = options->friction_width,
                                   .beam = &beam};
     const enum status status = take_beam(options, &beam);

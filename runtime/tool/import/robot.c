@@ -25,6 +25,10 @@ bool joint_is_single(const struct robot_joint *joint) {
     return joint->kind == JOINT_REVOLUTE || joint->kind == JOINT_CONTINUOUS || joint->kind == JOINT_PRISMATIC;
 }
 
+bool joint_is_driven(const struct robot_joint *joint) {
+    return joint_is_single(joint) && joint->leader < 0;
+}
+
 int robot_find_link(const struct robot *robot, const char *name) {
     for (int i = 0; i < robot->link_count; i++)
         if (strcmp(robot->links[i].name, name) == 0)

@@ -85,6 +85,8 @@ void robot_warn_of_rest(const struct robot *robot, const struct xml_element *roo
 double robot_start(const struct robot *robot, const struct robot_joint *joint);
 /* A joint with one coordinate. */
 bool joint_is_single(const struct robot_joint *joint);
+/* A joint with one coordinate that follows no other. */
+bool joint_is_driven(const struct robot_joint *joint);
 /* The place of that name, -1: none. */
 int robot_find_link(const struct robot *robot, const char *name);
 int robot_find_joint(const struct robot *robot, const char *name);

@@ -3,6 +3,7 @@
 #include "base/message.h"
 #include "base/text.h"
 #include "import/identifiers.h"
+#include "import/tidy.h"
 #include "text/output.h"
 
 #include <math.h>
@@ -50,11 +51,9 @@ static const char *vector(const double v[3]) {
     return text_format("{ %s, %s, %s }", number(v[0]), number(v[1]), number(v[2]));
 }
 
-/* What is rounding beside `scale` becomes 0. */
-static void drop_rounding(double *list, int count, double scale) {
-    for (int i = 0; i < count; i++)
-        if (fabs(list[i]) < 1e-14 * scale)
-            list[i] = 0;
+static const char *computed(double value) {
+    tidy(&value, 1, 0);
+    return number(value);
 }
 
 static bool is_zero(const double v[3]) {
@@ -145,9 +144,9 @@ static void put_place_on_beam(struct writer *w, const struct flexible *beam, con
         offset[i] = pose->xyz[i] - (is_tip ? beam->tip[i] : along * beam->direction[i]);
     put(w, "on = \"%s%s\"", beam_name(w, beam->link), is_tip ? ".tip" : "");
     if (!is_tip)
-        put(w, "along = %s", number(along));
+        put(w, "along = %s", computed(along));
     flexible_turn_back(beam, offset, at);
-    drop_rounding(at, 3, beam->length);
+    tidy(at, 3, beam->length);
     if (!is_zero(at))
         put(w, "at = %s", vector(at));
     add_turn(turns, "y", -beam->theta);
@@ -298,26 +297,28 @@ static void write_flexible(struct writer *w, const struct flexible *beam) {
     const struct beam_choice *choice = w->choice->beam;
     struct text turns = {.memory = &program_memory};
     struct pose pose = {.rpy = {0}};
-    double inertia[6];
+    double inertia[6], mass = beam->rest.mass;
     memcpy(pose.xyz, beam->rest.center, sizeof pose.xyz);
+    tidy(pose.xyz, 3, beam->length);
     open_entry(w, name);
     put(w, "on = \"%s\"", w->names[beam->link]);
     add_turn(&turns, "z", beam->psi);
     add_turn(&turns, "y", beam->theta);
     put_turns(w, &turns);
     break_line(w);
-    put(w, "beam = { length = %s", number(beam->length));
+    put(w, "beam = { length = %s", computed(beam->length));
     w->indent += 4;
     put(w, "section = %s", choice->section);
     put(w, "E = p.E, nu = p.nu");
-    put(w, "rho = %s", number(beam->rho));
+    put(w, "rho = %s", computed(beam->rho));
     put(w, "eta = p.eta, rfe = n }");
     close_entry(w);
     open_entry(w, helper_name(w, w->names[beam->link], "rest"));
     put_place(w, beam->link, &pose, 0, 0);
     memcpy(inertia, beam->rest.inertia, sizeof inertia);
-    drop_rounding(inertia, 6, inertia[0] + inertia[1] + inertia[2]);
-    put_mass(w, beam->rest.mass, &(struct pose){.rpy = {0}}, inertia);
+    tidy(inertia, 6, inertia[0] + inertia[1] + inertia[2]);
+    tidy(&mass, 1, 0);
+    put_mass(w, mass, &(struct pose){.rpy = {0}}, inertia);
     close_entry(w);
 }
 
@@ -369,34 +370,101 @@ static void write_parameters(const struct writer *w) {
         number(beam->E), number(beam->nu), number(beam->eta));
 }
 
-/* Links that carry nothing, where tools sit. */
+/* ---- points ---- */
+
+/* A frame of the file, such as that of a tool: no joint moves it, and no mass is in it. */
+static bool is_frame(const struct writer *w, int link) {
+    const struct robot_link *at = &w->robot->links[link];
+    return !at->has_mass && at->joint >= 0 && w->robot->joints[at->joint].kind == JOINT_FIXED;
+}
+
+static bool is_on_ground(const struct writer *w, int link) {
+    const struct robot *robot = w->robot;
+    for (int at = robot->links[link].joint; at >= 0; at = robot->links[robot->joints[at].parent].joint)
+        if (robot->joints[at].kind != JOINT_FIXED)
+            return false;
+    return !w->choice->is_floating;
+}
+
+/* A point's columns end in _x _y _z, and so do those of slides. */
+static bool has_slides(const struct writer *w, int link) {
+    const int joint = w->robot->links[link].joint;
+    if (joint < 0)
+        return w->choice->is_floating;
+    const enum joint_kind kind = w->robot->joints[joint].kind;
+    return kind == JOINT_PRISMATIC || kind == JOINT_PLANAR || kind == JOINT_FLOATING;
+}
+
+static const char *point_name(const struct writer *w, int link) {
+    return has_slides(w, link) ? helper_name(w, w->names[link], "end") : w->names[link];
+}
+
+/* Frames, and links that carry nothing, where tools sit. */
 static void write_points(struct writer *w) {
     open_list(w, "points");
     for (int k = 0; k < w->robot->link_count; k++) {
         const int i = w->robot->order[k];
-        if (w->robot->links[i].first < 0 && flexible_of(w, i))
-            put(w, "%s = \"%s.tip\"", w->names[i], beam_name(w, i));
-        else if (w->robot->links[i].first < 0)
-            put(w, "%s = \"%s\"", w->names[i], w->names[i]);
+        const bool is_leaf = w->robot->links[i].first < 0;
+        if (is_leaf && flexible_of(w, i))
+            put(w, "%s = \"%s.tip\"", point_name(w, i), beam_name(w, i));
+        else if (is_leaf || (is_frame(w, i) && !is_on_ground(w, i)))
+            put(w, "%s = \"%s\"", point_name(w, i), w->names[i]);
     }
     close_entry(w);
 }
 
-static void write_friction(const struct writer *w) {
+/* ---- forces ---- */
+
+static bool has_drive(const struct writer *w, const struct robot_joint *joint) {
+    return w->choice->has_drives && joint_is_driven(joint);
+}
+
+/* "tau_arm_psi" of a torque, "f_arm_x" of a force. */
+static const char *input_name(const struct writer *w, const struct robot_joint *joint) {
+    return text_format("%s_%s", joint->kind == JOINT_PRISMATIC ? "f" : "tau", coordinate(w, joint));
+}
+
+static void write_inputs(const struct writer *w) {
+    for (int k = 0; k < w->robot->link_count; k++) {
+        const int joint = w->robot->links[w->robot->order[k]].joint;
+        if (joint >= 0 && has_drive(w, &w->robot->joints[joint]))
+            fprintf(w->out, "rd.input(\"%s\", 0, \"%s\")\n", input_name(w, &w->robot->joints[joint]),
+                    w->robot->joints[joint].kind == JOINT_PRISMATIC ? "N" : "N m");
+    }
+}
+
+/* The input of a joint, which gives no more than the effort that the file allows. */
+static const char *drive_text(const struct writer *w, const struct robot_joint *joint) {
+    const char *input = text_format("s.inputs.%s", input_name(w, joint));
+    return joint->limits.has_force ? text_format("rd.min(rd.max(%s, %s), %s)", input,
+                                                 number(-joint->limits.force), number(joint->limits.force))
+                                   : input;
+}
+
+static const char *friction_text(const struct writer *w, const struct robot_joint *joint) {
+    return text_format("rd.friction(%s, s.qd.%s, %s)", number(joint->friction), coordinate(w, joint),
+                       number(w->choice->friction_width));
+}
+
+static void write_forces(const struct writer *w) {
     bool has_any = false;
     for (int i = 0; i < w->robot->joint_count; i++) {
         const struct robot_joint *joint = &w->robot->joints[i];
-        if (!(joint->friction > 0) || !joint_is_single(joint) || w->choice->friction_width == 0)
+        const bool is_driven = has_drive(w, joint),
+                   is_rubbed = joint->friction > 0 && joint_is_single(joint) && w->choice->friction_width > 0;
+        if (!is_driven && !is_rubbed)
             continue;
         if (!has_any)
             fputs("  forces = function(s)\n    return {\n", w->out);
         has_any = true;
-        fprintf(w->out, "      %s = rd.friction(%s, s.qd.%s, %s),\n", coordinate(w, joint),
-                number(joint->friction), coordinate(w, joint), number(w->choice->friction_width));
+        fprintf(w->out, "      %s = %s%s%s,\n", coordinate(w, joint), is_driven ? drive_text(w, joint) : "",
+                is_driven && is_rubbed ? "\n        + " : "", is_rubbed ? friction_text(w, joint) : "");
     }
     if (has_any)
         fputs("    }\n  end,\n", w->out);
 }
+
+/* ---- rows ---- */
 
 /* "", " + value what", " - what" ...: a summand behind others. */
 static const char *summand(double value, const char *what) {
@@ -434,7 +502,7 @@ static void write_hold(struct writer *w) {
     for (int k = 0; k < w->robot->link_count; k++) {
         const struct robot_link *link = &w->robot->links[w->robot->order[k]];
         const struct robot_joint *joint = link->joint >= 0 ? &w->robot->joints[link->joint] : NULL;
-        if (joint && joint_is_single(joint) && joint->leader < 0)
+        if (joint && joint_is_driven(joint))
             put(w, "\"%s\"", coordinate(w, joint));
     }
     close_entry(w);
@@ -450,13 +518,14 @@ void write_model(const struct robot *robot, const struct model_choice *choice, F
     write_names(&w);
     fputs("local rd = require \"refdyn\"\n", out);
     write_parameters(&w);
+    write_inputs(&w);
     fprintf(out, "\nreturn rd.model {\n  name = \"%s\", gravity = { 0, 0, -9.81 },\n  links = {\n",
             identifiers_model(robot->name));
     for (int k = 0; k < robot->link_count; k++)
         write_link(&w, robot->order[k]);
     fputs("  },\n", out);
     write_points(&w);
-    write_friction(&w);
+    write_forces(&w);
     write_mimics(&w);
     write_hold(&w);
     fputs("}\n", out);

@@ -11,6 +11,7 @@
 struct model_choice {
     const char *source;    /* name of the file that the robot is from */
     bool is_floating;      /* the root moves freely */
+    bool has_drives;       /* an input at each joint with one coordinate that follows no other */
     double friction_width; /* rate over which dry friction turns its sign; 0: friction is left out */
     const struct beam_choice *beam;
     const struct flexible *flexible; /* (flexible_count) links that are beams */

@@ -11,6 +11,17 @@ void print_number(FILE *out, double value) {
     fputs(exact_text(value, text), out);
 }
 
+const char *near_text(double value, char text[static NUMBER_LENGTH]) {
+    const double rounding = 1e-15;
+    const int most = 17; /* digits */
+    for (int digits = 1; digits <= most; digits++) {
+        snprintf(text, NUMBER_LENGTH, "%.*g", digits, value + 0.0); /* no -0 */
+        if (fabs(strtod(text, NULL) - value) <= rounding * fabs(value))
+            break;
+    }
+    return text;
+}
+
 void document_open(struct document *document) {
     *document = (struct document){.one_line = false};
     document->out = text_stream(&document->text, &document->size);

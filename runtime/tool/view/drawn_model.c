@@ -93,7 +93,7 @@ static void put_names(FILE *out, struct generation *generation) {
 static void put_shape(void *context, const struct shape *shape) {
     struct list *list = context;
     next(list);
-    fprintf(list->out, "[%d,%d,%d,", (int)shape->kind, shape->frame, shape->link);
+    fprintf(list->out, "[%d,%d,%d,%d,", (int)shape->kind, shape->frame, shape->link, shape->is_solid);
     put_length(list->out, shape->bore);
     for (int i = 0; i < 12; i++) {
         fputc(',', list->out);

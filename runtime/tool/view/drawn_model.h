@@ -5,9 +5,10 @@
  *     "coordinates": ["base_z", ...]       the names, by frame
  *     "links": ["base", ...]
  *     "frames": [[parent, link, element, joint, x, y, z, (R11 R12 ... R33)], ...]
- *                                          joint 0 1 2: slides along x y z, 3 4 5: turns; T = T_parent A
- * D(q); without R the axes are the parent's "shapes": [[kind, frame, link, bore, m11 m12 ... m33, x, y, z],
- * ...]       shapes.h "sticks": [[frame, link, x, y, z, x, y, z], ...]                           from, to
+ *                joint 0 1 2: slides along x y z, 3 4 5: turns; T = T_parent A D(q); without R the axes are
+ *                the parent's
+ *     "shapes": [[kind, frame, link, is_solid, bore, m11 m12 ... m33, x, y, z], ...]    shapes.h
+ *     "sticks": [[frame, link, x, y, z, x, y, z], ...]                                  from, to
  *     "points": [{"name": , "frame": , "at": [x, y, z]}, ...]
  *     "closures": [{"name": , "ends": [{"frame": , "at": }, ...]}, ...]
  */

@@ -3,6 +3,7 @@
 #include "figures/style.h"
 #include "text/escape.h"
 #include "text/output.h"
+#include "tree/joint_axis.h"
 
 #include <math.h>
 #include <string.h>
@@ -19,7 +20,7 @@ enum {
     INDENT = 34,
     BETWEEN = 150
 };
-enum { LINES_MOST = 5, LETTERS_MOST = 36 };
+enum { LINES_MOST = 6, LETTERS_MOST = 36 };
 
 /* A box with its lines of text, the first of them bold. */
 struct box {
@@ -77,6 +78,17 @@ static const char *joints_text(const struct link *link) {
     return text;
 }
 
+/* "about (0, 0.6, 0.8)" of an axis that is none of the link's own; "": there is none. */
+static const char *axis_text(const struct drawing *drawing, const struct link *link) {
+    const char *text = "";
+    for (int i = 0; i < link->joint_count; i++)
+        if (link->joints[i].has_direction)
+            text = text_format("%s%s%s %s", text, *text ? ", " : "",
+                               link->joints[i].is_revolute ? "about" : "along",
+                               joint_axis_text(&program_memory, drawing->model, &link->joints[i]));
+    return text;
+}
+
 /* "spring z, damper z theta"; "": neither. */
 static const char *springs_text(const struct link *link) {
     const char *springs = "", *dampers = "";
@@ -91,9 +103,13 @@ static const char *springs_text(const struct link *link) {
                        *dampers ? "damper" : "", dampers);
 }
 
-/* "": there is none. */
+/* Of its bodies and its beam; "": there is none. */
 static const char *mass_text(const struct drawing *drawing, const struct link *link) {
     double mass = 0;
+    for (int i = 0; i < link->beam.segment_count; i++)
+        mass += value_of(drawing, link->beam.segments[i].rho) *
+                value_of(drawing, link->beam.segments[i].area) *
+                value_of(drawing, link->beam.segments[i].length);
     for (int i = 0; i < link->solid_count; i++)
         mass += value_of(drawing, link->solids[i].mass);
     return mass > 0 ? text_format("%.4g kg", mass) : "";
@@ -119,6 +135,8 @@ static void describe_link(struct drawing *drawing, int i) {
     *box = (struct box){.width = LINK_WIDTH, .colour = colour(link->beam.exists ? COLOUR_BEAM : COLOUR_LINK)};
     add_line(box, link->name);
     add_line(box, text_format("%s%s", joints_text(link), place_text(&link->on)));
+    if (*axis_text(drawing, link))
+        add_line(box, axis_text(drawing, link));
     if (*springs_text(link))
         add_line(box, springs_text(link));
     if (link->beam.exists)
@@ -185,8 +203,17 @@ static struct item *add_item(struct drawing *drawing, enum colour_of what, const
     return item;
 }
 
+static void mark_link(const struct drawing *drawing, const struct item *item, int link) {
+    item->is_on[link < 0 ? drawing->model->link_count : link] = true;
+}
+
 static void mark_frame(const struct drawing *drawing, const struct item *item, int frame) {
-    item->is_on[frame < 0 ? drawing->model->link_count : drawing->tree->frames[frame].link] = true;
+    mark_link(drawing, item, frame < 0 ? -1 : drawing->tree->frames[frame].link);
+}
+
+/* The link that the author named, which may be welded to the frame's. */
+static void mark_point(const struct drawing *drawing, const struct item *item, int point) {
+    mark_link(drawing, item, drawing->model->points[point].at.link);
 }
 
 /* Marks the links of the coordinates and points in an expression; gives the inputs in it, "" or ", input
@@ -200,7 +227,7 @@ static const char *mark_symbols(const struct drawing *drawing, const struct item
         if (symbol->kind == SYMBOL_COORDINATE)
             mark_frame(drawing, item, symbol->index);
         else if (symbol->kind == SYMBOL_POINT)
-            mark_frame(drawing, item, drawing->tree->points[symbol->index / 3].frame);
+            mark_point(drawing, item, symbol->index / 3);
         else if (symbol->kind == SYMBOL_INPUT)
             inputs = text_format("%s%s%s", inputs, *inputs ? ", " : ", input ",
                                  drawing->model->inputs[symbol->index].name);
@@ -260,7 +287,7 @@ static void add_forces(struct drawing *drawing) {
                      text_format("%s %s", load->is_torque ? "torque on the body of" : "force at",
                                  model->points[load->point].name),
                      text_format("load%s", inputs_of(drawing, load->value, 3)));
-        mark_frame(drawing, item, drawing->tree->points[load->point].frame);
+        mark_point(drawing, item, load->point);
     }
     for (int i = 0; i < model->potential_count; i++) {
         const struct item *item = add_item(drawing, COLOUR_FORCE, model->potentials[i].path, "energy");
@@ -344,8 +371,9 @@ static void put_svg(FILE *out, const struct drawing *drawing) {
         width, height, width, height);
     fprintf(out, "<rect width=\"%g\" height=\"%g\" fill=\"#ffffff\"/>\n", width, height);
     put_label(out, MARGIN, MARGIN + 12, " font-size=\"15\" font-weight=\"bold\"",
-              text_format("%s: %d coordinates, %d rows", drawing->model->name, drawing->tree->count,
-                          drawing->model->row_count));
+              text_format("%s: %d coordinate%s, %d row%s", drawing->model->name, drawing->tree->count,
+                          drawing->tree->count == 1 ? "" : "s", drawing->model->row_count,
+                          drawing->model->row_count == 1 ? "" : "s"));
     put_lines(out, drawing);
     for (int i = 0; i <= count; i++)
         put_box(out, &drawing->links[i]);

@@ -9,6 +9,10 @@
  * J) / m in principal axes, a ball where all three S are equal (S = D^2 / 20), a cylinder where two are (S =
  * D^2 / 16 across, L^2 / 12 along), else a box (S = L^2 / 12). Sides that the inertia does not tell have the
  * length that gives the mass of steel.
+ *
+ * A solid with less than a tenth of the density of water is not what the link looks like: inertias that are
+ * guessed, or of another unit, give such ones. It is drawn no larger than what its frame carries reaches from
+ * its centre, but not smaller than of the density of water.
  */
 #include "view/shapes.h"
 #include "tree/frames.h"
@@ -17,7 +21,7 @@
 #include <math.h>
 #include <string.h>
 
-static const double pi = 3.14159265358979323846, steel = 7850; /* [kg/m^3] */
+static const double pi = 3.14159265358979323846, steel = 7850, water = 1000, airy = 100; /* [kg/m^3] */
 static const double alike = 1e-6; /* relative difference of what is equal but for rounding */
 
 struct giver {
@@ -91,6 +95,15 @@ static void give_beam(const struct giver *giver, int link, const struct beam *be
 
 /* ---- Solids ---- */
 
+static double distance_to(const struct giver *giver, const expression place[3], const double from[3]) {
+    double square = 0;
+    for (int i = 0; i < 3; i++) {
+        const double apart = value_of(giver, place[i]) - from[i];
+        square += apart * apart;
+    }
+    return sqrt(square);
+}
+
 /* Principal axes of J as columns, a right-handed system, and S along them. */
 static void find_spread(const struct giver *giver, const struct solid *solid, double mass, double axes[9],
                         double S[3]) {
@@ -145,6 +158,47 @@ static void find_sides(enum shape_kind kind, const double S[3], int first, doubl
     fill_sides(sides, volume);
 }
 
+/* How far from a place in a frame the places lie in it that tell how large its links are: their origins,
+ * joints that they carry, points of interest. */
+static double reach_from(const struct giver *giver, const struct fixed_frame *base, const double centre[3]) {
+    const struct tree *tree = &giver->generation->tree;
+    const struct model *model = &giver->generation->model;
+    double reach = 0;
+    for (int i = 0; i < model->link_count; i++)
+        if (tree->carriers[i].base.frame == base->frame)
+            reach = fmax(reach, distance_to(giver, tree->carriers[i].base.placement.position, centre));
+    for (int i = 0; i < tree->count; i++)
+        if (tree->frames[i].parent == base->frame)
+            reach = fmax(reach, distance_to(giver, tree->frames[i].placement.position, centre));
+    for (int i = 0; i < model->point_count; i++)
+        if (!model->points[i].is_direction && tree->points[i].frame == base->frame)
+            reach = fmax(reach, distance_to(giver, tree->points[i].placement.position, centre));
+    return reach;
+}
+
+static double volume_of(enum shape_kind kind, const double sides[3]) {
+    static const double share[] = {[SHAPE_BALL] = 6, [SHAPE_CYLINDER] = 4, [SHAPE_BOX] = 1};
+    return sides[0] * sides[1] * sides[2] * (kind == SHAPE_BOX ? 1 : pi / share[kind]);
+}
+
+/* Where the solid is mostly air, a smaller one about its centre; `shape` lies in the frame of `base`. */
+static void bound(const struct giver *giver, const struct fixed_frame *base, double mass,
+                  const double sides[3], struct shape *shape) {
+    const double density = mass / volume_of(shape->kind, sides);
+    const double half = fmax(sides[0], fmax(sides[1], sides[2])) / 2;
+    const double to_centre = shape->kind == SHAPE_BALL ? 0 : 0.5;
+    double centre[3];
+    if (!(density < airy))
+        return;
+    for (int i = 0; i < 3; i++)
+        centre[i] = shape->origin[i] + to_centre * shape->axes[3 * i];
+    const double scale = fmin(1, fmax(reach_from(giver, base, centre) / half, cbrt(density / water)));
+    for (int i = 0; i < 9; i++)
+        shape->axes[i] *= scale;
+    for (int i = 0; i < 3; i++)
+        shape->origin[i] = centre[i] - to_centre * shape->axes[3 * i];
+}
+
 static void give_solid(const struct giver *giver, int link, const struct solid *solid) {
     const double mass = value_of(giver, solid->mass);
     double principal[9], S[3], sides[3];
@@ -152,7 +206,8 @@ static void give_solid(const struct giver *giver, int link, const struct solid *
         return;
     find_spread(giver, solid, mass, principal, S);
     const int odd = odd_axis(S), first = odd < 0 ? 0 : odd;
-    struct shape shape = {.kind = kind_of(S, odd), .link = link};
+    const struct fixed_frame *base = &giver->generation->tree.carriers[link].base;
+    struct shape shape = {.kind = kind_of(S, odd), .link = link, .is_solid = true, .frame = base->frame};
     find_sides(shape.kind, S, first, mass / steel, sides);
     for (int i = 0; i < 3; i++) {
         for (int k = 0; k < 3; k++) /* an even permutation keeps the system right-handed */
@@ -161,7 +216,9 @@ static void give_solid(const struct giver *giver, int link, const struct solid *
             value_of(giver, solid->center[i]) - (shape.kind == SHAPE_BALL ? 0 : shape.axes[3 * i] / 2);
     }
     place(giver, &solid->placement, &shape);
-    give_on(giver, &giver->generation->tree.carriers[link].base, shape);
+    place(giver, &base->placement, &shape);
+    bound(giver, base, mass, sides, &shape);
+    giver->take(giver->context, &shape);
 }
 
 void shapes_give(const struct generation *generation, void take(void *context, const struct shape *shape),

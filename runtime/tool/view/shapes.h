@@ -3,6 +3,7 @@
  *
  * Takes a model whose parameters have their values; gives shapes of unit size (a ball of diameter 1, a
  * cylinder and a box along x of length and width 1), each with the map from its axes to those of a frame.
+ * Solids that are mostly air, as wrong inertias make them, are drawn smaller, about their centre.
  */
 #ifndef REFDYN_TOOL_SHAPES_H
 #define REFDYN_TOOL_SHAPES_H
@@ -16,6 +17,7 @@ struct shape {
     enum shape_kind kind;
     int frame; /* of the tree, -1: the ground */
     int link;
+    bool is_solid;    /* else an element of a beam */
     double bore;      /* of a cylinder: inner over outer diameter */
     double axes[9];   /* row-major: columns are the images of the unit axes [m] */
     double origin[3]; /* [m] */

@@ -11,8 +11,12 @@ const VIEWS = {
 /* Two level axes and the one upward, a right-handed system, by the axis against which gravity acts. */
 const AXES = [[[0, 1, 0], [0, 0, 1], [1, 0, 0]], [[1, 0, 0], [0, 0, -1], [0, 1, 0]], [[1, 0, 0], [0, 1, 0], [0, 0, 1]]];
 
+function middleOf(box) {
+    return new THREE.Vector3(...box.low).add(new THREE.Vector3(...box.high)).multiplyScalar(0.5);
+}
+
 function makeCamera(box, up) {
-    const target = new THREE.Vector3(...box.low).add(new THREE.Vector3(...box.high)).multiplyScalar(0.5);
+    const target = middleOf(box);
     const radius = 0.5 * Math.hypot(...box.high.map((high, i) => high - box.low[i])) || 0.5;
     const lens = new THREE.PerspectiveCamera(30, 1, radius / 100, radius * 200);
     const axes = AXES[up].map((axis) => new THREE.Vector3(...axis));
@@ -20,6 +24,22 @@ function makeCamera(box, up) {
     const camera = {lens, axes, home: target.clone(), target, radius, azimuth: 0, height: 0, distance: 1, aspect: 1};
     setView(camera, "free");
     return camera;
+}
+
+/* The scene is as large as that; the whole of it is in the picture. */
+function holdRadius(camera, radius) {
+    camera.radius = radius;
+    camera.distance = null;
+    camera.lens.near = radius / 100;
+    camera.lens.updateProjectionMatrix();
+}
+
+/* Moves with the middle of a box. */
+function centreCamera(camera, box) {
+    const middle = middleOf(box);
+    camera.target.add(middle.clone().sub(camera.home));
+    camera.home.copy(middle);
+    placeCamera(camera);
 }
 
 /* Looks from one of VIEWS at all of the scene. */

@@ -1,6 +1,6 @@
 /*
  * Time and keys: takes the elements of body.html, gives a clock that plays, steps and is set by the slider, by
- * keys and by the page's fragment (#t=2.5&view=top&theme=dark&forces=1&frames=1&paths=0&play=1, and for pictures
+ * keys and by the page's fragment (#t=2.5&view=top&theme=dark&forces=1&frames=1&paths=0&solids=0&follow=1&play=1, and for pictures
  * alone=1&azimuth=-50&height=25&nearer=1.4&right=0.1&up=-0.05).
  */
 "use strict";
@@ -11,7 +11,7 @@ function byId(id) {
 
 /* `show(clock)` is called whenever the time or what is shown has changed. */
 function makeClock(start, end, rowTimes, show) {
-    return {time: start, start, end, rowTimes, isPlaying: false, speed: 1, shown: {paths: true, forces: false, frames: false}, show};
+    return {time: start, start, end, rowTimes, isPlaying: false, speed: 1, shown: {paths: true, solids: true, forces: false, frames: false, follow: false}, show};
 }
 
 function setTime(clock, time) {
@@ -97,7 +97,7 @@ function keyTable(clock, actions) {
         w: () => actions.turn(0, TURN), s: () => actions.turn(0, -TURN),
         "+": () => actions.zoom(1 / 1.15), "-": () => actions.zoom(1.15),
         1: choose("free"), 2: choose("front"), 3: choose("side"), 4: choose("top"),
-        p: toggle("paths"), f: toggle("forces"), k: toggle("frames"), t: () => actions.theme(),
+        p: toggle("paths"), o: toggle("solids"), c: toggle("follow"), f: toggle("forces"), k: toggle("frames"), t: () => actions.theme(),
     };
 }
 

@@ -117,18 +117,33 @@ function placeNow(run, fixed) {
     return placePoint(placementOf(run, fixed.frame), fixed.at);
 }
 
-/* Paths of the points over all rows, [point][row] = [x, y, z], and the box that holds all frames and points. */
+/* Paths of the points over all rows, [point][row] = [x, y, z], the box that holds all frames and points, and the
+ * length across what it holds at one time, the largest over the motion. */
 function tracePaths(run) {
-    const paths = run.points.map(() => []);
-    const box = {low: [Infinity, Infinity, Infinity], high: [-Infinity, -Infinity, -Infinity]};
+    const paths = run.points.map(() => []), box = emptyBox();
+    let extent = 0;
     for (const time of run.t) {
         moveRun(run, time);
         run.points.forEach((point, i) => paths[i].push(placeNow(run, point)));
-        paths.forEach((path) => growBox(box, path[path.length - 1]));
-        run.placements.forEach((placement) => growBox(box, placement.subarray(9)));
-        run.shapes.forEach((shape) => growBoxByShape(box, run, shape));
+        const now = boxNow(run);
+        growBox(box, now.low);
+        growBox(box, now.high);
+        extent = Math.max(extent, Math.hypot(...now.high.map((high, i) => high - now.low[i])));
     }
-    return {paths, box};
+    return {paths, box, extent};
+}
+
+function emptyBox() {
+    return {low: [Infinity, Infinity, Infinity], high: [-Infinity, -Infinity, -Infinity]};
+}
+
+/* What moves, where the run has been moved to. */
+function boxNow(run) {
+    const box = emptyBox();
+    run.points.forEach((point) => growBox(box, placeNow(run, point)));
+    run.placements.forEach((placement) => growBox(box, placement.subarray(9)));
+    run.shapes.forEach((shape) => growBoxByShape(box, run, shape));
+    return box;
 }
 
 function growBox(box, place) {
@@ -140,7 +155,7 @@ function growBox(box, place) {
 
 /* Both ends of the axis of a shape; of a list as in drawn_model.h. */
 function growBoxByShape(box, run, shape) {
-    const placement = placementOf(run, shape[1]), origin = shape.slice(13, 16);
+    const placement = placementOf(run, shape[1]), origin = shape.slice(14, 17);
     growBox(box, placePoint(placement, origin));
-    growBox(box, placePoint(placement, [0, 1, 2].map((i) => origin[i] + shape[4 + 3 * i])));
+    growBox(box, placePoint(placement, [0, 1, 2].map((i) => origin[i] + shape[5 + 3 * i])));
 }

@@ -20,15 +20,19 @@ function joinBoxes(boxes) {
     return joined;
 }
 
+function diagonalOf(box) {
+    return Math.hypot(...box.high.map((high, i) => high - box.low[i]));
+}
+
 /* 1, 2 or 5 times a power of ten. */
 function roundLength(length) {
     const power = 10 ** Math.floor(Math.log10(length));
     return power * [5, 2, 1].find((factor) => factor * power <= length * (1 + 1e-9));
 }
 
-/* Level lines below everything, at a round distance. */
+/* Level lines below everything, at a round distance, but not too many of them. */
 function makeGrid(box, size, up) {
-    const cell = roundLength(size / 6), group = new THREE.Group(), level = [(up + 1) % 3, (up + 2) % 3];
+    const cell = roundLength(Math.max(size / 6, diagonalOf(box) / 300)), group = new THREE.Group(), level = [(up + 1) % 3, (up + 2) % 3];
     const ends = level.map((i) => [Math.floor(box.low[i] / cell - 0.2) * cell, Math.ceil(box.high[i] / cell + 0.2) * cell]);
     const places = [], height = Math.min(0, box.low[up]);
     for (let i = 0; i < 2; i++)
@@ -66,16 +70,30 @@ function makeTriad(camera) {
     return {scene, lens};
 }
 
-/* Of faces in one plane, as those of a planar linkage, the one of the earlier link is seen. */
-function behind(material, link) {
-    return Object.assign(material, {polygonOffset: true, polygonOffsetFactor: 0.5 * link, polygonOffsetUnits: 4 * link});
+/* Of faces in one plane, as those of a planar linkage or of equal runs, the one of the earlier link or run is seen. */
+function behind(material, others) {
+    return Object.assign(material, {polygonOffset: true, polygonOffsetFactor: 0.5 * others, polygonOffsetUnits: 4 * others});
+}
+
+/* How large the runs are at one time, at most; the radius of what the camera holds in its picture. */
+const extentOf = (runs) => Math.max(...runs.map((run) => run.extent));
+
+function radiusOf(stage, runs) {
+    const whole = 0.5 * diagonalOf(stage.box) || 0.5;
+    return stage.isFollowing ? Math.min(whole, Math.max(0.7 * extentOf(runs), 1e-3 * whole)) : whole;
+}
+
+/* Of a picture that holds long paths the marks do not grow over bodies that are small beside these, but remain to be seen. */
+function marksOf(stage, runs) {
+    return Math.min(stage.size, Math.max(3 * extentOf(runs), stage.size / 8));
 }
 
 const FORCE_COLOURS = {programme: "#b3261e", applied: "#6a3d9a"};
 
 /* One run has a colour for each link, several have one each. */
 function lookOf(stage, index, count) {
-    const plain = (colour) => new THREE.MeshLambertMaterial({color: colour});
+    const behindOthers = (material) => behind(material, 4 * index);
+    const plain = (colour) => behindOthers(new THREE.MeshLambertMaterial({color: colour}));
     const own = plain(shownColour(stage.palette[index % stage.palette.length]));
     const links = new Map();
     const materialOf = (link) => {
@@ -84,7 +102,7 @@ function lookOf(stage, index, count) {
         return count > 1 ? own : links.get(link);
     };
     const ink = pageColour("--ink");
-    return {size: stage.size, materialOf, joint: plain(shownColour("#5a6068")), point: plain(shownColour(stage.palette[6])),
+    return {size: stage.size, marks: stage.marks, behindOthers, materialOf, joint: plain(shownColour("#5a6068")), point: plain(shownColour(stage.palette[6])),
             closure: new THREE.MeshBasicMaterial({color: shownColour("#a84400"), wireframe: true}),
             programme: plain(shownColour(FORCE_COLOURS.programme)), applied: plain(shownColour(FORCE_COLOURS.applied)), trail: shownColour(stage.palette[count > 1 ? index % stage.palette.length : 6]),
             curve: pageColour("--quiet"), letters: index === 0 ? ink : null};
@@ -95,6 +113,8 @@ function dressStage(stage, runs) {
     stage.scene = new THREE.Scene();
     stage.scene.background = new THREE.Color(pageColour("--stage"));
     makeLights(stage.scene);
+    stage.size = 2 * stage.camera.radius;
+    stage.marks = marksOf(stage, runs);
     stage.grid = makeGrid(stage.box, stage.size, stage.up);
     stage.triad = makeTriad(stage.camera);
     stage.scene.add(stage.grid.group);
@@ -154,10 +174,23 @@ function makeStage(canvas, runs, palette, up) {
     if (!renderer)
         return null;
     renderer.autoClear = false;
-    const camera = makeCamera(box, up);
-    const stage = {canvas, renderer, box, camera, palette, up, sharpness: sharpnessOf(isSoftware), size: 2 * camera.radius};
+    const stage = {canvas, renderer, box, camera: makeCamera(box, up), palette, up, sharpness: sharpnessOf(isSoftware), isFollowing: false};
     dressStage(stage, runs);
     return stage;
+}
+
+/* Holds the bodies in the picture as they move, or all of the motion; all marks are of another size then. */
+function setFollowing(stage, runs, isFollowing) {
+    stage.isFollowing = isFollowing;
+    holdRadius(stage.camera, radiusOf(stage, runs));
+    centreCamera(stage.camera, isFollowing ? boxNow(runs[0]) : stage.box);
+    dressStage(stage, runs);
+}
+
+/* Of several runs the first one is followed. */
+function follow(stage, runs) {
+    if (stage.isFollowing)
+        centreCamera(stage.camera, boxNow(runs[0]));
 }
 
 function resizeStage(stage) {

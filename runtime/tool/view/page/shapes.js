@@ -4,8 +4,9 @@
  */
 "use strict";
 
-/* Parts of the scene's size. */
-const SIZE = {stick: 0.0045, joint: 0.013, point: 0.011, thread: 0.0022, arrow: 0.25, triad: 0.06, letter: 0.036};
+/* Parts of the size of marks, which the bodies bound, and of that of the scene. */
+const MARK = {stick: 0.0045, joint: 0.013, point: 0.011, triad: 0.06};
+const SIZE = {thread: 0.0022, arrow: 0.25, letter: 0.036};
 
 /* Of length and width 1; a box and a cylinder from x = 0 along x: see shapes.h. */
 function unitShape(kind, bore, sides) {
@@ -65,10 +66,10 @@ function groupOf(body, frame) {
 /* ---- Many shapes of one kind and material are drawn at once ---- */
 
 /* `matrix` maps the unit shape to the axes of the frame. */
-function addPart(body, kind, bore, material, frame, matrix) {
-    const sides = sidesOf(body, matrix), key = `${kind} ${bore} ${sides} ${material.uuid}`;
+function addPart(body, kind, bore, material, frame, matrix, isSolid = false) {
+    const sides = sidesOf(body, matrix), key = `${kind} ${bore} ${sides} ${isSolid} ${material.uuid}`;
     if (!body.parts.has(key))
-        body.parts.set(key, {geometry: unitShape(kind, bore, sides), material, places: []});
+        body.parts.set(key, {geometry: unitShape(kind, bore, sides), material, isSolid, places: []});
     body.parts.get(key).places.push({frame, matrix});
 }
 
@@ -95,11 +96,11 @@ function moveParts(body) {
 /* ---- What a run has ---- */
 
 function addShapes(body, materialOf) {
-    for (const [kind, frame, link, bore, ...map] of body.run.shapes)
-        addPart(body, kind, bore, materialOf(link), frame, matrixOf(map));
+    for (const [kind, frame, link, isSolid, bore, ...map] of body.run.shapes)
+        addPart(body, kind, bore, materialOf(link), frame, matrixOf(map), isSolid === 1);
     for (const [frame, link, ...ends] of body.run.sticks)
         if (Math.hypot(ends[3] - ends[0], ends[4] - ends[1], ends[5] - ends[2]) > 1e-4 * body.size)
-            addPart(body, 1, 0, materialOf(link), frame, stickMatrix(ends.slice(0, 3), ends.slice(3), SIZE.stick * body.size));
+            addPart(body, 1, 0, materialOf(link), frame, stickMatrix(ends.slice(0, 3), ends.slice(3), MARK.stick * body.marks));
 }
 
 /* Where an axis of a frame points: the turn that takes x there. */
@@ -116,7 +117,7 @@ function showsJoint(frames, i) {
 
 /* A turn is a pin along its axis, a slide a block that stands on a rail. */
 function addJoints(body, material) {
-    const size = SIZE.joint * body.size;
+    const size = MARK.joint * body.marks;
     const alone = material.clone(); /* three.js makes one program of a material, for parts or for what stands alone */
     body.run.frames.forEach((frame, i) => {
         if (!showsJoint(body.run.frames, i))
@@ -139,14 +140,14 @@ function addRail(body, frame, material) {
 
 /* From where the slide has its zero, which lies -q along the axis, to the frame. */
 function moveRail(body, rail) {
-    const frame = body.run.frames[rail.frame], q = body.run.state[rail.frame], radius = SIZE.stick * body.size;
+    const frame = body.run.frames[rail.frame], q = body.run.state[rail.frame], radius = MARK.stick * body.marks;
     const from = new THREE.Vector3().setComponent(frame.axis, Math.min(0, -q));
     const size = new THREE.Vector3(Math.max(Math.abs(q), 1e-6 * body.size), 1.2 * radius, 1.2 * radius);
     rail.mesh.matrix.compose(from, axisTurn(frame.axis), size);
 }
 
 function addPoints(body, material, letters) {
-    const size = 2 * SIZE.point * body.size;
+    const size = 2 * MARK.point * body.marks;
     for (const [i, point] of body.run.points.entries()) {
         const matrix = new THREE.Matrix4().makeScale(size, size, size).setPosition(...point.at);
         addPart(body, 0, 0, material, point.frame, matrix);
@@ -163,7 +164,7 @@ function lineOf(body, point) {
 
 /* Ends of a closure are open diamonds around the points that it brings together. */
 function addClosures(body, material) {
-    const diamond = new THREE.OctahedronBufferGeometry(1.9 * SIZE.joint * body.size);
+    const diamond = new THREE.OctahedronBufferGeometry(1.9 * MARK.joint * body.marks);
     for (const closure of body.run.closures)
         for (const end of closure.ends)
             groupOf(body, end.frame).add(fixedMesh(diamond, material, new THREE.Matrix4().setPosition(...end.at)));
@@ -173,7 +174,7 @@ function addTriads(body) {
     body.run.frames.forEach((frame, i) => {
         if (frame.element > 0)
             return;
-        const axes = new THREE.AxesHelper(SIZE.triad * body.size);
+        const axes = new THREE.AxesHelper(MARK.triad * body.marks);
         axes.visible = false;
         body.triads.push(axes);
         groupOf(body, i).add(axes);
@@ -230,10 +231,10 @@ function threadGeometry(path, radius) {
 const THREAD_INDICES = 24; /* from one row to the next */
 
 /* The whole path pale, and on it the part that is behind the point. */
-function addTrails(body, colour) {
+function addTrails(body, colour, behindOthers) {
     for (const path of body.paths) {
-        const pale = new THREE.MeshBasicMaterial({color: colour, transparent: true, opacity: 0.28, side: THREE.DoubleSide});
-        const full = new THREE.MeshBasicMaterial({color: colour, side: THREE.DoubleSide});
+        const pale = behindOthers(new THREE.MeshBasicMaterial({color: colour, transparent: true, opacity: 0.28, side: THREE.DoubleSide}));
+        const full = behindOthers(new THREE.MeshBasicMaterial({color: colour, side: THREE.DoubleSide}));
         const whole = new THREE.Mesh(threadGeometry(path, 0.6 * SIZE.thread * body.size), pale);
         const trail = new THREE.Mesh(threadGeometry(path, SIZE.thread * body.size), full);
         trail.frustumCulled = false;
@@ -345,9 +346,9 @@ function moveForce(body, force, row, isShown) {
 
 /* ---- All of a run ---- */
 
-/* `look`: {size, materialOf(link), joint, point, closure, programme, applied: materials, trail, curve: colours, letters: colour or null} */
+/* `look`: {size, marks: lengths, materialOf(link), joint, point, closure, programme, applied: materials, trail, curve: colours, behindOthers(material), letters: colour or null} */
 function makeBody(run, paths, look) {
-    const body = {run, paths, size: look.size, all: new THREE.Group(), groups: new Map(), parts: new Map(),
+    const body = {run, paths, size: look.size, marks: look.marks, all: new THREE.Group(), groups: new Map(), parts: new Map(),
                   matrices: new Map(), rails: [], trails: [],
                   curves: [], forces: [], triads: [], paths3d: new THREE.Group()};
     addShapes(body, look.materialOf);
@@ -355,7 +356,7 @@ function makeBody(run, paths, look) {
     addPoints(body, look.point, look.letters);
     addClosures(body, look.closure);
     addTriads(body);
-    addTrails(body, look.trail);
+    addTrails(body, look.trail, look.behindOthers);
     addCurves(body, look.curve);
     addForces(body, look.programme, look.applied);
     closeParts(body);
@@ -377,6 +378,8 @@ function moveBody(body, row, shown) {
     body.forces.forEach((force) => moveForce(body, force, row, shown.forces));
     body.triads.forEach((triad) => { triad.visible = shown.frames; });
     body.paths3d.visible = shown.paths;
+    for (const part of body.parts.values())
+        part.mesh.visible = shown.solids || !part.isSolid;
     for (const trail of body.trails)
         trail.geometry.setDrawRange(0, THREAD_INDICES * row.low);
 }

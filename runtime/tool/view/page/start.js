@@ -48,11 +48,24 @@ function showTexts(clock, now) {
     page.charts.forEach((chart) => showValues(chart, page.rows));
 }
 
+function moveStage(stage, shown) {
+    if (shown.follow !== stage.isFollowing) {
+        setFollowing(stage, runs, shown.follow);
+        showCell(stage);
+    }
+    follow(stage, runs);
+    stage.bodies.forEach((body, i) => moveBody(body, page.rows[i], shown));
+}
+
+function showCell(stage) {
+    byId("cell").textContent = `ground lines every ${Number(stage.grid.cell.toPrecision(3))} m`;
+}
+
 function moveAll(clock) {
     byId("force-key").hidden = !clock.shown.forces;
     page.rows = runs.map((run) => moveRun(run, clock.time));
     if (page.stage)
-        page.stage.bodies.forEach((body, i) => moveBody(body, page.rows[i], clock.shown));
+        moveStage(page.stage, clock.shown);
     page.charts.forEach((chart) => moveChart(chart, clock.time, page.rows));
     showTexts(clock, performance.now());
     page.isStale = true;
@@ -63,7 +76,7 @@ function drawAll() {
         resizeStage(page.stage);
     page.charts.forEach((chart) => { makeKeys(chart); drawChart(chart); });
     if (page.stage)
-        byId("cell").textContent = `ground lines every ${Number(page.stage.grid.cell.toPrecision(3))} m`;
+        showCell(page.stage);
     moveAll(clock);
 }
 
