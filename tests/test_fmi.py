@@ -33,11 +33,12 @@ SCENES = {
     "redundant rows": (MODELS / "fourbar.lua", ["--set", "joints=spatial"], 0.3),
     "directions": (TESTS / "models" / "orientation.lua", [], 1),
     "platform": (MODELS / "stewart.lua", [], 0.3),
-    "impacts": (TESTS / "models" / "bouncing.lua", [], 0.8),
+    "impacts": (TESTS / "models" / "bouncing.lua", [], 0.07),
+    "stop": (TESTS / "models" / "events" / "pendulum.lua", [], 1),
     "ball": (BALL, [], 3),
     "time events": (TESTS / "models" / "switched.lua", ["--set", "form=left"], 0.9),
     "wave": (TESTS / "models" / "switched.lua", ["--set", "form=wave"], 0.9),
-    "friction": (TESTS / "models" / "events" / "block.lua", [], 1),
+    "input of events": (TESTS / "models" / "events" / "block.lua", [], 1),
 }
 CHOSEN = SCENES if LONG else FEW
 
@@ -75,6 +76,7 @@ def test_files(linkage):
     names = archive.namelist()
     folder = "linux64" if version == "2.0" else "x86_64-linux"
     assert archive.testzip() is None and f"binaries/{folder}/fourbar.so" in names
+    assert archive.read("documentation/licenses/license.txt") == (SOURCE / "LICENSE").read_bytes()
     listed = description(file) if version == "2.0" else xml.etree.ElementTree.fromstring(archive.read("sources/buildDescription.xml"))
     tag = "File" if version == "2.0" else "SourceFile"
     sources = {f"sources/{entry.get('name')}" for entry in listed.iter(tag)}
@@ -244,12 +246,12 @@ def test_motion(fmpy, fmus, scene, version, kind, capfd):
 
 @pytest.mark.parametrize("version", VERSIONS)
 def test_rows_do_not_drift(fmpy, version, tmp_path):
-    """In Model Exchange, where a row has no gains of its own: by a coarse step, and as `sim` finds it."""
+    """In Model Exchange, where a row has no gains of its own: at a coarse tolerance (without gains 2e-2), and as `sim` finds it."""
     model = TESTS / "fmi" / "crank.lua"
     file = str(export(model, version, tmp_path / "a.fmu"))
-    coarse = fmpy.simulate_fmu(file, fmi_type="ModelExchange", stop_time=6, relative_tolerance=1e-4, output_interval=0.1, output=["phi_1", "psi_1"])
-    assert abs(coarse["phi_1"]).max() < 1e-4 and abs(coarse["psi_1"]).max() < 1e-3
-    run, _, _ = motion(model, "--until", 2, "--every", 2 / OUTPUTS, "--tol", 1e-9)
+    coarse = fmpy.simulate_fmu(file, fmi_type="ModelExchange", stop_time=20, relative_tolerance=1e-5, output_interval=0.1, output=["phi_1"])
+    assert abs(coarse["phi_1"]).max() < 2e-4
+    run, _, _ = motion(model, "--start", "project", "--until", 2, "--every", 2 / OUTPUTS, "--tol", 1e-9)
     names = coordinates_of(run)
     check(differences(run, simulate(fmpy, file, "ModelExchange", 2, names), names, 1e-5))
 
