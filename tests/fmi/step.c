@@ -1,6 +1,6 @@
 /*
- * Takes the library of an FMU of FMI 2.0, its GUID and the length of a step [s]; gives the first COUNT variables after
- * each of ten steps of Co-Simulation on stdout. For Linux, and by MinGW for Windows.
+ * Takes the library of an FMU of FMI 2.0, its GUID and the length of a step [s]; gives the first COUNT
+ * variables after each of ten steps of Co-Simulation on stdout. For Linux, and by MinGW for Windows.
  */
 #include "fmi/fmi2.h"
 
@@ -10,11 +10,17 @@
 
 #ifdef _WIN32
 #include <windows.h>
-static void *library_open(const char *path) { return (void *)LoadLibraryA(path); }
-static void (*library_find(void *library, const char *name))(void) { return (void (*)(void))GetProcAddress((HMODULE)library, name); }
+static void *library_open(const char *path) {
+    return (void *)LoadLibraryA(path);
+}
+static void (*library_find(void *library, const char *name))(void) {
+    return (void (*)(void))GetProcAddress((HMODULE)library, name);
+}
 #else
 #include <dlfcn.h>
-static void *library_open(const char *path) { return dlopen(path, RTLD_NOW); }
+static void *library_open(const char *path) {
+    return dlopen(path, RTLD_NOW);
+}
 static void (*library_find(void *library, const char *name))(void) {
     void *found = dlsym(library, name);
     void (*function)(void) = NULL;
@@ -25,7 +31,8 @@ static void (*library_find(void *library, const char *name))(void) {
 
 enum { STEPS = 10, COUNT = 5 };
 
-static void tell(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category, fmi2String message, ...) {
+static void tell(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status,
+                 fmi2String category, fmi2String message, ...) {
     (void)environment;
     fprintf(stderr, "%s, %d, %s: %s\n", name, (int)status, category, message);
 }
@@ -53,7 +60,8 @@ int main(int count, char **words) {
     FIND(fmi2GetReal);
     FIND(fmi2FreeInstance);
     const double h = atof(words[3]);
-    fmi2Component one = call_fmi2Instantiate("one", fmi2CoSimulation, words[2], "", &functions, fmi2False, fmi2False);
+    fmi2Component one =
+        call_fmi2Instantiate("one", fmi2CoSimulation, words[2], "", &functions, fmi2False, fmi2False);
     check(one != NULL, "fmi2Instantiate");
     check(!call_fmi2SetupExperiment(one, fmi2False, 0, 0, fmi2False, 0), "fmi2SetupExperiment");
     check(!call_fmi2EnterInitializationMode(one), "fmi2EnterInitializationMode");

@@ -15,6 +15,9 @@
 #include <math.h>
 #include <string.h>
 
+extern const char fmu_licence[];
+extern const size_t fmu_licence_size;
+
 static const double default_span = 10; /* [s] of the default experiment */
 
 /* Beside what the start takes: what steps, outputs and directional derivatives do. */
@@ -113,6 +116,7 @@ static enum status write_fmu(struct fmu *fmu, const char *const *platforms) {
     add_sources(fmu);
     if (fmu->version == FMI_3)
         add_text(fmu, "sources/buildDescription.xml", description_put_build);
+    fmu_files_add(&fmu->files, "documentation/licenses/license.txt", fmu_licence, fmu_licence_size);
     return archive_put(scene->result->file, &fmu->files) && target_finish(scene->result) ? STATUS_DONE
                                                                                          : STATUS_FAULT;
 }
