@@ -113,15 +113,25 @@ static const char *step_lacks(const struct generation *gen) {
     return !gen->tree.count ? "no coordinates" : gen->model.printed_form ? "no corrected form" : NULL;
 }
 
+static bool has_function(const struct plan *plan) {
+    return !plan->has_casadi || plan->has_step || emit_has_casadi_function(plan);
+}
+
 static bool derive_quantities(struct generation *gen) {
     const char *quantities = quantities_of_words(gen->plan, gen->emit), *lacks = step_lacks(gen);
     if (lacks)
         message_error(&gen->messages, gen->model.place, "--emit step: nothing to emit, the model has %s",
                       lacks);
-    if (lacks || quantities_list_functions(gen->plan, quantities))
+    if (lacks || (quantities_list_functions(gen->plan, quantities) && has_function(gen->plan)))
         return !lacks;
-    message_error(&gen->messages, gen->model.place, "--emit %s: nothing to emit, the model has %s", gen->emit,
-                  gen->plan->left_out);
+    if (gen->plan->left_out)
+        message_error(&gen->messages, gen->model.place, "--emit %s: nothing to emit, the model has %s",
+                      gen->emit, gen->plan->left_out);
+    else
+        message_error(&gen->messages, gen->model.place,
+                      "--emit %s: no function for CasADi, which has derivatives with what they are of: "
+                      "qdd brings d_qdd",
+                      gen->emit);
     return false;
 }
 

@@ -2,6 +2,7 @@
 import importlib
 import os
 import re
+import runpy
 import subprocess
 import sys
 import tempfile
@@ -17,7 +18,7 @@ COMPILERS = [["gcc", "-std=c11"], ["clang", "-std=c11"], ["g++", "-std=c++17", "
 WARNINGS = "-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror".split()
 INCLUDE = ["-I", SOURCE / "runtime"]
 # Rows of two levels, an input, parameters of which one is anchored; and an arm without rows, folded.
-SCENES = [(REFERENCE, ["--set", "n_rfe=2", "--set", "drive=input", "--emit", "M,h,u,phi,psi,k,r,C,force,constrained,qdd_free,qdd,step"]),
+SCENES = [(REFERENCE, ["--set", "n_rfe=1", "--set", "drive=input", "--emit", "M,h,u,phi,psi,k,r,C,force,constrained,qdd_free,qdd,step"]),
           (ARM, ["--fold", "--emit", "M,qdd,step"])]
 # A kink in time, events and friction, a closed chain, 65 coordinates as loops.
 MORE = [(MODELS / "fourbar.lua", []), (TESTS / "models" / "bouncing.lua", []), (MODELS / "gantry.lua", []),
@@ -94,7 +95,8 @@ def results(function, arguments):
 def difference(function, arguments, i, j):
     """Columns of all results by one entry, of order 6."""
     name, value = function.name_in(i), arguments[i][j]
-    size = 5e-4 * (abs(value) or 1e-5) if name == "parameters" else 4e-3 * value if name == "h" else 1e-2 if name == "t" else 5e-5
+    sizes = {"parameters": 5e-4 * (abs(value) or 1e-5), "h": 4e-3 * value, "t": 1e-2, "inputs": 0.05}
+    size = sizes.get(name, 5e-5)
     columns = 0
     for k, weight in ((-3, -1 / 60), (-2, 0.15), (-1, -0.75), (1, 0.75), (2, -0.15), (3, 1 / 60)):
         moved = [array.copy() for array in arguments]
@@ -147,7 +149,7 @@ def test_values_and_derivatives(scene, tmp_path, casadi):
 
 def test_true_patterns(tmp_path, casadi):
     """Entries that are never other than zero are none: of branches, of what rows do not read."""
-    library, name = build((MODELS / "branched.lua", ["--emit", "M,C,qdd"]), tmp_path)
+    library, name = build((MODELS / "branched.lua", ["--emit", "M,C"]), tmp_path)
     start = casadi.external(f"{name}_defaults", library)()
     M, C = (casadi.external(f"{name}_{quantity}", library) for quantity in "MC")
     parents = evaluate(MODELS / "branched.lua")
@@ -234,10 +236,27 @@ def test_the_printed_form_has_values_alone(tmp_path):
     assert not any(symbol.startswith("jac_") for symbol in symbols(library))
 
 
+def test_what_is_asked_for_wrongly(tmp_path):
+    def said(*arguments, status):
+        return refdyn(*arguments, "--for-casadi", "-o", tmp_path / "out", status=status).stderr
+
+    line = [number for number, text in enumerate(ARM.read_text().splitlines(), 1) if text.startswith("return rd.model")][0]
+    assert said("gen", ARM, "--emit", "d_qdd.q,anchor", status=1) == (
+        f"{ARM}:{line}: --emit d_qdd.q,anchor: nothing to emit, the model has no anchored parameters: anchor\n")
+    assert said("gen", ARM, "--emit", "d_qdd.q,start", status=1) == (
+        f"{ARM}:{line}: --emit d_qdd.q,start: no function for CasADi, which has derivatives with what they are of: qdd brings d_qdd\n")
+    assert said("gen", ARM, "--emit", "phi", status=1).startswith(f"{ARM}:{line}: --emit phi: nothing to emit, the model has no position rows: phi")
+    assert said("gen", ARM, "--emit", "qdq", status=2).startswith("refdyn gen: --emit: no quantity is called 'qdq', the nearest is qdd\n")
+    assert said("sim", ARM, "--until", "1", status=2).startswith("refdyn sim: unknown option --for-casadi\n")
+    assert said("gen", REFERENCE, "--set", "form=printed", "--emit", "step", status=1).endswith(": --emit step: nothing to emit, the model has no corrected form\n")
+    assert not (tmp_path / "out").exists()
+
+
 @pytest.mark.parametrize("compiler", COMPILERS, ids=lambda words: words[0])
 def test_it_compiles_without_a_warning(compiler, tmp_path):
     refdyn("gen", REFERENCE, "--set", "n_rfe=1", "--emit", "M,phi,step", "--for-casadi", "-o", tmp_path)
-    subprocess.run([*compiler, "-O1", *WARNINGS, *INCLUDE, "-c", tmp_path / "manipulator_casadi.c", "-o", tmp_path / "o"], check=True)
+    how = ["-O1"] if LONG else ["-fsyntax-only"]
+    subprocess.run([*compiler, *how, *WARNINGS, *INCLUDE, "-c", tmp_path / "manipulator_casadi.c", "-o", tmp_path / "o"], check=True)
 
 
 def test_parts_of_a_long_model(tmp_path):
@@ -251,6 +270,29 @@ def test_parts_of_a_long_model(tmp_path):
 
 
 # ---- The examples ----
+
+def test_two_discretisations_find_one_minimum(tmp_path, casadi, monkeypatch):
+    """Shooting comes nearer by the square of the step: what it tends to is the minimum of collocation."""
+    library, _ = build((ARM, ["--emit", "qdd,step"]), tmp_path)
+    monkeypatch.setattr(sys, "argv", ["rest_to_rest.py", library])
+    example = runpy.run_path(str(EXAMPLE / "rest_to_rest.py"), run_name="example")
+    first, coarse, fine = example["collocation"](25), example["shooting"](40), example["shooting"](80)
+    limit = fine + (fine - coarse) / 3
+    check([close("coarse shooting", [coarse], [first], 3e-3), close("fine shooting", [fine], [first], 7e-4), close("its limit", [limit], [first], 1e-5)])
+
+
+def arrives(said):
+    off, rate, torque, bend = map(float, re.search(r"off by (\S+) rad, rates by (\S+) rad/s; largest torque (\S+) N m, largest bend (\S+) rad", said).groups())
+    return off < 2e-3 and rate < 1e-2 and torque < 10 and 0.1 < bend < 0.3
+
+
+def test_predictive_control(tmp_path):
+    refdyn("gen", ARM, "--set", "n_rfe=4", "--fold", "--emit", "step", "-o", tmp_path)
+    subprocess.run(["cc", "-O2", *INCLUDE, "-I", tmp_path, EXAMPLE / "control.c", tmp_path / "arm.c", tmp_path / "arm_step.c", "-lm", "-o", tmp_path / "control"],
+                   check=True)
+    said = subprocess.run([tmp_path / "control"], check=True, capture_output=True, text=True).stdout
+    assert arrives(said), said
+
 
 def test_steps_for_acados(tmp_path):
     """By acados' form of a function, against the step itself: with declarations of ours, acados is not there."""
@@ -272,6 +314,7 @@ def test_steps_for_acados(tmp_path):
     check(lines)
 
 
+@pytest.mark.skipif(not LONG, reason="takes long: tests/long")
 def test_the_page(tmp_path, site):
     """Its commands but the first: both discretisations have one minimum to 1e-4, and the loop of 1 kHz brings the arm to rest."""
     (tmp_path / "docs").symlink_to(SOURCE / "docs")
@@ -285,5 +328,4 @@ def test_the_page(tmp_path, site):
     assert said.returncode == 0, said.stdout + said.stderr
     first, second = map(float, re.search(r"(\S+) by collocation, (\S+) by shooting", said.stdout).groups())
     check([close("collocation", [first], [8.67454], 1e-5), close("shooting", [second], [first], 1e-4)])
-    off, rate, torque, bend = map(float, re.search(r"off by (\S+) rad, rates by (\S+) rad/s; largest torque (\S+) N m, largest bend (\S+) rad", said.stdout).groups())
-    assert off < 2e-3 and rate < 1e-2 and torque < 10 and 0.1 < bend < 0.3, said.stdout
+    assert arrives(said.stdout), said.stdout

@@ -140,6 +140,8 @@ def test_implicit_steps_are_stable_where_explicit_ones_are_not(tmp_path):
     failed, out = stepper.step("gauss", 0.0, 5e-3, 400, stepper.model.start)
     assert not failed and abs(out).max() < 20
     assert stepper.step("rk4", 0.0, 5e-3, 400, stepper.model.start)[0] == 1
+    for seed in range(4):  # elements out of line, whose accelerations lead far from any stage
+        assert not stepper.step("gauss", 0.0, 1e-2, 3, stepper.state(seed, 1e-3))[0]
     for method in METHODS:
         assert stepper.step(method, 0.0, 1e-4, 1, with_entry(stepper.model.start, 0, numpy.nan))[0] == 1
         assert (stepper.step(method, 0.0, 1e-4, 0, stepper.model.start)[1] == stepper.model.start).all()

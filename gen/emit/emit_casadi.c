@@ -183,6 +183,13 @@ static bool is_for_casadi(const struct function *function) {
            text_index(function->quantity, others, sizeof others / sizeof *others) < 0;
 }
 
+bool emit_has_casadi_function(const struct plan *plan) {
+    for (int f = 0; f < plan->function_count; f++)
+        if (is_for_casadi(&plan->functions[f]))
+            return true;
+    return false;
+}
+
 static const struct function *find_function(const struct plan *plan, const char *quantity) {
     for (int f = 0; f < plan->function_count; f++)
         if (!strcmp(plan->functions[f].quantity, quantity))

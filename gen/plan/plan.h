@@ -225,5 +225,7 @@ struct companion {
     const char *name, *lead;
 };
 bool emit_companion(struct memory *memory, const char *model, int number, struct companion *companion);
+/* Is there a function that CasADi calls, steps apart? */
+bool emit_has_casadi_function(const struct plan *plan);
 
 #endif
