@@ -162,6 +162,15 @@ return rd.model { name = "swing", links = {
   constraints = function(s) return { rd.drive { "slide_x", 0.1 + s.t + 2 * s.t^2 } } end }"""
 
 
+def test_times_of_warnings_are_short(tmp_path):
+    """The rate of an oscillator is largest at 95 outputs of 0.005 s, which is 0.47500000000000003 s."""
+    (tmp_path / "mass.lua").write_text("""local rd = require "refdyn"
+return rd.model { name = "mass", gravity = { 0, 0, 0 }, links = {
+  { "a", joint = "x", mass = 1, spring = { x = (rd.pi / 0.95)^2 }, start = { x = 1 }, limits = { x = { rate = 1 } } } } }""")
+    said = refdyn("sim", tmp_path / "mass.lua", "--until", 1, "--every", 0.005, "--method", "rk4", "--step", 0.005, "-o", tmp_path / "run.csv").stderr
+    assert " at t = 0.475 s, at least -1 is allowed\n" in said and 95 * 0.005 != 0.475
+
+
 def test_limits_of_a_motion(tmp_path):
     """x = 0.1 + t + 2 t^2 with the force 2 x'' = 8, psi = -2 t: the farthest beyond each limit, its value and time."""
     (tmp_path / "swing.lua").write_text(SWING)
