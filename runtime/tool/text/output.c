@@ -13,8 +13,8 @@ void print_number(FILE *out, double value) {
 
 const char *near_text(double value, char text[static NUMBER_LENGTH]) {
     const double rounding = 1e-15;
-    const int most = 17; /* digits */
-    for (int digits = 1; digits <= most; digits++) {
+    const int fewest = 15, most = 17; /* digits; zeros at the end are not written */
+    for (int digits = fewest; digits <= most; digits++) {
         snprintf(text, NUMBER_LENGTH, "%.*g", digits, value + 0.0); /* no -0 */
         if (fabs(strtod(text, NULL) - value) <= rounding * fabs(value))
             break;

@@ -14,7 +14,8 @@
 /* With exact_text's digits. */
 void print_number(FILE *out, double value);
 
-/* The value with the fewest digits that are within 1e-15 of it, for people: "0.94" of 0.9400000000000001. */
+/* The value with the fewest digits, of 15 to 17, that are within 1e-15 of it, for people: "0.94" of
+ * 0.9400000000000001. */
 const char *near_text(double value, char text[static NUMBER_LENGTH]);
 
 /* A JSON document: one entry a line at the outermost level, all else in line. It grows in memory, and is
