@@ -47,7 +47,7 @@ static void print_values(const char *title, const struct refdyn_model *model, co
 enum status numbers_failed(const struct scene *scene, int result, double t, const double *q,
                            const double *qd) {
     char text[NUMBER_LENGTH];
-    fprintf(stderr, "refdyn: %s: t = %s s: %s", scene->model->name, near_text(t, text),
+    fprintf(stderr, "refdyn: %s: t = %s s: %s", scene->model->name, exact_text(t, text),
             refdyn_status_text(result));
     print_place(scene);
     fputs("\n", stderr);

@@ -53,7 +53,7 @@ void events_print(const struct event_record *record, const struct refdyn_model *
     if (record->has_ended) {
         const struct event_mark *end = end_of(record, model);
         fprintf(stderr, "ended        by %s at t = %s s\n", model->events[end->event].name,
-                near_text(end->t, text));
+                exact_text(end->t, text));
     }
 }
 

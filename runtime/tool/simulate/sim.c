@@ -108,7 +108,7 @@ static void print_refused(const struct refdyn_refused_crossing *refused) {
     if (refused->tries == 0)
         return;
     fprintf(stderr, "refdyn: passing was tried %d time%s, last through t = %s s", refused->tries,
-            refused->tries > 1 ? "s" : "", near_text(refused->t, text));
+            refused->tries > 1 ? "s" : "", exact_text(refused->t, text));
     if (isfinite(refused->stretch))
         fprintf(stderr, " by a step of %.3g s", refused->stretch);
     fprintf(stderr, ": %s\n", refdyn_refusal_text(refused->why));
@@ -144,13 +144,13 @@ static void print_failure(const struct trial *trial) {
     } else if (trial->result == MOTION_INTERRUPTED || trial->result == MOTION_NOT_WRITTEN)
         fprintf(stderr, "refdyn: %s at t = %s s\n",
                 trial->result == MOTION_INTERRUPTED ? "interrupted" : "the rows could no longer be written",
-                near_text(integrator->t, text));
+                exact_text(integrator->t, text));
     else if (trial->result == MOTION_REFUSED_VALUE)
-        fprintf(stderr, "refdyn: %s: t = %s s: %s\n", scene->model->name, near_text(integrator->t, text),
+        fprintf(stderr, "refdyn: %s: t = %s s: %s\n", scene->model->name, exact_text(integrator->t, text),
                 motion->refused);
     else {
         if (integrator->cause > 0 && integrator->cause != trial->result)
-            fprintf(stderr, "refdyn: at t = %s s: %s\n", near_text(integrator->failed_t, text),
+            fprintf(stderr, "refdyn: at t = %s s: %s\n", exact_text(integrator->failed_t, text),
                     refdyn_status_text(integrator->cause));
         numbers_failed(scene, trial->result, integrator->t, integrator->q, integrator->qd);
         events_print_failed(integrator);

@@ -41,7 +41,7 @@ static void print_method(const struct motion *motion) {
     const struct refdyn_options *o = &integrator->options;
     char text[NUMBER_LENGTH];
     fprintf(stderr, "method       %s, %s %s, stabilised by %s%s\n", motion->method,
-            o->tol > 0 ? "tolerance" : "step [s]", near_text(o->tol > 0 ? o->tol : o->step, text),
+            o->tol > 0 ? "tolerance" : "step [s]", exact_text(o->tol > 0 ? o->tol : o->step, text),
             stabilise_names[o->stabilise], is_automatic(o) ? ", gains from the step" : "");
     if (o->method == REFDYN_AUTO && integrator->statistics.steps > 0)
         print_choice(integrator);
@@ -132,7 +132,7 @@ void summary_print(const struct summary *summary) {
         fprintf(stderr, "all runs     %.3g s CPU\n", summary->cpu_total_s);
     if (motion->stops && motion->stops->reached)
         fprintf(stderr, "stopped      %s at t = %s s\n", motion->stops->reached->text,
-                near_text(motion->stops->t, text));
+                exact_text(motion->stops->t, text));
     if (summary->estimate)
         estimate_print(summary->estimate);
     limits_print(&summary->trial->limits);
