@@ -22,6 +22,27 @@ def test_help_and_version():
     for command in COMMANDS:
         assert re.search(rf"^\s*{command}\b", help_text, re.M)
         assert "usage: refdyn " + command in refdyn(command, "--help").stdout
+        assert refdyn("help", command).stdout == refdyn(command, "-h").stdout == refdyn(command, "--help").stdout
+
+
+def test_values_that_nothing_reads(tmp_path):
+    (tmp_path / "m.lua").write_text("""local rd = require "refdyn"
+local load, spare = rd.parameter("load", 1, "kg"), rd.parameter("spare", 3)
+return rd.model { name = "m", gravity = { 0, 0, -9.81 }, links = { { "a", joint = "z", mass = load } } }""")
+    said = refdyn("sim", "m.lua", "--until", "0.1", "--set", "load=2", "--set", "spare=4", "-o", "m.csv", cwd=tmp_path).stderr
+    assert [line for line in said.splitlines() if "warning" in line] == ["refdyn: warning: --set spare: nothing of this model reads it"]
+
+
+def test_motions_are_no_models(tmp_path):
+    (tmp_path / "m.lua").write_text('return require "refdyn".model { name = "m", links = { { "a", joint = "z", mass = 1 } } }')
+    for name in ("run.csv", "run.h5"):
+        refdyn("sim", "m.lua", "--until", "0.1", "-o", name, cwd=tmp_path)
+        assert refdyn("check", name, cwd=tmp_path, status=1).stderr == f"{name}: holds motions, it is no model in Lua\n"
+
+
+def test_failed_motions_say_nothing_of_energies_that_were_not_seen(tmp_path):
+    said = refdyn("sim", REFERENCE, "--set", "program=none", "--until", "1", "--every", "1", "--method", "rk4", "--step", "0.1", "-o", "run.csv", cwd=tmp_path, status=3).stderr
+    assert "does not change" not in said, said
 
 
 def test_compile_tells_what_it_leaves():

@@ -321,8 +321,14 @@ def test_angles_that_are_nearly_right(tmp_path):
     assert "4 angles are right ones but for 1.1e-05 rad at most: --right-angles 2e-05 takes them as these, which costs fewer operations\n" in said
     assert 'turn = { { "z", 0.3 }, { "y", -3.1416 }, { "x", 1.57079 } }' in model
     model, said = imported(tmp_path, text, "--right-angles", "2e-5")
-    assert "right ones" not in said and 'turn = { { "z", 0.3 }, { "y", -rd.pi }, { "x", rd.pi / 2 } }' in model
+    assert "4 angles are made right, by 1.1e-05 rad at most\n" in said and "right ones" not in said and 'turn = { { "z", 0.3 }, { "y", -rd.pi }, { "x", rd.pi / 2 } }' in model
     assert 'turn = { { "z", 1.58 }, { "x", rd.pi / 2 } }' in model
+
+
+def test_angles_that_are_not_nearly_right(tmp_path):
+    (tmp_path / "r.urdf").write_text(HEAD + PAIR + joint('<origin rpy="1.2 0.2 0"/>') + "</robot>")
+    said = refdyn("import", tmp_path / "r.urdf", "--right-angles", "0.5", "-o", tmp_path / "r.lua", status=2).stderr
+    assert said.startswith("refdyn import: --right-angles: 0.5 rad is no rounding of an angle, at most 0.01 are taken\n")
 
 
 # ---- What is left out, and what is refused ----

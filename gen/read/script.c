@@ -422,6 +422,13 @@ static bool is_xml(const struct source_file *source) {
            ends_with(source->path, ".xml");
 }
 
+/* A file of motions: HDF5's signature, or a table that begins with the column t. */
+static bool is_motion(const struct source_file *source) {
+    static const char hdf5[] = "\x89HDF\r\n\x1a\n", csv[] = "t,";
+    return (source->length >= sizeof hdf5 - 1 && memcmp(source->text, hdf5, sizeof hdf5 - 1) == 0) ||
+           (source->length >= sizeof csv - 1 && memcmp(source->text, csv, sizeof csv - 1) == 0);
+}
+
 static bool read_main(struct script *script) {
     const struct place place = {.file = script->file};
     const char *fault = source_file_add(script->memory, &script->sources, script->file);
@@ -429,11 +436,15 @@ static bool read_main(struct script *script) {
         message_error(script->messages, place, "cannot be read: %s", fault);
         return false;
     }
-    const bool is_other = is_xml(&script->sources.list[0]);
-    if (is_other)
+    const struct source_file *source = &script->sources.list[0];
+    if (is_xml(source))
         message_error(script->messages, place,
                       "is XML, no model in Lua; `refdyn import` writes one from a robot's URDF");
-    return !is_other;
+    else if (is_motion(source))
+        message_error(script->messages, place, "holds motions, it is no model in Lua");
+    else
+        return true;
+    return false;
 }
 
 /* Values of --set are texts of the model, too. */

@@ -524,14 +524,14 @@ static bool read_command(int argc, char **argv, struct options *options, enum st
     *status = STATUS_DONE;
     opterr = 0;
     while (*status == STATUS_DONE) {
-        int answer = getopt_long(argc, argv, has_output ? ":o:" : ":", table, NULL);
+        int answer = getopt_long(argc, argv, has_output ? ":ho:" : ":h", table, NULL);
         if (answer == -1)
             break;
         if (answer == 'o')
             answer = RULE_OUTPUT + FIRST_ANSWER;
         if (answer == '?' || answer == ':')
             *status = wrong_option(options->command, table, argv, answer);
-        else if (rules[answer - FIRST_ANSWER].kind == KIND_HELP) {
+        else if (answer == 'h' || rules[answer - FIRST_ANSWER].kind == KIND_HELP) {
             print_command_help(options->command);
             return false;
         } else
@@ -546,16 +546,33 @@ static bool read_command(int argc, char **argv, struct options *options, enum st
     return *status == STATUS_DONE;
 }
 
+static bool is_help(const char *word) {
+    return strcmp(word, "--help") == 0 || strcmp(word, "-h") == 0 || strcmp(word, "help") == 0;
+}
+
+/* Of all commands, or of the one that is named. */
+static enum status help(const struct command *commands, const char *name) {
+    const struct command *command = name ? find_command(commands, name) : NULL;
+    if (name && !command)
+        return unknown_command(commands, name);
+    if (command)
+        print_command_help(command);
+    else
+        print_help(commands);
+    return STATUS_DONE;
+}
+
 bool options_read(const struct command *commands, int argc, char **argv, struct options *options,
                   enum status *status) {
     *options =
         (struct options){.commands = commands, .arguments = argv, .argument_count = argc, .case_number = -1};
     *status = argc < 2 ? STATUS_USAGE : STATUS_DONE;
-    if (argc < 2 || strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "help") == 0) {
-        if (argc < 2)
-            fputs("usage: refdyn COMMAND ARGUMENTS; refdyn --help lists the commands\n", stderr);
-        else
-            print_help(commands);
+    if (argc < 2) {
+        fputs("usage: refdyn COMMAND ARGUMENTS; refdyn --help lists the commands\n", stderr);
+        return false;
+    }
+    if (is_help(argv[1])) {
+        *status = help(commands, argv[2]);
         return false;
     }
     if (strcmp(argv[1], "--version") == 0) {

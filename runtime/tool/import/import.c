@@ -198,10 +198,14 @@ static void mend_inertias(struct robot *robot) {
     }
 }
 
+static const double right_angles_most = 0.01; /* [rad] */
+
 /* Of frames as they are read: how many are nearly right angles, and how far from these. */
 struct nearly_right {
-    double within; /* angles that are as near become right ones */
-    int count;     /* of the others */
+    double within;  /* angles that are as near become right ones */
+    int set;        /* how many of them there were */
+    double changed; /* by how much at most */
+    int count;      /* of those that are nearly right, and stay as they are */
     double farthest;
 };
 
@@ -214,6 +218,8 @@ static void set_right(struct nearly_right *angles, double rpy[3]) {
                                                                       : around;
         if (off > 0 && off <= angles->within) {
             rpy[i] = nearest * right;
+            angles->set++;
+            angles->changed = fmax(angles->changed, off);
         } else if (off > 0 && off <= nearly) {
             angles->count++;
             angles->farthest = fmax(angles->farthest, off);
@@ -228,6 +234,9 @@ static void set_right_angles(struct robot *robot, double within) {
         set_right(&angles, robot->joints[i].pose.rpy);
     for (int i = 0; i < robot->link_count; i++)
         set_right(&angles, robot->links[i].pose.rpy);
+    if (angles.set > 0)
+        fprintf(stderr, "%d angle%s made right, by %.2g rad at most\n", angles.set,
+                angles.set == 1 ? " is" : "s are", angles.changed);
     if (angles.count > 0)
         fprintf(stderr,
                 "%d angle%s but for %.2g rad at most: --right-angles %.1g takes %s, which costs fewer "
@@ -304,6 +313,10 @@ enum status run_import(const struct options *options) {
                                   .has_drives = options->drives,
                                   .friction_width = options->friction_width,
                                   .beam = &beam};
+    if (options->right_angles > right_angles_most)
+        return option_error(options, "right-angles",
+                            ": %g rad is no rounding of an angle, at most %g are taken",
+                            options->right_angles, right_angles_most);
     const enum status status = take_beam(options, &beam);
     if (status != STATUS_DONE)
         return status;

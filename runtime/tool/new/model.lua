@@ -1,13 +1,13 @@
 -- NAME: a small arm in a vertical plane. A motor turns its first link, the second one is flexible, and the
 -- load at its end keeps its height. Lengths in m, masses in kg, times in s, forces in N, angles in rad.
 --
---   refdyn check NAME.lua                                      what Refdyn has read
---   refdyn statics NAME.lua --set programme=false              how far the arm bends, and what holds it
---   refdyn modes NAME.lua --set programme=false -o modes.json  its frequencies and damping ratios
---   refdyn sim NAME.lua --from statics --until 2 -o NAME.csv   a motion
---   refdyn plot NAME.csv -o NAME.svg                           its figures
---   refdyn view NAME.csv --model NAME.lua -o NAME.html         the arm as it moves, for a browser
---   refdyn gen NAME.lua -o emitted                             its equations as C
+--   what Refdyn has read:                      refdyn check NAME.lua
+--   how far the arm bends, and what holds it:  refdyn statics NAME.lua --set programme=false
+--   its frequencies and damping ratios:        refdyn modes NAME.lua --set programme=false -o modes.json
+--   a motion:                                  refdyn sim NAME.lua --from statics --until 2 -o NAME.csv
+--   its figures:                               refdyn plot NAME.csv -o NAME.svg
+--   the arm as it moves, for a browser:        refdyn view NAME.csv --model NAME.lua -o NAME.html
+--   its equations as C:                        refdyn gen NAME.lua -o emitted
 local rd = require "refdyn"
 
 -- Options decide the structure of the model: refdyn sim NAME.lua --set elements=8 ...

@@ -95,10 +95,14 @@ static void warn_of_balance(const struct motion *motion) {
         stderr);
 }
 
-/* Where no energy changes but by errors, their ratio tells nothing. */
-static void print_energy(const struct motion *motion) {
+/* Where no energy changes but by errors, their ratio tells nothing. What a motion that has failed had at its
+ * end is not known. */
+static void print_energy(const struct motion *motion, bool has_failed) {
     const struct refdyn_energy *energy = &motion->energy;
-    if (!refdyn_energy_changes(energy))
+    const bool changes = refdyn_energy_changes(energy);
+    if (!changes && has_failed)
+        return;
+    if (!changes)
         fprintf(stderr, "energy       does not change, but for rounding: by %.2g J of %.3g J\n",
                 energy->largest_change, energy->largest);
     else if (energy->largest_change <= energy_alike * energy->largest_error)
@@ -125,7 +129,7 @@ void summary_print(const struct summary *summary) {
         print_rows(motion->scene->model, s);
     print_passages(s);
     events_print(&motion->events, motion->scene->model);
-    print_energy(motion);
+    print_energy(motion, summary->trial->result != REFDYN_OK);
     fprintf(stderr, "time         %.3g s CPU for the integration, %.3g s wall\n", motion->cpu_s,
             motion->wall_s);
     if (summary->estimate)
