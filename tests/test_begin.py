@@ -41,7 +41,7 @@ def arm(tmp_path):
 def test_new_model_is_good(arm):
     """All that its comments propose runs; the load keeps its height, the motor its rate."""
     text = (arm / "arm.lua").read_text()
-    proposed = [re.match(r"--   refdyn (.*?)(  |$)", line).group(1).split() for line in text.splitlines() if line.startswith("--   refdyn ")]
+    proposed = [words.split() for words in re.findall(r"^--   .*:  +refdyn (.*)$", text, re.M)]
     assert [words[0] for words in proposed] == ["check", "statics", "modes", "sim", "plot", "view", "gen"]
     for words in proposed:
         done = refdyn(*words, cwd=arm)
