@@ -58,11 +58,13 @@ def casadi(site):
 
 
 def build(scene, folder):
-    """The shared library of a scene, and the model's name."""
+    """The shared library of a scene, by the command that its source tells, and the model's name."""
     refdyn("gen", scene[0], *scene[1], "--for-casadi", "-o", folder)
     name = next(folder.glob("*_casadi.c")).stem[:-len("_casadi")]
-    subprocess.run(["gcc", "-O0", "-fPIC", "-shared", *INCLUDE, f"{name}_casadi.c", "-o", f"lib{name}.so", "-lm"], cwd=folder, check=True)
-    return str(folder / f"lib{name}.so"), name
+    command = re.search(r"^ \*     (cc .*)$", (folder / f"{name}_casadi.c").read_text(), re.M)[1]
+    env = {**os.environ, "REFDYN_INCLUDE": str(SOURCE / "runtime")}
+    subprocess.run(["sh", "-c", command.replace("-O2", "-O0")], cwd=folder, env=env, check=True)
+    return str(folder / f"lib{name}_casadi.so"), name
 
 
 def symbols(library):
@@ -186,7 +188,7 @@ def test_expressions_of_casadi(tmp_path, casadi):
         function.generate("f.c")
     finally:
         os.chdir(current)
-    subprocess.run(["gcc", "-fPIC", "-shared", "f.c", "-o", "libf.so", "-L.", f"-l{name}", "-Wl,-rpath,.", "-Wl,-rpath,$ORIGIN", "-lm"], cwd=tmp_path, check=True)
+    subprocess.run(["gcc", "-fPIC", "-shared", "f.c", "-o", "libf.so", "-L.", f"-l{name}_casadi", "-Wl,-rpath,.", "-Wl,-rpath,$ORIGIN", "-lm"], cwd=tmp_path, check=True)
     again = casadi.external("f", str(tmp_path / "libf.so"))(state, inputs)
     assert all((flat(a) == flat(b)).all() for a, b in zip(found, again))
 

@@ -348,7 +348,8 @@ static void put_remarks(struct writer *w) {
     text_add(
         w->text,
         "%s/*\n * Functions for CasADi 3.6 and later:\n"
-        " *     cc -O2 -fPIC -shared %s_casadi.c -o lib%s_casadi.so -lm\n"
+        " *     cc -O2 -fPIC -shared -I$REFDYN_INCLUDE %s_casadi.c -o lib%s_casadi.so -lm\n"
+        " * with the folder of refdyn_model.h, then\n"
         " *     casadi.external(\"%s_qdd\", \"./lib%s_casadi.so\")\n"
         " * Arguments: q, qd, t, inputs, parameters; a step has its length h behind t. %s_defaults gives the "
         "model's values.\n",
