@@ -1,4 +1,5 @@
 """Emitted functions as CasADi loads them (`--for-casadi`), CasADi from PyPI; the examples of docs/casadi.md."""
+import ctypes
 import importlib
 import os
 import re
@@ -234,6 +235,7 @@ def test_no_name_of_ours_is_in_the_way(tmp_path, casadi):
 
 def test_the_printed_form_has_values_alone(tmp_path):
     library, name = build((REFERENCE, ["--set", "n_rfe=1", "--set", "form=printed", "--emit", "M,qdd"]), tmp_path)
+    assert ctypes.CDLL(library).manipulator_qdd_init_mem(3) == 0, "not told as done"
     assert functions(library) == ["manipulator_M", "manipulator_constrained", "manipulator_defaults", "manipulator_qdd"]
     assert not any(symbol.startswith("jac_") for symbol in symbols(library))
 
