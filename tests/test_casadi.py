@@ -303,6 +303,10 @@ def test_steps_for_acados(tmp_path):
     refdyn("gen", ARM, "--set", "n_rfe=2", "--fold", "--emit", "step,start", "-o", tmp_path)
     subprocess.run(["cc", "-O1", "-Wall", "-Wextra", "-Werror", *INCLUDE, "-I", tmp_path, "-I", TESTS / "casadi", "-I", EXAMPLE, TESTS / "casadi" / "call_acados.c",
                     "-lm", "-o", tmp_path / "call"], check=True)
+    refdyn("gen", ARM, "--emit", "step", "-o", tmp_path / "unfolded")
+    refused = subprocess.run(["cc", "-fsyntax-only", *INCLUDE, "-I", tmp_path / "unfolded", "-I", TESTS / "casadi", "-I", EXAMPLE, EXAMPLE / "acados_step.c"],
+                             capture_output=True, text=True)
+    assert refused.returncode and "arm.lua is to be emitted with --fold" in refused.stderr
     random = numpy.random.default_rng(2)
     values = numpy.concatenate([random.standard_normal(2), 0.1 * random.standard_normal(8)])
 
