@@ -52,6 +52,14 @@ class Stepper:
         random = numpy.random.default_rng(seed)
         return self.model.start + size * random.standard_normal(2 * self.n)
 
+    def prepared(self, i, value):
+        """Parameters with another value of the i-th."""
+        p = with_entry(self.model.p, i, value)
+        prepare = getattr(self.model.library, f"{self.name}_prepare", None)
+        if prepare:
+            prepare(pointer(p))
+        return p
+
     def inputs(self, seed=4):
         count = len(self.model.x) - 1
         return array([*(self.model.x[:count] + 0.3 * numpy.random.default_rng(seed).standard_normal(count)), 0.0])
@@ -75,18 +83,11 @@ def differences(stepper, method, t, h, count, state, x):
         assert not failed
         return out
 
-    def prepared(i, value):
-        p = with_entry(stepper.model.p, i, value)
-        prepare = getattr(stepper.model.library, f"{stepper.name}_prepare", None)
-        if prepare:
-            prepare(pointer(p))
-        return p
-
     found = {"state": [difference(lambda v, i=i: after(state=with_entry(state, i, v)), state[i], 5e-5) for i in range(2 * stepper.n)],
              "t": [difference(lambda v: after(t=v), t, 1e-2)], "h": [difference(lambda v: after(h=v), h, 4e-3 * h)],
              "x": [difference(lambda v, i=i: after(x=with_entry(x, i, v)), x[i], 0.05) for i in range(len(x) - 1)]}
     if "p" in stepper.parts:
-        found["p"] = [difference(lambda v, i=i: after(p=prepared(i, v)), stepper.model.p[i], 3e-3 * (abs(stepper.model.p[i]) or ZERO))
+        found["p"] = [difference(lambda v, i=i: after(p=stepper.prepared(i, v)), stepper.model.p[i], 3e-3 * (abs(stepper.model.p[i]) or ZERO))
                       for i in range(stepper.parts["p"][1])]
     return {part: numpy.array(found[part]).T for part in stepper.parts}
 
@@ -145,6 +146,23 @@ def test_implicit_steps_are_stable_where_explicit_ones_are_not(tmp_path):
     for method in METHODS:
         assert stepper.step(method, 0.0, 1e-4, 1, with_entry(stepper.model.start, 0, numpy.nan))[0] == 1
         assert (stepper.step(method, 0.0, 1e-4, 0, stepper.model.start)[1] == stepper.model.start).all()
+
+
+def test_implicit_steps_at_rest_under_a_preload(tmp_path):
+    """Forces of any size cancel but for their rounding, beside which nothing that moves is large."""
+    random = numpy.random.default_rng(11)
+    link = Stepper((TESTS / "models" / "preload.lua", []), tmp_path / "link", "step")
+    for mass in random.uniform(0.1, 50, 1000):
+        p, x = link.prepared(0, mass), array([mass * 9.81 * 0.8, 0])
+        failed, out = link.step("gauss", 0, 0.01, 1, [0, 0], x, p)
+        assert not failed and abs(out).max() < 1e-12, mass
+    sliders = Stepper((TESTS / "models" / "preload.lua", settings({"which": "sliders"})), tmp_path / "sliders", "step")
+    for h in (1e-3, 1e-2, 0.1):
+        for size in 10**random.uniform(-14, -7, 200):
+            state = array([*size * random.standard_normal(2), 0, 0])
+            failed, out = sliders.step("gauss", 0, h, 1, state)
+            assert not failed, (h, state)
+            assert abs(out[:2]).max() < 100 * abs(state).max() + 1e-12, (h, state)
 
 
 @pytest.mark.parametrize("compiler", (["gcc", "-std=c11"], ["clang", "-std=c11"], ["g++", "-std=c++17", "-x", "c++"], ["clang++", "-std=c++17", "-x", "c++"]),

@@ -13,6 +13,7 @@
 #ifndef SPACING
 #define SPACING 0.02
 #endif
+_Static_assert(arm_parameter_count == 0, "arm.lua is to be emitted with --fold");
 enum { STATES = 2 * arm_n, INPUTS = arm_input_count };
 
 static int step(void **in, void **out, struct arm_step_derivatives *derivatives) {

@@ -6,7 +6,6 @@
  */
 #include "emit/emit.h"
 
-#include <assert.h>
 #include <string.h>
 
 /* text/casadi_body.c.in, embedded by the build. */
@@ -20,11 +19,10 @@ struct port {
     bool is_empty;        /* there is none */
 };
 
-enum { MOST_PORTS = 64 };
-
 struct ports {
-    struct port list[MOST_PORTS];
-    int count;
+    struct memory *memory;
+    struct port *list;
+    int count, capacity;
 };
 
 struct writer {
@@ -92,14 +90,15 @@ static int put_pattern(struct writer *w, const struct port *port) {
 /* ---- Functions ---- */
 
 static struct port *add_port(struct ports *ports, const char *name, int rows, int columns) {
-    assert(ports->count < MOST_PORTS); /* no function has more arrays than a few, whatever the model */
+    ports->list =
+        memory_room(ports->memory, ports->list, ports->count, &ports->capacity, sizeof *ports->list);
     struct port *port = &ports->list[ports->count++];
     *port = (struct port){.name = name, .rows = rows, .columns = columns, .stride = columns};
     return port;
 }
 
 static void put_ports(struct writer *w, const char *name, const char *what, const struct ports *ports) {
-    int patterns[MOST_PORTS];
+    int *const patterns = memory_get(w->plan->memory, (size_t)ports->count * sizeof *patterns);
     for (int i = 0; i < ports->count; i++)
         patterns[i] = put_pattern(w, &ports->list[i]);
     text_add(w->text, "static const struct casadi_slot %s_%s[] = {\n", name, what);
@@ -127,14 +126,15 @@ static void put_jacobian_function(struct writer *w, const char *name, const stru
                  work_count);
 }
 
-static int count_parameters(const struct plan *plan) {
+/* Of struct NAME_parameters, with what prepare computes. */
+static int doubles_of_parameters(const struct plan *plan) {
     return plan->parameter_count + plan->prepare.out_count;
 }
 
 /* What a function of the model reads; `is_step`: h, too. */
 static void list_inputs(const struct plan *plan, bool is_step, struct ports *ports) {
     const int n = plan->tree->count;
-    ports->count = 0;
+    *ports = (struct ports){.memory = plan->memory};
     add_port(ports, "q", n, 1);
     add_port(ports, "qd", n, 1);
     add_port(ports, "t", 1, 1);
@@ -190,13 +190,6 @@ bool emit_has_casadi_function(const struct plan *plan) {
     return false;
 }
 
-static const struct function *find_function(const struct plan *plan, const char *quantity) {
-    for (int f = 0; f < plan->function_count; f++)
-        if (!strcmp(plan->functions[f].quantity, quantity))
-            return &plan->functions[f];
-    return NULL;
-}
-
 static void put_compute(struct writer *w, const char *name, const char *quantity) {
     text_add(w->text,
              "static int %s_compute(const casadi_real *const *arguments, casadi_real *values, casadi_real "
@@ -206,7 +199,7 @@ static void put_compute(struct writer *w, const char *name, const char *quantity
 }
 
 static void list_results(const struct plan *plan, const struct function *function, struct ports *out) {
-    out->count = 0;
+    *out = (struct ports){.memory = plan->memory};
     for (int i = 0; i < function->array_count; i++) {
         const struct array *array = &function->arrays[i];
         const int columns = plan_columns_of(array), width = array->columns ? columns : 1;
@@ -227,8 +220,8 @@ static void find_block(const struct plan *plan, const struct function *function,
 static void put_jacobian(struct writer *w, const struct function *function, const struct ports *in,
                          const struct ports *out) {
     const struct derivatives_of *rule = quantities_derivatives_of(function->quantity);
-    const struct function *derivatives = rule ? find_function(w->plan, rule->function) : NULL;
-    struct ports all = *in, blocks = {.count = 0};
+    const struct function *derivatives = rule ? plan_find_function(w->plan, rule->function) : NULL;
+    struct ports all = *in, blocks = {.memory = w->plan->memory};
     if (!derivatives)
         return;
     for (int i = 0; i < in->count; i++)
@@ -238,7 +231,7 @@ static void put_jacobian(struct writer *w, const struct function *function, cons
     add_outputs_to_inputs(w, &all, out);
     const char *name = memory_format(w->plan->memory, "jac_%s_%s", w->name, function->quantity);
     put_compute(w, name, derivatives->quantity);
-    put_jacobian_function(w, name, &all, &blocks, derivatives->out_count, count_parameters(w->plan));
+    put_jacobian_function(w, name, &all, &blocks, derivatives->out_count, doubles_of_parameters(w->plan));
 }
 
 static void put_quantity(struct writer *w, const struct function *function) {
@@ -248,7 +241,8 @@ static void put_quantity(struct writer *w, const struct function *function) {
     list_results(w->plan, function, &out);
     text_add(w->text, "/* %s */\n", function->about);
     put_compute(w, name, function->quantity);
-    put_function(w, name, "casadi_state_in", in.count, &out, function->out_count, count_parameters(w->plan));
+    put_function(w, name, "casadi_state_in", in.count, &out, function->out_count,
+                 doubles_of_parameters(w->plan));
     put_jacobian(w, function, &in, &out);
 }
 
@@ -266,13 +260,15 @@ static void put_step_compute(struct writer *w, const char *name, const char *ste
              name, w->name, step, w->name, w->name, has_derivatives ? "(struct " : "",
              has_derivatives ? w->name : "0",
              has_derivatives ? "_step_derivatives *)(void *)(values + 2 * STEP_N)" : "",
-             count_parameters(plan));
+             doubles_of_parameters(plan));
 }
 
+/* Values: the state at the end, 2 n, then the parts of its derivatives, each of 2 n rows: n of q, n of qd.
+ * The part `state` has n columns by q, then n by qd. */
 static void put_step_jacobian(struct writer *w, const char *step, const struct ports *in,
                               const struct ports *out, int work_count) {
     const int n = w->plan->tree->count;
-    struct ports all = *in, blocks = {.count = 0};
+    struct ports all = *in, blocks = {.memory = w->plan->memory};
     for (int o = 0; o < out->count; o++)
         for (int i = 0; i < in->count; i++) {
             const struct port *input = &in->list[i];
@@ -292,10 +288,10 @@ static void put_step_jacobian(struct writer *w, const char *step, const struct p
 
 static void put_step(struct writer *w, const char *method) {
     const int n = w->plan->tree->count;
-    const int work_count = count_parameters(w->plan) + (int)emit_step_work(w->plan);
+    const int work_count = doubles_of_parameters(w->plan) + (int)emit_step_work(w->plan);
     const char *step = memory_format(w->plan->memory, "step_%s", method);
     const char *name = memory_format(w->plan->memory, "%s_%s", w->name, step);
-    struct ports in, out = {.count = 0};
+    struct ports in, out = {.memory = w->plan->memory};
     list_inputs(w->plan, true, &in);
     add_port(&out, "q_next", n, 1);
     add_port(&out, "qd_next", n, 1)->place = n;
@@ -310,7 +306,7 @@ static void put_step(struct writer *w, const char *method) {
 static void put_defaults(struct writer *w) {
     const struct plan *plan = w->plan;
     const int n = plan->tree->count, k = plan->model->input_count, parameters = plan->parameter_count;
-    struct ports out = {.count = 0};
+    struct ports out = {.memory = plan->memory};
     add_port(&out, "q", n, 1);
     add_port(&out, "qd", n, 1)->place = n;
     add_port(&out, "inputs", k, 1)->place = 2 * n;
@@ -329,12 +325,12 @@ static void put_defaults(struct writer *w) {
              "    memset(values, 0, %d * sizeof *values);\n"
              "    %s_start_doubles(work, values + %d, 0.0, values, values, work + %d);\n"
              "    memcpy(values, work + %d, %d * sizeof *values);\n",
-             2 * n, w->name, 2 * n, count_parameters(plan), count_parameters(plan), 2 * n);
+             2 * n, w->name, 2 * n, doubles_of_parameters(plan), doubles_of_parameters(plan), 2 * n);
     if (parameters)
         text_add(w->text, "    memcpy(values + %d, work, %d * sizeof *values);\n", 2 * n + k, parameters);
     text_add(w->text, "    return 0;\n}\n");
     put_function(w, memory_format(plan->memory, "%s_defaults", w->name), "0", 0, &out, 2 * n + k + parameters,
-                 count_parameters(plan) + 2 * n);
+                 doubles_of_parameters(plan) + 2 * n);
 }
 
 /* ---- The file ---- */
@@ -348,7 +344,8 @@ static void put_remarks(struct writer *w) {
     text_add(
         w->text,
         "%s/*\n * Functions for CasADi 3.6 and later:\n"
-        " *     cc -O2 -fPIC -shared %s_casadi.c -o lib%s_casadi.so -lm\n"
+        " *     cc -O2 -fPIC -shared -I$REFDYN_INCLUDE %s_casadi.c -o lib%s_casadi.so -lm\n"
+        " * with the folder of refdyn_model.h, then\n"
         " *     casadi.external(\"%s_qdd\", \"./lib%s_casadi.so\")\n"
         " * Arguments: q, qd, t, inputs, parameters; a step has its length h behind t. %s_defaults gives the "
         "model's values.\n",

@@ -18,16 +18,14 @@ struct step_part {
 enum { STEP_PARTS = 5 };
 
 static const struct array *part_of_derivatives(const struct plan *plan, const char *name) {
-    const struct function *function = plan->functions;
-    while (strcmp(function->quantity, "d_qdd"))
-        function++;
+    const struct function *function = plan_find_function(plan, "d_qdd"); /* which a step brings */
     for (int i = 0; i < function->array_count; i++)
         if (!strcmp(function->arrays[i].name, name))
             return &function->arrays[i];
     return NULL;
 }
 
-static int count_parameters(const struct plan *plan) {
+static int columns_of_parameters(const struct plan *plan) {
     const struct array *array = plan->has_step_parameters ? part_of_derivatives(plan, "p") : NULL;
     return array ? array->columns : 0;
 }
@@ -39,7 +37,7 @@ static void list_parts(const struct plan *plan, struct step_part parts[STEP_PART
         {"t", "by the time at which it begins", "STEP_COLUMN_T", 1},
         {"h", "by its length", "STEP_COLUMN_H", 1},
         {"x", "by the inputs", "STEP_COLUMN_X", plan->model->input_count},
-        {"p", "by the parameters, in the order of the table", "STEP_COLUMN_P", count_parameters(plan)},
+        {"p", "by the parameters, in the order of the table", "STEP_COLUMN_P", columns_of_parameters(plan)},
     };
     memcpy(parts, all, sizeof all);
 }
@@ -117,16 +115,13 @@ static void put_step_signature(const struct emission *x, struct text *text, int 
 
 /* As step_open in text/step_body.c.in lays it out. */
 long emit_step_work(const struct plan *plan) {
-    const struct function *function = plan->functions;
     struct step_part parts[STEP_PARTS];
     const long n = plan->tree->count;
     long width = 0;
-    while (strcmp(function->quantity, "d_qdd"))
-        function++;
     list_parts(plan, parts);
     for (int i = 0; i < STEP_PARTS; i++)
         width += parts[i].columns;
-    return 8 * n + 8 * n * width + 4 * n * n + function->out_count;
+    return 8 * n + 8 * n * width + 4 * n * n + plan_find_function(plan, "d_qdd")->out_count;
 }
 
 static void put_header(const struct emission *x, struct text *text) {
@@ -166,7 +161,7 @@ static void put_access(const struct emission *x, struct text *text, const char *
 static void put_names(const struct emission *x, struct text *text) {
     const struct plan *plan = x->plan;
     text_add(text, "#define STEP_N %d\n#define STEP_INPUTS %d\n#define STEP_PARAMETERS %d\n",
-             plan->tree->count, plan->model->input_count, count_parameters(plan));
+             plan->tree->count, plan->model->input_count, columns_of_parameters(plan));
     text_add(text, "#define STEP_QDD %s_qdd\n#define STEP_D_QDD %s_d_qdd\n\n", x->name, x->name);
     text_add(text,
              "typedef struct %s_parameters step_parameters;\ntypedef struct %s_inputs step_inputs;\n"

@@ -141,13 +141,6 @@ static void write_results(const struct state *state, const struct function *func
     }
 }
 
-static const struct function *find_function(const struct plan *plan, const char *quantity) {
-    for (int f = 0; f < plan->function_count; f++)
-        if (!strcmp(plan->functions[f].quantity, quantity))
-            return &plan->functions[f];
-    return NULL;
-}
-
 static void interpret(struct plan *plan, const struct function *function, const struct arguments *arguments,
                       double *out);
 
@@ -202,7 +195,7 @@ static void interpret(struct plan *plan, const struct function *function, const 
 int gen_interpret(const struct generation *generation, const char *quantity, const double *p, const double *x,
                   double t, const double *q, const double *qd, double *out) {
     struct plan *plan = generation->plan;
-    const struct function *function = find_function(plan, quantity);
+    const struct function *function = plan_find_function(plan, quantity);
     const struct arguments arguments = {plan, p, x, q, qd, t};
     if (!function)
         return 1;

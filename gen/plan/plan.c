@@ -303,6 +303,13 @@ void plan_close_graph(struct plan *plan) {
     graph_close(plan->g);
 }
 
+const struct function *plan_find_function(const struct plan *plan, const char *quantity) {
+    for (int f = 0; f < plan->function_count; f++)
+        if (!strcmp(plan->functions[f].quantity, quantity))
+            return &plan->functions[f];
+    return NULL;
+}
+
 void plan_functions(struct plan *plan) {
     plan->is_statement = memory_get(plan->memory, plan->g->count * sizeof *plan->is_statement);
     plan->is_derived = memory_get(plan->memory, plan->g->count * sizeof *plan->is_derived);

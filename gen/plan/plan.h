@@ -159,6 +159,8 @@ struct derivatives_of {
     const char *quantity, *function, *before;
 };
 const struct derivatives_of *quantities_derivatives_of(const char *quantity);
+/* The function of a quantity; NULL: it is not emitted. */
+const struct function *plan_find_function(const struct plan *plan, const char *quantity);
 /* All handles exist from here on: arrays by handle can be made. */
 void plan_close_graph(struct plan *plan);
 /* order_of_sums.c: in all functions. */
