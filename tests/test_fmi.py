@@ -274,7 +274,7 @@ def test_rows_do_not_drift(fmpy, version, tmp_path):
 class Instance:
     """One instance of an FMU in either version, by the same calls."""
 
-    def __init__(self, fmpy, folder, is_exchange, **start):
+    def __init__(self, fmpy, folder, is_exchange, is_begun=True, **start):
         about = fmpy.read_model_description(folder)
         self.about, self.version = about, about.fmiVersion[0]
         self.of = {entry.name: entry for entry in about.modelVariables}
@@ -283,19 +283,27 @@ class Instance:
         self.fmu = make(guid=about.guid, unzipDirectory=folder, modelIdentifier=about.modelExchange.modelIdentifier, instanceName="one")
         self.is_exchange = is_exchange
         self.fmu.instantiate()
-        self.begin(**start)
+        if is_begun:
+            self.begin(**start)
 
     def begin(self, **start):
-        is_2 = self.version == "2"
-        if is_2:
-            self.fmu.setupExperiment(startTime=0)
-        self.fmu.enterInitializationMode()
+        self.enter_initialisation()
         for name, value in start.items():
             self.set(name, value)
         self.fmu.exitInitializationMode()
         if self.is_exchange:
-            (self.fmu.newDiscreteStates if is_2 else self.fmu.updateDiscreteStates)()
+            self.take_events()
             self.fmu.enterContinuousTimeMode()
+
+    def enter_initialisation(self, **experiment):
+        if self.version == "2":
+            self.fmu.setupExperiment(startTime=0, **experiment)
+            self.fmu.enterInitializationMode()
+        else:
+            self.fmu.enterInitializationMode(startTime=0, **experiment)
+
+    def take_events(self):
+        (self.fmu.newDiscreteStates if self.version == "2" else self.fmu.updateDiscreteStates)()
 
     def set(self, name, value):
         (self.fmu.setReal if self.version == "2" else self.fmu.setFloat64)([self.of[name].valueReference], [value])
@@ -401,6 +409,19 @@ def test_parameter_changes(fmpy, fmus, version, tmp_path):
     run, _, _ = motion(model, "--from", state, "--set", "load=0.9", "--set", "shoulder=-0.5", "--until", 0.2, "--every", 0.1, "--tol", 1e-9)
     assert [name for name in one.states()] == names
     check([close("states", found, [run[name][-1] for name in names], 1e-6)])
+    one.close()
+
+
+@pytest.mark.parametrize("version", versions_of("rows"))
+def test_no_end_before_the_start(fmpy, fmus, version):
+    """Terminate is refused while an instance initialises, which then goes on."""
+    one = Instance(fmpy, fmus("rows", version)[1], True, is_begun=False)
+    one.enter_initialisation()
+    with pytest.raises(Exception, match=f"fmi{version[0]}Terminate"):
+        one.fmu.terminate()
+    energy = one.get(["energy"])
+    one.fmu.exitInitializationMode()
+    assert np.isfinite(energy).all() and np.array_equal(one.get(["energy"]), energy)
     one.close()
 
 
