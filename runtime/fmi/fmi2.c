@@ -7,7 +7,7 @@
 
 #include "fmi/co_simulation.h"
 #include "fmi/directional.h"
-#include "fmi/machine.h"
+#include "fmi/state_machine.h"
 #include "fmi/model_exchange.h"
 #include "fmi/saved_state.h"
 #include "fmi/values.h"

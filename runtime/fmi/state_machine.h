@@ -1,6 +1,6 @@
 /* What both versions of FMI do alike: their functions check the mode, then call these. */
-#ifndef REFDYN_FMI_MACHINE_H
-#define REFDYN_FMI_MACHINE_H
+#ifndef REFDYN_FMI_STATE_MACHINE_H
+#define REFDYN_FMI_STATE_MACHINE_H
 
 #include "fmi/instance.h"
 
