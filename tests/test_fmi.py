@@ -115,6 +115,18 @@ def test_variables(linkage):
     assert density[0].attrib == {"kg": "1", "m": "-3"}
 
 
+def test_parameters_of_events(tmp_path):
+    """Those that events set change: they are no parameters to an importer. What has no unit names none. No model's file is one of ours."""
+    text = (TESTS / "models" / "events" / "spring.lua").read_text().replace('1, "m"', '1')
+    model = tmp_path / "refdyn_fmu_model.lua"
+    model.write_text(re.sub(r'name = "\w+"', 'name = "fmu_model"', text, count=1))
+    about = description(export(model, "2.0", tmp_path / "a.fmu"))
+    found = variables(about)["s"]
+    assert (found["causality"], found["variability"], found["initial"]) == ("local", "discrete", "exact")
+    assert not [unit for unit in about.find("UnitDefinitions") if not unit.get("name")]
+    assert not [name for name, entry in variables(about).items() if entry.get("unit") == ""]
+
+
 # ---- What is refused ----
 
 MODEL = MODELS / "pendulum.lua"
@@ -146,6 +158,8 @@ def test_compilers_that_are_missing(tmp_path):
     """Each named with what to do, and no FMU is left."""
     done = refdyn("export", MODEL, "--fmu", "2.0", "-o", "a.fmu", status=1, cwd=tmp_path, env={"CC": "no-such-cc", "REFDYN_CACHE": str(tmp_path / "cache")})
     assert "no-such-cc" in done.stderr
+    done = refdyn("export", MODEL, "--fmu", "2.0", "-o", "a.fmu", status=1, cwd=tmp_path, env={"CC": "cc -U__LP64__", "REFDYN_CACHE": str(tmp_path / "cache")})
+    assert "refdyn: --platform linux64: $CC does not build for x86_64-linux" in done.stderr.splitlines()
     only = tmp_path / "only"
     only.mkdir()
     for program in ("as", "ld"):  # of cc
@@ -274,7 +288,7 @@ def test_rows_do_not_drift(fmpy, version, tmp_path):
 class Instance:
     """One instance of an FMU in either version, by the same calls."""
 
-    def __init__(self, fmpy, folder, is_exchange, **start):
+    def __init__(self, fmpy, folder, is_exchange, is_begun=True, **start):
         about = fmpy.read_model_description(folder)
         self.about, self.version = about, about.fmiVersion[0]
         self.of = {entry.name: entry for entry in about.modelVariables}
@@ -283,19 +297,27 @@ class Instance:
         self.fmu = make(guid=about.guid, unzipDirectory=folder, modelIdentifier=about.modelExchange.modelIdentifier, instanceName="one")
         self.is_exchange = is_exchange
         self.fmu.instantiate()
-        self.begin(**start)
+        if is_begun:
+            self.begin(**start)
 
     def begin(self, **start):
-        is_2 = self.version == "2"
-        if is_2:
-            self.fmu.setupExperiment(startTime=0)
-        self.fmu.enterInitializationMode()
+        self.enter_initialisation()
         for name, value in start.items():
             self.set(name, value)
         self.fmu.exitInitializationMode()
         if self.is_exchange:
-            (self.fmu.newDiscreteStates if is_2 else self.fmu.updateDiscreteStates)()
+            self.take_events()
             self.fmu.enterContinuousTimeMode()
+
+    def enter_initialisation(self, **experiment):
+        if self.version == "2":
+            self.fmu.setupExperiment(startTime=0, **experiment)
+            self.fmu.enterInitializationMode()
+        else:
+            self.fmu.enterInitializationMode(startTime=0, **experiment)
+
+    def take_events(self):
+        (self.fmu.newDiscreteStates if self.version == "2" else self.fmu.updateDiscreteStates)()
 
     def set(self, name, value):
         (self.fmu.setReal if self.version == "2" else self.fmu.setFloat64)([self.of[name].valueReference], [value])
@@ -402,6 +424,72 @@ def test_parameter_changes(fmpy, fmus, version, tmp_path):
     assert [name for name in one.states()] == names
     check([close("states", found, [run[name][-1] for name in names], 1e-6)])
     one.close()
+
+
+@pytest.mark.parametrize("version", versions_of("rows"))
+def test_no_end_before_the_start(fmpy, fmus, version):
+    """Terminate is refused while an instance initialises, which then goes on."""
+    one = Instance(fmpy, fmus("rows", version)[1], True, is_begun=False)
+    one.enter_initialisation()
+    with pytest.raises(Exception, match=f"fmi{version[0]}Terminate"):
+        one.fmu.terminate()
+    energy = one.get(["energy"])
+    one.fmu.exitInitializationMode()
+    assert np.isfinite(energy).all() and np.array_equal(one.get(["energy"]), energy)
+    one.close()
+
+
+@pytest.mark.parametrize("version", versions_of("rows"))
+def test_values_set_before_events(fmpy, fmus, version):
+    """A parameter and an input that are set in the first event mode hold, whether they are set before or after the events are taken."""
+    folder = fmus("rows", version)[1]
+    found = []
+    for order in ("initialising", "before", "after"):
+        one = Instance(fmpy, folder, True, is_begun=False)
+        one.enter_initialisation()
+        for stage in ("initialising", "before", "after"):
+            if stage == order:
+                one.set("g", 3.3)
+                one.set("torque", 0.7)
+            if stage == "initialising":
+                one.fmu.exitInitializationMode()
+            elif stage == "before":
+                one.take_events()
+        one.take_events()
+        one.fmu.enterContinuousTimeMode()
+        found.append(one.get(one.rates()))
+        one.close()
+    usual = Instance(fmpy, folder, True)
+    assert not np.allclose(usual.get(usual.rates()), found[0], rtol=1e-3)
+    usual.close()
+    check(close("accelerations", values, found[0], 1e-12) for values in found[1:])
+
+
+@pytest.mark.skipif(not LONG, reason="takes long: tests/long")
+def test_anchored_parameter(fmpy, tmp_path):
+    """It follows the start, also where the importer writes the exported value back; another value holds."""
+    folder = fmpy.extract(str(export(TESTS / "models" / "programme.lua", "2.0", tmp_path / "a.fmu")), str(tmp_path / "files"))
+    exported = float(variables(description(tmp_path / "a.fmu"))["height"]["start"])
+    heights = []
+    for start in ({}, {"height": exported}, {"height": exported + 0.01}):
+        one = Instance(fmpy, folder, True, rod_theta=0.5, **start)
+        heights.append(one.get(["height"])[0])
+        one.close()
+    assert heights[0] == heights[1] != exported and heights[2] == exported + 0.01
+
+
+@pytest.mark.parametrize("version", versions_of("rows"))
+def test_tolerances(fmpy, fmus, version):
+    """Co-Simulation refuses one that no method can keep; Model Exchange takes no steps and needs none."""
+    for tolerance in (1e-17, 1, 3.5):
+        one = Instance(fmpy, fmus("rows", version)[1], False, is_begun=False)
+        with pytest.raises(Exception, match="SetupExperiment|EnterInitializationMode"):
+            one.enter_initialisation(tolerance=tolerance)
+        one.fmu.freeInstance()
+        one = Instance(fmpy, fmus("rows", version)[1], True, is_begun=False)
+        one.enter_initialisation(tolerance=tolerance)
+        one.fmu.exitInitializationMode()
+        one.close()
 
 
 # ---- Compiled from the sources inside, and the page ----

@@ -19,17 +19,18 @@
 #include "fmi/values.h"
 #include "motion/motion.h"
 
-/* A direction: changes of q, qd and inputs, in the room of the instance; then room for results. */
+/* A direction: changes of q, qd and inputs, in scratch memory of the instance; then results. */
 struct direction {
     double *q, *qd, *x, *moved, *inputs, *out;
 };
 
 static struct direction direction_open(struct fmu_instance *instance) {
     const int n = instance->work.n, inputs = instance->work.model->input_count;
-    double *room = instance->room;
-    memset(room, 0, (size_t)(2 * n + inputs) * sizeof *room);
-    double *moved = room + 2 * n + inputs, *moved_inputs = moved + 2 * n;
-    return (struct direction){room, room + n, room + 2 * n, moved, moved_inputs, moved_inputs + inputs};
+    double *scratch = instance->scratch;
+    memset(scratch, 0, (size_t)(2 * n + inputs) * sizeof *scratch);
+    double *moved = scratch + 2 * n + inputs, *moved_inputs = moved + 2 * n;
+    return (struct direction){scratch, scratch + n,  scratch + 2 * n,
+                              moved,   moved_inputs, moved_inputs + inputs};
 }
 
 static int is_input_of_importer(const struct fmu_instance *instance, int place) {
@@ -136,7 +137,7 @@ static double energy_change(const struct fmu_instance *instance, int index,
 
 /* ---- By central differences ---- */
 
-/* Courses, indicators or multipliers at the state moved so far along the direction, behind which room for
+/* Courses, indicators or multipliers at the state moved so far along the direction, behind which space for
  * inputs is. */
 static int find_moved(struct fmu_instance *instance, enum fmu_kind kind, const struct direction *direction,
                       double step) {

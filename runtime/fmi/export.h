@@ -1,8 +1,8 @@
 /*
  * Functions that an FMU's library gives to importers.
  *
- * FMI_PREFIX is "NAME_" where sources of several FMUs are linked into one program; a library of its own needs
- * none. FMI2_FUNCTION_PREFIX and FMI3_FUNCTION_PREFIX are the standard's names for it.
+ * Importers that link sources into a program put FMI2_FUNCTION_PREFIX or FMI3_FUNCTION_PREFIX before them, as
+ * the standard has it. Names behind them have no prefix: a program holds the sources of one FMU of Refdyn.
  */
 #ifndef REFDYN_FMI_EXPORT_H
 #define REFDYN_FMI_EXPORT_H

@@ -7,7 +7,7 @@
 
 #include "fmi/co_simulation.h"
 #include "fmi/directional.h"
-#include "fmi/machine.h"
+#include "fmi/state_machine.h"
 #include "fmi/model_exchange.h"
 #include "fmi/saved_state.h"
 #include "fmi/values.h"
@@ -254,7 +254,7 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component component, const fmi2Value
                                         size_t unknown_count, const fmi2ValueReference knowns[],
                                         size_t known_count, const fmi2Real seed[], fmi2Real sensitivity[]) {
     struct fmu_instance *instance =
-        fmu_enter(instance_of(component), FMU_RUNNING, "fmi2GetDirectionalDerivative");
+        fmu_enter(instance_of(component), FMU_STARTED, "fmi2GetDirectionalDerivative");
     if (!instance)
         return fmi2Error;
     return (fmi2Status)fmu_directional(instance, unknowns, unknown_count, knowns, known_count, seed,
@@ -321,7 +321,7 @@ fmi2Status fmi2SetContinuousStates(fmi2Component component, const fmi2Real state
 
 fmi2Status fmi2GetContinuousStates(fmi2Component component, fmi2Real states[], size_t count) {
     struct fmu_instance *instance =
-        fmu_enter_exchange(instance_of(component), FMU_RUNNING, "fmi2GetContinuousStates");
+        fmu_enter_exchange(instance_of(component), FMU_STARTED, "fmi2GetContinuousStates");
     return instance && fmu_has_length(instance, count, 2 * instance->work.n)
                ? (fmi2Status)fmu_get_states(instance, states)
                : fmi2Error;
@@ -329,7 +329,7 @@ fmi2Status fmi2GetContinuousStates(fmi2Component component, fmi2Real states[], s
 
 fmi2Status fmi2GetDerivatives(fmi2Component component, fmi2Real derivatives[], size_t count) {
     struct fmu_instance *instance =
-        fmu_enter_exchange(instance_of(component), FMU_RUNNING, "fmi2GetDerivatives");
+        fmu_enter_exchange(instance_of(component), FMU_STARTED, "fmi2GetDerivatives");
     return instance && fmu_has_length(instance, count, 2 * instance->work.n)
                ? (fmi2Status)fmu_get_derivatives(instance, derivatives)
                : fmi2Error;
@@ -337,7 +337,7 @@ fmi2Status fmi2GetDerivatives(fmi2Component component, fmi2Real derivatives[], s
 
 fmi2Status fmi2GetEventIndicators(fmi2Component component, fmi2Real indicators[], size_t count) {
     struct fmu_instance *instance =
-        fmu_enter_exchange(instance_of(component), FMU_RUNNING, "fmi2GetEventIndicators");
+        fmu_enter_exchange(instance_of(component), FMU_STARTED, "fmi2GetEventIndicators");
     return instance && fmu_has_length(instance, count, fmu_count_indicators(instance->work.model))
                ? (fmi2Status)fmu_get_indicators(instance, indicators)
                : fmi2Error;

@@ -10,7 +10,7 @@
 
 #include "fmi/co_simulation.h"
 #include "fmi/directional.h"
-#include "fmi/machine.h"
+#include "fmi/state_machine.h"
 #include "fmi/model_exchange.h"
 #include "fmi/saved_state.h"
 #include "fmi/values.h"
@@ -335,7 +335,7 @@ fmi3Status FMI3(fmi3GetDirectionalDerivative)(fmi3Instance component, const fmi3
                                               size_t known_count, const fmi3Float64 seed[], size_t seed_count,
                                               fmi3Float64 sensitivity[], size_t sensitivity_count) {
     struct fmu_instance *instance =
-        fmu_enter(instance_of(component), FMU_RUNNING, "fmi3GetDirectionalDerivative");
+        fmu_enter(instance_of(component), FMU_STARTED, "fmi3GetDirectionalDerivative");
     if (!instance || !fmu_has_length(instance, seed_count, (int)known_count) ||
         !fmu_has_length(instance, sensitivity_count, (int)unknown_count))
         return fmi3Error;
@@ -348,7 +348,7 @@ fmi3Status FMI3(fmi3GetAdjointDerivative)(fmi3Instance component, const fmi3Valu
                                           size_t known_count, const fmi3Float64 seed[], size_t seed_count,
                                           fmi3Float64 sensitivity[], size_t sensitivity_count) {
     struct fmu_instance *instance =
-        fmu_enter(instance_of(component), FMU_RUNNING, "fmi3GetAdjointDerivative");
+        fmu_enter(instance_of(component), FMU_STARTED, "fmi3GetAdjointDerivative");
     if (!instance || !fmu_has_length(instance, seed_count, (int)unknown_count) ||
         !fmu_has_length(instance, sensitivity_count, (int)known_count))
         return fmi3Error;
@@ -482,7 +482,7 @@ fmi3Status FMI3(fmi3SetContinuousStates)(fmi3Instance component, const fmi3Float
 
 fmi3Status FMI3(fmi3GetContinuousStates)(fmi3Instance component, fmi3Float64 states[], size_t count) {
     struct fmu_instance *instance =
-        fmu_enter_exchange(instance_of(component), FMU_RUNNING, "fmi3GetContinuousStates");
+        fmu_enter_exchange(instance_of(component), FMU_STARTED, "fmi3GetContinuousStates");
     return instance && fmu_has_length(instance, count, 2 * instance->work.n)
                ? (fmi3Status)fmu_get_states(instance, states)
                : fmi3Error;
@@ -491,7 +491,7 @@ fmi3Status FMI3(fmi3GetContinuousStates)(fmi3Instance component, fmi3Float64 sta
 fmi3Status FMI3(fmi3GetContinuousStateDerivatives)(fmi3Instance component, fmi3Float64 derivatives[],
                                                    size_t count) {
     struct fmu_instance *instance =
-        fmu_enter_exchange(instance_of(component), FMU_RUNNING, "fmi3GetContinuousStateDerivatives");
+        fmu_enter_exchange(instance_of(component), FMU_STARTED, "fmi3GetContinuousStateDerivatives");
     return instance && fmu_has_length(instance, count, 2 * instance->work.n)
                ? (fmi3Status)fmu_get_derivatives(instance, derivatives)
                : fmi3Error;
@@ -499,7 +499,7 @@ fmi3Status FMI3(fmi3GetContinuousStateDerivatives)(fmi3Instance component, fmi3F
 
 fmi3Status FMI3(fmi3GetEventIndicators)(fmi3Instance component, fmi3Float64 indicators[], size_t count) {
     struct fmu_instance *instance =
-        fmu_enter_exchange(instance_of(component), FMU_RUNNING, "fmi3GetEventIndicators");
+        fmu_enter_exchange(instance_of(component), FMU_STARTED, "fmi3GetEventIndicators");
     return instance && fmu_has_length(instance, count, fmu_count_indicators(instance->work.model))
                ? (fmi3Status)fmu_get_indicators(instance, indicators)
                : fmi3Error;

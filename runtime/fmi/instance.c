@@ -128,8 +128,8 @@ static size_t lay_out(struct fmu_instance *instance, char *base) {
     instance->d_qdd = layout_doubles(&layout, derivatives);
     instance->d_force = layout_doubles(&layout, model->m > 0 ? derivatives : 0);
     instance->zeros = layout_doubles(&layout, fmu_count_indicators(model));
-    instance->room = layout_doubles(&layout, 6 * n + 1 + model->m + 2 * model->input_count + rows +
-                                                 model->course_count + fmu_count_indicators(model));
+    instance->scratch = layout_doubles(&layout, 6 * n + 1 + model->m + 2 * model->input_count + rows +
+                                                    model->course_count + fmu_count_indicators(model));
     instance->is_start_set = layout_ints(&layout, 2 * n);
     instance->given = layout_ints(&layout, model->anchored_count);
     return layout.used;
@@ -154,7 +154,6 @@ static struct refdyn_options options_of(int is_exchange) {
 
 struct fmu_instance *fmu_open(const struct fmu_listener *listener, int is_exchange, int is_logging) {
     struct fmu_instance *instance = calloc(1, sizeof *instance);
-    char text[TEXT_LENGTH] = "out of memory";
     if (instance) {
         instance->listener = *listener;
         instance->is_exchange = is_exchange;
@@ -168,7 +167,7 @@ struct fmu_instance *fmu_open(const struct fmu_listener *listener, int is_exchan
     if (instance && instance->block && fmu_reset(instance) == FMU_OK)
         return instance;
     if (!instance || !instance->block)
-        listen(listener, FMU_ERROR, text);
+        listen(listener, FMU_ERROR, (char[]){"out of memory"});
     fmu_close(instance);
     return NULL;
 }
@@ -192,7 +191,7 @@ enum fmu_status fmu_reset(struct fmu_instance *instance) {
     instance->t_stop = INFINITY;
     instance->is_started = instance->has_events_due = 0;
     instance->integrator = (struct refdyn_integrator){.work = &instance->work};
-    fmu_spoil(instance);
+    fmu_invalidate(instance);
     const int status = refdyn_workspace_init(&instance->work, model, instance->block, instance->work_size);
     if (status)
         return fmu_tell(instance, FMU_ERROR, "%s", refdyn_status_text(status));
@@ -207,10 +206,13 @@ enum fmu_status fmu_set_experiment(struct fmu_instance *instance, double toleran
                                    double t_stop) {
     if (!isfinite(t_first) || !(t_stop > t_first))
         return fmu_tell(instance, FMU_ERROR, "the experiment goes from %g s to %g s", t_first, t_stop);
+    const int has_tolerance = tolerance != 0 && !instance->is_exchange && instance->options.tol > 0;
+    if (has_tolerance && !(tolerance >= DBL_EPSILON && tolerance < 1))
+        return fmu_tell(instance, FMU_ERROR, "the tolerance %g is none of %.2g to 1", tolerance, DBL_EPSILON);
+    if (has_tolerance)
+        instance->options.tol = tolerance;
     instance->t_first = t_first;
     instance->t_stop = t_stop;
-    if (tolerance > 0 && isfinite(tolerance) && instance->options.tol > 0)
-        instance->options.tol = tolerance;
     instance->is_stale = 1;
     return FMU_OK;
 }
@@ -256,7 +258,7 @@ static void place_gains(struct fmu_instance *instance) {
 
 enum fmu_status fmu_start(struct fmu_instance *instance) {
     const int n = instance->work.n;
-    double *state = instance->room;
+    double *state = instance->scratch;
     place_start(instance, state);
     int status = refdyn_integrator_init(&instance->integrator, &instance->work, &instance->options,
                                         instance->block + instance->work_size, instance->integrator_size);
@@ -279,7 +281,7 @@ enum fmu_status fmu_start(struct fmu_instance *instance) {
 
 /* ---- States ---- */
 
-void fmu_spoil(struct fmu_instance *instance) {
+void fmu_invalidate(struct fmu_instance *instance) {
     instance->is_stale = 1;
     instance->filled = 0;
 }

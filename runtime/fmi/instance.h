@@ -59,7 +59,7 @@ struct fmu_instance {
     int is_started;     /* the integrator has a motion */
     int is_stale;       /* accelerations are not those of the state */
     int has_new_values; /* parameters or inputs are not those that the integrator knows */
-    int has_events_due; /* since the start, and not taken yet */
+    int has_events_due; /* those of the start, whose values still hold, and not taken yet */
     unsigned filled;    /* set of enum fmu_block */
 
     size_t work_size, integrator_size, block_size;
@@ -75,7 +75,7 @@ struct fmu_instance {
     double *drift, *J;        /* (spatial x 6), (spatial x 6 x n) */
     double *d_qdd, *d_force;  /* (n x (2 n + inputs)) by q, qd, inputs, one behind the other */
     double *zeros;            /* (indicators) what an event has left of its value beyond zero */
-    double *room;             /* (6 n + 1 + m + 2 inputs + 3 points + courses + indicators) */
+    double *scratch;          /* (6 n + 1 + m + 2 inputs + 3 points + courses + indicators) */
 };
 
 /* NULL: out of memory, or the model is refused, as the listener is told. */
@@ -83,7 +83,8 @@ struct fmu_instance *fmu_open(const struct fmu_listener *listener, int is_exchan
 void fmu_close(struct fmu_instance *instance);
 /* As behind fmu_open. */
 enum fmu_status fmu_reset(struct fmu_instance *instance);
-/* Where and how the motion starts; tolerance 0: that of the export. */
+/* Where and how the motion starts; tolerance 0: that of the export. Model Exchange, which takes no steps, has
+ * none. */
 enum fmu_status fmu_set_experiment(struct fmu_instance *instance, double tolerance, double t_first,
                                    double t_stop);
 /* A motion begins with the values that were set, at a state that meets the rows. */
@@ -91,7 +92,7 @@ enum fmu_status fmu_start(struct fmu_instance *instance);
 /* Accelerations, multipliers and row terms of the state, with the values that were set. */
 enum fmu_status fmu_evaluate(struct fmu_instance *instance);
 /* The state has changed: nothing that was computed holds. */
-void fmu_spoil(struct fmu_instance *instance);
+void fmu_invalidate(struct fmu_instance *instance);
 /* The motion's parameters, with the gains that its stabilisation takes. */
 const double *fmu_motion_parameters(const struct fmu_instance *instance);
 

@@ -30,7 +30,7 @@ enum fmu_status fmu_set_time(struct fmu_instance *instance, double t) {
     if (!isfinite(t))
         return fmu_tell(instance, FMU_ERROR, "%g is no time", t);
     instance->integrator.t = t;
-    fmu_spoil(instance);
+    fmu_invalidate(instance);
     return FMU_OK;
 }
 
@@ -40,7 +40,7 @@ enum fmu_status fmu_set_states(struct fmu_instance *instance, const double *stat
             return fmu_tell(instance, FMU_DISCARD, "t = %.9g s: state %d is no finite number",
                             instance->integrator.t, i + 1);
     memcpy(instance->integrator.q, state, (size_t)(2 * instance->work.n) * sizeof *state);
-    fmu_spoil(instance);
+    fmu_invalidate(instance);
     return FMU_OK;
 }
 
@@ -68,7 +68,7 @@ enum fmu_status fmu_get_indicators(struct fmu_instance *instance, double *indica
  * its value leaves zero there and does not cross it. */
 static void place_zeros(struct fmu_instance *instance) {
     const struct refdyn_state_events *events = &instance->integrator.motion->state_events;
-    double *values = instance->room;
+    double *values = instance->scratch;
     memset(instance->zeros, 0, (size_t)fmu_count_indicators(instance->work.model) * sizeof *values);
     fmu_find_indicators(instance, instance->integrator.q, values);
     for (int i = 0; i < events->named; i++)
@@ -167,7 +167,8 @@ static int take_due(struct refdyn_motion *motion, int *ends) {
     return status;
 }
 
-/* The integrator stands at the present state, right of a time event. At the start it does so already. */
+/* The integrator stands at the present state, right of a time event. At the start it does so already, until
+ * a value is set. */
 static int place_integrator(struct fmu_instance *instance) {
     struct refdyn_integrator *integrator = &instance->integrator;
     const double t = integrator->t;
@@ -201,6 +202,6 @@ enum fmu_status fmu_update_events(struct fmu_instance *instance, struct fmu_even
     update->t_next = instance->t_next;
     integrator->t_right = fmax(integrator->t, instance->t_from);
     place_zeros(instance);
-    fmu_spoil(instance);
+    fmu_invalidate(instance);
     return FMU_OK;
 }

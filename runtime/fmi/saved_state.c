@@ -10,6 +10,14 @@ struct fmu_saved {
     char *block;
 };
 
+/* Pointers of the state have to lead to the instance's own memory; another instance that was opened where a
+ * closed one had been has the same memory, and its state is as good. */
+static int fits(const struct fmu_saved *saved, const struct fmu_instance *instance) {
+    return saved && saved->of == instance && saved->instance.block == instance->block &&
+           saved->instance.block_size == instance->block_size &&
+           saved->instance.is_exchange == instance->is_exchange;
+}
+
 enum fmu_status fmu_save(struct fmu_instance *instance, struct fmu_saved **saved) {
     struct fmu_saved *copy = *saved ? *saved : calloc(1, sizeof *copy);
     if (copy && !copy->block)
@@ -27,10 +35,12 @@ enum fmu_status fmu_save(struct fmu_instance *instance, struct fmu_saved **saved
 }
 
 enum fmu_status fmu_restore(struct fmu_instance *instance, const struct fmu_saved *saved) {
-    if (!saved || saved->of != instance)
+    if (!fits(saved, instance))
         return fmu_tell(instance, FMU_ERROR, "the state that was given is not one of this instance");
+    const struct fmu_listener listener = instance->listener;
     const int is_logging = instance->is_logging;
     *instance = saved->instance;
+    instance->listener = listener;
     instance->is_logging = is_logging;
     memcpy(instance->block, saved->block, instance->block_size);
     return FMU_OK;

@@ -107,8 +107,8 @@ void fmu_find_indicators(const struct fmu_instance *instance, const double *stat
 
 /* As event mode has left it. */
 static double indicator_value(struct fmu_instance *instance, int index) {
-    fmu_find_indicators(instance, instance->integrator.q, instance->room);
-    return instance->room[index] - instance->zeros[index];
+    fmu_find_indicators(instance, instance->integrator.q, instance->scratch);
+    return instance->scratch[index] - instance->zeros[index];
 }
 
 static double value_of(struct fmu_instance *instance, struct fmu_variable variable) {
@@ -191,7 +191,7 @@ static enum fmu_status set_start(struct fmu_instance *instance, int place, doubl
         return FMU_ERROR;
     instance->start[place] = value;
     instance->is_start_set[place] = 1;
-    fmu_spoil(instance);
+    fmu_invalidate(instance);
     return FMU_OK;
 }
 
@@ -209,12 +209,15 @@ static enum fmu_status set_parameter(struct fmu_instance *instance, int place, d
     const int is_fixed = anchored >= 0 || fmu_is_set_by_events(model, REFDYN_CHANGED_PARAMETER, place);
     if (!fmu_allows(instance, is_fixed ? BEFORE_START : AT_REST, "setting this parameter"))
         return FMU_ERROR;
-    if (anchored >= 0)
-        instance->given[anchored] = 1;
+    if (anchored >= 0) /* importers write back start values: that of the export leaves it anchored */
+        instance->given[anchored] = refdyn_fmu.given[anchored] || value != refdyn_fmu.parameters[place];
+    else if (instance->work.p[place] == value)
+        return FMU_OK;
     instance->work.p[place] = value;
     refdyn_prepare(&instance->work);
     instance->has_new_values = 1;
-    fmu_spoil(instance);
+    instance->has_events_due = 0;
+    fmu_invalidate(instance);
     return FMU_OK;
 }
 
@@ -229,7 +232,8 @@ static enum fmu_status set_input(struct fmu_instance *instance, int place, doubl
         return FMU_OK;
     instance->work.x[place] = value;
     instance->has_new_values |= !instance->is_exchange;
-    fmu_spoil(instance);
+    instance->has_events_due = 0;
+    fmu_invalidate(instance);
     return FMU_OK;
 }
 

@@ -49,7 +49,14 @@ int fmu_count_variables(const struct refdyn_model *model, const struct refdyn_sp
 
 int fmu_has_row(const struct refdyn_model *model, enum fmu_kind kind, int row) {
     const enum refdyn_row_level level = model->rows[row].level;
-    return kind == FMU_PHI ? level == REFDYN_POSITION : kind != FMU_PSI || level != REFDYN_ACCELERATION;
+    switch (kind) {
+    case FMU_PHI:
+        return level == REFDYN_POSITION;
+    case FMU_PSI:
+        return level != REFDYN_ACCELERATION;
+    default:
+        return 1;
+    }
 }
 
 unsigned fmu_reference(const struct refdyn_model *model, const struct refdyn_spatial *spatial,

@@ -16,6 +16,7 @@ static const struct platform platforms[] = {
     {.name = "linux64",
      .folder_3 = "x86_64-linux",
      .ending = ".so",
+     .machine = "defined __linux__ && defined __x86_64__ && defined __LP64__",
      .compile_flags = {"-fPIC", "-fvisibility=hidden", NULL},
      .link_flags = {"-shared", "-s", NULL}},
     {.name = "win64",
@@ -66,6 +67,28 @@ static bool find_compiler(struct fmu_build *build) {
         fprintf(stderr, "refdyn: --platform %s: no %s is installed (Debian: apt install %s)\n",
                 build->platform->name, compiler, build->platform->package);
     return build->chain.program;
+}
+
+/* Does $CC, with its flags, build for the platform? Complains on stderr when it does not. */
+static bool check_machine(const struct fmu_build *build) {
+    const struct platform *platform = build->platform;
+    if (!platform->machine)
+        return true;
+    const char *question = text_format("#if !(%s)\n#error of another machine\n#endif\n", platform->machine);
+    const char *source = scratch_file(&build->scratch, "machine.c");
+    struct job job = {.object = NULL};
+    struct process process;
+    job_add_words(&job, build->chain.words);
+    job_add_words(&job, (const char *[]){"-fsyntax-only", source, NULL});
+    if (!scratch_write(&build->scratch, "machine.c", question, strlen(question)))
+        return false;
+    const bool is_good = process_start(&process, &build->scratch, job.argv, NULL,
+                                       scratch_file(&build->scratch, "machine.log"), NULL) == 0 &&
+                         process_wait(&process, 1) == 0 && process.result == 0;
+    if (!is_good)
+        fprintf(stderr, "refdyn: --platform %s: $CC does not build for %s\n", platform->name,
+                platform->folder_3);
+    return is_good;
 }
 
 /* ---- Files ---- */
@@ -223,7 +246,7 @@ bool binary_make(struct fmu *fmu, const struct platform *platform) {
     const char *name = text_format("%s%s", fmu->name, platform->ending);
     bool is_good = cache_open(&build.cache) && find_compiler(&build);
     const bool is_open = is_good && scratch_open(&build.scratch, build.cache.path, "build-");
-    is_good = is_open && write_sources(&build, fmu);
+    is_good = is_open && check_machine(&build) && write_sources(&build, fmu);
     build.is_gcc = is_good && toolchain_is_gcc(&build.chain, &build.scratch);
     is_good = is_good && compile_library(&build, fmu, name) && add_library(fmu, &build, name);
     if (is_open)

@@ -10,6 +10,7 @@ struct platform {
     const char *ending;           /* of the library */
     const char *compiler;         /* NULL: $CC */
     const char *package;          /* of Debian, that has the compiler */
+    const char *machine;          /* what macros of $CC say where it builds for the platform */
     const char *compile_flags[4]; /* beside those of all; end with NULL */
     const char *link_flags[6];
 };

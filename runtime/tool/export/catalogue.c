@@ -158,6 +158,12 @@ static const char *own_unit(const struct refdyn_model *model, struct fmu_variabl
 
 /* ---- Roles ---- */
 
+static bool is_set_by_events(const struct refdyn_model *model, struct fmu_variable variable) {
+    const int i = variable.index;
+    return (variable.kind == FMU_INPUT && fmu_is_set_by_events(model, REFDYN_CHANGED_INPUT, i)) ||
+           (variable.kind == FMU_PARAMETER && fmu_is_set_by_events(model, REFDYN_CHANGED_PARAMETER, i));
+}
+
 static void set_role(struct catalogue_entry *entry, const struct scene *scene) {
     const struct refdyn_model *model = scene->model;
     const struct role *role = &roles[entry->variable.kind];
@@ -171,18 +177,18 @@ static void set_role(struct catalogue_entry *entry, const struct scene *scene) {
         entry->about = text_format("%s%s", role->about, model->rows[i].name);
     if (is_state && model->m > 0) /* it is moved onto the rows */
         entry->initial = INITIAL_APPROXIMATE;
-    if (entry->variable.kind == FMU_INPUT && fmu_is_set_by_events(model, REFDYN_CHANGED_INPUT, i)) {
+    if (is_set_by_events(model, entry->variable)) {
         entry->causality = AS_LOCAL;
         entry->variability = IS_DISCRETE;
         entry->about = "set by events of the model";
     }
 }
 
-static bool is_fixed(const struct refdyn_model *model, int parameter) {
+static bool is_anchored(const struct refdyn_model *model, int parameter) {
     for (int i = 0; i < model->anchored_count; i++)
         if (model->anchored[i] == parameter)
             return true;
-    return fmu_is_set_by_events(model, REFDYN_CHANGED_PARAMETER, parameter);
+    return false;
 }
 
 static void set_start(struct catalogue_entry *entry, const struct scene *scene) {
@@ -199,7 +205,7 @@ static void set_start(struct catalogue_entry *entry, const struct scene *scene) 
         break;
     case FMU_PARAMETER:
         entry->start = scene->work.p[i];
-        if (is_fixed(scene->model, i))
+        if (is_anchored(scene->model, i) && entry->causality == AS_PARAMETER)
             entry->variability = IS_FIXED;
         break;
     default:
@@ -218,6 +224,8 @@ static void add_entry(struct catalogue *catalogue, const struct scene *scene, co
                                     .state = -1};
     const char *name = column >= 0 ? columns->table.names[column] : own_name(model, variable);
     entry.unit = column >= 0 ? columns->table.units[column] : own_unit(model, variable);
+    if (entry.unit && !*entry.unit)
+        entry.unit = NULL;
     while (is_taken(catalogue, name))
         name = text_format("%s%s", roles[variable.kind].lead, name);
     entry.name = name;

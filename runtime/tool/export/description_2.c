@@ -20,7 +20,7 @@ static void put_type(FILE *out, const struct fmu *fmu, const char *type, const c
     put_attribute(out, "modelIdentifier", fmu->name);
     fputs(abilities, out);
     fputs(" canNotUseMemoryManagementFunctions=\"true\" canGetAndSetFMUstate=\"true\"", out);
-    if (fmu->has_derivatives)
+    if (!fmu->why_no_derivatives)
         fputs(" providesDirectionalDerivative=\"true\"", out);
     fputs(">\n", out);
     put_source_files(out, fmu);

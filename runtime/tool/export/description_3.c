@@ -10,7 +10,7 @@ static void put_type(FILE *out, const struct fmu *fmu, const char *type, const c
     put_attribute(out, "modelIdentifier", fmu->name);
     fputs(abilities, out);
     fputs(" canGetAndSetFMUState=\"true\"", out);
-    if (fmu->has_derivatives)
+    if (!fmu->why_no_derivatives)
         fputs(" providesDirectionalDerivatives=\"true\" providesAdjointDerivatives=\"true\"", out);
     fputs("/>\n", out);
 }
@@ -102,5 +102,8 @@ void description_put_build(FILE *out, const struct fmu *fmu) {
         put_attribute(out, "name", fmu->sources.list[i].path);
         fputs("/>\n", out);
     }
-    fputs("    </SourceFileSet>\n  </BuildConfiguration>\n</fmiBuildDescription>\n", out);
+    fputs("      <IncludeDirectory name=\".\"/>\n    </SourceFileSet>\n"
+          "    <Library name=\"m\" external=\"true\" description=\"C mathematics, where it is a library\"/>\n"
+          "  </BuildConfiguration>\n</fmiBuildDescription>\n",
+          out);
 }

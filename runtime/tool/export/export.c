@@ -71,8 +71,9 @@ static bool are_finite(const struct scene *scene, refdyn_function *function, int
     return true;
 }
 
-/* Are the derivatives there, with a column for each coordinate, rate and input? */
-static bool has_derivatives(const struct scene *scene) {
+/* What keeps the FMU from directional derivatives; NULL: they are there, with a column for each coordinate,
+ * rate and input. */
+static const char *find_why_no_derivatives(const struct scene *scene) {
     const struct refdyn_model *model = scene->model;
     const int n = model->n;
     struct emitted_function function;
@@ -81,11 +82,14 @@ static bool has_derivatives(const struct scene *scene) {
         int count = 0;
         for (int k = 0; k < function.part_count; k++)
             count += gen_result_part(&scene->generation, i, k).count;
-        if (strcmp(function.quantity, wanted) == 0)
-            return count == n * (2 * n + model->input_count) &&
-                   are_finite(scene, model->m > 0 ? model->d_qdd : model->d_qdd_free, count);
+        if (strcmp(function.quantity, wanted) != 0)
+            continue;
+        if (count != n * (2 * n + model->input_count))
+            break;
+        const bool is_good = are_finite(scene, model->m > 0 ? model->d_qdd : model->d_qdd_free, count);
+        return is_good ? NULL : "those of the accelerations are not finite at the start";
     }
-    return false;
+    return "the model has none of its accelerations";
 }
 
 static void add_text(struct fmu *fmu, const char *path, void (*put)(FILE *out, const struct fmu *fmu)) {
@@ -107,7 +111,7 @@ static void add_sources(struct fmu *fmu) {
 static enum status write_fmu(struct fmu *fmu, const char *const *platforms) {
     struct scene *scene = fmu->scene;
     catalogue_make(&fmu->catalogue, scene, fmu->version == FMI_3);
-    fmu->has_derivatives = has_derivatives(scene);
+    fmu->why_no_derivatives = find_why_no_derivatives(scene);
     fmu_make_sources(fmu);
     add_text(fmu, "modelDescription.xml", fmu->version == FMI_2 ? description_put_2 : description_put_3);
     for (; *platforms; platforms++)
@@ -126,9 +130,10 @@ static void print_summary(const struct fmu *fmu) {
     fprintf(stderr, "%s: FMI %s, Model Exchange and Co-Simulation (%s, tolerance %g)\n", fmu->name,
             fmu->version == FMI_2 ? "2.0" : "3.0", refdyn_method_name((int)fmu->options.method),
             fmu->options.tol);
-    fprintf(stderr, "%d states, %d inputs, %d variables, %d event indicators%s\n", 2 * model->n,
+    fprintf(stderr, "%d states, %d inputs, %d variables, %d event indicators%s%s\n", 2 * model->n,
             model->input_count, fmu->catalogue.count, fmu_count_indicators(model),
-            fmu->has_derivatives ? "" : "; no directional derivatives: the model has none");
+            fmu->why_no_derivatives ? "; no directional derivatives: " : "",
+            fmu->why_no_derivatives ? fmu->why_no_derivatives : "");
 }
 
 /* The motion's start and options, then the FMU. */

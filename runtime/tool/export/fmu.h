@@ -24,9 +24,9 @@ struct fmu {
     const char *name;  /* of the model, which is that of the library */
     const char *token; /* GUID of FMI 2.0, instantiation token of FMI 3.0 */
     struct refdyn_options options;
-    double until;         /* default stop time [s] */
-    bool has_start;       /* the start is not the model's own */
-    bool has_derivatives; /* directional ones */
+    double until;                   /* default stop time [s] */
+    bool has_start;                 /* the start is not the model's own */
+    const char *why_no_derivatives; /* NULL: there are directional ones */
     struct catalogue catalogue;
     struct fmu_files sources; /* paths under sources/ */
     struct fmu_files files;   /* all of the FMU */

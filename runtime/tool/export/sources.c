@@ -20,7 +20,7 @@ bool fmu_is_source(const char *path) {
     return text_ends_with(path, ".c");
 }
 
-/* ---- fmu_model.c ---- */
+/* ---- refdyn_fmu.c ---- */
 
 static void put_doubles(FILE *out, const char *name, const double *values, int count) {
     fprintf(out, "static const double %s[] = {", name);
@@ -98,7 +98,7 @@ static void add_model(struct fmu *fmu) {
     FILE *out = text_stream(&text, &size);
     put_model(out, fmu);
     fclose(out);
-    fmu_files_add(&fmu->sources, "fmu_model.c", text, size);
+    fmu_files_add(&fmu->sources, "refdyn_fmu.c", text, size);
 }
 
 /* ---- The token ---- */
@@ -108,7 +108,7 @@ static void hash_file(SHA2_CTX *sha, const struct fmu_file *file) {
     SHA256Update(sha, (const uint8_t *)file->text, file->size);
 }
 
-/* In the form of a GUID, from all sources; fmu_model.c among them without a token. */
+/* In the form of a GUID, from all sources; refdyn_fmu.c among them without a token. */
 static const char *make_token(const struct fmu *fmu) {
     char digest[SHA256_DIGEST_STRING_LENGTH];
     SHA2_CTX sha;

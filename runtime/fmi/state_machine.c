@@ -1,5 +1,5 @@
-/* What both versions of FMI do alike: see machine.h. */
-#include "fmi/machine.h"
+/* What both versions of FMI do alike: see state_machine.h. */
+#include "fmi/state_machine.h"
 
 #include <string.h>
 

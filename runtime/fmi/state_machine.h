@@ -1,6 +1,6 @@
 /* What both versions of FMI do alike: their functions check the mode, then call these. */
-#ifndef REFDYN_FMI_MACHINE_H
-#define REFDYN_FMI_MACHINE_H
+#ifndef REFDYN_FMI_STATE_MACHINE_H
+#define REFDYN_FMI_STATE_MACHINE_H
 
 #include "fmi/instance.h"
 
@@ -8,7 +8,8 @@
 enum {
     FMU_ALIVE = FMU_MODE(INSTANTIATED) | FMU_MODE(INITIALISING) | FMU_MODE(EVENT_MODE) |
                 FMU_MODE(CONTINUOUS_MODE) | FMU_MODE(STEP_MODE) | FMU_MODE(ENDED),
-    FMU_RUNNING = FMU_ALIVE & ~FMU_MODE(INSTANTIATED)
+    FMU_STARTED = FMU_ALIVE & ~FMU_MODE(INSTANTIATED), /* with a motion, or about to have one */
+    FMU_RUNNING = FMU_STARTED & ~FMU_MODE(INITIALISING)
 };
 
 /* The instance, where it is in one of the modes; NULL: it is not, as was told. */
