@@ -8,7 +8,7 @@ import sys
 import numpy
 import pytest
 
-from program import LONG, TESTS, check, close, evaluate, oracle, refdyn
+from program import LONG, TESTS, check, close, evaluate, oracle, read_run, refdyn
 
 ROBOTS = TESTS / "robots"
 REFERENCES = oracle("import")
@@ -246,6 +246,9 @@ def test_drives(tmp_path):
     assert said.splitlines()[-1] == "6 links, 5 joints, 3 coordinates beside those of beams, 2 inputs"
     assert 'rd.input("tau_b_phi", 0, "N m")\nrd.input("f_slide_y", 0, "N")\n' in model and model.count("rd.input") == 2
     path = tmp_path / "r.lua"
+    refdyn("sim", path, "--set", "tau_b_phi=-61.3", "--until", "0.01", "-o", tmp_path / "run.csv")
+    run = read_run(tmp_path / "run.csv")
+    assert (run["tau_b_phi"] == -61.3).all() and (run["tau_b_phi_applied"] == -47.5).all() and "f_slide_y_applied" not in run
     own = json.loads(refdyn("eval", path).stdout)["coordinates"]
     turn, slide, cart = (own.index(name) for name in ("b_phi", "slide_y", "cart_z"))
     rest = evaluate(path)["Q"]

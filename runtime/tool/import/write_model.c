@@ -464,6 +464,22 @@ static void write_forces(const struct writer *w) {
         fputs("    }\n  end,\n", w->out);
 }
 
+/* What drives give where their efforts limit them, beside the columns of the inputs. */
+static void write_courses(const struct writer *w) {
+    bool has_any = false;
+    for (int i = 0; i < w->robot->joint_count; i++) {
+        const struct robot_joint *joint = &w->robot->joints[i];
+        if (!has_drive(w, joint) || !joint->limits.has_force)
+            continue;
+        if (!has_any)
+            fputs("  courses = function(s)\n    return {\n", w->out);
+        has_any = true;
+        fprintf(w->out, "      %s_applied = %s,\n", input_name(w, joint), drive_text(w, joint));
+    }
+    if (has_any)
+        fputs("    }\n  end,\n", w->out);
+}
+
 /* ---- rows ---- */
 
 /* "", " + value what", " - what" ...: a summand behind others. */
@@ -526,6 +542,7 @@ void write_model(const struct robot *robot, const struct model_choice *choice, F
     fputs("  },\n", out);
     write_points(&w);
     write_forces(&w);
+    write_courses(&w);
     write_mimics(&w);
     write_hold(&w);
     fputs("}\n", out);
