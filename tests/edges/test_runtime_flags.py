@@ -8,7 +8,7 @@ import subprocess
 
 import pytest
 
-from program import CORE_SOURCES, SOURCE, TESTS
+from program import CORE_SOURCES, LONG, SOURCE, TESTS
 
 RUNTIME = SOURCE / "runtime"
 ARITHMETIC = RUNTIME / "base" / "arithmetic.h"
@@ -209,7 +209,7 @@ REFUSED = [("gcc", "-ffast-math"), ("gcc", "-funsafe-math-optimizations"), ("gcc
            ("clang", "-march=haswell -ffp-contract=fast")]
 
 
-@pytest.mark.parametrize("optimisation", ["-O1", "-O2", "-O3"])
+@pytest.mark.parametrize("optimisation", ["-O1", "-O2", "-O3"] if LONG else ["-O2"])
 @pytest.mark.parametrize("compiler, flags", REFUSED)
 def test_what_nobody_told_is_found(compiler, flags, optimisation, callers, expected, plain, tmp_path):
     """By what the one file that checks it was compiled to."""
