@@ -106,20 +106,10 @@ static bool roll_elements(struct generation *gen) {
     return true;
 }
 
-/* Parameters that stay such: with --fold those are that a motion's start gives. */
-static bool has_parameters(const struct model *model) {
-    for (int i = 0; i < model->parameter_count; i++)
-        if (!model->fold || model->parameters[i].is_anchored)
-            return true;
-    return false;
-}
-
 /* A step wants derivatives, which the printed form has not. */
 static const char *step_lacks(const struct generation *gen) {
     if (!gen->plan->has_step)
         return NULL;
-    if (gen->plan->wants_step_parameters && !has_parameters(&gen->model))
-        return "no parameters";
     return !gen->tree.count ? "no coordinates" : gen->model.printed_form ? "no corrected form" : NULL;
 }
 
@@ -130,8 +120,8 @@ static bool has_function(const struct plan *plan) {
 static bool derive_quantities(struct generation *gen) {
     const char *quantities = quantities_of_words(gen->plan, gen->emit), *lacks = step_lacks(gen);
     if (lacks)
-        message_error(&gen->messages, gen->model.place, "--emit %s: nothing to emit, the model has %s",
-                      gen->plan->wants_step_parameters ? "step.p" : "step", lacks);
+        message_error(&gen->messages, gen->model.place, "--emit step: nothing to emit, the model has %s",
+                      lacks);
     if (lacks || (quantities_list_functions(gen->plan, quantities) && has_function(gen->plan)))
         return !lacks;
     if (gen->plan->left_out)

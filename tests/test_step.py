@@ -192,7 +192,6 @@ def test_what_is_asked_for_wrongly(tmp_path):
     assert "--emit: 'step.q' is no part of a quantity" in said(REFERENCE, "--emit", "step.q", status=2)
     printed = said(REFERENCE, "--set", "form=printed", "--emit", "M,step", status=1)
     assert printed.endswith(": --emit step: nothing to emit, the model has no corrected form\n") and "manipulator.lua:" in printed
-    assert said(MODELS / "pendulum.lua", "--fold", "--emit", "step.p", status=1).endswith(": --emit step.p: nothing to emit, the model has no parameters\n")
 
 
 def test_steps_of_an_earlier_emission_are_removed(tmp_path):

@@ -123,8 +123,7 @@ struct plan {
     bool has_lanes;           /* the files of lanes are emitted, too */
     bool has_step;            /* those of fixed steps */
     bool has_step_parameters; /* whose derivatives are by the parameters, too */
-    bool wants_step_parameters; /* that is asked for by name */
-    bool has_casadi;            /* that for CasADi */
+    bool has_casadi;          /* that for CasADi */
     struct emitted_file *files;
     int file_count;
     int companion_count; /* of these files, behind the parts of the model */

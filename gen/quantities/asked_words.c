@@ -37,13 +37,11 @@ static const char *with_derivatives(struct memory *memory, const char *word) {
 }
 
 static const char *meaning_of(struct plan *plan, const char *word) {
-    const bool wants_parameters = !strcmp(word, step_with_parameters),
-               has_parameters = wants_parameters || plan->has_casadi;
+    const bool has_parameters = !strcmp(word, step_with_parameters) || plan->has_casadi;
     if (!quantities_is_word(word))
         return plan->has_casadi ? with_derivatives(plan->memory, word) : word;
     plan->has_step = true;
     plan->has_step_parameters |= has_parameters;
-    plan->wants_step_parameters |= wants_parameters;
     return memory_format(plan->memory, "%s%s", step_calls, has_parameters ? parameters_calls : "");
 }
 
