@@ -90,6 +90,14 @@ bool catalogue_has_start(const struct catalogue_entry *entry) {
     return entry->initial == INITIAL_EXACT || entry->initial == INITIAL_APPROXIMATE;
 }
 
+bool catalogue_is_output(const struct catalogue_entry *entry) {
+    return entry->causality == AS_OUTPUT;
+}
+
+bool catalogue_is_derivative(const struct catalogue_entry *entry) {
+    return entry->state >= 0;
+}
+
 bool catalogue_is_unknown_at_start(const struct catalogue_entry *entry) {
     const bool is_free = entry->initial == INITIAL_CALCULATED || entry->initial == INITIAL_APPROXIMATE;
     return is_free && (entry->causality == AS_OUTPUT || entry->state >= 0);

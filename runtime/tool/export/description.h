@@ -25,6 +25,8 @@ void description_put_categories(FILE *out);
 void description_put_dependencies(FILE *out, const struct fmu *fmu, const bool *depends,
                                   const struct catalogue_entry *entry);
 bool catalogue_has_start(const struct catalogue_entry *entry);
+bool catalogue_is_output(const struct catalogue_entry *entry);
+bool catalogue_is_derivative(const struct catalogue_entry *entry);
 /* Is it an output, a derivative or a state that initialisation computes? */
 bool catalogue_is_unknown_at_start(const struct catalogue_entry *entry);
 

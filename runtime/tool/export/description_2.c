@@ -51,34 +51,29 @@ static void put_variable(FILE *out, const struct catalogue_entry *entry) {
 
 /* ---- Structure ---- */
 
-static void put_unknown(FILE *out, int entry) {
-    fprintf(out, "      <Unknown index=\"%d\"", entry + 1);
+/* depends NULL: what they depend on is not told. */
+static void put_unknowns(FILE *out, const struct fmu *fmu, const char *list,
+                         bool (*is_one)(const struct catalogue_entry *entry), const bool *depends) {
+    fprintf(out, "    <%s>\n", list);
+    for (int i = 0; i < fmu->catalogue.count; i++) {
+        const struct catalogue_entry *entry = &fmu->catalogue.entries[i];
+        if (!is_one(entry))
+            continue;
+        fprintf(out, "      <Unknown index=\"%d\"", i + 1);
+        if (depends)
+            description_put_dependencies(out, fmu, depends, entry);
+        fputs("/>\n", out);
+    }
+    fprintf(out, "    </%s>\n", list);
 }
 
 static void put_structure(FILE *out, const struct fmu *fmu) {
-    const struct catalogue *catalogue = &fmu->catalogue;
     const bool *depends = catalogue_dependencies(fmu->scene);
-    fputs("  <ModelStructure>\n    <Outputs>\n", out);
-    for (int i = 0; i < catalogue->count; i++)
-        if (catalogue->entries[i].causality == AS_OUTPUT) {
-            put_unknown(out, i);
-            description_put_dependencies(out, fmu, depends, &catalogue->entries[i]);
-            fputs("/>\n", out);
-        }
-    fputs("    </Outputs>\n    <Derivatives>\n", out);
-    for (int i = 0; i < catalogue->count; i++)
-        if (catalogue->entries[i].state >= 0) {
-            put_unknown(out, i);
-            description_put_dependencies(out, fmu, depends, &catalogue->entries[i]);
-            fputs("/>\n", out);
-        }
-    fputs("    </Derivatives>\n    <InitialUnknowns>\n", out);
-    for (int i = 0; i < catalogue->count; i++)
-        if (catalogue_is_unknown_at_start(&catalogue->entries[i])) {
-            put_unknown(out, i);
-            fputs("/>\n", out);
-        }
-    fputs("    </InitialUnknowns>\n  </ModelStructure>\n", out);
+    fputs("  <ModelStructure>\n", out);
+    put_unknowns(out, fmu, "Outputs", catalogue_is_output, depends);
+    put_unknowns(out, fmu, "Derivatives", catalogue_is_derivative, depends);
+    put_unknowns(out, fmu, "InitialUnknowns", catalogue_is_unknown_at_start, NULL);
+    fputs("  </ModelStructure>\n", out);
 }
 
 /* ---- The whole ---- */

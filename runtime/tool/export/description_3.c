@@ -34,14 +34,6 @@ static void put_variable(FILE *out, const struct fmu *fmu, const struct catalogu
     fputs("/>\n", out);
 }
 
-static bool is_output(const struct catalogue_entry *entry) {
-    return entry->causality == AS_OUTPUT;
-}
-
-static bool is_derivative(const struct catalogue_entry *entry) {
-    return entry->state >= 0;
-}
-
 static bool is_indicator(const struct catalogue_entry *entry) {
     return entry->variable.kind == FMU_INDICATOR;
 }
@@ -63,8 +55,8 @@ static void put_unknowns(FILE *out, const struct fmu *fmu, const char *element,
 static void put_structure(FILE *out, const struct fmu *fmu) {
     const bool *depends = catalogue_dependencies(fmu->scene);
     fputs("  <ModelStructure>\n", out);
-    put_unknowns(out, fmu, "Output", is_output, depends);
-    put_unknowns(out, fmu, "ContinuousStateDerivative", is_derivative, depends);
+    put_unknowns(out, fmu, "Output", catalogue_is_output, depends);
+    put_unknowns(out, fmu, "ContinuousStateDerivative", catalogue_is_derivative, depends);
     put_unknowns(out, fmu, "InitialUnknown", catalogue_is_unknown_at_start, NULL);
     put_unknowns(out, fmu, "EventIndicator", is_indicator, NULL);
     fputs("  </ModelStructure>\n", out);

@@ -249,19 +249,13 @@ static void apply_values(struct scene *scene, const struct values *values) {
     apply_inputs(scene, scene->state.inputs, scene->state.input_count);
 }
 
-/* Parameters and inputs of --set that change nothing. With --fold all are numbers in the C. */
-static void warn_of_unread(const struct scene *scene, const struct options *options) {
+/* Parameters of --set that change nothing. With --fold all are numbers in the C. */
+static void warn_of_unread(const struct scene *scene, const struct options *options,
+                           const struct values *values) {
     const struct refdyn_model *model = scene->model;
-    const struct model *read = &scene->generation.model;
     for (int i = 0; i < options->setting_count && !options->fold; i++) {
         const char *name = options->settings[i].name;
-        bool is_value = false;
-        for (int j = 0; j < read->parameter_count; j++)
-            is_value |= strcmp(read->parameters[j].name, name) == 0;
-        for (int j = 0; j < read->input_count; j++)
-            is_value |= strcmp(read->inputs[j].name, name) == 0;
-        if (is_value && refdyn_find_name(model->parameters, model->parameter_count, name) < 0 &&
-            refdyn_find_name(model->inputs, model->input_count, name) < 0)
+        if (is_given(values, name) && refdyn_find_name(model->parameters, model->parameter_count, name) < 0)
             fprintf(stderr, "refdyn: warning: --set %s: nothing of this model reads it\n", name);
     }
 }
@@ -287,7 +281,7 @@ static enum status make_ready(struct scene *scene, const struct options *options
     if (status != STATUS_DONE)
         return status;
     apply_values(scene, values);
-    warn_of_unread(scene, options);
+    warn_of_unread(scene, options, values);
     set_state(scene);
     return STATUS_DONE;
 }
