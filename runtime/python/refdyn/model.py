@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import datasets, program
-from .names import by_name, nearest, one_real, reals, unknown
+from .names import by_name, finite_row, nearest, one_real, unknown
 from .quantity import Compiled, Quantity
 from .samples import split
 from .sources import TEXT, Sources
@@ -296,7 +296,7 @@ class Model:
     @contextlib.contextmanager
     def _state_file(self, q: npt.ArrayLike | None, qd: npt.ArrayLike | None, t: float | None, inputs: Mapping[str, float]) -> Iterator[str | None]:
         """A STATE.json of what is given, None: nothing is."""
-        given: dict[str, Any] = {key: finite(key, value).tolist() for key, value in (("t", t), ("q", q), ("qd", qd)) if value is not None}
+        given: dict[str, Any] = {key: finite_row(key, value, "one state").tolist() for key, value in (("t", t), ("q", q), ("qd", qd)) if value is not None}
         if inputs:
             given["inputs"] = dict(inputs)
         if not given:
@@ -339,16 +339,6 @@ def check_place(argument: str, place: str, others: Sequence[str]) -> None:
 
 def shown_file(main: str) -> str:
     return "<text>" if main == TEXT else main
-
-
-def finite(name: str, value: npt.ArrayLike) -> np.ndarray:
-    """One row, or a number."""
-    array = reals(name, value)
-    if array.ndim > 1:
-        raise ValueError(f"{name}: an array of shape {array.shape}, one state is needed")
-    if not np.isfinite(array).all():
-        raise ValueError(f"{name}: a value is not finite")
-    return array
 
 
 def named(entries: Sequence[Mapping[str, Any]], key: str) -> Mapping[str, Any]:

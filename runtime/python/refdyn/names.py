@@ -55,6 +55,16 @@ def reals(name: str, value: npt.ArrayLike) -> np.ndarray:
         raise TypeError(f"{name}: {error}, real numbers are needed") from error
 
 
+def finite_row(name: str, value: npt.ArrayLike, needed: str) -> np.ndarray:
+    """Finite numbers, in one row or a single one; `needed` says what they are."""
+    array = reals(name, value)
+    if array.ndim > 1:
+        raise ValueError(f"{name}: an array of shape {array.shape}, {needed} is needed")
+    if not np.isfinite(array).all():
+        raise ValueError(f"{name}: a value is not finite")
+    return array
+
+
 def one_real(name: str, value: npt.ArrayLike) -> float:
     array = reals(name, value)
     if array.size != 1:

@@ -6,14 +6,15 @@ from collections.abc import Collection, Mapping
 import numpy as np
 import numpy.typing as npt
 
-from .names import by_name, reals
+from .names import by_name, finite_row
 
 
 def split(inputs: Mapping[str, npt.ArrayLike] | None, kinds: Mapping[str, Collection[str]],
           by_events: Collection[str]) -> tuple[dict[str, float], dict[str, np.ndarray]]:
     """Constants that are settings of the model, since its events change them, which samples cannot; and the columns of
     --inputs: samples, and constants for all of them."""
-    given = {name: finite(name, value) for name, value in by_name("input", inputs, kinds, ("t",)).items()}
+    given = {name: finite_row("times" if name == "t" else f"input {name}", value, "one value or a row of samples")
+             for name, value in by_name("input", inputs, kinds, ("t",)).items()}
     times = given.pop("t", None)
     if times is None:
         given, times = {name: constant(name, values) for name, values in given.items()}, np.zeros(1)
@@ -22,16 +23,6 @@ def split(inputs: Mapping[str, npt.ArrayLike] | None, kinds: Mapping[str, Collec
     settings = {name: float(values) for name, values in given.items() if name in by_events and values.ndim == 0}
     columns = {name: values for name, values in given.items() if name not in settings}
     return settings, {"t": times, **columns} if columns else {}
-
-
-def finite(name: str, value: npt.ArrayLike) -> np.ndarray:
-    what = "times" if name == "t" else f"input {name}"
-    array = reals(what, value)
-    if array.ndim > 1:
-        raise ValueError(f"{what}: an array of shape {array.shape}, one value or a row of samples is needed")
-    if not np.isfinite(array).all():
-        raise ValueError(f"{what}: a value is not finite")
-    return array
 
 
 def constant(name: str, values: np.ndarray) -> np.ndarray:
