@@ -52,7 +52,11 @@ enum refdyn_status {
     REFDYN_EVENTS_ACCUMULATE = -13, /* events follow each other without time between; integrator.event */
     REFDYN_EVENT_NOT_MET = -14, /* what an event sets is no finite number or against the rows, fault.row, or
                                    the rows let no impulse change its value; integrator.event */
-    REFDYN_SLIDES = -15 /* forces jump where a formula of rates changes its sign, and lead back there */
+    REFDYN_SLIDES = -15, /* forces jump where a formula of rates changes its sign, and lead back there */
+    /* fault.row: the contact */
+    REFDYN_CONTACT_INSIDE = -16, /* a gap is negative: the motion starts inside a contact, or the gap has jumped */
+    REFDYN_CONTACT_DRIVEN = -17, /* the rows of the programme close a contact that is closed already */
+    REFDYN_CONTACTS_UNMET = -18  /* no impulses or forces of the closed contacts keep them all from closing */
 };
 
 /* One line for a status, without a full stop. Never NULL. */
@@ -370,6 +374,13 @@ struct refdyn_refused_crossing {
     double stretch; /* length of its step [s] */
 };
 
+/* Modes of a one-sided contact. */
+enum refdyn_contact_mode {
+    REFDYN_CONTACT_FREE,
+    REFDYN_CONTACT_RESTING, /* its row acts, and lambda of that row is its force */
+    REFDYN_CONTACT_TOUCHING /* the gap is closed without a force: other contacts keep it so, or nothing presses */
+};
+
 enum { REFDYN_CANDIDATES = 2 };
 
 /* What the automatic method has found. */
@@ -407,6 +418,12 @@ struct refdyn_integrator {
     enum refdyn_method method;   /* in use */
     struct refdyn_choice choice; /* of REFDYN_AUTO */
     struct refdyn_refused_crossing refused; /* with REFDYN_PASS */
+
+    /* contacts of the model, in the order of their rows, the last ones */
+    int contact_count;
+    const int *contact_mode;     /* (contact_count) enum refdyn_contact_mode */
+    const double *contact_since; /* (contact_count) when it came to rest: the end of all its rebounds; NaN: free [s] */
+    int forces_are_unique;       /* 0: other forces of the contacts would hold the bodies as well */
 
     const int *event; /* (event_count) events of the model that stand at t, where the last call has stopped */
     int event_count;

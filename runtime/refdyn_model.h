@@ -19,7 +19,7 @@
 
 /* Of struct refdyn_model and of what its functions take and give. Emitted files carry the number that they
  * were written for: they do not compile with another one, and the runtime refuses tables with another one. */
-#define REFDYN_MODEL_VERSION 3
+#define REFDYN_MODEL_VERSION 4
 
 typedef void refdyn_function(const double *p, const double *x, double t, const double *q, const double *qd,
                              double *out);
@@ -47,6 +47,8 @@ struct refdyn_event {
     int is_impact; /* rates jump by an impulse along the value's gradient, by its coefficient of restitution
                     */
     int first_change, change_count; /* in the model's list */
+    int contact; /* 1 + the row that acts while the contact rests. The event's value is the gap; its one change
+                    is the parameter that is 1 while the contact rests, else 0. 0: the event is no contact */
 };
 
 /* What an event sets. */
@@ -117,7 +119,7 @@ struct refdyn_model {
     const char *name;
     const char *hash;    /* of the model: changes whenever the emitted code does */
     int n;               /* coordinates */
-    int m;               /* constraint rows */
+    int m;               /* constraint rows; those of contacts come last */
     int parameter_count; /* parameters that are read */
     int derived_count;   /* values behind them in p */
     int input_count;
@@ -207,7 +209,8 @@ struct refdyn_model {
     refdyn_function *event;    /* (values) event_count whose zeros are events, then kink_count */
     refdyn_function *event_terms; /* struct NAME_event_terms_result as doubles: d/dt of these at qdd = 0,
                                      their derivatives by q and qd (values x n each), coefficients of
-                                     restitution (event_count), what events set (change_count) */
+                                     restitution (event_count), what events set (change_count), sums of
+                                     |terms| of the events' values (event_count) */
 };
 
 #endif

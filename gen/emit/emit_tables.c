@@ -207,8 +207,9 @@ static void emit_events(struct emission *x, struct text *text) {
     text_add(text, "static const struct refdyn_event %s_events[] = {\n", x->name);
     for (int i = 0; i < model->event_count; i++) {
         const struct event *event = &model->events[i];
-        text_add(text, "    {%s, %d, %d, %d, %d, %d},\n", text_literal(text->memory, event->name),
-                 event->direction, event->ends, event->is_impact, event->first_change, event->change_count);
+        text_add(text, "    {%s, %d, %d, %d, %d, %d, %d},\n", text_literal(text->memory, event->name),
+                 event->direction, event->ends, event->is_impact, event->first_change, event->change_count,
+                 event->contact + 1);
     }
     text_add(text, "};\n\n");
 }

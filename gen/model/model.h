@@ -117,6 +117,7 @@ struct parameter {
     const char *name, *unit;
     struct place place;
     double value;      /* given, or default */
+    bool is_mode;      /* set by contacts: never folded */
     bool is_anchored;  /* value at the start of a motion, unless is_given: theory, sect. 6.5 */
     bool is_given;     /* set from outside */
     bool is_late;      /* anchored, and nothing says its value before the start of a motion */
@@ -170,13 +171,15 @@ struct row {
     const char *name;       /* for reports: "row 1" or the author's name */
     const char *path;       /* as messages call it: "constraints[1]" */
     bool is_closure;        /* of a loop or joint that is closed: some of its rows may be redundant */
+    expression rests;       /* of a contact: the parameter that is 1 while the contact rests and its row acts, else
+                               0. 0: the row always acts */
     const char *
         *starts;     /* (start_count) of a position or drive that the author writes: the parameters with */
     int start_count; /* values at the start of the motion that it reads */
     struct place place;
 };
 
-enum number_range { RANGE_ANY, RANGE_POSITIVE, RANGE_NOT_NEGATIVE, RANGE_POISSON };
+enum number_range { RANGE_ANY, RANGE_POSITIVE, RANGE_NOT_NEGATIVE, RANGE_POISSON, RANGE_SHARE };
 
 /* What an event changes. */
 enum changed { CHANGED_RATE, CHANGED_INPUT, CHANGED_PARAMETER };
@@ -196,7 +199,8 @@ struct event {
     int direction; /* 1: it rises, -1: it falls, 0: both */
     bool ends;     /* the motion */
     bool is_impact;
-    expression restitution;         /* of an impact */
+    expression restitution;         /* of an impact or a contact */
+    int contact;                    /* row that acts while the contact rests; -1: the event is no contact */
     int first_change, change_count; /* in the model's list */
     const char *path;               /* as messages call it: "events[1]" */
     struct place place;

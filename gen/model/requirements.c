@@ -16,6 +16,8 @@ static bool is_in_range(enum number_range range, double value) {
         return value >= 0;
     case RANGE_POISSON:
         return value > -1 && value <= 0.5;
+    case RANGE_SHARE:
+        return value >= 0 && value <= 1;
     default:
         return true;
     }
@@ -25,7 +27,8 @@ const char *requirement_fault(struct memory *memory, enum number_range range, do
     static const char *const needed[] = {[RANGE_ANY] = "a number",
                                          [RANGE_POSITIVE] = "a positive number",
                                          [RANGE_NOT_NEGATIVE] = "a number not below 0",
-                                         [RANGE_POISSON] = "a number above -1 and up to 0.5"};
+                                         [RANGE_POISSON] = "a number above -1 and up to 0.5",
+                                         [RANGE_SHARE] = "a number from 0 to 1"};
     if (!isfinite(value))
         return memory_format(memory, "value %s, a finite number is needed", text_not_finite(value));
     if (is_in_range(range, value))

@@ -189,6 +189,17 @@ static void respond_to_coefficients(struct derivation *d, struct solution *solut
     }
 }
 
+/* The row of a contact that does not rest is 0. The diagonal of S is 1 there, so that its multiplier is 0. */
+static void leave_out_free_contacts(struct derivation *d, struct solution *solution) {
+    struct graph *g = d->g;
+    for (int i = 0; i < d->m; i++) {
+        const expression rests = d->model->rows[i].rests;
+        expression *diagonal = &solution->S[i * d->m + i];
+        if (rests)
+            *diagonal = expr_add(g, *diagonal, expr_sub(g, expr_one(g), rests));
+    }
+}
+
 /*
  * qdd = qdd_free + M^-1 u^T lambda with (u M^-1 u^T) lambda = k - u qdd_free: one O(n) solution for each row.
  * Theory, sect. 5.6.
@@ -205,6 +216,7 @@ static const expression *constrained_by(struct derivation *d, struct solution *s
         respond_to_loads(d, solution);
     else
         respond_to_coefficients(d, solution);
+    leave_out_free_contacts(d, solution);
     accelerations_solve_rows(d, solution->S, solution->lambda, "lambda");
     return solution->qdd = add_constraints(d, solution);
 }

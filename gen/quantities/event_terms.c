@@ -54,6 +54,52 @@ static void add_changes(struct derivation *d, struct function *f) {
         plan_set_entry(d->memory, f, array, i, placed(d, d->model->changes[i].value));
 }
 
+enum { TERMS_MOST = 64 }; /* of one value: beyond, what is left of a sum counts as one term */
+
+static bool is_still(const struct graph *g, expression e) {
+    return !(g->nodes[e].depends & (ON_TIME | ON_INPUT | ON_STATE | ON_RATE));
+}
+
+static expression absolute(struct graph *g, expression e) {
+    return expr_apply1(g, OP_ABS, e);
+}
+
+/* The sum of |terms| of a value, which bounds its rounding. Sums are taken apart, also those with a factor that does
+ * not move. */
+static expression size_of(struct graph *g, expression e, int *left) {
+    const struct node node = g->nodes[e];
+    const expression a = node.operand[0], b = node.operand[1];
+    if (node.loop || (*left)-- <= 0)
+        return absolute(g, e);
+    switch (node.operation) {
+    case OP_NEG:
+        return size_of(g, a, left);
+    case OP_ADD:
+    case OP_SUB:
+        return expr_add(g, size_of(g, a, left), size_of(g, b, left));
+    case OP_MUL:
+        return is_still(g, a)   ? expr_mul(g, absolute(g, a), size_of(g, b, left))
+               : is_still(g, b) ? expr_mul(g, absolute(g, b), size_of(g, a, left))
+                                : absolute(g, e);
+    case OP_DIV:
+        return is_still(g, b) ? expr_div(g, size_of(g, a, left), absolute(g, b)) : absolute(g, e);
+    default:
+        return absolute(g, e);
+    }
+}
+
+static void add_sizes(struct derivation *d, struct function *f) {
+    const int count = d->model->event_count;
+    if (count == 0)
+        return;
+    const int array =
+        derivation_add_array(d, f, "size", "(events) sum of |terms| of each value: its rounding", count, 0);
+    for (int i = 0; i < count; i++) {
+        int left = TERMS_MOST;
+        plan_set_entry(d->memory, f, array, i, size_of(d->g, placed(d, value_of(d, i)), &left));
+    }
+}
+
 void event_terms_build(struct derivation *d, struct function *f) {
     const int count = count_values(d);
     const int rate = derivation_add_array(d, f, "rate", "(values) d/dt of each value at qdd = 0", count, 0);
@@ -66,4 +112,5 @@ void event_terms_build(struct derivation *d, struct function *f) {
     add_gradients(d, f, "by_rate", "(values x n) derivatives by qd", 1);
     add_restitutions(d, f);
     add_changes(d, f);
+    add_sizes(d, f);
 }

@@ -277,7 +277,8 @@ const char *declarations_require(struct declarations *declarations, struct requi
 
 expression declarations_parameter_expression(const struct declarations *declarations, int index) {
     const struct parameter *parameter = &declarations->parameters[index];
-    if (declarations->request->fold && (!parameter->is_anchored || parameter->is_given))
+    if (declarations->request->fold && !parameter->is_mode &&
+        (!parameter->is_anchored || parameter->is_given))
         return expr_number(declarations->graph, parameter->value);
     return expr_symbol(declarations->graph, SYMBOL_PARAMETER, index, 0);
 }
@@ -301,6 +302,13 @@ expression declarations_add_parameter(struct declarations *declarations, struct 
         memory_room(declarations->memory, declarations->parameters, declarations->parameter_count,
                     &declarations->parameter_capacity, sizeof *declarations->parameters);
     declarations->parameters[declarations->parameter_count++] = parameter;
+    return declarations_parameter_expression(declarations, declarations->parameter_count - 1);
+}
+
+expression declarations_add_mode(struct declarations *declarations, struct place place, const char *name) {
+    const struct value zero = {.kind = VALUE_NUMBER, .place = place};
+    declarations_add_parameter(declarations, place, name, &zero, "");
+    declarations->parameters[declarations->parameter_count - 1].is_mode = true;
     return declarations_parameter_expression(declarations, declarations->parameter_count - 1);
 }
 

@@ -89,8 +89,8 @@ bool fields_has_tag(const struct value *value, const char *tag) {
 }
 
 const char *fields_range_text(enum number_range range) {
-    static const char *const texts[] = {"", "positive", "not below 0", "above -1, up to 0.5"};
-    _Static_assert(sizeof texts / sizeof *texts == RANGE_POISSON + 1, "each range has a text");
+    static const char *const texts[] = {"", "positive", "not below 0", "above -1, up to 0.5", "from 0 to 1"};
+    _Static_assert(sizeof texts / sizeof *texts == RANGE_SHARE + 1, "each range has a text");
     return texts[range];
 }
 

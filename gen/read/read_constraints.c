@@ -1,6 +1,6 @@
 /*
  * What the author's function `constraints` returns: rows, one by one or as loops, axes and joints that are
- * closed. See reader.h.
+ * closed, and contacts, whose rows act while they rest. See reader.h.
  *
  * Loops and their like are position rows in symbols of points and directions. Two axes are kept parallel by
  * two products with directions at right angles to one of them and fixed to its body, so that the rows stay
@@ -488,6 +488,66 @@ static void read_lock(const struct reader *reader, const struct value *value, co
     add_row(&group, ROW_POSITION, driven(&group, coordinate, e), NULL);
 }
 
+/* ---- contacts ---- */
+
+/* The parameter that says whether the contact rests is what its event changes. */
+static void add_contact_event(const struct group *group, expression gap, expression restitution, int mode) {
+    struct memory *memory = group->reader->check.memory;
+    struct model *model = group->reader->model;
+    model->changes = memory_room(memory, model->changes, model->change_count, &model->change_capacity,
+                                 sizeof *model->changes);
+    model->events = memory_room(memory, model->events, model->event_count, &model->event_capacity,
+                                sizeof *model->events);
+    model->events[model->event_count++] = (struct event){.name = group->name,
+                                                         .value = gap,
+                                                         .direction = -1,
+                                                         .restitution = restitution,
+                                                         .contact = model->row_count - 1,
+                                                         .first_change = model->change_count,
+                                                         .change_count = 1,
+                                                         .path = group->path,
+                                                         .place = group->value->place};
+    model->changes[model->change_count++] = (struct change){.what = CHANGED_PARAMETER,
+                                                            .index = mode,
+                                                            .value = expr_zero(group->reader->check.graph),
+                                                            .path = group->path,
+                                                            .place = group->value->place};
+}
+
+/* The row is the gap times the parameter: where the contact is free, the row vanishes. */
+static void read_contact(const struct reader *reader, const struct value *value, const char *path) {
+    const struct checker *check = &reader->check;
+    struct model *model = reader->model;
+    const struct value *given = fields_get(value, FIELD_CONTACT_gap);
+    const char *standard = memory_format(check->memory, "contact_%d", model->event_count + 1);
+    const struct group group = start_group(reader, value, path, GAINS(CONTACT), standard);
+    expression gap;
+    if (!given || !value_expression(check->graph, given, &gap))
+        return;
+    const expression rests = declarations_add_mode(check->declarations, value->place,
+                                                   memory_format(check->memory, "%s_rests", group.name));
+    add_row(&group, ROW_POSITION, expr_mul(check->graph, rests, gap), NULL);
+    model->rows[model->row_count - 1].rests = rests;
+    add_contact_event(&group, gap, fields_get_value(check, value, FIELD_CONTACT_restitution),
+                      check->declarations->parameter_count - 1);
+}
+
+/* Rows of contacts follow all others, in the order of their events. */
+static void put_contacts_last(const struct reader *reader) {
+    struct model *model = reader->model;
+    struct row *ordered =
+        memory_get(reader->check.memory, ((size_t)model->row_count + 1) * sizeof *ordered);
+    int count = 0;
+    for (int contacts = 0; contacts < 2; contacts++)
+        for (int i = 0; i < model->row_count; i++)
+            if ((model->rows[i].rests != 0) == contacts)
+                ordered[count++] = model->rows[i];
+    for (int i = 0; i < model->event_count; i++)
+        model->events[i].contact = model->row_count - model->event_count + i;
+    model->rows = ordered;
+    model->row_capacity = count;
+}
+
 /* ---- all entries ---- */
 
 static const struct entry_kind kinds[] = {
@@ -504,6 +564,7 @@ static const struct entry_kind kinds[] = {
     {"close", OWNER_CLOSE, read_close},
     {"drive", OWNER_DRIVE, read_drive},
     {"lock", OWNER_LOCK, read_lock},
+    {"contact", OWNER_CONTACT, read_contact},
 };
 
 void read_constraints(const struct reader *reader, const struct value *result) {
@@ -512,5 +573,6 @@ void read_constraints(const struct reader *reader, const struct value *result) {
         field_types_has_no_names(&reader->check, result, "constraints", needed))
         read_entries(reader, result, "constraints", kinds, sizeof kinds / sizeof *kinds,
                      "rd.position, velocity, acceleration, loop, parallel, perpendicular, on_line, on_plane, "
-                     "distance, orientation, close, drive or lock { ... }");
+                     "distance, orientation, close, drive, lock or contact { ... }");
+    put_contacts_last(reader);
 }

@@ -117,7 +117,8 @@ static void read_event(const struct reader *reader, const struct value *value, c
     const struct value *formula = fields_get(value, FIELD_EVENT_value),
                        *ends = fields_get(value, FIELD_EVENT_ends),
                        *name = fields_get(value, FIELD_EVENT_name);
-    struct event event = {.first_change = model->change_count, .path = path, .place = value->place};
+    struct event event = {
+        .first_change = model->change_count, .contact = -1, .path = path, .place = value->place};
     event.is_impact = fields_get(value, FIELD_EVENT_restitution) != NULL;
     event.restitution = fields_get_value(check, value, FIELD_EVENT_restitution);
     event.direction = read_direction_of(reader, value, path, event.is_impact);

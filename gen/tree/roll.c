@@ -40,7 +40,8 @@ static void mark_formulas(const struct model *model, bool *marks) {
     for (int i = 0; i < model->course_count; i++)
         marks[model->courses[i].value] = true;
     for (int i = 0; i < model->row_count; i++)
-        marks[model->rows[i].residual] = marks[model->rows[i].alpha] = marks[model->rows[i].beta] = true;
+        marks[model->rows[i].residual] = marks[model->rows[i].rests] = marks[model->rows[i].alpha] =
+            marks[model->rows[i].beta] = true;
     for (int i = 0; i < model->event_count; i++)
         marks[model->events[i].value] = marks[model->events[i].restitution] = true;
     for (int i = 0; i < model->kink_count; i++)

@@ -56,7 +56,8 @@ static int have_changes(const struct refdyn_model *model) {
     for (int i = 0; i < model->event_count; i++) {
         const struct refdyn_event *event = &model->events[i];
         if (!is_count(event->change_count) ||
-            !lie_in(&event->first_change, 1, 0, model->change_count - event->change_count + 1))
+            !lie_in(&event->first_change, 1, 0, model->change_count - event->change_count + 1) ||
+            !lie_in(&event->contact, 1, 0, event->change_count == 1 ? model->m + 1 : 1))
             return 0;
     }
     for (int i = 0; i < model->change_count; i++) {
@@ -84,6 +85,13 @@ int refdyn_model_status(const struct refdyn_model *model) {
     return has_counts(model) && has_tables(model) && has_places(model) && have_changes(model)
                ? REFDYN_OK
                : REFDYN_BAD_MODEL;
+}
+
+int refdyn_programme_rows(const struct refdyn_model *model) {
+    int count = model->m;
+    for (int i = 0; i < model->event_count; i++)
+        count -= model->events[i].contact > 0;
+    return count;
 }
 
 double refdyn_coordinate_unit(const struct refdyn_model *model, int j, double length) {

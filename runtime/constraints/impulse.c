@@ -14,15 +14,14 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/model_check.h"
 #include "constraints/constraints.h"
 #include "linear/dense.h"
 
-/* Takes its parts along the first `count` vectors of the basis out of x, twice against rounding; the length
- * that is left, over that before. */
-static double leave_rest(const struct refdyn_workspace *work, int count, double *x) {
+double refdyn_leave_rest(const struct refdyn_workspace *work, int count, double *x) {
     const int n = work->n;
     const double before = sqrt(dense_dot(x, x, n));
-    for (int pass = 0; pass < 2; pass++)
+    for (int pass = 0; pass < 2; pass++) /* twice against rounding */
         for (int k = 0; k < count; k++) {
             const double *along = work->basis + k * n;
             dense_add(x, -dense_dot(x, along, n), along, n);
@@ -30,18 +29,16 @@ static double leave_rest(const struct refdyn_workspace *work, int count, double 
     return before > 0 ? sqrt(dense_dot(x, x, n)) / before : 0;
 }
 
-/* The rows that bind rates, in the metric M, orthonormalised into work->basis; their number. Dependent ones
- * drop out. */
-static int spread_rows(struct refdyn_workspace *work) {
-    const int n = work->n;
+int refdyn_spread_programme(struct refdyn_workspace *work, enum refdyn_row_level last) {
+    const int n = work->n, rows = refdyn_programme_rows(work->model);
     int count = 0;
-    for (int a = 0; a < work->m; a++) {
+    for (int a = 0; a < rows; a++) {
         double *row = work->basis + count * n;
-        if (work->model->rows[a].level == REFDYN_ACCELERATION)
+        if (work->model->rows[a].level > last)
             continue;
         memcpy(row, work->u + a * n, (size_t)n * sizeof *row);
         refdyn_factor_half_forward(work->reduced, n, n, row);
-        if (!(leave_rest(work, count, row) > work->rank_tol))
+        if (!(refdyn_leave_rest(work, count, row) > work->rank_tol))
             continue;
         const double length = sqrt(dense_dot(row, row, n));
         for (int j = 0; j < n; j++)
@@ -55,10 +52,10 @@ int refdyn_impulse(struct refdyn_workspace *work, const double *gradient, double
     const int n = work->n, status = refdyn_factor_metric(work);
     if (status)
         return status;
-    const int count = spread_rows(work);
+    const int count = refdyn_spread_programme(work, REFDYN_VELOCITY);
     memcpy(jump, gradient, (size_t)n * sizeof *jump);
     refdyn_factor_half_forward(work->reduced, n, n, jump);
-    if (!(leave_rest(work, count, jump) > work->rank_tol))
+    if (!(refdyn_leave_rest(work, count, jump) > work->rank_tol))
         return REFDYN_EVENT_NOT_MET;
     const double scale = change / dense_dot(jump, jump, n);
     for (int j = 0; j < n; j++)

@@ -13,6 +13,7 @@
 
 #include <string.h>
 
+#include "base/model_check.h"
 #include "constraints/constraints.h"
 #include "linear/dense.h"
 
@@ -41,13 +42,24 @@ static void by_emitted(const struct refdyn_evaluation *evaluation, double t, con
     (model->m == 0 ? model->qdd_free : model->constrained)(work->p, work->x, t, q, qd, accelerated);
 }
 
+/* Are the only rows that drop out those of contacts that do not rest? The emitted function leaves them out itself. */
+static int has_all_rows(const struct refdyn_workspace *work) {
+    const struct refdyn_model *model = work->model;
+    int free = 0;
+    if (work->partition.rank == model->m)
+        return 1;
+    for (int i = 0; i < model->event_count; i++)
+        free += model->events[i].contact > 0 && work->p[refdyn_contact_mode_place(model, i)] == 0;
+    return work->partition.rank == model->m - free;
+}
+
 static int has_emitted(const struct refdyn_evaluation *evaluation) {
     const struct refdyn_workspace *work = evaluation->work;
     const struct refdyn_model *model = work->model;
     if (evaluation->by_partition || evaluation->has_no_inverse)
         return 0;
     return model->m == 0 ? model->qdd_free != NULL
-                         : model->constrained != NULL && work->partition.rank == model->m;
+                         : model->constrained != NULL && has_all_rows(work);
 }
 
 /* Why accelerations are not finite: the equations tell. */

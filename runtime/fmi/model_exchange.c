@@ -123,14 +123,11 @@ static int has_crossed(const struct fmu_instance *instance, int i) {
 static void find_due(struct fmu_instance *instance) {
     struct refdyn_motion *motion = instance->integrator.motion;
     struct refdyn_state_events *events = &motion->state_events;
-    const struct refdyn_workspace *work = &instance->work;
     const struct refdyn_step *step = &motion->step;
-    const double *q = step->state, *qd = q + step->n;
     events->due_count = events->due_named = events->is_told = events->looks_again = 0;
     if (events->count == 0)
         return;
-    work->model->event(work->p, work->x, step->t_begin, q, qd, events->values);
-    work->model->event_terms(work->p, work->x, step->t_begin, q, qd, events->terms);
+    refdyn_state_events_evaluate(events, step, step->t_begin, step->state);
     for (int i = 0; i < events->count; i++) {
         const int now = (events->values[i] > 0) - (events->values[i] < 0);
         if (i < events->named && has_crossed(instance, i)) {

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "constraints/constraints.h"
+#include "motion/motion.h"
 
 /* ---- Blocks ---- */
 
@@ -99,8 +100,9 @@ void fmu_find_indicators(const struct fmu_instance *instance, const double *stat
     const struct refdyn_model *model = work->model;
     const double *qd = state + model->n, t = instance->integrator.t_right;
     const int values = model->event_count + model->kink_count;
+    struct refdyn_motion *motion = instance->integrator.motion;
     if (values > 0)
-        model->event(work->p, work->x, t, state, qd, indicators);
+        refdyn_state_events_values(&motion->state_events, &motion->step, t, state, indicators);
     if (model->switch_count > 0)
         model->switches(work->p, work->x, t, state, qd, indicators + values);
 }

@@ -15,6 +15,7 @@
 
 #include "constraints/constraints.h"
 #include "constraints/impulse.h"
+#include "motion/contact_transitions.h"
 #include "motion/energy_jumps.h"
 #include "motion/sliding.h"
 
@@ -103,11 +104,13 @@ static int set_within_rows(struct refdyn_motion *motion, int i, struct done *don
     return status;
 }
 
-/* Each finds the state as those before have left it. */
+/* Each finds the state as those before have left it; contacts follow together. */
 static int act(struct refdyn_motion *motion, int i, struct done *done) {
     struct refdyn_workspace *work = motion->work;
     const struct refdyn_model *model = work->model;
     const struct refdyn_step *step = &motion->step;
+    if (model->events[i].contact > 0)
+        return REFDYN_OK;
     model->event_terms(work->p, work->x, step->t_begin, step->state, step->state + step->n,
                        motion->state_events.terms);
     int status = model->events[i].is_impact ? meet_impact(motion, i, done) : REFDYN_OK;
@@ -158,6 +161,18 @@ static int go_on(struct refdyn_motion *motion) {
     return REFDYN_OK;
 }
 
+/* Contacts that are due close or let go; other impulses move those that rest. */
+static int act_on_contacts(struct refdyn_motion *motion, struct done *done) {
+    const struct refdyn_state_events *events = &motion->state_events;
+    int is_due = done->has_rates;
+    for (int k = 0; k < events->due_named; k++)
+        is_due |= motion->work->model->events[events->due[k]].contact > 0;
+    if (!is_due || events->contacts.count == 0)
+        return REFDYN_OK;
+    done->has_values = 1;
+    return refdyn_contact_transitions_take(motion, &done->has_rates);
+}
+
 /* All that is due, and where that leads. */
 static int take_due(struct refdyn_motion *motion) {
     struct refdyn_state_events *events = &motion->state_events;
@@ -168,6 +183,8 @@ static int take_due(struct refdyn_motion *motion) {
     refdyn_state_events_note(events, step);
     for (int k = 0; k < events->due_named && !status; k++)
         status = act(motion, events->due[k], &done);
+    if (!status)
+        status = act_on_contacts(motion, &done);
     if (!status && done.has_values)
         take_values(motion);
     if (!status && (done.has_rates || done.has_values)) {

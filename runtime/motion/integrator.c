@@ -20,6 +20,7 @@
 #include "methods/runge_kutta.h"
 #include "motion/accepted_step.h"
 #include "motion/automatic_method.h"
+#include "motion/contact_transitions.h"
 #include "motion/fading_rows.h"
 #include "motion/lockstep.h"
 #include "motion/row_changes.h"
@@ -99,6 +100,9 @@ static void connect(struct refdyn_integrator *integrator) {
     integrator->solves_by_joints = motion->linear.is_chain;
     motion->work = work;
     motion->options = *options;
+    integrator->contact_count = motion->state_events.contacts.count;
+    integrator->contact_mode = motion->state_events.contacts.mode;
+    integrator->contact_since = motion->state_events.contacts.since;
     motion->step.linear = &motion->linear;
     motion->step.tolerance = options->tol;
     motion->step.evaluation = (struct refdyn_evaluation){work, options->stabilise, options->balance, 0, 0};
@@ -143,6 +147,7 @@ static int leave(struct refdyn_integrator *integrator, int status, double t) {
     refdyn_statistics_collect(&motion->statistics, motion->work, &motion->linear.counts,
                               motion->work->evaluations - motion->evaluations_before);
     integrator->statistics = motion->statistics;
+    integrator->forces_are_unique = motion->state_events.contacts.are_unique;
     integrator->method = motion->step.number;
     integrator->choice = motion->automatic.found;
     integrator->refused = motion->crossing.refused;
@@ -251,8 +256,23 @@ static void clear(struct refdyn_motion *motion) {
     refdyn_partition_reset(motion->work);
 }
 
+/* Contacts that rest from the start: their rows act in what is seen there. */
+static int meet_contacts(struct refdyn_integrator *integrator) {
+    struct refdyn_motion *motion = integrator->motion;
+    int is_changed;
+    refdyn_step_place(&motion->step, integrator->t_right, integrator->q);
+    int status = refdyn_contact_transitions_start(motion, &is_changed);
+    if (!status && is_changed)
+        take_parameters(integrator);
+    if (!status && motion->state_events.contacts.count > 0)
+        status = refdyn_equations(integrator->work, integrator->t_right, integrator->q, integrator->qd);
+    return status;
+}
+
 static int start(struct refdyn_integrator *integrator) {
     int status = meet_start(integrator);
+    if (!status)
+        status = meet_contacts(integrator);
     if (!status)
         status = solve_seen(integrator);
     if (!status)
@@ -274,6 +294,8 @@ int refdyn_integrator_start(struct refdyn_integrator *integrator, double t, cons
     integrator->t = t;
     integrator->is_undetermined = 0;
     integrator->event_count = 0;
+    refdyn_contacts_clear(&integrator->motion->state_events.contacts, integrator->work,
+                          integrator->options.tol > 0 ? integrator->options.tol : sqrt(DBL_EPSILON));
     refdyn_prepare(integrator->work);
     clear(enter(integrator));
     take_parameters(integrator);

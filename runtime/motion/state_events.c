@@ -37,7 +37,7 @@ static const double early = 0.9;           /* a zero before the first sample lie
 
 static int count_terms(const struct refdyn_model *model) {
     return (model->event_count + model->kink_count) * (1 + 2 * model->n) + model->event_count +
-           model->change_count;
+           model->change_count + model->event_count;
 }
 
 void refdyn_state_events_lay_out(struct refdyn_state_events *events, const struct refdyn_model *model,
@@ -57,6 +57,7 @@ void refdyn_state_events_lay_out(struct refdyn_state_events *events, const struc
     events->rates = layout_doubles(layout, count);
     events->terms = layout_doubles(layout, count > 0 ? count_terms(model) : 0);
     events->room = layout_doubles(layout, count > 0 ? 2 * model->n + 1 : 0);
+    refdyn_contacts_lay_out(&events->contacts, model, layout);
 }
 
 /* ---- Values ---- */
@@ -80,10 +81,13 @@ static int is_kink(const struct refdyn_state_events *events, int i) {
     return i >= events->named;
 }
 
-static int find_values(const struct refdyn_state_events *events, const struct refdyn_step *step, double t,
-                       const double *state, double *values) {
+int refdyn_state_events_values(struct refdyn_state_events *events, const struct refdyn_step *step, double t,
+                               const double *state, double *values) {
     const struct refdyn_workspace *work = step->evaluation.work;
     work->model->event(work->p, work->x, t, state, state + step->n, values);
+    const int status = refdyn_contacts_values(&events->contacts, step, t, state, values);
+    if (status)
+        return status;
     return refdyn_is_finite(values, events->count) ? REFDYN_OK : REFDYN_NOT_FINITE;
 }
 
@@ -95,7 +99,7 @@ static int values_at(struct refdyn_state_events *events, struct refdyn_step *ste
     if (theta < 1)
         status = step->method->kind->interpolate(step, theta, events->room);
     if (!status)
-        status = find_values(events, step, refdyn_step_inside(step, theta < 1 ? t : step->t_end),
+        status = refdyn_state_events_values(events, step, refdyn_step_inside(step, theta < 1 ? t : step->t_end),
                              theta < 1 ? events->room : step->state_new, values);
     for (int i = 0; i < events->count; i++)
         values[i] -= events->zeros[i];
@@ -109,6 +113,11 @@ struct assessed {
 
 static struct assessed assess(const struct refdyn_state_events *events, const struct refdyn_step *step, int i,
                               double t, const double *state, const double *rates) {
+    const struct refdyn_contacts *contacts = &events->contacts;
+    const int contact = refdyn_contact_of(contacts, i);
+    if (contact >= 0 && contacts->mode[contact] == REFDYN_CONTACT_RESTING)
+        return (struct assessed){contacts->force_noise, contacts->force_rates[contact],
+                                 contacts->force_rate_noise};
     const int n = step->n;
     const double *by_q = events->terms + events->count + i * n, *by_qd = by_q + events->count * n;
     double value_size = 0, rate_size = fabs(events->terms[i]), rate = events->terms[i];
@@ -120,17 +129,22 @@ static struct assessed assess(const struct refdyn_state_events *events, const st
     return (struct assessed){rounding * (value_size + fabs(rate * t)), rate, rounding * rate_size};
 }
 
-/* Values and terms of a state. */
-static void evaluate(struct refdyn_state_events *events, const struct refdyn_step *step, double t,
-                     const double *state) {
+/* Terms of a state. */
+static void evaluate_terms(struct refdyn_state_events *events, const struct refdyn_step *step, double t,
+                           const double *state) {
     const struct refdyn_workspace *work = step->evaluation.work;
-    const double *q = state, *qd = state + step->n;
-    work->model->event(work->p, work->x, t, q, qd, events->values);
-    work->model->event_terms(work->p, work->x, t, q, qd, events->terms);
+    work->model->event_terms(work->p, work->x, t, state, state + step->n, events->terms);
+    refdyn_contacts_force_rates(&events->contacts, step, t, state);
+}
+
+void refdyn_state_events_evaluate(struct refdyn_state_events *events, const struct refdyn_step *step, double t,
+                                  const double *state) {
+    refdyn_state_events_values(events, step, t, state, events->values);
+    evaluate_terms(events, step, t, state);
 }
 
 void refdyn_state_events_note(struct refdyn_state_events *events, const struct refdyn_step *step) {
-    evaluate(events, step, step->t_begin, step->state);
+    refdyn_state_events_evaluate(events, step, step->t_begin, step->state);
     memcpy(events->samples, events->values, (size_t)events->count * sizeof(double));
     for (int i = 0; i < events->count; i++)
         events->rates[i] = assess(events, step, i, step->t_begin, step->state, step->rates).rate;
@@ -157,6 +171,13 @@ static void note_due(struct refdyn_state_events *events, double t) {
     events->t_last = t;
 }
 
+int refdyn_state_events_is_due(const struct refdyn_state_events *events, int i) {
+    for (int k = 0; k < events->due_named; k++)
+        if (events->due[k] == i)
+            return 1;
+    return 0;
+}
+
 int refdyn_state_events_accumulate(const struct refdyn_state_events *events) {
     return events->due_named > 0 &&
            events->repeats > REPEATS_FREE + REPEATS_PAIR * events->count * events->count;
@@ -176,6 +197,14 @@ static void start_on_zero(struct refdyn_state_events *events, const struct refdy
     add_due(events, i);
 }
 
+/* Values of contacts lie above zero, and those that close at the start are due. */
+static void start_contact(struct refdyn_state_events *events, int i) {
+    events->side[i] = 1;
+    events->towards[i] = -1;
+    if (events->contacts.is_closed[refdyn_contact_of(&events->contacts, i)])
+        add_due(events, i);
+}
+
 int refdyn_state_events_start(struct refdyn_state_events *events, const struct refdyn_step *step) {
     clear_due(events);
     events->t_last = -INFINITY;
@@ -183,13 +212,15 @@ int refdyn_state_events_start(struct refdyn_state_events *events, const struct r
     if (events->count == 0)
         return REFDYN_OK;
     memset(events->returns, 0, (size_t)events->count * sizeof *events->returns);
-    evaluate(events, step, step->t_begin, step->state);
+    refdyn_state_events_evaluate(events, step, step->t_begin, step->state);
     if (!refdyn_is_finite(events->values, events->count))
         return REFDYN_NOT_FINITE;
     for (int i = 0; i < events->count; i++) {
         const struct assessed found = assess(events, step, i, step->t_begin, step->state, step->rates);
         events->sizes[i] = fabs(events->values[i]);
-        if (fabs(events->values[i]) > found.noise)
+        if (refdyn_contact_of(&events->contacts, i) >= 0)
+            start_contact(events, i);
+        else if (fabs(events->values[i]) > found.noise)
             events->side[i] = sign_of(events->values[i]);
         else
             start_on_zero(events, step, i, &found);
@@ -209,7 +240,7 @@ static void jump(struct refdyn_state_events *events, const struct refdyn_step *s
 }
 
 static void look_for_jumps(struct refdyn_state_events *events, const struct refdyn_step *step) {
-    evaluate(events, step, step->t_begin, step->state);
+    refdyn_state_events_evaluate(events, step, step->t_begin, step->state);
     for (int i = 0; i < events->count; i++)
         if (fabs(events->values[i]) > assess(events, step, i, step->t_begin, step->state, step->rates).noise)
             jump(events, step, i, events->values[i]);
@@ -233,7 +264,7 @@ int refdyn_state_events_begin(struct refdyn_state_events *events, const struct r
     if (events->looks_again && events->due_count == 0)
         look_for_jumps(events, step);
     events->looks_again = 0;
-    const int status = find_values(events, step, step->t_begin, step->state, events->samples);
+    const int status = refdyn_state_events_values(events, step, step->t_begin, step->state, events->samples);
     for (int i = 0; i < events->count && !status;
          i++) /* of no step that is refused, which may lead anywhere */
         events->sizes[i] = fmax(events->sizes[i], fabs(events->samples[i]));
@@ -291,13 +322,15 @@ void refdyn_state_events_settle(struct refdyn_state_events *events, const struct
     const int due_count = events->due_count;
     const double *before = events->samples;
     clear_due(events);
-    evaluate(events, step, step->t_begin, step->state);
+    refdyn_state_events_evaluate(events, step, step->t_begin, step->state);
     for (int i = 0, k = 0; i < events->count; i++) {
         const struct assessed now = assess(events, step, i, step->t_begin, step->state, step->rates);
         const double value = events->values[i];
         const int was_due = k < due_count && events->due[k] == i;
         k += was_due;
-        if (was_due && !is_set(value, before[i], now.noise))
+        if (refdyn_contact_of(&events->contacts, i) >= 0)
+            events->side[i] = 1; /* whatever its mode is now */
+        else if (was_due && !is_set(value, before[i], now.noise))
             events->side[i] = side_behind(events, step, i, &now);
         else if (was_due)
             events->side[i] = sign_of(value);
@@ -320,7 +353,7 @@ int refdyn_state_events_pass_kinks(struct refdyn_state_events *events, struct re
     int has_moved = 0;
     for (int k = events->due_named; k < events->due_count; k++) {
         const int i = events->due[k];
-        evaluate(events, step, step->t_begin, step->state);
+        refdyn_state_events_evaluate(events, step, step->t_begin, step->state);
         const struct assessed now = assess(events, step, i, step->t_begin, step->state, step->rates);
         const double margin = fmax(4 * now.noise, DBL_EPSILON * events->sizes[i]);
         const double change = events->towards[i] * margin - events->values[i];
@@ -403,10 +436,8 @@ static int find_return(struct refdyn_state_events *events, struct refdyn_step *s
 /* Before the first sample, which lies beyond zero. */
 static int find_near_begin(struct refdyn_state_events *events, struct refdyn_step *step, int i, int side,
                            double *theta) {
-    const struct refdyn_workspace *work = step->evaluation.work;
     const double part = 1.0 / SAMPLES, begin = sample(events, 0, i);
-    work->model->event_terms(work->p, work->x, step->t_begin, step->state, step->state + step->n,
-                             events->terms);
+    evaluate_terms(events, step, step->t_begin, step->state);
     const struct assessed found = assess(events, step, i, step->t_begin, step->state, step->rates);
     if (side * found.rate > found.rate_noise)
         return find_return(events, step, i, side, found.rate * part * (step->t_end - step->t_begin), theta);
@@ -564,7 +595,7 @@ static double value_at_end(const struct refdyn_state_events *events, int i) {
 static void end_on_zero(struct refdyn_state_events *events, struct refdyn_step *step) {
     const double t = refdyn_step_inside(step, step->t_end);
     clear_due(events);
-    evaluate(events, step, t, step->state_new);
+    refdyn_state_events_evaluate(events, step, t, step->state_new);
     for (int i = 0; i < events->count; i++) {
         int side;
         const int has_crossed = find_crossing(events, step, i, &side) > 0;
@@ -644,7 +675,7 @@ static void step_back(struct refdyn_state_events *events, struct refdyn_step *st
 static double distance_ahead(struct refdyn_state_events *events, const struct refdyn_step *step) {
     const int i = events->target;
     const double t = refdyn_step_inside(step, step->t_end), left = events->t_high - step->t_end;
-    evaluate(events, step, t, step->state_new);
+    refdyn_state_events_evaluate(events, step, t, step->state_new);
     const struct assessed end = assess(events, step, i, t, step->state_new, step->rates_new);
     const double value = value_at_end(events, i);
     if (fabs(value) <= end.noise)
@@ -688,6 +719,7 @@ int refdyn_state_events_look(struct refdyn_state_events *events, struct refdyn_s
     *t_event = INFINITY;
     if (events->count == 0)
         return REFDYN_OK;
+    events->contacts.longest = fmax(events->contacts.longest, step->t_end - step->t_begin);
     const int status = find_first_of_all(events, step, least, &first);
     if (status)
         return status;

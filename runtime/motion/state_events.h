@@ -15,6 +15,7 @@
 
 #include "base/layout.h"
 #include "methods/step.h"
+#include "motion/contacts.h"
 
 enum { REFDYN_EVENT_SAMPLES = 8 }; /* of a step, behind its begin */
 
@@ -40,6 +41,8 @@ struct refdyn_state_events {
     double *terms;   /* what event_terms gives */
     double *room;    /* (2 n + 1) a state in the step; (n) jump of rates */
 
+    struct refdyn_contacts contacts; /* whose values depend on their modes */
+
     /* the zero that is looked for: no step, or the steps so far did not end on it */
     int target, tries;
     int early_tries;       /* steps to zeros that were seen in steps which were too long */
@@ -63,6 +66,13 @@ int refdyn_state_events_begin(struct refdyn_state_events *events, const struct r
  */
 int refdyn_state_events_look(struct refdyn_state_events *events, struct refdyn_step *step, double least,
                              double *t_event);
+/* The values of a state, and into `values` and `terms` with their derivatives. Errors: NOT_FINITE, those of
+ * refdyn_rates where contacts rest. */
+int refdyn_state_events_values(struct refdyn_state_events *events, const struct refdyn_step *step, double t,
+                               const double *state, double *values);
+void refdyn_state_events_evaluate(struct refdyn_state_events *events, const struct refdyn_step *step, double t,
+                                  const double *state);
+int refdyn_state_events_is_due(const struct refdyn_state_events *events, int i);
 /* Have so many events followed each other without time between that they will not end? */
 int refdyn_state_events_accumulate(const struct refdyn_state_events *events);
 /* The same, where the step is too long for its error: *t_event is the first zero in it, or INFINITY. */

@@ -67,7 +67,7 @@ const char *event_values_fault(struct scene *scene, const struct refdyn_integrat
     if (integrator->event_count == 0 || model->change_count == 0)
         return NULL;
     double *terms = allocate_large(
-        (size_t)(values * (1 + 2 * model->n) + model->event_count + model->change_count), sizeof *terms);
+        (size_t)(values * (1 + 2 * model->n) + 2 * model->event_count + model->change_count), sizeof *terms);
     const double *changes = find_changes(integrator, terms);
     for (int i = 0; i < model->parameter_count; i++)
         declare_value(&scene->generation.model, model->parameters[i].name, integrator->work->p[i]);

@@ -1,0 +1,115 @@
+/*
+ * One-sided contacts, their modes and values: see contacts.h.
+ *
+ * The force of a contact that rests is the multiplier of its row: M qdd - h - Q = u^T lambda, u the gradient of the gap.
+ */
+#include "base/arithmetic.h"
+
+#include "motion/contacts.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "base/model_check.h"
+#include "linear/dense.h"
+
+static const double force_digits = 64 * DBL_EPSILON; /* rounding of a force, over the largest of them */
+static const double difference_part = 1e-4; /* of the longest step: over which the change of a force is taken */
+static const double first_step = 1e-3;      /* where none was taken yet [s] */
+
+void refdyn_contacts_lay_out(struct refdyn_contacts *contacts, const struct refdyn_model *model,
+                             struct layout *layout) {
+    const int n = model->n, m = model->m, first = refdyn_programme_rows(model), count = m - first;
+    contacts->count = count;
+    contacts->first_row = first;
+    contacts->event = layout_ints(layout, count);
+    contacts->mode = layout_ints(layout, count);
+    contacts->since = layout_doubles(layout, count);
+    contacts->reach = layout_doubles(layout, count);
+    contacts->rates = layout_doubles(layout, count > 0 ? 2 * n + 1 + m : 0);
+    contacts->state = layout_doubles(layout, count > 0 ? 2 * n + 1 : 0);
+    contacts->force_rates = layout_doubles(layout, count);
+    contacts->is_closed = layout_ints(layout, count);
+    contacts->is_at_rest = layout_ints(layout, count);
+    contacts->gap = layout_doubles(layout, count);
+    contacts->rate = layout_doubles(layout, count);
+    contacts->bias = layout_doubles(layout, count);
+    contacts->scale = layout_doubles(layout, count);
+    contacts->rounding = layout_doubles(layout, count);
+    contacts->rate_rounding = layout_doubles(layout, count);
+    contacts->bias_rounding = layout_doubles(layout, count);
+    contacts->restitution = layout_doubles(layout, count);
+    contacts->qdd = layout_doubles(layout, count > 0 ? n : 0);
+    refdyn_one_sided_lay_out(&contacts->problem, count, count > 0 ? n : 0, layout);
+}
+
+void refdyn_contacts_clear(struct refdyn_contacts *contacts, struct refdyn_workspace *work,
+                           double tolerance) {
+    const struct refdyn_model *model = work->model;
+    contacts->resting = 0;
+    contacts->are_unique = 1;
+    contacts->longest = 0;
+    contacts->tolerance = tolerance;
+    for (int i = 0; i < model->event_count; i++)
+        if (model->events[i].contact > 0)
+            contacts->event[model->events[i].contact - 1 - contacts->first_row] = i;
+    for (int k = 0; k < contacts->count; k++) {
+        contacts->mode[k] = REFDYN_CONTACT_FREE;
+        contacts->since[k] = NAN;
+        work->p[refdyn_contact_mode_place(model, contacts->event[k])] = 0;
+    }
+    if (contacts->count > 0)
+        refdyn_prepare(work);
+}
+
+int refdyn_contact_of(const struct refdyn_contacts *contacts, int event) {
+    for (int k = 0; k < contacts->count; k++)
+        if (contacts->event[k] == event)
+            return k;
+    return -1;
+}
+
+/* The forces of a state: multipliers of the contacts' rows, in `rates`. */
+static double *find_forces(struct refdyn_contacts *contacts, const struct refdyn_step *step, double t,
+                           const double *state, int *status) {
+    *status = refdyn_rates(&step->evaluation, t, state, contacts->rates);
+    return contacts->rates + 2 * step->n + 1 + contacts->first_row;
+}
+
+int refdyn_contacts_values(struct refdyn_contacts *contacts, const struct refdyn_step *step, double t,
+                           const double *state, double *values) {
+    const double *forces = NULL;
+    int status = REFDYN_OK;
+    if (contacts->resting > 0)
+        forces = find_forces(contacts, step, t, state, &status);
+    for (int k = 0; k < contacts->count && !status; k++)
+        if (contacts->mode[k] == REFDYN_CONTACT_RESTING)
+            values[contacts->event[k]] = forces[k];
+        else if (contacts->mode[k] == REFDYN_CONTACT_TOUCHING)
+            values[contacts->event[k]] += contacts->reach[k];
+    return status;
+}
+
+int refdyn_contacts_force_rates(struct refdyn_contacts *contacts, const struct refdyn_step *step, double t,
+                                const double *state) {
+    const int n = step->n, count = contacts->count;
+    const double ahead = difference_part * (contacts->longest > 0 ? contacts->longest : first_step);
+    double *next = contacts->state, largest = 0;
+    int status;
+    if (contacts->resting == 0)
+        return REFDYN_OK;
+    const double *forces = find_forces(contacts, step, t, state, &status);
+    memcpy(contacts->force_rates, forces, (size_t)count * sizeof *forces);
+    for (int j = 0; j < 2 * n + 1; j++)
+        next[j] = state[j] + ahead * contacts->rates[j];
+    if (!status)
+        forces = find_forces(contacts, step, refdyn_step_inside(step, t + ahead), next, &status);
+    for (int k = 0; k < count; k++) {
+        largest = fmax(largest, fabs(contacts->force_rates[k]));
+        contacts->force_rates[k] = (forces[k] - contacts->force_rates[k]) / ahead;
+    }
+    contacts->force_noise = force_digits * largest;
+    contacts->force_rate_noise = 4 * contacts->force_noise / ahead;
+    return status;
+}
