@@ -1,6 +1,6 @@
 /*
- * The shortest vector under one-sided conditions: what makes it the shortest (Karush, Kuhn and Tucker), at random
- * problems with dependent normals, and problems that nothing meets.
+ * The shortest vector under one-sided conditions: what makes it the shortest (Karush, Kuhn and Tucker), at
+ * random problems with dependent normals, and problems that nothing meets.
  */
 #include "check.h"
 #include "constraints/one_sided.h"
