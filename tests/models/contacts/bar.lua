@@ -2,7 +2,7 @@
 local rd = require "refdyn"
 local p = rd.parameters { { "e", 0.35 }, { "s", 230, "N/m" }, { "floor", -0.385, "m" } }
 return rd.model {
-  name = "contact", gravity = { 0.3, 0, -9.81 },
+  name = "bar", gravity = { 0.3, 0, -9.81 },
   links = {
     { "bar", joint = "x, z, theta", bodies = { rd.box { { 0.8, 0.05, 0.04 }, mass = 1.7 } }, spring = { x = p.s, z = p.s }, start = { theta = 0.12 } },
     { "tool", on = "bar", at = { 0.4, 0, 0 }, joint = "theta", mass = 0.3, center = { 0.1, 0, 0.02 }, inertia = { yy = 0.01 } },
