@@ -19,8 +19,10 @@ static struct place command_line(const struct declarations *declarations) {
 
 static void complain_of_setting(const struct declarations *declarations, const char *name, const char *value,
                                 const char *needed) {
-    message_error(declarations->messages, command_line(declarations), "--set %s: value \"%s\", %s is needed",
-                  name, value, needed);
+    const char *advice =
+        strstr(needed, "number") ? message_number_advice(declarations->memory, value) : "";
+    message_error(declarations->messages, command_line(declarations), "--set %s: value \"%s\", %s is needed%s",
+                  name, value, needed, advice);
 }
 
 /* The last setting of that name counts, NULL: none. A name of two kinds would set more than was meant. */

@@ -19,9 +19,10 @@ static const struct value *argument(const struct module_call *call, int index) {
 static void refuse_argument(struct module_call *call, int index, const char *needed) {
     struct memory *memory = call->declarations->memory;
     if (!call->fault)
-        call->fault = memory_format(memory, "rd.%s: argument %d is %s, %s is needed",
+        call->fault = memory_format(memory, "rd.%s: argument %d is %s, %s is needed; write %s",
                                     module_function_name(memory, call->function), index + 1,
-                                    value_kind_text(argument(call, index)->kind), needed);
+                                    value_kind_text(argument(call, index)->kind), needed,
+                                    module_form(memory, call->function));
 }
 
 static expression expression_argument(struct module_call *call, int index) {
@@ -253,15 +254,21 @@ static void run_path(struct module_call *call) {
 }
 
 static const struct {
-    const char *name;
+    const char *name, *form; /* what a call looks like */
     int most_arguments;
     void (*run)(struct module_call *call);
-} functions[] = {{"option", 3, run_option},       {"parameters", 1, run_parameters},
-                 {"parameter", 3, run_parameter}, {"input", 3, run_input},
-                 {"ramp", 3, run_ramp},           {"smoothstep", 3, run_smoothstep},
-                 {"round", 1, run_round},         {"tube", 2, run_tube},
-                 {"rectangle", 2, run_rectangle}, {"friction", 3, run_friction},
-                 {"spline", 1, run_spline},       {"path", 1, run_path}};
+} functions[] = {{"option", "(\"n_rfe\", 4)", 3, run_option},
+                 {"parameters", " { { \"m\", 0.5, \"kg\" } }", 1, run_parameters},
+                 {"parameter", "(\"m\", 0.5, \"kg\")", 3, run_parameter},
+                 {"input", "(\"tau\", 0, \"N m\")", 3, run_input},
+                 {"ramp", "(t, t0, t1)", 3, run_ramp},
+                 {"smoothstep", "(t, t0, t1)", 3, run_smoothstep},
+                 {"round", "(diameter)", 1, run_round},
+                 {"tube", "(outer, inner)", 2, run_tube},
+                 {"rectangle", "(width_y, height_z)", 2, run_rectangle},
+                 {"friction", "(level, rate, width)", 3, run_friction},
+                 {"spline", " { { 0, 0 }, { 1, 2 } }", 1, run_spline},
+                 {"path", " { { 0, 0, 0 }, { 1, 0, 0 } }", 1, run_path}};
 
 enum { FUNCTION_COUNT = sizeof functions / sizeof *functions };
 
@@ -316,6 +323,14 @@ const char *module_function_name(struct memory *memory, int function) {
     return name;
 }
 
+const char *module_form(struct memory *memory, int function) {
+    static const char *const operands[] = {"", "(a)", "(a, b)", "(a, b, c)"};
+    const char *form = function < FUNCTION_COUNT
+                           ? functions[function].form
+                           : operands[operation_arity(operations[operation_index(function)].operation)];
+    return memory_format(memory, "rd.%s%s", module_function_name(memory, function), form);
+}
+
 bool module_evaluates(int function) {
     static void (*const evaluating[])(struct module_call *) = {run_parameters, run_parameter, run_round,
                                                                run_tube, run_rectangle};
@@ -358,8 +373,9 @@ void module_run(struct module_call *call) {
         is_operation ? operations[operation_index(call->function)].operation : OP_COUNT;
     int most = is_operation ? operation_arity(operation) : functions[call->function].most_arguments;
     if (call->argument_count > most || (is_operation && call->argument_count < most))
-        call->fault = memory_format(memory, "rd.%s: number of arguments is %d, %d is needed",
-                                    module_function_name(memory, call->function), call->argument_count, most);
+        call->fault = memory_format(memory, "rd.%s: number of arguments is %d, %d is needed; write %s",
+                                    module_function_name(memory, call->function), call->argument_count, most,
+                                    module_form(memory, call->function));
     else if (is_operation)
         run_operation(call, operation);
     else

@@ -20,6 +20,8 @@ struct module_call {
 
 int module_function_count(void);
 const char *module_function_name(struct memory *memory, int function);
+/* What a call of it looks like: "rd.tube(outer, inner)". */
+const char *module_form(struct memory *memory, int function);
 /* Does it take the values of expressions, which takes a pass through all of them? */
 bool module_evaluates(int function);
 /* Does it take samples, of which there may be more than entries in other lists? */

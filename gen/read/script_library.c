@@ -262,6 +262,7 @@ static void note_zeros(lua_State *L) {
 static int call_library(lua_State *L) {
     const struct library_entry *entry = lua_touserdata(L, lua_upvalueindex(1));
     struct work *work = &script_of(L)->work;
+    script_refuse_colon(L, entry->library, entry->name);
     if (takes_numbers(entry))
         check_expressions(L, entry);
     else if (strcmp(entry->library, LUA_TABLIBNAME) == 0)

@@ -25,6 +25,7 @@ enum { FUNCTION_COUNT = sizeof functions / sizeof *functions };
 static int list_arguments(lua_State *L) {
     const int function = (int)lua_tointeger(L, lua_upvalueindex(1)), count = functions[function].count;
     const char *name = functions[function].name;
+    script_refuse_colon(L, "rd", name);
     if (lua_gettop(L) != count)
         return luaL_error(L, "rd.%s: number of arguments is %d, %d are needed: %s", name, lua_gettop(L),
                           count, functions[function].arguments);

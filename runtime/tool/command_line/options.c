@@ -4,6 +4,7 @@
 #include "text/output.h"
 #include "refdyn.h"
 #include "base/text.h"
+#include "base/utf8.h"
 
 #include <errno.h>
 #include <getopt.h>
@@ -336,9 +337,11 @@ static enum status read_number(const struct command *command, const struct rule 
     if (rule->kind == KIND_NUMBER && text_to_number(text, value) && *value >= 0 && *value == floor(*value))
         return STATUS_DONE;
     if (rule->kind == KIND_NUMBER)
-        return usage_error(command, "--%s: '%s' is no whole number from 0 on", rule->name, text);
+        return usage_error(command, "--%s: '%s' is no whole number from 0 on%s", rule->name, text,
+                           message_number_advice(&program_memory, text));
     if (!text_to_number(text, value) || *value <= 0)
-        return usage_error(command, "--%s: '%s' is no positive number", rule->name, text);
+        return usage_error(command, "--%s: '%s' is no positive number%s", rule->name, text,
+                           message_number_advice(&program_memory, text));
     if (rule->kind == KIND_COUNT && (*value > LARGEST || *value != floor(*value)))
         return usage_error(command, "--%s: %s is no whole number up to %d", rule->name, text, LARGEST);
     return STATUS_DONE;
@@ -492,6 +495,12 @@ static enum status check_alone(const struct options *options, const bool is_take
     return STATUS_DONE;
 }
 
+/* An option as word processors and web pages write it. */
+static bool begins_with_dash(const char *operand) {
+    unsigned code;
+    return utf8_decode(operand, strlen(operand), &code) > 1 && *utf8_look_alike(code).instead == '-';
+}
+
 /* Operands and needed options; what explains a pass writes nothing. */
 static enum status check_complete(const struct options *options) {
     const struct command *command = options->command;
@@ -506,6 +515,10 @@ static enum status check_complete(const struct options *options) {
     for (int i = 0; i < options->operand_count; i++)
         if (!*options->operands[i])
             return usage_error(command, "%s is an empty text", command->operands);
+    for (int i = 0; i < options->operand_count; i++)
+        if (begins_with_dash(options->operands[i]))
+            return usage_error(command, "'%s' begins with a dash of print; an option begins with --",
+                               options->operands[i]);
     if (options->operand_count > most && !many)
         return usage_error(command, "'%s' is too much, one %s is taken", options->operands[most],
                            command->operands);

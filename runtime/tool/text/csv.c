@@ -2,6 +2,7 @@
 #include "text/csv.h"
 #include "text/escape.h"
 #include "text/output.h"
+#include "base/message.h"
 #include "base/text.h"
 
 #include <errno.h>
@@ -182,8 +183,8 @@ bool csv_number(const struct csv *csv, int i, double *value) {
     if (!*field)
         return csv_complain(csv, "%.*s: the field is empty, a finite number is needed", SHOWN_MOST,
                             csv->names[i]);
-    return csv_complain(csv, "%.*s: '%.*s' is no finite number", SHOWN_MOST, csv->names[i], SHOWN_MOST,
-                        field);
+    return csv_complain(csv, "%.*s: '%.*s' is no finite number%s", SHOWN_MOST, csv->names[i], SHOWN_MOST,
+                        field, message_number_advice(&program_memory, field));
 }
 
 void csv_close(struct csv *csv) {
