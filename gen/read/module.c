@@ -345,6 +345,11 @@ bool module_takes_samples(int function) {
            (functions[function].run == run_spline || functions[function].run == run_path);
 }
 
+bool module_makes(const char *name) {
+    const char *tags[OWNER_COUNT + 3];
+    return text_index(name, tags, fields_list_tags(tags)) >= 0;
+}
+
 bool module_has(struct memory *memory, const char *name) {
     for (int i = 0; i < module_function_count(); i++)
         if (strcmp(module_function_name(memory, i), name) == 0)

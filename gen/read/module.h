@@ -26,7 +26,9 @@ const char *module_form(struct memory *memory, int function);
 bool module_evaluates(int function);
 /* Does it take samples, of which there may be more than entries in other lists? */
 bool module_takes_samples(int function);
+/* A function of values, such as rd.sin; one that makes a table, such as rd.position. */
 bool module_has(struct memory *memory, const char *name);
+bool module_makes(const char *name);
 /* What to say of a name that the module does not have. */
 const char *module_unknown(struct memory *memory, const char *name);
 void module_run(struct module_call *call);

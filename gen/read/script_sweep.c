@@ -66,18 +66,13 @@ bool script_is_of_sweeps(const char *name) {
     return text_index(name, names, list_names(names) - 1) >= 0;
 }
 
-static bool is_of_models(struct memory *memory, const char *name) {
-    const char *tags[OWNER_COUNT + 3];
-    return module_has(memory, name) || text_index(name, tags, fields_list_tags(tags)) >= 0;
-}
-
 const char *script_unknown_in_sweep(struct memory *memory, const char *name) {
     const char *names[FUNCTION_COUNT + 2], *all = "";
     const int count = list_names(names);
     const char *nearest = message_nearest_name(name, names, count);
     for (int i = 0; i < count; i++)
         all = memory_format(memory, "%s%s rd.%s", all, i ? "," : "", names[i]);
-    if (is_of_models(memory, name))
+    if (module_has(memory, name) || module_makes(name))
         return memory_format(memory, "rd.%s: of model files, a sweep file has%s", name, all);
     if (nearest)
         return memory_format(memory, "rd.%s: unknown function, the nearest known one is \"%s\"", name,
