@@ -64,6 +64,7 @@ static const struct {
     {0x201C, 0x201F, DOUBLE_QUOTE},
     {0x2026, 0x2026, "an ellipsis", "..."},
     {0x2028, 0x2029, "a line end of print", "a plain line end"},
+    {0x202A, 0x202E, "a character that turns the direction of reading", "nothing in its place"},
     {0x202F, 0x202F, BLANK},
     {0x2032, 0x2032, SINGLE_QUOTE},
     {0x2033, 0x2033, DOUBLE_QUOTE},

@@ -157,9 +157,9 @@ static void check_slope(const struct reader *reader, const struct row *row, stru
     void (*const tell)(struct messages *, struct place, const char *, ...) =
         hangs_on_values ? message_warning : message_error;
     if (bounds.least > 0 || bounds.most < 0)
-        tell(messages, row->place, "%s: its residual is %s %.6g and nowhere 0; subtract what it is to be",
-             row->path, bounds.least > 0 ? "at least" : "at most",
-             bounds.least > 0 ? bounds.least : bounds.most);
+        message_warning(messages, row->place, "%s: its residual is %s %.6g, nowhere 0; subtract what it is to be",
+                        row->path, bounds.least > 0 ? "at least" : "at most",
+                        bounds.least > 0 ? bounds.least : bounds.most);
     else if (power > 1)
         tell(messages, row->place,
              "%s: its residual is a power and has no slope where it is 0; write its base alone", row->path);

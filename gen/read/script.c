@@ -290,6 +290,7 @@ static const struct {
     {"unexpected symbol", "near '{'", "; a file begins with local rd = require \"refdyn\", a function's body needs no brace"},
     {"syntax error", "near '+'", "; write a = a + b"},
     {"syntax error", "near '-'", "; write a = a - b, and -- before a comment"},
+    {"syntax error", "near <eof>", ""},
     {"syntax error", "", "; a statement is local a = 1, a = 1 or a call"},
     {"<name> expected", "", "; names begin with a letter, and = sets a field: { mass = 1 }"},
     {"function arguments expected", "", "; = sets a field, { mass = 1 }, and a dot takes one, s.t"},
