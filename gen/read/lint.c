@@ -133,6 +133,21 @@ static void look_at_condition(const struct search *search, int index) {
             chain_text(search, index + 1, last));
 }
 
+/* `local a = 1,5`: Lua drops the second value. */
+static void look_at_decimal_comma(const struct search *search, int index) {
+    const struct token *first = &search->tokens[index];
+    if (first->kind != TOKEN_NUMBER || !is(search, index - 1, "=") || !is_name(search, index - 2) ||
+        !is(search, index - 3, "local") || !is(search, index + 1, ",") ||
+        search->tokens[index + 2].kind != TOKEN_NUMBER)
+        return;
+    const struct token *second = &search->tokens[index + 2];
+    message_warning(search->messages, (struct place){.file = search->file, .line = first->line},
+                    "%.*s,%.*s: two values for one name; a number is written with a point, %.*s.%.*s",
+                    (int)(first->end - first->start), first->start, (int)(second->end - second->start),
+                    second->start, (int)(first->end - first->start), first->start,
+                    (int)(second->end - second->start), second->start);
+}
+
 void lint_source(struct memory *memory, struct messages *messages, const char *file, const char *source,
                  size_t length) {
     const struct memory_mark mark = memory_mark(memory);
@@ -149,6 +164,7 @@ void lint_source(struct memory *memory, struct messages *messages, const char *f
         learn(&search, i);
         look_at_comparison(&search, i);
         look_at_condition(&search, i);
+        look_at_decimal_comma(&search, i);
     }
     memory_back(memory, mark);
 }

@@ -1,6 +1,7 @@
 /*
  * Looks in a Lua source for what Lua decides at once and no error can catch: `==` between an expression and a
- * number (always false), and an expression as a condition (always true).
+ * number (always false), an expression as a condition (always true), and a decimal comma (a value that is
+ * dropped).
  *
  * Knows as expressions: fields of what `forces` and `constraints` take, of rd.parameters, results of
  * rd.parameter and rd.input, and of names that are set to one of these. Gives warnings.

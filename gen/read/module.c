@@ -160,9 +160,22 @@ static void run_rectangle(struct module_call *call) {
     give_section(call, vocabulary_rectangle_section(call->declarations->graph, width, height));
 }
 
+static void warn_of_friction(const struct module_call *call, expression level, expression rate) {
+    const struct declarations *declarations = call->declarations;
+    double value;
+    if (parameters_are_known(declarations, level, &value) && value < 0)
+        message_warning(declarations->messages, call->place,
+                        "rd.friction: argument 1 is %.6g and drives the motion; %.6g brakes it", value, -value);
+    if ((declarations->graph->nodes[rate].depends & (ON_STATE | ON_RATE)) == ON_STATE)
+        message_warning(declarations->messages, call->place,
+                        "rd.friction: argument 2 depends on no rate; a rate such as s.qd.arm_psi is needed");
+}
+
 static void run_friction(struct module_call *call) {
     expression level = expression_argument(call, 0), rate = expression_argument(call, 1),
                width = size_argument(call, 2, false);
+    if (!call->fault)
+        warn_of_friction(call, level, rate);
     give(call, vocabulary_friction(call->declarations->graph, level, rate, width));
 }
 

@@ -81,7 +81,8 @@ void limits_print(const struct limit_record *record) {
         if (limit->beyond > 0)
             fprintf(stderr,
                     "refdyn: warning: %s leaves its limits: %s %.6g %s at t = %s s, %s %.6g is allowed\n",
-                    limit->coordinate, limit->what, limit->value, limit->unit, near_text(limit->t, text),
+                    limit->coordinate, strcmp(limit->what, kinds[FORCE].what) ? limit->what : "programme force",
+                    limit->value, limit->unit, near_text(limit->t, text),
                     limit->value > limit->most ? "at most" : "at least",
                     limit->value > limit->most ? limit->most : limit->least);
     }
