@@ -365,13 +365,17 @@ static const char *nearest_declared(const struct declarations *declarations, con
     return message_nearest_name(name, names, count);
 }
 
-void declarations_refuse_unknown_settings(const struct declarations *declarations) {
+void declarations_refuse_unknown_settings(const struct declarations *declarations,
+                                          const char *const *coordinates, int coordinate_count) {
     for (int i = 0; i < declarations->request->setting_count; i++) {
-        const char *name = declarations->request->settings[i].name;
+        const char *name = declarations->request->settings[i].name, *dot = strrchr(name, '.');
         if (declarations->setting_kind[i] || declarations->lacks_parameters)
             continue;
-        const char *nearest = nearest_declared(declarations, name);
-        if (nearest)
+        const char *nearest = nearest_declared(declarations, dot ? dot + 1 : name);
+        if (text_index(name, coordinates, coordinate_count) >= 0)
+            message_error(declarations->messages, command_line(declarations),
+                          "--set %s: a coordinate; the model or a STATE.json says where it starts", name);
+        else if (nearest)
             message_error(declarations->messages, command_line(declarations),
                           "--set %s: unknown option or parameter, the nearest known one is \"%s\"", name,
                           nearest);

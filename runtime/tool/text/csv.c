@@ -141,17 +141,16 @@ static int by_text(const void *a, const void *b) {
     return strcmp(*(char *const *)a, *(char *const *)b);
 }
 
-/* Commas part columns; spreadsheets of some countries write others, and some editors lines without a \n. */
+/* Spreadsheets of some countries part columns otherwise, and some editors write lines without a \n. */
 static bool check_separators(const struct csv *csv) {
-    static const struct {
-        char mark;
-        const char *fact;
-    } marks[] = {{';', "columns are parted by ;"}, {'\t', "columns are parted by tabs"},
-                 {'\r', "lines end with \\r alone"}, {'"', "names stand in quotation marks"}};
+    static const char *const marks[][2] = {
+        {";", "semicolons part the columns"}, {"\t", "tabs part the columns"}, {"\r", "lines end with \\r"}};
     for (size_t i = 0; i < sizeof marks / sizeof *marks; i++)
-        if (strchr(csv->text, marks[i].mark))
-            return csv_complain(csv, "%s; write k,tau and below it 1.5,2", marks[i].fact);
-    return true;
+        if (!strchr(csv->text, ',') && strstr(csv->text, marks[i][0]))
+            return csv_complain(csv, "%s; write commas between columns, points in numbers, \\n after lines",
+                                marks[i][1]);
+    return *csv->text != '"' ||
+           csv_complain(csv, "the names stand in quotation marks; names and numbers are written without");
 }
 
 static bool check_names(struct csv *csv) {
