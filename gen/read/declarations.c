@@ -20,7 +20,7 @@ static struct place command_line(const struct declarations *declarations) {
 static void complain_of_setting(const struct declarations *declarations, const char *name, const char *value,
                                 const char *needed) {
     const char *advice =
-        strstr(needed, "number") ? message_number_advice(declarations->memory, value) : "";
+        strcmp(needed, "a number") == 0 ? message_number_advice(declarations->memory, value) : "";
     message_error(declarations->messages, command_line(declarations), "--set %s: value \"%s\", %s is needed%s",
                   name, value, needed, advice);
 }
@@ -377,8 +377,8 @@ void declarations_refuse_unknown_settings(const struct declarations *declaration
                           "--set %s: a coordinate; the model or a STATE.json says where it starts", name);
         else if (nearest)
             message_error(declarations->messages, command_line(declarations),
-                          "--set %s: unknown option or parameter, the nearest known one is \"%s\"", name,
-                          nearest);
+                          "--set %s: unknown option or parameter, the nearest known one is \"%s\"%s", name,
+                          nearest, strchr(name, ' ') ? ", without blanks" : "");
         else
             message_error(declarations->messages, command_line(declarations),
                           "--set %s: the model has no option or parameter of that name", name);

@@ -417,6 +417,11 @@ static void load_source(lua_State *L, int number) {
         lua_error(L);
 }
 
+static bool is_module_misspelt(const char *name) {
+    static const char *const known[] = {"refdyn"};
+    return strcmp(name, "rd") == 0 || message_nearest_name(name, known, 1);
+}
+
 /* The function of the file NAME.lua beside the model. */
 static int compile_beside(lua_State *L) {
     struct script *script = script_of(L);
@@ -425,8 +430,8 @@ static int compile_beside(lua_State *L) {
                                         source_file_path(script->memory, script->file, name));
     if (fault) {
         lua_settop(L, 0);
-        return luaL_error(L, "require: %s.lua beside the model cannot be read: %s; Refdyn's module is \"refdyn\"",
-                          name, fault);
+        return luaL_error(L, "require: %s.lua beside the model cannot be read: %s%s", name, fault,
+                          is_module_misspelt(name) ? "; the module is \"refdyn\"" : "");
     }
     load_source(L, script->sources.count - 1);
     return 1;

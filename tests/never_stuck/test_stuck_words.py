@@ -116,7 +116,7 @@ def test_the_model_itself(tmp_path):
     assert said(tmp_path, model().replace("rd.model", "rd:model")) == ["m.lua:3: rd:model: a colon passes rd as first argument; write rd.model"]
     assert said(tmp_path, "\n" + model().split("\n", 1)[1]) == ['m.lua:3: undefined global "rd"; write local rd = require "refdyn" before it']
     assert said(tmp_path, model().replace('"refdyn"', '"Refdyn"')) == [
-        'm.lua:1: require: Refdyn.lua beside the model cannot be read: No such file or directory; Refdyn\'s module is "refdyn"']
+        'm.lua:1: require: Refdyn.lua beside the model cannot be read: No such file or directory; the module is "refdyn"']
     assert said(tmp_path, model().replace("rd.model {", "rd.model( ")) == [
         "m.lua:3: ')' expected near '='; names and their values stand in braces, rd.model { name = \"arm\" }"]
 
@@ -316,7 +316,7 @@ LINES = {
     ("--set", "k=−3", "--until", "1"): 'm.lua: --set k: value "−3", a number is needed, it has U+2212 (a dash or minus sign of print); write -',
     ("--set", "k=0,5", "--until", "1"): 'm.lua: --set k: value "0,5", a number is needed; write 0.5',
     ("--set", "k=45deg", "--until", "1"): 'm.lua: --set k: value "45deg", a number is needed; write the number alone, in SI units and radians',
-    ("--set", "k = 2", "--until", "1"): "refdyn sim: --set: 'k = 2' has blanks beside its name; write NAME=VALUE",
+    ("--set", "k = 2", "--until", "1"): 'm.lua: --set k : unknown option or parameter, the nearest known one is "k", without blanks',
     ("--set", "arm_psi=2", "--until", "1"): "m.lua: --set arm_psi: a coordinate; the model or a STATE.json says where it starts",
     ("--set", "p.k=2", "--until", "1"): 'm.lua: --set p.k: unknown option or parameter, the nearest known one is "k"',
     ("--until", "0,5"): "refdyn sim: --until: '0,5' is no positive number; write 0.5",

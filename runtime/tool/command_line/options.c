@@ -415,8 +415,6 @@ static enum status add_setting(struct options *options, char *text) {
     char *equals = strchr(text, '=');
     if (!equals || equals == text)
         return usage_error(options->command, "--set: '%s' is not of the form NAME=VALUE", text);
-    if (equals[-1] == ' ' || *text == ' ')
-        return usage_error(options->command, "--set: '%s' has blanks beside its name; write NAME=VALUE", text);
     *equals = '\0'; /* argv may be changed; the name ends here */
     for (int i = 0; i < options->setting_count; i++)
         if (strcmp(options->settings[i].name, text) == 0)
