@@ -125,7 +125,8 @@ static bool has_unit(struct memory *memory, const char *text) {
     double value;
     const size_t length = strspn(text, "+-.0123456789");
     const char *unit = text + length + strspn(text + length, " ");
-    return *unit && !strchr("eE", *unit) && text_to_number(memory_format(memory, "%.*s", (int)length, text), &value) &&
+    return *unit && !strchr("eE", *unit) &&
+           text_to_number(memory_format(memory, "%.*s", (int)length, text), &value) &&
            !unit[strspn(unit, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ/*^ ")];
 }
 

@@ -56,7 +56,8 @@ const char *message_safe_text(struct memory *memory, const char *text, size_t le
 const char *message_beyond_ascii(struct memory *memory, const char *text, size_t length,
                                  const char **instead);
 
-/* What to change of a text that is no number: "; write 0.5" for "0,5", and the like; "": nothing comes to mind. */
+/* What to change of a text that is no number: "; write 0.5" for "0,5", and the like; "": nothing comes to
+ * mind. */
 const char *message_number_advice(struct memory *memory, const char *text);
 
 /* Is this the first complaint about an unknown name? What is missing once is told once, however often it is

@@ -1,6 +1,6 @@
 /*
- * Bounds of values: see bounds.h. Each follows from those of its operands (interval arithmetic: Moore, Kearfott
- * and Cloud, Introduction to Interval Analysis, 2009).
+ * Bounds of values: see bounds.h. Each follows from those of its operands (interval arithmetic: Moore,
+ * Kearfott and Cloud, Introduction to Interval Analysis, 2009).
  */
 #include "read/bounds.h"
 #include "base/memory.h"

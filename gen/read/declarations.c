@@ -21,8 +21,8 @@ static void complain_of_setting(const struct declarations *declarations, const c
                                 const char *needed) {
     const char *advice =
         strcmp(needed, "a number") == 0 ? message_number_advice(declarations->memory, value) : "";
-    message_error(declarations->messages, command_line(declarations), "--set %s: value \"%s\", %s is needed%s",
-                  name, value, needed, advice);
+    message_error(declarations->messages, command_line(declarations),
+                  "--set %s: value \"%s\", %s is needed%s", name, value, needed, advice);
 }
 
 /* The last setting of that name counts, NULL: none. A name of two kinds would set more than was meant. */

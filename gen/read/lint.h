@@ -16,8 +16,8 @@ void lint_source(struct memory *memory, struct messages *messages, const char *f
                  size_t length);
 
 /*
- * Looks for characters beyond ASCII outside texts and comments, and for texts that a typographic quotation mark
- * was to end. Lua would show them byte by byte. One error a line; are there none?
+ * Looks for characters beyond ASCII outside texts and comments, and for texts that a typographic quotation
+ * mark was to end. Lua would show them byte by byte. One error a line; are there none?
  */
 bool lint_characters(struct memory *memory, struct messages *messages, const char *file, const char *source,
                      size_t length);

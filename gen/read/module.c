@@ -165,7 +165,8 @@ static void warn_of_friction(const struct module_call *call, expression level, e
     double value;
     if (parameters_are_known(declarations, level, &value) && value < 0)
         message_warning(declarations->messages, call->place,
-                        "rd.friction: argument 1 is %.6g and drives the motion; %.6g brakes it", value, -value);
+                        "rd.friction: argument 1 is %.6g and drives the motion; %.6g brakes it", value,
+                        -value);
     if ((declarations->graph->nodes[rate].depends & (ON_STATE | ON_RATE)) == ON_STATE)
         message_warning(declarations->messages, call->place,
                         "rd.friction: argument 2 depends on no rate; a rate such as s.qd.arm_psi is needed");

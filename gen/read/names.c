@@ -143,8 +143,8 @@ static const char *macro_of(struct memory *memory, const char *name) {
 
 static bool check_name(struct messages *messages, const char *kind, const struct named *named) {
     const bool is_free = !is_among(named->name, keywords, false);
-    const char *instead, *strange =
-                             message_beyond_ascii(messages->memory, named->name, strlen(named->name), &instead);
+    const char *instead,
+        *strange = message_beyond_ascii(messages->memory, named->name, strlen(named->name), &instead);
     if (!is_identifier(named->name))
         message_error(messages, named->place,
                       "%s \"%s\": no identifier of C%s%s, a letter and then letters, digits and _ are needed",

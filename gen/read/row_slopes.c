@@ -1,6 +1,6 @@
 /*
- * Rows that have no slope where they are zero: squares, absolute values and their sums. Such a row holds nothing,
- * since its force acts along its gradient. See reader.h.
+ * Rows that have no slope where they are zero: squares, absolute values and their sums. Such a row holds
+ * nothing, since its force acts along its gradient. See reader.h.
  */
 #include "read/bounds.h"
 #include "read/reader.h"
@@ -30,8 +30,9 @@ static void check_slope(const struct reader *reader, const struct row *row, stru
     int power;
     base_of_power(reader->check.graph, row->residual, &power);
     if (bounds.least > 0 || bounds.most < 0)
-        message_warning(messages, row->place, "%s: its residual is %s %.6g, nowhere 0; subtract what it is to be",
-                        row->path, bounds.least > 0 ? "at least" : "at most",
+        message_warning(messages, row->place,
+                        "%s: its residual is %s %.6g, nowhere 0; subtract what it is to be", row->path,
+                        bounds.least > 0 ? "at least" : "at most",
                         bounds.least > 0 ? bounds.least : bounds.most);
     else if (power > 1)
         message_warning(messages, row->place,
@@ -39,10 +40,11 @@ static void check_slope(const struct reader *reader, const struct row *row, stru
                         "write its base",
                         row->path);
     else if ((bounds.least == 0) != (bounds.most == 0))
-        message_warning(messages, row->place,
-                        "%s: its residual is nowhere %s 0, without slope where it is 0, so that it holds nothing; "
-                        "write a row for each term, without squares, abs or less",
-                        row->path, bounds.least == 0 ? "below" : "above");
+        message_warning(
+            messages, row->place,
+            "%s: its residual is nowhere %s 0, without slope where it is 0, so that it holds nothing; "
+            "write a row for each term, without squares, abs or less",
+            row->path, bounds.least == 0 ? "below" : "above");
 }
 
 void read_check_slopes(const struct reader *reader) {

@@ -12,6 +12,8 @@
 #include "read/fields.h"
 #include "read/module.h"
 #include "read/sandbox.h"
+#include "read/slips.h"
+#include "base/text.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -264,56 +266,13 @@ static void fail_in_lua(void *context) {
     lua_error(script->L);
 }
 
-static bool ends_with(const char *text, const char *ending) {
-    const size_t length = strlen(text), most = strlen(ending);
-    return length >= most && strcmp(text + length - most, ending) == 0;
-}
-
-/* How other languages write what Lua writes otherwise: the token that Lua's message ends with, and what to do. */
-static const struct {
-    const char *lead, *end, *hint;
-} slips[] = {
-    {"'then' expected", "near '!'", "; a ~= b compares, not a negates"},
-    {"'then' expected", "near '='", "; == compares"},
-    {"unexpected symbol", "near '!'", "; a ~= b compares, not a negates"},
-    {"unexpected symbol", "near '&'", "; write and"},
-    {"unexpected symbol", "near '|'", "; write or"},
-    {"unexpected symbol", "near '*'", "; a power is a^b, and a comment begins with --"},
-    {"unexpected symbol", "near '#'", "; a comment begins with --"},
-    {"unexpected symbol", "near '['", "; a list stands in braces, { 1, 2 }"},
-    {"unexpected symbol", "near '?'", "; rd.where(c, x, y) chooses during the motion"},
-    {"unexpected symbol", "near '=='", "; = sets a value"},
-    {"unexpected symbol", "near ':'", "; = sets a value"},
-    {"unexpected symbol", "near 'until'", "; until is a word of Lua and no name, end, in and repeat as well"},
-    {"unexpected symbol", "near 'end'", "; end is a word of Lua, which ends a function, if or for"},
-    {"unexpected symbol", "near '`'", "; texts stand in \"\""},
-    {"unexpected symbol", "near '{'", "; a file begins with local rd = require \"refdyn\", a function's body needs no brace"},
-    {"syntax error", "near '+'", "; write a = a + b"},
-    {"syntax error", "near '-'", "; write a = a - b, and -- before a comment"},
-    {"syntax error", "near <eof>", ""},
-    {"syntax error", "", "; a statement is local a = 1, a = 1 or a call"},
-    {"<name> expected", "", "; names begin with a letter, and = sets a field: { mass = 1 }"},
-    {"function arguments expected", "", "; = sets a field, { mass = 1 }, and a dot takes one, s.t"},
-    {"malformed number", "", "; units are left out, and * multiplies"},
-    {"')' expected", "near '='", "; names and their values stand in braces, rd.model { name = \"arm\" }"},
-    {"'}' expected", "near <eof>", ""},
-    {"'}' expected", "near '='", "; a name and its value are { name = value }, a row is the expression that is to be zero"},
-    {"'}' expected", "", "; a comma may be missing before it"},
-    {"'do' expected", "", "; a loop is for i = 1, 3 do ... end"},
-    {"'end' expected (to close 'if'", "", "; elseif is one word"},
-    {"attempt to add a 'string'", "", "; .. joins texts"},
-};
-
 /* What Lua's own message leaves open. */
 static const char *hint_for(const char *text) {
     if (strncmp(text, "bad 'for' ", 10) == 0 && strstr(text, "got " EXPRESSION))
         return ": its value is not known while the model is read, that of an option (rd.option) is";
     if (strncmp(text, "C stack overflow", 16) == 0)
         return ": calls, parentheses, tables or blocks are nested too deep";
-    for (size_t i = 0; i < sizeof slips / sizeof *slips; i++)
-        if (strncmp(text, slips[i].lead, strlen(slips[i].lead)) == 0 && ends_with(text, slips[i].end))
-            return slips[i].hint;
-    return "";
+    return slips_advice(text);
 }
 
 /*
@@ -483,8 +442,8 @@ static bool is_xml(const struct source_file *source) {
     size_t start = 0;
     while (start < source->length && memchr(" \t\r\n", source->text[start], 4))
         start++;
-    return (start < source->length && source->text[start] == '<') || ends_with(source->path, ".urdf") ||
-           ends_with(source->path, ".xml");
+    return (start < source->length && source->text[start] == '<') || text_ends_with(source->path, ".urdf") ||
+           text_ends_with(source->path, ".xml");
 }
 
 /* A file of motions: HDF5's signature, or a table that begins with the column t. */

@@ -52,12 +52,12 @@ static void look_at_spring(const struct look *look, const struct link *link, con
     const char *unit = joint->is_revolute ? "N m" : "N/m";
     if (stiffness < 0)
         message_warning(look->messages, joint->place,
-                        "link %s: spring: %s = %.6g %s pushes away from its rest; %.6g %s pulls back", link->name,
-                        joint->name, stiffness, unit, -stiffness, unit);
+                        "link %s: spring: %s = %.6g %s pushes away from its rest; %.6g %s pulls back",
+                        link->name, joint->name, stiffness, unit, -stiffness, unit);
     if (joint->is_revolute && fabs(value_of(look, joint->rest)) > 6.3)
         message_warning(look->messages, joint->place,
-                        "link %s: rest: %s = %.6g rad: in degrees? rd.pi / 180 makes radians of them", link->name,
-                        joint->name, value_of(look, joint->rest));
+                        "link %s: rest: %s = %.6g rad: in degrees? rd.pi / 180 makes radians of them",
+                        link->name, joint->name, value_of(look, joint->rest));
 }
 
 static void look_at_link(const struct look *look, const struct link *link) {
@@ -316,7 +316,8 @@ static bool drives(const struct look *look, const struct bounds *bounds, const e
     return false;
 }
 
-/* The limit is that of a drive, but motions compare the force of rows with it: what drives otherwise is not in. */
+/* The limit is that of a drive, but motions compare the force of rows with it: what drives otherwise is not
+ * in. */
 static void look_at_drive(const struct look *look, const struct bounds *bounds, int coordinate,
                           const expression *values, int count, const char *path) {
     const struct frame *frame = &look->tree->frames[coordinate];

@@ -397,8 +397,8 @@ enum status options_choose(const struct options *options, const char *option, co
             meant = names[*place];
         text_add(&known, "%s%s", *place ? ", " : "", names[*place]);
     }
-    return option_error(options, option, ": '%s' is none of %s%s%s", word, known.data, meant ? "; write " : "",
-                        meant ? meant : "");
+    return option_error(options, option, ": '%s' is none of %s%s%s", word, known.data,
+                        meant ? "; write " : "", meant ? meant : "");
 }
 
 static enum status check_text(const struct command *command, const struct rule *rule, const char *text) {
@@ -521,11 +521,15 @@ static enum status check_alone(const struct options *options, const bool is_take
 
 /* Motions are written as tables: the ending of another kind of file would promise what is not in it. */
 static enum status check_ending(const struct options *options) {
-    static const char *const others[][2] = {{".svg", "; refdyn plot draws it"}, {".png", "; refdyn plot draws it"},
-                                            {".pdf", "; refdyn plot draws it"}, {".html", "; refdyn view shows it"},
-                                            {".xlsx", ""},                      {".mat", ""},
+    static const char *const others[][2] = {{".svg", "; refdyn plot draws it"},
+                                            {".png", "; refdyn plot draws it"},
+                                            {".pdf", "; refdyn plot draws it"},
+                                            {".html", "; refdyn view shows it"},
+                                            {".xlsx", ""},
+                                            {".mat", ""},
                                             {".json", ""}};
-    const char *shown = options->command->output, *dot = options->output ? strrchr(options->output, '.') : NULL;
+    const char *shown = options->command->output,
+               *dot = options->output ? strrchr(options->output, '.') : NULL;
     const bool is_table = shown && strncmp(shown, "RUN", 3) == 0;
     for (size_t i = 0; is_table && dot && i < sizeof others / sizeof *others; i++)
         if (strcmp(dot, others[i][0]) == 0)

@@ -112,8 +112,8 @@ static double *read_vector(struct reading *reading, const char *key, const json_
         return NULL;
     }
     if (json_array_size(array) != (size_t)tree->count) {
-        complain_at(reading, line, "%s: has %zu values, %d are needed, one per coordinate from %s to %s%s", key,
-                    json_array_size(array), tree->count, tree->count ? tree->frames[0].name : "none",
+        complain_at(reading, line, "%s: has %zu values, %d are needed, one per coordinate from %s to %s%s",
+                    key, json_array_size(array), tree->count, tree->count ? tree->frames[0].name : "none",
                     tree->count ? tree->frames[tree->count - 1].name : "none",
                     json_array_size(array) > (size_t)tree->count ? "; numbers are written with a point" : "");
         return NULL;
@@ -212,7 +212,8 @@ static void read_member(struct reading *reading, struct state *state, const char
 /* What jansson calls the token, and the character beyond ASCII that it is. */
 static void complain_of_syntax(struct reading *reading, const json_error_t *error) {
     const char *token = strstr(error->text, "near '"), *instead;
-    const char *strange = token ? message_beyond_ascii(&program_memory, token, strlen(token), &instead) : NULL;
+    const char *strange =
+        token ? message_beyond_ascii(&program_memory, token, strlen(token), &instead) : NULL;
     complain_at(reading, error->line > 0 ? error->line : 1,
                 "state: %s, one JSON object of finite numbers is needed%s%s%s%s", error->text,
                 strange ? "; it has " : "", strange ? strange : "", strange ? "; " : "",
