@@ -182,7 +182,7 @@ def test_limits_of_a_motion(tmp_path):
     assert [re.sub(r" at t = \S+ s", "", line) for line in done.stderr.splitlines() if "limits" in line] == [
         "refdyn: warning: slide_x leaves its limits: position 1.1 m, at most 0.5 is allowed",
         "refdyn: warning: slide_x leaves its limits: rate 3 m/s, at most 0.5 is allowed",
-        "refdyn: warning: slide_x leaves its limits: force 8 N, at most 3 is allowed",
+        "refdyn: warning: slide_x leaves its limits: programme force 8 N, at most 3 is allowed",
         "refdyn: warning: wheel_psi leaves its limits: position -1 rad, at least -0.8 is allowed"]
     found = json.loads((tmp_path / "run.json").read_text())["limits"]
     assert [(each["coordinate"], each["limit"], each["allowed"]) for each in found] == [

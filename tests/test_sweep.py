@@ -375,7 +375,7 @@ def test_models_have_no_functions_of_sweeps(folder):
     from program import refdyn
     (folder / "wrong.lua").write_text('local rd = require "refdyn"\nreturn rd.sweep { vary = {} }\n')
     assert refdyn("check", folder / "wrong.lua", status=1).stderr.endswith(
-        "wrong.lua:2: rd.sweep: of sweep files, which refdyn batch takes beside a model\n")
+        "wrong.lua:2: rd.sweep: of sweep files; refdyn batch MODEL.lua SWEEP.lua takes them\n")
 
 
 def test_the_command_line_sets_what_a_sweep_does_not_vary(folder):

@@ -94,6 +94,52 @@ bool message_is_one_line(struct messages *messages, struct place place, const ch
     return at == length;
 }
 
+const char *message_beyond_ascii(struct memory *memory, const char *text, size_t length,
+                                 const char **instead) {
+    unsigned code;
+    size_t at = 0;
+    while (at < length && (unsigned char)text[at] < 0x80)
+        at++;
+    if (at == length)
+        return NULL;
+    *instead = "save the file as UTF-8";
+    if (utf8_decode(text + at, length - at, &code) == 0)
+        return memory_format(memory, "byte %d (not UTF-8)", (unsigned char)text[at]);
+    const struct look_alike meant = utf8_look_alike(code);
+    *instead = memory_format(memory, "write %s", meant.instead);
+    return memory_format(memory, "U+%04X (%s)", code, meant.name);
+}
+
+/* The text with a decimal point in place of a decimal comma, or NULL. */
+static const char *with_point(struct memory *memory, const char *text) {
+    double value;
+    const char *comma = strchr(text, ',');
+    if (!comma)
+        return NULL;
+    const char *changed = memory_format(memory, "%.*s.%s", (int)(comma - text), text, comma + 1);
+    return text_to_number(changed, &value) ? changed : NULL;
+}
+
+/* A number and then letters, such as those of a unit? */
+static bool has_unit(struct memory *memory, const char *text) {
+    double value;
+    const size_t length = strspn(text, "+-.0123456789");
+    const char *unit = text + length + strspn(text + length, " ");
+    return *unit && !strchr("eE", *unit) &&
+           text_to_number(memory_format(memory, "%.*s", (int)length, text), &value) &&
+           !unit[strspn(unit, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ/*^ ")];
+}
+
+const char *message_number_advice(struct memory *memory, const char *text) {
+    const char *instead, *strange = message_beyond_ascii(memory, text, strlen(text), &instead);
+    if (strange)
+        return memory_format(memory, ", it has %s; %s", strange, instead);
+    const char *number = with_point(memory, text);
+    if (number)
+        return memory_format(memory, "; write %s", number);
+    return has_unit(memory, text) ? "; write the number alone, in SI units and radians" : "";
+}
+
 /* ---- messages ---- */
 
 static void put(struct messages *messages, struct place place, const char *text, bool is_error) {

@@ -52,6 +52,14 @@ bool message_is_one_line(struct messages *messages, struct place place, const ch
  * messages are such texts. */
 const char *message_safe_text(struct memory *memory, const char *text, size_t length);
 
+/* What the first character beyond ASCII of a text is, and what to do instead; NULL: all are ASCII. */
+const char *message_beyond_ascii(struct memory *memory, const char *text, size_t length,
+                                 const char **instead);
+
+/* What to change of a text that is no number: "; write 0.5" for "0,5", and the like; "": nothing comes to
+ * mind. */
+const char *message_number_advice(struct memory *memory, const char *text);
+
 /* Is this the first complaint about an unknown name? What is missing once is told once, however often it is
  * named. `kind`: "link", "coordinate" ... */
 bool message_is_first_mention(struct messages *messages, const char *kind, const char *name);

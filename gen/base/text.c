@@ -76,6 +76,11 @@ bool text_to_number(const char *text, double *value) {
     return true;
 }
 
+bool text_ends_with(const char *text, const char *ending) {
+    const size_t length = strlen(text), most = strlen(ending);
+    return length >= most && strcmp(text + length - most, ending) == 0;
+}
+
 int text_index(const char *text, const char *const *list, int count) {
     for (int i = 0; i < count; i++)
         if (strcmp(list[i], text) == 0)

@@ -34,6 +34,8 @@ const char *text_not_finite(double value);
  * none. */
 bool text_to_number(const char *text, double *value);
 
+bool text_ends_with(const char *text, const char *ending);
+
 /* Place of a text among `count` of them, -1: it is none of them. */
 int text_index(const char *text, const char *const *list, int count);
 

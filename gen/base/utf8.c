@@ -2,6 +2,7 @@
 #include "base/utf8.h"
 
 #include <stdbool.h>
+#include <stdio.h>
 
 int utf8_decode(const char *text, size_t length, unsigned *code) {
     const unsigned char *byte = (const unsigned char *)text;
@@ -22,4 +23,80 @@ int utf8_decode(const char *text, size_t length, unsigned *code) {
     }
     const bool is_surrogate = *code >= 0xD800 && *code <= 0xDFFF;
     return *code < least[count] || *code > 0x10FFFF || is_surrogate ? 0 : count;
+}
+
+/* ---- what editors, word processors and web pages put in place of ASCII ---- */
+
+#define BLANK "a blank of print", "a plain blank"
+#define NOTHING "a character without width", "nothing in its place"
+#define DOUBLE_QUOTE "a typographic quotation mark", "\""
+#define SINGLE_QUOTE "a typographic quotation mark", "'"
+#define DASH "a dash or minus sign of print", "-"
+#define TIMES "a multiplication sign", "*"
+#define DIVIDES "a division sign", "/"
+#define POWER "an exponent of print", "a power such as x^2"
+
+/* By ranges of code points; the first range that holds a code counts. */
+static const struct {
+    unsigned first, last;
+    const char *name, *instead;
+} look_alikes[] = {
+    {0xA0, 0xA0, BLANK},
+    {0xAB, 0xAB, DOUBLE_QUOTE},
+    {0xAD, 0xAD, NOTHING},
+    {0xB0, 0xB0, "a degree sign", "rd.pi / 180 times the angle"},
+    {0xB2, 0xB3, POWER},
+    {0xB4, 0xB4, SINGLE_QUOTE},
+    {0xB5, 0xB5, "a micro sign", "1e-6 times the number"},
+    {0xB7, 0xB7, TIMES},
+    {0xB9, 0xB9, POWER},
+    {0xBB, 0xBB, DOUBLE_QUOTE},
+    {0xBC, 0xBE, "a fraction of print", "a quotient such as 1/2"},
+    {0xD7, 0xD7, TIMES},
+    {0xF7, 0xF7, DIVIDES},
+    {0x3C0, 0x3C0, "the letter pi", "rd.pi"},
+    {0x370, 0x3FF, "a Greek letter", "its name in the letters a to z"},
+    {0x400, 0x52F, "a Cyrillic letter", "one of the letters a to z"},
+    {0x2000, 0x200A, BLANK},
+    {0x200B, 0x200F, NOTHING},
+    {0x2010, 0x2015, DASH},
+    {0x2018, 0x201B, SINGLE_QUOTE},
+    {0x201C, 0x201F, DOUBLE_QUOTE},
+    {0x2026, 0x2026, "an ellipsis", "..."},
+    {0x2028, 0x2029, "a line end of print", "a plain line end"},
+    {0x202A, 0x202E, "a character that turns the direction of reading", "nothing in its place"},
+    {0x202F, 0x202F, BLANK},
+    {0x2032, 0x2032, SINGLE_QUOTE},
+    {0x2033, 0x2033, DOUBLE_QUOTE},
+    {0x2044, 0x2044, DIVIDES},
+    {0x205F, 0x205F, BLANK},
+    {0x2060, 0x2060, NOTHING},
+    {0x2070, 0x2079, POWER},
+    {0x2212, 0x2212, DASH},
+    {0x2215, 0x2215, DIVIDES},
+    {0x2217, 0x2217, TIMES},
+    {0x2219, 0x2219, TIMES},
+    {0x221A, 0x221A, "a root sign", "rd.sqrt(x)"},
+    {0x2260, 0x2260, "an inequality sign", "~="},
+    {0x2264, 0x2264, "an inequality sign", "<="},
+    {0x2265, 0x2265, "an inequality sign", ">="},
+    {0x22C5, 0x22C5, TIMES},
+    {0x3000, 0x3000, BLANK},
+    {0xFEFF, 0xFEFF, NOTHING},
+};
+
+static struct look_alike with_words(const char *name, const char *instead) {
+    struct look_alike meant = {.name = name};
+    snprintf(meant.instead, sizeof meant.instead, "%s", instead);
+    return meant;
+}
+
+struct look_alike utf8_look_alike(unsigned code) {
+    const char ascii[] = {(char)(code - 0xFF01 + '!'), 0}; /* of the block U+FF01 to U+FF5E */
+    if (code >= 0xFF01 && code <= 0xFF5E)
+        return with_words("a full-width character", ascii);
+    for (size_t i = 0; i < sizeof look_alikes / sizeof *look_alikes; i++)
+        if (code >= look_alikes[i].first && code <= look_alikes[i].last)
+            return with_words(look_alikes[i].name, look_alikes[i].instead);
+    return with_words("a character beyond ASCII", "letters a to z, digits and _");
 }

@@ -136,8 +136,8 @@ static bool has_three_items(const struct checker *checker, const struct value *v
     if (!field_types_has_no_names(checker, value, path, type_rules[type].text))
         return false;
     if (value->item_count != 3)
-        message_error(checker->messages, value->place, "%s: %d numbers, 3 are needed", path,
-                      value->item_count);
+        message_error(checker->messages, value->place, "%s: %d numbers, 3 are needed%s", path,
+                      value->item_count, value->item_count > 3 ? "; numbers are written with a point" : "");
     return value->item_count == 3;
 }
 

@@ -19,8 +19,10 @@ static struct place command_line(const struct declarations *declarations) {
 
 static void complain_of_setting(const struct declarations *declarations, const char *name, const char *value,
                                 const char *needed) {
-    message_error(declarations->messages, command_line(declarations), "--set %s: value \"%s\", %s is needed",
-                  name, value, needed);
+    const char *advice =
+        strcmp(needed, "a number") == 0 ? message_number_advice(declarations->memory, value) : "";
+    message_error(declarations->messages, command_line(declarations),
+                  "--set %s: value \"%s\", %s is needed%s", name, value, needed, advice);
 }
 
 /* The last setting of that name counts, NULL: none. A name of two kinds would set more than was meant. */
@@ -371,16 +373,20 @@ static const char *nearest_declared(const struct declarations *declarations, con
     return message_nearest_name(name, names, count);
 }
 
-void declarations_refuse_unknown_settings(const struct declarations *declarations) {
+void declarations_refuse_unknown_settings(const struct declarations *declarations,
+                                          const char *const *coordinates, int coordinate_count) {
     for (int i = 0; i < declarations->request->setting_count; i++) {
-        const char *name = declarations->request->settings[i].name;
+        const char *name = declarations->request->settings[i].name, *dot = strrchr(name, '.');
         if (declarations->setting_kind[i] || declarations->lacks_parameters)
             continue;
-        const char *nearest = nearest_declared(declarations, name);
-        if (nearest)
+        const char *nearest = nearest_declared(declarations, dot ? dot + 1 : name);
+        if (text_index(name, coordinates, coordinate_count) >= 0)
             message_error(declarations->messages, command_line(declarations),
-                          "--set %s: unknown option or parameter, the nearest known one is \"%s\"", name,
-                          nearest);
+                          "--set %s: a coordinate; the model or a STATE.json says where it starts", name);
+        else if (nearest)
+            message_error(declarations->messages, command_line(declarations),
+                          "--set %s: unknown option or parameter, the nearest known one is \"%s\"%s", name,
+                          nearest, strchr(name, ' ') ? ", without blanks" : "");
         else
             message_error(declarations->messages, command_line(declarations),
                           "--set %s: the model has no option or parameter of that name", name);

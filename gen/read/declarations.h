@@ -55,6 +55,7 @@ const char **declarations_start_values(const struct declarations *declarations, 
 /* The expression that stands for parameter number `index`: a number when parameters are folded. */
 expression declarations_parameter_expression(const struct declarations *declarations, int index);
 /* To be called when all is declared. */
-void declarations_refuse_unknown_settings(const struct declarations *declarations);
+void declarations_refuse_unknown_settings(const struct declarations *declarations,
+                                          const char *const *coordinates, int coordinate_count);
 
 #endif

@@ -84,6 +84,13 @@ int fields_list_tags(const char **tags) {
     return count;
 }
 
+const char *fields_tag_form(const char *tag) {
+    for (int i = 0; i < OWNER_COUNT; i++)
+        if (owners[i].tag && strcmp(owners[i].tag, tag) == 0)
+            return owners[i].form;
+    return "{ expression }"; /* of rows */
+}
+
 bool fields_has_tag(const struct value *value, const char *tag) {
     return value->kind == VALUE_TABLE && value->tag && tag && strcmp(value->tag, tag) == 0;
 }

@@ -1,6 +1,7 @@
 /* Conditions that Lua decides while the model is read: see lint.h. */
 #include "read/lint.h"
 #include "read/scanner.h"
+#include "base/utf8.h"
 
 #include <stdint.h>
 #include <string.h>
@@ -132,6 +133,21 @@ static void look_at_condition(const struct search *search, int index) {
             chain_text(search, index + 1, last));
 }
 
+/* `local a = 1,5`: Lua drops the second value. */
+static void look_at_decimal_comma(const struct search *search, int index) {
+    const struct token *first = &search->tokens[index];
+    if (first->kind != TOKEN_NUMBER || !is(search, index - 1, "=") || !is_name(search, index - 2) ||
+        !is(search, index - 3, "local") || !is(search, index + 1, ",") ||
+        search->tokens[index + 2].kind != TOKEN_NUMBER)
+        return;
+    const struct token *second = &search->tokens[index + 2];
+    message_warning(search->messages, (struct place){.file = search->file, .line = first->line},
+                    "%.*s,%.*s: two values for one name; a number is written with a point, %.*s.%.*s",
+                    (int)(first->end - first->start), first->start, (int)(second->end - second->start),
+                    second->start, (int)(first->end - first->start), first->start,
+                    (int)(second->end - second->start), second->start);
+}
+
 void lint_source(struct memory *memory, struct messages *messages, const char *file, const char *source,
                  size_t length) {
     const struct memory_mark mark = memory_mark(memory);
@@ -148,6 +164,57 @@ void lint_source(struct memory *memory, struct messages *messages, const char *f
         learn(&search, i);
         look_at_comparison(&search, i);
         look_at_condition(&search, i);
+        look_at_decimal_comma(&search, i);
     }
     memory_back(memory, mark);
+}
+
+/* ---- characters ---- */
+
+/* Bytes of the first line of a text in quotation marks which that line does not end, 0 otherwise. */
+static size_t unfinished_length(const struct token *token) {
+    const size_t length = (size_t)(token->end - token->start);
+    const char *line_end = memchr(token->start, '\n', length);
+    const bool is_short = token->kind == TOKEN_STRING && *token->start != '[';
+    const bool is_ended = length > 1 && token->end[-1] == *token->start;
+    if (!is_short || (line_end ? line_end[-1] == '\\' : is_ended))
+        return 0;
+    return line_end ? (size_t)(line_end - token->start) : length;
+}
+
+/* The first typographic quotation mark from `text` to `end`, or NULL. */
+static const char *find_typographic_quote(const char *text, const char *end) {
+    unsigned code;
+    while (text < end) {
+        const int count = utf8_decode(text, (size_t)(end - text), &code);
+        if (count > 1 && strchr("\"'", *utf8_look_alike(code).instead))
+            return text;
+        text += count > 0 ? count : 1;
+    }
+    return NULL;
+}
+
+/* Where a token has a character that was to be one of Lua, or NULL. */
+static const char *find_wrong_character(const struct token *token) {
+    if (token->kind == TOKEN_SYMBOL)
+        return (unsigned char)*token->start >= 0x80 ? token->start : NULL;
+    return find_typographic_quote(token->start, token->start + unfinished_length(token));
+}
+
+bool lint_characters(struct memory *memory, struct messages *messages, const char *file, const char *source,
+                     size_t length) {
+    struct scanner scanner = scanner_start(source, length);
+    const char *instead = "";
+    int told = 0; /* line of the last complaint */
+    for (struct token token = scanner_next(&scanner); token.kind != TOKEN_END;
+         token = scanner_next(&scanner)) {
+        const char *wrong = token.line > told ? find_wrong_character(&token) : NULL;
+        if (!wrong)
+            continue;
+        const char *fact = message_beyond_ascii(memory, wrong, (size_t)(source + length - wrong), &instead);
+        message_error(messages, (struct place){.file = file, .line = token.line}, "%s outside a text; %s",
+                      fact, instead);
+        told = token.line;
+    }
+    return told == 0;
 }

@@ -19,9 +19,10 @@ static const struct value *argument(const struct module_call *call, int index) {
 static void refuse_argument(struct module_call *call, int index, const char *needed) {
     struct memory *memory = call->declarations->memory;
     if (!call->fault)
-        call->fault = memory_format(memory, "rd.%s: argument %d is %s, %s is needed",
+        call->fault = memory_format(memory, "rd.%s: argument %d is %s, %s is needed; write %s",
                                     module_function_name(memory, call->function), index + 1,
-                                    value_kind_text(argument(call, index)->kind), needed);
+                                    value_kind_text(argument(call, index)->kind), needed,
+                                    module_form(memory, call->function));
 }
 
 static expression expression_argument(struct module_call *call, int index) {
@@ -159,9 +160,23 @@ static void run_rectangle(struct module_call *call) {
     give_section(call, vocabulary_rectangle_section(call->declarations->graph, width, height));
 }
 
+static void warn_of_friction(const struct module_call *call, expression level, expression rate) {
+    const struct declarations *declarations = call->declarations;
+    double value;
+    if (parameters_are_known(declarations, level, &value) && value < 0)
+        message_warning(declarations->messages, call->place,
+                        "rd.friction: argument 1 is %.6g and drives the motion; %.6g brakes it", value,
+                        -value);
+    if ((declarations->graph->nodes[rate].depends & (ON_STATE | ON_RATE)) == ON_STATE)
+        message_warning(declarations->messages, call->place,
+                        "rd.friction: argument 2 depends on no rate; a rate such as s.qd.arm_psi is needed");
+}
+
 static void run_friction(struct module_call *call) {
     expression level = expression_argument(call, 0), rate = expression_argument(call, 1),
                width = size_argument(call, 2, false);
+    if (!call->fault)
+        warn_of_friction(call, level, rate);
     give(call, vocabulary_friction(call->declarations->graph, level, rate, width));
 }
 
@@ -253,15 +268,21 @@ static void run_path(struct module_call *call) {
 }
 
 static const struct {
-    const char *name;
+    const char *name, *form; /* what a call looks like */
     int most_arguments;
     void (*run)(struct module_call *call);
-} functions[] = {{"option", 3, run_option},       {"parameters", 1, run_parameters},
-                 {"parameter", 3, run_parameter}, {"input", 3, run_input},
-                 {"ramp", 3, run_ramp},           {"smoothstep", 3, run_smoothstep},
-                 {"round", 1, run_round},         {"tube", 2, run_tube},
-                 {"rectangle", 2, run_rectangle}, {"friction", 3, run_friction},
-                 {"spline", 1, run_spline},       {"path", 1, run_path}};
+} functions[] = {{"option", "(\"n_rfe\", 4)", 3, run_option},
+                 {"parameters", " { { \"m\", 0.5, \"kg\" } }", 1, run_parameters},
+                 {"parameter", "(\"m\", 0.5, \"kg\")", 3, run_parameter},
+                 {"input", "(\"tau\", 0, \"N m\")", 3, run_input},
+                 {"ramp", "(t, t0, t1)", 3, run_ramp},
+                 {"smoothstep", "(t, t0, t1)", 3, run_smoothstep},
+                 {"round", "(diameter)", 1, run_round},
+                 {"tube", "(outer, inner)", 2, run_tube},
+                 {"rectangle", "(width_y, height_z)", 2, run_rectangle},
+                 {"friction", "(level, rate, width)", 3, run_friction},
+                 {"spline", " { { 0, 0 }, { 1, 2 } }", 1, run_spline},
+                 {"path", " { { 0, 0, 0 }, { 1, 0, 0 } }", 1, run_path}};
 
 enum { FUNCTION_COUNT = sizeof functions / sizeof *functions };
 
@@ -316,6 +337,14 @@ const char *module_function_name(struct memory *memory, int function) {
     return name;
 }
 
+const char *module_form(struct memory *memory, int function) {
+    static const char *const operands[] = {"", "(a)", "(a, b)", "(a, b, c)"};
+    const char *form = function < FUNCTION_COUNT
+                           ? functions[function].form
+                           : operands[operation_arity(operations[operation_index(function)].operation)];
+    return memory_format(memory, "rd.%s%s", module_function_name(memory, function), form);
+}
+
 bool module_evaluates(int function) {
     static void (*const evaluating[])(struct module_call *) = {run_parameters, run_parameter, run_round,
                                                                run_tube, run_rectangle};
@@ -328,6 +357,11 @@ bool module_evaluates(int function) {
 bool module_takes_samples(int function) {
     return function < FUNCTION_COUNT &&
            (functions[function].run == run_spline || functions[function].run == run_path);
+}
+
+bool module_makes(const char *name) {
+    const char *tags[OWNER_COUNT + 3];
+    return text_index(name, tags, fields_list_tags(tags)) >= 0;
 }
 
 bool module_has(struct memory *memory, const char *name) {
@@ -358,8 +392,9 @@ void module_run(struct module_call *call) {
         is_operation ? operations[operation_index(call->function)].operation : OP_COUNT;
     int most = is_operation ? operation_arity(operation) : functions[call->function].most_arguments;
     if (call->argument_count > most || (is_operation && call->argument_count < most))
-        call->fault = memory_format(memory, "rd.%s: number of arguments is %d, %d is needed",
-                                    module_function_name(memory, call->function), call->argument_count, most);
+        call->fault = memory_format(memory, "rd.%s: number of arguments is %d, %d is needed; write %s",
+                                    module_function_name(memory, call->function), call->argument_count, most,
+                                    module_form(memory, call->function));
     else if (is_operation)
         run_operation(call, operation);
     else

@@ -143,10 +143,12 @@ static const char *macro_of(struct memory *memory, const char *name) {
 
 static bool check_name(struct messages *messages, const char *kind, const struct named *named) {
     const bool is_free = !is_among(named->name, keywords, false);
+    const char *instead,
+        *strange = message_beyond_ascii(messages->memory, named->name, strlen(named->name), &instead);
     if (!is_identifier(named->name))
         message_error(messages, named->place,
-                      "%s \"%s\": no identifier of C, a letter and then letters, digits and _ are needed",
-                      kind, named->name);
+                      "%s \"%s\": no identifier of C%s%s, a letter and then letters, digits and _ are needed",
+                      kind, named->name, strange ? ", contains " : "", strange ? strange : "");
     else if (!is_free)
         message_error(messages, named->place, "%s %s: a reserved word of C or C++, another name is needed",
                       kind, named->name);

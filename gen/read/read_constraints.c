@@ -568,10 +568,14 @@ static const struct entry_kind kinds[] = {
 
 void read_constraints(const struct reader *reader, const struct value *result) {
     static const char needed[] = "a list of rows such as { rd.position { expression } }, {} for none,";
-    if (read_is_result(reader, result, "constraints", needed) &&
-        field_types_has_no_names(&reader->check, result, "constraints", needed))
-        read_entries(reader, result, "constraints", kinds, sizeof kinds / sizeof *kinds,
-                     "rd.position, velocity, acceleration, loop, parallel, perpendicular, on_line, on_plane, "
-                     "distance, orientation, close, drive, lock or contact { ... }");
+    const int errors = reader->check.messages->errors;
+    if (!read_is_result(reader, result, "constraints", needed) ||
+        !field_types_has_no_names(&reader->check, result, "constraints", needed))
+        return;
+    read_entries(reader, result, "constraints", kinds, sizeof kinds / sizeof *kinds,
+                 "rd.position, velocity, acceleration, loop, parallel, perpendicular, on_line, on_plane, "
+                 "distance, orientation, close, drive, lock or contact { ... }");
     put_contacts_last(reader);
+    if (reader->check.messages->errors == errors)
+        read_check_slopes(reader);
 }

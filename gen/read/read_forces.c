@@ -47,6 +47,33 @@ static void add_potential(const struct reader *reader, expression energy, const 
         (struct potential){.energy = energy, .path = path, .place = source->place};
 }
 
+static bool slides(const struct link *link) {
+    for (int i = 0; i < link->joint_count; i++)
+        if (!link->joints[i].is_revolute)
+            return true;
+    return false;
+}
+
+/* A force at the root of a beam, or where nothing moves, is hardly meant. */
+static void warn_of_origin(const struct reader *reader, const struct attachment *at, struct place place,
+                           const char *path) {
+    const expression *position = at->placement.position;
+    if (at->link < 0 || at->where != AT_FRAME || position[0] || position[1] || position[2])
+        return;
+    const struct link *link = &reader->model->links[at->link];
+    if (link->is_wrong || slides(link))
+        return;
+    if (link->beam.exists)
+        message_warning(reader->check.messages, place,
+                        "%s: acts at the root of the beam \"%s\"; its end is \"%s.tip\"", path, link->name,
+                        link->name);
+    else if (link->on.link < 0)
+        message_warning(reader->check.messages, place,
+                        "%s: acts at the origin of \"%s\", which does not move; another place is "
+                        "{ on = \"%s\", at = { x, y, z } }",
+                        path, link->name, link->name);
+}
+
 /* The line between two places: what springs, dampers and actuators act along. */
 struct line {
     struct attachment from, to;
@@ -69,6 +96,8 @@ static bool read_line(const struct reader *reader, const struct value *value, en
     if (is_one_link(&line->from, &line->to))
         message_error(reader->check.messages, value->place, "%s: both ends on one link, two are needed",
                       path);
+    warn_of_origin(reader, &line->from, value->place, path);
+    warn_of_origin(reader, &line->to, value->place, path);
     line->apart =
         vector_sub(g, markers_point_vector(model, &line->to, 0), markers_point_vector(model, &line->from, 0));
     line->rate =
@@ -163,6 +192,7 @@ static void read_force(const struct reader *reader, const struct value *value, c
     if (at.link < 0)
         message_error(reader->check.messages, value->place,
                       "%s: acts on the ground, a link that moves is needed", path);
+    warn_of_origin(reader, &at, value->place, path);
     add_load(reader, &at, false, F, value, path);
 }
 

@@ -226,7 +226,8 @@ void read_programme(struct script *script, const struct tree *tree, struct model
     const struct value *events = fields_get(root, FIELD_MODEL_events);
     struct value result;
     reader.tree = tree;
-    script_set_names(script, model, tree_coordinate_names(reader.check.memory, tree), tree->count);
+    const char *const *coordinates = tree_coordinate_names(reader.check.memory, tree);
+    script_set_names(script, model, coordinates, tree->count);
     if (forces && script_call(script, forces, "forces", &result))
         read_forces(&reader, &result);
     if (courses && script_call(script, courses, "courses", &result))
@@ -236,5 +237,5 @@ void read_programme(struct script *script, const struct tree *tree, struct model
     if (events && script_call(script, events, "events", &result))
         read_events(&reader, &result);
     copy_declarations(&reader);
-    declarations_refuse_unknown_settings(reader.check.declarations);
+    declarations_refuse_unknown_settings(reader.check.declarations, coordinates, tree->count);
 }

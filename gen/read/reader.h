@@ -78,4 +78,9 @@ void read_courses(const struct reader *reader, const struct value *table);
 void read_constraints(const struct reader *reader, const struct value *result);
 void read_events(const struct reader *reader, const struct value *result);
 
+/* ---- row_slopes.c ---- */
+
+/* Complains about rows whose residual does not change its sign where it is zero. */
+void read_check_slopes(const struct reader *reader);
+
 #endif

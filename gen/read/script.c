@@ -12,6 +12,8 @@
 #include "read/fields.h"
 #include "read/module.h"
 #include "read/sandbox.h"
+#include "read/slips.h"
+#include "base/text.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -36,12 +38,30 @@ static int mark_table(lua_State *L) {
 
 /* ---- the module "refdyn" ---- */
 
+/* What messages call the argument at `index`. */
+static const char *kind_at(lua_State *L, int index) {
+    struct value value;
+    script_convert(L, index, script_place(L), 0, &value);
+    return value_kind_text(value.kind);
+}
+
+/* What a call that takes a table looks like. */
+static const char *form_of_tag(struct memory *memory, const char *tag) {
+    const char *form = strcmp(tag, SWEEP_TAG) == 0 ? "{ vary = { m = rd.grid(1, 3, 5) }, t_end = 10 }"
+                                                   : fields_tag_form(tag);
+    return memory_format(memory, "rd.%s %s", tag, form);
+}
+
 /* Gives the table itself, with a tag. */
 static int tag_argument(lua_State *L, const char *tag) {
+    struct memory *memory = script_of(L)->memory;
+    script_refuse_colon(L, "rd", tag);
     if (lua_type(L, 1) != LUA_TTABLE)
-        return luaL_error(L, "rd.%s: argument 1 is %s, a table is needed", tag, luaL_typename(L, 1));
+        return luaL_error(L, "rd.%s: argument 1 is %s, a table is needed; write %s", tag, kind_at(L, 1),
+                          form_of_tag(memory, tag));
     if (lua_gettop(L) > 1)
-        return luaL_error(L, "rd.%s: number of arguments is %d, 1 is needed", tag, lua_gettop(L));
+        return luaL_error(L, "rd.%s: number of arguments is %d, 1 is needed; write %s", tag, lua_gettop(L),
+                          form_of_tag(memory, tag));
     script_get_note(L, script_of(L)->tags, 1);
     if (!lua_isnil(L, -1))
         return luaL_error(L, "rd.%s: argument 1 is made by rd.%s, a table of its own is needed", tag,
@@ -61,6 +81,7 @@ static int tag_table(lua_State *L) {
  * or a body). */
 static int call_module(lua_State *L) {
     const int function = (int)lua_tointeger(L, lua_upvalueindex(1));
+    script_refuse_colon(L, "rd", module_function_name(script_of(L)->memory, function));
     if (lua_istable(L, 1) && lua_toboolean(L, lua_upvalueindex(2)))
         return tag_argument(L, module_function_name(script_of(L)->memory, function));
     enum { MOST_ARGUMENTS = 8 };
@@ -92,7 +113,7 @@ static int refuse_field(lua_State *L) {
     if (script_of(L)->kind == FILE_SWEEP)
         return luaL_error(L, "%s", script_unknown_in_sweep(memory, name));
     if (script_is_of_sweeps(name))
-        return luaL_error(L, "rd.%s: of sweep files, which refdyn batch takes beside a model", name);
+        return luaL_error(L, "rd.%s: of sweep files; refdyn batch MODEL.lua SWEEP.lua takes them", name);
     return luaL_error(L, "%s", module_unknown(memory, name));
 }
 
@@ -251,7 +272,7 @@ static const char *hint_for(const char *text) {
         return ": its value is not known while the model is read, that of an option (rd.option) is";
     if (strncmp(text, "C stack overflow", 16) == 0)
         return ": calls, parentheses, tables or blocks are nested too deep";
-    return "";
+    return slips_advice(text);
 }
 
 /*
@@ -343,6 +364,8 @@ static void load_source(lua_State *L, int number) {
     work_add_source(&script->work, source->text, source->length);
     script_stop_at_bound(L);
     snprintf(chunk, sizeof chunk, "=" SOURCE_CHUNK "%d", number);
+    if (!lint_characters(script->memory, script->messages, source->path, source->text, source->length))
+        script_stop_told(L);
     if (luaL_loadbufferx(L, source->text, source->length, chunk, "t") != LUA_OK)
         lua_error(L);
     lua_pop(L, 1);
@@ -353,6 +376,11 @@ static void load_source(lua_State *L, int number) {
         lua_error(L);
 }
 
+static bool is_module_misspelt(const char *name) {
+    static const char *const known[] = {"refdyn"};
+    return strcmp(name, "rd") == 0 || message_nearest_name(name, known, 1);
+}
+
 /* The function of the file NAME.lua beside the model. */
 static int compile_beside(lua_State *L) {
     struct script *script = script_of(L);
@@ -361,7 +389,8 @@ static int compile_beside(lua_State *L) {
                                         source_file_path(script->memory, script->file, name));
     if (fault) {
         lua_settop(L, 0);
-        return luaL_error(L, "require: %s.lua beside the model cannot be read: %s", name, fault);
+        return luaL_error(L, "require: %s.lua beside the model cannot be read: %s%s", name, fault,
+                          is_module_misspelt(name) ? "; the module is \"refdyn\"" : "");
     }
     load_source(L, script->sources.count - 1);
     return 1;
@@ -408,18 +437,13 @@ static int run_function(lua_State *L) {
 
 /* ---- what the rest of the reader calls ---- */
 
-static bool ends_with(const char *path, const char *ending) {
-    const size_t length = strlen(path), most = strlen(ending);
-    return length > most && strcmp(path + length - most, ending) == 0;
-}
-
 /* A robot's file of URDF, or another one of XML. */
 static bool is_xml(const struct source_file *source) {
     size_t start = 0;
     while (start < source->length && memchr(" \t\r\n", source->text[start], 4))
         start++;
-    return (start < source->length && source->text[start] == '<') || ends_with(source->path, ".urdf") ||
-           ends_with(source->path, ".xml");
+    return (start < source->length && source->text[start] == '<') || text_ends_with(source->path, ".urdf") ||
+           text_ends_with(source->path, ".xml");
 }
 
 /* A file of motions: HDF5's signature, or a table that begins with the column t. */

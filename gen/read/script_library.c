@@ -262,6 +262,7 @@ static void note_zeros(lua_State *L) {
 static int call_library(lua_State *L) {
     const struct library_entry *entry = lua_touserdata(L, lua_upvalueindex(1));
     struct work *work = &script_of(L)->work;
+    script_refuse_colon(L, entry->library, entry->name);
     if (takes_numbers(entry))
         check_expressions(L, entry);
     else if (strcmp(entry->library, LUA_TABLIBNAME) == 0)
@@ -364,6 +365,30 @@ static const char *nearest_global(lua_State *L, const char *name) {
     return message_nearest_name(name, known, count);
 }
 
+/* What a name of other languages, or one without its lead, is called in a model, or NULL. */
+static const char *meant_global(struct memory *memory, const char *name) {
+    static const char *const others[][2] = {{"refdyn", "\"refdyn\" in quotation marks"},
+                                            {"rd", "local rd = require \"refdyn\" before it"},
+                                            {"s", "function(s), since a model's functions take the state s"},
+                                            {"True", "true"},
+                                            {"False", "false"},
+                                            {"None", "nil"},
+                                            {"null", "nil"},
+                                            {"NULL", "nil"}};
+    static const char *const of_state[] = {"t", "q", "qd", "qdd", "points", "axes", "inputs", "start"};
+    const char *entries[ENTRIES_MOST];
+    for (size_t i = 0; i < sizeof others / sizeof *others; i++)
+        if (strcmp(name, others[i][0]) == 0)
+            return others[i][1];
+    if (text_index(name, of_state, sizeof of_state / sizeof *of_state) >= 0)
+        return memory_format(memory, "s.%s, a field of the state s", name);
+    if (module_has(memory, name) || module_makes(name) || strcmp(name, "pi") == 0)
+        return memory_format(memory, "rd.%s", name);
+    if (text_index(name, entries, list_library(memory, LUA_MATHLIBNAME, entries)) >= 0)
+        return memory_format(memory, "math.%s", name);
+    return NULL;
+}
+
 int script_refuse_global(lua_State *L) {
     if (lua_type(L, 2) != LUA_TSTRING)
         return luaL_error(L, "undefined global of type %s, names are", luaL_typename(L, 2));
@@ -374,6 +399,9 @@ int script_refuse_global(lua_State *L) {
             "undefined global \"%s\": a %s has no such function or library, models/README.md names "
             "what it has",
             name, script_noun(script_of(L)));
+    const char *meant = meant_global(script_of(L)->memory, name);
+    if (meant)
+        return luaL_error(L, "undefined global \"%s\"; write %s", name, meant);
     const char *nearest = nearest_global(L, name);
     if (nearest)
         return luaL_error(L, "undefined global \"%s\", the nearest known one is \"%s\"", name, nearest);

@@ -260,3 +260,12 @@ void script_guard_table(lua_State *L, const char *name) {
     lua_setfield(L, -2, "__metatable");
     lua_setmetatable(L, -2);
 }
+
+void script_refuse_colon(lua_State *L, const char *table, const char *name) {
+    const int top = lua_gettop(L);
+    if (lua_type(L, 1) == LUA_TTABLE && luaL_getmetafield(L, 1, "__metatable") == LUA_TSTRING &&
+        strcmp(lua_tostring(L, -1), table) == 0)
+        luaL_error(L, "%s:%s: a colon passes %s as first argument; write %s.%s", table, name, table, table,
+                   name);
+    lua_settop(L, top);
+}

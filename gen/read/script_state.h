@@ -106,6 +106,8 @@ void script_check_events(lua_State *L);
 /* Gives the table below it the function on top for fields that it lacks; nobody else can change that. (-1,
  * +0) */
 void script_guard_table(lua_State *L, const char *name);
+/* Refuses TABLE:NAME(...): argument 1 would be the guarded table itself. (-0, +0) */
+void script_refuse_colon(lua_State *L, const char *table, const char *name);
 
 /* ---- script_library.c ---- */
 

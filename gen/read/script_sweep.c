@@ -25,6 +25,7 @@ enum { FUNCTION_COUNT = sizeof functions / sizeof *functions };
 static int list_arguments(lua_State *L) {
     const int function = (int)lua_tointeger(L, lua_upvalueindex(1)), count = functions[function].count;
     const char *name = functions[function].name;
+    script_refuse_colon(L, "rd", name);
     if (lua_gettop(L) != count)
         return luaL_error(L, "rd.%s: number of arguments is %d, %d are needed: %s", name, lua_gettop(L),
                           count, functions[function].arguments);
@@ -65,18 +66,13 @@ bool script_is_of_sweeps(const char *name) {
     return text_index(name, names, list_names(names) - 1) >= 0;
 }
 
-static bool is_of_models(struct memory *memory, const char *name) {
-    const char *tags[OWNER_COUNT + 3];
-    return module_has(memory, name) || text_index(name, tags, fields_list_tags(tags)) >= 0;
-}
-
 const char *script_unknown_in_sweep(struct memory *memory, const char *name) {
     const char *names[FUNCTION_COUNT + 2], *all = "";
     const int count = list_names(names);
     const char *nearest = message_nearest_name(name, names, count);
     for (int i = 0; i < count; i++)
         all = memory_format(memory, "%s%s rd.%s", all, i ? "," : "", names[i]);
-    if (is_of_models(memory, name))
+    if (module_has(memory, name) || module_makes(name))
         return memory_format(memory, "rd.%s: of model files, a sweep file has%s", name, all);
     if (nearest)
         return memory_format(memory, "rd.%s: unknown function, the nearest known one is \"%s\"", name,

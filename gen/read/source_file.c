@@ -54,6 +54,25 @@ static const char *read_text(struct memory *memory, int file, size_t bound, stru
     return NULL;
 }
 
+/* What a file is that no text of UTF-8 begins like, or NULL. */
+static const char *foreign_format(const struct source_file *source) {
+    static const struct {
+        const char *lead, *fault;
+        size_t length;
+    } formats[] = {{"\xFF\xFE\0\0", "it is in UTF-32; save it as UTF-8", 4},
+                   {"\xFF\xFE", "it is in UTF-16; save it as UTF-8", 2},
+                   {"\xFE\xFF", "it is in UTF-16; save it as UTF-8", 2},
+                   {"\0\0\xFE\xFF", "it is in UTF-32; save it as UTF-8", 4},
+                   {"\x1F\x8B", "it is compressed; unpack it with gunzip", 2},
+                   {"PK\3\4", "it is an archive; unpack it with unzip", 4}};
+    for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
+        if (source->length >= formats[i].length &&
+            memcmp(source->text, formats[i].lead, formats[i].length) == 0)
+            return formats[i].fault;
+    const bool has_zero = source->length > 1 && (!source->text[0] || !source->text[1]);
+    return has_zero ? "it is in UTF-16; save it as UTF-8" : NULL;
+}
+
 static void skip_mark(struct source_file *source) {
     if (source->length < MARK_LENGTH || memcmp(source->text, "\xEF\xBB\xBF", MARK_LENGTH) != 0)
         return;
@@ -75,6 +94,9 @@ const char *source_file_add(struct memory *memory, struct sources *sources, cons
         return fault;
     if (!source.text)
         memory->fail(memory->context);
+    fault = foreign_format(&source);
+    if (fault)
+        return fault;
     sources->length += source.length;
     skip_mark(&source);
     sources->list =

@@ -3,6 +3,7 @@
  * one beside it, with plain numbers.
  */
 #include "read/warnings.h"
+#include "read/bounds.h"
 #include "base/memory.h"
 
 #include <math.h>
@@ -46,14 +47,33 @@ static void look_at_segment(const struct look *look, const struct link *link, co
             link->name, thickness, beam_length);
 }
 
+static void look_at_spring(const struct look *look, const struct link *link, const struct joint *joint) {
+    const double stiffness = value_of(look, joint->stiffness);
+    const char *unit = joint->is_revolute ? "N m" : "N/m";
+    if (stiffness < 0)
+        message_warning(look->messages, joint->place,
+                        "link %s: spring: %s = %.6g %s pushes away from its rest; %.6g %s pulls back",
+                        link->name, joint->name, stiffness, unit, -stiffness, unit);
+    if (joint->is_revolute && fabs(value_of(look, joint->rest)) > 6.3)
+        message_warning(look->messages, joint->place,
+                        "link %s: rest: %s = %.6g rad: in degrees? rd.pi / 180 makes radians of them",
+                        link->name, joint->name, value_of(look, joint->rest));
+}
+
 static void look_at_link(const struct look *look, const struct link *link) {
     const double far = largest_of(look, link->on.placement.position, 3);
+    const struct attachment *on = &link->on;
     double length = 0;
+    if (on->link >= 0 && on->where == AT_FRAME && look->model->links[on->link].beam.exists && far == 0)
+        message_warning(look->messages, link->place,
+                        "link %s: on: \"%s\" is the root of the beam; its end is \"%s.tip\"", link->name,
+                        look->model->links[on->link].name, look->model->links[on->link].name);
     if (far > 100)
         message_warning(look->messages, link->place,
                         "link %s: at: %.6g m from its carrier: in mm? m are needed", link->name, far);
     for (int i = 0; i < link->joint_count; i++) {
         const double start = value_of(look, link->joints[i].start);
+        look_at_spring(look, link, &link->joints[i]);
         if (link->joints[i].is_revolute && fabs(start) > 6.3)
             message_warning(look->messages, link->joints[i].place,
                             "link %s: start: %s = %.6g rad: in degrees? rd.pi / 180 makes radians of them",
@@ -263,6 +283,70 @@ static void look_at_coordinates(const struct look *look) {
     }
 }
 
+/* ---- limits of force ---- */
+
+/* "input tau", "inputs a, b", or `path` where the values follow time. */
+static const char *drivers_of(const struct look *look, const expression *values, int value_count,
+                              const char *path) {
+    struct memory *memory = look->messages->memory;
+    bool *is_named = memory_get(memory, (size_t)look->model->input_count + 1);
+    const char *names = "";
+    int count, inputs = 0;
+    for (int i = 0; i < value_count; i++) {
+        const expression *symbols = rewrite_list_symbols(look->model->graph, values[i], &count);
+        for (int k = 0; k < count; k++) {
+            const struct symbol *symbol = expr_as_symbol(look->model->graph, symbols[k]);
+            if (symbol->kind == SYMBOL_INPUT)
+                is_named[symbol->index] = true;
+        }
+    }
+    for (int i = 0; i < look->model->input_count; i++)
+        if (is_named[i])
+            names = memory_format(memory, "%s%s%s", names, inputs++ ? ", " : "", look->model->inputs[i].name);
+    return inputs ? memory_format(memory, "input%s %s", inputs > 1 ? "s" : "", names) : path;
+}
+
+/* Does one of the values follow inputs or time, beyond `limit`? */
+static bool drives(const struct look *look, const struct bounds *bounds, const expression *values, int count,
+                   double limit) {
+    for (int i = 0; i < count; i++)
+        if (look->model->graph->nodes[values[i]].depends & (ON_INPUT | ON_TIME) &&
+            !(bounds[values[i]].least >= -limit && bounds[values[i]].most <= limit))
+            return true;
+    return false;
+}
+
+/* The limit is that of a drive, but motions compare the force of rows with it: what drives otherwise is not
+ * in. */
+static void look_at_drive(const struct look *look, const struct bounds *bounds, int coordinate,
+                          const expression *values, int count, const char *path) {
+    const struct frame *frame = &look->tree->frames[coordinate];
+    const double limit = frame->joint.limits ? frame->joint.limits->force : INFINITY;
+    if (isfinite(limit) && drives(look, bounds, values, count, limit))
+        message_warning(look->messages, frame->joint.place,
+                        "coordinate %s: limits.force compares the programme force with %.6g; %s is not in it",
+                        frame->name, limit, drivers_of(look, values, count, path));
+}
+
+static void look_at_force_limits(const struct look *look) {
+    const struct model *model = look->model;
+    const struct memory_mark mark = memory_mark(model->graph->memory);
+    const struct bounds *bounds = bounds_of_values(model->graph, model->parameters);
+    for (int i = 0; i < model->force_count; i++) {
+        const struct force *force = &model->forces[i];
+        const char *name = look->tree->frames[force->coordinate].name;
+        look_at_drive(look, bounds, force->coordinate, &force->value, 1,
+                      memory_format(look->messages->memory, "forces.%s", name));
+    }
+    for (int i = 0; i < model->load_count; i++) {
+        const struct load *load = &model->loads[i];
+        const int frame = look->tree->points[load->point].frame;
+        if (load->is_torque && frame >= 0)
+            look_at_drive(look, bounds, frame, load->value, 3, load->path);
+    }
+    memory_back(model->graph->memory, mark);
+}
+
 void warnings_of_values(const struct model *model, const struct tree *tree, struct messages *messages) {
     const struct look look = {.model = model, .tree = tree, .messages = messages};
     const double g = largest_of(&look, model->gravity, 3);
@@ -270,6 +354,7 @@ void warnings_of_values(const struct model *model, const struct tree *tree, stru
         message_warning(messages, model->place, "gravity: %.6g m/s^2: in mm/s^2? m/s^2 are needed", g);
     for (int i = 0; i < model->link_count; i++)
         look_at_link(&look, &model->links[i]);
+    look_at_force_limits(&look);
     if (messages->errors == 0) /* else what loads them may be among the errors */
         look_at_coordinates(&look);
 }

@@ -36,11 +36,15 @@ SETTINGS = {
 }
 
 
+UNIT = "; write the number alone, in SI units and radians"
+
+
 @pytest.mark.parametrize("setting", SETTINGS)
 def test_setting_that_is_no_value(setting, model):
     name, value = setting.split("=", 1)
     done = refdyn("check", model, "--set", setting, status=1)
-    assert done.stderr == f'{model}: --set {name}: value "{value}", {SETTINGS[setting]} is needed\n' and done.stdout == ""
+    advice = {"m=1kg": UNIT, "push=1 N": UNIT, "m=1,5": "; write 1.5"}.get(setting, "")
+    assert done.stderr == f'{model}: --set {name}: value "{value}", {SETTINGS[setting]} is needed{advice}\n' and done.stdout == ""
 
 
 def test_settings_out_of_range(model):
@@ -121,7 +125,8 @@ STATES = {
     "unknown input": ('{"inputs":\n{"pusch": 1}}', 2, "pusch: no input is called so, the nearest is push"),
     "unknown parameter": ('{"parameters": {"m": 1,\n"t2": 1}}', 2, "t2: no parameter is called so, the nearest is t1"),
     "too short": ('{\n"q": [1]}', 2, "q: has 1 values, 2 are needed, one per coordinate from arm_z to arm_psi"),
-    "too long": ('{"q": [1, 2],\n"qd": [1, 2, 3]}', 2, "qd: has 3 values, 2 are needed, one per coordinate from arm_z to arm_psi"),
+    "too long": ('{"q": [1, 2],\n"qd": [1, 2, 3]}', 2, "qd: has 3 values, 2 are needed, one per coordinate from arm_z to arm_psi; "
+                 "numbers are written with a point"),
     "by name": ('{"q": {"arm_z": 1}}', 1, "q: an object, an array of 2 numbers is needed"),
     "a text in an array": ('{"q": [0,\n"1"]}', 2, "q[1] (arm_psi): a text, a number is needed"),
     "an array in an array": ('{"q": [0,\n[1]]}', 2, "q[1] (arm_psi): an array, a number is needed"),
@@ -181,7 +186,7 @@ def test_columns_of_sampled_inputs(model, tmp_path):
         samples.write_text(f"t,push\n0,1\n1,{number}\n")
         done = refdyn("sim", model, "--until", "0.1", "--inputs", samples, "-o", tmp_path / "run.csv", status=1)
         fact = f"'{number}' is no finite number" if number else "the field is empty, a finite number is needed"
-        assert done.stderr == f"{samples}:3: inputs: push: {fact}\n"
+        assert done.stderr == f"{samples}:3: inputs: push: {fact}{UNIT if number == '1 N' else ''}\n"
 
 
 def test_a_file_beside_the_model_gives_one_value(tmp_path):

@@ -1,4 +1,4 @@
--- expect: 8: rd.sin: argument 1 is a group of values, a number or an expression is needed
+-- expect: 8: rd.sin: argument 1 is a group of values, a number or an expression is needed; write rd.sin(a)
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -5,7 +5,7 @@
 -- expect: 0: --set e: value "inf", a number is needed
 -- expect: 0: --set f: value "", a number is needed
 -- expect: 0: --set g: value "1e400", a number is needed
--- expect: 0: --set h: value "2,5", a number is needed
+-- expect: 0: --set h: value "2,5", a number is needed; write 2.5
 -- expect: 0: --set i: value "nan", a number is needed
 -- expect: 0: --set k: value "yes", true or false is needed
 -- set: a=4.5

@@ -2,7 +2,7 @@
 -- expect: 12: links[2].at: has named entries (z), a list of 3 numbers such as { 0, 0, 1 } is needed
 -- expect: 13: links[3].center: has named entries (y), a list of 3 numbers such as { 0, 0, 1 } is needed
 -- expect: 14: links[4].bodies[1].size: has named entries (z), a list of 3 numbers such as { 0, 0, 1 } is needed
--- expect: 15: links[5].center: 4 numbers, 3 are needed
+-- expect: 15: links[5].center: 4 numbers, 3 are needed; numbers are written with a point
 -- expect: 17: points.E.at: has named entries (z), a list of 3 numbers such as { 0, 0, 1 } is needed
 local rd = require "refdyn"
 return rd.model {

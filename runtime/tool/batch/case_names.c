@@ -115,8 +115,8 @@ static void refuse_unknown(const struct case_names *names, const char *path, str
     else
         message_error(names->messages, place,
                       "%s: unknown name, a parameter, an input, an option, a coordinate, its rate NAME_d or "
-                      "inputs is needed",
-                      path);
+                      "inputs is needed%s",
+                      path, strpbrk(name, "[(") ? ", without a unit" : "");
 }
 
 static bool is_set(const struct case_names *names, const char *name) {

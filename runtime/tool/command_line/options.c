@@ -4,6 +4,7 @@
 #include "text/output.h"
 #include "refdyn.h"
 #include "base/text.h"
+#include "base/utf8.h"
 
 #include <errno.h>
 #include <getopt.h>
@@ -12,6 +13,7 @@
 #include <stddef.h>
 #include <stdio.h>
 #include <string.h>
+#include <strings.h>
 
 /* A list has names or numbers between commas, each once; one that frees may be empty. */
 enum kind {
@@ -280,10 +282,25 @@ enum status option_error(const struct options *options, const char *option, cons
     return STATUS_USAGE;
 }
 
+/* The command that is longer or shorter by its end only, as in "simulate", whatever the capitals; or NULL. */
+static const char *meant_command(const struct command *commands, const char *name) {
+    for (const struct command *command = commands; command->name; command++) {
+        const size_t own = strlen(command->name), given = strlen(name);
+        if (given > 1 && strncasecmp(command->name, name, own < given ? own : given) == 0)
+            return command->name;
+    }
+    return NULL;
+}
+
 static enum status unknown_command(const struct command *commands, const char *name) {
+    const char *meant = meant_command(commands, name), *dot = strrchr(name, '.');
     fprintf(stderr, "refdyn: unknown command '%s', the commands are", name);
     for (const struct command *command = commands; command->name; command++)
         fprintf(stderr, "%s %s", command == commands ? "" : ",", command->name);
+    if (dot && strcmp(dot, ".lua") == 0)
+        fprintf(stderr, "; a command comes first: refdyn check %s", name);
+    else if (meant)
+        fprintf(stderr, "; write refdyn %s", meant);
     fputs("\nusage: refdyn COMMAND ARGUMENTS\n", stderr);
     return STATUS_USAGE;
 }
@@ -321,6 +338,10 @@ static enum status wrong_option(const struct command *command, const struct opti
     char letter[] = {'-', (char)optopt, '\0'};
     bool is_letter = optopt > 0 && optopt < FIRST_ANSWER;
     const char *given = is_letter ? letter : argv[optind - 1];
+    const char *word = is_letter && argv[optind] ? argv[optind] : ""; /* of several letters: not done with */
+    for (const struct option *option = table; option->name; option++)
+        if (*word == '-' && strcmp(option->name, word + 1) == 0)
+            return usage_error(command, "unknown option %s; write --%s", word, word + 1);
     if (answer == ':')
         return usage_error(command, "%s needs a value", given);
     const char *near = is_letter || optopt ? NULL : nearest_option(table, given + 2);
@@ -336,9 +357,11 @@ static enum status read_number(const struct command *command, const struct rule 
     if (rule->kind == KIND_NUMBER && text_to_number(text, value) && *value >= 0 && *value == floor(*value))
         return STATUS_DONE;
     if (rule->kind == KIND_NUMBER)
-        return usage_error(command, "--%s: '%s' is no whole number from 0 on", rule->name, text);
+        return usage_error(command, "--%s: '%s' is no whole number from 0 on%s", rule->name, text,
+                           message_number_advice(&program_memory, text));
     if (!text_to_number(text, value) || *value <= 0)
-        return usage_error(command, "--%s: '%s' is no positive number", rule->name, text);
+        return usage_error(command, "--%s: '%s' is no positive number%s", rule->name, text,
+                           message_number_advice(&program_memory, text));
     if (rule->kind == KIND_COUNT && (*value > LARGEST || *value != floor(*value)))
         return usage_error(command, "--%s: %s is no whole number up to %d", rule->name, text, LARGEST);
     return STATUS_DONE;
@@ -366,12 +389,16 @@ enum status check_list(const struct command *command, const char *name, const ch
 enum status options_choose(const struct options *options, const char *option, const char *word,
                            const char *const *names, int *place) {
     struct text known = {.memory = &program_memory};
+    const char *meant = NULL; /* but for capitals */
     for (*place = 0; names[*place]; ++*place) {
         if (strcmp(word, names[*place]) == 0)
             return STATUS_DONE;
+        if (strcasecmp(word, names[*place]) == 0)
+            meant = names[*place];
         text_add(&known, "%s%s", *place ? ", " : "", names[*place]);
     }
-    return option_error(options, option, ": '%s' is none of %s", word, known.data);
+    return option_error(options, option, ": '%s' is none of %s%s%s", word, known.data,
+                        meant ? "; write " : "", meant ? meant : "");
 }
 
 static enum status check_text(const struct command *command, const struct rule *rule, const char *text) {
@@ -492,6 +519,31 @@ static enum status check_alone(const struct options *options, const bool is_take
     return STATUS_DONE;
 }
 
+/* Motions are written as tables: the ending of another kind of file would promise what is not in it. */
+static enum status check_ending(const struct options *options) {
+    static const char *const others[][2] = {{".svg", "; refdyn plot draws it"},
+                                            {".png", "; refdyn plot draws it"},
+                                            {".pdf", "; refdyn plot draws it"},
+                                            {".html", "; refdyn view shows it"},
+                                            {".xlsx", ""},
+                                            {".mat", ""},
+                                            {".json", ""}};
+    const char *shown = options->command->output,
+               *dot = options->output ? strrchr(options->output, '.') : NULL;
+    const bool is_table = shown && strncmp(shown, "RUN", 3) == 0;
+    for (size_t i = 0; is_table && dot && i < sizeof others / sizeof *others; i++)
+        if (strcmp(dot, others[i][0]) == 0)
+            return usage_error(options->command, "-o: '%s' is to be a table, FILE.csv or FILE.h5%s",
+                               options->output, others[i][1]);
+    return STATUS_DONE;
+}
+
+/* An option as word processors and web pages write it. */
+static bool begins_with_dash(const char *operand) {
+    unsigned code;
+    return utf8_decode(operand, strlen(operand), &code) > 1 && *utf8_look_alike(code).instead == '-';
+}
+
 /* Operands and needed options; what explains a pass writes nothing. */
 static enum status check_complete(const struct options *options) {
     const struct command *command = options->command;
@@ -506,13 +558,17 @@ static enum status check_complete(const struct options *options) {
     for (int i = 0; i < options->operand_count; i++)
         if (!*options->operands[i])
             return usage_error(command, "%s is an empty text", command->operands);
+    for (int i = 0; i < options->operand_count; i++)
+        if (begins_with_dash(options->operands[i]))
+            return usage_error(command, "'%s' begins with a dash of print; an option begins with --",
+                               options->operands[i]);
     if (options->operand_count > most && !many)
         return usage_error(command, "'%s' is too much, one %s is taken", options->operands[most],
                            command->operands);
     for (int i = 0; i < RULE_COUNT; i++)
         if (standing_of(command, &rules[i]) == NEEDED && !options->explain && !is_given(options, &rules[i]))
             return usage_error(command, "%s is missing", shown_name(&rules[i]));
-    return STATUS_DONE;
+    return check_ending(options);
 }
 
 /* Reads the options behind the command's name; true when the command is to run. */

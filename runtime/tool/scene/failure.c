@@ -141,8 +141,23 @@ void print_rows_left_out(const struct refdyn_model *model, const int *rows, int 
         fputc('\n', stderr);
 }
 
+/* Does no coordinate change the residual of this row, where the equations were evaluated last? */
+static bool has_no_slope(const struct refdyn_workspace *work, int row) {
+    for (int j = 0; j < work->n; j++)
+        if (work->u[row * work->n + j] != 0)
+            return false;
+    return true;
+}
+
 void print_redundant_rows(const struct refdyn_workspace *work) {
     const struct refdyn_partition *partition = &work->partition;
-    if (partition->rank >= 0)
-        print_rows_left_out(work->model, partition->row + partition->rank, work->m - partition->rank);
+    if (partition->rank < 0)
+        return;
+    print_rows_left_out(work->model, partition->row + partition->rank, work->m - partition->rank);
+    for (int i = partition->rank; i < work->m; i++)
+        if (has_no_slope(work, partition->row[i]))
+            fprintf(stderr,
+                    "refdyn: warning: %s has no slope there: no coordinate changes its residual; write what "
+                    "is to be 0 without powers, products or abs\n",
+                    work->model->rows[partition->row[i]].name);
 }

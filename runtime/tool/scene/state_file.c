@@ -112,9 +112,10 @@ static double *read_vector(struct reading *reading, const char *key, const json_
         return NULL;
     }
     if (json_array_size(array) != (size_t)tree->count) {
-        complain_at(reading, line, "%s: has %zu values, %d are needed, one per coordinate from %s to %s", key,
-                    json_array_size(array), tree->count, tree->count ? tree->frames[0].name : "none",
-                    tree->count ? tree->frames[tree->count - 1].name : "none");
+        complain_at(reading, line, "%s: has %zu values, %d are needed, one per coordinate from %s to %s%s",
+                    key, json_array_size(array), tree->count, tree->count ? tree->frames[0].name : "none",
+                    tree->count ? tree->frames[tree->count - 1].name : "none",
+                    json_array_size(array) > (size_t)tree->count ? "; numbers are written with a point" : "");
         return NULL;
     }
     double *values = allocate((size_t)tree->count, sizeof *values);
@@ -171,6 +172,23 @@ static void read_parameters(struct reading *reading, struct state *state, json_t
                                     &state->parameter_count);
 }
 
+/* A name of the model where a key is needed: which key holds it. */
+static bool is_of_model(struct reading *reading, int line, const char *name) {
+    const struct generation *generation = reading->generation;
+    const char *key = NULL;
+    if (tree_find_coordinate(&generation->tree, name) >= 0)
+        key = "the array q, in the order of the coordinates";
+    for (int i = 0; i < generation->model.input_count; i++)
+        if (strcmp(generation->model.inputs[i].name, name) == 0)
+            key = "the object inputs";
+    for (int i = 0; i < generation->model.parameter_count; i++)
+        if (strcmp(generation->model.parameters[i].name, name) == 0)
+            key = "the object parameters";
+    if (key)
+        complain_at(reading, line, "%s: no key of a state; it belongs in %s", name, key);
+    return key;
+}
+
 static void read_member(struct reading *reading, struct state *state, const char *key, json_t *value) {
     static const char *const keys[] = {"t", "q", "qd", "inputs", "parameters"};
     int line = locate_line(reading->text, key, NULL, -1);
@@ -186,24 +204,36 @@ static void read_member(struct reading *reading, struct state *state, const char
         read_inputs(reading, state, value);
     else if (strcmp(key, "parameters") == 0)
         read_parameters(reading, state, value);
-    else
+    else if (!is_of_model(reading, line, key))
         unknown_name(reading, line, "key of a state (t, q, qd, inputs, parameters)", key, keys,
                      sizeof keys / sizeof keys[0]);
 }
 
+/* What jansson calls the token, and the character beyond ASCII that it is. */
+static void complain_of_syntax(struct reading *reading, const json_error_t *error) {
+    const char *token = strstr(error->text, "near '"), *instead;
+    const char *strange =
+        token ? message_beyond_ascii(&program_memory, token, strlen(token), &instead) : NULL;
+    complain_at(reading, error->line > 0 ? error->line : 1,
+                "state: %s, one JSON object of finite numbers is needed%s%s%s%s", error->text,
+                strange ? "; it has " : "", strange ? strange : "", strange ? "; " : "",
+                strange ? instead : "");
+}
+
 bool state_read(struct state *state, const char *path, const struct generation *generation) {
     *state = (struct state){.t = 0};
-    char *text = read_text(path, "state");
+    static const char mark[] = "\xEF\xBB\xBF"; /* of UTF-8, which some editors write first */
+    const char *text = read_text(path, "state");
     if (!text)
         return false;
+    text += strncmp(text, mark, strlen(mark)) == 0 ? strlen(mark) : 0;
     struct reading reading = {.path = path, .text = text, .generation = generation};
     json_error_t error;
     json_t *root = json_loads(text, JSON_REJECT_DUPLICATES | JSON_DECODE_INT_AS_REAL, &error);
     const char *key;
     json_t *value;
     if (!root)
-        complain_at(&reading, error.line > 0 ? error.line : 1,
-                    "state: %s, one JSON object of finite numbers is needed", error.text);
+        complain_of_syntax(&reading, &error);
     else if (!json_is_object(root))
         complain_at(&reading, 1, "state: %s, an object is needed", kind_of(root));
     json_object_foreach(root, key, value) {

@@ -79,11 +79,12 @@ void limits_print(const struct limit_record *record) {
     for (int i = 0; i < record->count; i++) {
         const struct watched_limit *limit = &record->list[i];
         if (limit->beyond > 0)
-            fprintf(stderr,
-                    "refdyn: warning: %s leaves its limits: %s %.6g %s at t = %s s, %s %.6g is allowed\n",
-                    limit->coordinate, limit->what, limit->value, limit->unit, near_text(limit->t, text),
-                    limit->value > limit->most ? "at most" : "at least",
-                    limit->value > limit->most ? limit->most : limit->least);
+            fprintf(
+                stderr, "refdyn: warning: %s leaves its limits: %s %.6g %s at t = %s s, %s %.6g is allowed\n",
+                limit->coordinate, strcmp(limit->what, kinds[FORCE].what) ? limit->what : "programme force",
+                limit->value, limit->unit, near_text(limit->t, text),
+                limit->value > limit->most ? "at most" : "at least",
+                limit->value > limit->most ? limit->most : limit->least);
     }
 }
 

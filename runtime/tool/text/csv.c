@@ -2,6 +2,7 @@
 #include "text/csv.h"
 #include "text/escape.h"
 #include "text/output.h"
+#include "base/message.h"
 #include "base/text.h"
 
 #include <errno.h>
@@ -43,6 +44,14 @@ static bool complain_file(const char *path, const char *what) {
 
 /* ---- Lines ---- */
 
+/* What holds bytes 0 at its beginning, for people. */
+static const char *binary_kind(const char *text) {
+    return strncmp(text, "\xFF\xFE", 2) == 0 || strncmp(text, "\xFE\xFF", 2) == 0
+               ? "it is in UTF-16, a text in UTF-8 is needed"
+           : strncmp(text, "PK", 2) == 0 ? "it is a workbook or an archive, a text is needed"
+                                         : "a byte is 0, a text is needed";
+}
+
 /* What ended the reading of bytes, beside EOF and the byte that was to end it. */
 enum { BYTE_IS_0 = -2, TOO_LONG = -3 };
 
@@ -76,7 +85,7 @@ static int read_line(struct csv *csv) {
         return ferror(csv->file) ? failed(complain_file(csv->path, csv->what)) : 0;
     csv->line++;
     if (end == BYTE_IS_0)
-        return failed(csv_complain(csv, "a byte is 0, a text is needed"));
+        return failed(csv_complain(csv, "%s", binary_kind(csv->text)));
     if (end == TOO_LONG)
         return failed(csv_complain(csv, "the line has more than %d bytes", LINE_MOST));
     csv->is_cut = end == EOF;
@@ -118,7 +127,8 @@ int csv_next(struct csv *csv) {
         return answer;
     const int count = count_fields(csv->text);
     if (count != csv->count)
-        return failed(csv_complain(csv, "%d fields under %d names", count, csv->count));
+        return failed(csv_complain(csv, "%d fields under %d names%s", count, csv->count,
+                                   count > csv->count ? "; numbers are written with a point" : ""));
     char *rest = csv->text;
     for (int i = 0; i < count; i++)
         csv->fields[i] = next_field(&rest);
@@ -129,6 +139,18 @@ int csv_next(struct csv *csv) {
 
 static int by_text(const void *a, const void *b) {
     return strcmp(*(char *const *)a, *(char *const *)b);
+}
+
+/* Spreadsheets of some countries part columns otherwise, and some editors write lines without a \n. */
+static bool check_separators(const struct csv *csv) {
+    static const char *const marks[][2] = {
+        {";", "semicolons part the columns"}, {"\t", "tabs part the columns"}, {"\r", "lines end with \\r"}};
+    for (size_t i = 0; i < sizeof marks / sizeof *marks; i++)
+        if (!strchr(csv->text, ',') && strstr(csv->text, marks[i][0]))
+            return csv_complain(csv, "%s; write commas between columns, points in numbers, \\n after lines",
+                                marks[i][1]);
+    return *csv->text != '"' ||
+           csv_complain(csv, "the names stand in quotation marks; names and numbers are written without");
 }
 
 static bool check_names(struct csv *csv) {
@@ -154,6 +176,8 @@ static bool read_names(struct csv *csv) {
     csv->line = 1;
     if (answer == 0)
         return csv_complain(csv, "the file is empty, a header and at least one line of numbers are needed");
+    if (!check_separators(csv))
+        return false;
     const bool is_marked = strncmp(csv->text, byte_order_mark, strlen(byte_order_mark)) == 0;
     csv->header = text_format("%s", csv->text + (is_marked ? strlen(byte_order_mark) : 0));
     csv->count = count_fields(csv->header);
@@ -182,8 +206,8 @@ bool csv_number(const struct csv *csv, int i, double *value) {
     if (!*field)
         return csv_complain(csv, "%.*s: the field is empty, a finite number is needed", SHOWN_MOST,
                             csv->names[i]);
-    return csv_complain(csv, "%.*s: '%.*s' is no finite number", SHOWN_MOST, csv->names[i], SHOWN_MOST,
-                        field);
+    return csv_complain(csv, "%.*s: '%.*s' is no finite number%s", SHOWN_MOST, csv->names[i], SHOWN_MOST,
+                        field, message_number_advice(&program_memory, field));
 }
 
 void csv_close(struct csv *csv) {
@@ -202,7 +226,7 @@ static bool read_all(FILE *file, char **text, const char *path, const char *what
     complain_line(path, 0,
                   end == TOO_LONG
                       ? text_format("%s: more than %d bytes, no such file is read", what, TEXT_MOST)
-                      : text_format("%s: a byte is 0, a text is needed", what));
+                      : text_format("%s: %s", what, binary_kind(*text)));
     return false;
 }
 

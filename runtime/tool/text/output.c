@@ -132,11 +132,6 @@ static void *checked(void *memory) {
 
 struct memory program_memory = {.allowance = -1, .fail = out_of_memory};
 
-bool text_ends_with(const char *text, const char *ending) {
-    const size_t length = strlen(text), end = strlen(ending);
-    return length >= end && strcmp(text + length - end, ending) == 0;
-}
-
 bool text_names_hdf5(const char *path) {
     return text_ends_with(path, ".h5") || text_ends_with(path, ".hdf5");
 }

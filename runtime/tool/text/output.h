@@ -47,7 +47,6 @@ void document_open(struct document *document);
  * stderr. Returns whether it was written; the document ends here in any case. */
 bool document_close(struct document *document, FILE *file);
 
-bool text_ends_with(const char *text, const char *ending);
 /* Is it the name of a file of HDF5? */
 bool text_names_hdf5(const char *path);
 
