@@ -159,7 +159,11 @@ static bool write_hdf5(struct results *results, const struct batch_setup *setup)
     bool is_good = writer != NULL;
     for (long number = setup->first; number < setup->end && is_good; number++)
         is_good = journal_get(&results->journal, number, &record) && runs_put(writer, &record);
-    return writer && runs_finish(writer) && is_good;
+    if (is_good)
+        return runs_finish(writer);
+    if (writer)
+        runs_drop(writer);
+    return false;
 }
 
 static bool write_summary(const struct batch_setup *setup, const struct batch_count *count,

@@ -201,6 +201,8 @@ static enum status open_case(struct again *again, const struct options *given, c
     again->files = load_attribute(again->runs, "files");
     if (json_object_size(again->model) == 0 || !json_is_object(again->options))
         return complain(of, "the file does not tell its model and options");
+    if (!batch_check_texts(again->runs, of))
+        return STATUS_FAULT;
     enum status status = write_model(again, path);
     read_options(again, given, path);
     if (status == STATUS_DONE)

@@ -47,14 +47,16 @@ static void write_file(void *context, const struct motion_fact *fact) {
 
 static bool take_all(struct carried *carried, const char *path) {
     struct motion_reader *reader = motion_open(path);
-    const bool is_good = reader && motion_give_facts(reader, "/", take_path, carried) &&
-                         motion_give_facts(reader, "/options", take_setting, carried) &&
-                         motion_give_facts(reader, "/parameters", take_setting, carried) &&
-                         motion_give_facts(reader, "/model_files", write_file, carried);
+    if (!reader)
+        return false;
+    motion_give_facts(reader, "/", take_path, carried);
+    motion_give_facts(reader, "/options", take_setting, carried);
+    motion_give_facts(reader, "/parameters", take_setting, carried);
+    motion_give_facts(reader, "/model_files", write_file, carried);
     motion_close(reader);
-    if (is_good && !carried->has_failed && !carried->file)
+    if (!carried->has_failed && !carried->file)
         complain_line(path, 0, "the file does not tell its model");
-    return is_good && !carried->has_failed && carried->file;
+    return !carried->has_failed && carried->file;
 }
 
 static enum status read_carried(struct viewed_model *viewed, const char *path,
