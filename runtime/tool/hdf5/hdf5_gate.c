@@ -22,6 +22,7 @@ struct entry {
     int group;     /* its number */
     hid_t dataset; /* open; negative: it is none, or was not needed yet */
     enum hdf5_kind kind;
+    int rank;
     hsize_t size[2]; /* rows, and numbers a row, 0: one in a dataset with one axis */
 };
 
@@ -228,13 +229,13 @@ static void sort_places(struct gate *gate) {
                    gate->entries[gate->places[i].entry].path);
 }
 
-/* The entry that a reference of the attribute `name` is to. */
-static const struct entry *referred(struct gate *gate, const char *path, const char *name,
+/* The entry that a reference is to; `what` it is there. */
+static const struct entry *referred(struct gate *gate, const char *path, const char *what,
                                     hobj_ref_t reference) {
     const struct place key = {.address = reference};
     const struct place *place = bsearch(&key, gate->places, (size_t)gate->count, sizeof key, compare_places);
     if (!place)
-        refuse(gate, "%s: %s names a dataset that is missing", path, name);
+        refuse(gate, "%s: %s is missing", path, what);
     return &gate->entries[place->entry];
 }
 
@@ -369,7 +370,7 @@ static const char *find_axis(struct gate *gate, const char *path) {
     for (hssize_t i = 0; i < attribute.length; i++) {
         const hobj_ref_t *references = lists[i].p;
         for (size_t k = 0; k < lists[i].len; k++) {
-            const char *found = referred(gate, path, name, references[k])->path;
+            const char *found = referred(gate, path, "the scale of an axis", references[k])->path;
             axis = i == 1 && k == 0 ? found : axis;
         }
         free(lists[i].p);
@@ -390,7 +391,7 @@ static void check_datasets_along(struct gate *gate, const char *path) {
     good(gate, path, H5Tinsert(type, "dataset", 0, H5T_STD_REF_OBJ));
     hobj_ref_t *references = read_attribute(gate, path, &attribute, type);
     for (hssize_t i = 0; i < attribute.length; i++)
-        referred(gate, path, name, references[i]);
+        referred(gate, path, "a dataset along this scale", references[i]);
     free(references);
     H5Tclose(type);
     close_attribute(&attribute);
@@ -432,31 +433,38 @@ static void check_data(struct gate *gate, const struct entry *entry, hid_t type,
         refuse(gate, "damaged: %s: data are missing", entry->path);
 }
 
-/* Opens the dataset, and finds its kind and its sizes; returns its rank. */
-static int look_at_dataset(struct gate *gate, struct entry *entry) {
+/* Opens the dataset, and finds its kind and its sizes. */
+static void look_at_dataset(struct gate *gate, struct entry *entry) {
     entry->dataset = good(gate, entry->path, H5Dopen2(gate->file, entry->path, H5P_DEFAULT));
     const bool is_packed = check_storage(gate, entry->path, entry->dataset);
     const hid_t type = good(gate, entry->path, H5Dget_type(entry->dataset)),
                 space = good(gate, entry->path, H5Dget_space(entry->dataset));
-    const int rank = (int)good(gate, entry->path, H5Sget_simple_extent_ndims(space));
+    entry->rank = (int)good(gate, entry->path, H5Sget_simple_extent_ndims(space));
     entry->kind = kind_of(type);
     if (entry->kind != HDF5_OTHER)
         check_data(gate, entry, type, space, is_packed);
-    if (rank == 1 || rank == 2)
+    if (entry->rank == 1 || entry->rank == 2)
         H5Sget_simple_extent_dims(space, entry->size, NULL);
     H5Sclose(space);
     H5Tclose(type);
-    return rank;
 }
 
-static void send_entry(struct gate *gate, struct entry *entry) {
-    if (entry->type != H5O_TYPE_GROUP && entry->type != H5O_TYPE_DATASET)
-        refuse(gate, "%s: is neither a group nor a dataset", entry->path);
-    const int rank = entry->type == H5O_TYPE_DATASET ? look_at_dataset(gate, entry) : 0;
+/* Before any attribute is read: what another object lacks may be what is wrong with this one. */
+static void look_at_entries(struct gate *gate) {
+    for (int i = 0; i < gate->count; i++) {
+        struct entry *entry = &gate->entries[i];
+        if (entry->type == H5O_TYPE_DATASET)
+            look_at_dataset(gate, entry);
+        else if (entry->type != H5O_TYPE_GROUP)
+            refuse(gate, "%s: is neither a group nor a dataset", entry->path);
+    }
+}
+
+static void send_entry(struct gate *gate, const struct entry *entry) {
     begin_answer(gate, GATE_OBJECT);
     send_whole(gate, entry->group);
     send_whole(gate, entry->kind);
-    send_whole(gate, rank);
+    send_whole(gate, entry->rank);
     send_whole(gate, (int64_t)entry->size[0]);
     send_whole(gate, (int64_t)entry->size[1]);
     send_bytes(gate, entry->path, strlen(entry->path));
@@ -471,6 +479,7 @@ static void send_entries(struct gate *gate) {
     add_entry(gate, "/", -1);
     add_entries(gate, 0, 0);
     sort_places(gate);
+    look_at_entries(gate);
     for (int i = 0; i < gate->count; i++)
         send_entry(gate, &gate->entries[i]);
     begin_answer(gate, GATE_END);
