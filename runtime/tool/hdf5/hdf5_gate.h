@@ -34,10 +34,10 @@ struct gate_request {
 };
 
 enum {
-    GATE_SECONDS = 10,                /* of CPU time that a request may take, and ... */
-    GATE_BYTES_PER_SECOND = 10000000, /* ... one more for so many bytes of the file */
-    GATE_SINGLE = -1,                 /* the count of an attribute that is no list */
-    GATE_NO_MORE = -1                 /* in the place of the next attribute's kind */
+    GATE_SECONDS = 1,                /* of CPU time that a request may take, and ... */
+    GATE_BYTES_PER_SECOND = 1000000, /* ... one more for so many bytes of the file */
+    GATE_SINGLE = -1,                /* the count of an attribute that is no list */
+    GATE_NO_MORE = -1                /* in the place of the next attribute's kind */
 };
 
 /* Serves the file until the other end of the socket is closed. Does not return. */
