@@ -92,9 +92,8 @@ static enum status read_case(struct again *again, const char *path, double numbe
         cases->columns[i].values = memory_get(memory, sizeof(double));
         cases->columns[i].values[0] = all->columns[i].values[row];
         if (!isfinite(cases->columns[i].values[0]))
-            return complain(path,
-                            memory_format(memory, "/cases/%s: case %.0f has %g, a finite value is needed",
-                                          all->columns[i].name, number, cases->columns[i].values[0]));
+            return complain(path, memory_format(memory, "/cases/%s: case %.0f has %g, which must be finite",
+                                                all->columns[i].name, number, cases->columns[i].values[0]));
         leave_one_text(&cases->columns[i]);
     }
     return STATUS_DONE;

@@ -192,7 +192,7 @@ static int add_entry(struct gate *gate, const char *path, int group) {
     H5O_info_t info;
     good(gate, path, H5Oget_info_by_name2(gate->file, path, &info, H5O_INFO_BASIC, H5P_DEFAULT));
     if (group >= 0 && info.rc != 1)
-        refuse(gate, "%s: has %u names in the file, one is needed", path, info.rc);
+        refuse(gate, "%s: has %u names in the file; it must have one", path, info.rc);
     gate->entries =
         memory_room(&program_memory, gate->entries, gate->count, &gate->room, sizeof *gate->entries);
     gate->entries[gate->count] =
@@ -532,8 +532,8 @@ static bool get_request(int socket, struct gate_request *request) {
     return recv(socket, request, sizeof *request, MSG_WAITALL) == (ssize_t)sizeof *request;
 }
 
-/* Signals that end the program end the other end of the socket, and so this process. Whatever the library
- * and the allocator print of a damaged file is not for the user. */
+/* A signal that ends the program closes the other end of the socket, which ends this process. What the
+ * library and the allocator print about a damaged file is not for the user. */
 static void part_from_program(void) {
     const int ignored[] = {SIGHUP, SIGINT, SIGPIPE}, ending[] = {SIGTERM, SIGXCPU, SIGXFSZ};
     const int nowhere = open("/dev/null", O_RDWR);

@@ -1,13 +1,13 @@
 /*
- * The gate for files of HDF5 that are read: a process of its own reads them, with HDF5.
+ * The gate for files of HDF5 that are read: a separate process reads them.
  *
  * The library crashes on some damaged files, and follows links to other files. The gate therefore looks at
- * every object before it reads anything of it, and its end by a crash is an answer, too: the program takes
- * from it what hdf5_input.c checks, and calls no function of HDF5 to read.
+ * every object before it reads any of its data. If it crashes, that is an answer, too. The program calls no
+ * function of HDF5 to read: hdf5_input.c checks what the gate sends.
  *
- * Refused are: links of all kinds but those by which a file holds its own objects, two names of one object,
- * data that lie in other files (external, virtual), filters that are not HDF5's own, data that are missing or
- * cannot fit into the file, names that are not UTF-8, scales along which a dataset is missing.
+ * It refuses links to other files and names, and two names of one object; data in other files (external,
+ * virtual); filters that are not HDF5's own. It refuses data that are missing or cannot fit into the file,
+ * names that are not UTF-8, and scales along which a dataset is missing.
  *
  * What goes through the socket, in the order of this machine: numbers of 8 bytes, texts by length and bytes.
  * First all objects, then one answer for each request. An answer begins with an enum gate_answer.

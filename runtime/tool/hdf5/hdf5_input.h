@@ -2,7 +2,7 @@
  * A file of HDF5 that is read: all its objects with their attributes, and rows of its datasets in blocks, so
  * that memory does not grow with their count.
  *
- * A process of its own reads it (hdf5_gate.h says what is refused). All functions complain once for a file,
+ * A separate process reads it (hdf5_gate.h says what is refused). All functions complain once for a file,
  * on stderr, as FILE: fact; after that they do nothing and return false.
  */
 #ifndef REFDYN_TOOL_HDF5_INPUT_H

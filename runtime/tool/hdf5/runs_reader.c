@@ -174,7 +174,7 @@ static bool is_scale(const struct hdf5_object *object) {
 static bool check_axis(struct runs_reader *reader, const struct kept_axis *axis) {
     for (int i = 0; axis->values && i < axis->count; i++)
         if (!isfinite(axis->values[i]) || (i > 0 && axis->values[i] < axis->values[i - 1]))
-            return hdf5_input_refuse(&reader->input, "/%s: entry %d is %g, finite ones in order are needed",
+            return hdf5_input_refuse(&reader->input, "/%s: entry %d is %g; entries must be finite and ascend",
                                      axis->path, i, axis->values[i]);
     return true;
 }
