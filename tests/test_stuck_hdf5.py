@@ -150,6 +150,13 @@ def test_a_motion_is_whole_and_finite(made, tmp_path, name, how, fact):
         assert fact in refused(arguments, path)
 
 
+def test_parameters_of_a_motion_are_finite(made, tmp_path):
+    path = shutil.copy(made / "run.h5", tmp_path / "run.h5")
+    with h5py.File(path, "r+") as file:
+        file["parameters"].attrs["m"] = np.nan
+    assert refused(["view", path, "-o", tmp_path / "x.html"], path) == "/parameters: m is nan, which must be finite"
+
+
 @pytest.mark.parametrize("name, how, fact, which", [
     ("case", drop, "the scale of an axis is missing", "plot merge sim"),
     ("cases", drop, "a dataset along this scale is missing", "plot merge sim"),
