@@ -1,7 +1,7 @@
 /* The process that reads files of HDF5: see hdf5_gate.h. */
 #include "hdf5/hdf5_gate.h"
 #include "base/utf8.h"
-#include "hdf5/hdf5_file.h"
+#include "hdf5/hdf5_answers.h"
 #include "text/output.h"
 
 #include <fcntl.h>
@@ -9,9 +9,7 @@
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/resource.h>
 #include <sys/socket.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 /* An object of the file. Paths begin with a slash. */
@@ -38,105 +36,12 @@ enum {
 };
 
 struct gate {
-    FILE *out;    /* to the program */
-    FILE *answer; /* in the making, into `text`: the program gets a whole one, or a fact instead */
-    char *text;
-    size_t length;
+    struct answers *answers;
     hid_t file;
-    double bytes; /* of the file */
     struct entry *entries;
     int count, room;
     struct place *places; /* (count) of the entries in the file, in order */
-    double text_left;     /* bytes of texts that the present request may still take */
 };
-
-/* ---- Answers ---- */
-
-static void send_whole(struct gate *gate, int64_t number) {
-    fwrite(&number, sizeof number, 1, gate->answer);
-}
-
-static void send_bytes(struct gate *gate, const char *text, size_t length) {
-    send_whole(gate, (int64_t)length);
-    fwrite(text, 1, length, gate->answer);
-}
-
-static void begin_answer(struct gate *gate, enum gate_answer answer) {
-    gate->answer = text_stream(&gate->text, &gate->length);
-    send_whole(gate, answer);
-}
-
-static void end_answer(struct gate *gate) {
-    fclose(gate->answer);
-    if (fwrite(gate->text, 1, gate->length, gate->out) != gate->length || fflush(gate->out) != 0)
-        _exit(1);
-    free(gate->text);
-}
-
-static _Noreturn void refuse(struct gate *gate, const char *format, ...)
-    __attribute__((format(printf, 2, 3)));
-static _Noreturn void refuse(struct gate *gate, const char *format, ...) {
-    va_list list;
-    va_start(list, format);
-    const char *text = text_vformat(format, list);
-    va_end(list);
-    begin_answer(gate, GATE_FACT);
-    send_bytes(gate, text, strlen(text));
-    end_answer(gate);
-    _exit(0);
-}
-
-/* Passes what HDF5 gave on, unless that is an error. */
-static hid_t good(struct gate *gate, const char *path, hid_t result) {
-    if (result < 0)
-        refuse(gate, "damaged: %s: %s", path, hdf5_cause());
-    return result;
-}
-
-/* ---- Bounds ---- */
-
-static void bound(int resource, rlim_t most) {
-    struct rlimit limit;
-    if (getrlimit(resource, &limit) == 0 && (limit.rlim_max == RLIM_INFINITY || most < limit.rlim_max)) {
-        limit.rlim_cur = most;
-        setrlimit(resource, &limit);
-    }
-}
-
-/* Lengths in a damaged file may ask for any amount. Where the system does not say how much this process has,
- * only the bounds on texts hold. */
-static void bound_memory(const struct gate *gate) {
-    const double more = 1e9 + 4 * gate->bytes;
-    unsigned long long pages = 0;
-    FILE *file = fopen("/proc/self/statm", "r");
-    if (file && fscanf(file, "%llu", &pages) == 1)
-        bound(RLIMIT_AS, (rlim_t)((double)pages * (double)sysconf(_SC_PAGESIZE) + more));
-    if (file)
-        fclose(file);
-}
-
-/* Of the next request. */
-static void bound_work(struct gate *gate) {
-    struct rusage used;
-    getrusage(RUSAGE_SELF, &used);
-    bound(RLIMIT_CPU, (rlim_t)(used.ru_utime.tv_sec + used.ru_stime.tv_sec + 1 + GATE_SECONDS) +
-                          (rlim_t)(gate->bytes / GATE_BYTES_PER_SECOND));
-    gate->text_left = gate->bytes;
-}
-
-/* For HDF5, which asks for the texts of a dataset. */
-static void *allocate_text(size_t size, void *where) {
-    struct gate *gate = where;
-    if ((double)size > gate->text_left + 1)
-        return NULL;
-    gate->text_left -= (double)size;
-    return malloc(size + 1);
-}
-
-static void free_text(void *text, void *where) {
-    (void)where;
-    free(text);
-}
 
 /* ---- The objects ---- */
 
@@ -165,11 +70,11 @@ static herr_t take_link(hid_t group, const char *name, const H5L_info_t *info, v
     const char *path = path_of(names->path, name);
     (void)group;
     if (!is_utf8(name, strlen(name)))
-        refuse(names->gate, "damaged: a name in %s is not UTF-8", names->path);
+        answers_refuse(names->gate->answers, "damaged: a name in %s is not UTF-8", names->path);
     if (info->type == H5L_TYPE_EXTERNAL)
-        refuse(names->gate, "%s: is a link to another file, which is not followed", path);
+        answers_refuse(names->gate->answers, "%s: is a link to another file, which is not followed", path);
     if (info->type != H5L_TYPE_HARD)
-        refuse(names->gate, "%s: is a link to another name, which is not followed", path);
+        answers_refuse(names->gate->answers, "%s: is a link to another name, which is not followed", path);
     names->list = memory_room(&program_memory, names->list, names->count, &names->room, sizeof *names->list);
     names->list[names->count++] = path;
     return 0;
@@ -182,17 +87,18 @@ static struct names list_names(struct gate *gate, const char *path) {
                            H5P_DEFAULT) >= 0)
         return names;
     names.count = 0;
-    good(gate, path,
-         H5Literate_by_name(gate->file, path, H5_INDEX_NAME, H5_ITER_INC, NULL, take_link, &names,
-                            H5P_DEFAULT));
+    answers_good(gate->answers, path,
+                 H5Literate_by_name(gate->file, path, H5_INDEX_NAME, H5_ITER_INC, NULL, take_link, &names,
+                                    H5P_DEFAULT));
     return names;
 }
 
 static int add_entry(struct gate *gate, const char *path, int group) {
     H5O_info_t info;
-    good(gate, path, H5Oget_info_by_name2(gate->file, path, &info, H5O_INFO_BASIC, H5P_DEFAULT));
+    answers_good(gate->answers, path,
+                 H5Oget_info_by_name2(gate->file, path, &info, H5O_INFO_BASIC, H5P_DEFAULT));
     if (group >= 0 && info.rc != 1)
-        refuse(gate, "%s: has %u names in the file; it must have one", path, info.rc);
+        answers_refuse(gate->answers, "%s: has %u names in the file; it must have one", path, info.rc);
     gate->entries =
         memory_room(&program_memory, gate->entries, gate->count, &gate->room, sizeof *gate->entries);
     gate->entries[gate->count] =
@@ -205,7 +111,7 @@ static void add_entries(struct gate *gate, int group, int depth) {
     const char *path = gate->entries[group].path;
     const struct names names = list_names(gate, path);
     if (depth == DEEPEST)
-        refuse(gate, "%s: lies more than %d groups deep", path, (int)DEEPEST);
+        answers_refuse(gate->answers, "%s: lies more than %d groups deep", path, (int)DEEPEST);
     for (int i = 0; i < names.count; i++) {
         const int entry = add_entry(gate, names.list[i], group);
         if (gate->entries[entry].type == H5O_TYPE_GROUP)
@@ -225,8 +131,9 @@ static void sort_places(struct gate *gate) {
     qsort(gate->places, (size_t)gate->count, sizeof *gate->places, compare_places);
     for (int i = 1; i < gate->count; i++)
         if (gate->places[i].address == gate->places[i - 1].address)
-            refuse(gate, "damaged: %s and %s are one object", gate->entries[gate->places[i - 1].entry].path,
-                   gate->entries[gate->places[i].entry].path);
+            answers_refuse(gate->answers, "damaged: %s and %s are one object",
+                           gate->entries[gate->places[i - 1].entry].path,
+                           gate->entries[gate->places[i].entry].path);
 }
 
 /* The entry that a reference is to; `what` it is there. */
@@ -235,7 +142,7 @@ static const struct entry *referred(struct gate *gate, const char *path, const c
     const struct place key = {.address = reference};
     const struct place *place = bsearch(&key, gate->places, (size_t)gate->count, sizeof key, compare_places);
     if (!place)
-        refuse(gate, "%s: %s is missing", path, what);
+        answers_refuse(gate->answers, "%s: %s is missing", path, what);
     return &gate->entries[place->entry];
 }
 
@@ -256,9 +163,9 @@ static enum hdf5_kind kind_of(hid_t type) {
 
 /* Data of `count` elements have to be in the file, packed at most as HDF5's filters can. */
 static void check_fit(struct gate *gate, const char *path, double count, hid_t type) {
-    if (count * (double)H5Tget_size(type) > MOST_PACKED * gate->bytes)
-        refuse(gate, "damaged: %s: %.0f values do not fit into a file of %.0f bytes", path, count,
-               gate->bytes);
+    if (count * (double)H5Tget_size(type) > MOST_PACKED * gate->answers->bytes)
+        answers_refuse(gate->answers, "damaged: %s: %.0f values do not fit into a file of %.0f bytes", path,
+                       count, gate->answers->bytes);
 }
 
 /* `count` texts as the type has them in memory: pointers, of which an empty one may be NULL, or one after the
@@ -273,7 +180,7 @@ static void send_texts(struct gate *gate, hid_t type, const void *texts, size_t 
         size_t length = !text ? 0 : text == field ? strnlen(text, size) : strlen(text);
         while (text == field && is_padded && length > 0 && text[length - 1] == ' ')
             length--;
-        send_bytes(gate, text ? text : "", length);
+        answers_put_bytes(gate->answers, text ? text : "", length);
     }
 }
 
@@ -288,13 +195,14 @@ struct attribute {
 
 static struct attribute open_attribute(struct gate *gate, const char *path, const char *name) {
     struct attribute attribute = {
-        .id = good(gate, path, H5Aopen_by_name(gate->file, path, name, H5P_DEFAULT, H5P_DEFAULT))};
-    const hid_t space = good(gate, path, H5Aget_space(attribute.id));
-    attribute.type = good(gate, path, H5Aget_type(attribute.id));
+        .id = answers_good(gate->answers, path,
+                           H5Aopen_by_name(gate->file, path, name, H5P_DEFAULT, H5P_DEFAULT))};
+    const hid_t space = answers_good(gate->answers, path, H5Aget_space(attribute.id));
+    attribute.type = answers_good(gate->answers, path, H5Aget_type(attribute.id));
     attribute.length = H5Sget_simple_extent_npoints(space);
     attribute.is_list = H5Sget_simple_extent_ndims(space) > 0;
     H5Sclose(space);
-    good(gate, path, attribute.length < 0 ? -1 : 0);
+    answers_good(gate->answers, path, attribute.length < 0 ? -1 : 0);
     check_fit(gate, path, (double)attribute.length, attribute.type);
     return attribute;
 }
@@ -309,7 +217,7 @@ static void *read_attribute(struct gate *gate, const char *path, const struct at
                             hid_t type) {
     void *values = allocate_large((size_t)attribute->length + 1, H5Tget_size(type));
     if (attribute->length > 0)
-        good(gate, path, H5Aread(attribute->id, type, values));
+        answers_good(gate->answers, path, H5Aread(attribute->id, type, values));
     return values;
 }
 
@@ -319,13 +227,13 @@ static void send_attribute(struct gate *gate, const char *path, const char *name
     if (kind != HDF5_OTHER) {
         const hid_t type = kind == HDF5_TEXTS ? attribute.type : H5T_NATIVE_DOUBLE;
         void *values = read_attribute(gate, path, &attribute, type);
-        send_whole(gate, kind);
-        send_bytes(gate, name, strlen(name));
-        send_whole(gate, attribute.is_list ? attribute.length : GATE_SINGLE);
+        answers_put_whole(gate->answers, kind);
+        answers_put_bytes(gate->answers, name, strlen(name));
+        answers_put_whole(gate->answers, attribute.is_list ? attribute.length : GATE_SINGLE);
         if (kind == HDF5_TEXTS)
             send_texts(gate, type, values, (size_t)attribute.length);
         else
-            fwrite(values, sizeof(double), (size_t)attribute.length, gate->answer);
+            fwrite(values, sizeof(double), (size_t)attribute.length, gate->answers->stream);
         free(values);
     }
     close_attribute(&attribute);
@@ -346,16 +254,16 @@ static herr_t take_attribute(hid_t object, const char *name, const H5A_info_t *i
 
 static void send_attributes(struct gate *gate, const char *path) {
     struct described described = {gate, path};
-    good(gate, path,
-         H5Aiterate_by_name(gate->file, path, H5_INDEX_NAME, H5_ITER_INC, NULL, take_attribute, &described,
-                            H5P_DEFAULT));
-    send_whole(gate, GATE_NO_MORE);
+    answers_good(gate->answers, path,
+                 H5Aiterate_by_name(gate->file, path, H5_INDEX_NAME, H5_ITER_INC, NULL, take_attribute,
+                                    &described, H5P_DEFAULT));
+    answers_put_whole(gate->answers, GATE_NO_MORE);
 }
 
 /* ---- Dimension scales ---- */
 
 static bool has_attribute(struct gate *gate, const char *path, const char *name) {
-    return good(gate, path, H5Aexists_by_name(gate->file, path, name, H5P_DEFAULT)) > 0;
+    return answers_good(gate->answers, path, H5Aexists_by_name(gate->file, path, name, H5P_DEFAULT)) > 0;
 }
 
 /* The path of the scale along the second axis; "": there is none. */
@@ -388,7 +296,7 @@ static void check_datasets_along(struct gate *gate, const char *path) {
         return;
     struct attribute attribute = open_attribute(gate, path, name);
     const hid_t type = H5Tcreate(H5T_COMPOUND, sizeof(hobj_ref_t));
-    good(gate, path, H5Tinsert(type, "dataset", 0, H5T_STD_REF_OBJ));
+    answers_good(gate->answers, path, H5Tinsert(type, "dataset", 0, H5T_STD_REF_OBJ));
     hobj_ref_t *references = read_attribute(gate, path, &attribute, type);
     for (hssize_t i = 0; i < attribute.length; i++)
         referred(gate, path, "a dataset along this scale", references[i]);
@@ -406,16 +314,17 @@ static void check_filters(struct gate *gate, const char *path, hid_t creation) {
         const H5Z_filter_t filter =
             H5Pget_filter2(creation, (unsigned)i, &flags, &no_settings, NULL, 0, NULL, &settings);
         if (filter < 0 || filter >= H5Z_FILTER_RESERVED)
-            refuse(gate, "%s: its data are packed by filter %d, which refdyn does not know", path, filter);
+            answers_refuse(gate->answers, "%s: its data are packed by filter %d, which refdyn does not know",
+                           path, filter);
     }
 }
 
 /* Before anything asks for its size: that opens the files of a virtual dataset. */
 static bool check_storage(struct gate *gate, const char *path, hid_t dataset) {
-    const hid_t creation = good(gate, path, H5Dget_create_plist(dataset));
+    const hid_t creation = answers_good(gate->answers, path, H5Dget_create_plist(dataset));
     const H5D_layout_t layout = H5Pget_layout(creation);
     if (layout == H5D_VIRTUAL || H5Pget_external_count(creation) != 0)
-        refuse(gate, "%s: its data lie in other files, which are not followed", path);
+        answers_refuse(gate->answers, "%s: its data lie in other files, which are not followed", path);
     check_filters(gate, path, creation);
     const bool is_packed = H5Pget_nfilters(creation) > 0;
     H5Pclose(creation);
@@ -425,21 +334,21 @@ static bool check_storage(struct gate *gate, const char *path, hid_t dataset) {
 static void check_data(struct gate *gate, const struct entry *entry, hid_t type, hid_t space,
                        bool is_packed) {
     const hssize_t count = H5Sget_simple_extent_npoints(space);
-    good(gate, entry->path, count < 0 ? -1 : 0);
+    answers_good(gate->answers, entry->path, count < 0 ? -1 : 0);
     check_fit(gate, entry->path, (double)count, type);
     const double stored = (double)H5Dget_storage_size(entry->dataset),
                  needed = (double)count * (double)H5Tget_size(type);
     if (stored < (is_packed ? fmin(needed, 1) : needed))
-        refuse(gate, "damaged: %s: data are missing", entry->path);
+        answers_refuse(gate->answers, "damaged: %s: data are missing", entry->path);
 }
 
 /* Opens the dataset, and finds its kind and its sizes. */
 static void look_at_dataset(struct gate *gate, struct entry *entry) {
-    entry->dataset = good(gate, entry->path, H5Dopen2(gate->file, entry->path, H5P_DEFAULT));
+    entry->dataset = answers_good(gate->answers, entry->path, H5Dopen2(gate->file, entry->path, H5P_DEFAULT));
     const bool is_packed = check_storage(gate, entry->path, entry->dataset);
-    const hid_t type = good(gate, entry->path, H5Dget_type(entry->dataset)),
-                space = good(gate, entry->path, H5Dget_space(entry->dataset));
-    entry->rank = (int)good(gate, entry->path, H5Sget_simple_extent_ndims(space));
+    const hid_t type = answers_good(gate->answers, entry->path, H5Dget_type(entry->dataset)),
+                space = answers_good(gate->answers, entry->path, H5Dget_space(entry->dataset));
+    entry->rank = (int)answers_good(gate->answers, entry->path, H5Sget_simple_extent_ndims(space));
     entry->kind = kind_of(type);
     if (entry->kind != HDF5_OTHER)
         check_data(gate, entry, type, space, is_packed);
@@ -456,23 +365,23 @@ static void look_at_entries(struct gate *gate) {
         if (entry->type == H5O_TYPE_DATASET)
             look_at_dataset(gate, entry);
         else if (entry->type != H5O_TYPE_GROUP)
-            refuse(gate, "%s: is neither a group nor a dataset", entry->path);
+            answers_refuse(gate->answers, "%s: is neither a group nor a dataset", entry->path);
     }
 }
 
 static void send_entry(struct gate *gate, const struct entry *entry) {
-    begin_answer(gate, GATE_OBJECT);
-    send_whole(gate, entry->group);
-    send_whole(gate, entry->kind);
-    send_whole(gate, entry->rank);
-    send_whole(gate, (int64_t)entry->size[0]);
-    send_whole(gate, (int64_t)entry->size[1]);
-    send_bytes(gate, entry->path, strlen(entry->path));
+    answers_begin(gate->answers, GATE_OBJECT);
+    answers_put_whole(gate->answers, entry->group);
+    answers_put_whole(gate->answers, entry->kind);
+    answers_put_whole(gate->answers, entry->rank);
+    answers_put_whole(gate->answers, (int64_t)entry->size[0]);
+    answers_put_whole(gate->answers, (int64_t)entry->size[1]);
+    answers_put_bytes(gate->answers, entry->path, strlen(entry->path));
     const char *axis = find_axis(gate, entry->path);
-    send_bytes(gate, axis, strlen(axis));
+    answers_put_bytes(gate->answers, axis, strlen(axis));
     check_datasets_along(gate, entry->path);
     send_attributes(gate, entry->path);
-    end_answer(gate);
+    answers_end(gate->answers);
 }
 
 static void send_entries(struct gate *gate) {
@@ -482,8 +391,8 @@ static void send_entries(struct gate *gate) {
     look_at_entries(gate);
     for (int i = 0; i < gate->count; i++)
         send_entry(gate, &gate->entries[i]);
-    begin_answer(gate, GATE_END);
-    end_answer(gate);
+    answers_begin(gate->answers, GATE_END);
+    answers_end(gate->answers);
 }
 
 /* ---- Rows ---- */
@@ -491,9 +400,24 @@ static void send_entries(struct gate *gate) {
 static hid_t select_rows(struct gate *gate, const struct entry *entry, const struct gate_request *request) {
     const hsize_t start[2] = {(hsize_t)request->first, 0},
                   count[2] = {(hsize_t)request->count, entry->size[1]};
-    const hid_t space = good(gate, entry->path, H5Dget_space(entry->dataset));
-    good(gate, entry->path, H5Sselect_hyperslab(space, H5S_SELECT_SET, start, NULL, count, NULL));
+    const hid_t space = answers_good(gate->answers, entry->path, H5Dget_space(entry->dataset));
+    answers_good(gate->answers, entry->path,
+                 H5Sselect_hyperslab(space, H5S_SELECT_SET, start, NULL, count, NULL));
     return space;
+}
+
+/* For HDF5, which asks for the texts of a dataset. */
+static void *allocate_text(size_t size, void *where) {
+    struct answers *answers = where;
+    if ((double)size > answers->text_left + 1)
+        return NULL;
+    answers->text_left -= (double)size;
+    return malloc(size + 1);
+}
+
+static void free_text(void *text, void *where) {
+    (void)where;
+    free(text);
 }
 
 static void read_rows(struct gate *gate, const struct entry *entry, const struct gate_request *request,
@@ -501,8 +425,8 @@ static void read_rows(struct gate *gate, const struct entry *entry, const struct
     const hsize_t count = (hsize_t)request->count * (entry->size[1] > 0 ? entry->size[1] : 1);
     const hid_t memory = H5Screate_simple(1, &count, NULL), stored = select_rows(gate, entry, request);
     const hid_t transfer = H5Pcreate(H5P_DATASET_XFER);
-    H5Pset_vlen_mem_manager(transfer, allocate_text, gate, free_text, NULL);
-    good(gate, entry->path, H5Dread(entry->dataset, type, memory, stored, transfer, values));
+    H5Pset_vlen_mem_manager(transfer, allocate_text, gate->answers, free_text, NULL);
+    answers_good(gate->answers, entry->path, H5Dread(entry->dataset, type, memory, stored, transfer, values));
     H5Pclose(transfer);
     H5Sclose(stored);
     H5Sclose(memory);
@@ -510,20 +434,20 @@ static void read_rows(struct gate *gate, const struct entry *entry, const struct
 
 static void send_rows(struct gate *gate, const struct entry *entry, const struct gate_request *request) {
     const size_t count = (size_t)request->count * (entry->size[1] > 0 ? (size_t)entry->size[1] : 1);
-    const hid_t stored = good(gate, entry->path, H5Dget_type(entry->dataset)),
+    const hid_t stored = answers_good(gate->answers, entry->path, H5Dget_type(entry->dataset)),
                 type = entry->kind == HDF5_TEXTS ? stored : H5T_NATIVE_DOUBLE;
     void *values = allocate_large(count + 1, H5Tget_size(type));
     read_rows(gate, entry, request, type, values);
-    begin_answer(gate, GATE_ROWS);
+    answers_begin(gate->answers, GATE_ROWS);
     if (entry->kind == HDF5_TEXTS)
         send_texts(gate, type, values, count);
     else
-        fwrite(values, sizeof(double), count, gate->answer);
+        fwrite(values, sizeof(double), count, gate->answers->stream);
     for (size_t i = 0; entry->kind == HDF5_TEXTS && H5Tis_variable_str(type) > 0 && i < count; i++)
         free(((char **)values)[i]);
     free(values);
     H5Tclose(stored);
-    end_answer(gate);
+    answers_end(gate->answers);
 }
 
 /* ---- The process ---- */
@@ -543,35 +467,30 @@ static void part_from_program(void) {
         signal(ending[i], SIG_DFL);
     for (int descriptor = STDIN_FILENO; nowhere >= 0 && descriptor <= STDERR_FILENO; descriptor++)
         dup2(nowhere, descriptor);
-    bound(RLIMIT_CORE, 0);
 }
 
 static void open_file(struct gate *gate, const char *path) {
-    struct stat status;
     const hid_t access = H5Pcreate(H5P_FILE_ACCESS);
     H5dont_atexit();
     H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
     H5PLset_loading_state(0);
     H5Pset_file_locking(access, false, true);
-    gate->bytes = stat(path, &status) == 0 ? (double)status.st_size : 0;
-    bound_memory(gate);
-    bound_work(gate);
     gate->file = H5Fopen(path, H5F_ACC_RDONLY, access);
     if (gate->file < 0)
-        refuse(gate, "cannot be read: %s", hdf5_cause());
+        answers_refuse(gate->answers, "cannot be read: %s", hdf5_cause());
     H5Pclose(access);
 }
 
 void gate_serve(const char *path, int socket) {
-    struct gate gate = {.out = fdopen(socket, "w")};
+    struct answers answers;
+    struct gate gate = {.answers = &answers};
     struct gate_request request;
-    if (!gate.out)
-        _exit(1);
+    answers_start(&answers, path, socket);
     part_from_program();
     open_file(&gate, path);
     send_entries(&gate);
     while (get_request(socket, &request)) {
-        bound_work(&gate);
+        answers_bound_work(&answers);
         send_rows(&gate, &gate.entries[request.object], &request);
     }
     _exit(0);
