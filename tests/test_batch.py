@@ -2,6 +2,7 @@
 `refdyn batch`: its numbers are those of `refdyn sim`, whatever the threads, kills and neighbours; what is kept of them;
 what a journal survives; `refdyn sim --case`.
 """
+import hashlib
 import os
 import random
 import resource
@@ -245,6 +246,8 @@ def test_one_case_of_a_damaged_file(where, name, value, message, done, tmp_path)
     shutil.copy(done, tmp_path / "runs.h5")
     with h5py.File(tmp_path / "runs.h5", "r+") as file:
         file[where].attrs[name] = value
+        if where == "/":
+            file.attrs[name + "_hash"] = hashlib.sha256(value.encode()).hexdigest()
     said = refdyn("sim", "--case", "0", "--of", tmp_path / "runs.h5", "-o", tmp_path / "case.csv", status=1).stderr
     assert message in said, said
 

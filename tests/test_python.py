@@ -297,6 +297,19 @@ return rd.sweep { vary = { m_E = { 1, 2 } }, t_end = 0.1, every = 0.05,
     assert same(kept.E_z_min, kept.E_z_history.min("t"))
 
 
+def test_names_of_a_batch_that_clash_with_its_axes(package, tmp_path):
+    """A parameter called t is not lost to the times, nor an input called which to the axis of extremes."""
+    pytest.importorskip("h5py")
+    fall = package.Model.from_text('''local rd = require "refdyn"
+local p = rd.parameters { { "t", 1, "kg" } }
+return rd.model { name = "fall", links = { { "b", joint = { "z" }, mass = p.t } }, forces = function(s) return { b_z = rd.input("which", 2, "N") } end }''')
+    (tmp_path / "sweep.lua").write_text('''local rd = require "refdyn"
+return rd.sweep { vary = { t = { 1, 2 } }, t_end = 0.1, every = 0.05, keep = { final = true, norms = { "which" }, history = { "which" } } }''')
+    runs = fall.batch(sweep=tmp_path / "sweep.lua")
+    assert runs.t.dims == ("t",) and same(runs.t, [0, 0.05, 0.1]) and same(runs.case_t, [1, 2])
+    assert same(runs.which_rms, [2, 2]) and runs.which_history.dims == ("case", "t") and same(runs.which_history[0], [2, 2, 2])
+
+
 # ---- Inputs that events set, and options of all kinds ----
 
 BALL = '''local rd = require "refdyn"

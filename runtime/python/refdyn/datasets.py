@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 AXES = ("x", "y", "z")
 EXTREMES = ("_min", "_min_t", "_max", "_max_t")
+TIME_AXES = {"at": "t_at", "history": "t"}
 
 
 def variable(dims: Iterable[str], values: Any, unit: str | None = None) -> xarray.Variable:
@@ -181,7 +182,10 @@ def of_options(model: Model, name: str, values: np.ndarray) -> np.ndarray:
 
 def of_runs(model: Model, path: str, summary: str, attrs: Mapping[str, Any]) -> xarray.Dataset:
     with need_h5py().File(path) as file, open(summary) as told:
-        variables: dict[str, xarray.Variable] = {"case": variable(("case",), file["case"][()])}
+        variables = {"case": variable(("case",), file["case"][()])}
+        for group, axis in TIME_AXES.items():
+            if f"{group}/t" in file:
+                variables[axis] = of_item(file[f"{group}/t"], (axis,))
         for name in ("status", "reason", "steps", "cpu_s"):
             put(variables, name, "case", of_item(file[name], ("case",)))
         variables["reason"].values = np.array([shown(text) for text in variables["reason"].values], dtype=object)
@@ -211,16 +215,16 @@ def of_item(item: Any, dims: Iterable[str]) -> xarray.Variable:
 def put_group(variables: dict[str, xarray.Variable], group: str, items: Mapping[str, Any]) -> None:
     """A group of the file under the names of RUNS.csv."""
     suffix = {"norms": "_rms", "at": "_at", "history": "_history"}.get(group, "")
-    axis = {"at": "t_at", "history": "t"}.get(group)
+    axis = TIME_AXES.get(group)
     for name, item in items.items():
-        if group == "extremes" and name != "which":
+        if name == {"at": "t", "history": "t", "extremes": "which"}.get(group):
+            continue
+        if group == "extremes":
             columns = of_item(item, ("case", "which"))
             for place, ending in enumerate(EXTREMES):
                 unit = "s" if ending.endswith("_t") else columns.attrs.get("units")
                 put(variables, name + ending, group, variable(("case",), columns.values[:, place], unit))
-        elif axis and name == "t":
-            variables[axis] = of_item(item, (axis,))
         elif group == "final" and name == "t":
             put(variables, "t_end", group, of_item(item, ("case",)))
-        elif name != "which":
+        else:
             put(variables, name + suffix, group, of_item(item, ("case", axis) if axis else ("case",)))

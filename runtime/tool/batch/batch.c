@@ -18,18 +18,29 @@ struct results {
 
 /* ---- Opening ---- */
 
-static enum status check_suffix(struct results *results, const struct batch_setup *setup) {
-    const char *path = setup->options.output;
-    results->is_csv = text_ends_with(path, ".csv");
-    const char *unfit = results->is_csv ? runs_csv_unfit(&setup->layout) : NULL;
+static enum status check_csv(const struct batch_setup *setup) {
+    const char *path = setup->options.output, *unfit = runs_csv_unfit(&setup->layout);
     if (unfit)
         return usage_error(setup->options.command,
                            "-o %s: one row a case has no place for the times of %s, "
                            "a file RUNS.h5 has",
                            path, unfit);
-    if (results->is_csv || text_names_hdf5(path))
-        return STATUS_DONE;
-    return usage_error(setup->options.command, "-o %s: a name that ends in .h5 or .csv is needed", path);
+    const char *twice = runs_csv_twice(&setup->layout);
+    if (twice)
+        return usage_error(setup->options.command,
+                           "-o %s: two columns would have the name %s, in a file RUNS.h5 they lie in groups",
+                           path, twice);
+    return STATUS_DONE;
+}
+
+/* Whether the file of this name can have what is kept; without a name, as of a trial, a file of HDF5. */
+static enum status check_output(const struct batch_setup *setup) {
+    const char *path = setup->options.output;
+    if (path && text_ends_with(path, ".csv"))
+        return check_csv(setup);
+    if (path && !text_names_hdf5(path))
+        return usage_error(setup->options.command, "-o %s: a name that ends in .h5 or .csv is needed", path);
+    return kept_fits_hdf5(&setup->sweep.keep, &setup->layout) ? STATUS_DONE : STATUS_FAULT;
 }
 
 static bool spare(void *context, const char *path) {
@@ -52,9 +63,7 @@ static bool is_journal(const struct options *options) {
 
 static enum status open_results(struct results *results, struct batch_setup *setup) {
     const struct options *options = &setup->options;
-    const enum status status = check_suffix(results, setup);
-    if (status != STATUS_DONE)
-        return status;
+    results->is_csv = text_ends_with(options->output, ".csv");
     if (is_journal(options))
         return usage_error(options->command, "--summary %s: the journal of %s, another name is needed",
                            options->summary, options->output);
@@ -159,7 +168,11 @@ static bool write_hdf5(struct results *results, const struct batch_setup *setup)
     bool is_good = writer != NULL;
     for (long number = setup->first; number < setup->end && is_good; number++)
         is_good = journal_get(&results->journal, number, &record) && runs_put(writer, &record);
-    return writer && runs_finish(writer) && is_good;
+    if (is_good)
+        return runs_finish(writer);
+    if (writer)
+        runs_drop(writer);
+    return false;
 }
 
 static bool write_summary(const struct batch_setup *setup, const struct batch_count *count,
@@ -260,6 +273,8 @@ enum status run_batch(const struct options *options) {
     if (!options->output && !options->dry_run)
         return usage_error(options->command, "-o is missing");
     enum status status = batch_setup_open(&setup, options);
+    if (status == STATUS_DONE)
+        status = check_output(&setup);
     if (status == STATUS_DONE)
         status = options->dry_run ? run_dry(&setup) : compute_missing(&results, &setup);
     journal_close(&results.journal);

@@ -193,21 +193,37 @@ static void add(struct batch_setup *setup, const char *name, const char *text) {
     setup->layout.attributes[setup->layout.attribute_count++] = (struct attribute){name, text};
 }
 
+static const char *const part_names[JOURNAL_PARTS] = {"model", "sweep", "options", "files"};
+
+bool batch_check_texts(const struct runs_reader *runs, const char *path) {
+    char hash[JOURNAL_HASH], name[16];
+    for (int part = 0; part < JOURNAL_PARTS; part++) {
+        snprintf(name, sizeof name, "%s_hash", part_names[part]);
+        const char *text = runs_attribute(runs, part_names[part]), *kept = runs_attribute(runs, name);
+        hash_text(text ? text : "", hash);
+        if (!text || !kept || strcmp(hash, kept) != 0) {
+            complain_line(path, 0,
+                          text_format("damaged: attribute %s does not fit %s", part_names[part], name));
+            return false;
+        }
+    }
+    return true;
+}
+
 void batch_identify(struct batch_setup *setup) {
     enum { ATTRIBUTES = 5 + 2 * JOURNAL_PARTS };
     const char *model = text_of(setup, put_sources), *options = text_of(setup, put_options),
                *files = text_of(setup, put_files);
     const char *sweep = setup->sweep.text;
     const char *const texts[JOURNAL_PARTS] = {model, sweep, options, files};
-    static const char *const names[JOURNAL_PARTS] = {"model", "sweep", "options", "files"};
     for (int part = 0; part < JOURNAL_PARTS; part++)
         hash_text(texts[part], setup->key.hash[part]);
     setup->layout.attributes = memory_get(&setup->memory, ATTRIBUTES * sizeof *setup->layout.attributes);
     add(setup, "refdyn", REFDYN_VERSION);
     add(setup, "model_name", memory_text(&setup->memory, setup->base.generation.model.name));
     for (int part = 0; part < JOURNAL_PARTS; part++) {
-        add(setup, names[part], texts[part]);
-        add(setup, memory_format(&setup->memory, "%s_hash", names[part]), setup->key.hash[part]);
+        add(setup, part_names[part], texts[part]);
+        add(setup, memory_format(&setup->memory, "%s_hash", part_names[part]), setup->key.hash[part]);
     }
     add(setup, "command", command_of(setup));
     add(setup, "folder", present_folder(setup));

@@ -91,6 +91,9 @@ static enum status read_case(struct again *again, const char *path, double numbe
         cases->columns[i] = all->columns[i];
         cases->columns[i].values = memory_get(memory, sizeof(double));
         cases->columns[i].values[0] = all->columns[i].values[row];
+        if (!isfinite(cases->columns[i].values[0]))
+            return complain(path, memory_format(memory, "/cases/%s: case %.0f has %g, which must be finite",
+                                                all->columns[i].name, number, cases->columns[i].values[0]));
         leave_one_text(&cases->columns[i]);
     }
     return STATUS_DONE;
@@ -201,6 +204,8 @@ static enum status open_case(struct again *again, const struct options *given, c
     again->files = load_attribute(again->runs, "files");
     if (json_object_size(again->model) == 0 || !json_is_object(again->options))
         return complain(of, "the file does not tell its model and options");
+    if (!batch_check_texts(again->runs, of))
+        return STATUS_FAULT;
     enum status status = write_model(again, path);
     read_options(again, given, path);
     if (status == STATUS_DONE)

@@ -165,6 +165,35 @@ static bool are_known(const struct name_list *list, const struct listing *listin
     return true;
 }
 
+/* ---- Names that a file of HDF5 cannot have ---- */
+
+static const char *find_unfit(const char *group, const char *name, const struct runs_layout *layout) {
+    const char *path = text_format("%s/%s", group, name);
+    for (int i = 0; i < layout->axis_count; i++)
+        if (strcmp(layout->axes[i].path, path) == 0)
+            return text_format("a file of HDF5 has its axis /%s under this name", path);
+    return text_unfit_for_hdf5(name);
+}
+
+static bool check_fit(const struct name_list *list, const char *group, const struct runs_layout *layout) {
+    for (int i = 0; i < list->count; i++) {
+        const char *why = find_unfit(group, list->names[i], layout);
+        if (why) {
+            fprintf(stderr, "%s: keep.%s: '%s': %s; leave it out, or rename the column\n", list->places[i],
+                    group, list->names[i], why);
+            return false;
+        }
+    }
+    return true;
+}
+
+bool kept_fits_hdf5(const struct keep *keep, const struct runs_layout *layout) {
+    return check_fit(&keep->extremes, "extremes", layout) && check_fit(&keep->norms, "norms", layout) &&
+           check_fit(&keep->history, "history", layout);
+}
+
+/* ---- The whole ---- */
+
 bool kept_lay_out(struct memory *memory, const struct keep *keep, const struct refdyn_model *const *models,
                   int model_count, struct kept *kept, struct runs_layout *layout) {
     struct listing listing = {.memory = memory, .kept = kept, .layout = layout};

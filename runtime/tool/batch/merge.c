@@ -295,8 +295,12 @@ static bool copy_cases(struct merge *merge, struct runs_writer *writer) {
 
 static bool write_all(struct merge *merge, struct target *target) {
     struct runs_writer *writer = runs_create(target->part, &merge->layout, merge->count);
-    const bool is_copied = writer && copy_cases(merge, writer);
-    return writer && runs_finish(writer) && is_copied && target_finish(target);
+    if (!writer)
+        return false;
+    if (copy_cases(merge, writer))
+        return runs_finish(writer) && target_finish(target);
+    runs_drop(writer);
+    return false;
 }
 
 /* ---- The command ---- */

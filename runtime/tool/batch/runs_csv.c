@@ -1,8 +1,10 @@
 /* The runs of a batch as CSV: see runs_csv.h. */
 #include "batch/runs_csv.h"
+#include "batch/text_set.h"
 #include "text/output.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 static const char *const extremes_suffixes[] = {"_min", "_min_t", "_max", "_max_t"};
@@ -38,6 +40,22 @@ void runs_csv_header(const struct runs_layout *layout, FILE *out) {
                                        : "");
     }
     fputc('\n', out);
+}
+
+const char *runs_csv_twice(const struct runs_layout *layout) {
+    struct text_set names = {.memory = &program_memory};
+    char *header;
+    size_t size;
+    const char *twice = NULL;
+    FILE *out = text_stream(&header, &size);
+    runs_csv_header(layout, out);
+    fclose(out);
+    for (char *rest = header, *name; !twice && (name = strsep(&rest, ",\n"));) {
+        const int before = names.count, number = text_set_add(&names, name);
+        twice = number < before ? names.texts[number] : NULL;
+    }
+    free(header);
+    return twice;
 }
 
 /* What a case does not have is empty. */

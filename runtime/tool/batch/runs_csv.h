@@ -11,6 +11,8 @@
 
 /* The name of the first item that a row has no place for, NULL: there is none. */
 const char *runs_csv_unfit(const struct runs_layout *layout);
+/* The first name that two columns would have, NULL: there is none. */
+const char *runs_csv_twice(const struct runs_layout *layout);
 void runs_csv_header(const struct runs_layout *layout, FILE *out);
 void runs_csv_row(const struct runs_layout *layout, const struct case_record *record, FILE *out);
 

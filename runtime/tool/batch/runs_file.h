@@ -71,6 +71,8 @@ bool runs_put(struct runs_writer *writer, const struct case_record *record);
 /* All in the file and on the disk. False, with a complaint, also where fewer than `count` cases were put; in
  * any case the writer is released. */
 bool runs_finish(struct runs_writer *writer);
+/* Releases the writer of a file that is given up. */
+void runs_drop(struct runs_writer *writer);
 
 /* ---- Reading ---- */
 

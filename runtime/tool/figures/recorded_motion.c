@@ -147,7 +147,7 @@ static bool open_hdf5(struct run *run, const char *path) {
     run->motion = motion_open(path);
     if (!run->motion)
         return false;
-    char **names = motion_names(run->motion, &run->column_count);
+    const char *const *names = motion_names(run->motion, &run->column_count);
     char **kept = allocate((size_t)run->column_count, sizeof *kept);
     for (int i = 0; i < run->column_count; i++)
         kept[i] = text_format("%s", names[i]);

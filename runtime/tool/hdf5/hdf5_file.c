@@ -6,13 +6,9 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <hdf5_hl.h>
-#include <limits.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <unistd.h>
-
-static const char content_name[] = "content", version_name[] = "layout_version";
 
 /* ---- Complaints ---- */
 
@@ -34,10 +30,12 @@ static herr_t look_at_error(unsigned depth, const H5E_error2_t *error, void *whe
     return 0;
 }
 
-static struct cause find_cause(void) {
+const char *hdf5_cause(void) {
     struct cause cause = {.number = 0};
     H5Ewalk2(H5E_DEFAULT, H5E_WALK_DOWNWARD, look_at_error, &cause);
-    return cause;
+    return cause.is_cut_off ? "the file is cut off"
+           : cause.number   ? strerror(cause.number)
+                            : text_format("%s", cause.text);
 }
 
 static void complain(struct hdf5_file *file, const char *fact, const char *cause) {
@@ -47,12 +45,8 @@ static void complain(struct hdf5_file *file, const char *fact, const char *cause
 }
 
 bool hdf5_fail(struct hdf5_file *file, const char *fact) {
-    const struct cause cause = find_cause();
     if (!file->has_failed)
-        complain(file, fact,
-                 cause.is_cut_off ? "the file is cut off"
-                 : cause.number   ? strerror(cause.number)
-                                  : cause.text);
+        complain(file, fact, hdf5_cause());
     return false;
 }
 
@@ -109,60 +103,8 @@ bool hdf5_create(struct hdf5_file *file, const char *path, const char *content, 
         hdf5_fail(file, "cannot be written");
     H5Pclose(access);
     H5Pclose(creation);
-    return hdf5_put_text(file, "/", content_name, content) &&
-           hdf5_put_whole(file, "/", version_name, version);
-}
-
-/* What HDF5 would not say in these words. */
-static bool check_readable(struct hdf5_file *file, const char *what) {
-    struct stat status;
-    const int descriptor = open(file->path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-    const bool is_there = descriptor >= 0 && fstat(descriptor, &status) == 0;
-    const int number = errno;
-    if (descriptor >= 0)
-        close(descriptor);
-    if (!is_there)
-        return hdf5_refuse(file, "cannot be read: %s", strerror(number));
-    if (!S_ISREG(status.st_mode) || H5Fis_hdf5(file->path) <= 0)
-        return hdf5_refuse(file, "is no HDF5 file, a %s is needed", what);
-    return true;
-}
-
-static bool check_content(struct hdf5_file *file, const char *content, int version, const char *what) {
-    char *found = hdf5_get_text(file, "/", content_name);
-    long number = 0;
-    const bool is_right = found && strcmp(found, content) == 0;
-    free(found);
-    if (!is_right)
-        return hdf5_refuse(file, "is no %s", what);
-    if (!hdf5_get_whole(file, "/", version_name, &number) || number != version)
-        return hdf5_refuse(file, "is a %s in layout %ld, this refdyn reads layout %d", what, number, version);
-    return true;
-}
-
-bool hdf5_open(struct hdf5_file *file, const char *path, const char *content, int version, const char *what) {
-    if (!begin(file, path))
-        return hdf5_fail(file, "cannot be read");
-    if (!check_readable(file, what))
-        return false;
-    const hid_t access = access_to_files();
-    file->id = H5Fopen(path, H5F_ACC_RDONLY, access);
-    if (file->id < 0)
-        hdf5_fail(file, "cannot be read");
-    H5Pclose(access);
-    return file->id >= 0 && check_content(file, content, version, what);
-}
-
-bool hdf5_has_content(struct hdf5_file *file, const char *path, const char *content) {
-    if (!begin(file, path) || H5Fis_hdf5(path) <= 0)
-        return false;
-    const hid_t access = access_to_files();
-    file->id = H5Fopen(path, H5F_ACC_RDONLY, access);
-    H5Pclose(access);
-    char *found = file->id < 0 ? NULL : hdf5_get_text(file, "/", content_name);
-    const bool is_right = found && strcmp(found, content) == 0;
-    free(found);
-    return is_right;
+    return hdf5_put_text(file, "/", HDF5_CONTENT, content) &&
+           hdf5_put_whole(file, "/", HDF5_VERSION, version);
 }
 
 static bool synchronise(const char *path) {
@@ -231,80 +173,6 @@ bool hdf5_put_whole(struct hdf5_file *file, const char *object, const char *name
 
 bool hdf5_put_number(struct hdf5_file *file, const char *object, const char *name, double value) {
     return put_attribute(file, object, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, &value, 0);
-}
-
-/* A single value of that class; the memory type of a text is made by variable length from any. */
-static bool get_attribute(struct hdf5_file *file, const char *object, const char *name, H5T_class_t class,
-                          hid_t type, void *value) {
-    if (H5Aexists_by_name(file->id, object, name, H5P_DEFAULT) <= 0)
-        return false;
-    const hid_t attribute = H5Aopen_by_name(file->id, object, name, H5P_DEFAULT, H5P_DEFAULT);
-    const hid_t stored = attribute < 0 ? -1 : H5Aget_type(attribute);
-    const hid_t space = attribute < 0 ? -1 : H5Aget_space(attribute);
-    const bool is_good = stored >= 0 && space >= 0 && H5Tget_class(stored) == class &&
-                         (class != H5T_STRING || H5Tis_variable_str(stored) > 0) &&
-                         H5Sget_simple_extent_npoints(space) == 1 && H5Aread(attribute, type, value) >= 0;
-    if (space >= 0)
-        H5Sclose(space);
-    if (stored >= 0)
-        H5Tclose(stored);
-    if (attribute >= 0)
-        H5Aclose(attribute);
-    return is_good;
-}
-
-char *hdf5_get_text(struct hdf5_file *file, const char *object, const char *name) {
-    char *text = NULL;
-    if (!get_attribute(file, object, name, H5T_STRING, file->text, &text))
-        return NULL;
-    char *copy = allocate_large(text ? strlen(text) + 1 : 1, 1); /* HDF5 gives an empty one as NULL */
-    strcpy(copy, text ? text : "");
-    H5free_memory(text);
-    return copy;
-}
-
-/* How many texts a list has, 0: it is none. */
-static int count_texts(hid_t attribute) {
-    const hid_t stored = H5Aget_type(attribute), space = H5Aget_space(attribute);
-    const hssize_t count = space < 0 ? 0 : H5Sget_simple_extent_npoints(space);
-    const bool is_list = stored >= 0 && H5Tis_variable_str(stored) > 0 && count > 0 && count <= INT_MAX;
-    H5Sclose(space);
-    H5Tclose(stored);
-    return is_list ? (int)count : 0;
-}
-
-char **hdf5_get_texts(struct hdf5_file *file, const char *object, const char *name, int *count) {
-    char **texts = NULL;
-    *count = 0;
-    if (H5Aexists_by_name(file->id, object, name, H5P_DEFAULT) <= 0)
-        return NULL;
-    const hid_t attribute = H5Aopen_by_name(file->id, object, name, H5P_DEFAULT, H5P_DEFAULT);
-    if (attribute < 0)
-        return NULL;
-    *count = count_texts(attribute);
-    if (*count > 0)
-        texts = allocate_large((size_t)*count, sizeof *texts);
-    if (texts && H5Aread(attribute, file->text, texts) < 0)
-        *count = 0;
-    for (int i = 0; i < *count; i++)
-        if (!texts[i]) /* HDF5 gives an empty one so */
-            texts[i] = text_format("%s", "");
-    H5Aclose(attribute);
-    return texts;
-}
-
-void hdf5_free_texts(char **texts, int count) {
-    for (int i = 0; i < count; i++)
-        free(texts[i]);
-    free(texts);
-}
-
-bool hdf5_get_number(struct hdf5_file *file, const char *object, const char *name, double *value) {
-    return get_attribute(file, object, name, H5T_FLOAT, H5T_NATIVE_DOUBLE, value);
-}
-
-bool hdf5_get_whole(struct hdf5_file *file, const char *object, const char *name, long *value) {
-    return get_attribute(file, object, name, H5T_INTEGER, H5T_NATIVE_LONG, value);
 }
 
 /* ---- Groups and datasets ---- */

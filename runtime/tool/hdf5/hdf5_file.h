@@ -1,5 +1,5 @@
 /*
- * What all our HDF5 files share: how they are opened, written and closed, and what is said when that fails.
+ * What all our HDF5 files share: how they are made, written and closed, and what is said when that fails.
  *
  * Equal contents give equal bytes: no times are kept. Groups list their members in the order in which they
  * were made. Texts are UTF-8 of variable length. All functions complain once for a file, on stderr, as
@@ -10,6 +10,10 @@
 
 #include <hdf5.h>
 #include <stdbool.h>
+
+/* Attributes of a file: what is in it, and in which version of its layout. */
+#define HDF5_CONTENT "content"
+#define HDF5_VERSION "layout_version"
 
 struct hdf5_file {
     hid_t id;
@@ -23,14 +27,12 @@ enum { HDF5_MOST_ROOM = 1 << 22 /* bytes of rows that are held at a time */ };
 /* A new file in the place of what is there; hdf5_release in any case. `content` and `version` say what is in
  * it: "refdyn runs", 1. */
 bool hdf5_create(struct hdf5_file *file, const char *path, const char *content, int version);
-/* One of ours to read. `what` it is, in words: "file of runs". */
-bool hdf5_open(struct hdf5_file *file, const char *path, const char *content, int version, const char *what);
-/* Whether the file is one of ours with that content; complains of nothing. hdf5_release in any case. */
-bool hdf5_has_content(struct hdf5_file *file, const char *path, const char *content);
 /* All is on the disk. */
 bool hdf5_finish(struct hdf5_file *file);
 void hdf5_release(struct hdf5_file *file);
 
+/* Why the last function of HDF5 failed, in words. */
+const char *hdf5_cause(void);
 /* Complains with `fact` and the cause that HDF5 has, which it forgets at the next call of it, unless the file
  * has failed before. Returns false. */
 bool hdf5_fail(struct hdf5_file *file, const char *fact);
@@ -43,14 +45,6 @@ bool hdf5_put_texts(struct hdf5_file *file, const char *object, const char *name
                     int count);
 bool hdf5_put_whole(struct hdf5_file *file, const char *object, const char *name, long value);
 bool hdf5_put_number(struct hdf5_file *file, const char *object, const char *name, double value);
-/* NULL: there is none, or it is no text. In heap memory. */
-char *hdf5_get_text(struct hdf5_file *file, const char *object, const char *name);
-/* The texts of a list, in heap memory, for hdf5_free_texts; NULL: there is none. */
-char **hdf5_get_texts(struct hdf5_file *file, const char *object, const char *name, int *count);
-void hdf5_free_texts(char **texts, int count);
-/* False: there is none, or it is no number, or no whole number; that is not complained of. */
-bool hdf5_get_number(struct hdf5_file *file, const char *object, const char *name, double *value);
-bool hdf5_get_whole(struct hdf5_file *file, const char *object, const char *name, long *value);
 
 /* The group and all that lead to it, where they are missing. */
 bool hdf5_make_group(struct hdf5_file *file, const char *path);

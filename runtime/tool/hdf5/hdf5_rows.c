@@ -40,13 +40,17 @@ static void drop_block(struct hdf5_rows *rows) {
     rows->first = rows->count = 0;
 }
 
-void hdf5_rows_make_room(struct hdf5_rows *rows, int width, int text_width) {
-    const size_t row = (size_t)width * sizeof *rows->values + (size_t)text_width * sizeof *rows->texts;
+long hdf5_rows_in_block(int width, int text_width) {
+    const size_t row = (size_t)width * sizeof(double) + (size_t)text_width * sizeof(char *);
     const size_t fitting = HDF5_MOST_ROOM / (row + 1);
+    return fitting < 1 ? 1 : fitting < ROWS_MOST ? (long)fitting : ROWS_MOST;
+}
+
+void hdf5_rows_make_room(struct hdf5_rows *rows, int width, int text_width) {
     drop_block(rows);
     rows->width = width;
     rows->text_width = text_width;
-    rows->room = fitting < 1 ? 1 : fitting < ROWS_MOST ? (long)fitting : ROWS_MOST;
+    rows->room = hdf5_rows_in_block(width, text_width);
     rows->values = allocate_large((size_t)rows->room * (size_t)width + 1, sizeof *rows->values);
     rows->texts = allocate_large((size_t)rows->room * (size_t)text_width + 1, sizeof *rows->texts);
 }
@@ -79,38 +83,33 @@ static bool make_longer(const struct hdf5_rows *rows, const struct hdf5_column *
     return H5Dset_extent(column->dataset, size) >= 0;
 }
 
-/* Between the block and the file; `fact` of a failure. */
-static bool move(const struct hdf5_rows *rows, const struct hdf5_column *column, bool writes,
-                 const char *fact) {
-    if (writes && column->grows && !make_longer(rows, column))
-        return hdf5_fail(rows->file, fact);
+static bool write_column(const struct hdf5_rows *rows, const struct hdf5_column *column) {
+    if (column->grows && !make_longer(rows, column))
+        return hdf5_fail(rows->file, "not all could be written");
     const hid_t memory = space_in_memory(rows, column), stored = space_in_file(rows, column);
     const hid_t type = column->is_text ? rows->file->text : H5T_NATIVE_DOUBLE;
-    void *block = column->is_text ? (void *)rows->texts : rows->values;
-    herr_t result = -1;
-    if (stored >= 0)
-        result = writes ? H5Dwrite(column->dataset, type, memory, stored, H5P_DEFAULT, block)
-                        : H5Dread(column->dataset, type, memory, stored, H5P_DEFAULT, block);
-    if (result < 0)
-        hdf5_fail(rows->file, fact);
+    const void *block = column->is_text ? (const void *)rows->texts : rows->values;
+    const bool is_good =
+        stored >= 0 && H5Dwrite(column->dataset, type, memory, stored, H5P_DEFAULT, block) >= 0;
+    if (!is_good)
+        hdf5_fail(rows->file, "not all could be written");
     if (stored >= 0)
         H5Sclose(stored);
     H5Sclose(memory);
-    return result >= 0;
+    return is_good;
 }
 
-static bool move_all(struct hdf5_rows *rows, bool writes) {
+static bool write_columns(const struct hdf5_rows *rows) {
     for (int i = 0; i < rows->column_count; i++)
-        if (rows->file->has_failed ||
-            !move(rows, &rows->columns[i], writes, writes ? "not all could be written" : "cannot be read"))
+        if (rows->file->has_failed || !write_column(rows, &rows->columns[i]))
             return false;
     return true;
 }
 
-/* ---- Writing ---- */
+/* ---- Rows ---- */
 
 bool hdf5_rows_flush(struct hdf5_rows *rows) {
-    const bool is_good = rows->count == 0 || move_all(rows, true);
+    const bool is_good = rows->count == 0 || write_columns(rows);
     drop_texts(rows);
     rows->first += rows->count;
     rows->count = 0;
@@ -132,29 +131,6 @@ bool hdf5_rows_put(struct hdf5_rows *rows, const double *values, const char *con
         rows->texts[rows->count * rows->text_width + i] = heap_copy(texts[i]);
     rows->count++;
     return !rows->file->has_failed;
-}
-
-/* ---- Reading ---- */
-
-/* HDF5 takes its texts from malloc, as it does without a memory manager of the caller's. */
-static bool read_block(struct hdf5_rows *rows, long first, long total) {
-    drop_texts(rows);
-    rows->first = first;
-    rows->count = total - first < rows->room ? total - first : rows->room;
-    if (move_all(rows, false))
-        return true;
-    rows->count = 0;
-    return false;
-}
-
-bool hdf5_rows_get(struct hdf5_rows *rows, long row, long total, const double **values, char ***texts) {
-    const bool is_held = row >= rows->first && row < rows->first + rows->count;
-    if (!is_held && !read_block(rows, row, total))
-        return false;
-    const long place = row - rows->first;
-    *values = rows->values + place * rows->width;
-    *texts = rows->texts + place * rows->text_width;
-    return true;
 }
 
 void hdf5_rows_release(struct hdf5_rows *rows) {

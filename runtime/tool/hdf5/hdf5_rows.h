@@ -1,6 +1,6 @@
 /*
- * Rows of an HDF5 file, that is one number or several, or a text, in each of its datasets: written and read
- * in blocks, so that memory does not grow with their count.
+ * Rows of an HDF5 file, that is one number or several, or a text, in each of its datasets: written in blocks,
+ * so that memory does not grow with their count.
  */
 #ifndef REFDYN_TOOL_HDF5_ROWS_H
 #define REFDYN_TOOL_HDF5_ROWS_H
@@ -24,8 +24,11 @@ struct hdf5_rows {
     long first, count;     /* the rows that are held; first counts from the start of the file */
     long room;
     double *values; /* (room x width) */
-    char **texts;   /* (room x text_width), HDF5's own when they were read, in heap memory when not */
+    char **texts;   /* (room x text_width) in heap memory */
 };
+
+/* How many rows of that many numbers and texts a block has. */
+long hdf5_rows_in_block(int width, int text_width);
 
 /* Columns are added before the first row; hdf5_rows_release in any case. */
 void hdf5_rows_start(struct hdf5_rows *rows, struct hdf5_file *file);
@@ -38,10 +41,6 @@ void hdf5_rows_make_room(struct hdf5_rows *rows, int width, int text_width);
 bool hdf5_rows_put(struct hdf5_rows *rows, const double *values, const char *const *texts);
 /* What is held goes into the file. */
 bool hdf5_rows_flush(struct hdf5_rows *rows);
-
-/* The row, of `total`: where its numbers and texts are until the next call. A text may be NULL: it is empty.
- */
-bool hdf5_rows_get(struct hdf5_rows *rows, long row, long total, const double **values, char ***texts);
 void hdf5_rows_release(struct hdf5_rows *rows);
 
 #endif

@@ -107,7 +107,7 @@ static bool add_all(struct runs_writer *writer) {
 
 /* ---- Cases ---- */
 
-static void release(struct runs_writer *writer) {
+void runs_drop(struct runs_writer *writer) {
     hdf5_rows_release(&writer->rows);
     hdf5_release(&writer->file);
     free(writer->values);
@@ -121,7 +121,7 @@ struct runs_writer *runs_create(const char *path, const struct runs_layout *layo
     const bool is_open = hdf5_create(&writer->file, path, RUNS_CONTENT, RUNS_VERSION);
     hdf5_rows_start(&writer->rows, &writer->file);
     if (!is_open || !add_all(writer)) {
-        release(writer);
+        runs_drop(writer);
         return NULL;
     }
     const int width = RUNS_HEAD_COUNT + layout->cases.width + layout->width;
@@ -169,6 +169,6 @@ bool runs_finish(struct runs_writer *writer) {
         is_good = hdf5_refuse(&writer->file, "%ld of %ld cases were written", writer->written, writer->count);
     hdf5_rows_release(&writer->rows);
     is_good = is_good && hdf5_finish(&writer->file);
-    release(writer);
+    runs_drop(writer);
     return is_good;
 }

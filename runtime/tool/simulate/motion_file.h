@@ -48,12 +48,12 @@ bool motion_is_in(const char *path);
 /* NULL, with a complaint on stderr. */
 struct motion_reader *motion_open(const char *path);
 /* Names of the columns, in the order of the CSV; *count tells how many. */
-char **motion_names(const struct motion_reader *reader, int *count);
-/* The next row, (count): 1; 0 behind the last one; -1 with a complaint. */
+const char *const *motion_names(const struct motion_reader *reader, int *count);
+/* The next row, (count), of finite numbers: 1; 0 after the last one; -1 with a complaint. */
 int motion_next(struct motion_reader *reader, double *values);
 /* Gives the attributes of a group, "/parameters", in the order of their names; `take` gets texts, and numbers
- * with the text NULL. A group that is not there has none. False, with a complaint. */
-bool motion_give_facts(struct motion_reader *reader, const char *group,
+ * with the text NULL. A group that is not there has none. */
+void motion_give_facts(const struct motion_reader *reader, const char *group,
                        void take(void *context, const struct motion_fact *fact), void *context);
 /* NULL: nothing. */
 void motion_close(struct motion_reader *reader);

@@ -392,6 +392,27 @@ static enum status run_scene(struct scene *scene, const struct options *options,
     return status;
 }
 
+/* A file of HDF5 is a file, and has a group with a dataset for each course. */
+static enum status check_hdf5(const struct scene *scene) {
+    const struct model *model = &scene->generation.model;
+    enum status status = STATUS_DONE;
+    if (!scene->result->part) {
+        complain_line(scene->result->name, 0, "output: HDF5 needs a file, which this is not");
+        return STATUS_FAULT;
+    }
+    for (int i = 0; i < model->course_count; i++) {
+        const struct course *course = &model->courses[i];
+        const char *why = text_unfit_for_hdf5(course->name);
+        if (why) {
+            complain_line(
+                course->place.file, course->place.line,
+                text_format("courses: '%s': %s; rename the course, or write a CSV", course->name, why));
+            status = STATUS_FAULT;
+        }
+    }
+    return status;
+}
+
 enum status run_sim(const struct options *options) {
     struct refdyn_options integration;
     struct scene scene;
@@ -407,10 +428,8 @@ enum status run_sim(const struct options *options) {
     const unsigned tangent = refdyn_method_is_implicit(integration.method) ? NEEDS_TANGENT : 0;
     status = scene_open(&scene, options, NEEDS_RESULT | NEEDS_POINT_RATES | motion_needs(options) | tangent,
                         options_state_path(options->from));
-    if (status == STATUS_DONE && wants_hdf5(options) && !scene.result->part) {
-        complain_line(scene.result->name, 0, "output: HDF5 needs a file, which this is not");
-        status = STATUS_FAULT;
-    }
+    if (status == STATUS_DONE && wants_hdf5(options))
+        status = check_hdf5(&scene);
     if (status == STATUS_DONE)
         status = run_scene(&scene, options, &integration);
     scene_close(&scene);

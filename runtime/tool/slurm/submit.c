@@ -267,6 +267,8 @@ static enum status run_slurm(const struct options *options) {
     if (status != STATUS_DONE)
         return status;
     status = batch_setup_open(&submission.setup, options);
+    if (status == STATUS_DONE && !kept_fits_hdf5(&submission.setup.sweep.keep, &submission.setup.layout))
+        status = STATUS_FAULT;
     if (status == STATUS_DONE)
         status = submit(&submission);
     slurm_folder_close(&submission.folder);

@@ -136,6 +136,15 @@ bool text_names_hdf5(const char *path) {
     return text_ends_with(path, ".h5") || text_ends_with(path, ".hdf5");
 }
 
+const char *text_unfit_for_hdf5(const char *name) {
+    enum { LONGEST = 1000 /* HDF5 keeps a name in less than 64 kB together with the rest of its head */ };
+    return !*name                   ? "a name is needed"
+           : strchr(name, '/')      ? "a slash leads into a group of a file of HDF5"
+           : strcmp(name, ".") == 0 ? "a dot is the group itself in a file of HDF5"
+           : strlen(name) > LONGEST ? "the name is too long for a file of HDF5"
+                                    : NULL;
+}
+
 struct memory arena_start(void) {
     return (struct memory){.allowance = -1, .fail = out_of_memory};
 }

@@ -49,6 +49,8 @@ bool document_close(struct document *document, FILE *file);
 
 /* Is it the name of a file of HDF5? */
 bool text_names_hdf5(const char *path);
+/* Why a file of HDF5 can have nothing of that name, in words; NULL: it can. */
+const char *text_unfit_for_hdf5(const char *name);
 
 /* What the program takes lives until its end, texts above all: nobody has to know who frees one. The program
  * ends with a message when memory is short. */

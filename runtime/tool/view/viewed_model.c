@@ -3,6 +3,7 @@
 #include "text/csv.h"
 #include "text/output.h"
 
+#include <math.h>
 #include <string.h>
 
 /* What a file of HDF5 tells of its model. */
@@ -10,6 +11,7 @@ struct carried {
     struct setting *settings;
     int count, room;
     const struct scratch *folder;
+    const char *run;  /* the file itself */
     const char *file; /* of the model, in the folder; NULL: not there */
     char *path;       /* that it had when it was read */
     bool has_failed;
@@ -20,6 +22,12 @@ struct carried {
 static void take_setting(void *context, const struct motion_fact *fact) {
     struct carried *carried = context;
     char number[NUMBER_LENGTH];
+    if (!fact->text && !isfinite(fact->number) && !carried->has_failed) {
+        complain_line(
+            carried->run, 0,
+            text_format("%s: %s is %g, which must be finite", fact->object, fact->name, fact->number));
+        carried->has_failed = true;
+    }
     carried->settings = memory_room(&program_memory, carried->settings, carried->count, &carried->room,
                                     sizeof *carried->settings);
     carried->settings[carried->count++] = (struct setting){
@@ -45,23 +53,25 @@ static void write_file(void *context, const struct motion_fact *fact) {
         carried->file = scratch_file(carried->folder, name);
 }
 
-static bool take_all(struct carried *carried, const char *path) {
-    struct motion_reader *reader = motion_open(path);
-    const bool is_good = reader && motion_give_facts(reader, "/", take_path, carried) &&
-                         motion_give_facts(reader, "/options", take_setting, carried) &&
-                         motion_give_facts(reader, "/parameters", take_setting, carried) &&
-                         motion_give_facts(reader, "/model_files", write_file, carried);
+static bool take_all(struct carried *carried) {
+    struct motion_reader *reader = motion_open(carried->run);
+    if (!reader)
+        return false;
+    motion_give_facts(reader, "/", take_path, carried);
+    motion_give_facts(reader, "/options", take_setting, carried);
+    motion_give_facts(reader, "/parameters", take_setting, carried);
+    motion_give_facts(reader, "/model_files", write_file, carried);
     motion_close(reader);
-    if (is_good && !carried->has_failed && !carried->file)
-        complain_line(path, 0, "the file does not tell its model");
-    return is_good && !carried->has_failed && carried->file;
+    if (!carried->has_failed && !carried->file)
+        complain_line(carried->run, 0, "the file does not tell its model");
+    return !carried->has_failed && carried->file;
 }
 
 static enum status read_carried(struct viewed_model *viewed, const char *path,
                                 const struct options *options) {
-    struct carried carried = {.folder = &viewed->folder};
+    struct carried carried = {.folder = &viewed->folder, .run = path};
     viewed->has_folder = scratch_open(&viewed->folder, scratch_parent(), "refdyn-view-");
-    if (!viewed->has_folder || !take_all(&carried, path))
+    if (!viewed->has_folder || !take_all(&carried))
         return STATUS_FAULT;
     const struct options reading = {.command = options->command,
                                     .operands = &carried.file,
