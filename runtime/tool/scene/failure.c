@@ -155,7 +155,7 @@ void print_redundant_rows(const struct refdyn_workspace *work) {
         return;
     print_rows_left_out(work->model, partition->row + partition->rank, work->m - partition->rank);
     for (int i = partition->rank; i < work->m; i++)
-        if (has_no_slope(work, partition->row[i]))
+        if (partition->row[i] < refdyn_programme_rows(work->model) && has_no_slope(work, partition->row[i]))
             fprintf(stderr,
                     "refdyn: warning: %s has no slope there: no coordinate changes its residual; write what "
                     "is to be 0 without powers, products or abs\n",
