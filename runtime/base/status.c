@@ -30,7 +30,7 @@ static const char *const texts[] = {
         "the library was compiled with flags that change arithmetic, such as -ffast-math",
     [REFDYN_EVENT_ENDS - LOWEST] = "an event has ended the motion",
     [REFDYN_EVENTS_ACCUMULATE - LOWEST] = "events follow each other without time between",
-    [REFDYN_SLIDES - LOWEST] = "forces jump here, and lead back to the jump from both sides",
+    [REFDYN_SLIDES - LOWEST] = "forces or rows jump here, and lead back to the jump from both sides",
     [REFDYN_EVENT_NOT_MET - LOWEST] = "what an event sets is not finite, or the rows do not allow it",
 };
 

@@ -442,9 +442,9 @@ int refdyn_attempt_plan(struct refdyn_motion *motion, struct refdyn_attempt *att
     return REFDYN_OK;
 }
 
-/* A time that no step may pass, unless it has been passed. */
+/* A time that no step may pass, unless it has been passed, or is that of its begin but for rounding. */
 static double if_ahead(const struct refdyn_motion *motion, double t) {
-    return t > motion->step.t_begin ? t : INFINITY;
+    return t > motion->step.t_begin + refdyn_time_resolution(t) ? t : INFINITY;
 }
 
 double refdyn_motion_bound(const struct refdyn_motion *motion) {

@@ -315,19 +315,21 @@ static int move_along(const double *by, int n, double change, double *state) {
     return square > 0;
 }
 
-int refdyn_state_events_pass_kinks(struct refdyn_state_events *events, struct refdyn_step *step) {
+int refdyn_state_events_leave_kinks(struct refdyn_state_events *events, const struct refdyn_step *step,
+                                    int side, double *state) {
     const int n = step->n;
     int has_moved = 0;
     for (int k = events->due_named; k < events->due_count; k++) {
         const int i = events->due[k];
-        evaluate(events, step, step->t_begin, step->state);
-        const struct assessed now = assess(events, step, i, step->t_begin, step->state, step->rates);
+        const int to = side * events->towards[i];
+        evaluate(events, step, step->t_begin, state);
+        const struct assessed now = assess(events, step, i, step->t_begin, state, step->rates);
         const double margin = fmax(4 * now.noise, DBL_EPSILON * events->sizes[i]);
-        const double change = events->towards[i] * margin - events->values[i];
+        const double change = to * margin - events->values[i];
         const double *by_qd = refdyn_state_events_by_qd(events, n, i);
-        if (events->towards[i] * change > 0)
-            has_moved |= move_along(by_qd, n, change, step->state + n) ||
-                         move_along(by_qd - events->count * n, n, change, step->state);
+        if (to * change > 0)
+            has_moved |= move_along(by_qd, n, change, state + n) ||
+                         move_along(by_qd - events->count * n, n, change, state);
     }
     return has_moved;
 }

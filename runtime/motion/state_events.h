@@ -68,9 +68,11 @@ int refdyn_state_events_accumulate(const struct refdyn_state_events *events);
 /* The same, where the step is too long for its error: *t_event is the first zero in it, or INFINITY. */
 void refdyn_state_events_look_early(struct refdyn_state_events *events, struct refdyn_step *step,
                                     double least, double *t_event);
-/* Steps leave kinks that are due on the side to which they have crossed, which forces that jump there have to
- * see: moves the state at the begin of the step beyond them, by rounding. Has it moved? */
-int refdyn_state_events_pass_kinks(struct refdyn_state_events *events, struct refdyn_step *step);
+/* Steps leave kinks that are due on the side to which they have crossed, which forces and rows that jump
+ * there have to see: moves a state at the begin of the step to that side of them, or with side = -1 to the
+ * other one, by rounding. Has it moved? */
+int refdyn_state_events_leave_kinks(struct refdyn_state_events *events, const struct refdyn_step *step,
+                                    int side, double *state);
 /* What is due is about to happen at the begin of the step: notes the values before, and their rates. */
 void refdyn_state_events_note(struct refdyn_state_events *events, const struct refdyn_step *step);
 /* It has happened: on which side values are now, and what is due since others have jumped. */
