@@ -124,6 +124,7 @@ static int meet_end(struct refdyn_motion *motion, double t, int *is_known) {
 static int complete(struct refdyn_motion *motion) {
     struct refdyn_workspace *work = motion->work;
     struct refdyn_step *step = &motion->step;
+    refdyn_state_events_end_before_kinks(&motion->state_events, step);
     refdyn_rows_look_at_end(motion);
     const double t = refdyn_rows_side_of(motion, step->t_end);
     int is_known, status = meet_end(motion, t, &is_known);
@@ -174,6 +175,17 @@ static void look_for_causes(struct refdyn_motion *motion, double t_out, double *
                                        refdyn_control_least(step->t_begin, t_out), t_event);
     if (isfinite(*t_event))
         refdyn_statistics_rejected(&motion->statistics, 1);
+}
+
+/* A step that failed to come onto its rows may have met a kink at which they turn: it better ends there. */
+static int look_for_kinks(struct refdyn_motion *motion, double t_out, int status, double *t_event) {
+    struct refdyn_step *step = &motion->step;
+    if (status != REFDYN_NO_CONVERGENCE || motion->work->model->kink_count == 0 ||
+        motion->options.stabilise != REFDYN_PROJECT)
+        return status;
+    memcpy(step->state_new, step->side, (size_t)(2 * step->n) * sizeof(double));
+    look_for_causes(motion, t_out, t_event);
+    return isfinite(*t_event) ? REFDYN_OK : status;
 }
 
 /* The step is accepted. */
@@ -371,7 +383,7 @@ static int find_error(struct refdyn_motion *motion, struct refdyn_attempt *attem
     const int rank = motion->work->partition.rank;
     status = complete(motion);
     if (status)
-        return status;
+        return look_for_kinks(motion, attempt->t_out, status, t_event);
     /* where the rank has grown the step began in such a state */
     if (motion->options.singular == REFDYN_PASS && motion->work->partition.rank <= rank &&
         refdyn_crossing_was_missed(motion)) {

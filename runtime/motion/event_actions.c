@@ -15,7 +15,6 @@
 
 #include "constraints/constraints.h"
 #include "constraints/impulse.h"
-#include "linear/dense.h"
 #include "motion/energy_jumps.h"
 #include "motion/row_changes.h"
 #include "motion/sliding.h"
@@ -176,22 +175,6 @@ static int go_on(struct refdyn_motion *motion) {
     return REFDYN_OK;
 }
 
-/* A kink at which rows turn is passed where the rates that they leave lead on. */
-static int leads_back(const struct refdyn_motion *motion) {
-    const struct refdyn_state_events *events = &motion->state_events;
-    const struct refdyn_step *step = &motion->step;
-    const double *q = step->state, *qd = q + step->n;
-    motion->work->model->event_terms(motion->work->p, motion->work->x, step->t_begin, q, qd, events->terms);
-    for (int k = events->due_named; k < events->due_count; k++) {
-        const int i = events->due[k];
-        const double *by_qd = refdyn_state_events_by_qd(events, step->n, i);
-        const double rate = events->terms[i] + dense_dot(by_qd, step->rates + step->n, step->n);
-        if (events->towards[i] * rate < -against_rows * fabs(events->rates[i]))
-            return 1;
-    }
-    return 0;
-}
-
 /* Beyond the kinks that are due. */
 static int pass_kinks(struct refdyn_motion *motion) {
     struct refdyn_step *step = &motion->step;
@@ -201,7 +184,7 @@ static int pass_kinks(struct refdyn_motion *motion) {
     int status = refdyn_rows_have_jumped(motion, &have_jumped);
     if (!status && have_jumped) {
         status = go_on(motion);
-        return !status && leads_back(motion) ? REFDYN_SLIDES : status;
+        return !status && refdyn_state_events_lead_back(&motion->state_events, step) ? REFDYN_SLIDES : status;
     }
     return status || !has_moved ? status
                                 : refdyn_rates(&step->evaluation, step->t_begin, step->state, step->rates);

@@ -355,6 +355,9 @@ static int interpolate_seen(struct refdyn_integrator *integrator) {
     const struct refdyn_options *options = &integrator->options;
     const double theta = refdyn_step_theta(step, integrator->t);
     int status = step->method->kind->interpolate(step, theta, integrator->q);
+    if (!status)
+        refdyn_state_events_see_before_kinks(&integrator->motion->state_events, step, integrator->t,
+                                             integrator->q);
     if (!status && step->method->kind->leaves_out_work && options->balance)
         status = refdyn_find_work_done(step, theta, &integrator->q[2 * step->n]);
     if (!status && integrator->work->m > 0 && options->stabilise == REFDYN_PROJECT &&

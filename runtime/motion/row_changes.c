@@ -155,7 +155,8 @@ static int find_wanted(struct refdyn_workspace *work, const double *before, cons
     return row;
 }
 
-static int unmet(struct refdyn_workspace *work, int row, int status) {
+/* It is that row which a failure is to name. */
+static int blame(struct refdyn_workspace *work, int row, int status) {
     work->fault = (struct refdyn_fault){.row = row, .coordinate = -1};
     return status;
 }
@@ -170,7 +171,7 @@ static int meet_positions(struct refdyn_motion *motion) {
     if (status || motion->options.stabilise == REFDYN_BAUMGARTE ||
         refdyn_step_largest_change(step, step->stage, NULL) <= most)
         return status;
-    return unmet(work, row, REFDYN_ROWS_UNMET);
+    return blame(work, row, REFDYN_ROWS_UNMET);
 }
 
 /* Rates jump; rows that depend on others have to agree with them. */
@@ -179,7 +180,7 @@ static int meet_rates(struct refdyn_motion *motion) {
     struct refdyn_step *step = &motion->step;
     const int n = step->n;
     double *qd = step->state + n;
-    find_wanted(work, motion->before.psi, work->psi);
+    blame(work, find_wanted(work, motion->before.psi, work->psi), REFDYN_OK);
     int status = refdyn_impulse_of_rows(work, work->wanted, step->stage);
     dense_add(qd, 1, step->stage, n);
     if (!status)
@@ -189,7 +190,7 @@ static int meet_rates(struct refdyn_motion *motion) {
         for (int j = 0; j < n; j++)
             size += negligible() * fabs(work->u[a * n + j]) * fmax(fabs(qd[j]), 1);
         if (!(fabs(work->psi[a] - motion->before.psi[a]) <= size))
-            status = unmet(work, a, REFDYN_ROWS_INCONSISTENT);
+            status = blame(work, a, REFDYN_ROWS_INCONSISTENT);
     }
     return status;
 }
@@ -204,7 +205,7 @@ static int project(struct refdyn_motion *motion) {
     const int status = refdyn_project_evaluated(work, step->t_begin, step->state, step->state + step->n);
     if (status == REFDYN_OK && refdyn_step_largest_change(step, step->state, step->side) <= most)
         return REFDYN_OK;
-    return unmet(work, row, status == REFDYN_OK || status == REFDYN_NO_CONVERGENCE ? REFDYN_ROWS_UNMET : status);
+    return blame(work, row, status == REFDYN_OK || status == REFDYN_NO_CONVERGENCE ? REFDYN_ROWS_UNMET : status);
 }
 
 int refdyn_rows_have_jumped(struct refdyn_motion *motion, int *have) {

@@ -30,6 +30,7 @@ static const double zero_width = 1e-13;    /* of a zero on the interpolant, over
 static const double rounding_part = 1e-6;  /* of a step, at most: a distance that is rounding */
 static const double far_short = 0.1;       /* a step that fell so short, over its length, leads nowhere yet */
 static const double clear_of_kink = 1e-10; /* of the largest value: a kink is passed beyond */
+static const double at_rest = 1e-6;        /* of the fastest passage of a kink where rows turn */
 static const double near_end = 0.99;       /* of a step that is too long: a zero behind explains little */
 static const double early = 0.9;           /* a zero before the first sample lies within this part of it */
 
@@ -53,6 +54,7 @@ void refdyn_state_events_lay_out(struct refdyn_state_events *events, const struc
     events->samples = layout_doubles(layout, (SAMPLES + 1) * count);
     events->sizes = layout_doubles(layout, count);
     events->zeros = layout_doubles(layout, count);
+    events->turned = layout_doubles(layout, count);
     events->values = layout_doubles(layout, count);
     events->rates = layout_doubles(layout, count);
     events->terms = layout_doubles(layout, count > 0 ? count_terms(model) : 0);
@@ -183,6 +185,7 @@ int refdyn_state_events_start(struct refdyn_state_events *events, const struct r
     if (events->count == 0)
         return REFDYN_OK;
     memset(events->returns, 0, (size_t)events->count * sizeof *events->returns);
+    memset(events->turned, 0, (size_t)events->count * sizeof *events->turned);
     evaluate(events, step, step->t_begin, step->state);
     if (!refdyn_is_finite(events->values, events->count))
         return REFDYN_NOT_FINITE;
@@ -332,6 +335,18 @@ int refdyn_state_events_leave_kinks(struct refdyn_state_events *events, const st
                          move_along(by_qd - events->count * n, n, change, state);
     }
     return has_moved;
+}
+
+int refdyn_state_events_lead_back(struct refdyn_state_events *events, const struct refdyn_step *step) {
+    evaluate(events, step, step->t_begin, step->state);
+    for (int k = events->due_named; k < events->due_count; k++) {
+        const int i = events->due[k];
+        const double rate = assess(events, step, i, step->t_begin, step->state, step->rates).rate;
+        events->turned[i] = fmax(events->turned[i], fabs(events->rates[i]));
+        if (events->towards[i] * rate <= at_rest * events->turned[i])
+            return 1;
+    }
+    return 0;
 }
 
 /* ---- Zeros on the interpolant ---- */
@@ -539,13 +554,51 @@ static int take_samples(struct refdyn_state_events *events, struct refdyn_step *
     return status;
 }
 
-/* A kink at the begin is passed: nothing happens there. */
+/* May rows turn at value i? At kinks of positions; the terms are those of some state. */
+static int may_turn_rows(const struct refdyn_state_events *events, const struct refdyn_step *step, int i) {
+    const double *by_qd = refdyn_state_events_by_qd(events, step->n, i);
+    return is_kink(events, i) && model_of(step)->m > 0 && refdyn_largest(by_qd, step->n, NULL) == 0;
+}
+
+/* A kink at the begin is passed: nothing happens there, unless rows turn. */
 static int is_passed(struct refdyn_state_events *events, const struct refdyn_step *step, int i, double theta,
                      double least) {
     if (!is_kink(events, i) || !(theta * (step->t_end - step->t_begin) < least))
         return 0;
+    evaluate(events, step, step->t_begin, step->state);
+    if (may_turn_rows(events, step, i))
+        return 0;
     events->side[i] = -events->side[i];
     return 1;
+}
+
+/* A state in the step that has passed such a kink by rounding alone is moved before it. Returns the kink, -1:
+ * there is none. */
+static int move_before_kinks(struct refdyn_state_events *events, const struct refdyn_step *step, double t,
+                             double *state) {
+    int held = -1;
+    if (events->named == events->count || model_of(step)->m == 0 ||
+        find_values(events, step, t, state, events->values))
+        return -1;
+    for (int i = events->named; i < events->count; i++) {
+        const double value = events->values[i];
+        if (!(events->side[i] * value < 0 && fabs(value) <= clear_of_kink * events->sizes[i]))
+            continue;
+        evaluate(events, step, t, state);
+        const double *by_q = events->terms + events->count + i * step->n;
+        if (may_turn_rows(events, step, i) && move_along(by_q, step->n, -2 * value, state))
+            held = i;
+    }
+    return held;
+}
+
+void refdyn_state_events_end_before_kinks(struct refdyn_state_events *events, struct refdyn_step *step) {
+    events->held = move_before_kinks(events, step, refdyn_step_inside(step, step->t_end), step->state_new);
+}
+
+void refdyn_state_events_see_before_kinks(struct refdyn_state_events *events, const struct refdyn_step *step,
+                                          double t, double *state) {
+    move_before_kinks(events, step, refdyn_step_inside(step, t), state);
 }
 
 /* Times that are one. */
@@ -695,7 +748,11 @@ int refdyn_state_events_look(struct refdyn_state_events *events, struct refdyn_s
         return status;
     if (isfinite(first))
         step_back(events, step, step->t_begin + first * (step->t_end - step->t_begin), least, t_event);
-    else if (events->tries > 0) {
+    else if (events->held >= 0) {
+        events->target = events->held;
+        events->towards[events->held] = -events->side[events->held];
+        end_on_zero(events, step);
+    } else if (events->tries > 0) {
         events->target = target;
         step_ahead(events, step, t_event);
     } else if (ends_before_zero(events, step)) {
