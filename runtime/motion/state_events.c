@@ -14,14 +14,14 @@
 #include <string.h>
 
 #include "linear/dense.h"
+#include "motion/dips.h"
 #include "motion/step_control.h"
 
 enum { SAMPLES = REFDYN_EVENT_SAMPLES };
 enum {
     TRIES_MOST = 60,   /* steps to one zero; Newton squares the distance, halving it is the last resort */
     TRIES_FREE = 4,    /* from then on, a distance that does not fall is that of rounding */
-    ZEROS_MOST = 60,   /* places of an interpolant where a zero is looked for, */
-    DIPS_MOST = 4,     /* and where a value may have been beyond zero */
+    ZEROS_MOST = 60,   /* places of an interpolant where a zero is looked for */
     REPEATS_FREE = 16, /* events without time between; and for each two of the model four */
     REPEATS_PAIR = 4
 };
@@ -434,36 +434,6 @@ static int find_near_begin(struct refdyn_state_events *events, struct refdyn_ste
                             : REFDYN_OK;
 }
 
-/* Three places and what a value is there, times its side of zero. */
-struct dip {
-    double x[3], v[3];
-};
-
-/* Where the parabola through them is smallest, and how small; 0: it has no such place. */
-static int bottom(const struct dip *dip, double *x, double *v) {
-    const double left = (dip->v[1] - dip->v[0]) / (dip->x[1] - dip->x[0]);
-    const double right = (dip->v[2] - dip->v[1]) / (dip->x[2] - dip->x[1]);
-    const double curvature = (right - left) / (dip->x[2] - dip->x[0]);
-    const double middle = (dip->x[0] + dip->x[1]) / 2;
-    if (!(curvature > 0))
-        return 0;
-    *x = middle - left / (2 * curvature);
-    *v = dip->v[0] + (*x - dip->x[0]) * (left + curvature * (*x - dip->x[1]));
-    return *x > dip->x[0] && *x < dip->x[2] && *x != dip->x[1];
-}
-
-/* A place in the middle or beside it, which takes the other one's part. */
-static void narrow(struct dip *dip, double x, double v) {
-    const int is_left = x < dip->x[1], is_lower = v < dip->v[1];
-    const int kept = is_lower ? (is_left ? 2 : 0) : (is_left ? 0 : 2);
-    dip->x[kept] = is_lower ? dip->x[1] : x;
-    dip->v[kept] = is_lower ? dip->v[1] : v;
-    if (is_lower) {
-        dip->x[1] = x;
-        dip->v[1] = v;
-    }
-}
-
 /* May a value that has kept its side have been beyond zero between three samples? *theta: the first zero
  * then. */
 static int find_dip(struct refdyn_state_events *events, struct refdyn_step *step, int i, int middle, int side,
@@ -474,14 +444,16 @@ static int find_dip(struct refdyn_state_events *events, struct refdyn_step *step
         dip.x[k] = (double)(middle - 1 + k) / SAMPLES;
         dip.v[k] = side * sample(events, middle - 1 + k, i);
     }
-    const double begin = dip.x[0], least = fmin(dip.v[0], fmin(dip.v[1], dip.v[2]));
-    for (int tries = 0; tries < DIPS_MOST && bottom(&dip, &x, &v) && v < least / 2; tries++) {
+    const double begin = dip.x[0];
+    const struct dip seen = dip;
+    for (int tries = 0; tries < DIPS_MOST && dip_bottom(&dip, &x, &v) && dip_may_be_beyond(&seen, v);
+         tries++) {
         const int status = value_at(events, step, i, x, &value);
         if (status)
             return status;
         if (side * value < 0)
             return find_zero(events, step, i, begin, sample(events, middle - 1, i), x, value, theta);
-        narrow(&dip, x, side * value);
+        dip_narrow(&dip, x, side * value);
     }
     return REFDYN_OK;
 }
