@@ -27,14 +27,6 @@ static inline int dip_bottom(const struct dip *dip, double *x, double *v) {
     return *x > dip->x[0] && *x < dip->x[2] && *x != dip->x[1];
 }
 
-/* May the value be beyond zero at that place? */
-static inline int dip_may_be_beyond(const struct dip *dip, double v) {
-    double least = dip->v[0];
-    for (int k = 1; k < 3; k++)
-        least = dip->v[k] < least ? dip->v[k] : least;
-    return v < least / 2;
-}
-
 /* A place in the middle or next to it, which takes the other one's part. */
 static inline void dip_narrow(struct dip *dip, double x, double v) {
     const int is_left = x < dip->x[1], is_lower = v < dip->v[1];

@@ -444,10 +444,8 @@ static int find_dip(struct refdyn_state_events *events, struct refdyn_step *step
         dip.x[k] = (double)(middle - 1 + k) / SAMPLES;
         dip.v[k] = side * sample(events, middle - 1 + k, i);
     }
-    const double begin = dip.x[0];
-    const struct dip seen = dip;
-    for (int tries = 0; tries < DIPS_MOST && dip_bottom(&dip, &x, &v) && dip_may_be_beyond(&seen, v);
-         tries++) {
+    const double begin = dip.x[0], least = fmin(dip.v[0], fmin(dip.v[1], dip.v[2]));
+    for (int tries = 0; tries < DIPS_MOST && dip_bottom(&dip, &x, &v) && v < least / 2; tries++) {
         const int status = value_at(events, step, i, x, &value);
         if (status)
             return status;

@@ -20,6 +20,7 @@
 enum { SAMPLES = 32, SAMPLES_AT_START = 1000, SAMPLES_MOST = 4000 };
 /* Between two of them no phase advances by more [rad], so that a parabola through three shows each extreme. */
 static const double phase_most = 0.4;
+static const double parabola_misses = 0.125;
 
 /* What is kept of the switches: their values at three times, and where they are looked at. */
 enum { ROWS = 3 };
@@ -71,7 +72,7 @@ struct search {
     const struct refdyn_step *step;
     int count;
     double t[ROWS], *values[ROWS], *now;
-    double reached; /* nothing changes its sign before this, or `found`, but for rounding */
+    double reached; /* nothing changes its sign before this */
 };
 
 static void evaluate(const struct search *search, double t, double *values) {
@@ -112,6 +113,14 @@ static double spacing(const struct search *search, double t, double most) {
     return pace * most > phase_most ? phase_most / pace : most;
 }
 
+/* May a value be beyond zero where the parabola says that it is v? The parabola of a sine misses a part of
+ * the differences between its three places. */
+static int may_be_beyond(const struct dip *dip, double v) {
+    const double most = fmax(dip->v[0], fmax(dip->v[1], dip->v[2]));
+    const double least = fmin(dip->v[0], fmin(dip->v[1], dip->v[2]));
+    return v < fmax(least / 2, parabola_misses * (most - least));
+}
+
 /* A time between the last three at which switch i is beyond zero, though it is not at them; INFINITY: there
  * is none. */
 static double find_dip(const struct search *search, int i) {
@@ -123,8 +132,7 @@ static double find_dip(const struct search *search, int i) {
         dip.v[k] = side * search->values[k][i];
     }
     const struct dip seen = dip;
-    for (int tries = 0; tries < DIPS_MOST && dip_bottom(&dip, &x, &v) && dip_may_be_beyond(&seen, v);
-         tries++) {
+    for (int tries = 0; tries < DIPS_MOST && dip_bottom(&dip, &x, &v) && may_be_beyond(&seen, v); tries++) {
         evaluate(search, x, search->now);
         v = side * search->now[i];
         if (v < 0)
@@ -143,22 +151,20 @@ static double find_dips(const struct search *search) {
 }
 
 /* A time until which signs differ from those at the begin for the first time, after search->reached;
- * INFINITY: none is seen. */
+ * INFINITY: none is seen. The last time lies beyond `until`, so that what is near to it lies inside three. */
 static double look_ahead(struct search *search, double until, int samples) {
-    const double from = search->t[ROWS - 1], most = (until - from) / samples;
+    const double most = (until - search->t[ROWS - 1]) / samples;
     for (int i = 1; i <= SAMPLES_MOST && search->reached < until; i++) {
-        const double last = search->t[ROWS - 1], t = fmin(until, last + spacing(search, last, most));
+        const double last = search->t[ROWS - 1], t = last + spacing(search, last, most);
         if (!(t > last))
             break;
         if (has_switched(search, t))
             return t;
         take_up(search, t);
         const double dip = i + 1 >= ROWS ? find_dips(search) : INFINITY;
-        if (isfinite(dip)) {
-            search->reached = search->t[0];
+        if (isfinite(dip))
             return dip;
-        }
-        search->reached = t;
+        search->reached = i + 1 >= ROWS ? search->t[1] : search->reached;
     }
     return INFINITY;
 }
