@@ -454,9 +454,14 @@ int refdyn_attempt_plan(struct refdyn_motion *motion, struct refdyn_attempt *att
     return REFDYN_OK;
 }
 
+double refdyn_motion_resolution(const struct refdyn_motion *motion, double t) {
+    return fmax(refdyn_time_resolution(t),
+                isfinite(motion->t_final) ? refdyn_time_resolution(motion->t_final) : 0);
+}
+
 /* A time that no step may pass, unless it has been passed, or is that of its begin but for rounding. */
 static double if_ahead(const struct refdyn_motion *motion, double t) {
-    return t > motion->step.t_begin + refdyn_time_resolution(t) ? t : INFINITY;
+    return t > motion->step.t_begin + refdyn_motion_resolution(motion, t) ? t : INFINITY;
 }
 
 double refdyn_motion_bound(const struct refdyn_motion *motion) {
@@ -475,6 +480,7 @@ int refdyn_attempt_begin(struct refdyn_motion *motion, double t_out, struct refd
         return REFDYN_TOO_MANY_STEPS;
     const int is_fixed = motion->options.tol == 0;
     const double least = refdyn_control_least(motion->step.t_begin, t_out);
+    refdyn_control_drop(&motion->control, least);
     const struct refdyn_reach reach = {is_fixed ? motion->options.step : motion->control.next, t_out,
                                        motion->t_final, least};
     const double ahead = refdyn_events_ahead(&motion->events, &motion->step, &reach);

@@ -395,7 +395,7 @@ static int show(struct refdyn_integrator *integrator, double t) {
  * before the event then. No step is as short as the resolution of the time. */
 static int ends_at(const struct refdyn_motion *motion, double t) {
     const double apart = motion->state_events.due_named > 0 ? refdyn_state_events_blur(t) : 0;
-    return t - motion->step.t_end <= fmax(apart, refdyn_time_resolution(t));
+    return t - motion->step.t_end <= fmax(apart, refdyn_motion_resolution(motion, t));
 }
 
 /* The steps have gone as far as they should, or failed: what is seen is t_out, or the end of the last one. */
