@@ -310,6 +310,11 @@ void refdyn_state_events_settle(struct refdyn_state_events *events, const struct
     note_due(events, step->t_begin);
 }
 
+/* So far from zero rounding does not matter to which side of kink i a state belongs. */
+static double margin_of(const struct refdyn_state_events *events, int i, double noise) {
+    return fmax(4 * noise, DBL_EPSILON * events->sizes[i]);
+}
+
 /* Moves the state along the derivatives `by` (n) of a value, so that it changes so much. */
 static int move_along(const double *by, int n, double change, double *state) {
     const double square = dense_dot(by, by, n);
@@ -327,8 +332,7 @@ int refdyn_state_events_leave_kinks(struct refdyn_state_events *events, const st
         const int to = side * events->towards[i];
         evaluate(events, step, step->t_begin, state);
         const struct assessed now = assess(events, step, i, step->t_begin, state, step->rates);
-        const double margin = fmax(4 * now.noise, DBL_EPSILON * events->sizes[i]);
-        const double change = to * margin - events->values[i];
+        const double change = to * margin_of(events, i, now.noise) - events->values[i];
         const double *by_qd = refdyn_state_events_by_qd(events, n, i);
         if (to * change > 0)
             has_moved |= move_along(by_qd, n, change, state + n) ||
@@ -552,11 +556,15 @@ static int move_before_kinks(struct refdyn_state_events *events, const struct re
         return -1;
     for (int i = events->named; i < events->count; i++) {
         const double value = events->values[i];
-        if (!(events->side[i] * value < 0 && fabs(value) <= clear_of_kink * events->sizes[i]))
+        if (events->side[i] == 0 || events->side[i] * value > 0 ||
+            fabs(value) > clear_of_kink * events->sizes[i])
             continue;
         evaluate(events, step, t, state);
         const double *by_q = events->terms + events->count + i * step->n;
-        if (may_turn_rows(events, step, i) && move_along(by_q, step->n, -2 * value, state))
+        const double before =
+            fmax(fabs(value), margin_of(events, i, assess(events, step, i, t, state, step->rates).noise));
+        if (may_turn_rows(events, step, i) &&
+            move_along(by_q, step->n, events->side[i] * before - value, state))
             held = i;
     }
     return held;
