@@ -672,8 +672,8 @@ static struct function *function_of(const struct plan *plan, const char *quantit
 static bool is_wanted(const struct derivation *d, const struct quantity *quantity) {
     return is_asked_for(d, quantity) || quantity->build == build_anchor || quantity->build == build_breaks ||
            quantity->build == build_switches || quantity->build == build_pace ||
-           quantity->build == event_terms_build_values ||
-           quantity->build == event_terms_build || (quantity->build == build_start && has_anchors(d));
+           quantity->build == event_terms_build_values || quantity->build == event_terms_build ||
+           (quantity->build == build_start && has_anchors(d));
 }
 
 static bool is_named(const struct derivation *d, const struct quantity *quantity) {

@@ -239,7 +239,8 @@ int refdyn_gsl_step(struct refdyn_gsl *gsl, double t_out, long steps) {
     if (!(isfinite(t_out) && t_out >= integrator->t))
         return REFDYN_BAD_OPTION;
     refdyn_parameters_enter(&motion->parameters, motion->work);
-    for (; steps > 0 && t_out - motion->step.t_end > refdyn_motion_resolution(motion, t_out) && !status; steps--)
+    for (; steps > 0 && t_out - motion->step.t_end > refdyn_motion_resolution(motion, t_out) && !status;
+         steps--)
         status = advance(gsl, t_out);
     refdyn_parameters_leave(&motion->parameters, motion->work);
     const int shown = refdyn_integrator_step(integrator, t_out, 0);

@@ -1,8 +1,8 @@
 /*
  * Where a value that is positive at three places may be below zero between them.
  *
- * The parabola through the places tells where it is smallest; whoever looks for a zero evaluates it there, and
- * the new place takes the part of one of the three.
+ * The parabola through the places shows where it is smallest; whoever looks for a zero evaluates it there,
+ * and the new place takes the part of one of the three.
  */
 #ifndef REFDYN_DIPS_H
 #define REFDYN_DIPS_H

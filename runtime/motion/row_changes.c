@@ -18,7 +18,8 @@
 #include "linear/dense.h"
 #include "motion/energy_jumps.h"
 
-static const double rounding = 1e-12; /* residuals that are continuous differ less, as a part of their terms, */
+static const double rounding =
+    1e-12; /* residuals that are continuous differ less, as a part of their terms, */
 static const double least_size = 1e-3; /* of coordinates and rates that are no smaller than this */
 
 void refdyn_rows_lay_out(struct refdyn_residuals_before *before, const struct refdyn_model *model,
@@ -94,8 +95,8 @@ static int jump(struct refdyn_motion *motion, double t, const double *state) {
 void refdyn_rows_look_at_end(struct refdyn_motion *motion) {
     const struct refdyn_step *step = &motion->step;
     const int is_event = motion->work->m > 0 && step->t_end >= step->t_limit;
-    motion->rows_change = is_event && (jump(motion, step->t_end, step->state_new) ||
-                                       residuals_differ(motion, step->state_new));
+    motion->rows_change =
+        is_event && (jump(motion, step->t_end, step->state_new) || residuals_differ(motion, step->state_new));
 }
 
 int refdyn_rows_jump_at(struct refdyn_motion *motion, double t) {
@@ -205,7 +206,8 @@ static int project(struct refdyn_motion *motion) {
     const int status = refdyn_project_evaluated(work, step->t_begin, step->state, step->state + step->n);
     if (status == REFDYN_OK && refdyn_step_largest_change(step, step->state, step->side) <= most)
         return REFDYN_OK;
-    return blame(work, row, status == REFDYN_OK || status == REFDYN_NO_CONVERGENCE ? REFDYN_ROWS_UNMET : status);
+    return blame(work, row,
+                 status == REFDYN_OK || status == REFDYN_NO_CONVERGENCE ? REFDYN_ROWS_UNMET : status);
 }
 
 int refdyn_rows_have_jumped(struct refdyn_motion *motion, int *have) {
@@ -213,8 +215,7 @@ int refdyn_rows_have_jumped(struct refdyn_motion *motion, int *have) {
     *have = 0;
     if (motion->work->m == 0)
         return REFDYN_OK;
-    const int status =
-        refdyn_row_terms(motion->work, step->t_begin, step->state, step->state + step->n);
+    const int status = refdyn_row_terms(motion->work, step->t_begin, step->state, step->state + step->n);
     *have = !status && residuals_differ(motion, step->state);
     return status;
 }
@@ -236,8 +237,8 @@ int refdyn_rows_meet(struct refdyn_motion *motion) {
 int refdyn_rows_meet_seen(struct refdyn_motion *motion) {
     const struct refdyn_step *step = &motion->step;
     struct refdyn_residuals_before *before = &motion->before;
-    const int is_that = before->are_seen &&
-                        memcmp(before->state, step->state, (size_t)(2 * step->n) * sizeof(double)) == 0;
+    const int is_that =
+        before->are_seen && memcmp(before->state, step->state, (size_t)(2 * step->n) * sizeof(double)) == 0;
     int have = 0, status = REFDYN_OK;
     before->are_seen = 0;
     if (is_that)

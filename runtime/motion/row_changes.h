@@ -6,7 +6,7 @@
  * The step before the jump knows the rows on its left side alone: its end is brought onto them, and what is
  * seen inside it or at its end has their accelerations. The next step begins after the jump, where rows and
  * dependent coordinates are found anew. Positions have to meet the new rows already. Rates jump by an impulse
- * u^T Lambda, as in an inelastic impact, so that residuals of rates are what they were, whatever the
+ * u^T Lambda, as in an inelastic impact, so that residuals of rates are what they were, with any
  * stabilisation.
  */
 #ifndef REFDYN_ROW_CHANGES_H
@@ -29,7 +29,8 @@ double refdyn_rows_side_of(const struct refdyn_motion *motion, double t);
  * refdyn_rates; ROWS_UNMET. */
 int refdyn_rows_take_new(struct refdyn_motion *motion);
 
-/* The row terms in the workspace are those of this state, from which a jump leads on; which the caller sees. */
+/* The row terms in the workspace are those of this state, from which a jump leads on; which the caller sees.
+ */
 void refdyn_rows_note(struct refdyn_motion *motion, const double *state);
 void refdyn_rows_note_seen(struct refdyn_motion *motion, const double *state);
 /* A motion starts: no state was seen before. */

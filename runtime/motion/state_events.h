@@ -43,7 +43,7 @@ struct refdyn_state_events {
 
     /* the zero that is looked for: no step, or the steps so far did not end on it */
     int target, tries;
-    int held; /* kink before which the end of the step is held, -1: none */
+    int held;              /* kink before which the end of the step is held, -1: none */
     int early_tries;       /* steps to zeros that were seen in steps which were too long */
     double t_high, missed; /* the value has crossed zero before this; last distance from zero [s] */
 

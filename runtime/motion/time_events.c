@@ -18,7 +18,8 @@
 /* Times at which switches are looked at in a step, and where the first one is not known yet; most of them,
  * where they change their sign so fast that more are needed. */
 enum { SAMPLES = 32, SAMPLES_AT_START = 1000, SAMPLES_MOST = 4000 };
-/* Between two of them no phase advances by more [rad], so that a parabola through three shows each extreme. */
+/* Between two of them no phase advances by more [rad], so that a parabola through three shows each extreme.
+ */
 static const double phase_most = 0.4;
 static const double parabola_misses = 0.125;
 

@@ -137,8 +137,8 @@ static void disturb(struct scene *scene) {
 static size_t result_size(const struct refdyn_model *model) {
     size_t n = (size_t)model->n, m = (size_t)model->m, points = (size_t)model->point_count;
     size_t variables = 2 * n + 1 + (size_t)model->input_count + (size_t)model->parameter_count;
-    size_t named = (size_t)model->course_count + (size_t)model->break_count + (size_t)model->switch_count + 1 +
-                   (size_t)model->anchored_count + (size_t)model->change_count +
+    size_t named = (size_t)model->course_count + (size_t)model->break_count + (size_t)model->switch_count +
+                   1 + (size_t)model->anchored_count + (size_t)model->change_count +
                    ((size_t)model->event_count + (size_t)model->kink_count) * (2 * n + 2);
     size_t vectors = n * (2 + 3 * (REFDYN_VECTOR_COUNT + (size_t)model->coupling_count));
     return (n + 3 * m + 1) * (variables + n + 4) + 3 * points * (n + 1) + vectors + named;

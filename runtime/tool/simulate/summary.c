@@ -58,7 +58,8 @@ static void warn_of_rows(const struct refdyn_integrator *integrator) {
         !((by_rate ? s->psi_max : s->phi_max) > off_most))
         return;
     fprintf(stderr, "refdyn: warning: %s does not hold: its %s is up to %.3g; --stabilise project holds it\n",
-            row_name(integrator->work->model, row), by_rate ? "psi" : "phi", by_rate ? s->psi_max : s->phi_max);
+            row_name(integrator->work->model, row), by_rate ? "psi" : "phi",
+            by_rate ? s->psi_max : s->phi_max);
 }
 
 static void print_rows(const struct refdyn_model *model, const struct refdyn_statistics *s) {
