@@ -502,7 +502,8 @@ int refdyn_integrator_to(struct refdyn_integrator *integrator, double t_out) {
 
 int refdyn_integrator_look(struct refdyn_integrator *integrator, double t) {
     const struct refdyn_motion *motion = integrator->motion;
-    if (!(refdyn_events_right_of(&motion->events, t) >= motion->step.t_begin && ends_at(motion, t)))
+    if (!(refdyn_events_right_of(&motion->events, t) >= motion->step.t_begin &&
+          t <= fmax(motion->step.t_end, integrator->t)))
         return REFDYN_BAD_OPTION;
     enter(integrator);
     return leave(integrator, show(integrator, t), t);
