@@ -2888,6 +2888,7 @@ const struct refdyn_model manipulator_flexible_model = {
     SET(course) manipulator_flexible_course_doubles,
     SET(breaks) manipulator_flexible_breaks_doubles,
     SET(switches) 0,
+    SET(pace) 0,
     SET(event) 0,
     SET(event_terms) 0,
 };

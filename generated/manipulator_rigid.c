@@ -1036,6 +1036,7 @@ const struct refdyn_model manipulator_rigid_model = {
     SET(course) manipulator_rigid_course_doubles,
     SET(breaks) manipulator_rigid_breaks_doubles,
     SET(switches) 0,
+    SET(pace) 0,
     SET(event) 0,
     SET(event_terms) 0,
 };

@@ -34,7 +34,7 @@ enum refdyn_status {
     REFDYN_NO_CONVERGENCE =
         4, /* projection, statics: largest residual at fault.row or .coordinate; or a collocation step */
     REFDYN_MATRIX_SINGULAR = 5, /* the matrix of an implicit step is singular */
-    REFDYN_ROWS_UNMET = 6, /* rows that begin to act at a time event ask for other positions; fault.row */
+    REFDYN_ROWS_UNMET = 6,      /* rows that begin to act, or jump, ask for other positions; fault.row */
     /* < 0: stop */
     REFDYN_STEP_TOO_SMALL =
         -1, /* an adaptive step fell below the resolution of t; integrator.cause says why */

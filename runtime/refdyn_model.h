@@ -207,6 +207,7 @@ struct refdyn_model {
     refdyn_function *course;   /* (course_count) values to record with a motion, in the units of the model */
     refdyn_function *breaks;   /* (break_count) their times, in no order; reads p and x alone [s] */
     refdyn_function *switches; /* (switch_count) below zero or not, which changes there; reads p, x and t */
+    refdyn_function *pace;     /* (1) their largest angular frequency; reads p, x and t [rad/s] */
     refdyn_function *event;    /* (values) event_count whose zeros are events, then kink_count */
     refdyn_function *event_terms; /* struct NAME_event_terms_result as doubles: d/dt of these at qdd = 0,
                                      their derivatives by q and qd (values x n each), coefficients of

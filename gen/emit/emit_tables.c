@@ -296,7 +296,7 @@ static void set_functions(struct emission *x, struct text *text) {
     static const char order[] =
         "start anchor M h Q u v phi psi k r rd C d energy power Q_q qdd_free qdd force equations M_h f "
         "row_terms point_terms constrained terms accelerations tangent tangent_vectors d_qdd d_qdd_free "
-        "d_force d_statics d_rows course breaks switches event event_terms ";
+        "d_force d_statics d_rows course breaks switches pace event event_terms ";
     for (const char *at = order; *at; at += strcspn(at, " ") + 1) {
         const char *name = memory_format(x->plan->memory, "%.*s", (int)strcspn(at, " "), at);
         bool exists = false;

@@ -111,6 +111,7 @@ struct plan {
     int anchored_count;
     expression *breaks, *switches; /* times of kinks; what changes sign at others: times_of_kinks.h */
     int break_count, switch_count;
+    expression pace;      /* of these: their largest angular frequency [rad/s] */
     expression *no_kinks; /* comparisons that are none: times_of_kinks.h */
     int no_kink_count;
     struct function prepare;  /* results: values of parameters alone, ascending */

@@ -314,6 +314,10 @@ static void build_switches(struct derivation *d, struct function *f) {
                d->plan->switches, d->plan->switch_count);
 }
 
+static void build_pace(struct derivation *d, struct function *f) {
+    fill_array(d, f, "pace", "largest angular frequency of what `switches` has [rad/s]", &d->plan->pace, 1);
+}
+
 static bool has_events(const struct derivation *d) {
     return d->model->event_count + d->model->kink_count > 0;
 }
@@ -402,6 +406,10 @@ static bool has_switches(const struct derivation *d) {
     return d->plan->switch_count > 0;
 }
 
+static bool has_pace(const struct derivation *d) {
+    return has_switches(d) && d->plan->pace != expr_zero(d->plan->g);
+}
+
 static bool has_anchors(const struct derivation *d) {
     return d->plan->anchored_count > 0;
 }
@@ -476,6 +484,7 @@ static const struct quantity quantities[] = {
      BY_DEFAULT},
     {"switches", "what changes sign at kinks in time that `breaks` does not tell", has_switches,
      "such kinks in time", build_switches, BY_DEFAULT},
+    {"pace", "how fast these change their sign", has_pace, "such kinks that recur", build_pace, BY_DEFAULT},
     {"event", "values whose zeros are events", has_events, "events", event_terms_build_values, BY_DEFAULT},
     {"event_terms", "derivatives of these values, and what events set", has_events, "events",
      event_terms_build, BY_DEFAULT},
@@ -662,8 +671,9 @@ static struct function *function_of(const struct plan *plan, const char *quantit
 /* Beside what is asked for: what anchors parameters and tells breaks and events. */
 static bool is_wanted(const struct derivation *d, const struct quantity *quantity) {
     return is_asked_for(d, quantity) || quantity->build == build_anchor || quantity->build == build_breaks ||
-           quantity->build == build_switches || quantity->build == event_terms_build_values ||
-           quantity->build == event_terms_build || (quantity->build == build_start && has_anchors(d));
+           quantity->build == build_switches || quantity->build == build_pace ||
+           quantity->build == event_terms_build_values || quantity->build == event_terms_build ||
+           (quantity->build == build_start && has_anchors(d));
 }
 
 static bool is_named(const struct derivation *d, const struct quantity *quantity) {

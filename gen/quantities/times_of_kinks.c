@@ -1,10 +1,12 @@
 /* Times of kinks: see times_of_kinks.h. */
 #include "quantities/times_of_kinks.h"
+#include "graph/spline.h"
 
 enum {
     MOST_BREAKS = 1000, /* kinks in time that are reported */
     DEEPEST_KINK = 4    /* kinks inside each other that are followed */
 };
+static const double pi = 3.14159265358979323846;
 
 /* d/dt with all else constant, and the value at t = 0. */
 static expression time_derivative(void *context, struct graph *g, expression e) {
@@ -100,6 +102,87 @@ static bool is_left_out(const struct plan *plan, expression e) {
     return false;
 }
 
+/* ---- How fast they change their sign ---- */
+
+static expression larger(struct graph *g, expression a, expression b) {
+    return a == b || b == expr_zero(g) ? a : a == expr_zero(g) ? b : expr_apply2(g, OP_MAX, a, b);
+}
+
+/* |d/dt| of e, times a factor. */
+static expression speed(struct graph *g, expression e, double factor) {
+    const expression rate = rewrite_derivative(g, e, time_derivative, NULL);
+    return expr_mul(g, expr_number(g, factor), expr_apply1(g, OP_ABS, rate));
+}
+
+/* The frequency that pieces of a spline may have, over the rate of its operand. */
+static double frequency_of_spline(const struct graph *g, const struct node *node) {
+    const struct spline *spline = &g->splines[node->operand[1] / SPLINE_ORDERS];
+    double least = 0;
+    for (int i = 1; i < spline->count; i++) {
+        const double apart = spline->pieces[i * PIECE_COLUMNS] - spline->pieces[(i - 1) * PIECE_COLUMNS];
+        least = apart > 0 && (least == 0 || apart < least) ? apart : least;
+    }
+    return least > 0 ? pi / least : 0;
+}
+
+/* The angular frequency of a node whose operands have those of `pace`: phases and knots have that at which
+ * they pass, products the sum of their factors. */
+static expression pace_of_node(struct graph *g, expression e, const expression *pace) {
+    const struct node node = g->nodes[e];
+    const expression *operand = node.operand;
+    double exponent;
+    if (!(node.depends & ON_TIME) || expr_as_symbol(g, e))
+        return expr_zero(g);
+    switch (node.operation) {
+    case OP_SIN:
+    case OP_COS:
+    case OP_TAN:
+        return expr_add(g, pace[operand[0]], speed(g, operand[0], 1));
+    case OP_SPLINE:
+        return expr_add(g, pace[operand[0]], speed(g, operand[0], frequency_of_spline(g, &node)));
+    case OP_POW:
+        if (expr_is_number(g, operand[1], &exponent))
+            return expr_mul(g, expr_number(g, exponent < 0 ? -exponent : exponent), pace[operand[0]]);
+        return expr_add(g, pace[operand[0]], pace[operand[1]]);
+    case OP_MUL:
+    case OP_DIV:
+    case OP_ATAN2:
+        return expr_add(g, pace[operand[0]], pace[operand[1]]);
+    default: {
+        expression most = expr_zero(g);
+        for (int k = 0; k < operation_arity((enum operation)node.operation); k++)
+            most = larger(g, most, pace[operand[k]]);
+        return most;
+    }
+    }
+}
+
+/* The largest angular frequency of the switches: an expression of t, parameters and inputs. */
+static expression find_pace(struct plan *plan) {
+    struct graph *g = plan->g;
+    expression most = expr_zero(g);
+    for (int i = 0; i < plan->switch_count; i++) {
+        const expression s = plan->switches[i];
+        bool *inside = memory_get(plan->memory, (s + 1) * sizeof *inside);
+        expression *pace = memory_get(plan->memory, (s + 1) * sizeof *pace);
+        inside[s] = true;
+        rewrite_mark_operands(g, inside, s + 1);
+        for (expression e = 0; e <= s; e++)
+            if (inside[e])
+                pace[e] = pace_of_node(g, e, pace);
+        most = larger(g, most, pace[s]);
+    }
+    return most;
+}
+
+/* ---- All of them ---- */
+
+/* Where s, of time, parameters and inputs alone, changes its sign. */
+static void list_signs(struct plan *plan, expression s) {
+    if (!(plan->g->nodes[s].depends & ~(ON_TIME | ON_PARAMETER | ON_INPUT)) && !add_breaks(plan, s, 0))
+        list_once(plan->switches, &plan->switch_count, s);
+}
+
 void time_events_find(struct plan *plan) {
     struct graph *g = plan->g;
     const uint32_t count = g->count; /* what is built here is looked at no more */
@@ -109,8 +192,9 @@ void time_events_find(struct plan *plan) {
     for (expression e = 0; e < count; e++) {
         if (!needed[e] || !has_kink(g, e) || is_left_out(plan, e))
             continue;
-        const expression s = switching_function(g, e);
-        if (!(g->nodes[s].depends & ~(ON_TIME | ON_PARAMETER | ON_INPUT)) && !add_breaks(plan, s, 0))
-            list_once(plan->switches, &plan->switch_count, s);
+        list_signs(plan, switching_function(g, e));
     }
+    for (int i = 0; i < plan->model->event_count; i++)
+        list_signs(plan, plan->model->events[i].value);
+    plan->pace = find_pace(plan);
 }

@@ -14,7 +14,7 @@ static const char *const texts[] = {
     [REFDYN_NO_CONVERGENCE - LOWEST] = "Newton's iteration did not converge",
     [REFDYN_MATRIX_SINGULAR - LOWEST] = "the matrix of an implicit step is singular",
     [REFDYN_ROWS_UNMET - LOWEST] =
-        "rows that begin to act at this time ask for other positions than the motion has",
+        "rows that begin to act or jump at this time ask for other positions than the motion has",
     [REFDYN_STEP_TOO_SMALL - LOWEST] = "the step fell below the resolution of the time",
     [REFDYN_TANGENT_SINGULAR - LOWEST] = "the tangent stiffness is singular: nothing holds the coordinate",
     [REFDYN_BAD_OPTION - LOWEST] = "an option is out of its range",
@@ -30,7 +30,7 @@ static const char *const texts[] = {
         "the library was compiled with flags that change arithmetic, such as -ffast-math",
     [REFDYN_EVENT_ENDS - LOWEST] = "an event has ended the motion",
     [REFDYN_EVENTS_ACCUMULATE - LOWEST] = "events follow each other without time between",
-    [REFDYN_SLIDES - LOWEST] = "forces jump here, and lead back to the jump from both sides",
+    [REFDYN_SLIDES - LOWEST] = "forces or rows jump here, and lead back to the jump from both sides",
     [REFDYN_CONTACT_INSIDE - LOWEST] = "the gap of a contact is negative",
     [REFDYN_CONTACT_DRIVEN - LOWEST] = "the programme drives the bodies of a closed contact into each other",
     [REFDYN_CONTACTS_UNMET - LOWEST] = "no impulses or forces keep all closed contacts from closing further",

@@ -15,6 +15,7 @@
 
 #include "constraints/constraints.h"
 #include "motion/accepted_step.h"
+#include "motion/row_changes.h"
 #include "motion/singular_crossing.h"
 #include "motion/statistics.h"
 #include "private/first_order.h"
@@ -150,12 +151,24 @@ static int take_step(struct refdyn_gsl *gsl, double t_stop) {
     if (result != GSL_SUCCESS)
         return go_back(gsl, gsl->cause < 0 ? gsl->cause : REFDYN_STEP_TOO_SMALL);
     const double h = t - step->t_begin;
-    const int status = complete(gsl, refdyn_events_right_of(&motion->events, t), h);
+    refdyn_step_end(step, t);
+    refdyn_rows_look_at_end(motion);
+    const int status = complete(gsl, refdyn_rows_side_of(motion, t), h);
     if (status)
         return go_back(gsl, status);
-    refdyn_step_end(step, t);
     refdyn_statistics_step(&motion->statistics, motion->work, h);
     return REFDYN_OK;
+}
+
+/* The rows have jumped where the last step ended. */
+static int take_new_rows(struct refdyn_gsl *gsl) {
+    struct refdyn_motion *motion = motion_of(gsl);
+    struct refdyn_step *step = &motion->step;
+    const int status = refdyn_rows_take_new(motion);
+    memcpy(step->state_new, step->state, refdyn_state_bytes(step));
+    if (status)
+        refdyn_motion_failed(motion, status, step->t_begin);
+    return status;
 }
 
 /* Through a state where the rows lose rank: see refdyn_pass_singular. Behind it, the method starts anew. */
@@ -177,6 +190,9 @@ static int advance(struct refdyn_gsl *gsl, double t_out) {
     struct refdyn_motion *motion = motion_of(gsl);
     struct refdyn_step *step = &motion->step;
     begin(gsl);
+    int status = motion->rows_change ? take_new_rows(gsl) : REFDYN_OK;
+    if (status)
+        return go_back(gsl, status);
     if (refdyn_step_limit_reached(motion))
         return go_back(gsl, REFDYN_TOO_MANY_STEPS);
     const double least = refdyn_control_least(step->t_begin, t_out);
@@ -188,7 +204,7 @@ static int advance(struct refdyn_gsl *gsl, double t_out) {
     double t_singular = INFINITY;
     if (motion->options.singular == REFDYN_PASS && pass(gsl, t_stop, ahead, &t_singular))
         return REFDYN_OK;
-    const int status = take_step(gsl, fmin(t_stop, step->t_begin + (t_singular - step->t_begin) / 2));
+    status = take_step(gsl, fmin(t_stop, step->t_begin + (t_singular - step->t_begin) / 2));
     if (!status && step->t_end == ahead)
         begin_anew(gsl);
     return status;
@@ -223,10 +239,11 @@ int refdyn_gsl_step(struct refdyn_gsl *gsl, double t_out, long steps) {
     if (!(isfinite(t_out) && t_out >= integrator->t))
         return REFDYN_BAD_OPTION;
     refdyn_parameters_enter(&motion->parameters, motion->work);
-    for (; steps > 0 && motion->step.t_end < t_out && !status; steps--)
+    for (; steps > 0 && t_out - motion->step.t_end > refdyn_motion_resolution(motion, t_out) && !status;
+         steps--)
         status = advance(gsl, t_out);
     refdyn_parameters_leave(&motion->parameters, motion->work);
-    const int shown = refdyn_integrator_step(integrator, fmin(t_out, motion->step.t_end), 0);
+    const int shown = refdyn_integrator_step(integrator, t_out, 0);
     return status ? status : shown;
 }
 

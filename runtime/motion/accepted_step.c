@@ -124,6 +124,7 @@ static int meet_end(struct refdyn_motion *motion, double t, int *is_known) {
 static int complete(struct refdyn_motion *motion) {
     struct refdyn_workspace *work = motion->work;
     struct refdyn_step *step = &motion->step;
+    refdyn_state_events_end_before_kinks(&motion->state_events, step);
     refdyn_rows_look_at_end(motion);
     const double t = refdyn_rows_side_of(motion, step->t_end);
     int is_known, status = meet_end(motion, t, &is_known);
@@ -174,6 +175,17 @@ static void look_for_causes(struct refdyn_motion *motion, double t_out, double *
                                        refdyn_control_least(step->t_begin, t_out), t_event);
     if (isfinite(*t_event))
         refdyn_statistics_rejected(&motion->statistics, 1);
+}
+
+/* A step that failed to come onto its rows may have met a kink at which they turn: it better ends there. */
+static int look_for_kinks(struct refdyn_motion *motion, double t_out, int status, double *t_event) {
+    struct refdyn_step *step = &motion->step;
+    if (status != REFDYN_NO_CONVERGENCE || motion->work->model->kink_count == 0 ||
+        motion->options.stabilise != REFDYN_PROJECT)
+        return status;
+    memcpy(step->state_new, step->side, (size_t)(2 * step->n) * sizeof(double));
+    look_for_causes(motion, t_out, t_event);
+    return isfinite(*t_event) ? REFDYN_OK : status;
 }
 
 /* The step is accepted. */
@@ -371,7 +383,7 @@ static int find_error(struct refdyn_motion *motion, struct refdyn_attempt *attem
     const int rank = motion->work->partition.rank;
     status = complete(motion);
     if (status)
-        return status;
+        return look_for_kinks(motion, attempt->t_out, status, t_event);
     /* where the rank has grown the step began in such a state */
     if (motion->options.singular == REFDYN_PASS && motion->work->partition.rank <= rank &&
         refdyn_crossing_was_missed(motion)) {
@@ -442,9 +454,14 @@ int refdyn_attempt_plan(struct refdyn_motion *motion, struct refdyn_attempt *att
     return REFDYN_OK;
 }
 
-/* A time that no step may pass, unless it has been passed. */
+double refdyn_motion_resolution(const struct refdyn_motion *motion, double t) {
+    return fmax(refdyn_time_resolution(t),
+                isfinite(motion->t_final) ? refdyn_time_resolution(motion->t_final) : 0);
+}
+
+/* A time that no step may pass, unless it has been passed, or is that of its begin but for rounding. */
 static double if_ahead(const struct refdyn_motion *motion, double t) {
-    return t > motion->step.t_begin ? t : INFINITY;
+    return t > motion->step.t_begin + refdyn_motion_resolution(motion, t) ? t : INFINITY;
 }
 
 double refdyn_motion_bound(const struct refdyn_motion *motion) {
@@ -463,6 +480,7 @@ int refdyn_attempt_begin(struct refdyn_motion *motion, double t_out, struct refd
         return REFDYN_TOO_MANY_STEPS;
     const int is_fixed = motion->options.tol == 0;
     const double least = refdyn_control_least(motion->step.t_begin, t_out);
+    refdyn_control_drop(&motion->control, least);
     const struct refdyn_reach reach = {is_fixed ? motion->options.step : motion->control.next, t_out,
                                        motion->t_final, least};
     const double ahead = refdyn_events_ahead(&motion->events, &motion->step, &reach);

@@ -17,6 +17,7 @@
 #include "constraints/impulse.h"
 #include "motion/contact_transitions.h"
 #include "motion/energy_jumps.h"
+#include "motion/row_changes.h"
 #include "motion/sliding.h"
 
 enum { ROUNDS_MOST = 200 };                 /* of impacts at one time: each drives others together again */
@@ -135,14 +136,30 @@ static void take_values(struct refdyn_motion *motion) {
     refdyn_events_find(&motion->events, motion->work, step->t_begin, step->state, step->state + step->n);
 }
 
-/* Onto the rows, as a motion starts. */
+/* The residuals of rows before what is due happens, before kinks as well. */
+static int note_rows(struct refdyn_motion *motion) {
+    struct refdyn_step *step = &motion->step;
+    double *state = step->stage;
+    if (motion->work->m == 0)
+        return REFDYN_OK;
+    memcpy(state, step->state, refdyn_state_bytes(step));
+    refdyn_state_events_leave_kinks(&motion->state_events, step, -1, state);
+    const int status = refdyn_row_terms(motion->work, step->t_begin, state, state + step->n);
+    refdyn_rows_note(motion, state);
+    return status;
+}
+
+/* Onto the rows, as a motion starts, or after a jump. */
 static int meet_rows(struct refdyn_motion *motion) {
     struct refdyn_workspace *work = motion->work;
     struct refdyn_step *step = &motion->step;
     double *q = step->state, *qd = q + step->n;
+    int have_jumped, status = refdyn_rows_have_jumped(motion, &have_jumped);
+    if (status || have_jumped)
+        return status ? status : refdyn_rows_meet(motion);
     if (work->m == 0 || motion->options.stabilise != REFDYN_PROJECT)
         return REFDYN_OK;
-    const int status = refdyn_equations(work, step->t_begin, q, qd);
+    status = refdyn_equations(work, step->t_begin, q, qd);
     return status ? status : refdyn_project_evaluated(work, step->t_begin, q, qd);
 }
 
@@ -191,14 +208,31 @@ static int act_on_contacts(struct refdyn_motion *motion, struct done *done) {
     return refdyn_contact_transitions_take(motion, &done->has_rates);
 }
 
+/* Beyond the kinks that are due. */
+static int pass_kinks(struct refdyn_motion *motion) {
+    struct refdyn_step *step = &motion->step;
+    int have_jumped;
+    refdyn_step_break_off(step, 1);
+    const int has_moved = refdyn_state_events_leave_kinks(&motion->state_events, step, 1, step->state);
+    int status = refdyn_rows_have_jumped(motion, &have_jumped);
+    if (!status && have_jumped) {
+        status = go_on(motion);
+        return !status && refdyn_state_events_lead_back(&motion->state_events, step) ? REFDYN_SLIDES : status;
+    }
+    return status || !has_moved ? status
+                                : refdyn_rates(&step->evaluation, step->t_begin, step->state, step->rates);
+}
+
 /* All that is due, and where that leads. */
 static int take_due(struct refdyn_motion *motion) {
     struct refdyn_state_events *events = &motion->state_events;
     struct refdyn_step *step = &motion->step;
     struct done done = {0, 0, 0};
     const double energy = refdyn_energy_at_begin(motion);
+    int status = note_rows(motion);
     refdyn_state_events_note(events, step);
-    int status = act_on_all(motion, &done);
+    if (!status)
+        status = act_on_all(motion, &done);
     if (!status)
         status = act_on_contacts(motion, &done);
     if (!status && done.has_values)
@@ -206,11 +240,8 @@ static int take_due(struct refdyn_motion *motion) {
     if (!status && (done.has_rates || done.has_values)) {
         refdyn_energy_has_jumped(motion, energy);
         status = go_on(motion);
-    } else if (!status && events->due_count > events->due_named) {
-        refdyn_step_break_off(step, 1);
-        if (refdyn_state_events_pass_kinks(events, step))
-            status = refdyn_rates(&step->evaluation, step->t_begin, step->state, step->rates);
-    }
+    } else if (!status && events->due_count > events->due_named)
+        status = pass_kinks(motion);
     if (!status)
         refdyn_state_events_settle(events, step);
     return status;

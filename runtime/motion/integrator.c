@@ -78,6 +78,7 @@ static size_t lay_out(struct refdyn_integrator *integrator, const struct refdyn_
     refdyn_parameters_lay_out(&motion->parameters, model, &layout);
     refdyn_programme_lay_out(&motion->programme, model, &layout);
     refdyn_crossing_lay_out(&motion->crossing, model, &layout);
+    refdyn_rows_lay_out(&motion->before, model, &layout);
     refdyn_events_lay_out(&motion->events, model, &layout);
     refdyn_state_events_lay_out(&motion->state_events, model, &layout);
     refdyn_linear_lay_out(&motion->linear, model, has_tangent, has_tangent ? needs.complexes : 0, &layout);
@@ -189,15 +190,16 @@ static int solve_seen(struct refdyn_integrator *integrator) {
     return REFDYN_OK;
 }
 
-/* With projections, steps begin on the programme, also where the state that is seen is off it. */
+/* Rows that the caller has let jump take the rates along. With projections, steps begin on the programme,
+ * also where the state that is seen is off it. */
 static int place_step(struct refdyn_integrator *integrator) {
     struct refdyn_step *step = &integrator->motion->step;
     const double t = integrator->t_right;
     integrator->q[2 * step->n] = integrator->work_done;
     refdyn_step_place(step, t, integrator->q);
-    if (integrator->options.stabilise != REFDYN_PROJECT)
-        return REFDYN_OK;
-    const int status = refdyn_project_evaluated(integrator->work, t, step->state, step->state + step->n);
+    int status = refdyn_rows_meet_seen(integrator->motion);
+    if (!status && integrator->options.stabilise == REFDYN_PROJECT)
+        status = refdyn_project_evaluated(integrator->work, t, step->state, step->state + step->n);
     memcpy(step->state_new, step->state, refdyn_state_bytes(step));
     return status;
 }
@@ -246,6 +248,7 @@ static void clear(struct refdyn_motion *motion) {
     motion->t_most = motion->t_final = INFINITY;
     motion->evaluations_before = motion->work->evaluations;
     motion->statistics = (struct refdyn_statistics){.phi_row = -1, .psi_row = -1};
+    refdyn_rows_forget_seen(motion);
     refdyn_motion_failed(motion, REFDYN_OK, motion->failure.t);
     refdyn_linear_reset(&motion->linear);
     refdyn_control_begin(&motion->control, motion->options.step);
@@ -374,6 +377,9 @@ static int interpolate_seen(struct refdyn_integrator *integrator) {
     const struct refdyn_options *options = &integrator->options;
     const double theta = refdyn_step_theta(step, integrator->t);
     int status = step->method->kind->interpolate(step, theta, integrator->q);
+    if (!status)
+        refdyn_state_events_see_before_kinks(&integrator->motion->state_events, step, integrator->t,
+                                             integrator->q);
     if (!status && step->method->kind->leaves_out_work && options->balance)
         status = refdyn_find_work_done(step, theta, &integrator->q[2 * step->n]);
     if (!status && integrator->work->m > 0 && options->stabilise == REFDYN_PROJECT &&
@@ -390,7 +396,7 @@ static int show(struct refdyn_integrator *integrator, double t) {
     integrator->t = t;
     integrator->t_right = refdyn_rows_side_of(motion, t);
     integrator->is_undetermined = refdyn_crossing_is_near(motion, t) || refdyn_fading_is_near(motion, t);
-    if (t >= step->t_end)
+    if (t >= step->t_end || step->t_begin == step->t_end) /* steps may begin right of t, at a time event */
         memcpy(integrator->q, step->state_new, refdyn_state_bytes(step));
     else
         status = interpolate_seen(integrator);
@@ -399,6 +405,7 @@ static int show(struct refdyn_integrator *integrator, double t) {
         status = refdyn_row_terms(integrator->work, integrator->t_right, integrator->q, integrator->qd);
     if (!status)
         refdyn_statistics_residuals(&motion->statistics, integrator->work);
+    refdyn_rows_note_seen(motion, integrator->q);
     if (!status)
         status = integrator->is_undetermined ? continue_seen(integrator) : accelerate_seen(integrator);
     return status;
@@ -407,10 +414,10 @@ static int show(struct refdyn_integrator *integrator, double t) {
 /* ---- Steps ---- */
 
 /* Does the last step end at t, or at an event that is there but for rounding? What is seen at t is the state
- * before the event then. */
+ * before the event then. No step is as short as the resolution of the time. */
 static int ends_at(const struct refdyn_motion *motion, double t) {
     const double apart = motion->state_events.due_named > 0 ? refdyn_state_events_blur(t) : 0;
-    return t - motion->step.t_end <= apart;
+    return t - motion->step.t_end <= fmax(apart, refdyn_motion_resolution(motion, t));
 }
 
 /* The steps have gone as far as they should, or failed: what is seen is t_out, or the end of the last one. */
@@ -517,7 +524,8 @@ int refdyn_integrator_to(struct refdyn_integrator *integrator, double t_out) {
 
 int refdyn_integrator_look(struct refdyn_integrator *integrator, double t) {
     const struct refdyn_motion *motion = integrator->motion;
-    if (!(refdyn_events_right_of(&motion->events, t) >= motion->step.t_begin && t <= motion->step.t_end))
+    if (!(refdyn_events_right_of(&motion->events, t) >= motion->step.t_begin &&
+          t <= fmax(motion->step.t_end, integrator->t)))
         return REFDYN_BAD_OPTION;
     enter(integrator);
     return leave(integrator, show(integrator, t), t);

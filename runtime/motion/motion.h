@@ -45,6 +45,13 @@ struct refdyn_fading {
     struct refdyn_stage_guide guide;
 };
 
+/* Residuals before a jump: row_changes.c. */
+struct refdyn_residuals_before {
+    double *phi, *psi; /* (m) */
+    double *state;     /* (2 n) of which they are, */
+    int are_seen;      /* and which the caller has seen last */
+};
+
 /* The last failure of an evaluation or projection: accepted_step.c. */
 struct refdyn_failure {
     int cause; /* 0: none */
@@ -64,6 +71,7 @@ struct refdyn_motion {
     struct refdyn_automatic automatic;
     struct refdyn_singular_crossing crossing;
     struct refdyn_fading fading;
+    struct refdyn_residuals_before before;
     struct refdyn_statistics statistics;
     struct refdyn_failure failure;
     int rows_change;         /* at the time event where the last step ended: row_changes.c */

@@ -1,16 +1,22 @@
 /*
- * Rows that come and go at time events: their coefficients jump there, as in x + where(t < 1, 1, 0) y.
+ * Rows that jump. At time events they come and go, as x + where(t < 1, 1, 0) y does, or ask for other rates,
+ * as x - min(t, 1) does; at kinks in coordinates they turn, as x - abs(y) does; events and callers set inputs
+ * and parameters that rows read.
  *
- * The step before the event knows the rows on its left side alone: its end is brought onto them, and what is
- * seen inside it or at its end has their accelerations. The next step begins behind the event, where rows and
- * dependent coordinates are found anew, and the state is brought onto these rows: positions have to meet them
- * already, velocities that they do not allow are lost, by an impulse u^T Lambda, as in an inelastic impact.
+ * The step before the jump knows the rows on its left side alone: its end is brought onto them, and what is
+ * seen inside it or at its end has their accelerations. The next step begins after the jump, where rows and
+ * dependent coordinates are found anew. Positions have to meet the new rows already. Rates jump by an impulse
+ * u^T Lambda, as in an inelastic impact, so that residuals of rates are what they were, with any
+ * stabilisation.
  */
 #ifndef REFDYN_ROW_CHANGES_H
 #define REFDYN_ROW_CHANGES_H
 
+#include "base/layout.h"
 #include "motion/motion.h"
 
+void refdyn_rows_lay_out(struct refdyn_residuals_before *before, const struct refdyn_model *model,
+                         struct layout *layout);
 /* After a step was taken: do the rows change at the time event at its end? Row terms in the workspace and
  * room of projections are lost. */
 void refdyn_rows_look_at_end(struct refdyn_motion *motion);
@@ -22,5 +28,21 @@ double refdyn_rows_side_of(const struct refdyn_motion *motion, double t);
 /* The next step begins where rows have changed: its state and rates. Errors: those of refdyn_project and
  * refdyn_rates; ROWS_UNMET. */
 int refdyn_rows_take_new(struct refdyn_motion *motion);
+
+/* The row terms in the workspace are those of this state, from which a jump leads on; which the caller sees.
+ */
+void refdyn_rows_note(struct refdyn_motion *motion, const double *state);
+void refdyn_rows_note_seen(struct refdyn_motion *motion, const double *state);
+/* A motion starts: no state was seen before. */
+void refdyn_rows_forget_seen(struct refdyn_motion *motion);
+/* Have the rows jumped since the state at the begin of the step was noted? Evaluates them there. Errors:
+ * NOT_FINITE. */
+int refdyn_rows_have_jumped(struct refdyn_motion *motion, int *have);
+/* They have: rates at the begin of the step jump with them, and the energy by which they do counts as work.
+ * Errors: those of refdyn_project and refdyn_impulse_of_rows; ROWS_UNMET. */
+int refdyn_rows_meet(struct refdyn_motion *motion);
+/* The begin of the step is the state that was seen last: has it been set since, or does it jump as its rows
+ * have? Errors: as before. */
+int refdyn_rows_meet_seen(struct refdyn_motion *motion);
 
 #endif

@@ -14,14 +14,14 @@
 #include <string.h>
 
 #include "linear/dense.h"
+#include "motion/dips.h"
 #include "motion/step_control.h"
 
 enum { SAMPLES = REFDYN_EVENT_SAMPLES };
 enum {
     TRIES_MOST = 60,   /* steps to one zero; Newton squares the distance, halving it is the last resort */
     TRIES_FREE = 4,    /* from then on, a distance that does not fall is that of rounding */
-    ZEROS_MOST = 60,   /* places of an interpolant where a zero is looked for, */
-    DIPS_MOST = 4,     /* and where a value may have been beyond zero */
+    ZEROS_MOST = 60,   /* places of an interpolant where a zero is looked for */
     REPEATS_FREE = 16, /* events without anything between; and for each two of the model four */
     REPEATS_PAIR = 4
 };
@@ -31,6 +31,7 @@ static const double zero_width = 1e-13;    /* of a zero on the interpolant, over
 static const double rounding_part = 1e-6;  /* of a step, at most: a distance that is rounding */
 static const double far_short = 0.1;       /* a step that fell so short, over its length, leads nowhere yet */
 static const double clear_of_kink = 1e-10; /* of the largest value: a kink is passed beyond */
+static const double at_rest = 1e-6;        /* of the fastest passage of a kink where rows turn */
 static const double near_end = 0.99;       /* of a step that is too long: a zero behind explains little */
 static const double early = 0.9;           /* a zero before the first sample lies within this part of it */
 
@@ -54,6 +55,7 @@ void refdyn_state_events_lay_out(struct refdyn_state_events *events, const struc
     events->samples = layout_doubles(layout, (SAMPLES + 1) * count);
     events->sizes = layout_doubles(layout, count);
     events->zeros = layout_doubles(layout, count);
+    events->turned = layout_doubles(layout, count);
     events->values = layout_doubles(layout, count);
     events->rates = layout_doubles(layout, count);
     events->risen = layout_doubles(layout, count);
@@ -238,6 +240,7 @@ int refdyn_state_events_start(struct refdyn_state_events *events, const struct r
     memset(events->returns, 0, (size_t)events->count * sizeof *events->returns);
     for (int i = 0; i < events->count; i++)
         events->risen[i] = INFINITY;
+    memset(events->turned, 0, (size_t)events->count * sizeof *events->turned);
     refdyn_state_events_evaluate(events, step, step->t_begin, step->state);
     if (!refdyn_is_finite(events->values, events->count))
         return REFDYN_NOT_FINITE;
@@ -366,6 +369,11 @@ void refdyn_state_events_settle(struct refdyn_state_events *events, const struct
     note_due(events, step, step->t_begin);
 }
 
+/* So far from zero rounding does not matter to which side of kink i a state belongs. */
+static double margin_of(const struct refdyn_state_events *events, int i, double noise) {
+    return fmax(4 * noise, DBL_EPSILON * events->sizes[i]);
+}
+
 /* Moves the state along the derivatives `by` (n) of a value, so that it changes so much. */
 static int move_along(const double *by, int n, double change, double *state) {
     const double square = dense_dot(by, by, n);
@@ -374,21 +382,34 @@ static int move_along(const double *by, int n, double change, double *state) {
     return square > 0;
 }
 
-int refdyn_state_events_pass_kinks(struct refdyn_state_events *events, struct refdyn_step *step) {
+int refdyn_state_events_leave_kinks(struct refdyn_state_events *events, const struct refdyn_step *step,
+                                    int side, double *state) {
     const int n = step->n;
     int has_moved = 0;
     for (int k = events->due_named; k < events->due_count; k++) {
         const int i = events->due[k];
-        refdyn_state_events_evaluate(events, step, step->t_begin, step->state);
-        const struct assessed now = assess(events, step, i, step->t_begin, step->state, step->rates);
-        const double margin = fmax(4 * now.noise, DBL_EPSILON * events->sizes[i]);
-        const double change = events->towards[i] * margin - events->values[i];
+        const int to = side * events->towards[i];
+        refdyn_state_events_evaluate(events, step, step->t_begin, state);
+        const struct assessed now = assess(events, step, i, step->t_begin, state, step->rates);
+        const double change = to * margin_of(events, i, now.noise) - events->values[i];
         const double *by_qd = refdyn_state_events_by_qd(events, n, i);
-        if (events->towards[i] * change > 0)
-            has_moved |= move_along(by_qd, n, change, step->state + n) ||
-                         move_along(by_qd - events->count * n, n, change, step->state);
+        if (to * change > 0)
+            has_moved |= move_along(by_qd, n, change, state + n) ||
+                         move_along(by_qd - events->count * n, n, change, state);
     }
     return has_moved;
+}
+
+int refdyn_state_events_lead_back(struct refdyn_state_events *events, const struct refdyn_step *step) {
+    refdyn_state_events_evaluate(events, step, step->t_begin, step->state);
+    for (int k = events->due_named; k < events->due_count; k++) {
+        const int i = events->due[k];
+        const double rate = assess(events, step, i, step->t_begin, step->state, step->rates).rate;
+        events->turned[i] = fmax(events->turned[i], fabs(events->rates[i]));
+        if (events->towards[i] * rate <= at_rest * events->turned[i])
+            return 1;
+    }
+    return 0;
 }
 
 /* ---- Zeros on the interpolant ---- */
@@ -474,36 +495,6 @@ static int find_near_begin(struct refdyn_state_events *events, struct refdyn_ste
                             : REFDYN_OK;
 }
 
-/* Three places and what a value is there, times its side of zero. */
-struct dip {
-    double x[3], v[3];
-};
-
-/* Where the parabola through them is smallest, and how small; 0: it has no such place. */
-static int bottom(const struct dip *dip, double *x, double *v) {
-    const double left = (dip->v[1] - dip->v[0]) / (dip->x[1] - dip->x[0]);
-    const double right = (dip->v[2] - dip->v[1]) / (dip->x[2] - dip->x[1]);
-    const double curvature = (right - left) / (dip->x[2] - dip->x[0]);
-    const double middle = (dip->x[0] + dip->x[1]) / 2;
-    if (!(curvature > 0))
-        return 0;
-    *x = middle - left / (2 * curvature);
-    *v = dip->v[0] + (*x - dip->x[0]) * (left + curvature * (*x - dip->x[1]));
-    return *x > dip->x[0] && *x < dip->x[2] && *x != dip->x[1];
-}
-
-/* A place in the middle or beside it, which takes the other one's part. */
-static void narrow(struct dip *dip, double x, double v) {
-    const int is_left = x < dip->x[1], is_lower = v < dip->v[1];
-    const int kept = is_lower ? (is_left ? 2 : 0) : (is_left ? 0 : 2);
-    dip->x[kept] = is_lower ? dip->x[1] : x;
-    dip->v[kept] = is_lower ? dip->v[1] : v;
-    if (is_lower) {
-        dip->x[1] = x;
-        dip->v[1] = v;
-    }
-}
-
 /* May a value that has kept its side have been beyond zero between three samples? *theta: the first zero
  * then. */
 static int find_dip(struct refdyn_state_events *events, struct refdyn_step *step, int i, int middle, int side,
@@ -515,13 +506,13 @@ static int find_dip(struct refdyn_state_events *events, struct refdyn_step *step
         dip.v[k] = side * sample(events, middle - 1 + k, i);
     }
     const double begin = dip.x[0], least = fmin(dip.v[0], fmin(dip.v[1], dip.v[2]));
-    for (int tries = 0; tries < DIPS_MOST && bottom(&dip, &x, &v) && v < least / 2; tries++) {
+    for (int tries = 0; tries < DIPS_MOST && dip_bottom(&dip, &x, &v) && v < least / 2; tries++) {
         const int status = value_at(events, step, i, x, &value);
         if (status)
             return status;
         if (side * value < 0)
             return find_zero(events, step, i, begin, sample(events, middle - 1, i), x, value, theta);
-        narrow(&dip, x, side * value);
+        dip_narrow(&dip, x, side * value);
     }
     return REFDYN_OK;
 }
@@ -594,13 +585,55 @@ static int take_samples(struct refdyn_state_events *events, struct refdyn_step *
     return status;
 }
 
-/* A kink at the begin is passed: nothing happens there. */
+/* May rows turn at value i? At kinks of positions; the terms are those of some state. */
+static int may_turn_rows(const struct refdyn_state_events *events, const struct refdyn_step *step, int i) {
+    const double *by_qd = refdyn_state_events_by_qd(events, step->n, i);
+    return is_kink(events, i) && model_of(step)->m > 0 && refdyn_largest(by_qd, step->n, NULL) == 0;
+}
+
+/* A kink at the begin is passed: nothing happens there, unless rows turn. */
 static int is_passed(struct refdyn_state_events *events, const struct refdyn_step *step, int i, double theta,
                      double least) {
     if (!is_kink(events, i) || !(theta * (step->t_end - step->t_begin) < least))
         return 0;
+    refdyn_state_events_evaluate(events, step, step->t_begin, step->state);
+    if (may_turn_rows(events, step, i))
+        return 0;
     events->side[i] = -events->side[i];
     return 1;
+}
+
+/* A state in the step that has passed such a kink by rounding alone is moved before it. Returns the kink, -1:
+ * there is none. */
+static int move_before_kinks(struct refdyn_state_events *events, const struct refdyn_step *step, double t,
+                             double *state) {
+    int held = -1;
+    if (events->named == events->count || model_of(step)->m == 0 ||
+        refdyn_state_events_values(events, step, t, state, events->values))
+        return -1;
+    for (int i = events->named; i < events->count; i++) {
+        const double value = events->values[i];
+        if (events->side[i] == 0 || events->side[i] * value > 0 ||
+            fabs(value) > clear_of_kink * events->sizes[i])
+            continue;
+        refdyn_state_events_evaluate(events, step, t, state);
+        const double *by_q = events->terms + events->count + i * step->n;
+        const double before =
+            fmax(fabs(value), margin_of(events, i, assess(events, step, i, t, state, step->rates).noise));
+        if (may_turn_rows(events, step, i) &&
+            move_along(by_q, step->n, events->side[i] * before - value, state))
+            held = i;
+    }
+    return held;
+}
+
+void refdyn_state_events_end_before_kinks(struct refdyn_state_events *events, struct refdyn_step *step) {
+    events->held = move_before_kinks(events, step, refdyn_step_inside(step, step->t_end), step->state_new);
+}
+
+void refdyn_state_events_see_before_kinks(struct refdyn_state_events *events, const struct refdyn_step *step,
+                                          double t, double *state) {
+    move_before_kinks(events, step, refdyn_step_inside(step, t), state);
 }
 
 /* Times that are one. */
@@ -760,7 +793,11 @@ int refdyn_state_events_look(struct refdyn_state_events *events, struct refdyn_s
         return status;
     if (isfinite(first))
         step_back(events, step, step->t_begin + first * (step->t_end - step->t_begin), least, t_event);
-    else if (events->tries > 0) {
+    else if (events->held >= 0) {
+        events->target = events->held;
+        events->towards[events->held] = -events->side[events->held];
+        end_on_zero(events, step);
+    } else if (events->tries > 0) {
         events->target = target;
         step_ahead(events, step, t_event);
     } else if (ends_before_zero(events, step)) {

@@ -36,6 +36,7 @@ struct refdyn_state_events {
     double *samples; /* ((REFDYN_EVENT_SAMPLES + 1) x count) values at the begin and in the step */
     double *sizes;   /* (count) largest |value| since the start: below a part of it, that of a kink is zero */
     double *zeros;   /* (count) what counts as zero in the step: values at its begin that are just beyond */
+    double *turned;  /* (count) largest rate of a kink at which rows have turned */
     double *values;  /* (count) of the state that is looked at */
     double *rates;   /* (count) of the values before what is due happens */
     double *risen; /* (count) largest |value| of an event since it happened last; INFINITY: it has not yet */
@@ -46,6 +47,7 @@ struct refdyn_state_events {
 
     /* the zero that is looked for: no step, or the steps so far did not end on it */
     int target, tries;
+    int held;              /* kink before which the end of the step is held, -1: none */
     int early_tries;       /* steps to zeros that were seen in steps which were too long */
     double t_high, missed; /* the value has crossed zero before this; last distance from zero [s] */
 
@@ -75,14 +77,25 @@ int refdyn_state_events_values(struct refdyn_state_events *events, const struct 
 void refdyn_state_events_evaluate(struct refdyn_state_events *events, const struct refdyn_step *step,
                                   double t, const double *state);
 int refdyn_state_events_is_due(const struct refdyn_state_events *events, int i);
+/* A step was taken: its end lies before kinks of positions that it passes by rounding alone, so that rows
+ * which turn there are still those of its begin. */
+void refdyn_state_events_end_before_kinks(struct refdyn_state_events *events, struct refdyn_step *step);
+/* A state at t inside the step, in the same way. */
+void refdyn_state_events_see_before_kinks(struct refdyn_state_events *events, const struct refdyn_step *step,
+                                          double t, double *state);
+/* Rows have turned at the kinks that are due, and rates with them: do these lead on to the side to which the
+ * motion has crossed, or back to the kink, or is the motion at rest there? */
+int refdyn_state_events_lead_back(struct refdyn_state_events *events, const struct refdyn_step *step);
 /* Have so many events followed each other without time between that they will not end? */
 int refdyn_state_events_accumulate(const struct refdyn_state_events *events);
 /* The same, where the step is too long for its error: *t_event is the first zero in it, or INFINITY. */
 void refdyn_state_events_look_early(struct refdyn_state_events *events, struct refdyn_step *step,
                                     double least, double *t_event);
-/* Steps leave kinks that are due on the side to which they have crossed, which forces that jump there have to
- * see: moves the state at the begin of the step beyond them, by rounding. Has it moved? */
-int refdyn_state_events_pass_kinks(struct refdyn_state_events *events, struct refdyn_step *step);
+/* Steps leave kinks that are due on the side to which they have crossed, which forces and rows that jump
+ * there have to see: moves a state at the begin of the step to that side of them, or with side = -1 to the
+ * other one, by rounding. Has it moved? */
+int refdyn_state_events_leave_kinks(struct refdyn_state_events *events, const struct refdyn_step *step,
+                                    int side, double *state);
 /* What is due is about to happen at the begin of the step: notes the values before, and their rates. */
 void refdyn_state_events_note(struct refdyn_state_events *events, const struct refdyn_step *step);
 /* It has happened: on which side values are now, and what is due since others have jumped. */

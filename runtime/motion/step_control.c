@@ -89,6 +89,11 @@ static double order_of(const struct refdyn_method_definition *method) {
     return method->order_error + 1;
 }
 
+void refdyn_control_drop(struct refdyn_step_control *control, double least) {
+    if (control->next < least)
+        control->next = 0;
+}
+
 void refdyn_control_find(struct refdyn_step_control *control, const struct refdyn_step *step, double t_stop,
                          double interval) {
     const int n = step->n;

@@ -41,7 +41,7 @@ static const struct quantity quantities[] = {
     QUANTITY(d_qdd_free),  QUANTITY(d_force),     QUANTITY(accelerations),
     QUANTITY(d_statics),   QUANTITY(d_rows),      QUANTITY(course),
     QUANTITY(breaks),      QUANTITY(switches),    QUANTITY(event),
-    QUANTITY(event_terms),
+    QUANTITY(event_terms), QUANTITY(pace),
 };
 
 enum { QUANTITY_COUNT = sizeof quantities / sizeof quantities[0] };

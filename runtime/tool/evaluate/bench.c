@@ -42,6 +42,7 @@ static const struct quantity quantities[] = {
     QUANTITY(d_force),     QUANTITY(d_statics),
     QUANTITY(d_rows),      QUANTITY(switches),
     QUANTITY(event),       QUANTITY(event_terms),
+    QUANTITY(pace),
 };
 
 enum { QUANTITY_COUNT = sizeof quantities / sizeof quantities[0] };
@@ -137,7 +138,7 @@ static size_t result_size(const struct refdyn_model *model) {
     size_t n = (size_t)model->n, m = (size_t)model->m, points = (size_t)model->point_count;
     size_t variables = 2 * n + 1 + (size_t)model->input_count + (size_t)model->parameter_count;
     size_t named = (size_t)model->course_count + (size_t)model->break_count + (size_t)model->switch_count +
-                   (size_t)model->anchored_count + (size_t)model->change_count +
+                   1 + (size_t)model->anchored_count + (size_t)model->change_count +
                    ((size_t)model->event_count + (size_t)model->kink_count) * (2 * n + 3);
     size_t vectors = n * (2 + 3 * (REFDYN_VECTOR_COUNT + (size_t)model->coupling_count));
     return (n + 3 * m + 1) * (variables + n + 4) + 3 * points * (n + 1) + vectors + named;

@@ -47,6 +47,21 @@ static void print_method(const struct motion *motion) {
         print_choice(integrator);
 }
 
+/* A row that is off by more than this [m, rad, and these a second] does not hold. */
+static const double off_most = 0.01;
+
+/* The start has a warning of its own, and a projection holds all rows. */
+static void warn_of_rows(const struct refdyn_integrator *integrator) {
+    const struct refdyn_statistics *s = &integrator->statistics;
+    const int by_rate = !(s->phi_max > off_most), row = by_rate ? s->psi_row : s->phi_row;
+    if (integrator->options.stabilise == REFDYN_PROJECT || integrator->start_is_off || row < 0 ||
+        !((by_rate ? s->psi_max : s->phi_max) > off_most))
+        return;
+    fprintf(stderr, "refdyn: warning: %s does not hold: its %s is up to %.3g; --stabilise project holds it\n",
+            row_name(integrator->work->model, row), by_rate ? "psi" : "phi",
+            by_rate ? s->psi_max : s->phi_max);
+}
+
 static void print_rows(const struct refdyn_model *model, const struct refdyn_statistics *s) {
     fprintf(stderr, "residuals    largest |phi| %.3g (%s), |psi| %.3g (%s)\n", s->phi_max,
             row_name(model, s->phi_row), s->psi_max, row_name(model, s->psi_row));
@@ -125,8 +140,10 @@ void summary_print(const struct summary *summary) {
             s->step_smallest, s->step_largest);
     fprintf(stderr, "evaluations  %ld, tangents %ld%s\n", s->evaluations, s->tangents,
             s->tangents && motion->integrator.solves_by_joints ? ", solved joint by joint" : "");
-    if (motion->scene->model->m > 0)
+    if (motion->scene->model->m > 0) {
         print_rows(motion->scene->model, s);
+        warn_of_rows(&motion->integrator);
+    }
     print_passages(s);
     events_print(&motion->events, motion->scene->model);
     print_energy(motion, summary->trial->result != REFDYN_OK);
