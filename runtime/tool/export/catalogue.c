@@ -42,8 +42,17 @@ static const struct role roles[FMU_KIND_COUNT] = {
     [FMU_ANGULAR_ACCELERATION] = {AS_LOCAL, IS_CONTINUOUS, INITIAL_CALCULATED, "point_",
                                   "angular acceleration at a point"},
     [FMU_PARAMETER] = {AS_PARAMETER, IS_TUNABLE, INITIAL_EXACT, "parameter_", "parameter"},
+    [FMU_CONTACT_FORCE] = {AS_OUTPUT, IS_CONTINUOUS, INITIAL_CALCULATED, "contact_",
+                           "force [N, N m where the gap is an angle] of contact "},
+    [FMU_CONTACT_SINCE] = {AS_OUTPUT, IS_CONTINUOUS, INITIAL_CALCULATED, "contact_",
+                           "when all rebounds end; the present time while it is free: contact "},
     [FMU_INDICATOR] = {AS_LOCAL, IS_CONTINUOUS, INITIAL_CALCULATED, "indicator_", "event indicator"},
 };
+
+/* The row of contact i. */
+static const char *contact_name(const struct refdyn_model *model, int i) {
+    return model->rows[model->m - fmu_count_contacts(model) + i].name;
+}
 
 /* ---- Names ---- */
 
@@ -128,6 +137,10 @@ static const char *own_name(const struct refdyn_model *model, struct fmu_variabl
         return text_format("lambda_%d", i + 1);
     case FMU_PARAMETER:
         return model->parameters[i].name;
+    case FMU_CONTACT_FORCE:
+        return text_format("contact_%s", contact_name(model, i));
+    case FMU_CONTACT_SINCE:
+        return text_format("%s_rests_since", contact_name(model, i));
     default:
         return text_format("indicator_%d", i + 1);
     }
@@ -144,6 +157,7 @@ static const char *own_unit(const struct refdyn_model *model, struct fmu_variabl
     const int i = variable.index;
     switch (variable.kind) {
     case FMU_TIME:
+    case FMU_CONTACT_SINCE:
         return "s";
     case FMU_COORDINATE_CHANGE:
         return strcmp(model->coordinates[i].unit, "m") == 0 ? "m/s" : "rad/s";
@@ -175,12 +189,19 @@ static void set_role(struct catalogue_entry *entry, const struct scene *scene) {
     entry->about = role->about;
     if (entry->variable.kind == FMU_MULTIPLIER)
         entry->about = text_format("%s%s", role->about, model->rows[i].name);
+    if (entry->variable.kind == FMU_CONTACT_FORCE || entry->variable.kind == FMU_CONTACT_SINCE)
+        entry->about = text_format("%s%s", role->about, contact_name(model, i));
     if (is_state && model->m > 0) /* it is moved onto the rows */
         entry->initial = INITIAL_APPROXIMATE;
     if (is_set_by_events(model, entry->variable)) {
         entry->causality = AS_LOCAL;
         entry->variability = IS_DISCRETE;
         entry->about = "set by events of the model";
+    }
+    const int contact = entry->variable.kind == FMU_PARAMETER ? fmu_contact_of_parameter(model, i) : -1;
+    if (contact >= 0) {
+        entry->initial = INITIAL_CALCULATED;
+        entry->about = text_format("1 while contact %s rests", contact_name(model, contact));
     }
 }
 
