@@ -19,15 +19,19 @@
 #include "motion/energy_jumps.h"
 #include "motion/sliding.h"
 
+enum { ROUNDS_MOST = 200 };           /* of impacts at one time: each drives others together again */
+static const double at_rest = 1e-12;  /* of the rate before: an impact is over */
 static const double against_rows = 0x1p-26; /* sqrt(DBL_EPSILON): of a row's terms, by rates that are set */
 
 /* What the actions of one time have done. */
 struct done {
     int has_rates, has_values; /* rates are other ones; inputs or parameters */
+    int has_impacts;           /* in the last round of impacts */
 };
 
 /* ---- Actions ---- */
 
+/* What moves towards zero more slowly, as a part of its rate before all impacts, has come to rest. */
 static int meet_impact(struct refdyn_motion *motion, int i, struct done *done) {
     struct refdyn_state_events *events = &motion->state_events;
     struct refdyn_step *step = &motion->step;
@@ -35,14 +39,14 @@ static int meet_impact(struct refdyn_motion *motion, int i, struct done *done) {
     const double *gradient = events->terms + events->count + i * n;
     const double rate = events->terms[i], restitution = events->terms[events->count * (1 + 2 * n) + i];
     double *qd = step->state + n, *jump = events->room;
-    if (!(motion->work->model->events[i].direction * rate > 0))
+    if (!(motion->work->model->events[i].direction * rate > at_rest * fabs(events->rates[i])))
         return REFDYN_OK; /* it leaves zero by itself */
     int status = refdyn_equations(motion->work, step->t_begin, step->state, qd);
     if (!status)
         status = refdyn_impulse(motion->work, gradient, -(1 + restitution) * rate, jump);
     for (int j = 0; j < n && !status; j++)
         qd[j] += jump[j];
-    done->has_rates = 1;
+    done->has_rates = done->has_impacts = 1;
     return status;
 }
 
@@ -89,7 +93,7 @@ static int set_within_rows(struct refdyn_motion *motion, int i, struct done *don
     struct refdyn_workspace *work = motion->work;
     struct refdyn_step *step = &motion->step;
     const double *q = step->state, *qd = q + step->n;
-    struct done own = {0, 0};
+    struct done own = {0, 0, 0};
     int status = work->m > 0 ? refdyn_row_terms(work, step->t_begin, q, qd) : REFDYN_OK;
     memcpy(step->side, work->psi, (size_t)work->m * sizeof(double));
     if (!status)
@@ -104,8 +108,8 @@ static int set_within_rows(struct refdyn_motion *motion, int i, struct done *don
     return status;
 }
 
-/* Each finds the state as those before have left it; contacts follow together. */
-static int act(struct refdyn_motion *motion, int i, struct done *done) {
+/* Impacts that are due, each at the state that those before have left; contacts follow together. */
+static int act(struct refdyn_motion *motion, int i, int is_first, struct done *done) {
     struct refdyn_workspace *work = motion->work;
     const struct refdyn_model *model = work->model;
     const struct refdyn_step *step = &motion->step;
@@ -114,7 +118,7 @@ static int act(struct refdyn_motion *motion, int i, struct done *done) {
     model->event_terms(work->p, work->x, step->t_begin, step->state, step->state + step->n,
                        motion->state_events.terms);
     int status = model->events[i].is_impact ? meet_impact(motion, i, done) : REFDYN_OK;
-    if (!status && model->events[i].change_count > 0)
+    if (!status && is_first && model->events[i].change_count > 0)
         status = set_within_rows(motion, i, done);
     return status;
 }
@@ -161,6 +165,20 @@ static int go_on(struct refdyn_motion *motion) {
     return REFDYN_OK;
 }
 
+/* Each event that is due acts once, but impacts until none of them drives another one together again. */
+static int act_on_all(struct refdyn_motion *motion, struct done *done) {
+    const struct refdyn_state_events *events = &motion->state_events;
+    int status = REFDYN_OK;
+    for (int round = 0; round < ROUNDS_MOST; round++) {
+        done->has_impacts = 0;
+        for (int k = 0; k < events->due_named && !status; k++)
+            status = act(motion, events->due[k], round == 0, done);
+        if (status || !done->has_impacts || events->due_named == 1)
+            return status;
+    }
+    return REFDYN_EVENTS_ACCUMULATE;
+}
+
 /* Contacts that are due close or let go; other impulses move those that rest. */
 static int act_on_contacts(struct refdyn_motion *motion, struct done *done) {
     const struct refdyn_state_events *events = &motion->state_events;
@@ -177,12 +195,10 @@ static int act_on_contacts(struct refdyn_motion *motion, struct done *done) {
 static int take_due(struct refdyn_motion *motion) {
     struct refdyn_state_events *events = &motion->state_events;
     struct refdyn_step *step = &motion->step;
-    struct done done = {0, 0};
+    struct done done = {0, 0, 0};
     const double energy = refdyn_energy_at_begin(motion);
-    int status = REFDYN_OK;
     refdyn_state_events_note(events, step);
-    for (int k = 0; k < events->due_named && !status; k++)
-        status = act(motion, events->due[k], &done);
+    int status = act_on_all(motion, &done);
     if (!status)
         status = act_on_contacts(motion, &done);
     if (!status && done.has_values)

@@ -22,10 +22,11 @@ enum {
     TRIES_FREE = 4,    /* from then on, a distance that does not fall is that of rounding */
     ZEROS_MOST = 60,   /* places of an interpolant where a zero is looked for, */
     DIPS_MOST = 4,     /* and where a value may have been beyond zero */
-    REPEATS_FREE = 16, /* events without time between; and for each two of the model four */
+    REPEATS_FREE = 16, /* events without anything between; and for each two of the model four */
     REPEATS_PAIR = 4
 };
 static const double rounding = 8 * DBL_EPSILON;
+static const double risen_least = 16;      /* times its rounding: a value has left zero between two events */
 static const double zero_width = 1e-13;    /* of a zero on the interpolant, over the step */
 static const double rounding_part = 1e-6;  /* of a step, at most: a distance that is rounding */
 static const double far_short = 0.1;       /* a step that fell so short, over its length, leads nowhere yet */
@@ -55,6 +56,7 @@ void refdyn_state_events_lay_out(struct refdyn_state_events *events, const struc
     events->zeros = layout_doubles(layout, count);
     events->values = layout_doubles(layout, count);
     events->rates = layout_doubles(layout, count);
+    events->risen = layout_doubles(layout, count);
     events->terms = layout_doubles(layout, count > 0 ? count_terms(model) : 0);
     events->room = layout_doubles(layout, count > 0 ? 2 * model->n + 1 : 0);
     refdyn_contacts_lay_out(&events->contacts, model, layout);
@@ -126,6 +128,8 @@ static struct assessed assess(const struct refdyn_state_events *events, const st
         rate_size += fabs(by_q[j] * state[n + j]) + fabs(by_qd[j] * rates[n + j]);
         rate += by_qd[j] * rates[n + j];
     }
+    if (i < events->named)
+        value_size = fmax(value_size, events->terms[count_terms(model_of(step)) - events->named + i]);
     return (struct assessed){rounding * (value_size + fabs(rate * t)), rate, rounding * rate_size};
 }
 
@@ -163,12 +167,31 @@ static void add_due(struct refdyn_state_events *events, int i) {
     events->due_named += !is_kink(events, i);
 }
 
-/* There are such, at t. */
-static void note_due(struct refdyn_state_events *events, double t) {
+/* Has one of the events that are due left zero, beyond rounding, since it happened last? The values and their terms are
+ * those of this state. */
+static int one_has_risen(const struct refdyn_state_events *events, const struct refdyn_step *step, double t,
+                         const double *state, const double *rates) {
+    for (int k = 0; k < events->due_named; k++) {
+        const int i = events->due[k];
+        if (events->risen[i] > risen_least * assess(events, step, i, t, state, rates).noise)
+            return 1;
+    }
+    return 0;
+}
+
+/* There are such, at t: the state is that of the step's begin or of its end. Where impacts of a body follow each other
+ * within the rounding of its distance, they go on for ever. */
+static void note_due(struct refdyn_state_events *events, const struct refdyn_step *step, double t) {
+    const int is_end = t == step->t_end;
     if (events->due_named == 0)
         return;
-    events->repeats = fabs(t - events->t_last) <= 4 * refdyn_time_resolution(t) ? events->repeats + 1 : 0;
+    const int goes_on = fabs(t - events->t_last) > 4 * refdyn_time_resolution(t) &&
+                        one_has_risen(events, step, t, is_end ? step->state_new : step->state,
+                                      is_end ? step->rates_new : step->rates);
+    events->repeats = goes_on ? 0 : events->repeats + 1;
     events->t_last = t;
+    for (int k = 0; k < events->due_named; k++)
+        events->risen[events->due[k]] = 0;
 }
 
 int refdyn_state_events_is_due(const struct refdyn_state_events *events, int i) {
@@ -212,6 +235,8 @@ int refdyn_state_events_start(struct refdyn_state_events *events, const struct r
     if (events->count == 0)
         return REFDYN_OK;
     memset(events->returns, 0, (size_t)events->count * sizeof *events->returns);
+    for (int i = 0; i < events->count; i++)
+        events->risen[i] = INFINITY;
     refdyn_state_events_evaluate(events, step, step->t_begin, step->state);
     if (!refdyn_is_finite(events->values, events->count))
         return REFDYN_NOT_FINITE;
@@ -225,7 +250,7 @@ int refdyn_state_events_start(struct refdyn_state_events *events, const struct r
         else
             start_on_zero(events, step, i, &found);
     }
-    note_due(events, step->t_begin);
+    note_due(events, step, step->t_begin);
     return REFDYN_OK;
 }
 
@@ -244,7 +269,7 @@ static void look_for_jumps(struct refdyn_state_events *events, const struct refd
     for (int i = 0; i < events->count; i++)
         if (fabs(events->values[i]) > assess(events, step, i, step->t_begin, step->state, step->rates).noise)
             jump(events, step, i, events->values[i]);
-    note_due(events, step->t_begin);
+    note_due(events, step, step->t_begin);
 }
 
 /* A value that has crossed zero before the step and is still beyond it, by rounding or by the error of the
@@ -337,7 +362,7 @@ void refdyn_state_events_settle(struct refdyn_state_events *events, const struct
         else if (fabs(value) > now.noise)
             jump(events, step, i, value);
     }
-    note_due(events, step->t_begin);
+    note_due(events, step, step->t_begin);
 }
 
 /* Moves the state along the derivatives `by` (n) of a value, so that it changes so much. */
@@ -591,10 +616,18 @@ static double value_at_end(const struct refdyn_state_events *events, int i) {
     return events->values[i] - events->zeros[i];
 }
 
+/* The step is good: how far from zero values were in it. */
+static void note_samples(struct refdyn_state_events *events) {
+    for (int k = 1; k <= SAMPLES; k++)
+        for (int i = 0; i < events->named; i++)
+            events->risen[i] = fmax(events->risen[i], fabs(sample(events, k, i)));
+}
+
 /* The step is good. What has crossed zero in it is due, and what is about to at the same time. */
 static void end_on_zero(struct refdyn_state_events *events, struct refdyn_step *step) {
     const double t = refdyn_step_inside(step, step->t_end);
     clear_due(events);
+    note_samples(events);
     refdyn_state_events_evaluate(events, step, t, step->state_new);
     for (int i = 0; i < events->count; i++) {
         int side;
@@ -609,7 +642,7 @@ static void end_on_zero(struct refdyn_state_events *events, struct refdyn_step *
         if (has_crossed || is_about_to || i == events->target)
             add_due(events, i);
     }
-    note_due(events, step->t_end);
+    note_due(events, step, step->t_end);
 }
 
 /* No step leads away from zero. */
@@ -619,7 +652,7 @@ static void stay_on_zero(struct refdyn_state_events *events, struct refdyn_step 
     events->side[target] = -events->towards[target];
     add_due(events, target);
     refdyn_step_give_up(step);
-    note_due(events, step->t_begin);
+    note_due(events, step, step->t_begin);
     *t_event = step->t_begin;
 }
 
@@ -638,6 +671,7 @@ static int ends_before_zero(const struct refdyn_state_events *events, const stru
 
 static void keep_sides(struct refdyn_state_events *events) {
     events->tries = 0;
+    note_samples(events);
     for (int i = 0; i < events->count; i++)
         events->side[i] = events->side_end[i];
 }

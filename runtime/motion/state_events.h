@@ -38,6 +38,7 @@ struct refdyn_state_events {
     double *zeros;   /* (count) what counts as zero in the step: values at its begin that are just beyond */
     double *values;  /* (count) of the state that is looked at */
     double *rates;   /* (count) of the values before what is due happens */
+    double *risen;   /* (count) largest |value| of an event since it happened last; INFINITY: it has not yet */
     double *terms;   /* what event_terms gives */
     double *room;    /* (2 n + 1) a state in the step; (n) jump of rates */
 
@@ -49,7 +50,7 @@ struct refdyn_state_events {
     double t_high, missed; /* the value has crossed zero before this; last distance from zero [s] */
 
     double t_last; /* of the last event [s], */
-    int repeats;   /* and how many followed each other without time between */
+    int repeats;   /* and how many followed each other without time between, or while their values were rounding */
 };
 
 void refdyn_state_events_lay_out(struct refdyn_state_events *events, const struct refdyn_model *model,
