@@ -49,7 +49,7 @@ void refdyn_contacts_clear(struct refdyn_contacts *contacts, struct refdyn_works
     const struct refdyn_model *model = work->model;
     contacts->resting = 0;
     contacts->are_unique = 1;
-    contacts->longest = 0;
+    contacts->longest = contacts->late = 0;
     contacts->tolerance = tolerance;
     for (int i = 0; i < model->event_count; i++)
         if (model->events[i].contact > 0)

@@ -73,6 +73,9 @@ int refdyn_state_events_values(struct refdyn_state_events *events, const struct 
                                const double *state, double *values);
 void refdyn_state_events_evaluate(struct refdyn_state_events *events, const struct refdyn_step *step, double t,
                                   const double *state);
+/* What is due has happened at t, the begin of the step or its end. `values` and `terms` are those of that state, `risen`
+ * is up to date. */
+void refdyn_state_events_note_due(struct refdyn_state_events *events, const struct refdyn_step *step, double t);
 int refdyn_state_events_is_due(const struct refdyn_state_events *events, int i);
 /* Have so many events followed each other without time between that they will not end? */
 int refdyn_state_events_accumulate(const struct refdyn_state_events *events);

@@ -44,7 +44,7 @@ static const struct role roles[FMU_KIND_COUNT] = {
     [FMU_PARAMETER] = {AS_PARAMETER, IS_TUNABLE, INITIAL_EXACT, "parameter_", "parameter"},
     [FMU_CONTACT_FORCE] = {AS_OUTPUT, IS_CONTINUOUS, INITIAL_CALCULATED, "contact_",
                            "force [N, N m where the gap is an angle] of contact "},
-    [FMU_CONTACT_SINCE] = {AS_OUTPUT, IS_CONTINUOUS, INITIAL_CALCULATED, "contact_",
+    [FMU_CONTACT_SINCE] = {AS_LOCAL, IS_CONTINUOUS, INITIAL_CALCULATED, "contact_",
                            "when all rebounds end; the present time while it is free: contact "},
     [FMU_INDICATOR] = {AS_LOCAL, IS_CONTINUOUS, INITIAL_CALCULATED, "indicator_", "event indicator"},
 };
