@@ -298,8 +298,8 @@ fmi2Status fmi2EnterContinuousTimeMode(fmi2Component component) {
 fmi2Status fmi2CompletedIntegratorStep(fmi2Component component, fmi2Boolean is_final,
                                        fmi2Boolean *wants_event_mode, fmi2Boolean *wants_end) {
     (void)is_final;
-    struct fmu_instance *instance = fmu_enter_exchange(instance_of(component), FMU_MODE(CONTINUOUS_MODE),
-                                                       "fmi2CompletedIntegratorStep");
+    struct fmu_instance *instance =
+        fmu_enter_exchange(instance_of(component), FMU_MODE(CONTINUOUS_MODE), "fmi2CompletedIntegratorStep");
     *wants_event_mode = *wants_end = fmi2False;
     if (!instance)
         return fmi2Error;

@@ -459,8 +459,8 @@ fmi3Status FMI3(fmi3UpdateDiscreteStates)(fmi3Instance component, fmi3Boolean *n
 fmi3Status FMI3(fmi3CompletedIntegratorStep)(fmi3Instance component, fmi3Boolean is_final,
                                              fmi3Boolean *wants_event_mode, fmi3Boolean *wants_end) {
     (void)is_final;
-    struct fmu_instance *instance = fmu_enter_exchange(instance_of(component), FMU_MODE(CONTINUOUS_MODE),
-                                                       "fmi3CompletedIntegratorStep");
+    struct fmu_instance *instance =
+        fmu_enter_exchange(instance_of(component), FMU_MODE(CONTINUOUS_MODE), "fmi3CompletedIntegratorStep");
     *wants_event_mode = *wants_end = false;
     if (!instance)
         return fmi3Error;

@@ -102,7 +102,8 @@ void fmu_tell_contacts(struct fmu_instance *instance) {
         const char *name = model->rows[model->m - integrator->contact_count + k].name;
         instance->since[k] = since;
         if (isfinite(since) && !(since == known))
-            fmu_tell(instance, FMU_OK, "t = %.9g s: contact %s rests from %.12g s on", integrator->t, name, since);
+            fmu_tell(instance, FMU_OK, "t = %.9g s: contact %s rests from %.12g s on", integrator->t, name,
+                     since);
         else if (!isfinite(since) && isfinite(known))
             fmu_tell(instance, FMU_OK, "t = %.9g s: contact %s lets go", integrator->t, name);
     }

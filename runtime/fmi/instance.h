@@ -76,9 +76,10 @@ struct fmu_instance {
     double *drift, *J;        /* (spatial x 6), (spatial x 6 x n) */
     double *d_qdd, *d_force;  /* (n x (2 n + inputs)) by q, qd, inputs, one behind the other */
     double *zeros;            /* (indicators) what an event has left of its value beyond zero */
-    double *left_at, *left_rate; /* (events) when each happened last, -INFINITY: not yet [s]; its rate after that */
-    double *since;            /* (contacts) when they came to rest, as the listener knows; NaN: they are free [s] */
-    double *scratch;          /* (6 n + 1 + m + 2 inputs + 3 points + courses + indicators) */
+    double *left_at,
+        *left_rate;  /* (events) when each happened last, -INFINITY: not yet [s]; its rate after that */
+    double *since;   /* (contacts) when they came to rest, as the listener knows; NaN: they are free [s] */
+    double *scratch; /* (6 n + 1 + m + 2 inputs + 3 points + courses + indicators) */
 };
 
 /* NULL: out of memory, or the model is refused, as the listener is told. */

@@ -78,8 +78,8 @@ static double noise_of(const struct fmu_instance *instance, int i) {
 }
 
 /* What an event has left of its value beyond zero, on the side that it has come back from, counts as zero:
- * its value leaves zero there and does not cross it. Importers lose indicators that begin at zero: those of events that
- * have just happened begin beyond rounding. */
+ * its value leaves zero there and does not cross it. Importers lose indicators that begin at zero: those of
+ * events that have just happened begin beyond rounding. */
 static void place_zeros(struct fmu_instance *instance) {
     const struct refdyn_motion *motion = instance->integrator.motion;
     const struct refdyn_state_events *events = &motion->state_events;
@@ -145,15 +145,16 @@ static int has_crossed(const struct fmu_instance *instance, int i) {
     return !(rate > 0 && -value <= 2 * fabs(instance->zeros[i]));
 }
 
-/* How far value i has risen above zero since it happened last: a quarter of the time times its rate after that, from
- * where it stood. Importers need not show states between. */
+/* How far value i has risen above zero since it happened last: a quarter of the time times its rate after
+ * that, from where it stood. Importers need not show states between. */
 static double risen_since(const struct fmu_instance *instance, int i, double t) {
     const double apart = t - instance->left_at[i];
-    return isfinite(apart) ? fmax(instance->left_rate[i] * apart / 4 - fabs(instance->zeros[i]), 0) : INFINITY;
+    return isfinite(apart) ? fmax(instance->left_rate[i] * apart / 4 - fabs(instance->zeros[i]), 0)
+                           : INFINITY;
 }
 
-/* For how long the gap of a contact that is due may have been negative: at most the importer's last step, unless it was
- * so before. A gap that closes from rest falls by half its rate times the time. */
+/* For how long the gap of a contact that is due may have been negative: at most the importer's last step,
+ * unless it was so before. A gap that closes from rest falls by half its rate times the time. */
 static double lateness(const struct fmu_instance *instance, int i) {
     const struct refdyn_motion *motion = instance->integrator.motion;
     const struct refdyn_state_events *events = &motion->state_events;
@@ -174,8 +175,8 @@ static void add_due(struct fmu_instance *instance, int i) {
     instance->left_at[i] = t;
 }
 
-/* The events that have happened are due; kinks and the others are on the side where their values are. Those of contacts
- * stay above zero. */
+/* The events that have happened are due; kinks and the others are on the side where their values are. Those
+ * of contacts stay above zero. */
 static void find_due(struct fmu_instance *instance) {
     const struct refdyn_motion *motion = instance->integrator.motion;
     struct refdyn_state_events *events = &instance->integrator.motion->state_events;
@@ -268,7 +269,8 @@ enum fmu_status fmu_update_events(struct fmu_instance *instance, struct fmu_even
     place_time(instance);
     int status = place_integrator(instance);
     if (!status && !instance->has_events_due)
-        find_due(instance); /* without the gains that stabilise rows: forces of contacts are those of indicators */
+        find_due(
+            instance); /* without the gains that stabilise rows: forces of contacts are those of indicators */
     refdyn_parameters_enter(&motion->parameters, &instance->work);
     if (!status)
         status = take_due(motion, &update->ends);

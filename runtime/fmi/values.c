@@ -158,7 +158,8 @@ static double value_of(struct fmu_instance *instance, struct fmu_variable variab
     case FMU_CONTACT_FORCE:
         return contact_force(integrator, i);
     case FMU_CONTACT_SINCE:
-        return integrator->contact_mode[i] == REFDYN_CONTACT_FREE ? integrator->t : integrator->contact_since[i];
+        return integrator->contact_mode[i] == REFDYN_CONTACT_FREE ? integrator->t
+                                                                  : integrator->contact_since[i];
     case FMU_INPUT:
     case FMU_PARAMETER:
     case FMU_KIND_COUNT:
@@ -218,7 +219,8 @@ static enum fmu_status set_parameter(struct fmu_instance *instance, int place, d
     const struct refdyn_model *model = instance->work.model;
     const int anchored = place_among_anchored(model, place), contact = fmu_contact_of_parameter(model, place);
     if (contact >= 0)
-        return fmu_tell(instance, FMU_ERROR, "%s cannot be set: the contact sets it", model->parameters[place].name);
+        return fmu_tell(instance, FMU_ERROR, "%s cannot be set: the contact sets it",
+                        model->parameters[place].name);
     const int is_fixed = anchored >= 0 || fmu_is_set_by_events(model, REFDYN_CHANGED_PARAMETER, place);
     if (!fmu_allows(instance, is_fixed ? BEFORE_START : AT_REST, "setting this parameter"))
         return FMU_ERROR;

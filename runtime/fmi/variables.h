@@ -31,7 +31,7 @@ enum fmu_kind {
     FMU_PARAMETER,
     FMU_CONTACT_FORCE, /* (contacts) 0 while the contact does not rest */
     FMU_CONTACT_SINCE, /* (contacts) when it came to rest; the present time while it is free */
-    FMU_INDICATOR, /* event indicators: variables of FMI 3.0 alone */
+    FMU_INDICATOR,     /* event indicators: variables of FMI 3.0 alone */
     FMU_KIND_COUNT
 };
 
