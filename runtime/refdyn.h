@@ -540,6 +540,7 @@ struct refdyn_statics_result {
     const double *force;  /* (n) Q + u^T lambda [N, N m] */
     const double *lambda; /* (row_count) multipliers, 0 for rows that depend on others, and for contacts that
                              do not carry */
+    int is_indeterminate; /* other forces of the contacts would carry as well; those of `lambda` are the least */
     const double *contact_gap; /* (contacts of the model) gaps; NULL: no contact has a part */
 };
 

@@ -26,6 +26,7 @@ static const double first_reach =
     0.1; /* of a step [rad, length]; it doubles while steps keep their direction, */
 static const double reach_turn = 0.5; /* [rad] but for turns */
 static const double arrived = 1e-7;   /* a step without mu that is no longer ends the way [rad, length] */
+static const double settled = 1e-9;   /* and mu of it bears so little, over the largest force and stiffness */
 static const double mu_first = 1e-3, mu_rise = 8, mu_fall = 0.1, mu_least = 1e-12;
 static const double enters = 1e-9;      /* a gap counts as negative from here on [rad, length] */
 static const double pulls = 1e-9;       /* a force counts as negative from here on, over the largest force */
@@ -37,6 +38,7 @@ void refdyn_carrying_lay_out(struct carrying *c, const struct refdyn_model *mode
     c->rows = layout_ints(layout, contacts > 0 ? m : 0);
     c->has_part = layout_ints(layout, contacts);
     c->carries = layout_ints(layout, contacts);
+    c->joins = layout_ints(layout, contacts);
     c->lambda = layout_doubles(layout, contacts > 0 ? m : 0);
     c->gap = layout_doubles(layout, contacts);
     c->factor = layout_doubles(layout, contacts > 0 ? n * n : 0);
@@ -76,7 +78,7 @@ int refdyn_carrying_begin(struct statics *statics) {
     struct carrying *c = &statics->carrying;
     const struct refdyn_statics_options *options = statics->options;
     int count = 0;
-    c->programme = c->mends = c->is_let_down = 0;
+    c->programme = c->mends = c->is_let_down = c->is_shared = 0;
     for (int i = 0; i < options->row_count; i++)
         if (options->rows[i] >= c->first_row)
             count += c->has_part[options->rows[i] - c->first_row] = 1;
@@ -248,11 +250,11 @@ static int let_down(struct statics *statics) {
         if (status)
             return status;
         c->size = size_of(statics);
-        const double proposed = mu;
         if (!step_within(statics, &reach, &mu))
             return REFDYN_CONTACTS_UNMET;
         move(statics, &reach);
-        if (mu == proposed && length_of(b, c->d, 1) <= arrived)
+        const double length = length_of(b, c->d, 1);
+        if (length <= arrived && mu * length <= settled)
             return REFDYN_OK;
         mu = fmax(mu * mu_fall, mu_least);
     }
@@ -300,7 +302,8 @@ static int find_pulling(const struct statics *statics) {
 
 static int mend(struct statics *statics, const double *q, int *status) {
     struct carrying *c = &statics->carrying;
-    const int entered = find_entered(statics, q), pulling = entered < 0 ? find_pulling(statics) : -1;
+    for (int a = 0; a < statics->balance.row_count; a++)
+        const int entered = find_entered(statics, q), pulling = entered < 0 ? find_pulling(statics) : -1;
     if (entered < 0 && pulling < 0)
         return 0;
     if (c->mends++ >= MENDS_FREE + MENDS_EACH * c->problem.count) {
@@ -312,6 +315,103 @@ static int mend(struct statics *statics, const double *q, int *status) {
     c->carries[entered < 0 ? pulling : entered] = entered >= 0;
     return 1;
 }
+
+/* ---- Forces that are not unique ---- */
+
+/* Gradients of the gaps at q in units, less what the programme's rows hold, into the problem's normals. 0:
+ * there are none. */
+static int find_normals(struct statics *statics, const double *q) {
+    struct carrying *c = &statics->carrying;
+    const struct balance *b = &statics->balance;
+    const int count = b->count;
+    if (refdyn_row_terms(b->work, b->t, q, b->rates))
+        return 0;
+    memset(c->stiffness, 0, (size_t)(b->n * b->n) * sizeof(double));
+    c->size = 1;
+    if (count == 0 || !factor(statics, 1))
+        return 0;
+    const int held = meet_programme(statics);
+    for (int k = 0; k < c->problem.count; k++) {
+        spread(statics, c->first_row + k, c->problem.normals + k * count);
+        take_away(c->held, held, count, c->problem.normals + k * count);
+    }
+    return 1;
+}
+
+/* The least forces p (contacts) of the contacts that carry with the same resultants: p less what is
+ * orthogonal to the columns of their normals. 1: others would do as well. */
+static int find_least_forces(struct carrying *c, int count, double *p) {
+    const int contacts = c->problem.count;
+    int rank = 0, carrying = 0;
+    for (int j = 0; j < count && rank < contacts; j++) {
+        double *column = c->problem.basis + rank * contacts;
+        for (int k = 0; k < contacts; k++)
+            column[k] = c->carries[k] ? c->problem.normals[k * count + j] : 0;
+        const double length = sqrt(dense_dot(column, column, contacts));
+        take_away(c->problem.basis, rank, contacts, column);
+        const double left = sqrt(dense_dot(column, column, contacts));
+        if (!(left > independent * length))
+            continue;
+        for (int k = 0; k < contacts; k++)
+            column[k] /= left;
+        rank++;
+    }
+    memcpy(c->problem.share, p, (size_t)contacts * sizeof *p);
+    memset(p, 0, (size_t)contacts * sizeof *p);
+    for (int a = 0; a < rank; a++) {
+        const double *column = c->problem.basis + a * contacts;
+        dense_add(p, dense_dot(column, c->problem.share, contacts), column, contacts);
+    }
+    for (int k = 0; k < contacts; k++)
+        carrying += c->carries[k];
+    return carrying > rank;
+}
+
+/* p (contacts) := forces of the contacts that carry. */
+static void list_forces(const struct statics *statics, double *p) {
+    const struct carrying *c = &statics->carrying;
+    memset(p, 0, (size_t)c->problem.count * sizeof *p);
+    for (int a = c->programme; a < statics->balance.row_count; a++)
+        p[statics->balance.rows[a] - c->first_row] = statics->balance.now.lambda[a];
+}
+
+/* Contacts that are closed at an equilibrium without a force share the load where their least forces press.
+ * 1: some do. */
+static int share_load(struct statics *statics, const double *q) {
+    struct carrying *c = &statics->carrying;
+    const int contacts = c->problem.count;
+    double *p = c->problem.multipliers;
+    int added = 0;
+    c->is_shared = 1;
+    find_entered(statics, q);
+    if (!find_normals(statics, q))
+        return 0;
+    for (int k = 0; k < contacts; k++) {
+        const double *normal = c->problem.normals + k * statics->balance.count;
+        const double scale = sqrt(dense_dot(normal, normal, statics->balance.count));
+        c->joins[k] = c->has_part[k] && !c->carries[k] && fabs(c->gap[k]) <= enters * scale;
+        c->carries[k] |= c->joins[k];
+        added += c->joins[k];
+    }
+    while (added > 0) {
+        int lowest = -1, is_negative = 0;
+        list_forces(statics, p);
+        find_least_forces(c, statics->balance.count, p);
+        const double least = pulls * refdyn_largest(p, contacts, NULL);
+        for (int k = 0; k < contacts; k++) {
+            is_negative |= c->carries[k] && !(p[k] > least);
+            if (c->joins[k] && (lowest < 0 || p[k] < p[lowest]))
+                lowest = k;
+        }
+        if (!is_negative)
+            break;
+        c->joins[lowest] = c->carries[lowest] = 0;
+        added--;
+    }
+    return added > 0;
+}
+
+/* ---- The next set ---- */
 
 /* Contacts on which the bodies come to rest from the start. 0: there are none, or they do not. */
 static int guess(struct statics *statics, const double *start, double *q) {
@@ -335,7 +435,9 @@ int refdyn_carrying_next(struct statics *statics, const double *start, double *q
         c->is_let_down = 1;
         is_other = guess(statics, start, q) || (!*status && mend(statics, q, status));
     } else
-        is_other = !*status && mend(statics, q, status);
+        is_other = !*status && !c->is_shared && mend(statics, q, status);
+    if (!is_other && !*status && !c->is_shared)
+        is_other = share_load(statics, q);
     list_rows(statics);
     return is_other;
 }
@@ -345,13 +447,14 @@ void refdyn_carrying_report(struct statics *statics, const double *q, int status
     struct refdyn_statics_result *result = statics->result;
     const struct refdyn_statics_options *options = statics->options;
     const struct refdyn_fault fault = statics->balance.work->fault;
+    double *p = c->problem.multipliers;
     find_entered(statics, q);
-    for (int i = 0; i < options->row_count; i++) {
-        c->lambda[i] = 0;
-        for (int a = 0; a < statics->balance.row_count && result->lambda; a++)
-            if (statics->balance.rows[a] == options->rows[i])
-                c->lambda[i] = result->lambda[a];
-    }
+    list_forces(statics, p);
+    if (!status && find_normals(statics, q))
+        result->is_indeterminate = find_least_forces(c, statics->balance.count, p);
+    for (int i = 0, a = 0; i < options->row_count; i++)
+        c->lambda[i] = options->rows[i] >= c->first_row ? p[options->rows[i] - c->first_row]
+                                                        : statics->balance.now.lambda[a++];
     for (int k = 0; k < c->problem.count; k++)
         c->carries[k] = !status && c->carries[k];
     let_act(statics, 0);

@@ -30,6 +30,8 @@ struct carrying {
     int *carries;       /* (contacts) */
     int mends;          /* changes of the set so far */
     int is_let_down;    /* the set has been guessed */
+    int is_shared;      /* closed contacts without a force have been asked to share the load, */
+    int *joins;         /* (contacts) and these do */
     double *lambda;     /* (m) of the options' rows */
     double *gap;        /* (contacts) */
     double *q;          /* (n) on the way down */

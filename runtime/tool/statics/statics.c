@@ -14,6 +14,8 @@ static void print_notes(const struct scene *scene, const struct equilibrium *equ
               "refdyn modes tells "
               "whether oscillations grow\n",
               stderr);
+    if (result->is_indeterminate)
+        fputs("refdyn: the forces of the contacts are not unique, the least ones are reported\n", stderr);
     print_rows_without_part(scene, &equilibrium->options);
 }
 
@@ -25,7 +27,8 @@ static int count_programme_rows(const struct scene *scene) {
     return count;
 }
 
-/* Of the contacts that have a part, from the `from`th row of the options on: gaps, and forces of those that carry. */
+/* Of the contacts that have a part, from the `from`th row of the options on: gaps, and forces of those that
+ * carry. */
 static void put_contacts(struct document *document, const struct scene *scene,
                          const struct equilibrium *equilibrium, int from) {
     const struct refdyn_statics_options *options = &equilibrium->options;
