@@ -302,8 +302,7 @@ static int find_pulling(const struct statics *statics) {
 
 static int mend(struct statics *statics, const double *q, int *status) {
     struct carrying *c = &statics->carrying;
-    for (int a = 0; a < statics->balance.row_count; a++)
-        const int entered = find_entered(statics, q), pulling = entered < 0 ? find_pulling(statics) : -1;
+    const int entered = find_entered(statics, q), pulling = entered < 0 ? find_pulling(statics) : -1;
     if (entered < 0 && pulling < 0)
         return 0;
     if (c->mends++ >= MENDS_FREE + MENDS_EACH * c->problem.count) {
