@@ -181,6 +181,8 @@ int refdyn_set_coordinate(const struct refdyn_model *model, double *q, const cha
 int refdyn_find_name(const struct refdyn_name *names, int count, const char *name);
 int refdyn_find_row(const struct refdyn_model *model, const char *name);
 int refdyn_find_point(const struct refdyn_model *model, const char *name);
+/* Number of rows of the programme; those of contacts follow them. */
+int refdyn_programme_rows(const struct refdyn_model *model);
 
 /* ---- Accelerations ---- */
 
@@ -469,6 +471,9 @@ int refdyn_integrator_look(struct refdyn_integrator *integrator, double t);
 /* Programme force r (n) at the state that is seen [N, N m]; where that is undetermined M qdd - f, else as
  * refdyn_programme_force. */
 void refdyn_integrator_force(struct refdyn_integrator *integrator, double *force);
+/* Forces (contact_count) of the contacts at the state that is seen, along the gradients of their gaps; 0 for contacts that
+ * do not rest [N where the gap is in m]. Where they are not unique, the smallest ones, unless these would pull. */
+void refdyn_integrator_contact_forces(struct refdyn_integrator *integrator, double *forces);
 /* After the caller has changed work->x, work->p (then refdyn_prepare) or the integrator's q, qd between
  * steps: goes on from there, with the gains that options.stabilise asks for. Errors: those of
  * refdyn_accelerate. */

@@ -301,6 +301,14 @@
 ---@field beta? refdyn.expression|number Baumgarte gain of the position [1/s]
 ---@field name? string name in reports; left out: `row 1`, `loop 1 x` and so on
 
+---@class refdyn.contact
+---@field [1]? refdyn.expression|number
+---@field gap? refdyn.expression|number the distance that must not fall below 0, of t, q and points
+---@field restitution? refdyn.expression|number the gap opens so many times as fast as it closed; left out: 0
+---@field alpha? refdyn.expression|number Baumgarte gain of the rate, while the contact rests [1/s]
+---@field beta? refdyn.expression|number Baumgarte gain of the position, while the contact rests [1/s]
+---@field name? string name in reports, an identifier of C; left out: `contact_1` and so on
+
 ---@class refdyn.event
 ---@field [1]? refdyn.expression|number
 ---@field value? refdyn.expression|number the expression whose zero it is, of t, q, qd, points and inputs
@@ -358,6 +366,8 @@ function rd.close(fields) end
 function rd.drive(fields) end
 ---@param fields refdyn.lock
 function rd.lock(fields) end
+---@param fields refdyn.contact
+function rd.contact(fields) end
 ---@param fields refdyn.event
 function rd.event(fields) end
 ---@param fields refdyn.row

@@ -15,8 +15,6 @@ int refdyn_model_status(const struct refdyn_model *model);
 int refdyn_workspace_status(const struct refdyn_workspace *work);
 
 /* What 1 rad weighs against in coordinate j: `length` for a translation, 1 for a rotation. */
-/* Rows of the programme: those of contacts come after them. */
-int refdyn_programme_rows(const struct refdyn_model *model);
 /* Place in p of the parameter that says whether the contact of event i rests. */
 static inline int refdyn_contact_mode_place(const struct refdyn_model *model, int i) {
     return model->changes[model->events[i].first_change].place;

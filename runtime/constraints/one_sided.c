@@ -169,11 +169,7 @@ int refdyn_one_sided_solve(struct refdyn_one_sided *problem) {
     return 0;
 }
 
-int refdyn_one_sided_depends(struct refdyn_one_sided *problem, int i) {
-    return !(split(problem, i, problem->active_count) > dependent);
-}
-
-void refdyn_one_sided_meet(struct refdyn_one_sided *problem) {
+int refdyn_one_sided_meet(struct refdyn_one_sided *problem) {
     clear(problem);
     for (int i = 0; i < problem->count; i++) {
         if (!problem->takes_part[i] || !(split(problem, i, problem->active_count) > dependent))
@@ -183,4 +179,5 @@ void refdyn_one_sided_meet(struct refdyn_one_sided *problem) {
         extend_basis(problem, problem->active_count);
         problem->active[problem->active_count++] = i;
     }
+    return problem->active_count;
 }

@@ -33,9 +33,8 @@ struct refdyn_one_sided {
 void refdyn_one_sided_lay_out(struct refdyn_one_sided *problem, int count, int n, struct layout *layout);
 /* 0: no x meets all conditions. */
 int refdyn_one_sided_solve(struct refdyn_one_sided *problem);
-/* After refdyn_one_sided_solve: does the normal of condition i depend on those of conditions that act? */
-int refdyn_one_sided_depends(struct refdyn_one_sided *problem, int i);
-/* The shortest x with N x = b for the conditions that take part, those that depend on others left out. */
-void refdyn_one_sided_meet(struct refdyn_one_sided *problem);
+/* The shortest x with N x = b for the conditions that take part, those that depend on others left out; returns how many
+ * are independent. */
+int refdyn_one_sided_meet(struct refdyn_one_sided *problem);
 
 #endif

@@ -360,6 +360,16 @@ static enum refdyn_contact_mode mode_of(const struct refdyn_contacts *contacts, 
                                                                      : REFDYN_CONTACT_TOUCHING;
 }
 
+/* Do the gaps of the contacts that are closed change independently? Then their forces are unique. */
+static int are_independent(struct refdyn_contacts *contacts) {
+    int count = 0;
+    for (int k = 0; k < contacts->count; k++) {
+        contacts->problem.takes_part[k] = contacts->mode[k] != REFDYN_CONTACT_FREE;
+        count += contacts->problem.takes_part[k];
+    }
+    return refdyn_one_sided_meet(&contacts->problem) == count;
+}
+
 /* Modes from now on, by the forces a little later. */
 static int find_modes(struct refdyn_motion *motion, const double *qdd) {
     struct refdyn_contacts *contacts = &motion->state_events.contacts;
@@ -373,15 +383,13 @@ static int find_modes(struct refdyn_motion *motion, const double *qdd) {
         return status;
     const double least = rounding_digits * refdyn_largest(contacts->problem.multipliers, contacts->count, NULL);
     contacts->resting = 0;
-    contacts->are_unique = 1;
     for (int k = 0; k < contacts->count; k++) {
         contacts->mode[k] = mode_of(contacts, k, least);
         contacts->resting += contacts->mode[k] == REFDYN_CONTACT_RESTING;
         if (contacts->mode[k] == REFDYN_CONTACT_FREE)
             contacts->since[k] = NAN;
-        else if (contacts->problem.multipliers[k] == 0)
-            contacts->are_unique &= !refdyn_one_sided_depends(&contacts->problem, k);
     }
+    contacts->are_unique = are_independent(contacts);
     return REFDYN_OK;
 }
 

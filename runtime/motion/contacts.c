@@ -16,6 +16,7 @@
 
 static const double force_digits = 64 * DBL_EPSILON; /* rounding of a force, over the largest of them */
 static const double difference_part = 1e-4; /* of the longest step: over which the change of a force is taken */
+static const double dependent = 1e-9;       /* a column that keeps less of its length depends on others */
 static const double first_step = 1e-3;      /* where none was taken yet [s] */
 
 void refdyn_contacts_lay_out(struct refdyn_contacts *contacts, const struct refdyn_model *model,
@@ -112,4 +113,44 @@ int refdyn_contacts_force_rates(struct refdyn_contacts *contacts, const struct r
     contacts->force_noise = force_digits * largest;
     contacts->force_rate_noise = 4 * contacts->force_noise / ahead;
     return status;
+}
+
+/* Column j of the closed contacts' gradients (count). */
+static void take_column(const struct refdyn_contacts *contacts, const struct refdyn_model *model,
+                        const double *terms, int j, double *column) {
+    const double *by_q = terms + model->event_count + model->kink_count;
+    for (int k = 0; k < contacts->count; k++)
+        column[k] = contacts->mode[k] == REFDYN_CONTACT_FREE ? 0 : by_q[contacts->event[k] * model->n + j];
+}
+
+/* Takes the parts along `size` orthonormal vectors (count) out of x, twice against rounding. */
+static void leave_rest(const double *basis, int size, int count, double *x) {
+    for (int pass = 0; pass < 2; pass++)
+        for (int b = 0; b < size; b++)
+            dense_add(x, -dense_dot(basis + b * count, x, count), basis + b * count, count);
+}
+
+/* The forces are projected onto the range of u: what is orthogonal to it, u^T does not feel. */
+void refdyn_contacts_spread(struct refdyn_contacts *contacts, const struct refdyn_model *model,
+                            const double *terms, double *forces) {
+    const int count = contacts->count;
+    double *basis = contacts->problem.triangle, *rest = contacts->problem.share;
+    int size = 0;
+    for (int j = 0; j < model->n && size < count; j++) {
+        double *column = basis + size * count;
+        take_column(contacts, model, terms, j, column);
+        const double before = dense_dot(column, column, count);
+        leave_rest(basis, size, count, column);
+        const double square = dense_dot(column, column, count);
+        for (int k = 0; k < count && square > 0; k++)
+            column[k] /= sqrt(square);
+        size += square > dependent * dependent * before;
+    }
+    memcpy(rest, forces, (size_t)count * sizeof *rest);
+    leave_rest(basis, size, count, rest);
+    const double most = force_digits * refdyn_largest(forces, count, NULL);
+    for (int k = 0; k < count; k++)
+        if (forces[k] - rest[k] < -most)
+            return;
+    dense_add(forces, -1, rest, count);
 }

@@ -51,6 +51,10 @@ int refdyn_contacts_values(struct refdyn_contacts *contacts, const struct refdyn
 /* How the forces of a state change with time, and what of that is rounding. Errors: those of refdyn_rates. */
 int refdyn_contacts_force_rates(struct refdyn_contacts *contacts, const struct refdyn_step *step, double t,
                                 const double *state);
+/* Where forces are not unique: the smallest that do the same, unless some of these would pull. `terms` are the events'
+ * at the state; forces (count), in and out. */
+void refdyn_contacts_spread(struct refdyn_contacts *contacts, const struct refdyn_model *model, const double *terms,
+                            double *forces);
 /* The contact of event i, -1: it is none. */
 int refdyn_contact_of(const struct refdyn_contacts *contacts, int event);
 

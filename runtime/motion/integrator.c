@@ -523,6 +523,17 @@ int refdyn_integrator_look(struct refdyn_integrator *integrator, double t) {
     return leave(integrator, show(integrator, t), t);
 }
 
+void refdyn_integrator_contact_forces(struct refdyn_integrator *integrator, double *forces) {
+    const struct refdyn_workspace *work = integrator->work;
+    struct refdyn_state_events *events = &integrator->motion->state_events;
+    struct refdyn_contacts *contacts = &events->contacts;
+    memcpy(forces, integrator->lambda + contacts->first_row, (size_t)contacts->count * sizeof *forces);
+    if (contacts->are_unique)
+        return;
+    work->model->event_terms(work->p, work->x, integrator->t_right, integrator->q, integrator->qd, events->terms);
+    refdyn_contacts_spread(contacts, work->model, events->terms, forces);
+}
+
 void refdyn_integrator_force(struct refdyn_integrator *integrator, double *force) {
     const struct refdyn_workspace *work = integrator->work;
     const int n = work->n;

@@ -1,6 +1,6 @@
 -- expect: 14: forces[1]: made by rd.position, the name of a coordinate before it, or rd.spring damper actuator force torque energy { ... } is needed
 -- expect: 15: forces[2]: made by rd.box, the name of a coordinate before it, or rd.spring damper actuator force torque energy { ... } is needed
--- expect: 20: constraints[1]: made by rd.spring, rd.position, velocity, acceleration, loop, parallel, perpendicular, on_line, on_plane, distance, orientation, close, drive or lock { ... } is needed
+-- expect: 20: constraints[1]: made by rd.spring, rd.position, velocity, acceleration, loop, parallel, perpendicular, on_line, on_plane, distance, orientation, close, drive, lock or contact { ... } is needed
 -- expect: 21: constraints[2].line: made by rd.loop, an axis such as { "arm", "z" } is needed
 local rd = require "refdyn"
 return rd.model {

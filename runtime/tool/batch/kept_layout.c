@@ -80,12 +80,14 @@ static bool has_item(const struct listing *listing, enum kept_kind kind, const c
     return false;
 }
 
-/* The state: t, coordinates, rates and points, which are the first columns of the table. */
+/* The state: t, coordinates, rates and points, which are the first columns of the table, and forces and times of rest of
+ * contacts, which are the last. */
 static void add_state(struct listing *listing, enum kept_kind kind, const struct table *table,
                       const struct refdyn_model *model) {
-    const int count = 1 + 2 * model->n + 9 * model->point_count;
-    for (int i = kind == KEPT_AT; i < count; i++) /* the times of `at` are its axis */
-        if (!has_item(listing, kind, table->names[i]))
+    const int first = 1 + 2 * model->n + 9 * model->point_count;
+    const int last = table->count - 2 * (model->m - refdyn_programme_rows(model));
+    for (int i = kind == KEPT_AT; i < table->count; i++) /* the times of `at` are its axis */
+        if ((i < first || i >= last) && !has_item(listing, kind, table->names[i]))
             add_item(listing, kind, table->names[i], table->units[i]);
 }
 

@@ -15,7 +15,8 @@ enum { SHOWN_ALL = 8, SHOWN_LARGEST = 3, SHOWN_ROWS = 3 };
 static void print_place(const struct scene *scene) {
     const struct refdyn_fault *fault = &scene->work.fault;
     if (fault->row >= 0 && fault->row < scene->model->m)
-        fprintf(stderr, ", constraint %s", scene->model->rows[fault->row].name);
+        fprintf(stderr, ", %s %s", fault->row < refdyn_programme_rows(scene->model) ? "constraint" : "contact",
+                scene->model->rows[fault->row].name);
     if (fault->coordinate >= 0 && fault->coordinate < scene->model->n)
         fprintf(stderr, ", coordinate %s", scene->model->coordinates[fault->coordinate].name);
 }
@@ -44,6 +45,19 @@ static void print_values(const char *title, const struct refdyn_model *model, co
     fputc('\n', stderr);
 }
 
+/* How far bodies lie in each other. */
+static void print_gap(const struct scene *scene, double t, const double *q, const double *qd) {
+    const struct refdyn_model *model = scene->model;
+    const struct refdyn_workspace *work = &scene->work;
+    char text[NUMBER_LENGTH];
+    double *values = allocate((size_t)model->event_count + (size_t)model->kink_count, sizeof *values);
+    model->event(work->p, work->x, t, q, qd, values);
+    for (int i = 0; i < model->event_count; i++)
+        if (model->events[i].contact == work->fault.row + 1)
+            fprintf(stderr, "  gap: %s = %s; it must not be negative\n", model->events[i].name,
+                    exact_text(values[i], text));
+}
+
 enum status numbers_failed(const struct scene *scene, int result, double t, const double *q,
                            const double *qd) {
     char text[NUMBER_LENGTH];
@@ -51,6 +65,8 @@ enum status numbers_failed(const struct scene *scene, int result, double t, cons
             refdyn_status_text(result));
     print_place(scene);
     fputs("\n", stderr);
+    if (result == REFDYN_CONTACT_INSIDE)
+        print_gap(scene, t, q, qd);
     print_values("q", scene->model, q, "", scene->work.fault.coordinate);
     if (qd)
         print_values("qd", scene->model, qd, "_d", scene->work.fault.coordinate);
@@ -112,11 +128,16 @@ bool print_condition(struct refdyn_workspace *work, double t, const double *q, c
     return condition > singular;
 }
 
+/* Rows of contacts are left out while these are free: they follow those of the programme. */
 void print_rows_left_out(const struct refdyn_model *model, const int *rows, int count) {
+    const int end = refdyn_programme_rows(model);
+    int shown = 0;
     for (int i = 0; i < count; i++)
-        fprintf(stderr, "%s%s%s",
-                i ? ", " : "refdyn: warning: redundant rows, left out: ", model->rows[rows[i]].name,
-                i + 1 < count ? "" : "\n");
+        if (rows[i] < end)
+            fprintf(stderr, "%s%s", shown++ ? ", " : "refdyn: warning: redundant rows, left out: ",
+                    model->rows[rows[i]].name);
+    if (shown > 0)
+        fputc('\n', stderr);
 }
 
 void print_redundant_rows(const struct refdyn_workspace *work) {

@@ -6,39 +6,75 @@
 
 enum { LISTED_MOST = 8 }; /* in the text of a summary */
 
-static void add(struct event_record *record, int event, double t) {
-    if (record->count == record->room) {
-        const long room = 2 * record->room + LISTED_MOST;
-        struct event_mark *list = allocate_large((size_t)room, sizeof *list);
-        for (long i = 0; i < record->count; i++)
-            list[i] = record->list[i];
-        free(record->list);
-        record->list = list;
-        record->room = room;
+static const char *const kind_names[] = {"", "impact", "rests", "leaves"};
+
+static void add(struct event_record *record, struct event_mark mark) {
+    if (!record->list)
+        record->list = allocate_large(EVENTS_KEPT, sizeof *record->list);
+    if (record->count < EVENTS_KEPT)
+        record->list[record->count] = mark;
+    record->count++;
+}
+
+/* The contact of an event, -1: it is none. */
+static int contact_of(const struct refdyn_model *model, int event) {
+    return model->events[event].contact - 1 - refdyn_programme_rows(model);
+}
+
+/* Modes change at the begin of a call, where the last one has stopped. */
+static void take_modes(struct event_record *record, const struct refdyn_integrator *integrator) {
+    const struct refdyn_model *model = integrator->work->model;
+    if (!record->modes)
+        record->modes = allocate_large((size_t)integrator->contact_count, sizeof *record->modes);
+    record->lacks_forces |= !integrator->forces_are_unique;
+    for (int i = 0; i < model->event_count; i++) {
+        const int k = contact_of(model, i);
+        if (k < 0)
+            continue;
+        const int was_free = record->modes[k] == REFDYN_CONTACT_FREE;
+        const int is_free = integrator->contact_mode[k] == REFDYN_CONTACT_FREE;
+        if (was_free && !is_free)
+            add(record, (struct event_mark){i, EVENT_RESTS, integrator->contact_since[k]});
+        else if (is_free && !was_free)
+            add(record, (struct event_mark){i, EVENT_LEAVES, record->t_last});
+        record->modes[k] = integrator->contact_mode[k];
     }
-    record->list[record->count++] = (struct event_mark){event, t};
+}
+
+/* A contact that does not move freely changes its mode, which take_modes finds. */
+static void take_due(struct event_record *record, const struct refdyn_integrator *integrator, int event) {
+    const struct refdyn_model *model = integrator->work->model;
+    const int k = contact_of(model, event);
+    const struct event_mark mark = {event, k < 0 ? EVENT_PLAIN : EVENT_IMPACT, integrator->t};
+    if (k < 0 || integrator->contact_mode[k] == REFDYN_CONTACT_FREE)
+        add(record, mark);
+    if (model->events[event].ends && !record->has_ended) {
+        record->has_ended = true;
+        record->end = mark;
+    }
 }
 
 int events_take(struct event_record *record, const struct refdyn_integrator *integrator, int status) {
     if (status != REFDYN_OK && status != REFDYN_EVENT_ENDS)
         return status;
+    if (integrator->contact_count > 0)
+        take_modes(record, integrator);
     for (int k = 0; k < integrator->event_count; k++)
-        add(record, integrator->event[k], integrator->t);
-    record->has_ended = status == REFDYN_EVENT_ENDS;
+        take_due(record, integrator, integrator->event[k]);
+    record->t_last = integrator->t;
     return REFDYN_OK;
 }
 
 void events_release(struct event_record *record) {
     free(record->list);
+    free(record->modes);
     *record = (struct event_record){.list = NULL};
 }
 
-/* The event that ended the motion: the first of those at its end that do so. */
-static const struct event_mark *end_of(const struct event_record *record, const struct refdyn_model *model) {
-    const struct event_mark *mark = &record->list[record->count - 1];
-    while (!model->events[mark->event].ends)
-        mark--;
-    return mark;
+static void print_mark(const struct event_mark *mark, const struct refdyn_model *model) {
+    fprintf(stderr, " %s%s%s at t = %.9g s", model->events[mark->event].name,
+            mark->kind == EVENT_PLAIN || mark->kind == EVENT_IMPACT ? "" : " ",
+            mark->kind == EVENT_IMPACT ? "" : kind_names[mark->kind], mark->t);
 }
 
 void events_print(const struct event_record *record, const struct refdyn_model *model) {
@@ -46,15 +82,16 @@ void events_print(const struct event_record *record, const struct refdyn_model *
     if (model->event_count == 0)
         return;
     fprintf(stderr, "events       %ld%s", record->count, record->count > 0 ? ":" : "");
-    for (long i = 0; i < record->count && i < LISTED_MOST; i++)
-        fprintf(stderr, "%s %s at t = %.9g s", i ? "," : "", model->events[record->list[i].event].name,
-                record->list[i].t);
-    fputs(record->count > LISTED_MOST ? ", ...\n" : "\n", stderr);
-    if (record->has_ended) {
-        const struct event_mark *end = end_of(record, model);
-        fprintf(stderr, "ended        by %s at t = %s s\n", model->events[end->event].name,
-                exact_text(end->t, text));
+    for (long i = 0; i < record->count && i < LISTED_MOST; i++) {
+        fputs(i ? "," : "", stderr);
+        print_mark(&record->list[i], model);
     }
+    fputs(record->count > LISTED_MOST ? ", ...\n" : "\n", stderr);
+    if (record->lacks_forces)
+        fputs("contacts     more are closed than bodies can move: other forces would hold them as well\n", stderr);
+    if (record->has_ended)
+        fprintf(stderr, "ended        by %s at t = %s s\n", model->events[record->end.event].name,
+                exact_text(record->end.t, text));
 }
 
 static void put_mark(const struct event_mark *mark, const struct refdyn_model *model, const char *key,
@@ -62,6 +99,8 @@ static void put_mark(const struct event_mark *mark, const struct refdyn_model *m
     put_open(document, key, '{');
     put_text(document, "event", model->events[mark->event].name);
     put_number(document, "t", mark->t);
+    if (mark->kind != EVENT_PLAIN)
+        put_text(document, "contact", kind_names[mark->kind]);
     put_close(document, '}');
 }
 
@@ -69,12 +108,13 @@ void events_put(const struct event_record *record, const struct refdyn_model *mo
                 struct document *document) {
     if (model->event_count == 0)
         return;
+    put_number(document, "event_count", (double)record->count);
     put_open(document, "events", '[');
-    for (long i = 0; i < record->count; i++)
+    for (long i = 0; i < record->count && i < EVENTS_KEPT; i++)
         put_mark(&record->list[i], model, NULL, document);
     put_close(document, ']');
     if (record->has_ended)
-        put_mark(end_of(record, model), model, "ended", document);
+        put_mark(&record->end, model, "ended", document);
 }
 
 void events_print_failed(const struct refdyn_integrator *integrator) {

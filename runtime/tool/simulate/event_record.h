@@ -1,4 +1,5 @@
-/* The events of a motion, in order: what summaries tell of them. */
+/* The events of a motion, in order: what summaries say of them. Of contacts these are impacts, and where they come to
+ * rest and leave. */
 #ifndef REFDYN_TOOL_EVENT_RECORD_H
 #define REFDYN_TOOL_EVENT_RECORD_H
 
@@ -7,15 +8,24 @@
 
 #include <stdbool.h>
 
+enum event_kind { EVENT_PLAIN, EVENT_IMPACT, EVENT_RESTS, EVENT_LEAVES };
+
 struct event_mark {
     int event; /* of the model */
-    double t;  /* [s] */
+    enum event_kind kind;
+    double t; /* of a rest: the end of all rebounds [s] */
 };
 
+enum { EVENTS_KEPT = 500 }; /* the first ones; the rest is counted */
+
 struct event_record {
-    struct event_mark *list;
-    long count, room;
-    bool has_ended; /* the last one ended the motion */
+    struct event_mark *list; /* (EVENTS_KEPT) NULL before the first event */
+    long count;              /* of all events */
+    bool has_ended;          /* by the event `end` */
+    struct event_mark end;
+    int *modes;    /* (contact_count) of the contacts at the last look, NULL: none yet */
+    double t_last; /* of the last look [s] */
+    bool lacks_forces; /* at times the forces of contacts were not unique */
 };
 
 /* What a call of refdyn_integrator_step has stopped at; the status of that call, 0 in place of EVENT_ENDS. */

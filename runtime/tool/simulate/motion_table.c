@@ -170,6 +170,17 @@ static void name_angular(const struct refdyn_model *model, struct columns *colum
     }
 }
 
+static void name_contacts(const struct refdyn_model *model, struct columns *columns) {
+    for (int i = refdyn_programme_rows(model); i < model->m; i++) {
+        const int first = columns->count;
+        begin_part(columns, text_format("/contacts/%s/force", model->rows[i].name), NULL, NULL);
+        add_name(columns, text_format("contact_%s", model->rows[i].name), NULL);
+        begin_part(columns, text_format("/contacts/%s/rest", model->rows[i].name), NULL, NULL);
+        add_name(columns, text_format("rest_%s", model->rows[i].name), "s");
+        settle(columns, first, "contact_");
+    }
+}
+
 /* ---- Values ---- */
 
 static void put_value(struct table *table, double value) {
@@ -279,6 +290,18 @@ static void put_inputs(struct table *table) {
     put_values(table, work->x, work->model->input_count);
 }
 
+/* The force, and since when the contact rests; 0 while it is free. */
+static void put_contacts(struct table *table) {
+    struct refdyn_integrator *integrator = table->integrator;
+    if (integrator->contact_count == 0)
+        return;
+    refdyn_integrator_contact_forces(integrator, table->room);
+    for (int k = 0; k < integrator->contact_count; k++) {
+        put_value(table, table->room[k]);
+        put_value(table, integrator->contact_mode[k] == REFDYN_CONTACT_FREE ? 0 : integrator->contact_since[k]);
+    }
+}
+
 /* ---- Blocks ---- */
 
 static const struct block blocks[TABLE_BLOCKS] = {
@@ -286,11 +309,11 @@ static const struct block blocks[TABLE_BLOCKS] = {
     {name_residuals, put_residuals}, {name_energy, put_energy},
     {name_forces, put_forces},       {name_inputs, put_inputs},
     {name_courses, put_courses},     {name_accelerations, put_accelerations},
-    {name_angular, put_angular}};
+    {name_angular, put_angular},     {name_contacts, put_contacts}};
 
 static void name_columns(const struct refdyn_model *model, struct columns *columns, int *ends) {
     const int angular = columns->spatial ? columns->spatial->count : 0;
-    const int most = 6 * angular + 2 + 4 * model->n + 9 * model->point_count + 2 * model->m +
+    const int most = 6 * angular + 2 + 4 * model->n + 9 * model->point_count + 4 * model->m +
                      model->input_count + model->course_count;
     columns->names = allocate((size_t)most, sizeof *columns->names);
     columns->units = allocate((size_t)most, sizeof *columns->units);
@@ -315,7 +338,7 @@ void table_start(struct table *table, struct refdyn_integrator *integrator,
     table->parts = columns.parts;
     table->part_count = columns.part_count;
     table->values = allocate((size_t)table->count, sizeof *table->values);
-    table->room = allocate(n + (rows + angular) * (n + 3) + (size_t)model->course_count, sizeof *table->room);
+    table->room = allocate(n + (size_t)model->m + (rows + angular) * (n + 3) + (size_t)model->course_count, sizeof *table->room);
     for (int block = 0; block < TABLE_BLOCKS; block++)
         table->is_wanted[block] = true;
 }

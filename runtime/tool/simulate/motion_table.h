@@ -13,7 +13,7 @@
 
 #include <stdio.h>
 
-enum { TABLE_BLOCKS = 9 }; /* of columns that are computed together: the state, points, residuals ... */
+enum { TABLE_BLOCKS = 10 }; /* of columns that are computed together: the state, points, residuals ... */
 
 struct table {
     struct refdyn_integrator *integrator;

@@ -163,6 +163,8 @@ static void print_failure(const struct trial *trial) {
             fputs("refdyn: a force jumps, or reaches a limit, as a rate passes a value: friction needs a "
                   "width, as that of rd.friction(level, rate, width), of 1e-10 or more\n",
                   stderr);
+        if (trial->result == REFDYN_EVENTS_ACCUMULATE)
+            fputs("refdyn: impacts of rd.event do not come to rest; those of rd.contact do\n", stderr);
         if (trial->result == REFDYN_SLIDES)
             fputs("refdyn: a switch, as of a relay, needs two levels: two events that set an input\n",
                   stderr);
