@@ -179,6 +179,8 @@ static double difference(struct fmu_instance *instance, struct fmu_variable unkn
     double sum = 0;
     if (change == 0)
         return 0;
+    if (unknown.kind == FMU_CONTACT_FORCE && !instance->integrator.forces_are_unique)
+        return NAN;
     for (int sign = 1; sign >= -1; sign -= 2) {
         if (find_moved(instance, unknown.kind, direction, sign * step))
             return NAN;

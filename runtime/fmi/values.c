@@ -113,9 +113,9 @@ static double indicator_value(struct fmu_instance *instance, int index) {
     return instance->scratch[index] - instance->zeros[index];
 }
 
-static double contact_force(const struct refdyn_integrator *integrator, int contact) {
-    const int row = integrator->work->m - integrator->contact_count + contact;
-    return integrator->contact_mode[contact] == REFDYN_CONTACT_RESTING ? integrator->lambda[row] : 0;
+static double contact_force(struct fmu_instance *instance, int contact) {
+    refdyn_integrator_contact_forces(&instance->integrator, instance->scratch);
+    return instance->scratch[contact];
 }
 
 static double value_of(struct fmu_instance *instance, struct fmu_variable variable) {
@@ -156,10 +156,9 @@ static double value_of(struct fmu_instance *instance, struct fmu_variable variab
     case FMU_INDICATOR:
         return indicator_value(instance, i);
     case FMU_CONTACT_FORCE:
-        return contact_force(integrator, i);
+        return contact_force(instance, i);
     case FMU_CONTACT_SINCE:
-        return integrator->contact_mode[i] == REFDYN_CONTACT_FREE ? integrator->t
-                                                                  : integrator->contact_since[i];
+        return integrator->contact_mode[i] == REFDYN_CONTACT_FREE ? 0 : integrator->contact_since[i];
     case FMU_INPUT:
     case FMU_PARAMETER:
     case FMU_KIND_COUNT:

@@ -30,7 +30,7 @@ enum fmu_kind {
     FMU_ANGULAR_ACCELERATION, /* (points of spatial x 3) */
     FMU_PARAMETER,
     FMU_CONTACT_FORCE, /* (contacts) 0 while the contact does not rest */
-    FMU_CONTACT_SINCE, /* (contacts) when it came to rest; the present time while it is free */
+    FMU_CONTACT_SINCE, /* (contacts) when it came to rest; 0 while it is free */
     FMU_INDICATOR,     /* event indicators: variables of FMI 3.0 alone */
     FMU_KIND_COUNT
 };

@@ -45,7 +45,7 @@ static const struct role roles[FMU_KIND_COUNT] = {
     [FMU_CONTACT_FORCE] = {AS_OUTPUT, IS_CONTINUOUS, INITIAL_CALCULATED, "contact_",
                            "force [N, N m where the gap is an angle] of contact "},
     [FMU_CONTACT_SINCE] = {AS_LOCAL, IS_CONTINUOUS, INITIAL_CALCULATED, "contact_",
-                           "when all rebounds end; the present time while it is free: contact "},
+                           "end of all rebounds, 0 while it is free: contact "},
     [FMU_INDICATOR] = {AS_LOCAL, IS_CONTINUOUS, INITIAL_CALCULATED, "indicator_", "event indicator"},
 };
 
@@ -60,7 +60,7 @@ static const char *contact_name(const struct refdyn_model *model, int i) {
 struct columns {
     struct table table;
     const struct refdyn_model *model;
-    int points, residuals, angular, courses, accelerations, inputs, forces; /* where each begins */
+    int points, residuals, angular, courses, accelerations, inputs, forces, contacts; /* where each begins */
 };
 
 static int count_rows(const struct refdyn_model *model, enum fmu_kind kind, int rows) {
@@ -84,6 +84,7 @@ static void find_columns(struct columns *columns, struct scene *scene) {
     columns->courses = columns->inputs + model->input_count;
     columns->accelerations = columns->courses + model->course_count;
     columns->angular = columns->accelerations + model->n;
+    columns->contacts = columns->angular + (scene->compiled.spatial ? 6 * scene->compiled.spatial->count : 0);
 }
 
 /* Nine columns a point: those of r, rd and rdd. */
@@ -116,6 +117,9 @@ static int column_of(const struct columns *columns, struct fmu_variable variable
         return columns->inputs + i;
     case FMU_COURSE:
         return columns->courses + i;
+    case FMU_CONTACT_FORCE:
+    case FMU_CONTACT_SINCE:
+        return columns->contacts + 2 * i + (variable.kind == FMU_CONTACT_SINCE);
     case FMU_ANGULAR_VELOCITY:
     case FMU_ANGULAR_ACCELERATION:
         return columns->angular + 6 * (i / 3) + 3 * (variable.kind == FMU_ANGULAR_ACCELERATION) + i % 3;
@@ -137,10 +141,6 @@ static const char *own_name(const struct refdyn_model *model, struct fmu_variabl
         return text_format("lambda_%d", i + 1);
     case FMU_PARAMETER:
         return model->parameters[i].name;
-    case FMU_CONTACT_FORCE:
-        return text_format("contact_%s", contact_name(model, i));
-    case FMU_CONTACT_SINCE:
-        return text_format("%s_rests_since", contact_name(model, i));
     default:
         return text_format("indicator_%d", i + 1);
     }
@@ -157,7 +157,6 @@ static const char *own_unit(const struct refdyn_model *model, struct fmu_variabl
     const int i = variable.index;
     switch (variable.kind) {
     case FMU_TIME:
-    case FMU_CONTACT_SINCE:
         return "s";
     case FMU_COORDINATE_CHANGE:
         return strcmp(model->coordinates[i].unit, "m") == 0 ? "m/s" : "rad/s";

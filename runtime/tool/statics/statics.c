@@ -19,21 +19,13 @@ static void print_notes(const struct scene *scene, const struct equilibrium *equ
     print_rows_without_part(scene, &equilibrium->options);
 }
 
-/* Rows of contacts follow all others. */
-static int count_programme_rows(const struct scene *scene) {
-    int count = 0;
-    for (int i = 0; i < scene->model->m; i++)
-        count += !scene->generation.model.rows[i].rests;
-    return count;
-}
-
 /* Of the contacts that have a part, from the `from`th row of the options on: gaps, and forces of those that
  * carry. */
 static void put_contacts(struct document *document, const struct scene *scene,
                          const struct equilibrium *equilibrium, int from) {
     const struct refdyn_statics_options *options = &equilibrium->options;
     const struct refdyn_statics_result *result = &equilibrium->result;
-    const int first = count_programme_rows(scene);
+    const int first = refdyn_programme_rows(scene->model);
     put_open(document, "contacts", '[');
     for (int i = from; i < options->row_count; i++) {
         put_open(document, NULL, '{');
@@ -48,7 +40,7 @@ static void put_contacts(struct document *document, const struct scene *scene,
 static void put_rows(struct document *document, const struct scene *scene,
                      const struct equilibrium *equilibrium) {
     const struct refdyn_statics_options *options = &equilibrium->options;
-    const int first = count_programme_rows(scene);
+    const int first = refdyn_programme_rows(scene->model);
     int count = 0;
     put_open(document, "rows", '[');
     for (; count < options->row_count && options->rows[count] < first; count++)
