@@ -9,6 +9,7 @@
 #include "fmi/model_exchange.h"
 
 #include <float.h>
+#include <limits.h>
 #include <math.h>
 #include <string.h>
 
@@ -175,6 +176,34 @@ static void add_due(struct fmu_instance *instance, int i) {
     instance->left_at[i] = t;
 }
 
+/* Did event i leave its value beyond zero, from where it has not come back? Its impacts do not keep a body
+ * out. */
+static int does_not_hold(const struct fmu_instance *instance, int i) {
+    const struct refdyn_state_events *events = &instance->integrator.motion->state_events;
+    return events->risen[i] == 0 && refdyn_contact_of(&events->contacts, i) < 0 &&
+           fabs(instance->zeros[i]) > 2 * noise_of(instance, i);
+}
+
+static void note_due(struct fmu_instance *instance) {
+    struct refdyn_motion *motion = instance->integrator.motion;
+    struct refdyn_state_events *events = &motion->state_events;
+    int holds = 1;
+    for (int k = 0; k < events->due_named; k++)
+        holds &= !does_not_hold(instance, events->due[k]);
+    refdyn_state_events_note_due(events, &motion->step, motion->step.t_begin);
+    if (!holds)
+        events->repeats = INT_MAX / 2;
+}
+
+/* What importers have left of gaps that are negative. */
+static void note_inside(struct fmu_instance *instance) {
+    struct refdyn_contacts *contacts = &instance->integrator.motion->state_events.contacts;
+    contacts->late = 0;
+    for (int k = 0; k < contacts->count; k++)
+        contacts->inside[k] =
+            contacts->mode[k] == REFDYN_CONTACT_FREE ? fabs(instance->zeros[contacts->event[k]]) : 0;
+}
+
 /* The events that have happened are due; kinks and the others are on the side where their values are. Those
  * of contacts stay above zero. */
 static void find_due(struct fmu_instance *instance) {
@@ -182,7 +211,7 @@ static void find_due(struct fmu_instance *instance) {
     struct refdyn_state_events *events = &instance->integrator.motion->state_events;
     const struct refdyn_step *step = &motion->step;
     events->due_count = events->due_named = events->is_told = events->looks_again = 0;
-    events->contacts.late = 0;
+    note_inside(instance);
     if (events->count == 0)
         return;
     refdyn_state_events_evaluate(events, step, step->t_begin, step->state);
@@ -196,7 +225,7 @@ static void find_due(struct fmu_instance *instance) {
             events->side[i] = now;
     }
     events->due_named = events->due_count;
-    refdyn_state_events_note_due(events, step, step->t_begin);
+    note_due(instance);
 }
 
 /* The rates with which the values of events that have happened now leave zero. */

@@ -426,7 +426,8 @@ static int is_closed(const struct refdyn_motion *motion, int k) {
 static int find_inside(struct refdyn_motion *motion) {
     const struct refdyn_contacts *contacts = &motion->state_events.contacts;
     for (int k = 0; k < contacts->count; k++) {
-        if (contacts->gap[k] >= -2 * fmax(contacts->reach[k], moved_by(motion, k)))
+        if (contacts->gap[k] >=
+            -2 * fmax(fmax(contacts->reach[k], contacts->inside[k]), moved_by(motion, k)))
             continue;
         motion->work->fault = (struct refdyn_fault){.row = contacts->first_row + k, .coordinate = -1};
         return REFDYN_CONTACT_INSIDE;
