@@ -79,6 +79,8 @@ int refdyn_carrying_begin(struct statics *statics) {
     const struct refdyn_statics_options *options = statics->options;
     int count = 0;
     c->programme = c->mends = c->is_let_down = c->is_shared = 0;
+    if (c->problem.count == 0) /* there is no room for the rows */
+        return 0;
     for (int i = 0; i < options->row_count; i++)
         if (options->rows[i] >= c->first_row)
             count += c->has_part[options->rows[i] - c->first_row] = 1;
