@@ -54,7 +54,8 @@ enum refdyn_status {
                                    the rows let no impulse change its value; integrator.event */
     REFDYN_SLIDES = -15, /* forces jump where a formula of rates changes its sign, and lead back there */
     /* fault.row: the contact */
-    REFDYN_CONTACT_INSIDE = -16, /* a gap is negative: the motion starts inside a contact, or the gap has jumped */
+    REFDYN_CONTACT_INSIDE =
+        -16, /* a gap is negative: the motion starts inside a contact, or the gap has jumped */
     REFDYN_CONTACT_DRIVEN = -17, /* the rows of the programme close a contact that is closed already */
     REFDYN_CONTACTS_UNMET = -18  /* no impulses or forces of the closed contacts keep them all from closing */
 };
@@ -380,7 +381,8 @@ struct refdyn_refused_crossing {
 enum refdyn_contact_mode {
     REFDYN_CONTACT_FREE,
     REFDYN_CONTACT_RESTING, /* its row acts, and lambda of that row is its force */
-    REFDYN_CONTACT_TOUCHING /* the gap is closed without a force: other contacts keep it so, or nothing presses */
+    REFDYN_CONTACT_TOUCHING /* the gap is closed without a force: other contacts keep it so, or nothing
+                               presses */
 };
 
 enum { REFDYN_CANDIDATES = 2 };
@@ -423,9 +425,10 @@ struct refdyn_integrator {
 
     /* contacts of the model, in the order of their rows, the last ones */
     int contact_count;
-    const int *contact_mode;     /* (contact_count) enum refdyn_contact_mode */
-    const double *contact_since; /* (contact_count) when it came to rest: the end of all its rebounds; NaN: free [s] */
-    int forces_are_unique;       /* 0: other forces of the contacts would hold the bodies as well */
+    const int *contact_mode; /* (contact_count) enum refdyn_contact_mode */
+    const double
+        *contact_since; /* (contact_count) when it came to rest: the end of all its rebounds; NaN: free [s] */
+    int forces_are_unique; /* 0: other forces of the contacts would hold the bodies as well */
 
     const int *event; /* (event_count) events of the model that stand at t, where the last call has stopped */
     int event_count;
@@ -471,8 +474,9 @@ int refdyn_integrator_look(struct refdyn_integrator *integrator, double t);
 /* Programme force r (n) at the state that is seen [N, N m]; where that is undetermined M qdd - f, else as
  * refdyn_programme_force. */
 void refdyn_integrator_force(struct refdyn_integrator *integrator, double *force);
-/* Forces (contact_count) of the contacts at the state that is seen, along the gradients of their gaps; 0 for contacts that
- * do not rest [N where the gap is in m]. Where they are not unique, the smallest ones, unless these would pull. */
+/* Forces (contact_count) of the contacts at the state that is seen, along the gradients of their gaps; 0 for
+ * contacts that do not rest [N where the gap is in m]. Where they are not unique, the smallest ones, unless
+ * these would pull. */
 void refdyn_integrator_contact_forces(struct refdyn_integrator *integrator, double *forces);
 /* After the caller has changed work->x, work->p (then refdyn_prepare) or the integrator's q, qd between
  * steps: goes on from there, with the gains that options.stabilise asks for. Errors: those of

@@ -47,8 +47,9 @@ struct refdyn_event {
     int is_impact; /* rates jump by an impulse along the value's gradient, by its coefficient of restitution
                     */
     int first_change, change_count; /* in the model's list */
-    int contact; /* 1 + the row that acts while the contact rests. The event's value is the gap; its one change
-                    is the parameter that is 1 while the contact rests, else 0. 0: the event is no contact */
+    int contact; /* 1 + the row that acts while the contact rests. The event's value is the gap; its one
+                    change is the parameter that is 1 while the contact rests, else 0. 0: the event is no
+                    contact */
 };
 
 /* What an event sets. */

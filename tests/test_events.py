@@ -472,3 +472,32 @@ def test_refused(tmp_path):
     assert done.returncode in (1, 2) and "msbdf" in done.stderr
     done = refdyn("sim", MODELS / "spring.lua", "--until", 1, "--fold", "-o", run, status=1)
     assert done.stderr.endswith("events[1].parameters.s: --fold makes it a number, which no event can change; without --fold it can\n")
+
+
+@pytest.mark.parametrize("floor", [-1e3, 0, 0.3, 1e6])
+@pytest.mark.parametrize("name", ["floor", "floor_inches"])
+def test_impacts_accumulate_wherever_the_floor_is(name, floor):
+    """The rounding of a height would keep a ball bouncing: below it, impacts have no end. In inches, above a tilted base."""
+    told = failed(name, "--until", 60, *settings(floor=floor))
+    assert ": events follow each other without time between" in told and "at the event floor" in told
+    height = 1 if name == "floor" else math.cos(0.3) * math.cos(0.2)
+    rest = math.sqrt(2 * height / G) * (1 + 0.6) / (1 - 0.6) if name == "floor" else None
+    if rest:
+        check([close("rest", [float(told.split("t = ")[1].split()[0])], [rest], 1e-4)])
+
+
+@pytest.mark.parametrize("method", ["auto", "rk54", "radau9"])
+@pytest.mark.parametrize("e", [0, 0.5])
+def test_a_driven_crane_stays_at_its_buffer(method, e):
+    told = failed("crane", "--until", 30, "--method", method, *settings(e=e))
+    assert ": events follow each other without time between" in told and "at the event buffer" in told
+
+
+@pytest.mark.parametrize("e", [0, 0.5, 0.9])
+def test_a_rod_that_falls_flat_does_not_fall_through(e):
+    """Both ends meet the floor together, and the impact of each drives the other one down again."""
+    told = failed("rod", "--until", 30, *settings(e=e))
+    assert ": events follow each other without time between" in told
+    state = dict(re.findall(r"(rod_\w+) = ([-+.\de]+)", told))
+    ends = [float(state["rod_z"]) + side * 0.5 * math.sin(float(state["rod_theta"])) for side in (-1, 1)]
+    assert min(ends) > -1e-9

@@ -131,14 +131,15 @@ static void print_coordinates(const struct generation *gen, FILE *out) {
 }
 
 static void print_programme(const struct generation *gen, FILE *out) {
-    static const char *const levels[] = {"position", "velocity", "acceleration"};
+    static const char *const levels[] = {"position level", "velocity level", "acceleration level"};
     _Static_assert(sizeof levels / sizeof *levels == ROW_ACCELERATION + 1, "each level has a name");
     const struct model *model = &gen->model;
     if (model->row_count)
         fprintf(out, "constraints:\n");
     for (int i = 0; i < model->row_count; i++)
-        fprintf(out, "  %d %s level: %s, alpha %g, beta %g\n", i + 1, levels[model->rows[i].level],
-                model->rows[i].name, value_of(gen, model->rows[i].alpha), value_of(gen, model->rows[i].beta));
+        fprintf(out, "  %d %s: %s, alpha %g, beta %g\n", i + 1,
+                model->rows[i].rests ? "contact" : levels[model->rows[i].level], model->rows[i].name,
+                value_of(gen, model->rows[i].alpha), value_of(gen, model->rows[i].beta));
     if (model->point_count)
         fprintf(out, "points:\n");
     for (int i = 0; i < model->point_count; i++)

@@ -171,8 +171,8 @@ struct row {
     const char *name;       /* for reports: "row 1" or the author's name */
     const char *path;       /* as messages call it: "constraints[1]" */
     bool is_closure;        /* of a loop or joint that is closed: some of its rows may be redundant */
-    expression rests;       /* of a contact: the parameter that is 1 while the contact rests and its row acts, else
-                               0. 0: the row always acts */
+    expression rests; /* of a contact: the parameter that is 1 while the contact rests and its row acts, else
+                         0. 0: the row always acts */
     const char *
         *starts;     /* (start_count) of a position or drive that the author writes: the parameters with */
     int start_count; /* values at the start of the motion that it reads */

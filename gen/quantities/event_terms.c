@@ -64,8 +64,8 @@ static expression absolute(struct graph *g, expression e) {
     return expr_apply1(g, OP_ABS, e);
 }
 
-/* The sum of |terms| of a value, which bounds its rounding. Sums are taken apart, also those with a factor that does
- * not move. */
+/* The sum of |terms| of a value, which bounds its rounding. Sums are taken apart, also those with a factor
+ * that does not move. */
 static expression size_of(struct graph *g, expression e, int *left) {
     const struct node node = g->nodes[e];
     const expression a = node.operand[0], b = node.operand[1];

@@ -104,8 +104,8 @@ static void check_coordinates(const struct check *check, const char *what, struc
     }
 }
 
-/* Loops may have more rows than a plane mechanism needs, and more contacts may exist than can rest at once: the
- * runtime finds out. */
+/* Loops may have more rows than a plane mechanism needs, and more contacts may exist than can rest at once:
+ * the runtime finds out. */
 static int count_written_rows(const struct model *model) {
     int count = 0;
     for (int i = 0; i < model->row_count; i++)

@@ -307,9 +307,6 @@ expression declarations_add_parameter(struct declarations *declarations, struct 
 
 expression declarations_add_mode(struct declarations *declarations, struct place place, const char *name) {
     const struct value zero = {.kind = VALUE_NUMBER, .place = place};
-    if (setting_of(declarations, "parameter", name))
-        message_error(declarations->messages, command_line(declarations),
-                      "--set %s: the contact sets it itself, by whether it rests", name);
     declarations_add_parameter(declarations, place, name, &zero, "");
     declarations->parameters[declarations->parameter_count - 1].is_mode = true;
     return declarations_parameter_expression(declarations, declarations->parameter_count - 1);

@@ -496,8 +496,8 @@ static void add_contact_event(const struct group *group, expression gap, express
     struct model *model = group->reader->model;
     model->changes = memory_room(memory, model->changes, model->change_count, &model->change_capacity,
                                  sizeof *model->changes);
-    model->events = memory_room(memory, model->events, model->event_count, &model->event_capacity,
-                                sizeof *model->events);
+    model->events =
+        memory_room(memory, model->events, model->event_count, &model->event_capacity, sizeof *model->events);
     model->events[model->event_count++] = (struct event){.name = group->name,
                                                          .value = gap,
                                                          .direction = -1,
@@ -535,8 +535,7 @@ static void read_contact(const struct reader *reader, const struct value *value,
 /* Rows of contacts follow all others, in the order of their events. */
 static void put_contacts_last(const struct reader *reader) {
     struct model *model = reader->model;
-    struct row *ordered =
-        memory_get(reader->check.memory, ((size_t)model->row_count + 1) * sizeof *ordered);
+    struct row *ordered = memory_get(reader->check.memory, ((size_t)model->row_count + 1) * sizeof *ordered);
     int count = 0;
     for (int contacts = 0; contacts < 2; contacts++)
         for (int i = 0; i < model->row_count; i++)

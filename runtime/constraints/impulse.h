@@ -4,12 +4,12 @@
 
 #include "refdyn.h"
 
-/* With the rows and the factor of the metric in the workspace: the rows of the programme up to level `last`, those of
- * contacts left out, in the metric of the mass matrix, orthonormal, into work->basis; returns their number. Dependent
- * rows drop out. */
+/* With the rows and the factor of the metric in the workspace: the rows of the programme up to level `last`,
+ * those of contacts left out, in the metric of the mass matrix, orthonormal, into work->basis; returns their
+ * number. Dependent rows drop out. */
 int refdyn_spread_programme(struct refdyn_workspace *work, enum refdyn_row_level last);
-/* Takes the parts of x (n) along the first `count` vectors of the basis out of it. Returns the length that is left, as a
- * part of that before. */
+/* Takes the parts of x (n) along the first `count` vectors of the basis out of it. Returns the length that is
+ * left, as a part of that before. */
 double refdyn_leave_rest(const struct refdyn_workspace *work, int count, double *x);
 
 /*

@@ -1,9 +1,10 @@
 /*
  * The shortest vector that meets one-sided conditions: see one_sided.h.
  *
- * The method begins with x = 0 and takes up the condition that x misses most. Along z, the part of its normal that is
- * orthogonal to the normals of the conditions that act, x moves until the condition is met, or until the multiplier of
- * one that acts has fallen to 0, which is then dropped. Each round makes |x| longer, so that the rounds end.
+ * The method begins with x = 0 and takes up the condition that x misses most. Along z, the part of its normal
+ * that is orthogonal to the normals of the conditions that act, x moves until the condition is met, or until
+ * the multiplier of one that acts has fallen to 0, which is then dropped. Each round makes |x| longer, so
+ * that the rounds end.
  */
 #include "base/arithmetic.h"
 
@@ -15,7 +16,7 @@
 #include "linear/dense.h"
 
 enum { ROUNDS_FREE = 50, ROUNDS_EACH = 20 }; /* a safeguard against cycles by rounding */
-static const double dependent = 1e-9;        /* a normal that keeps less of its length depends on the others */
+static const double dependent = 1e-9; /* a normal that keeps less of its length depends on the others */
 
 void refdyn_one_sided_lay_out(struct refdyn_one_sided *problem, int count, int n, struct layout *layout) {
     problem->n = n;
@@ -37,8 +38,8 @@ static const double *normal_of(const struct refdyn_one_sided *problem, int i) {
     return problem->normals + i * problem->n;
 }
 
-/* z = along, the part of normal i beyond the first `size` basis vectors, and its components along these in `share`.
- * Returns |z| over the length of the normal. */
+/* z = along, the part of normal i beyond the first `size` basis vectors, and its components along these in
+ * `share`. Returns |z| over the length of the normal. */
 static double split(struct refdyn_one_sided *problem, int i, int size) {
     const int n = problem->n;
     const double *normal = normal_of(problem, i), length = sqrt(dense_dot(normal, normal, n));
@@ -64,7 +65,8 @@ static void extend_basis(struct refdyn_one_sided *problem, int size) {
     problem->triangle[size * problem->count + size] = length;
 }
 
-/* How the multipliers of the conditions that act answer to one of the split normal: N_A^T share = normal - z. */
+/* How the multipliers of the conditions that act answer to one of the split normal: N_A^T share = normal - z.
+ */
 static void solve_shares(struct refdyn_one_sided *problem) {
     for (int a = problem->active_count - 1; a >= 0; a--) {
         problem->share[a] /= problem->triangle[a * problem->count + a];

@@ -42,7 +42,8 @@ static void by_emitted(const struct refdyn_evaluation *evaluation, double t, con
     (model->m == 0 ? model->qdd_free : model->constrained)(work->p, work->x, t, q, qd, accelerated);
 }
 
-/* Are the only rows that drop out those of contacts that do not rest? The emitted function leaves them out itself. */
+/* Are the only rows that drop out those of contacts that do not rest? The emitted function leaves them out
+ * itself. */
 static int has_all_rows(const struct refdyn_workspace *work) {
     const struct refdyn_model *model = work->model;
     int free = 0;
@@ -58,8 +59,7 @@ static int has_emitted(const struct refdyn_evaluation *evaluation) {
     const struct refdyn_model *model = work->model;
     if (evaluation->by_partition || evaluation->has_no_inverse)
         return 0;
-    return model->m == 0 ? model->qdd_free != NULL
-                         : model->constrained != NULL && has_all_rows(work);
+    return model->m == 0 ? model->qdd_free != NULL : model->constrained != NULL && has_all_rows(work);
 }
 
 /* Why accelerations are not finite: the equations tell. */

@@ -1,20 +1,20 @@
 /*
  * Transitions of one-sided contacts: see contact_transitions.h.
  *
- * Takes a state at which contacts are closed. With g the gaps, n their gradients in the metric of the mass matrix, less
- * what the rows of the programme hold, and e the coefficients of restitution:
+ * Takes a state at which contacts are closed. With g the gaps, n their gradients in the metric of the mass
+ * matrix, less what the rows of the programme hold, and e the coefficients of restitution:
  *
- *   impact    the smallest change of rates with g'+ >= -e g'- where g'- < 0, and g'+ >= 0 where a contact rests. Its
- *             impulses are >= 0, and it loses energy (Pfeiffer and Glocker, Multibody Dynamics with Unilateral
+ *   impact    the smallest change of rates with g'+ >= -e g'- where g'- < 0, and g'+ >= 0 where a contact
+ * rests. Its impulses are >= 0, and it loses energy (Pfeiffer and Glocker, Multibody Dynamics with Unilateral
  *             Contacts, 1996, ch. 8). Contacts that open stay out, since they could gain energy
- *   rest      a contact rests where its next rebound is lower than a hundredth of the tolerance, or than rounding. All
- *             rebounds to come would take T = 2 g'+ / (|g''| (1 - e)); it has to be pressed until then
- *   forces    the smallest change of accelerations with g'' >= 0 for the contacts at rest: Gauss's principle of least
- *             constraint. A contact whose force is 0 there opens, or touches where g'' = 0. This is judged a little
- *             later than the transition, where forces that pass zero have a sign
+ *   rest      a contact rests where its next rebound is lower than a hundredth of the tolerance, or than
+ * rounding. All rebounds to come would take T = 2 g'+ / (|g''| (1 - e)); it has to be pressed until then
+ *   forces    the smallest change of accelerations with g'' >= 0 for the contacts at rest: Gauss's principle
+ * of least constraint. A contact whose force is 0 there opens, or touches where g'' = 0. This is judged a
+ * little later than the transition, where forces that pass zero have a sign
  *
- * A rebound of one tolerance instead of a hundredth leaves errors of 42 tolerances in a stack of two balls, this one
- * 1e-4.
+ * A rebound of one tolerance instead of a hundredth leaves errors of 42 tolerances in a stack of two balls,
+ * this one 1e-4.
  */
 #include "base/arithmetic.h"
 
@@ -31,11 +31,12 @@
 
 enum { ROUNDS_FREE = 20, ROUNDS_EACH = 20 }; /* of impacts at one time */
 static const double rebound_part = 0.01;     /* of the tolerance: height of a rebound that is none */
-static const double rounding_digits = 64 * DBL_EPSILON; /* of a gap or its rate, over the sum of its |terms| */
-static const double bias_digits = 1e-10;                /* of accelerations, which are solved for */
-static const double pressed_part = 0.5;                 /* of the acceleration that closes a gap: it is still pressed */
-static const double later_part = 1e-6;                  /* of the longest step: forces have a sign there */
-static const double first_step = 1e-3;                  /* where none was taken yet [s] */
+static const double rounding_digits =
+    64 * DBL_EPSILON;                    /* of a gap or its rate, over the sum of its |terms| */
+static const double bias_digits = 1e-10; /* of accelerations, which are solved for */
+static const double pressed_part = 0.5;  /* of the acceleration that closes a gap: it is still pressed */
+static const double later_part = 1e-6;   /* of the longest step: forces have a sign there */
+static const double first_step = 1e-3;   /* where none was taken yet [s] */
 
 /* ---- The state of the contacts ---- */
 
@@ -247,8 +248,8 @@ static const double *predict(struct refdyn_motion *motion, const double *qdd, do
     return state;
 }
 
-/* Would contact k, whose gap opens, close again so soon that it rests? *T: when its last rebound would end; 0: with
- * e = 1 it has none. */
+/* Would contact k, whose gap opens, close again so soon that it rests? *T: when its last rebound would end;
+ * 0: with e = 1 it has none. */
 static int hardly_rebounds(const struct refdyn_contacts *contacts, int k, double *T) {
     const double rate = contacts->rate[k], pull = -acceleration_of(contacts, k);
     const double most = fmax(rebound_part * contacts->tolerance * contacts->scale[k], contacts->rounding[k]);
@@ -381,7 +382,8 @@ static int find_modes(struct refdyn_motion *motion, const double *qdd) {
         status = accelerate(motion, motion->step.side);
     if (status)
         return status;
-    const double least = rounding_digits * refdyn_largest(contacts->problem.multipliers, contacts->count, NULL);
+    const double least =
+        rounding_digits * refdyn_largest(contacts->problem.multipliers, contacts->count, NULL);
     contacts->resting = 0;
     for (int k = 0; k < contacts->count; k++) {
         contacts->mode[k] = mode_of(contacts, k, least);
@@ -410,7 +412,8 @@ static double moved_by(const struct refdyn_motion *motion, int k) {
     return fabs(contacts->rate[k]) * fmax(refdyn_state_events_blur(motion->step.t_begin), contacts->late);
 }
 
-/* Is contact k closed at the begin of the step? It is where it is due, and where its gap is 0 but for rounding. */
+/* Is contact k closed at the begin of the step? It is where it is due, and where its gap is 0 but for
+ * rounding. */
 static int is_closed(const struct refdyn_motion *motion, int k) {
     const struct refdyn_contacts *contacts = &motion->state_events.contacts;
     const double moved = moved_by(motion, k);
@@ -426,8 +429,7 @@ static int is_closed(const struct refdyn_motion *motion, int k) {
 static int find_inside(struct refdyn_motion *motion) {
     const struct refdyn_contacts *contacts = &motion->state_events.contacts;
     for (int k = 0; k < contacts->count; k++) {
-        if (contacts->gap[k] >=
-            -2 * fmax(fmax(contacts->reach[k], contacts->inside[k]), moved_by(motion, k)))
+        if (contacts->gap[k] >= -2 * fmax(fmax(contacts->reach[k], contacts->inside[k]), moved_by(motion, k)))
             continue;
         motion->work->fault = (struct refdyn_fault){.row = contacts->first_row + k, .coordinate = -1};
         return REFDYN_CONTACT_INSIDE;

@@ -1,7 +1,8 @@
 /*
  * One-sided contacts, their modes and values: see contacts.h.
  *
- * The force of a contact that rests is the multiplier of its row: M qdd - h - Q = u^T lambda, u the gradient of the gap.
+ * The force of a contact that rests is the multiplier of its row: M qdd - h - Q = u^T lambda, u the gradient
+ * of the gap.
  */
 #include "base/arithmetic.h"
 
@@ -15,9 +16,10 @@
 #include "linear/dense.h"
 
 static const double force_digits = 64 * DBL_EPSILON; /* rounding of a force, over the largest of them */
-static const double difference_part = 1e-4; /* of the longest step: over which the change of a force is taken */
-static const double dependent = 1e-9;       /* a column that keeps less of its length depends on others */
-static const double first_step = 1e-3;      /* where none was taken yet [s] */
+static const double difference_part =
+    1e-4;                              /* of the longest step: over which the change of a force is taken */
+static const double dependent = 1e-9;  /* a column that keeps less of its length depends on others */
+static const double first_step = 1e-3; /* where none was taken yet [s] */
 
 void refdyn_contacts_lay_out(struct refdyn_contacts *contacts, const struct refdyn_model *model,
                              struct layout *layout) {

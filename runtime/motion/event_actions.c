@@ -19,8 +19,8 @@
 #include "motion/energy_jumps.h"
 #include "motion/sliding.h"
 
-enum { ROUNDS_MOST = 200 };           /* of impacts at one time: each drives others together again */
-static const double at_rest = 1e-12;  /* of the rate before: an impact is over */
+enum { ROUNDS_MOST = 200 };                 /* of impacts at one time: each drives others together again */
+static const double at_rest = 1e-12;        /* of the rate before: an impact is over */
 static const double against_rows = 0x1p-26; /* sqrt(DBL_EPSILON): of a row's terms, by rates that are set */
 
 /* What the actions of one time have done. */

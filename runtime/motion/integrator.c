@@ -530,7 +530,8 @@ void refdyn_integrator_contact_forces(struct refdyn_integrator *integrator, doub
     memcpy(forces, integrator->lambda + contacts->first_row, (size_t)contacts->count * sizeof *forces);
     if (contacts->are_unique)
         return;
-    work->model->event_terms(work->p, work->x, integrator->t_right, integrator->q, integrator->qd, events->terms);
+    work->model->event_terms(work->p, work->x, integrator->t_right, integrator->q, integrator->qd,
+                             events->terms);
     refdyn_contacts_spread(contacts, work->model, events->terms, forces);
 }
 

@@ -101,8 +101,9 @@ static int values_at(struct refdyn_state_events *events, struct refdyn_step *ste
     if (theta < 1)
         status = step->method->kind->interpolate(step, theta, events->room);
     if (!status)
-        status = refdyn_state_events_values(events, step, refdyn_step_inside(step, theta < 1 ? t : step->t_end),
-                             theta < 1 ? events->room : step->state_new, values);
+        status =
+            refdyn_state_events_values(events, step, refdyn_step_inside(step, theta < 1 ? t : step->t_end),
+                                       theta < 1 ? events->room : step->state_new, values);
     for (int i = 0; i < events->count; i++)
         values[i] -= events->zeros[i];
     return status;
@@ -141,8 +142,8 @@ static void evaluate_terms(struct refdyn_state_events *events, const struct refd
     refdyn_contacts_force_rates(&events->contacts, step, t, state);
 }
 
-void refdyn_state_events_evaluate(struct refdyn_state_events *events, const struct refdyn_step *step, double t,
-                                  const double *state) {
+void refdyn_state_events_evaluate(struct refdyn_state_events *events, const struct refdyn_step *step,
+                                  double t, const double *state) {
     refdyn_state_events_values(events, step, t, state, events->values);
     evaluate_terms(events, step, t, state);
 }
@@ -167,8 +168,8 @@ static void add_due(struct refdyn_state_events *events, int i) {
     events->due_named += !is_kink(events, i);
 }
 
-/* Has one of the events that are due left zero, beyond rounding, since it happened last? The values and their terms are
- * those of this state. */
+/* Has one of the events that are due left zero, beyond rounding, since it happened last? The values and their
+ * terms are those of this state. */
 static int one_has_risen(const struct refdyn_state_events *events, const struct refdyn_step *step, double t,
                          const double *state, const double *rates) {
     for (int k = 0; k < events->due_named; k++) {
@@ -179,9 +180,10 @@ static int one_has_risen(const struct refdyn_state_events *events, const struct 
     return 0;
 }
 
-/* There are such, at t: the state is that of the step's begin or of its end. Where impacts of a body follow each other
- * within the rounding of its distance, they go on for ever. */
-void refdyn_state_events_note_due(struct refdyn_state_events *events, const struct refdyn_step *step, double t) {
+/* There are such, at t: the state is that of the step's begin or of its end. Where impacts of a body follow
+ * each other within the rounding of its distance, they go on for ever. */
+void refdyn_state_events_note_due(struct refdyn_state_events *events, const struct refdyn_step *step,
+                                  double t) {
     const int is_end = t == step->t_end;
     if (events->due_named == 0)
         return;

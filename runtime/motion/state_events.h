@@ -38,9 +38,9 @@ struct refdyn_state_events {
     double *zeros;   /* (count) what counts as zero in the step: values at its begin that are just beyond */
     double *values;  /* (count) of the state that is looked at */
     double *rates;   /* (count) of the values before what is due happens */
-    double *risen;   /* (count) largest |value| of an event since it happened last; INFINITY: it has not yet */
-    double *terms;   /* what event_terms gives */
-    double *room;    /* (2 n + 1) a state in the step; (n) jump of rates */
+    double *risen; /* (count) largest |value| of an event since it happened last; INFINITY: it has not yet */
+    double *terms; /* what event_terms gives */
+    double *room;  /* (2 n + 1) a state in the step; (n) jump of rates */
 
     struct refdyn_contacts contacts; /* whose values depend on their modes */
 
@@ -50,7 +50,8 @@ struct refdyn_state_events {
     double t_high, missed; /* the value has crossed zero before this; last distance from zero [s] */
 
     double t_last; /* of the last event [s], */
-    int repeats;   /* and how many followed each other without time between, or while their values were rounding */
+    int repeats; /* and how many followed each other without time between, or while their values were rounding
+                  */
 };
 
 void refdyn_state_events_lay_out(struct refdyn_state_events *events, const struct refdyn_model *model,
@@ -71,11 +72,12 @@ int refdyn_state_events_look(struct refdyn_state_events *events, struct refdyn_s
  * refdyn_rates where contacts rest. */
 int refdyn_state_events_values(struct refdyn_state_events *events, const struct refdyn_step *step, double t,
                                const double *state, double *values);
-void refdyn_state_events_evaluate(struct refdyn_state_events *events, const struct refdyn_step *step, double t,
-                                  const double *state);
-/* What is due has happened at t, the begin of the step or its end. `values` and `terms` are those of that state, `risen`
- * is up to date. */
-void refdyn_state_events_note_due(struct refdyn_state_events *events, const struct refdyn_step *step, double t);
+void refdyn_state_events_evaluate(struct refdyn_state_events *events, const struct refdyn_step *step,
+                                  double t, const double *state);
+/* What is due has happened at t, the begin of the step or its end. `values` and `terms` are those of that
+ * state, `risen` is up to date. */
+void refdyn_state_events_note_due(struct refdyn_state_events *events, const struct refdyn_step *step,
+                                  double t);
 int refdyn_state_events_is_due(const struct refdyn_state_events *events, int i);
 /* Have so many events followed each other without time between that they will not end? */
 int refdyn_state_events_accumulate(const struct refdyn_state_events *events);

@@ -15,7 +15,8 @@ enum { SHOWN_ALL = 8, SHOWN_LARGEST = 3, SHOWN_ROWS = 3 };
 static void print_place(const struct scene *scene) {
     const struct refdyn_fault *fault = &scene->work.fault;
     if (fault->row >= 0 && fault->row < scene->model->m)
-        fprintf(stderr, ", %s %s", fault->row < refdyn_programme_rows(scene->model) ? "constraint" : "contact",
+        fprintf(stderr, ", %s %s",
+                fault->row < refdyn_programme_rows(scene->model) ? "constraint" : "contact",
                 scene->model->rows[fault->row].name);
     if (fault->coordinate >= 0 && fault->coordinate < scene->model->n)
         fprintf(stderr, ", coordinate %s", scene->model->coordinates[fault->coordinate].name);

@@ -88,7 +88,8 @@ void events_print(const struct event_record *record, const struct refdyn_model *
     }
     fputs(record->count > LISTED_MOST ? ", ...\n" : "\n", stderr);
     if (record->lacks_forces)
-        fputs("contacts     more are closed than bodies can move: other forces would hold them as well\n", stderr);
+        fputs("contacts     more are closed than bodies can move: other forces would hold them as well\n",
+              stderr);
     if (record->has_ended)
         fprintf(stderr, "ended        by %s at t = %s s\n", model->events[record->end.event].name,
                 exact_text(record->end.t, text));

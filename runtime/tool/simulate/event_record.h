@@ -1,5 +1,5 @@
-/* The events of a motion, in order: what summaries say of them. Of contacts these are impacts, and where they come to
- * rest and leave. */
+/* The events of a motion, in order: what summaries say of them. Of contacts these are impacts, and where they
+ * come to rest and leave. */
 #ifndef REFDYN_TOOL_EVENT_RECORD_H
 #define REFDYN_TOOL_EVENT_RECORD_H
 
@@ -23,8 +23,8 @@ struct event_record {
     long count;              /* of all events */
     bool has_ended;          /* by the event `end` */
     struct event_mark end;
-    int *modes;    /* (contact_count) of the contacts at the last look, NULL: none yet */
-    double t_last; /* of the last look [s] */
+    int *modes;        /* (contact_count) of the contacts at the last look, NULL: none yet */
+    double t_last;     /* of the last look [s] */
     bool lacks_forces; /* at times the forces of contacts were not unique */
 };
 

@@ -298,7 +298,8 @@ static void put_contacts(struct table *table) {
     refdyn_integrator_contact_forces(integrator, table->room);
     for (int k = 0; k < integrator->contact_count; k++) {
         put_value(table, table->room[k]);
-        put_value(table, integrator->contact_mode[k] == REFDYN_CONTACT_FREE ? 0 : integrator->contact_since[k]);
+        put_value(table,
+                  integrator->contact_mode[k] == REFDYN_CONTACT_FREE ? 0 : integrator->contact_since[k]);
     }
 }
 
@@ -338,7 +339,8 @@ void table_start(struct table *table, struct refdyn_integrator *integrator,
     table->parts = columns.parts;
     table->part_count = columns.part_count;
     table->values = allocate((size_t)table->count, sizeof *table->values);
-    table->room = allocate(n + (size_t)model->m + (rows + angular) * (n + 3) + (size_t)model->course_count, sizeof *table->room);
+    table->room = allocate(n + (size_t)model->m + (rows + angular) * (n + 3) + (size_t)model->course_count,
+                           sizeof *table->room);
     for (int block = 0; block < TABLE_BLOCKS; block++)
         table->is_wanted[block] = true;
 }
