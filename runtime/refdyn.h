@@ -547,7 +547,10 @@ struct refdyn_statics_result {
     int unstable_coordinate; /* that moves most in the direction of the lowest stiffness; -1: stable */
     /* in the memory given, also after a failure; NULL: there were none */
     const double *force;  /* (n) Q + u^T lambda [N, N m] */
-    const double *lambda; /* (row_count) multipliers, 0 for rows that depend on others */
+    const double *lambda; /* (row_count) multipliers, 0 for rows that depend on others, and for contacts that
+                             do not carry */
+    int is_indeterminate; /* other forces of the contacts would carry as well; those of `lambda` are the least */
+    const double *contact_gap; /* (contacts of the model) gaps; NULL: no contact has a part */
 };
 
 struct refdyn_statics_options refdyn_statics_default(void);
@@ -564,6 +567,9 @@ size_t refdyn_statics_size(const struct refdyn_model *model);
  * lead from q0 (Nocedal and Wright, Numerical Optimization, 3.4). A coordinate without any stiffness or load
  * (its row and column of dQ/dq and its Q are 0) stays where it is. Stability: theory, sect. 8.7.
  *
+ * Rows of one-sided contacts hold where they carry: gap >= 0, force >= 0, gap times force = 0. The parameters by which
+ * these rows act say which do, in work->p after the call.
+ *
  * - held (held_count): coordinates kept at their value in q; model->held and model->held_count, or others
  * - q (n): start, then the equilibrium; after a failure the last one, that under result->load
  * - hold_force (n, or NULL): -(Q + u^T lambda) at held coordinates, 0 elsewhere
@@ -571,7 +577,7 @@ size_t refdyn_statics_size(const struct refdyn_model *model);
  * Errors: NOT_FINITE, NO_CONVERGENCE (work->fault.row where rows cannot be met, else work->fault.coordinate),
  * TANGENT_SINGULAR (work->fault.coordinate), ROWS_INCONSISTENT (work->fault.row), BAD_OPTION, also when a
  * held coordinate is none of 0 ... n - 1, or a row that holds none of 0 ... m - 1, not of position level or
- * there twice; BAD_MEMORY, FUNCTION_MISSING (Q, and Q_q or, with rows that hold, tangent or tangent_vectors);
+ * there twice; CONTACTS_UNMET (work->fault.row), where no set of contacts carries; BAD_MEMORY, FUNCTION_MISSING (Q, and Q_q or, with rows that hold, tangent or tangent_vectors);
  * OTHER_VERSION, BAD_MODEL.
  */
 int refdyn_statics(struct refdyn_workspace *work, const struct refdyn_statics_options *options,

@@ -38,6 +38,7 @@ enum fmu_status fmu_step(struct fmu_instance *instance, double t_now, double t_n
         refdyn_integrator_limit(integrator, t_next);
     const int status = refdyn_integrator_to(integrator, t_next);
     instance->filled = 0;
+    fmu_tell_contacts(instance);
     if (status == REFDYN_EVENT_ENDS)
         return tell_end(instance);
     return status ? fmu_tell_failure(instance, status) : FMU_OK;

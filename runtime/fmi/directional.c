@@ -170,12 +170,17 @@ static int find_moved(struct fmu_instance *instance, enum fmu_kind kind, const s
 static double difference(struct fmu_instance *instance, struct fmu_variable unknown,
                          const struct direction *direction) {
     const int n = instance->work.n;
-    const int place = unknown.index + (unknown.kind == FMU_MULTIPLIER ? 2 * n + 1 : 0);
+    const int contact_row = instance->work.m - instance->integrator.contact_count;
+    const int place = unknown.index + (unknown.kind == FMU_MULTIPLIER      ? 2 * n + 1
+                                       : unknown.kind == FMU_CONTACT_FORCE ? 2 * n + 1 + contact_row
+                                                                           : 0);
     const double change = largest(direction->q, 2 * n + instance->work.model->input_count);
     const double step = cbrt(DBL_EPSILON) * fmax(1, largest(instance->integrator.q, 2 * n)) / change;
     double sum = 0;
     if (change == 0)
         return 0;
+    if (unknown.kind == FMU_CONTACT_FORCE && !instance->integrator.forces_are_unique)
+        return NAN;
     for (int sign = 1; sign >= -1; sign -= 2) {
         if (find_moved(instance, unknown.kind, direction, sign * step))
             return NAN;
@@ -200,6 +205,7 @@ static int has_derivative(const struct refdyn_model *model, enum fmu_kind kind) 
     case FMU_VELOCITY:
     case FMU_COURSE:
     case FMU_MULTIPLIER:
+    case FMU_CONTACT_FORCE:
     case FMU_INDICATOR:
         return 1;
     default:
@@ -231,6 +237,7 @@ static double change_of(struct fmu_instance *instance, struct fmu_variable unkno
         return energy_change(instance, i, direction);
     case FMU_COURSE:
     case FMU_MULTIPLIER:
+    case FMU_CONTACT_FORCE:
     case FMU_INDICATOR:
         return difference(instance, unknown, direction);
     default:

@@ -298,11 +298,13 @@ fmi2Status fmi2EnterContinuousTimeMode(fmi2Component component) {
 fmi2Status fmi2CompletedIntegratorStep(fmi2Component component, fmi2Boolean is_final,
                                        fmi2Boolean *wants_event_mode, fmi2Boolean *wants_end) {
     (void)is_final;
+    struct fmu_instance *instance =
+        fmu_enter_exchange(instance_of(component), FMU_MODE(CONTINUOUS_MODE), "fmi2CompletedIntegratorStep");
     *wants_event_mode = *wants_end = fmi2False;
-    return fmu_enter_exchange(instance_of(component), FMU_MODE(CONTINUOUS_MODE),
-                              "fmi2CompletedIntegratorStep")
-               ? fmi2OK
-               : fmi2Error;
+    if (!instance)
+        return fmi2Error;
+    *wants_event_mode = fmu_complete_step(instance);
+    return fmi2OK;
 }
 
 fmi2Status fmi2SetTime(fmi2Component component, fmi2Real t) {

@@ -459,11 +459,13 @@ fmi3Status FMI3(fmi3UpdateDiscreteStates)(fmi3Instance component, fmi3Boolean *n
 fmi3Status FMI3(fmi3CompletedIntegratorStep)(fmi3Instance component, fmi3Boolean is_final,
                                              fmi3Boolean *wants_event_mode, fmi3Boolean *wants_end) {
     (void)is_final;
+    struct fmu_instance *instance =
+        fmu_enter_exchange(instance_of(component), FMU_MODE(CONTINUOUS_MODE), "fmi3CompletedIntegratorStep");
     *wants_event_mode = *wants_end = false;
-    return fmu_enter_exchange(instance_of(component), FMU_MODE(CONTINUOUS_MODE),
-                              "fmi3CompletedIntegratorStep")
-               ? fmi3OK
-               : fmi3Error;
+    if (!instance)
+        return fmi3Error;
+    *wants_event_mode = fmu_complete_step(instance) != 0;
+    return fmi3OK;
 }
 
 fmi3Status FMI3(fmi3SetTime)(fmi3Instance component, fmi3Float64 t) {

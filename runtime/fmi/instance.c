@@ -94,6 +94,21 @@ enum fmu_status fmu_tell_failure(struct fmu_instance *instance, int status) {
     return fmu_tell(instance, FMU_ERROR, "%s", text);
 }
 
+void fmu_tell_contacts(struct fmu_instance *instance) {
+    const struct refdyn_integrator *integrator = &instance->integrator;
+    const struct refdyn_model *model = instance->work.model;
+    for (int k = 0; k < integrator->contact_count; k++) {
+        const double since = integrator->contact_since[k], known = instance->since[k];
+        const char *name = model->rows[model->m - integrator->contact_count + k].name;
+        instance->since[k] = since;
+        if (isfinite(since) && !(since == known))
+            fmu_tell(instance, FMU_OK, "t = %.9g s: contact %s rests from %.12g s on", integrator->t, name,
+                     since);
+        else if (!isfinite(since) && isfinite(known))
+            fmu_tell(instance, FMU_OK, "t = %.9g s: contact %s lets go", integrator->t, name);
+    }
+}
+
 int fmu_allows(struct fmu_instance *instance, unsigned modes, const char *function) {
     static const char *const names[] = {"is instantiated",  "initialises", "is in event mode", "integrates",
                                         "is between steps", "has ended",   "has failed"};
@@ -128,6 +143,9 @@ static size_t lay_out(struct fmu_instance *instance, char *base) {
     instance->d_qdd = layout_doubles(&layout, derivatives);
     instance->d_force = layout_doubles(&layout, model->m > 0 ? derivatives : 0);
     instance->zeros = layout_doubles(&layout, fmu_count_indicators(model));
+    instance->left_at = layout_doubles(&layout, model->event_count);
+    instance->left_rate = layout_doubles(&layout, model->event_count);
+    instance->since = layout_doubles(&layout, fmu_count_contacts(model));
     instance->scratch = layout_doubles(&layout, 6 * n + 1 + model->m + 2 * model->input_count + rows +
                                                     model->course_count + fmu_count_indicators(model));
     instance->is_start_set = layout_ints(&layout, 2 * n);
@@ -272,6 +290,12 @@ enum fmu_status fmu_start(struct fmu_instance *instance) {
     warn_of_start(instance);
     instance->t_from = instance->integrator.t_right;
     instance->t_to = instance->t_next = INFINITY;
+    instance->t_seen = instance->t_first;
+    for (int i = 0; i < instance->work.model->event_count; i++)
+        instance->left_at[i] = -INFINITY;
+    for (int k = 0; k < instance->integrator.contact_count; k++)
+        instance->since[k] = NAN;
+    fmu_tell_contacts(instance);
     instance->is_started = 1;
     instance->is_stale = instance->has_new_values = 0;
     instance->has_events_due = 1;

@@ -56,6 +56,7 @@ struct fmu_instance {
     double t_from;      /* Model Exchange: nothing is evaluated before, right of the last time event [s], */
     double t_to;        /* and nothing from here on, left of the next one; INFINITY: none is known [s] */
     double t_next;      /* that next one */
+    double t_seen;      /* of the last step that the importer has completed, or of the last event mode [s] */
     int is_started;     /* the integrator has a motion */
     int is_stale;       /* accelerations are not those of the state */
     int has_new_values; /* parameters or inputs are not those that the integrator knows */
@@ -75,7 +76,10 @@ struct fmu_instance {
     double *drift, *J;        /* (spatial x 6), (spatial x 6 x n) */
     double *d_qdd, *d_force;  /* (n x (2 n + inputs)) by q, qd, inputs, one behind the other */
     double *zeros;            /* (indicators) what an event has left of its value beyond zero */
-    double *scratch;          /* (6 n + 1 + m + 2 inputs + 3 points + courses + indicators) */
+    double *left_at,
+        *left_rate;  /* (events) when each happened last, -INFINITY: not yet [s]; its rate after that */
+    double *since;   /* (contacts) when they came to rest, as the listener knows; NaN: they are free [s] */
+    double *scratch; /* (6 n + 1 + m + 2 inputs + 3 points + courses + indicators) */
 };
 
 /* NULL: out of memory, or the model is refused, as the listener is told. */
@@ -102,6 +106,8 @@ enum fmu_status fmu_tell(struct fmu_instance *instance, enum fmu_status status, 
     __attribute__((format(printf, 3, 4)))
 #endif
     ;
+/* Says which contacts have come to rest or have let go since the last call. */
+void fmu_tell_contacts(struct fmu_instance *instance);
 /* The numbers have failed, with a status of the core: tells when, why and at which state. */
 enum fmu_status fmu_tell_failure(struct fmu_instance *instance, int status);
 /* Is the instance in one of the modes (a set of 1 << mode)? Otherwise tells that `function` does not go. */

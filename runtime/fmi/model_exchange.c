@@ -9,12 +9,16 @@
 #include "fmi/model_exchange.h"
 
 #include <float.h>
+#include <limits.h>
 #include <math.h>
 #include <string.h>
 
+#include "constraints/constraints.h"
 #include "fmi/values.h"
 #include "motion/event_actions.h"
 #include "motion/motion.h"
+
+static const double value_digits = 64 * DBL_EPSILON; /* rounding of a value, over the sum of its |terms| */
 
 /* An importer comes to a time event with rounding of its own. */
 static double slack(double t) {
@@ -64,16 +68,30 @@ enum fmu_status fmu_get_indicators(struct fmu_instance *instance, double *indica
     return FMU_OK;
 }
 
-/* What an event has left of its value beyond zero, on the side that it has come back from, counts as zero:
- * its value leaves zero there and does not cross it. */
-static void place_zeros(struct fmu_instance *instance) {
+/* Rounding of the value of event i, from its terms. That of a contact which does not move is 0. */
+static double noise_of(const struct fmu_instance *instance, int i) {
+    const struct refdyn_model *model = instance->work.model;
     const struct refdyn_state_events *events = &instance->integrator.motion->state_events;
+    const int contact = refdyn_contact_of(&events->contacts, i);
+    const double *sizes =
+        events->terms + events->count * (1 + 2 * model->n) + model->event_count + model->change_count;
+    return contact < 0 || events->contacts.mode[contact] == REFDYN_CONTACT_FREE ? value_digits * sizes[i] : 0;
+}
+
+/* What an event has left of its value beyond zero, on the side that it has come back from, counts as zero:
+ * its value leaves zero there and does not cross it. Importers lose indicators that begin at zero: those of
+ * events that have just happened begin beyond rounding. */
+static void place_zeros(struct fmu_instance *instance) {
+    const struct refdyn_motion *motion = instance->integrator.motion;
+    const struct refdyn_state_events *events = &motion->state_events;
     double *values = instance->scratch;
     memset(instance->zeros, 0, (size_t)fmu_count_indicators(instance->work.model) * sizeof *values);
     fmu_find_indicators(instance, instance->integrator.q, values);
-    for (int i = 0; i < events->named; i++)
-        if (events->side[i] * values[i] < 0)
-            instance->zeros[i] = values[i];
+    for (int i = 0; i < events->named; i++) {
+        const double noise = instance->left_at[i] == motion->step.t_begin ? noise_of(instance, i) : 0;
+        if (events->side[i] * values[i] < noise)
+            instance->zeros[i] = values[i] - events->side[i] * noise;
+    }
 }
 
 /* ---- Time events ---- */
@@ -96,8 +114,17 @@ static void place_time(struct fmu_instance *instance) {
 
 /* ---- Events of the state ---- */
 
+/* The contact of event i that rests, whose value is its force; -1: there is none. */
+static int resting_contact(const struct refdyn_state_events *events, int i) {
+    const int contact = refdyn_contact_of(&events->contacts, i);
+    return contact >= 0 && events->contacts.mode[contact] == REFDYN_CONTACT_RESTING ? contact : -1;
+}
+
 /* The rate of value i, from the terms. */
 static double rate_of(const struct refdyn_state_events *events, const struct refdyn_step *step, int i) {
+    const int contact = resting_contact(events, i);
+    if (contact >= 0)
+        return events->contacts.force_rates[contact];
     const double *by_qd = refdyn_state_events_by_qd(events, step->n, i);
     double rate = events->terms[i];
     for (int j = 0; j < step->n; j++)
@@ -119,30 +146,99 @@ static int has_crossed(const struct fmu_instance *instance, int i) {
     return !(rate > 0 && -value <= 2 * fabs(instance->zeros[i]));
 }
 
-/* The events that have happened are due; kinks and the others are on the side where their values are. */
-static void find_due(struct fmu_instance *instance) {
+/* How far value i has risen above zero since it happened last: a quarter of the time times its rate after
+ * that, from where it stood. Importers need not show states between. */
+static double risen_since(const struct fmu_instance *instance, int i, double t) {
+    const double apart = t - instance->left_at[i];
+    return isfinite(apart) ? fmax(instance->left_rate[i] * apart / 4 - fabs(instance->zeros[i]), 0)
+                           : INFINITY;
+}
+
+/* For how long the gap of a contact that is due may have been negative: at most the importer's last step,
+ * unless it was so before. A gap that closes from rest falls by half its rate times the time. */
+static double lateness(const struct fmu_instance *instance, int i) {
+    const struct refdyn_motion *motion = instance->integrator.motion;
+    const struct refdyn_state_events *events = &motion->state_events;
+    const double value = events->values[i], rate = rate_of(events, &motion->step, i);
+    const double most = instance->zeros[i] < 0 ? INFINITY : fmax(motion->step.t_begin - instance->t_seen, 0);
+    if (refdyn_contact_of(&events->contacts, i) < 0 || resting_contact(events, i) >= 0 || !(value < 0))
+        return 0;
+    return rate < 0 ? fmin(2 * value / rate, most) : 0;
+}
+
+static void add_due(struct fmu_instance *instance, int i) {
+    const double t = instance->integrator.motion->step.t_begin;
+    struct refdyn_state_events *events = &instance->integrator.motion->state_events;
+    events->towards[i] = -events->side[i];
+    events->risen[i] = risen_since(instance, i, t);
+    events->contacts.late = fmax(events->contacts.late, lateness(instance, i));
+    events->due[events->due_count++] = i;
+    instance->left_at[i] = t;
+}
+
+/* Did event i leave its value beyond zero, from where it has not come back? Its impacts do not keep a body
+ * out. */
+static int does_not_hold(const struct fmu_instance *instance, int i) {
+    const struct refdyn_state_events *events = &instance->integrator.motion->state_events;
+    return events->risen[i] == 0 && refdyn_contact_of(&events->contacts, i) < 0 &&
+           fabs(instance->zeros[i]) > 2 * noise_of(instance, i);
+}
+
+static void note_due(struct fmu_instance *instance) {
     struct refdyn_motion *motion = instance->integrator.motion;
     struct refdyn_state_events *events = &motion->state_events;
+    int holds = 1;
+    for (int k = 0; k < events->due_named; k++)
+        holds &= !does_not_hold(instance, events->due[k]);
+    refdyn_state_events_note_due(events, &motion->step, motion->step.t_begin);
+    if (!holds)
+        events->repeats = INT_MAX / 2;
+}
+
+/* What importers have left of gaps that are negative. */
+static void note_inside(struct fmu_instance *instance) {
+    struct refdyn_contacts *contacts = &instance->integrator.motion->state_events.contacts;
+    contacts->late = 0;
+    for (int k = 0; k < contacts->count; k++)
+        contacts->inside[k] =
+            contacts->mode[k] == REFDYN_CONTACT_FREE ? fabs(instance->zeros[contacts->event[k]]) : 0;
+}
+
+/* The events that have happened are due; kinks and the others are on the side where their values are. Those
+ * of contacts stay above zero. */
+static void find_due(struct fmu_instance *instance) {
+    const struct refdyn_motion *motion = instance->integrator.motion;
+    struct refdyn_state_events *events = &instance->integrator.motion->state_events;
     const struct refdyn_step *step = &motion->step;
     events->due_count = events->due_named = events->is_told = events->looks_again = 0;
+    note_inside(instance);
     if (events->count == 0)
         return;
     refdyn_state_events_evaluate(events, step, step->t_begin, step->state);
     for (int i = 0; i < events->count; i++) {
         const int now = (events->values[i] > 0) - (events->values[i] < 0);
-        if (i < events->named && has_crossed(instance, i)) {
-            events->towards[i] = -events->side[i];
-            events->due[events->due_count++] = i;
-        } else if (now != 0 && (i >= events->named || instance->zeros[i] == 0 ||
-                                fabs(events->values[i]) > 2 * fabs(instance->zeros[i])))
+        if (i < events->named && has_crossed(instance, i))
+            add_due(instance, i);
+        else if (now != 0 && refdyn_contact_of(&events->contacts, i) < 0 &&
+                 (i >= events->named || instance->zeros[i] == 0 ||
+                  fabs(events->values[i]) > 2 * fabs(instance->zeros[i])))
             events->side[i] = now;
     }
     events->due_named = events->due_count;
-    if (events->due_named > 0) {
-        const double apart = fabs(step->t_begin - events->t_last);
-        events->repeats = apart <= slack(step->t_begin) ? events->repeats + 1 : 0;
-        events->t_last = step->t_begin;
-    }
+    note_due(instance);
+}
+
+/* The rates with which the values of events that have happened now leave zero. */
+static void note_rates(struct fmu_instance *instance) {
+    const struct refdyn_motion *motion = instance->integrator.motion;
+    struct refdyn_state_events *events = &instance->integrator.motion->state_events;
+    const struct refdyn_step *step = &motion->step;
+    if (events->named == 0)
+        return;
+    refdyn_state_events_evaluate(events, step, step->t_begin, step->state);
+    for (int i = 0; i < events->named; i++)
+        if (instance->left_at[i] == step->t_begin)
+            instance->left_rate[i] = events->side[i] * rate_of(events, step, i);
 }
 
 static int one_ends(const struct refdyn_motion *motion) {
@@ -162,6 +258,23 @@ static int take_due(struct refdyn_motion *motion, int *ends) {
             status = refdyn_event_actions_take(motion);
     } while (!status && !*ends && motion->state_events.due_named > 0);
     return status;
+}
+
+/* The importer's errors leave gaps where contacts come to rest: these close. */
+static int close_gaps(struct refdyn_motion *motion) {
+    struct refdyn_step *step = &motion->step;
+    double *q = step->state, *qd = q + step->n;
+    if (motion->state_events.contacts.resting == 0)
+        return REFDYN_OK;
+    const int status = refdyn_equations(motion->work, step->t_begin, q, qd);
+    return status ? status : refdyn_project_evaluated(motion->work, step->t_begin, q, qd);
+}
+
+static enum fmu_status fail_at_events(struct fmu_instance *instance, int status) {
+    const struct refdyn_state_events *events = &instance->integrator.motion->state_events;
+    instance->integrator.event = events->due;
+    instance->integrator.event_count = events->due_named;
+    return fmu_tell_failure(instance, status);
 }
 
 /* The integrator stands at the present state, right of a time event. At the start it does so already, until
@@ -184,21 +297,46 @@ enum fmu_status fmu_update_events(struct fmu_instance *instance, struct fmu_even
     *update = (struct fmu_event_update){.t_next = INFINITY};
     place_time(instance);
     int status = place_integrator(instance);
-    refdyn_parameters_enter(&motion->parameters, &instance->work);
     if (!status && !instance->has_events_due)
-        find_due(instance);
+        find_due(
+            instance); /* without the gains that stabilise rows: forces of contacts are those of indicators */
+    refdyn_parameters_enter(&motion->parameters, &instance->work);
     if (!status)
         status = take_due(motion, &update->ends);
+    if (!status && !update->ends)
+        status = close_gaps(motion);
     refdyn_parameters_leave(&motion->parameters, &instance->work);
     if (status)
-        return fmu_tell_failure(instance, status);
+        return fail_at_events(instance, status);
+    note_rates(instance);
     update->changes_states = memcmp(integrator->q, motion->step.state, size) != 0;
     memcpy(integrator->q, motion->step.state, size);
     instance->has_events_due = instance->has_new_values = 0;
     place_time(instance);
     update->t_next = instance->t_next;
     integrator->t_right = fmax(integrator->t, instance->t_from);
+    instance->t_seen = integrator->t;
     place_zeros(instance);
+    fmu_tell_contacts(instance);
     fmu_invalidate(instance);
     return FMU_OK;
+}
+
+/* Has event i crossed zero, where the importer has not seen it? */
+static int has_been_passed(const struct fmu_instance *instance, const double *values, int i) {
+    const int direction = instance->work.model->events[i].direction;
+    const int side = instance->integrator.motion->state_events.side[i];
+    return (direction == 0 || direction == -side) && side * (values[i] - instance->zeros[i]) < 0;
+}
+
+int fmu_complete_step(struct fmu_instance *instance) {
+    int has_passed = 0;
+    if (fmu_evaluate(instance) != FMU_OK)
+        return 0;
+    fmu_find_indicators(instance, instance->integrator.q, instance->scratch);
+    for (int i = 0; i < instance->work.model->event_count; i++)
+        has_passed |= has_been_passed(instance, instance->scratch, i);
+    if (!has_passed)
+        instance->t_seen = instance->integrator.t;
+    return has_passed;
 }

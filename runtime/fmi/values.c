@@ -113,6 +113,11 @@ static double indicator_value(struct fmu_instance *instance, int index) {
     return instance->scratch[index] - instance->zeros[index];
 }
 
+static double contact_force(struct fmu_instance *instance, int contact) {
+    refdyn_integrator_contact_forces(&instance->integrator, instance->scratch);
+    return instance->scratch[contact];
+}
+
 static double value_of(struct fmu_instance *instance, struct fmu_variable variable) {
     const struct refdyn_integrator *integrator = &instance->integrator;
     const struct refdyn_workspace *work = &instance->work;
@@ -150,6 +155,10 @@ static double value_of(struct fmu_instance *instance, struct fmu_variable variab
         return angular_value(instance, i, variable.kind == FMU_ANGULAR_ACCELERATION);
     case FMU_INDICATOR:
         return indicator_value(instance, i);
+    case FMU_CONTACT_FORCE:
+        return contact_force(instance, i);
+    case FMU_CONTACT_SINCE:
+        return integrator->contact_mode[i] == REFDYN_CONTACT_FREE ? 0 : integrator->contact_since[i];
     case FMU_INPUT:
     case FMU_PARAMETER:
     case FMU_KIND_COUNT:
@@ -207,7 +216,10 @@ static int place_among_anchored(const struct refdyn_model *model, int parameter)
 
 static enum fmu_status set_parameter(struct fmu_instance *instance, int place, double value) {
     const struct refdyn_model *model = instance->work.model;
-    const int anchored = place_among_anchored(model, place);
+    const int anchored = place_among_anchored(model, place), contact = fmu_contact_of_parameter(model, place);
+    if (contact >= 0)
+        return fmu_tell(instance, FMU_ERROR, "%s cannot be set: the contact sets it",
+                        model->parameters[place].name);
     const int is_fixed = anchored >= 0 || fmu_is_set_by_events(model, REFDYN_CHANGED_PARAMETER, place);
     if (!fmu_allows(instance, is_fixed ? BEFORE_START : AT_REST, "setting this parameter"))
         return FMU_ERROR;

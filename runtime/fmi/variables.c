@@ -3,6 +3,12 @@
 
 #include <stddef.h>
 
+#include "base/model_check.h"
+
+int fmu_count_contacts(const struct refdyn_model *model) {
+    return model->m - refdyn_programme_rows(model);
+}
+
 int fmu_count_indicators(const struct refdyn_model *model) {
     return model->event_count + model->kink_count + model->switch_count;
 }
@@ -39,6 +45,9 @@ int fmu_count_variables(const struct refdyn_model *model, const struct refdyn_sp
         return angular;
     case FMU_PARAMETER:
         return model->parameter_count;
+    case FMU_CONTACT_FORCE:
+    case FMU_CONTACT_SINCE:
+        return fmu_count_contacts(model);
     case FMU_INDICATOR:
         return fmu_count_indicators(model);
     case FMU_KIND_COUNT:
@@ -83,4 +92,11 @@ int fmu_is_set_by_events(const struct refdyn_model *model, enum refdyn_changed w
         if (model->changes[i].what == what && model->changes[i].place == place)
             return 1;
     return 0;
+}
+
+int fmu_contact_of_parameter(const struct refdyn_model *model, int place) {
+    for (int i = 0; i < model->event_count; i++)
+        if (model->events[i].contact > 0 && refdyn_contact_mode_place(model, i) == place)
+            return model->events[i].contact - 1 - refdyn_programme_rows(model);
+    return -1;
 }

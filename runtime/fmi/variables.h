@@ -29,7 +29,9 @@ enum fmu_kind {
     FMU_ANGULAR_VELOCITY,     /* (points of spatial x 3) */
     FMU_ANGULAR_ACCELERATION, /* (points of spatial x 3) */
     FMU_PARAMETER,
-    FMU_INDICATOR, /* event indicators: variables of FMI 3.0 alone */
+    FMU_CONTACT_FORCE, /* (contacts) 0 while the contact does not rest */
+    FMU_CONTACT_SINCE, /* (contacts) when it came to rest; 0 while it is free */
+    FMU_INDICATOR,     /* event indicators: variables of FMI 3.0 alone */
     FMU_KIND_COUNT
 };
 
@@ -38,6 +40,8 @@ struct fmu_variable {
     int index;
 };
 
+/* One-sided contacts; their rows are the last ones. */
+int fmu_count_contacts(const struct refdyn_model *model);
 /* Values that cross zero where something happens: events, kinks, and what changes sign at kinks in time. */
 int fmu_count_indicators(const struct refdyn_model *model);
 /* How many variables of a kind there are. spatial may be NULL. */
@@ -51,5 +55,7 @@ struct fmu_variable fmu_find_variable(const struct refdyn_model *model, const st
                                       unsigned reference);
 /* Is the input (or parameter) set by an event of the model, and not from outside? */
 int fmu_is_set_by_events(const struct refdyn_model *model, enum refdyn_changed what, int place);
+/* The contact whose mode the parameter is, by its place among the contacts; -1: it is none. */
+int fmu_contact_of_parameter(const struct refdyn_model *model, int place);
 
 #endif

@@ -254,8 +254,8 @@ static int hardly_rebounds(const struct refdyn_contacts *contacts, int k, double
     const double rate = contacts->rate[k], pull = -acceleration_of(contacts, k);
     const double most = fmax(rebound_part * contacts->tolerance * contacts->scale[k], contacts->rounding[k]);
     const double loss = 1 - contacts->restitution[k];
-    if (!contacts->is_closed[k] || contacts->is_at_rest[k] || !(pull > contacts->bias_rounding[k]) ||
-        !(rate * rate <= 2 * pull * most))
+    const int is_low = rate * rate <= 2 * pull * most || rate <= pull * contacts->late;
+    if (!contacts->is_closed[k] || contacts->is_at_rest[k] || !(pull > contacts->bias_rounding[k]) || !is_low)
         return 0;
     *T = loss > 0 ? 2 * rate / (pull * loss) : 0;
     return 1;
@@ -406,11 +406,17 @@ static int take_modes(struct refdyn_motion *motion) {
 
 /* ---- Transitions ---- */
 
+/* By how far the gap of contact k may be off because the time of its closing is. */
+static double moved_by(const struct refdyn_motion *motion, int k) {
+    const struct refdyn_contacts *contacts = &motion->state_events.contacts;
+    return fabs(contacts->rate[k]) * fmax(refdyn_state_events_blur(motion->step.t_begin), contacts->late);
+}
+
 /* Is contact k closed at the begin of the step? It is where it is due, and where its gap is 0 but for
  * rounding. */
 static int is_closed(const struct refdyn_motion *motion, int k) {
     const struct refdyn_contacts *contacts = &motion->state_events.contacts;
-    const double moved = fabs(contacts->rate[k]) * refdyn_state_events_blur(motion->step.t_begin);
+    const double moved = moved_by(motion, k);
     if (contacts->mode[k] == REFDYN_CONTACT_RESTING ||
         refdyn_state_events_is_due(&motion->state_events, contacts->event[k]))
         return 1;
@@ -423,8 +429,7 @@ static int is_closed(const struct refdyn_motion *motion, int k) {
 static int find_inside(struct refdyn_motion *motion) {
     const struct refdyn_contacts *contacts = &motion->state_events.contacts;
     for (int k = 0; k < contacts->count; k++) {
-        const double moved = fabs(contacts->rate[k]) * refdyn_state_events_blur(motion->step.t_begin);
-        if (contacts->gap[k] >= -2 * fmax(contacts->reach[k], moved))
+        if (contacts->gap[k] >= -2 * fmax(fmax(contacts->reach[k], contacts->inside[k]), moved_by(motion, k)))
             continue;
         motion->work->fault = (struct refdyn_fault){.row = contacts->first_row + k, .coordinate = -1};
         return REFDYN_CONTACT_INSIDE;

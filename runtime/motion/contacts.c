@@ -30,6 +30,7 @@ void refdyn_contacts_lay_out(struct refdyn_contacts *contacts, const struct refd
     contacts->mode = layout_ints(layout, count);
     contacts->since = layout_doubles(layout, count);
     contacts->reach = layout_doubles(layout, count);
+    contacts->inside = layout_doubles(layout, count);
     contacts->rates = layout_doubles(layout, count > 0 ? 2 * n + 1 + m : 0);
     contacts->state = layout_doubles(layout, count > 0 ? 2 * n + 1 : 0);
     contacts->force_rates = layout_doubles(layout, count);
@@ -52,7 +53,7 @@ void refdyn_contacts_clear(struct refdyn_contacts *contacts, struct refdyn_works
     const struct refdyn_model *model = work->model;
     contacts->resting = 0;
     contacts->are_unique = 1;
-    contacts->longest = 0;
+    contacts->longest = contacts->late = 0;
     contacts->tolerance = tolerance;
     for (int i = 0; i < model->event_count; i++)
         if (model->events[i].contact > 0)
@@ -60,6 +61,7 @@ void refdyn_contacts_clear(struct refdyn_contacts *contacts, struct refdyn_works
     for (int k = 0; k < contacts->count; k++) {
         contacts->mode[k] = REFDYN_CONTACT_FREE;
         contacts->since[k] = NAN;
+        contacts->inside[k] = 0;
         work->p[refdyn_contact_mode_place(model, contacts->event[k])] = 0;
     }
     if (contacts->count > 0)

@@ -24,6 +24,10 @@ struct refdyn_contacts {
     int are_unique; /* forces follow from the motion: no contact depends on others that rest */
     double tolerance; /* of positions [rad, or options.length] */
     double longest;   /* step so far, 0: none [s] */
+    double *inside;   /* (count) what a gap may be negative by since an importer passed its closing; 0: it did
+                         not */
+    double
+        late; /* how far beyond a contact's closing an importer may have stopped [s]; 0: motions locate it */
 
     double *rates;                        /* (2 n + 1 + m) of a state */
     double *state;                        /* (2 n + 1) */

@@ -184,7 +184,8 @@ static int one_has_risen(const struct refdyn_state_events *events, const struct 
 
 /* There are such, at t: the state is that of the step's begin or of its end. Where impacts of a body follow
  * each other within the rounding of its distance, they go on for ever. */
-static void note_due(struct refdyn_state_events *events, const struct refdyn_step *step, double t) {
+void refdyn_state_events_note_due(struct refdyn_state_events *events, const struct refdyn_step *step,
+                                  double t) {
     const int is_end = t == step->t_end;
     if (events->due_named == 0)
         return;
@@ -254,7 +255,7 @@ int refdyn_state_events_start(struct refdyn_state_events *events, const struct r
         else
             start_on_zero(events, step, i, &found);
     }
-    note_due(events, step, step->t_begin);
+    refdyn_state_events_note_due(events, step, step->t_begin);
     return REFDYN_OK;
 }
 
@@ -273,7 +274,7 @@ static void look_for_jumps(struct refdyn_state_events *events, const struct refd
     for (int i = 0; i < events->count; i++)
         if (fabs(events->values[i]) > assess(events, step, i, step->t_begin, step->state, step->rates).noise)
             jump(events, step, i, events->values[i]);
-    note_due(events, step, step->t_begin);
+    refdyn_state_events_note_due(events, step, step->t_begin);
 }
 
 /* A value that has crossed zero before the step and is still beyond it, by rounding or by the error of the
@@ -366,7 +367,7 @@ void refdyn_state_events_settle(struct refdyn_state_events *events, const struct
         else if (fabs(value) > now.noise)
             jump(events, step, i, value);
     }
-    note_due(events, step, step->t_begin);
+    refdyn_state_events_note_due(events, step, step->t_begin);
 }
 
 /* So far from zero rounding does not matter to which side of kink i a state belongs. */
@@ -676,7 +677,7 @@ static void end_on_zero(struct refdyn_state_events *events, struct refdyn_step *
         if (has_crossed || is_about_to || i == events->target)
             add_due(events, i);
     }
-    note_due(events, step, step->t_end);
+    refdyn_state_events_note_due(events, step, step->t_end);
 }
 
 /* No step leads away from zero. */
@@ -686,7 +687,7 @@ static void stay_on_zero(struct refdyn_state_events *events, struct refdyn_step 
     events->side[target] = -events->towards[target];
     add_due(events, target);
     refdyn_step_give_up(step);
-    note_due(events, step, step->t_begin);
+    refdyn_state_events_note_due(events, step, step->t_begin);
     *t_event = step->t_begin;
 }
 

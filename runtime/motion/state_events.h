@@ -76,6 +76,10 @@ int refdyn_state_events_values(struct refdyn_state_events *events, const struct 
                                const double *state, double *values);
 void refdyn_state_events_evaluate(struct refdyn_state_events *events, const struct refdyn_step *step,
                                   double t, const double *state);
+/* What is due has happened at t, the begin of the step or its end. `values` and `terms` are those of that
+ * state, `risen` is up to date. */
+void refdyn_state_events_note_due(struct refdyn_state_events *events, const struct refdyn_step *step,
+                                  double t);
 int refdyn_state_events_is_due(const struct refdyn_state_events *events, int i);
 /* A step was taken: its end lies before kinks of positions that it passes by rounding alone, so that rows
  * which turn there are still those of its begin. */

@@ -19,6 +19,7 @@
 #include <string.h>
 
 #include "linear/dense.h"
+#include "statics/carrying.h"
 #include "statics/downhill.h"
 #include "statics/limit_points.h"
 #include "statics/stability.h"
@@ -37,9 +38,11 @@ static size_t lay_out(struct statics *statics, const struct refdyn_model *model,
     refdyn_balance_lay_out(&statics->balance, model, &layout);
     statics->step = layout_doubles(&layout, model->n);
     statics->step_next = layout_doubles(&layout, model->n);
+    statics->q_begin = layout_doubles(&layout, model->n);
     statics->q_start = layout_doubles(&layout, model->n);
     statics->force = layout_doubles(&layout, model->n);
     refdyn_limit_points_lay_out(statics, model, &layout);
+    refdyn_carrying_lay_out(&statics->carrying, model, &layout);
     return layout.used;
 }
 
@@ -235,6 +238,22 @@ static int solve(struct statics *statics, double *q, double *hold_force) {
     return status;
 }
 
+/* The same with contacts, for one set of those that carry after the other. */
+static int solve_on_contacts(struct statics *statics, double *q, double *hold_force) {
+    const size_t bytes = (size_t)statics->balance.n * sizeof *q;
+    double *begin = statics->q_begin;
+    int status;
+    memcpy(begin, q, bytes);
+    do {
+        statics->balance.rank = statics->balance.rank_most = 0;
+        memset(statics->balance.size, 0, (size_t)statics->balance.work->model->m * sizeof(double));
+        *statics->result = (struct refdyn_statics_result){.is_followed = 1, .unstable_coordinate = -1};
+        status = solve(statics, q, hold_force);
+    } while (refdyn_carrying_next(statics, begin, q, &status));
+    refdyn_carrying_report(statics, q, status);
+    return status;
+}
+
 static int has_functions(const struct refdyn_model *model, int row_count) {
     return model->Q && (row_count > 0 ? refdyn_has_tangent(model) : model->Q_q != NULL);
 }
@@ -262,5 +281,6 @@ int refdyn_statics(struct refdyn_workspace *work, const struct refdyn_statics_op
     balance->rows = options->rows;
     balance->row_count = options->row_count;
     list_free(balance, held, held_count, options->length);
-    return solve(&statics, q, hold_force);
+    return refdyn_carrying_begin(&statics) ? solve_on_contacts(&statics, q, hold_force)
+                                           : solve(&statics, q, hold_force);
 }

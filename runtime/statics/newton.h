@@ -10,6 +10,7 @@
 #ifndef REFDYN_NEWTON_H
 #define REFDYN_NEWTON_H
 
+#include "constraints/one_sided.h"
 #include "statics/balance.h"
 
 /* Room of limit_points.c and downhill.c. */
@@ -20,8 +21,32 @@ struct path_room {
     int *order;                      /* (n + 1) */
 };
 
+/* Which contacts carry, and room to find them: carrying.c. */
+struct carrying {
+    int first_row;      /* of contacts */
+    int programme;      /* rows that hold in any case, */
+    int *rows;          /* (m) the first ones; those of contacts that carry follow */
+    int *has_part;      /* (contacts) the options list its row */
+    int *carries;       /* (contacts) */
+    int mends;          /* changes of the set so far */
+    int is_let_down;    /* the set has been guessed */
+    int is_shared;      /* closed contacts without a force have been asked to share the load, */
+    int *joins;         /* (contacts) and these do */
+    double *lambda;     /* (m) of the options' rows */
+    double *gap;        /* (contacts) */
+    double *q;          /* (n) on the way down */
+    double *stiffness;  /* (n x n) dQ/dq there */
+    double size;        /* largest of stiffnesses and forces */
+    double *factor;     /* (count x count) of K + mu D */
+    double *held;       /* (m x count) directions of the rows that hold in any case */
+    double *along;      /* (count) the way to these rows */
+    double *d, *d_last; /* (count) steps */
+    struct refdyn_one_sided problem;
+};
+
 struct statics {
     struct balance balance;
+    struct carrying carrying;
     const struct refdyn_statics_options *options;
     struct refdyn_statics_result *result;
     int is_first;      /* the next Newton step is the first of its load */
@@ -29,6 +54,7 @@ struct statics {
     double *step;      /* (count) Newton correction of the coordinates not held */
     double *step_next; /* (count) the one that follows it */
     double *q_start;   /* (n) */
+    double *q_begin;   /* (n) with contacts: before any set of them was tried */
     double *force;     /* (n) Q + u^T lambda at the end */
     struct path_room path;
 };

@@ -42,8 +42,17 @@ static const struct role roles[FMU_KIND_COUNT] = {
     [FMU_ANGULAR_ACCELERATION] = {AS_LOCAL, IS_CONTINUOUS, INITIAL_CALCULATED, "point_",
                                   "angular acceleration at a point"},
     [FMU_PARAMETER] = {AS_PARAMETER, IS_TUNABLE, INITIAL_EXACT, "parameter_", "parameter"},
+    [FMU_CONTACT_FORCE] = {AS_OUTPUT, IS_CONTINUOUS, INITIAL_CALCULATED, "contact_",
+                           "force [N, N m where the gap is an angle] of contact "},
+    [FMU_CONTACT_SINCE] = {AS_LOCAL, IS_CONTINUOUS, INITIAL_CALCULATED, "contact_",
+                           "end of all rebounds, 0 while it is free: contact "},
     [FMU_INDICATOR] = {AS_LOCAL, IS_CONTINUOUS, INITIAL_CALCULATED, "indicator_", "event indicator"},
 };
+
+/* The row of contact i. */
+static const char *contact_name(const struct refdyn_model *model, int i) {
+    return model->rows[model->m - fmu_count_contacts(model) + i].name;
+}
 
 /* ---- Names ---- */
 
@@ -51,7 +60,7 @@ static const struct role roles[FMU_KIND_COUNT] = {
 struct columns {
     struct table table;
     const struct refdyn_model *model;
-    int points, residuals, angular, courses, accelerations, inputs, forces; /* where each begins */
+    int points, residuals, angular, courses, accelerations, inputs, forces, contacts; /* where each begins */
 };
 
 static int count_rows(const struct refdyn_model *model, enum fmu_kind kind, int rows) {
@@ -75,6 +84,7 @@ static void find_columns(struct columns *columns, struct scene *scene) {
     columns->courses = columns->inputs + model->input_count;
     columns->accelerations = columns->courses + model->course_count;
     columns->angular = columns->accelerations + model->n;
+    columns->contacts = columns->angular + (scene->compiled.spatial ? 6 * scene->compiled.spatial->count : 0);
 }
 
 /* Nine columns a point: those of r, rd and rdd. */
@@ -107,6 +117,9 @@ static int column_of(const struct columns *columns, struct fmu_variable variable
         return columns->inputs + i;
     case FMU_COURSE:
         return columns->courses + i;
+    case FMU_CONTACT_FORCE:
+    case FMU_CONTACT_SINCE:
+        return columns->contacts + 2 * i + (variable.kind == FMU_CONTACT_SINCE);
     case FMU_ANGULAR_VELOCITY:
     case FMU_ANGULAR_ACCELERATION:
         return columns->angular + 6 * (i / 3) + 3 * (variable.kind == FMU_ANGULAR_ACCELERATION) + i % 3;
@@ -175,12 +188,19 @@ static void set_role(struct catalogue_entry *entry, const struct scene *scene) {
     entry->about = role->about;
     if (entry->variable.kind == FMU_MULTIPLIER)
         entry->about = text_format("%s%s", role->about, model->rows[i].name);
+    if (entry->variable.kind == FMU_CONTACT_FORCE || entry->variable.kind == FMU_CONTACT_SINCE)
+        entry->about = text_format("%s%s", role->about, contact_name(model, i));
     if (is_state && model->m > 0) /* it is moved onto the rows */
         entry->initial = INITIAL_APPROXIMATE;
     if (is_set_by_events(model, entry->variable)) {
         entry->causality = AS_LOCAL;
         entry->variability = IS_DISCRETE;
         entry->about = "set by events of the model";
+    }
+    const int contact = entry->variable.kind == FMU_PARAMETER ? fmu_contact_of_parameter(model, i) : -1;
+    if (contact >= 0) {
+        entry->initial = INITIAL_CALCULATED;
+        entry->about = text_format("1 while contact %s rests", contact_name(model, contact));
     }
 }
 

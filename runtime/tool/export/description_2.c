@@ -85,7 +85,8 @@ void description_put_2(FILE *out, const struct fmu *fmu) {
     put_attribute(out, "generationTool", "refdyn " REFDYN_VERSION);
     fprintf(out, " variableNamingConvention=\"flat\" numberOfEventIndicators=\"%d\">\n",
             fmu_count_indicators(fmu->scene->model));
-    put_type(out, fmu, "ModelExchange", " completedIntegratorStepNotNeeded=\"true\"");
+    put_type(out, fmu, "ModelExchange",
+             fmu->scene->model->event_count > 0 ? "" : " completedIntegratorStepNotNeeded=\"true\"");
     put_type(out, fmu, "CoSimulation", " canHandleVariableCommunicationStepSize=\"true\"");
     description_put_units(out, fmu);
     description_put_categories(out);

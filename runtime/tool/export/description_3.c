@@ -68,7 +68,8 @@ void description_put_3(FILE *out, const struct fmu *fmu) {
     put_attribute(out, "instantiationToken", fmu->token);
     put_attribute(out, "generationTool", "refdyn " REFDYN_VERSION);
     fputs(" variableNamingConvention=\"flat\">\n", out);
-    put_type(out, fmu, "ModelExchange", "");
+    put_type(out, fmu, "ModelExchange",
+             fmu->scene->model->event_count > 0 ? " needsCompletedIntegratorStep=\"true\"" : "");
     put_type(out, fmu, "CoSimulation", " canHandleVariableCommunicationStepSize=\"true\"");
     description_put_units(out, fmu);
     description_put_categories(out);

@@ -14,18 +14,42 @@ static void print_notes(const struct scene *scene, const struct equilibrium *equ
               "refdyn modes tells "
               "whether oscillations grow\n",
               stderr);
+    if (result->is_indeterminate)
+        fputs("refdyn: the forces of the contacts are not unique, the least ones are reported\n", stderr);
     print_rows_without_part(scene, &equilibrium->options);
 }
 
-static void put_rows(struct document *document, const struct refdyn_model *model,
+/* Of the contacts that have a part, from the `from`th row of the options on: gaps, and forces of those that
+ * carry. */
+static void put_contacts(struct document *document, const struct scene *scene,
+                         const struct equilibrium *equilibrium, int from) {
+    const struct refdyn_statics_options *options = &equilibrium->options;
+    const struct refdyn_statics_result *result = &equilibrium->result;
+    const int first = refdyn_programme_rows(scene->model);
+    put_open(document, "contacts", '[');
+    for (int i = from; i < options->row_count; i++) {
+        put_open(document, NULL, '{');
+        put_text(document, "name", scene->model->rows[options->rows[i]].name);
+        put_number(document, "gap", result->contact_gap[options->rows[i] - first]);
+        put_number(document, "force", result->lambda[i]);
+        put_close(document, '}');
+    }
+    put_close(document, ']');
+}
+
+static void put_rows(struct document *document, const struct scene *scene,
                      const struct equilibrium *equilibrium) {
     const struct refdyn_statics_options *options = &equilibrium->options;
+    const int first = refdyn_programme_rows(scene->model);
+    int count = 0;
     put_open(document, "rows", '[');
-    for (int i = 0; i < options->row_count; i++)
-        put_text(document, NULL, model->rows[options->rows[i]].name);
+    for (; count < options->row_count && options->rows[count] < first; count++)
+        put_text(document, NULL, scene->model->rows[options->rows[count]].name);
     put_close(document, ']');
-    put_array(document, "lambda", equilibrium->result.lambda, options->row_count);
+    put_array(document, "lambda", equilibrium->result.lambda, count);
     put_number(document, "phi", equilibrium->result.phi);
+    if (scene->model->m > first)
+        put_contacts(document, scene, equilibrium, count);
 }
 
 static void put_stability(struct document *document, const struct refdyn_statics_result *result) {
@@ -47,7 +71,7 @@ static void put_equilibrium(struct document *document, const struct scene *scene
             put_number(document, NULL, equilibrium->hold_force[i]);
     put_close(document, ']');
     put_number(document, "residual", equilibrium->result.residual);
-    put_rows(document, model, equilibrium);
+    put_rows(document, scene, equilibrium);
     put_stability(document, &equilibrium->result);
 }
 
