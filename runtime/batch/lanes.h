@@ -45,7 +45,7 @@ struct lanes {
     int has_tangent;
     struct lanes_linear linear[2]; /* the factors in use, and room for new ones */
     double *linear_room;
-    double factored_h[8]; /* by lane: step of the factors in use, 0: there are none [s] */
+    int has_factors[8];   /* by lane: those in use are of its last step or of an earlier one */
     long aligned[8];      /* by lane: programme.aligned of its directions in the metric of M */
 };
 

@@ -81,7 +81,7 @@ static void NAMED(take_by_rosenbrock)(struct NAMED(taking) * taking) {
             struct refdyn_motion *motion = taking->steps[lane].motion;
             motion->work->evaluations += table->stages - 1;
             refdyn_linear_count(&motion->linear, 1, 1, table->stages);
-            taking->lanes->factored_h[lane] = 0;
+            taking->lanes->has_factors[lane] = 0;
         }
 }
 
@@ -170,7 +170,7 @@ INLINE void NAMED(take_fresh)(struct lanes *lanes, const struct refdyn_collocati
     struct NAMED(linear) fresh = NAMED(linear_of)(lanes, 1), kept = NAMED(linear_of)(lanes, 0);
     int keeps = 0;
     for (int lane = 0; lane < LANES; lane++)
-        keeps |= !is_fresh[lane] && lanes->factored_h[lane] != 0;
+        keeps |= !is_fresh[lane] && lanes->has_factors[lane];
     if (!keeps) {
         const struct lanes_linear before = lanes->linear[0];
         lanes->linear[0] = lanes->linear[1];
@@ -209,7 +209,7 @@ static void NAMED(factor_anew)(struct NAMED(taking) * taking, const struct NAMED
     NAMED(take_fresh)(lanes, table, is_fresh);
     for (int lane = 0; lane < LANES; lane++)
         if (iterations[lane].waits) {
-            lanes->factored_h[lane] = taking->h[lane];
+            lanes->has_factors[lane] = 1;
             refdyn_linear_mark_factors(&taking->steps[lane].motion->linear, taking->steps[lane].motion->work,
                                        taking->h[lane]);
         }
@@ -268,7 +268,7 @@ static LANE NAMED(load_stages)(struct NAMED(taking) * taking, struct iteration *
         const struct refdyn_step *step = &motion->step;
         const struct refdyn_collocation_table *table = step->method->table;
         const double h = taking->h[lane];
-        is_kept[lane] = lanes->factored_h[lane] == h &&
+        is_kept[lane] = lanes->has_factors[lane] &&
                         refdyn_linear_has_factors(&motion->linear, motion->work, h) &&
                         memory_of(step)->contraction <= fast;
         begin_attempt(step, h);

@@ -39,6 +39,6 @@ int refdyn_lanes_align(struct lanes *lanes, struct lane_step *one, int lane) {
 }
 
 void refdyn_lanes_forget(struct lanes *lanes, int lane) {
-    lanes->factored_h[lane] = 0;
+    lanes->has_factors[lane] = 0;
     lanes->aligned[lane] = -1;
 }
