@@ -278,6 +278,22 @@ static LANE NAMED(load_stages)(struct NAMED(taking) * taking, struct iteration *
     return last_h;
 }
 
+/* How each iteration ended, and the motions whose step has an error that means something. */
+static void NAMED(conclude)(struct NAMED(taking) * taking, const struct iteration *iterations,
+                            const struct refdyn_step **motions) {
+    for (int lane = 0; lane < LANES; lane++) {
+        struct lane_step *one = &taking->steps[lane];
+        motions[lane] = NULL;
+        if (!one->motion)
+            continue;
+        memory_of(&one->motion->step)->contraction = iterations[lane].contraction;
+        if (!one->status)
+            one->status = isfinite(iterations[lane].last.correction) ? iterations[lane].status
+                                                                     : REFDYN_LEFT_TO_MOTION;
+        motions[lane] = one->status ? NULL : &one->motion->step;
+    }
+}
+
 static void NAMED(take_by_collocation)(struct NAMED(taking) * taking) {
     struct NAMED(linear) linear;
     struct iteration iterations[LANES];
@@ -294,7 +310,6 @@ static void NAMED(take_by_collocation)(struct NAMED(taking) * taking) {
     collocation.last_h = NAMED(load_stages)(taking, iterations, is_kept);
     for (int lane = 0; lane < LANES; lane++) {
         const struct refdyn_motion *motion = taking->steps[lane].motion;
-        motions[lane] = motion ? &motion->step : NULL;
         collocation.units = motion ? motion->step.units : collocation.units;
     }
     NAMED(guess)(&collocation, collocation.stages.now);
@@ -303,13 +318,6 @@ static void NAMED(take_by_collocation)(struct NAMED(taking) * taking) {
     if (taking->method->projects_by_matrix)
         NAMED(find_directions)(&linear);
     NAMED(finish)(&collocation);
+    NAMED(conclude)(taking, iterations, motions);
     NAMED(estimate_by_defect)(&collocation, motions);
-    for (int lane = 0; lane < LANES; lane++)
-        if (motions[lane]) {
-            memory_of(motions[lane])->contraction = iterations[lane].contraction;
-            if (!taking->steps[lane].status)
-                taking->steps[lane].status = isfinite(iterations[lane].last.correction)
-                                                 ? iterations[lane].status
-                                                 : REFDYN_LEFT_TO_MOTION;
-        }
 }
