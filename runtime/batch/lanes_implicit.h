@@ -288,8 +288,8 @@ static void NAMED(conclude)(struct NAMED(taking) * taking, const struct iteratio
             continue;
         memory_of(&one->motion->step)->contraction = iterations[lane].contraction;
         if (!one->status)
-            one->status = isfinite(iterations[lane].last.correction) ? iterations[lane].status
-                                                                     : REFDYN_LEFT_TO_MOTION;
+            one->status =
+                isfinite(iterations[lane].last.correction) ? iterations[lane].status : REFDYN_LEFT_TO_MOTION;
         motions[lane] = one->status ? NULL : &one->motion->step;
     }
 }

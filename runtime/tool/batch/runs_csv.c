@@ -27,7 +27,7 @@ void runs_csv_header(const struct runs_layout *layout, FILE *out) {
     fputs("case", out);
     for (int i = 0; i < layout->cases.width; i++)
         fprintf(out, ",%s%s", layout->cases.columns[i].name, start_suffix(&layout->cases.columns[i]));
-    fputs(",status", out);
+    fputs(",status,reason", out);
     for (int i = 0; i < layout->item_count; i++) {
         const struct kept_item *item = &layout->items[i];
         const bool is_norm = strcmp(item->group, "norms") == 0;
@@ -67,6 +67,7 @@ void runs_csv_row(const struct runs_layout *layout, const struct case_record *re
             print_field(value, out);
     }
     fprintf(out, ",%d", record->status);
+    print_text(record->reason, out);
     for (int k = 0; k < layout->width; k++)
         print_field(record->values[k], out);
     fputc('\n', out);
