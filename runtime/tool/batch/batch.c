@@ -144,11 +144,12 @@ static bool journal_take(void *context, const struct case_record *record) {
 static bool write_csv(struct results *results, const struct batch_setup *setup, struct batch_count *count) {
     FILE *out = results->runs->file;
     struct case_record record;
-    runs_csv_header(&setup->layout, out);
+    const bool has_reasons = results->journal.has_reasons;
+    runs_csv_header(&setup->layout, has_reasons, out);
     for (long number = setup->first; number < setup->end; number++) {
         if (!journal_get(&results->journal, number, &record))
             return false;
-        runs_csv_row(&setup->layout, &record, out);
+        runs_csv_row(&setup->layout, has_reasons, &record, out);
     }
     batch_time_passed(count);
     return true;

@@ -23,11 +23,11 @@ static const char *start_suffix(const struct varied *column) {
     return column->kind == VARIED_COORDINATE || column->kind == VARIED_RATE ? "_start" : "";
 }
 
-void runs_csv_header(const struct runs_layout *layout, FILE *out) {
+void runs_csv_header(const struct runs_layout *layout, bool has_reasons, FILE *out) {
     fputs("case", out);
     for (int i = 0; i < layout->cases.width; i++)
         fprintf(out, ",%s%s", layout->cases.columns[i].name, start_suffix(&layout->cases.columns[i]));
-    fputs(",status,reason", out);
+    fputs(",status", out);
     for (int i = 0; i < layout->item_count; i++) {
         const struct kept_item *item = &layout->items[i];
         const bool is_norm = strcmp(item->group, "norms") == 0;
@@ -37,7 +37,7 @@ void runs_csv_header(const struct runs_layout *layout, FILE *out) {
                     : is_norm          ? "_rms"
                                        : "");
     }
-    fputc('\n', out);
+    fputs(has_reasons ? ",reason\n" : "\n", out);
 }
 
 /* What a case does not have is empty. */
@@ -56,7 +56,8 @@ static void print_text(const char *text, FILE *out) {
     fputs(quote, out);
 }
 
-void runs_csv_row(const struct runs_layout *layout, const struct case_record *record, FILE *out) {
+void runs_csv_row(const struct runs_layout *layout, bool has_reasons, const struct case_record *record,
+                  FILE *out) {
     fprintf(out, "%ld", record->number);
     for (int i = 0; i < layout->cases.width; i++) {
         const struct varied *column = &layout->cases.columns[i];
@@ -67,8 +68,9 @@ void runs_csv_row(const struct runs_layout *layout, const struct case_record *re
             print_field(value, out);
     }
     fprintf(out, ",%d", record->status);
-    print_text(record->reason, out);
     for (int k = 0; k < layout->width; k++)
         print_field(record->values[k], out);
+    if (has_reasons)
+        print_text(record->reason, out);
     fputc('\n', out);
 }
