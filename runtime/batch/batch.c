@@ -64,10 +64,13 @@ static void share_time(struct thread *thread) {
 
 /* ---- On a thread ---- */
 
+static int has_cases(struct queue *queue) {
+    return !atomic_load_explicit(&queue->is_left, memory_order_relaxed) &&
+           atomic_load_explicit(&queue->next, memory_order_relaxed) < queue->count;
+}
+
 /* The next case that nobody has, -1: none. */
 static long next_case(struct queue *queue) {
-    if (atomic_load_explicit(&queue->is_left, memory_order_relaxed))
-        return -1;
     const long index = atomic_fetch_add_explicit(&queue->next, 1, memory_order_relaxed);
     return index < queue->count ? index : -1;
 }
@@ -102,9 +105,18 @@ static enum turn go_on(struct thread *thread, struct worker *worker) {
     return turn == TURN_HALTED ? go_alone(thread, worker, turn) : turn;
 }
 
+/* The first worker stands ready. Others take their memory when they get a case: where a motion goes on alone,
+ * they never do. A lane for which there is no memory rests. */
+static int is_ready(const struct thread *thread, struct worker *worker) {
+    const struct worker *first = thread->workers;
+    const int lane = (int)(worker - first);
+    return worker->memory || refdyn_worker_start(worker, first->batch, first->now.room + lane) == REFDYN_OK;
+}
+
 /* The time since the case before is that of a callback: no case has it. */
 static enum turn begin_next(struct thread *thread, struct worker *worker) {
-    const long index = next_case(thread->queue);
+    struct queue *queue = thread->queue;
+    const long index = has_cases(queue) && is_ready(thread, worker) ? next_case(queue) : -1;
     worker->is_busy = index >= 0;
     if (index < 0)
         return TURN_LEFT;
@@ -247,9 +259,7 @@ static int start_thread(struct thread *thread, int number, const struct refdyn_b
     thread->width = batch->lanes ? batch->lanes->width : 1;
     if (batch->lanes)
         status = refdyn_lanes_start(&thread->lanes, batch->lanes);
-    for (int i = 0; i < thread->width && !status; i++)
-        status = refdyn_worker_start(&thread->workers[i], batch, number * thread->width + i);
-    return status;
+    return status ? status : refdyn_worker_start(&thread->workers[0], batch, number * thread->width);
 }
 
 static void release_thread(struct thread *thread) {
