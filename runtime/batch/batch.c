@@ -2,8 +2,8 @@
  * The cases of a batch on several threads: see refdyn_batch.h.
  *
  * A counter that all threads count up is the queue. Each case has a workspace and an integrator of its own; a
- * thread computes as many cases at a time as there are lanes: each halts where it would take a step, then
- * these are taken together.
+ * thread computes as many cases at a time as there are lanes: each halts where it would take a step that
+ * lanes take, then these are taken together.
  */
 #define _POSIX_C_SOURCE 200809L
 #include "base/model_check.h"
@@ -15,6 +15,7 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 struct queue {
     long count;
@@ -29,35 +30,117 @@ struct thread {
     struct worker workers[LANES_MOST];
     struct lanes lanes; /* without them there is one worker */
     int width;
+    double clock; /* its processor time that has been shared [s] */
     pthread_t id;
     int is_running;
 };
 
+/* ---- Processor time ---- */
+
+static double seconds(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+/* Of the thread, since the last call. The clock takes a microsecond, as long as a short step: it is read
+ * where cases begin and end, and where one computes alone. */
+static double time_passed(struct thread *thread) {
+    const double now = seconds(), passed = now - thread->clock;
+    thread->clock = now;
+    return passed;
+}
+
+/* The cases of the lanes have computed side by side: equal shares. */
+static void share_time(struct thread *thread) {
+    int count = 0;
+    for (int i = 0; i < thread->width; i++)
+        count += thread->workers[i].is_busy;
+    const double share = time_passed(thread) / count;
+    for (int i = 0; i < thread->width; i++)
+        if (thread->workers[i].is_busy)
+            thread->workers[i].result.cpu_s += share;
+}
+
 /* ---- On a thread ---- */
+
+static int has_cases(struct queue *queue) {
+    return !atomic_load_explicit(&queue->is_left, memory_order_relaxed) &&
+           atomic_load_explicit(&queue->next, memory_order_relaxed) < queue->count;
+}
 
 /* The next case that nobody has, -1: none. */
 static long next_case(struct queue *queue) {
-    if (atomic_load_explicit(&queue->is_left, memory_order_relaxed))
-        return -1;
     const long index = atomic_fetch_add_explicit(&queue->next, 1, memory_order_relaxed);
     return index < queue->count ? index : -1;
 }
 
-/* Cases on this worker until one halts; 0: there is none any more. */
-static int bring_to_halt(struct thread *thread, struct worker *worker, int is_busy) {
-    struct queue *queue = thread->queue;
-    enum turn turn = is_busy ? refdyn_worker_go(worker, thread->width) : TURN_ENDED;
-    while (turn == TURN_ENDED) {
-        if (is_busy)
-            atomic_fetch_add_explicit(&queue->ended, 1, memory_order_relaxed);
-        const long index = next_case(queue);
-        if (index < 0)
-            return 0;
-        is_busy = 1;
-        turn = refdyn_worker_begin(worker, index, thread->width);
+static void judge(struct thread *thread, struct worker *worker, int taken) {
+    if (taken == REFDYN_LEFT_TO_MOTION)
+        refdyn_lanes_forget(&thread->lanes, worker->integrator.motion, (int)(worker - thread->workers));
+    refdyn_worker_judge(worker, taken);
+}
+
+/* Has it halted at a step that lanes take? */
+static int waits_for_lanes(const struct thread *thread, const struct worker *worker, enum turn turn) {
+    return turn == TURN_HALTED && refdyn_lanes_can_take(&thread->lanes, worker->integrator.motion);
+}
+
+/* What lanes lack, the motion takes itself: it goes on alone as long as that lasts, so that its numbers stay
+ * in the caches, and takes the time for itself. */
+static enum turn go_alone(struct thread *thread, struct worker *worker, enum turn turn) {
+    while (turn == TURN_HALTED && !waits_for_lanes(thread, worker, turn)) {
+        judge(thread, worker, REFDYN_LEFT_TO_MOTION);
+        turn = refdyn_worker_go(worker);
     }
-    if (turn == TURN_LEFT)
-        atomic_store_explicit(&queue->is_left, 1, memory_order_relaxed);
+    worker->result.cpu_s += time_passed(thread);
+    return turn;
+}
+
+static enum turn go_on(struct thread *thread, struct worker *worker) {
+    const enum turn turn = refdyn_worker_go(worker);
+    if (waits_for_lanes(thread, worker, turn))
+        return turn;
+    share_time(thread);
+    return turn == TURN_HALTED ? go_alone(thread, worker, turn) : turn;
+}
+
+/* The first worker stands ready. Others take their memory when they get a case: where a motion goes on alone,
+ * they never do. A lane for which there is no memory rests. */
+static int is_ready(const struct thread *thread, struct worker *worker) {
+    const struct worker *first = thread->workers;
+    const int lane = (int)(worker - first);
+    return worker->memory || refdyn_worker_start(worker, first->batch, first->now.room + lane) == REFDYN_OK;
+}
+
+/* The time since the case before is that of a callback: no case has it. */
+static enum turn begin_next(struct thread *thread, struct worker *worker) {
+    struct queue *queue = thread->queue;
+    const long index = has_cases(queue) && is_ready(thread, worker) ? next_case(queue) : -1;
+    worker->is_busy = index >= 0;
+    if (index < 0)
+        return TURN_LEFT;
+    time_passed(thread);
+    return go_alone(thread, worker, refdyn_worker_begin(worker, index));
+}
+
+static enum turn end_case(struct thread *thread, struct worker *worker) {
+    const enum turn turn = refdyn_worker_end(worker);
+    if (turn == TURN_ENDED)
+        atomic_fetch_add_explicit(&thread->queue->ended, 1, memory_order_relaxed);
+    return turn;
+}
+
+/* Cases on this worker until one halts; 0: there is none any more. */
+static int bring_to_halt(struct thread *thread, struct worker *worker) {
+    enum turn turn = worker->is_busy ? go_on(thread, worker) : begin_next(thread, worker);
+    while (turn == TURN_ENDED) {
+        turn = end_case(thread, worker);
+        if (turn == TURN_ENDED)
+            turn = begin_next(thread, worker);
+    }
+    if (turn == TURN_LEFT && worker->is_busy)
+        atomic_store_explicit(&thread->queue->is_left, 1, memory_order_relaxed);
     return turn == TURN_HALTED;
 }
 
@@ -74,12 +157,6 @@ static struct lane_step step_of(struct worker *worker) {
     return step;
 }
 
-static void judge(struct thread *thread, int lane, int taken) {
-    if (taken == REFDYN_LEFT_TO_MOTION)
-        refdyn_lanes_forget(&thread->lanes, lane);
-    refdyn_worker_judge(&thread->workers[lane], taken);
-}
-
 /* The steps of a method side by side, of those that still wait for theirs. */
 static void take_steps_of(struct thread *thread, const struct refdyn_method_definition *method, int *waits) {
     struct lane_step steps[LANES_MOST] = {{.motion = NULL}};
@@ -89,24 +166,13 @@ static void take_steps_of(struct thread *thread, const struct refdyn_method_defi
     refdyn_lanes_take(&thread->lanes, steps);
     for (int i = 0; i < thread->width; i++)
         if (steps[i].motion) {
-            judge(thread, i, steps[i].status);
+            judge(thread, &thread->workers[i], steps[i].status);
             waits[i] = 0;
         }
 }
 
-/* What lanes lack, the motion takes itself. */
-static int is_left_to_motion(struct thread *thread, int lane) {
-    if (refdyn_lanes_can_take(&thread->lanes, thread->workers[lane].integrator.motion))
-        return 0;
-    judge(thread, lane, REFDYN_LEFT_TO_MOTION);
-    return 1;
-}
-
 /* The steps of all that have halted, method by method. */
-static void take_steps(struct thread *thread, const int *has_halted) {
-    int waits[LANES_MOST];
-    for (int i = 0; i < thread->width; i++)
-        waits[i] = has_halted[i] && !is_left_to_motion(thread, i);
+static void take_steps(struct thread *thread, int *waits) {
     for (int i = 0; i < thread->width; i++)
         if (waits[i])
             take_steps_of(thread, thread->workers[i].integrator.motion->step.method, waits);
@@ -114,16 +180,16 @@ static void take_steps(struct thread *thread, const int *has_halted) {
 
 static void *run_cases(void *argument) {
     struct thread *thread = argument;
-    int has_halted[LANES_MOST] = {0}, count;
+    int waits[LANES_MOST], count;
     do {
         count = 0;
         for (int i = 0; i < thread->width; i++) {
-            has_halted[i] = bring_to_halt(thread, &thread->workers[i], has_halted[i]);
-            count += has_halted[i];
+            waits[i] = bring_to_halt(thread, &thread->workers[i]);
+            count += waits[i];
         }
         if (atomic_load_explicit(&thread->queue->is_left, memory_order_relaxed))
             break;
-        take_steps(thread, has_halted);
+        take_steps(thread, waits);
     } while (count > 0);
     return NULL;
 }
@@ -193,9 +259,7 @@ static int start_thread(struct thread *thread, int number, const struct refdyn_b
     thread->width = batch->lanes ? batch->lanes->width : 1;
     if (batch->lanes)
         status = refdyn_lanes_start(&thread->lanes, batch->lanes);
-    for (int i = 0; i < thread->width && !status; i++)
-        status = refdyn_worker_start(&thread->workers[i], batch, number * thread->width + i);
-    return status;
+    return status ? status : refdyn_worker_start(&thread->workers[0], batch, number * thread->width);
 }
 
 static void release_thread(struct thread *thread) {

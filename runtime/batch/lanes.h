@@ -45,8 +45,8 @@ struct lanes {
     int has_tangent;
     struct lanes_linear linear[2]; /* the factors in use, and room for new ones */
     double *linear_room;
-    double factored_h[8]; /* by lane: step of the factors in use, 0: there are none [s] */
-    long aligned[8];      /* by lane: programme.aligned of its directions in the metric of M */
+    int has_factors[8]; /* by lane: those in use are of its last step or of an earlier one */
+    long aligned[8];    /* by lane: programme.aligned of its directions in the metric of M */
 };
 
 /* Room for all methods that lanes take. REFDYN_OK, FUNCTION_MISSING where no function for lanes gives
@@ -66,8 +66,9 @@ int refdyn_lanes_can_meet(const struct lanes *lanes, const struct lane_step *one
 /* Directions in the metric of M that suit the end of the step are with the motion: 1 where they are others
  * than those of this lane. Where there are none, the end is the motion's. */
 int refdyn_lanes_align(struct lanes *lanes, struct lane_step *one, int lane);
-/* The motion of this lane takes a step itself, or another one comes. */
-void refdyn_lanes_forget(struct lanes *lanes, int lane);
+/* The motion of this lane takes a step itself, or goes on with other parameters or inputs: it has no factors
+ * here any more. Those of its own stay. */
+void refdyn_lanes_forget(struct lanes *lanes, struct refdyn_motion *motion, int lane);
 
 /* ---- lanes_2.c, lanes_4.c ...: refdyn_lanes_take of their width; apart: for processors without such
  * vectors, which the compiler takes apart. ---- */

@@ -81,7 +81,7 @@ static void NAMED(take_by_rosenbrock)(struct NAMED(taking) * taking) {
             struct refdyn_motion *motion = taking->steps[lane].motion;
             motion->work->evaluations += table->stages - 1;
             refdyn_linear_count(&motion->linear, 1, 1, table->stages);
-            taking->lanes->factored_h[lane] = 0;
+            taking->lanes->has_factors[lane] = 0;
         }
 }
 
@@ -170,7 +170,7 @@ INLINE void NAMED(take_fresh)(struct lanes *lanes, const struct refdyn_collocati
     struct NAMED(linear) fresh = NAMED(linear_of)(lanes, 1), kept = NAMED(linear_of)(lanes, 0);
     int keeps = 0;
     for (int lane = 0; lane < LANES; lane++)
-        keeps |= !is_fresh[lane] && lanes->factored_h[lane] != 0;
+        keeps |= !is_fresh[lane] && lanes->has_factors[lane];
     if (!keeps) {
         const struct lanes_linear before = lanes->linear[0];
         lanes->linear[0] = lanes->linear[1];
@@ -209,7 +209,7 @@ static void NAMED(factor_anew)(struct NAMED(taking) * taking, const struct NAMED
     NAMED(take_fresh)(lanes, table, is_fresh);
     for (int lane = 0; lane < LANES; lane++)
         if (iterations[lane].waits) {
-            lanes->factored_h[lane] = taking->h[lane];
+            lanes->has_factors[lane] = 1;
             refdyn_linear_mark_factors(&taking->steps[lane].motion->linear, taking->steps[lane].motion->work,
                                        taking->h[lane]);
         }
@@ -268,7 +268,7 @@ static LANE NAMED(load_stages)(struct NAMED(taking) * taking, struct iteration *
         const struct refdyn_step *step = &motion->step;
         const struct refdyn_collocation_table *table = step->method->table;
         const double h = taking->h[lane];
-        is_kept[lane] = lanes->factored_h[lane] == h &&
+        is_kept[lane] = lanes->has_factors[lane] &&
                         refdyn_linear_has_factors(&motion->linear, motion->work, h) &&
                         memory_of(step)->contraction <= fast;
         begin_attempt(step, h);
@@ -276,6 +276,22 @@ static LANE NAMED(load_stages)(struct NAMED(taking) * taking, struct iteration *
         NAMED(gather)(lanes->stages, memory_of(step)->arrays, lane, table->stages * step->n);
     }
     return last_h;
+}
+
+/* How each iteration ended, and the motions whose step has an error that means something. */
+static void NAMED(conclude)(struct NAMED(taking) * taking, const struct iteration *iterations,
+                            const struct refdyn_step **motions) {
+    for (int lane = 0; lane < LANES; lane++) {
+        struct lane_step *one = &taking->steps[lane];
+        motions[lane] = NULL;
+        if (!one->motion)
+            continue;
+        memory_of(&one->motion->step)->contraction = iterations[lane].contraction;
+        if (!one->status)
+            one->status =
+                isfinite(iterations[lane].last.correction) ? iterations[lane].status : REFDYN_LEFT_TO_MOTION;
+        motions[lane] = one->status ? NULL : &one->motion->step;
+    }
 }
 
 static void NAMED(take_by_collocation)(struct NAMED(taking) * taking) {
@@ -294,7 +310,6 @@ static void NAMED(take_by_collocation)(struct NAMED(taking) * taking) {
     collocation.last_h = NAMED(load_stages)(taking, iterations, is_kept);
     for (int lane = 0; lane < LANES; lane++) {
         const struct refdyn_motion *motion = taking->steps[lane].motion;
-        motions[lane] = motion ? &motion->step : NULL;
         collocation.units = motion ? motion->step.units : collocation.units;
     }
     NAMED(guess)(&collocation, collocation.stages.now);
@@ -303,13 +318,6 @@ static void NAMED(take_by_collocation)(struct NAMED(taking) * taking) {
     if (taking->method->projects_by_matrix)
         NAMED(find_directions)(&linear);
     NAMED(finish)(&collocation);
+    NAMED(conclude)(taking, iterations, motions);
     NAMED(estimate_by_defect)(&collocation, motions);
-    for (int lane = 0; lane < LANES; lane++)
-        if (motions[lane]) {
-            memory_of(motions[lane])->contraction = iterations[lane].contraction;
-            if (!taking->steps[lane].status)
-                taking->steps[lane].status = isfinite(iterations[lane].last.correction)
-                                                 ? iterations[lane].status
-                                                 : REFDYN_LEFT_TO_MOTION;
-        }
 }

@@ -38,7 +38,9 @@ int refdyn_lanes_align(struct lanes *lanes, struct lane_step *one, int lane) {
     return is_other;
 }
 
-void refdyn_lanes_forget(struct lanes *lanes, int lane) {
-    lanes->factored_h[lane] = 0;
+void refdyn_lanes_forget(struct lanes *lanes, struct refdyn_motion *motion, int lane) {
+    if (lanes->has_factors[lane])
+        refdyn_linear_drop_factors(&motion->linear);
+    lanes->has_factors[lane] = 0;
     lanes->aligned[lane] = -1;
 }

@@ -128,7 +128,7 @@ static void NAMED(load)(struct NAMED(taking) * taking, int lane, double **state,
         NAMED(gather)
         (lanes->p, one->motion->parameters.own, lane, model->parameter_count + model->derived_count);
         NAMED(gather)(lanes->x, one->x, lane, model->input_count);
-        refdyn_lanes_forget(lanes, lane);
+        refdyn_lanes_forget(lanes, one->motion, lane);
     }
     *state = step->state;
     *rates = step->rates;

@@ -4,13 +4,11 @@
  * What a case starts from follows in this order: parameters and inputs; the model's initial state for them;
  * start values and rates of the batch, then of the case; its equilibrium; anchored parameters.
  */
-#define _POSIX_C_SOURCE 200809L
 #include "batch/motion_of_case.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 enum { TURNS_BETWEEN_QUESTIONS = 64 }; /* to the caller, whether the batch is to be left */
 
@@ -116,8 +114,8 @@ static int find_equilibrium(struct worker *worker) {
     const int status =
         refdyn_statics(&worker->work, batch->statics ? batch->statics : &defaults, batch->held,
                        batch->held_count, worker->q, NULL, &result, worker->statics, worker->statics_size);
-    worker->unstable = result.unstable;
-    worker->is_beyond = !result.is_followed;
+    worker->result.unstable = result.unstable;
+    worker->result.is_beyond = !result.is_followed;
     return status;
 }
 
@@ -126,20 +124,20 @@ static void meet_sample(struct worker *worker, double t) {
 }
 
 /* Everything before the first step. */
-static int begin(struct worker *worker, struct refdyn_batch_result *result) {
+static int begin(struct worker *worker) {
     const struct refdyn_batch *batch = worker->batch;
     struct refdyn_integrator *integrator = &worker->integrator;
     int status = REFDYN_OK;
     set_values(worker);
     set_state(worker);
     meet_sample(worker, batch->t);
-    result->stage = REFDYN_AT_STATICS;
+    worker->result.stage = REFDYN_AT_STATICS;
     if (batch->from_statics)
         status = find_equilibrium(worker);
     memcpy(integrator->q, worker->q, 2 * (size_t)batch->model->n * sizeof(double));
     if (status)
         return status;
-    result->stage = REFDYN_AT_START;
+    worker->result.stage = REFDYN_AT_START;
     set_columns(worker, REFDYN_VARIED_RATE, worker->qd);
     refdyn_anchor(&worker->work, batch->t, worker->q, worker->qd, worker->given);
     status = refdyn_integrator_start(integrator, batch->t, worker->q, worker->qd);
@@ -167,56 +165,44 @@ static int show(struct worker *worker, int number) {
     return batch->output && batch->output(batch->context, &worker->now, number);
 }
 
-static double thread_seconds(void) {
-    struct timespec now;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
 /* Into the arrays of the batch. */
-static void keep(const struct worker *worker, const struct refdyn_batch_result *result) {
+static void keep(const struct worker *worker) {
     const struct refdyn_batch *batch = worker->batch;
     const size_t size = 2 * (size_t)batch->model->n;
     if (batch->states)
         memcpy(batch->states + (size_t)worker->now.index * size, worker->integrator.q, size * sizeof(double));
     if (batch->statuses)
-        batch->statuses[worker->now.index] = result->status;
+        batch->statuses[worker->now.index] = worker->result.status;
 }
 
-/* Tells the end of the case. */
-static enum turn end(struct worker *worker, struct refdyn_batch_result result, int share) {
+enum turn refdyn_worker_end(struct worker *worker) {
     const struct refdyn_batch *batch = worker->batch;
-    result.t = worker->integrator.t;
-    result.unstable = worker->unstable;
-    result.is_beyond = worker->is_beyond;
-    /* a case that never halted has had the thread for itself */
-    result.cpu_s = (thread_seconds() - worker->begun) / (worker->has_halted ? share : 1);
-    result.steps_alone = batch->lanes ? worker->integrator.statistics.steps - worker->steps_in_lanes : 0;
-    keep(worker, &result);
-    return batch->end && batch->end(batch->context, &worker->now, &result) ? TURN_LEFT : TURN_ENDED;
+    struct refdyn_batch_result *result = &worker->result;
+    result->t = worker->integrator.t;
+    result->steps_alone = worker->integrator.statistics.steps - worker->steps_in_lanes;
+    keep(worker);
+    return batch->end && batch->end(batch->context, &worker->now, result) ? TURN_LEFT : TURN_ENDED;
 }
 
-enum turn refdyn_worker_begin(struct worker *worker, long index, int share) {
+enum turn refdyn_worker_begin(struct worker *worker, long index) {
     const struct refdyn_batch *batch = worker->batch;
-    struct refdyn_batch_result result = {.stage = REFDYN_AT_START};
     if (is_left(batch))
         return TURN_LEFT;
-    worker->begun = thread_seconds();
     worker->now.index = index;
     worker->now.number = batch->numbers ? batch->numbers[index] : index;
     worker->integrator.t = batch->t;
     worker->integrator.statistics = (struct refdyn_statistics){.steps = 0}; /* not of the case before */
     worker->work.fault = (struct refdyn_fault){.row = -1, .coordinate = -1};
+    worker->result = (struct refdyn_batch_result){.stage = REFDYN_AT_START};
     worker->attempt.is_over = 1;
     worker->is_new = 1;
-    worker->has_halted = 0;
     worker->steps_in_lanes = 0;
-    worker->unstable = worker->is_beyond = 0;
     worker->output = worker->turns = 0;
-    result.status = begin(worker, &result);
-    if (result.status)
-        return end(worker, result, share);
-    return show(worker, 0) ? TURN_LEFT : refdyn_worker_go(worker, share);
+    worker->result.status = begin(worker);
+    if (worker->result.status)
+        return TURN_ENDED;
+    worker->result.stage = REFDYN_AT_STEPS;
+    return show(worker, 0) ? TURN_LEFT : refdyn_worker_go(worker);
 }
 
 /* Where the motion is asked to go next. */
@@ -236,7 +222,7 @@ static int arrive(struct worker *worker, int *left) {
     return status;
 }
 
-enum turn refdyn_worker_go(struct worker *worker, int share) {
+enum turn refdyn_worker_go(struct worker *worker) {
     const struct refdyn_batch *batch = worker->batch;
     int status = REFDYN_OK, left = 0;
     while (!status && !left && worker->output < batch->time_count) {
@@ -244,16 +230,13 @@ enum turn refdyn_worker_go(struct worker *worker, int share) {
             return TURN_LEFT;
         status = batch->lanes ? refdyn_integrator_halt(&worker->integrator, goal(worker), &worker->attempt)
                               : refdyn_integrator_to(&worker->integrator, goal(worker));
-        if (status == REFDYN_HALTED) {
-            worker->has_halted = 1;
+        if (status == REFDYN_HALTED)
             return TURN_HALTED;
-        }
         if (!status)
             status = arrive(worker, &left);
     }
-    return left
-               ? TURN_LEFT
-               : end(worker, (struct refdyn_batch_result){.status = status, .stage = REFDYN_AT_STEPS}, share);
+    worker->result.status = status;
+    return left ? TURN_LEFT : TURN_ENDED;
 }
 
 void refdyn_worker_judge(struct worker *worker, int taken) {

@@ -21,16 +21,14 @@ struct worker {
     int *given;                           /* (anchored_count) */
     void *statics;                        /* memory of refdyn_statics */
     size_t statics_size;
-    int unstable;                  /* directions of its equilibrium */
-    int is_beyond;                 /* a limit point of the load lies before that */
-    void *memory;                  /* the block */
-    int output;                    /* the next of the batch's times */
-    int turns;                     /* since the case began */
-    double begun;                  /* processor time of the thread then [s] */
-    struct refdyn_attempt attempt; /* at which it has halted */
-    int has_halted;                /* since the case began */
-    long steps_in_lanes;           /* likewise: accepted */
-    int is_new;                    /* its parameters or inputs have changed since a step in lanes */
+    void *memory;                      /* the block */
+    int is_busy;                       /* it has a case: set by its thread */
+    int output;                        /* the next of the batch's times */
+    int turns;                         /* since the case began */
+    struct refdyn_attempt attempt;     /* at which it has halted */
+    long steps_in_lanes;               /* since the case began: accepted */
+    int is_new;                        /* its parameters or inputs have changed since a step in lanes */
+    struct refdyn_batch_result result; /* of the case so far; its thread adds to cpu_s */
 };
 
 /* What a case waits for. */
@@ -38,11 +36,12 @@ enum turn { TURN_LEFT, TURN_ENDED, TURN_HALTED };
 
 /* 0 or an error as refdyn_batch_run; worker_release in any case. */
 int refdyn_worker_start(struct worker *worker, const struct refdyn_batch *batch, int room);
-/* Begins case `index`, and goes on with it until a step is to be taken (HALTED), until it has
- * ended, as the batch's `end` is told, or until a callback has ended the batch. `share` is how many cases the
- * thread computes at the same time. */
-enum turn refdyn_worker_begin(struct worker *worker, long index, int share);
-enum turn refdyn_worker_go(struct worker *worker, int share);
+/* Begins case `index`, and goes on with it until a step is to be taken (HALTED), until it has ended, or until
+ * a callback has ended the batch. */
+enum turn refdyn_worker_begin(struct worker *worker, long index);
+enum turn refdyn_worker_go(struct worker *worker);
+/* Reports the end of a case that has ENDED: LEFT where the callback ends the batch. */
+enum turn refdyn_worker_end(struct worker *worker);
 /* taken: how the step at which it halted was taken (motion/lockstep.h). */
 void refdyn_worker_judge(struct worker *worker, int taken);
 void refdyn_worker_release(struct worker *worker);

@@ -401,9 +401,13 @@ double *refdyn_linear_take_directions(struct refdyn_linear *linear) {
     return linear->directions;
 }
 
+/* Steps whose lengths differ by less than this part of them share factors. Two steps that share the rest of a
+ * motion differ by rounding alone, which must not decide whether Newton's iteration uses old factors. */
+static const double same_length = 1e-6;
+
 int refdyn_linear_has_factors(const struct refdyn_linear *linear, const struct refdyn_workspace *work,
                               double h) {
-    return linear->all_h == h && linear->all_choice == work->partition.choices;
+    return fabs(linear->all_h - h) <= same_length * h && linear->all_choice == work->partition.choices;
 }
 
 static void solve_real(struct refdyn_linear *linear, double *x) {

@@ -507,9 +507,7 @@ void refdyn_integrator_judge(struct refdyn_integrator *integrator, struct refdyn
                              int taken) {
     struct refdyn_motion *motion = enter(integrator);
     attempt->is_left = taken == REFDYN_LEFT_TO_MOTION;
-    if (attempt->is_left)
-        refdyn_linear_drop_factors(&motion->linear);
-    else
+    if (!attempt->is_left)
         refdyn_attempt_judge(motion, attempt, taken);
     refdyn_parameters_leave(&motion->parameters, motion->work);
 }

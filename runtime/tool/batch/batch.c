@@ -150,24 +150,33 @@ static bool journal_take(void *context, const struct case_record *record) {
     return journal_put(context, record);
 }
 
-static bool write_csv(struct results *results, const struct batch_setup *setup) {
+static bool write_csv(struct results *results, const struct batch_setup *setup, struct batch_count *count) {
     FILE *out = results->runs->file;
     struct case_record record;
-    runs_csv_header(&setup->layout, out);
+    const bool has_reasons = results->journal.has_reasons;
+    runs_csv_header(&setup->layout, has_reasons, out);
     for (long number = setup->first; number < setup->end; number++) {
         if (!journal_get(&results->journal, number, &record))
             return false;
-        runs_csv_row(&setup->layout, &record, out);
+        runs_csv_row(&setup->layout, has_reasons, &record, out);
     }
+    batch_time_passed(count);
     return true;
 }
 
-static bool write_hdf5(struct results *results, const struct batch_setup *setup) {
+/* The shares of the cases add up to all that this call has spent. */
+static bool share_time(struct runs_writer *writer, struct batch_count *count) {
+    batch_time_passed(count);
+    return runs_share_time(writer, count->cpu_s - count->cases_cpu_s);
+}
+
+static bool write_hdf5(struct results *results, const struct batch_setup *setup, struct batch_count *count) {
     struct case_record record;
     struct runs_writer *writer = runs_create(results->runs->part, &setup->layout, setup->end - setup->first);
     bool is_good = writer != NULL;
     for (long number = setup->first; number < setup->end && is_good; number++)
         is_good = journal_get(&results->journal, number, &record) && runs_put(writer, &record);
+    is_good = is_good && share_time(writer, count);
     if (is_good)
         return runs_finish(writer);
     if (writer)
@@ -217,8 +226,9 @@ static void print_count(const struct batch_setup *setup, const struct batch_coun
 
 /* All cases are in the journal: they become the file. */
 static enum status finish(struct results *results, const struct batch_setup *setup,
-                          const struct batch_count *count) {
-    const bool is_written = results->is_csv ? write_csv(results, setup) : write_hdf5(results, setup);
+                          struct batch_count *count) {
+    const bool is_written =
+        results->is_csv ? write_csv(results, setup, count) : write_hdf5(results, setup, count);
     if (!is_written || !target_finish(results->runs)) {
         fprintf(stderr, "refdyn: the cases are in %s; --resume writes the file from there\n",
                 results->journal.path);

@@ -136,7 +136,7 @@ static int end_case(void *context, const struct refdyn_batch_case *one,
     running->is_broken = running->is_broken || !running->sink->take(running->sink->context, &record);
     running->count->cases++;
     running->count->failed += has_failed;
-    running->count->cpu_s += result->cpu_s;
+    running->count->cases_cpu_s += result->cpu_s;
     running->count->steps += one->integrator->statistics.steps;
     running->count->steps_alone += result->steps_alone;
     if (result->unstable)
@@ -231,18 +231,22 @@ static enum status run_structure(struct running *running, struct structure *stru
     return result || running->is_broken ? STATUS_FAULT : STATUS_DONE;
 }
 
+void batch_time_passed(struct batch_count *count) {
+    count->cpu_s = process_cpu_seconds() - count->cpu_started;
+    count->wall_s = wall_seconds() - count->wall_started;
+}
+
 enum status batch_run(struct batch_setup *setup, const struct batch_sink *sink, struct batch_count *count) {
     struct running running = {
         .setup = setup, .sink = sink, .count = count, .lock = PTHREAD_MUTEX_INITIALIZER};
     enum status status = STATUS_DONE;
-    const double started = wall_seconds();
-    *count = (struct batch_count){.cases = 0};
+    *count = (struct batch_count){.cpu_started = process_cpu_seconds(), .wall_started = wall_seconds()};
     for (long number = setup->first; number < setup->end; number++)
         running.total += !sink->has(sink->context, number);
     progress_start(&running.progress, running.what);
     for (int i = 0; i < setup->structures.count && status == STATUS_DONE && !interrupted; i++)
         status = run_structure(&running, &setup->structures.list[i]);
     progress_end(&running.progress);
-    count->wall_s = wall_seconds() - started;
+    batch_time_passed(count);
     return status == STATUS_DONE && interrupted ? STATUS_NUMBERS : status;
 }

@@ -15,8 +15,10 @@ struct batch_count {
     long cases, failed; /* that ended in this call, well or not */
     /* that started from an equilibrium which is unstable, or which lies beyond a limit point of the load */
     struct noted_cases unstable, beyond;
-    double cpu_s, wall_s;
-    long steps, steps_alone; /* all, and those that the motions took themselves beside lanes */
+    double cases_cpu_s;               /* of these cases: the sum of their shares */
+    double cpu_started, wall_started; /* clocks when the first case began */
+    double cpu_s, wall_s;             /* of all since then: threads, journal, file; by batch_time_passed */
+    long steps, steps_alone;          /* all, and those that the motions took themselves beside lanes */
 };
 
 /* Where records go, and which cases have one already. */
@@ -32,6 +34,9 @@ struct batch_sink {
  * is. STATUS_FAULT when a record cannot be taken, STATUS_NUMBERS when a signal came.
  */
 enum status batch_run(struct batch_setup *setup, const struct batch_sink *sink, struct batch_count *count);
+
+/* Of the program until now. */
+void batch_time_passed(struct batch_count *count);
 
 /* The batch of one structure without its cases, threads and callbacks. */
 struct refdyn_batch batch_of_structure(const struct batch_setup *setup, const struct structure *structure);

@@ -41,13 +41,30 @@ static bool may_use_lanes(const struct refdyn_options *integration) {
     return integration->tol > 0 && integration->gain_share == 0;
 }
 
-static enum status choose_lanes(struct batch_setup *setup) {
-    const double asked = setup->options.lanes;
+/* By default each lane has at least two cases: a step in lanes takes as long for one case as for all. The
+ * sweep alone decides it, not the cases or threads of this call, since one lane rounds otherwise. */
+static int suitable_lanes(const struct batch_setup *setup) {
+    const long cases = setup->sweep.cases.count / setup->structures.count;
+    int lanes = refdyn_batch_widest();
+    while (lanes > 1 && cases < 2 * lanes)
+        lanes /= 2;
+    return lanes;
+}
+
+static enum status check_lanes(const struct options *options) {
+    const double asked = options->lanes;
     if (asked > 0 && asked != 1 && asked != 2 && asked != 4 && asked != 8)
-        return usage_error(setup->options.command, "--lanes: %.0f is none of 1, 2, 4, 8", asked);
-    setup->lanes = !may_use_lanes(&setup->integration) ? 1 : asked > 0 ? (int)asked : refdyn_batch_widest();
-    setup->options.lanes = setup->lanes;
+        return usage_error(options->command, "--lanes: %.0f is none of 1, 2, 4, 8", asked);
     return STATUS_DONE;
+}
+
+/* Once the structures are known. */
+static void choose_lanes(struct batch_setup *setup) {
+    const double asked = setup->options.lanes;
+    setup->lanes = !may_use_lanes(&setup->integration) ? 1 : asked > 0 ? (int)asked : suitable_lanes(setup);
+    setup->options.lanes = setup->lanes;
+    for (int i = 0; i < setup->structures.count; i++)
+        setup->structures.list[i].options.lanes = setup->lanes;
 }
 
 /* "A:B", A up to B - 1; either may be left out. */
@@ -150,7 +167,7 @@ enum status batch_setup_complete(struct batch_setup *setup) {
     if (status == STATUS_DONE)
         status = choose_threads(setup);
     if (status == STATUS_DONE)
-        status = choose_lanes(setup);
+        status = check_lanes(&setup->options);
     if (status == STATUS_DONE)
         status = choose_range(setup);
     if (status != STATUS_DONE)
@@ -159,6 +176,7 @@ enum status batch_setup_complete(struct batch_setup *setup) {
                              setup->end, &setup->options);
     if (status != STATUS_DONE)
         return status;
+    choose_lanes(setup);
     status = structures_open(&setup->structures, &setup->memory, &setup->sweep.cases, &setup->integration,
                              setup->threads);
     return status == STATUS_DONE ? lay_out(setup) : status;

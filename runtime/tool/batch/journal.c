@@ -126,6 +126,7 @@ static bool read_records(struct journal *journal) {
     size_t length;
     while ((mark = load_record(journal, journal->end, &length))) {
         journal->count += journal->offsets[mark->number] == 0;
+        journal->has_reasons |= mark->reason_length > 0;
         journal->offsets[mark->number] = journal->end;
         journal->end += (int64_t)length;
     }
@@ -152,6 +153,7 @@ bool journal_put(struct journal *journal, const struct case_record *record) {
     journal->offsets[record->number] = journal->end;
     journal->end += (int64_t)length;
     journal->count++;
+    journal->has_reasons |= mark.reason_length > 0;
     return true;
 }
 

@@ -26,6 +26,7 @@ struct journal {
     int file;         /* -1: not open */
     int width;        /* numbers of a case */
     long count;       /* records */
+    bool has_reasons; /* one of them has a reason */
     int64_t *offsets; /* (case_count) by number of the case, where its record is; 0: it has none */
     long case_count;  /* of the whole batch */
     int64_t end;      /* behind the last record */

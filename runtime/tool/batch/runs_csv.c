@@ -25,7 +25,7 @@ static const char *start_suffix(const struct varied *column) {
     return column->kind == VARIED_COORDINATE || column->kind == VARIED_RATE ? "_start" : "";
 }
 
-void runs_csv_header(const struct runs_layout *layout, FILE *out) {
+void runs_csv_header(const struct runs_layout *layout, bool has_reasons, FILE *out) {
     fputs("case", out);
     for (int i = 0; i < layout->cases.width; i++)
         fprintf(out, ",%s%s", layout->cases.columns[i].name, start_suffix(&layout->cases.columns[i]));
@@ -39,7 +39,7 @@ void runs_csv_header(const struct runs_layout *layout, FILE *out) {
                     : is_norm          ? "_rms"
                                        : "");
     }
-    fputc('\n', out);
+    fputs(has_reasons ? ",reason\n" : "\n", out);
 }
 
 const char *runs_csv_twice(const struct runs_layout *layout) {
@@ -48,7 +48,7 @@ const char *runs_csv_twice(const struct runs_layout *layout) {
     size_t size;
     const char *twice = NULL;
     FILE *out = text_stream(&header, &size);
-    runs_csv_header(layout, out);
+    runs_csv_header(layout, true, out);
     fclose(out);
     for (char *rest = header, *name; !twice && (name = strsep(&rest, ",\n"));) {
         const int before = names.count, number = text_set_add(&names, name);
@@ -74,7 +74,8 @@ static void print_text(const char *text, FILE *out) {
     fputs(quote, out);
 }
 
-void runs_csv_row(const struct runs_layout *layout, const struct case_record *record, FILE *out) {
+void runs_csv_row(const struct runs_layout *layout, bool has_reasons, const struct case_record *record,
+                  FILE *out) {
     fprintf(out, "%ld", record->number);
     for (int i = 0; i < layout->cases.width; i++) {
         const struct varied *column = &layout->cases.columns[i];
@@ -87,5 +88,7 @@ void runs_csv_row(const struct runs_layout *layout, const struct case_record *re
     fprintf(out, ",%d", record->status);
     for (int k = 0; k < layout->width; k++)
         print_field(record->values[k], out);
+    if (has_reasons)
+        print_text(record->reason, out);
     fputc('\n', out);
 }

@@ -1,6 +1,7 @@
 /*
  * The runs of a batch as CSV, where one row a case is enough: its number, what varied (a start value under
- * NAME_start), its status, what was kept of its end, of its extremes and norms.
+ * NAME_start), its status, what was kept of its end, of its extremes and norms; last the reason, where one of
+ * the cases has a reason: other files are numbers alone, but for texts that vary.
  */
 #ifndef REFDYN_TOOL_RUNS_CSV_H
 #define REFDYN_TOOL_RUNS_CSV_H
@@ -13,7 +14,8 @@
 const char *runs_csv_unfit(const struct runs_layout *layout);
 /* The first name that two columns would have, NULL: there is none. */
 const char *runs_csv_twice(const struct runs_layout *layout);
-void runs_csv_header(const struct runs_layout *layout, FILE *out);
-void runs_csv_row(const struct runs_layout *layout, const struct case_record *record, FILE *out);
+void runs_csv_header(const struct runs_layout *layout, bool has_reasons, FILE *out);
+void runs_csv_row(const struct runs_layout *layout, bool has_reasons, const struct case_record *record,
+                  FILE *out);
 
 #endif

@@ -68,6 +68,9 @@ struct runs_writer;
 struct runs_writer *runs_create(const char *path, const struct runs_layout *layout, long count);
 /* The next case; numbers ascend. False, with a complaint, when it cannot be written. */
 bool runs_put(struct runs_writer *writer, const struct case_record *record);
+/* Adds processor time that all cases have caused together, in equal shares, to their cpu_s; after the last
+ * one. */
+bool runs_share_time(struct runs_writer *writer, double seconds);
 /* All in the file and on the disk. False, with a complaint, also where fewer than `count` cases were put; in
  * any case the writer is released. */
 bool runs_finish(struct runs_writer *writer);

@@ -103,7 +103,7 @@ static const struct rule rules[] = {
      "instead of SWEEP.lua: a row for each case, a column for each name that varies"},
     {"threads", "N", KIND_COUNT, FIELD(threads), "threads that compute cases (default: the processors)"},
     {"lanes", "N", KIND_COUNT, FIELD(lanes),
-     "steps of 1, 2, 4 or 8 cases side by side (default: what the processor has vectors for)"},
+     "steps of 1, 2, 4 or 8 cases side by side (default: by the vectors, the model and the number of cases)"},
     {"cases", "A:B", KIND_TEXT, FIELD(cases), "the cases from A to B - 1 only"},
     {"of", "RUNS.h5", KIND_TEXT, FIELD(of), "instead of MODEL.lua: a case of this file of runs once more"},
     {"case", "K", KIND_NUMBER, FIELD(case_number), "which case of --of"},

@@ -16,6 +16,7 @@ enum {
 /* A quantity along an axis: its value in each case, and the fields that the axis is parted into. */
 struct sweep {
     const double *values; /* by row */
+    double correlation;   /* with what is drawn: the part of its variance that goes with the quantity */
     char *label;
     double *steps; /* different values, ascending */
     long step_count;
@@ -93,24 +94,7 @@ static int field_of(const struct sweep *sweep, double value) {
     return field;
 }
 
-/* The first two quantities that have more than one value; returns how many there are. */
-static int find_sweeps(struct runs_charts *figure, struct sweep sweeps[static 2]) {
-    const struct cases *cases = &runs_layout(figure->reader)->cases;
-    int count = 0;
-    for (int i = 0; i < cases->width && count < 2; i++) {
-        struct sweep *sweep = &sweeps[count];
-        *sweep = (struct sweep){.values = values_of(figure, &cases->columns[i], cases->count)};
-        find_steps(figure, sweep, cases->count);
-        if (sweep->step_count < 2)
-            continue;
-        sweep->label = are_numbers(&cases->columns[i]) ? text_format("%s", cases->columns[i].name)
-                                                       : label_of(&cases->columns[i]);
-        count++;
-    }
-    return count;
-}
-
-/* ---- A curve ---- */
+/* ---- Which of what varied is drawn ---- */
 
 struct pair {
     double x, y;
@@ -121,18 +105,101 @@ static int compare_pairs(const void *a, const void *b) {
     return (p->x > q->x) - (p->x < q->x);
 }
 
+/* Of the cases that have both numbers, by ascending x; returns how many they are. */
+static long pair_up(struct runs_charts *figure, const double *x, const double *y, struct pair **pairs) {
+    const long cases = runs_count(figure->reader);
+    long count = 0;
+    *pairs = memory_get(&figure->memory, ((size_t)cases + 1) * sizeof **pairs);
+    for (long row = 0; row < cases; row++)
+        if (runs_charts_can_draw(x[row]) && runs_charts_can_draw(y[row]))
+            (*pairs)[count++] = (struct pair){x[row], y[row]};
+    qsort(*pairs, (size_t)count, sizeof **pairs, compare_pairs);
+    return count;
+}
+
+static struct pair mean_of_pairs(const struct pair *pairs, long count) {
+    struct pair sum = {0, 0};
+    for (long i = 0; i < count; i++) {
+        sum.x += pairs[i].x / (double)count;
+        sum.y += pairs[i].y / (double)count;
+    }
+    return sum;
+}
+
+/* The square of Pearson's correlation. */
+static double along_a_line(const struct pair *pairs, long count) {
+    const struct pair mean = mean_of_pairs(pairs, count);
+    double xx = 0, xy = 0, yy = 0;
+    for (long i = 0; i < count; i++) {
+        const double x = pairs[i].x - mean.x, y = pairs[i].y - mean.y;
+        xx += x * x;
+        xy += x * y;
+        yy += y * y;
+    }
+    return xx > 0 && yy > 0 ? xy / xx * (xy / yy) : 0;
+}
+
+/* The correlation ratio of Pearson, less what chance gives (Kelley, Proc. Natl. Acad. Sci. 21, 1935): sees
+ * curves that rise and fall, too. Groups have about sqrt(count) cases; equal x are not parted. */
+static double along_groups(const struct pair *pairs, long count) {
+    const double mean = mean_of_pairs(pairs, count).y, enough = sqrt((double)count);
+    double within = 0, all = 0;
+    long groups = 0;
+    for (long begin = 0, end; begin < count; begin = end, groups++) {
+        for (end = begin + 1; end < count; end++)
+            if (pairs[end].x != pairs[end - 1].x && (double)(end - begin) >= enough)
+                break;
+        const double of_group = mean_of_pairs(pairs + begin, end - begin).y;
+        for (long i = begin; i < end; i++) {
+            within += (pairs[i].y - of_group) * (pairs[i].y - of_group);
+            all += (pairs[i].y - mean) * (pairs[i].y - mean);
+        }
+    }
+    const double free = (double)(count - groups);
+    return all > 0 && free > 0 ? 1 - within / free * (double)(count - 1) / all : 0;
+}
+
+static double correlation_of(struct runs_charts *figure, const double *x, const double *y) {
+    struct pair *pairs;
+    const long count = pair_up(figure, x, y, &pairs);
+    return fmax(along_a_line(pairs, count), along_groups(pairs, count));
+}
+
+/* The two that correlate most with the values, in the order of the file; of equal ones the first. Returns how
+ * many there are. */
+static int find_sweeps(struct runs_charts *figure, const double *values, struct sweep sweeps[static 2]) {
+    const struct cases *cases = &runs_layout(figure->reader)->cases;
+    int count = 0;
+    for (int i = 0; i < cases->width; i++) {
+        struct sweep sweep = {.values = values_of(figure, &cases->columns[i], cases->count)};
+        find_steps(figure, &sweep, cases->count);
+        if (sweep.step_count < 2)
+            continue;
+        sweep.correlation = correlation_of(figure, sweep.values, values);
+        sweep.label = are_numbers(&cases->columns[i]) ? text_format("%s", cases->columns[i].name)
+                                                      : label_of(&cases->columns[i]);
+        if (count < 2)
+            sweeps[count++] = sweep;
+        else if (sweep.correlation > fmin(sweeps[0].correlation, sweeps[1].correlation)) {
+            if (sweeps[0].correlation < sweeps[1].correlation)
+                sweeps[0] = sweeps[1];
+            sweeps[1] = sweep;
+        }
+    }
+    return count;
+}
+
+/* ---- A curve ---- */
+
 /* Over what varied, NULL: over the numbers of the cases. */
 static void add_curve(struct runs_charts *figure, struct chart *chart, const struct sweep *sweep,
                       const double *values) {
     const long cases = runs_count(figure->reader);
-    struct pair *pairs = memory_get(&figure->memory, ((size_t)cases + 1) * sizeof *pairs);
-    long count = 0;
-    for (long row = 0; row < cases; row++) {
-        const double x = sweep ? sweep->values[row] : (double)runs_numbers(figure->reader)[row];
-        if (runs_charts_can_draw(x) && runs_charts_can_draw(values[row]))
-            pairs[count++] = (struct pair){x, values[row]};
-    }
-    qsort(pairs, (size_t)count, sizeof *pairs, compare_pairs);
+    double *numbers = memory_get(&figure->memory, ((size_t)cases + 1) * sizeof *numbers);
+    for (long row = 0; row < cases; row++)
+        numbers[row] = (double)runs_numbers(figure->reader)[row];
+    struct pair *pairs;
+    const long count = pair_up(figure, sweep ? sweep->values : numbers, values, &pairs);
     if (count > 0)
         chart_add_curve(chart, (struct curve){.x = &pairs->x,
                                               .y = &pairs->y,
@@ -258,7 +325,7 @@ bool response_add(struct runs_charts *figure, const struct kept_item *item, int 
     const double *values = runs_charts_read(figure, item, place, 1);
     if (!values)
         return false;
-    const int count = find_sweeps(figure, sweeps);
+    const int count = find_sweeps(figure, values, sweeps);
     struct chart *chart = &figure->charts[figure->chart_count++];
     *chart = (struct chart){.title = quantity_of(item, place)};
     if (count == 2)

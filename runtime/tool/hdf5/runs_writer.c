@@ -10,7 +10,7 @@
 
 const char *const runs_kinds[] = {"parameter", "input", "start value", "start rate", "option", "samples"};
 
-static const char case_path[] = "/case";
+static const char case_path[] = "/case", cpu_path[] = "/cpu_s";
 
 struct runs_writer {
     struct hdf5_file file;
@@ -47,8 +47,8 @@ static bool add_heads(struct runs_writer *writer) {
     add_dataset(writer, "/status", H5T_STD_I32LE, RUNS_STATUS, 0);
     add_dataset(writer, "/reason", writer->file.text, 0, 0);
     add_dataset(writer, "/steps", H5T_STD_I64LE, RUNS_STEPS, 0);
-    add_dataset(writer, "/cpu_s", H5T_IEEE_F64LE, RUNS_CPU, 0);
-    return hdf5_put_text(&writer->file, "/cpu_s", "units", "s");
+    add_dataset(writer, cpu_path, H5T_IEEE_F64LE, RUNS_CPU, 0);
+    return hdf5_put_text(&writer->file, cpu_path, "units", "s");
 }
 
 static void put_unit(struct hdf5_file *file, const char *path, const char *unit) {
@@ -161,6 +161,23 @@ bool runs_put(struct runs_writer *writer, const struct case_record *record) {
     writer->written++;
     fill_row(writer, record);
     return hdf5_rows_put(&writer->rows, writer->values, writer->texts);
+}
+
+bool runs_share_time(struct runs_writer *writer, double seconds) {
+    struct hdf5_file *file = &writer->file;
+    if (writer->count == 0 || !hdf5_rows_flush(&writer->rows))
+        return !file->has_failed;
+    double *cpu = allocate_large((size_t)writer->count, sizeof *cpu);
+    const hid_t dataset = H5Dopen2(file->id, cpu_path, H5P_DEFAULT);
+    bool is_good =
+        dataset >= 0 && H5Dread(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, cpu) >= 0;
+    for (long i = 0; i < writer->count; i++)
+        cpu[i] += seconds / (double)writer->count;
+    is_good = is_good && H5Dwrite(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, cpu) >= 0;
+    if (dataset >= 0)
+        H5Dclose(dataset);
+    free(cpu);
+    return is_good || hdf5_fail(file, "not all could be written");
 }
 
 bool runs_finish(struct runs_writer *writer) {

@@ -193,13 +193,18 @@ static char *emit_list(struct scene *scene, const struct options *options, unsig
         needs & NEEDS_POINT_RATES && has_angular_points(model) ? ",J,Jd_qd" : "");
 }
 
+/* Named events end steps where lanes do not look: such motions take all steps themselves. */
+static int lanes_for(const struct model *model, const struct options *options) {
+    return options->lanes > 1 && model->event_count == 0 ? (int)options->lanes : 0;
+}
+
 static enum status emit_and_load(struct scene *scene, const struct options *options, unsigned needs,
                                  const struct values *values) {
     struct generation *generation = &scene->generation;
     const char *wrong = options->emit ? gen_wrong_emit(generation, options->emit) : NULL;
     if (wrong)
         return usage_error(options->command, "--emit: %s", wrong);
-    const int lanes = options->lanes > 1 ? (int)options->lanes : 0;
+    const int lanes = lanes_for(&generation->model, options);
     generation->has_lanes = lanes > 0;
     const enum status status =
         scene_outcome(scene, options, gen_plan(generation, emit_list(scene, options, needs, values)));

@@ -14,6 +14,11 @@ static inline double wall_seconds(void) {
     return clock_seconds(CLOCK_MONOTONIC);
 }
 
+/* Of all threads of the program. */
+static inline double process_cpu_seconds(void) {
+    return clock_seconds(CLOCK_PROCESS_CPUTIME_ID);
+}
+
 /* Of the calling thread alone. */
 static inline double cpu_seconds(void) {
     return clock_seconds(CLOCK_THREAD_CPUTIME_ID);
