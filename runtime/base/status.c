@@ -3,7 +3,7 @@
 
 #include "refdyn.h"
 
-enum { LOWEST = REFDYN_SLIDES };
+enum { LOWEST = REFDYN_REFUSED };
 
 static const char *const texts[] = {
     [REFDYN_OK - LOWEST] = "done",
@@ -31,6 +31,7 @@ static const char *const texts[] = {
     [REFDYN_EVENT_ENDS - LOWEST] = "an event has ended the motion",
     [REFDYN_EVENTS_ACCUMULATE - LOWEST] = "events follow each other without time between",
     [REFDYN_SLIDES - LOWEST] = "forces jump here, and lead back to the jump from both sides",
+    [REFDYN_REFUSED - LOWEST] = "the model refuses a value of its parameters",
     [REFDYN_EVENT_NOT_MET - LOWEST] = "what an event sets is not finite, or the rows do not allow it",
 };
 

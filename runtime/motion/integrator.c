@@ -252,7 +252,9 @@ static void clear(struct refdyn_motion *motion) {
 }
 
 static int start(struct refdyn_integrator *integrator) {
-    int status = meet_start(integrator);
+    int status = refdyn_check_parameters(integrator->work);
+    if (!status)
+        status = meet_start(integrator);
     if (!status)
         status = solve_seen(integrator);
     if (!status)
@@ -284,7 +286,9 @@ int refdyn_integrator_refresh(struct refdyn_integrator *integrator) {
     struct refdyn_motion *motion = enter(integrator);
     integrator->work->partition.rank_most = integrator->work->m;
     take_parameters(integrator);
-    int status = refdyn_equations(integrator->work, integrator->t_right, integrator->q, integrator->qd);
+    int status = refdyn_check_parameters(integrator->work);
+    if (!status)
+        status = refdyn_equations(integrator->work, integrator->t_right, integrator->q, integrator->qd);
     if (!status)
         status = solve_seen(integrator);
     refdyn_automatic_go_back(motion, motion->step.t_end - integrator->t);

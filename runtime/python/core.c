@@ -41,7 +41,7 @@ static const struct quantity quantities[] = {
     QUANTITY(d_qdd_free),  QUANTITY(d_force),     QUANTITY(accelerations),
     QUANTITY(d_statics),   QUANTITY(d_rows),      QUANTITY(course),
     QUANTITY(breaks),      QUANTITY(switches),    QUANTITY(event),
-    QUANTITY(event_terms),
+    QUANTITY(required),    QUANTITY(event_terms),
 };
 
 enum { QUANTITY_COUNT = sizeof quantities / sizeof quantities[0] };
@@ -167,6 +167,7 @@ struct preparation {
     const struct refdyn_model *model;
     const char *is_anchored;  /* (parameter_count) non-zero: the value is that of the start of a motion */
     double *state, *anchored; /* (2 n) and (anchored_count), room */
+    double *required;         /* what the model needs of parameters, room */
 };
 
 /* As refdyn_prepare, refdyn_initial_state and refdyn_anchor do it. */
@@ -194,13 +195,52 @@ static void prepare(const struct preparation *with, double *p, const double *x) 
         model->prepare(p);
 }
 
-static void prepare_rows(const struct preparation *with, Py_ssize_t rows, double *p, const double *x,
-                         int has_x_by_row) {
+/* Doubles of the result of `required`. */
+static size_t required_count(const struct refdyn_model *model) {
+    size_t count = 0;
+    for (int i = 0; i < model->requirement_count; i++)
+        count += 1 + (size_t)model->requirements[i].count;
+    return count;
+}
+
+/* Of the requirements of a model, the first that its parameters p do not meet, -1: none; its numbers. */
+static int find_refused(const struct preparation *with, const double *p, const double *x,
+                        const double **numbers) {
+    const struct refdyn_model *model = with->model;
+    const double *required = with->required;
+    if (model->requirement_count > 0)
+        model->required(p, x, 0, with->state, with->state, with->required);
+    for (int i = 0; i < model->requirement_count; i++) {
+        *numbers = required + 1;
+        if (!(*required > 0))
+            return i;
+        required += 1 + model->requirements[i].count;
+    }
+    return -1;
+}
+
+static PyObject *refuse(const struct refdyn_requirement *requirement, const double *numbers) {
+    double own[REFDYN_REQUIREMENT_NUMBERS] = {0};
+    char fact[512];
+    memcpy(own, numbers, (size_t)requirement->count * sizeof *own);
+    snprintf(fact, sizeof fact, requirement->fact, own[0], own[1], own[2], own[3], own[4], own[5]);
+    return PyErr_Format(PyExc_ValueError, "parameters: the model refuses them: %s: %s", requirement->subject,
+                        fact);
+}
+
+/* Until a row that the model refuses; -1: it takes all. */
+static int prepare_rows(const struct preparation *with, Py_ssize_t rows, double *p, const double *x,
+                        int has_x_by_row, const double **numbers) {
     const Py_ssize_t width = with->model->parameter_count + with->model->derived_count;
+    int refused = -1;
     Py_BEGIN_ALLOW_THREADS;
-    for (Py_ssize_t i = 0; i < rows; i++)
-        prepare(with, p + i * width, x + (has_x_by_row ? i * with->model->input_count : 0));
+    for (Py_ssize_t i = 0; i < rows && refused < 0; i++) {
+        const double *own_x = x + (has_x_by_row ? i * with->model->input_count : 0);
+        prepare(with, p + i * width, own_x);
+        refused = find_refused(with, p + i * width, own_x, numbers);
+    }
     Py_END_ALLOW_THREADS;
+    return refused;
 }
 
 /* prepare(rows, p, is_anchored, x): p (rows x (parameters + derived)) begins each row with the parameters;
@@ -223,17 +263,25 @@ static PyObject *library_prepare(PyObject *self, PyObject *arguments) {
         PyBuffer_Release(&p);
         return NULL;
     }
-    with.state = malloc((4 * (size_t)model->n + (size_t)model->anchored_count + 1) * sizeof *with.state);
+    const double *numbers = NULL;
+    int refused = -1;
+    with.state = malloc((4 * (size_t)model->n + (size_t)model->anchored_count + required_count(model) + 1) *
+                        sizeof *with.state);
+    with.required = with.state + 4 * model->n + model->anchored_count;
     with.anchored = with.state + 2 * model->n;
     const Py_ssize_t given_rows = width ? p.len / (width * (Py_ssize_t)sizeof(double)) : 0;
     const int has_x_by_row = x.len > model->input_count * (Py_ssize_t)sizeof(double);
     if (with.state)
-        prepare_rows(&with, given_rows, p.buf, x.buf, has_x_by_row && given_rows == rows);
+        refused = prepare_rows(&with, given_rows, p.buf, x.buf, has_x_by_row && given_rows == rows, &numbers);
     PyBuffer_Release(&p);
     PyBuffer_Release(&x);
     if (!with.state)
         return PyErr_NoMemory();
+    if (refused >= 0)
+        refuse(&model->requirements[refused], numbers);
     free(with.state);
+    if (refused >= 0)
+        return NULL;
     Py_RETURN_NONE;
 }
 
