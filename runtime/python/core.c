@@ -295,6 +295,7 @@ static PyObject *library_derived(PyObject *self, void *closure) {
 /* The state of the module. */
 struct types {
     PyTypeObject *function;
+    PyTypeObject *array; /* numpy.ndarray: its kinds, as masked arrays, have more to say than their doubles */
 };
 
 struct function {
@@ -392,6 +393,7 @@ struct call {
     int is_open[VIEWS];
     const double *p, *x, *q, *qd;
     double t, *out;
+    const PyTypeObject *array; /* rows are arrays of this type alone */
 };
 
 static void close_views(struct call *call) {
@@ -403,6 +405,8 @@ static void close_views(struct call *call) {
 /* One row of `count` doubles; NULL, without an error of Python: it is something else. */
 static double *open_row(struct call *call, int which, PyObject *object, int count) {
     Py_buffer *view = &call->views[which];
+    if (Py_TYPE(object) != call->array)
+        return NULL;
     call->is_open[which] = open_doubles(object, view, which == VIEW_OUT ? PyBUF_WRITABLE : 0);
     if (!call->is_open[which] || view->len != count * (Py_ssize_t)sizeof(double) ||
         (view->ndim != 1 && which != VIEW_OUT))
@@ -427,7 +431,8 @@ static int open_call(struct call *call, const struct function *function, PyObjec
  * of its size, t no number: nothing was computed. qd None: rates 0. */
 static PyObject *function_one(PyObject *self, PyObject *const *given, Py_ssize_t count) {
     const struct function *function = (const struct function *)self;
-    struct call call = {.t = 0};
+    const struct types *types = PyType_GetModuleState(Py_TYPE(self));
+    struct call call = {.t = 0, .array = types->array};
     if (count != 4 && count != 6)
         return PyErr_Format(PyExc_TypeError, "one: %zd arguments, not 4 or 6", count);
     const int is_good = open_call(&call, function, given, count);
@@ -624,11 +629,19 @@ static PyType_Spec library_spec = {"refdyn.core.Library", sizeof(struct library)
 static PyType_Spec function_spec = {"refdyn.core.Function", sizeof(struct function), 0,
                                     Py_TPFLAGS_DEFAULT | Py_TPFLAGS_DISALLOW_INSTANTIATION, function_slots};
 
+static PyTypeObject *numpy_array(void) {
+    PyObject *numpy = PyImport_ImportModule("numpy");
+    PyObject *array = numpy ? PyObject_GetAttrString(numpy, "ndarray") : NULL;
+    Py_XDECREF(numpy);
+    return (PyTypeObject *)array;
+}
+
 static int module_exec(PyObject *module) {
     struct types *types = PyModule_GetState(module);
     PyObject *library = PyType_FromModuleAndSpec(module, &library_spec, NULL);
     types->function = (PyTypeObject *)PyType_FromModuleAndSpec(module, &function_spec, NULL);
-    const int status = library && types->function ? PyModule_AddObjectRef(module, "Library", library) : -1;
+    types->array = numpy_array();
+    const int status = library && types->function && types->array ? PyModule_AddObjectRef(module, "Library", library) : -1;
     Py_XDECREF(library);
     return status;
 }
@@ -636,12 +649,14 @@ static int module_exec(PyObject *module) {
 static int module_traverse(PyObject *module, visitproc visit, void *arg) {
     const struct types *types = PyModule_GetState(module);
     Py_VISIT(types->function);
+    Py_VISIT(types->array);
     return 0;
 }
 
 static int module_clear(PyObject *module) {
     struct types *types = PyModule_GetState(module);
     Py_CLEAR(types->function);
+    Py_CLEAR(types->array);
     return 0;
 }
 
