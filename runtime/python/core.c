@@ -641,7 +641,8 @@ static int module_exec(PyObject *module) {
     PyObject *library = PyType_FromModuleAndSpec(module, &library_spec, NULL);
     types->function = (PyTypeObject *)PyType_FromModuleAndSpec(module, &function_spec, NULL);
     types->array = numpy_array();
-    const int status = library && types->function && types->array ? PyModule_AddObjectRef(module, "Library", library) : -1;
+    const int status =
+        library && types->function && types->array ? PyModule_AddObjectRef(module, "Library", library) : -1;
     Py_XDECREF(library);
     return status;
 }
