@@ -243,33 +243,10 @@ enum gen_status gen_explain(struct generation *gen, const char *emit, const char
     return GEN_OK;
 }
 
-/* ---- Other values of parameters ---- */
+/* ---- Requirements ---- */
 
-void gen_mark_requirements(struct generation *gen, const bool *is_varied, bool *is_asked) {
-    const double work = gen->memory.work;
-    for (int i = 0; i < gen->model.requirement_count; i++)
-        is_asked[i] = requirement_depends(&gen->model, &gen->model.requirements[i], is_varied);
-    gen->memory.work = work;
-}
-
-static const char *requirement_wrong(struct generation *gen, const struct requirement *requirement) {
-    struct model *model = &gen->model;
-    const char *fault = requirement_broken(&gen->memory, model->graph, model->parameters, requirement);
-    const struct place *place = &requirement->place;
-    return fault ? memory_format(&gen->memory, "%s:%d: %s", place->file, place->line, fault) : NULL;
-}
-
-static const char *first_wrong(struct generation *gen, const bool *is_asked) {
-    const double work = gen->memory.work;
-    const char *fault = NULL;
-    for (int i = 0; i < gen->model.requirement_count && !fault; i++)
-        fault = is_asked[i] ? requirement_wrong(gen, &gen->model.requirements[i]) : NULL;
-    gen->memory.work = work;
-    return fault;
-}
-
-const char *gen_values_fault(struct generation *gen, const bool *is_asked) {
-    return setjmp(gen->out_of_memory) ? "out of memory" : first_wrong(gen, is_asked);
+struct place gen_requirement_place(const struct generation *gen, int number) {
+    return gen->plan->requirements[number].place;
 }
 
 bool gen_is_for_lanes(const char *name) {

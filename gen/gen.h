@@ -56,14 +56,8 @@ void gen_print_summary(const struct generation *generation, FILE *out);
 void gen_print_model(const struct generation *generation, FILE *out);
 void gen_release(struct generation *generation);
 
-/*
- * Parameters with other values than those that the model was read with: the caller writes them to
- * model.parameters[].value. Marks in `is_asked` (model.requirement_count) the numbers of the model that
- * depend on a parameter which is marked in `is_varied` (model.parameter_count).
- */
-void gen_mark_requirements(struct generation *generation, const bool *is_varied, bool *is_asked);
-/* The first of these numbers that is out of its range, as "FILE:LINE: what is wrong"; NULL: none. */
-const char *gen_values_fault(struct generation *generation, const bool *is_asked);
+/* Where the requirement of that number in the emitted table stands in the model's files. */
+struct place gen_requirement_place(const struct generation *generation, int number);
 
 /* The files of the emitted C, as text. */
 /* Is it the name of a file for lanes? */

@@ -45,6 +45,7 @@
  *   breaks          0      0    0    0       0
  *   anchor         24     43    0   22     272
  *   start           0      0    0    0       0
+ *   required        1     27    2   19       0
  * Choices by counted operations: M written out, 754 (loops 1198); Q_q in loops, 435 (written out 360); qdd recursive, 2351 operations; qdd_free recursive, 1238 operations.
  */
 #ifndef REFDYN_GENERATED_manipulator_flexible_H
@@ -361,6 +362,10 @@ void manipulator_flexible_anchor(const struct manipulator_flexible_parameters *p
 /* coordinates and rates at the start of a motion: (2 n) q and qd at the start of a motion */
 void manipulator_flexible_start(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double start[26]);
+
+/* what the model needs of parameters: of each of NAME_model.requirements: 1 where it holds, then its numbers */
+void manipulator_flexible_required(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double required[51]);
 
 extern const struct refdyn_model manipulator_flexible_model;
 

@@ -702,6 +702,77 @@ void manipulator_rigid_start(const struct manipulator_rigid_parameters *p, const
     start[2] = 0.7853981633974483;
 }
 
+void manipulator_rigid_required(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
+        const double q[4], const double qd[4], double required[45]) {
+    (void)x;
+    (void)t;
+    (void)q;
+    (void)qd;
+    for (int i = 0; i < 45; i++)
+        required[i] = 0.0;
+    required[0] = (0.0 < p->d ? 1.0 : 0.0);
+    required[1] = p->d;
+    required[2] = (fabs(p->g) < 1.7976931348623157e+308 ? 1.0 : 0.0);
+    required[3] = -p->g;
+    required[4] = (p->d_sup < 0.0 ? 0.0 : 1.0);
+    required[5] = p->d_sup;
+    required[6] = (0.0 < p->m_base ? 1.0 : 0.0);
+    required[7] = p->m_base;
+    required[8] = (0.0 < p->m_col ? 1.0 : 0.0);
+    required[9] = p->m_col;
+    required[12] = (p->Izz_col < 0.0 ? 0.0 : 1.0);
+    required[13] = p->Izz_col;
+    required[17] = p->Izz_col;
+    required[24] = p->Izz_col;
+    required[25] = (0.0 < p->L ? 1.0 : 0.0);
+    required[26] = p->L;
+    required[35] = (0.0 < p->rho ? 1.0 : 0.0);
+    required[36] = p->rho;
+    required[37] = (0.0 < p->m_E ? 1.0 : 0.0);
+    required[38] = p->m_E;
+    required[40] = p->alpha;
+    required[41] = (p->beta < 0.0 ? 0.0 : 1.0);
+    required[42] = p->beta;
+    required[44] = p->alpha;
+    const double t1 = p->h / 2.0;
+    required[10] = (fabs(t1) < 1.7976931348623157e+308 ? 1.0 : 0.0);
+    required[11] = t1;
+    const double t2 = p->d * p->d;
+    const double t3 = t2 * t2;
+    const double t4 = t3 * 0.04908738521234052;
+    required[30] = t4;
+    required[32] = t4;
+    const double t5 = t2 * 0.7853981633974483;
+    required[27] = (0.0 < t5 ? 1.0 : 0.0) * (fabs(t5) < 1.7976931348623157e+308 ? 1.0 : 0.0);
+    required[28] = t5;
+    const double t6 = t3 * 0.09817477042468103;
+    required[33] = (0.0 < t6 ? 1.0 : 0.0) * (fabs(t6) < 1.7976931348623157e+308 ? 1.0 : 0.0);
+    required[34] = t6;
+    /* what the model needs of parameters: 1 where it holds */
+    const double t7 = p->Izz_col / 2.0;
+    const double t8 = fmin(0.0, fmin(0.0, p->Izz_col));
+    const double t9 = (0.0 < t8 ? 1.0 : 0.0);
+    required[14] = (t9 != 0.0 ? (1.000000001 * t7 < fmax(0.0, fmax(0.0, p->Izz_col)) ? 0.0 : 1.0) : 1.0);
+    const double t10 = t7 - p->Izz_col;
+    const double t11 = fmax(0.0, fmax(0.0, fabs(p->Izz_col)));
+    const double t12 = t11 * t11;
+    const double t13 = (0.0 < -t11 * t12 * 1e-09 ? 0.0 : 1.0) * ((0.0 < -t12 * 1e-09 ? 0.0 : 1.0) * (t8 < -t11 *
+        1e-09 ? 0.0 : 1.0));
+    const double t14 = fabs(t7);
+    const double t15 = fmax(t14, fmax(t14, fabs(t10)));
+    const double t16 = t15 * t15;
+    const double t17 = t7 * t10;
+    const double t18 = (t7 * t17 < -1e-09 * (t15 * t16) ? 0.0 : 1.0) * ((fmin(t7 * t7, t17) < -1e-09 * t16 ? 0.0 : 1.0) *
+        (fmin(t7, fmin(t7, t10)) < -1e-09 * t15 ? 0.0 : 1.0));
+    required[18] = (t9 != 0.0 ? t18 : t13);
+    const double t19 = (0.0 < t4 ? 1.0 : 0.0) * (fabs(t4) < 1.7976931348623157e+308 ? 1.0 : 0.0);
+    required[29] = t19;
+    required[31] = t19;
+    const double t20 = (p->alpha < 0.0 ? 0.0 : 1.0);
+    required[39] = t20;
+    required[43] = t20;
+}
+
 void manipulator_rigid_defaults(struct manipulator_rigid_parameters *p) {
     p->m_base = 18.54331045;
     p->s_sup = 10000.0;
@@ -776,6 +847,28 @@ static const struct refdyn_row manipulator_rigid_rows[] = {
 };
 
 static const char *const manipulator_rigid_points[] = {"E"};
+
+static const struct refdyn_requirement manipulator_rigid_requirements[] = {
+    {"rd.round", "argument 1 is %.6g, a positive number is needed", 1},
+    {"gravity[3]", "value %.6g, a number is needed", 1},
+    {"links[1].damper.z", "value %.6g, a number not below 0 is needed", 1},
+    {"links[1].mass", "value %.6g, a positive number is needed", 1},
+    {"links[2].mass", "value %.6g, a positive number is needed", 1},
+    {"links[2].center[3]", "value %.6g, a number is needed", 1},
+    {"links[2].inertia.zz", "value %.6g, a number not below 0 is needed", 1},
+    {"link column", "inertia %.6g %.6g %.6g, none may be larger than the sum of the others", 3},
+    {"link column", "inertia: products %.6g %.6g %.6g are too large for its moments, no body has such", 6},
+    {"links[3].beam.length", "value %.6g, a positive number is needed", 1},
+    {"links[3].beam.section.area", "value %.6g, a positive number is needed", 1},
+    {"links[3].beam.section.Iy", "value %.6g, a positive number is needed", 1},
+    {"links[3].beam.section.Iz", "value %.6g, a positive number is needed", 1},
+    {"links[3].beam.section.It", "value %.6g, a positive number is needed", 1},
+    {"links[3].beam.rho", "value %.6g, a positive number is needed", 1},
+    {"links[4].mass", "value %.6g, a positive number is needed", 1},
+    {"constraints[1].alpha", "value %.6g, a number not below 0 is needed", 1},
+    {"constraints[1].beta", "value %.6g, a number not below 0 is needed", 1},
+    {"constraints[2].alpha", "value %.6g, a number not below 0 is needed", 1},
+};
 
 static void manipulator_rigid_prepare_doubles(double *p) {
     manipulator_rigid_prepare((struct manipulator_rigid_parameters *)(void *)p);
@@ -949,6 +1042,12 @@ static void manipulator_rigid_start_doubles(const double *p, const double *x, do
         (const struct manipulator_rigid_inputs *)(const void *)x, t, q, qd, out);
 }
 
+static void manipulator_rigid_required_doubles(const double *p, const double *x, double t, const double *q,
+        const double *qd, double *out) {
+    manipulator_rigid_required((const struct manipulator_rigid_parameters *)(const void *)p,
+        (const struct manipulator_rigid_inputs *)(const void *)x, t, q, qd, out);
+}
+
 /* C checks the names of the fields; C++17 has no designated initialisers, the order is the same. */
 #ifdef __cplusplus
 #define SET(field)
@@ -963,7 +1062,7 @@ static void manipulator_rigid_start_doubles(const double *p, const double *x, do
 const struct refdyn_model manipulator_rigid_model = {
     SET(interface_version) 4,
     SET(name) "manipulator_rigid",
-    SET(hash) "2ca1475c3d1eff4d",
+    SET(hash) "c31c099c88fa2f0b",
     SET(n) 4,
     SET(m) 2,
     SET(parameter_count) 18,
@@ -976,6 +1075,7 @@ const struct refdyn_model manipulator_rigid_model = {
     SET(event_count) 0,
     SET(kink_count) 0,
     SET(change_count) 0,
+    SET(requirement_count) 19,
     SET(saturates) 0,
     SET(qdd_cost) 400,
     SET(tangent_cost) 0,
@@ -989,6 +1089,7 @@ const struct refdyn_model manipulator_rigid_model = {
     SET(rows) manipulator_rigid_rows,
     SET(events) 0,
     SET(changes) 0,
+    SET(requirements) manipulator_rigid_requirements,
     SET(parent) manipulator_rigid_parent,
     SET(dependent) manipulator_rigid_dependent,
     SET(gains) manipulator_rigid_gains,
@@ -1039,5 +1140,6 @@ const struct refdyn_model manipulator_rigid_model = {
     SET(pace) 0,
     SET(event) 0,
     SET(event_terms) 0,
+    SET(required) manipulator_rigid_required_doubles,
 };
 #undef SET

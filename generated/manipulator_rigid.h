@@ -41,6 +41,7 @@
  *   breaks          0      0    0    0       0
  *   anchor          2      2    0    2       0
  *   start           0      0    0    0       0
+ *   required        1     26    2   19       0
  * Choices by counted operations: M written out, 12 (loops 80); Q_q written out, 19 (loops 30); qdd recursive, 306 operations (dense 299); qdd_free recursive, 109 operations (dense 109).
  */
 #ifndef REFDYN_GENERATED_manipulator_rigid_H
@@ -324,6 +325,10 @@ void manipulator_rigid_anchor(const struct manipulator_rigid_parameters *p, cons
 /* coordinates and rates at the start of a motion: (2 n) q and qd at the start of a motion */
 void manipulator_rigid_start(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double start[8]);
+
+/* what the model needs of parameters: of each of NAME_model.requirements: 1 where it holds, then its numbers */
+void manipulator_rigid_required(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
+        const double q[4], const double qd[4], double required[45]);
 
 extern const struct refdyn_model manipulator_rigid_model;
 

@@ -57,7 +57,8 @@ enum refdyn_status {
     REFDYN_CONTACT_INSIDE =
         -16, /* a gap is negative: the motion starts inside a contact, or the gap has jumped */
     REFDYN_CONTACT_DRIVEN = -17, /* the rows of the programme close a contact that is closed already */
-    REFDYN_CONTACTS_UNMET = -18  /* no impulses or forces of the closed contacts keep them all from closing */
+    REFDYN_CONTACTS_UNMET = -18, /* no impulses or forces of the closed contacts keep them all from closing */
+    REFDYN_REFUSED = -19 /* the model refuses a value of its parameters, as a negative mass: work->refused */
 };
 
 /* One line for a status, without a full stop. Never NULL. */
@@ -122,6 +123,8 @@ struct refdyn_workspace {
     struct refdyn_partition partition;
     struct refdyn_fault fault; /* of the last call that failed */
 
+    int refused; /* written by refdyn_check_parameters: in model->requirements, -1: none */
+
     /* room to compute in; "ordered": in the order of partition.row and partition.column */
     double *rows;  /* (m x n) ordered, first rank x rank: L U of K_d^T, column by column */
     double *P;     /* (m x (n + 1)) ordered, rows n - rank + 1 apart: first rank rows [P c], qdd_d = P qdd_i +
@@ -140,6 +143,7 @@ struct refdyn_workspace {
     double *wanted;   /* (m) projection: change asked for in each row */
     double *change;   /* (2 n) projection: of q, of qd */
     double *emitted;  /* (n + 1 + m) what the emitted accelerations give */
+    double *required; /* of each requirement 1 where it holds, else 0, and its numbers */
     int *mark;        /* (n + m) sets of coordinates, of rows */
 };
 
@@ -156,6 +160,13 @@ int refdyn_workspace_init(struct refdyn_workspace *work, const struct refdyn_mod
 /* These three do nothing where refdyn_workspace_init has failed. */
 /* After work->p was changed: computes the derived parameters behind it. */
 void refdyn_prepare(struct refdyn_workspace *work);
+/* Are the values of work->p, prepared, such as the model needs: a mass above 0, lengths, inertia that a body
+ * can have, ranges that ascend? Motions and equilibria ask this themselves when they begin, when the caller
+ * has changed values, and where an event sets a parameter. Errors: REFUSED, and work->refused says what;
+ * OTHER_VERSION, BAD_MODEL, BAD_MEMORY. */
+int refdyn_check_parameters(struct refdyn_workspace *work);
+/* The numbers that printf takes with model->requirements[work->refused].fact, and zeros up to the last. */
+void refdyn_refused_numbers(const struct refdyn_workspace *work, double numbers[REFDYN_REQUIREMENT_NUMBERS]);
 /* q (n) and qd (n) at the start of a motion, from work->p. */
 void refdyn_initial_state(const struct refdyn_workspace *work, double *q, double *qd);
 /* Sets the anchored parameters from the state from which a motion starts, then prepares. `given`
@@ -448,7 +459,7 @@ int refdyn_integrator_init(struct refdyn_integrator *integrator, struct refdyn_w
                            const struct refdyn_options *options, void *memory, size_t size);
 /* Sets the state (copied) and evaluates it; clears the statistics. With options.project_start the state is
  * projected first. Calls refdyn_prepare; the gains are those that options.stabilise asks for, work->p keeps
- * the caller's. Errors: those of refdyn_accelerate and refdyn_project. */
+ * the caller's. Errors: REFUSED, those of refdyn_accelerate and refdyn_project. */
 int refdyn_integrator_start(struct refdyn_integrator *integrator, double t, const double *q,
                             const double *qd);
 /* Goes on towards t_out by at most `steps` accepted steps; t is t_out when they were enough, the end of the
@@ -456,7 +467,8 @@ int refdyn_integrator_start(struct refdyn_integrator *integrator, double t, cons
  * what is seen is the state before. Fixed step: the interval from the last output to t_out is cut into
  * ceil(interval/step) equal steps, the i-th begins at from + i (to - from)/count. Errors: > 0 from a fixed
  * step whose evaluation failed, or a tangent at the begin of a step; STEP_TOO_SMALL, TOO_MANY_STEPS;
- * EVENT_ENDS, then t is that of the event, EVENTS_ACCUMULATE, EVENT_NOT_MET, SLIDES; BAD_OPTION when t_out
+ * EVENT_ENDS, then t is that of the event, EVENTS_ACCUMULATE, EVENT_NOT_MET, SLIDES; REFUSED at an event that
+ * sets a parameter, which then has that value in work->p; BAD_OPTION when t_out
  * lies before t. The integrator then stays at the last accepted state, with cause and failed_t set;
  * refdyn_integrator_refresh evaluates that state again. */
 int refdyn_integrator_step(struct refdyn_integrator *integrator, double t_out, long steps);
@@ -479,7 +491,7 @@ void refdyn_integrator_force(struct refdyn_integrator *integrator, double *force
  * these would pull. */
 void refdyn_integrator_contact_forces(struct refdyn_integrator *integrator, double *forces);
 /* After the caller has changed work->x, work->p (then refdyn_prepare) or the integrator's q, qd between
- * steps: goes on from there, with the gains that options.stabilise asks for. Errors: those of
+ * steps: goes on from there, with the gains that options.stabilise asks for. Errors: REFUSED, those of
  * refdyn_accelerate. */
 int refdyn_integrator_refresh(struct refdyn_integrator *integrator);
 
@@ -577,8 +589,8 @@ size_t refdyn_statics_size(const struct refdyn_model *model);
  * Errors: NOT_FINITE, NO_CONVERGENCE (work->fault.row where rows cannot be met, else work->fault.coordinate),
  * TANGENT_SINGULAR (work->fault.coordinate), ROWS_INCONSISTENT (work->fault.row), BAD_OPTION, also when a
  * held coordinate is none of 0 ... n - 1, or a row that holds none of 0 ... m - 1, not of position level or
- * there twice; CONTACTS_UNMET (work->fault.row), where no set of contacts carries; BAD_MEMORY, FUNCTION_MISSING (Q, and Q_q or, with rows that hold, tangent or tangent_vectors);
- * OTHER_VERSION, BAD_MODEL.
+ * there twice; CONTACTS_UNMET (work->fault.row), where no set of contacts carries; REFUSED; BAD_MEMORY, FUNCTION_MISSING (Q,
+ * and Q_q or, with rows that hold, tangent or tangent_vectors); * OTHER_VERSION, BAD_MODEL.
  */
 int refdyn_statics(struct refdyn_workspace *work, const struct refdyn_statics_options *options,
                    const int *held, int held_count, double *q, double *hold_force,

@@ -29,7 +29,7 @@ struct refdyn_lane_model {
     refdyn_lane_function *start, *anchor, *M, *h, *Q, *u, *v, *phi, *psi, *k, *r, *rd, *C, *d, *energy,
         *power, *Q_q, *qdd_free, *qdd, *force, *equations, *M_h, *f, *row_terms, *point_terms, *constrained,
         *terms, *accelerations, *tangent, *tangent_vectors, *d_qdd, *d_qdd_free, *d_force, *d_statics,
-        *d_rows, *course, *breaks, *switches, *pace, *event, *event_terms;
+        *d_rows, *course, *breaks, *switches, *pace, *event, *event_terms, *required;
 };
 
 #endif

@@ -60,6 +60,15 @@ struct refdyn_change {
     int place; /* in qd, x or p; -1: no emitted function reads the parameter */
 };
 
+enum { REFDYN_REQUIREMENT_NUMBERS = 6 };
+
+/* What the model needs of parameters: `fact` says what is wrong with its numbers, as a format of printf. */
+struct refdyn_requirement {
+    const char *subject; /* "links[1].mass" */
+    const char *fact;    /* "value %.6g, a positive number is needed" */
+    int count;           /* numbers, 1 to REFDYN_REQUIREMENT_NUMBERS */
+};
+
 /* clang-format off */
 /*
  * Vectors of a joint j in ground axes, about its origin, in `tangent_vectors`: with e the axis of what turns or slides,
@@ -125,13 +134,14 @@ struct refdyn_model {
     int derived_count;   /* values behind them in p */
     int input_count;
     int point_count;
-    int course_count;    /* values that the author wants recorded */
-    int break_count;     /* kinks of formulas of time alone whose times are known, */
-    int switch_count;    /* and what changes sign at others */
-    int event_count;     /* values whose zeros are events, */
-    int kink_count;      /* and others where formulas of coordinates and rates have kinks; */
-    int change_count;    /* what events set in all */
-    int saturates;       /* a rate drives something to its limit, as friction */
+    int course_count;      /* values that the author wants recorded */
+    int break_count;       /* kinks of formulas of time alone whose times are known, */
+    int switch_count;      /* and what changes sign at others */
+    int event_count;       /* values whose zeros are events, */
+    int kink_count;        /* and others where formulas of coordinates and rates have kinks; */
+    int change_count;      /* what events set in all */
+    int requirement_count; /* of parameters */
+    int saturates;         /* a rate drives something to its limit, as friction */
     double qdd_cost;     /* operations of one call of constrained, or of qdd_free without rows; 0: unknown */
     double tangent_cost; /* of tangent. A division counts four, a function ten */
     double tangent_vectors_cost;           /* of tangent_vectors */
@@ -144,6 +154,7 @@ struct refdyn_model {
     const struct refdyn_row *rows;         /* m */
     const struct refdyn_event *events;     /* event_count */
     const struct refdyn_change *changes;   /* change_count, event by event */
+    const struct refdyn_requirement *requirements; /* requirement_count */
     const int *parent;    /* n: the coordinate before this one on the way to the ground, -1: none. M[i][j] is
                              zero unless one of i, j leads to the other */
     const int *dependent; /* m coordinates declared dependent, or NULL: choose */
@@ -213,6 +224,8 @@ struct refdyn_model {
                                      their derivatives by q and qd (values x n each), coefficients of
                                      restitution (event_count), what events set (change_count), sums of
                                      |terms| of the events' values (event_count) */
+    refdyn_function *required;    /* of each requirement: 1 where it holds, else 0, then its numbers; reads p
+                                     alone */
 };
 
 #endif

@@ -619,7 +619,7 @@ class Writer:
             if data.tag in ("round", "tube", "rectangle") and items:
                 return f"rd.{data.tag}({', '.join(items)})"
             return f"rd.{data.tag} {{ " + ", ".join(items + [f"{name} = {self.text(entry)}" for name, entry in data.fields.items()]) + " }"
-        return repr(data)
+        return repr(float(data)) if isinstance(data, float) else repr(data)
 
     def lines(self, entries):
         return "".join(f"    {self.text(entry)},\n" for entry in entries)
@@ -640,6 +640,6 @@ def as_lua(model):
     head = '-- A random model for the tests.\nlocal rd = require "refdyn"\n'
     listed = ", ".join(f'{{ "p{i + 1}", {float(number)!r} }}' for i, number in enumerate(writer.parameters))
     head += f"local p = rd.parameters {{ {listed} }}\n" if listed else ""
-    head += "".join(f'rd.input("{name}", {number!r})\n' for name, number in model["inputs"].items())
+    head += "".join(f'rd.input("{name}", {float(number)!r})\n' for name, number in model["inputs"].items())
     head += "".join(f"local {name} = rd.spline {writer.text(samples)}\n" for name, samples in model["curves"].items())
     return head + "\n" + body

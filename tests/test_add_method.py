@@ -70,7 +70,7 @@ def program(tmp_path_factory):
                     SOURCE / "generated" / "manipulator_rigid.c", *sources, "-lm", "-o", folder / "main"], check=True)
 
     def run(method, step, tol):
-        done = subprocess.run([folder / "main", method, repr(step), repr(tol)], capture_output=True, text=True, check=True)
+        done = subprocess.run([folder / "main", method, repr(float(step)), repr(float(tol))], capture_output=True, text=True, check=True)
         status, steps, *q = done.stdout.split()
         assert status == "0"
         return int(steps), [float(value) for value in q]

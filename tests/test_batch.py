@@ -59,7 +59,7 @@ def test_each_case_is_a_motion_of_sim(done, tmp_path):
     with h5py.File(done) as file:
         for case in (0, 5, 13, 23):
             pieces = int(file["cases/pieces"][case])
-            refdyn("sim", MODEL, "--set", f"mass={file['cases/mass'][case]!r}", "--set", f"pieces={pieces}", "--from", write_state(tmp_path, file, case), "--until", "0.5", "--every", "0.05", "--tol", "1e-7", "-o", tmp_path / "sim.csv")
+            refdyn("sim", MODEL, "--set", f"mass={float(file['cases/mass'][case])!r}", "--set", f"pieces={pieces}", "--from", write_state(tmp_path, file, case), "--until", "0.5", "--every", "0.05", "--tol", "1e-7", "-o", tmp_path / "sim.csv")
             run = read_run(tmp_path / "sim.csv")
             final = file["final"]
             for name in run:

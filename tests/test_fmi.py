@@ -354,6 +354,41 @@ class Instance:
         self.fmu.terminate()
         self.fmu.freeInstance()
 
+REFUSED = """local rd = require "refdyn"
+local p = rd.parameters { { "m", 1, "kg" }, { "outer", 0.1, "m" }, { "inner", 0.05, "m" }, { "T", 1, "s" }, { "Ix", 1, "kg m^2" }, { "c", 1 } }
+return rd.model { name = "refused", gravity = { 0, 0, -9.81 },
+  links = { { "cart", joint = "x", mass = p.m, damper = { x = p.c } },
+    { "arm", on = "cart", joint = "theta, psi", inertia = { xx = p.Ix, yy = 1, zz = 1 }, mass = 1,
+      bodies = { rd.tube { outer = p.outer, inner = p.inner, length = 1, axis = "z", density = 100, at = { 0, 0, -0.5 } } } } },
+  forces = function(s) return { cart_x = rd.ramp(s.t, 0.2, p.T) } end }
+"""
+REFUSALS = {"m": (-0.05, "links[1].mass: value -0.05, a positive number is needed"),
+            "inner": (0.2, "links[2].bodies[1].inner: value 0.2, less than the outer diameter 0.1 is needed"),
+            "T": (0.1, "rd.ramp: from 0.2 to 0.1, "), "Ix": (3, "link arm: inertia 3 1 1, none may be larger than the sum of the others"),
+            "c": (-1, "links[1].damper.x: value -1, a number not below 0 is needed")}
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_values_that_the_model_refuses(fmpy, version, tmp_path, capfd):
+    """At the start and while the motion stands between steps; each in words. Other values are taken."""
+    (tmp_path / "refused.lua").write_text(REFUSED)
+    folder = fmpy.extract(str(export(tmp_path / "refused.lua", version, tmp_path / "a.fmu")), str(tmp_path / "files"))
+    for is_exchange in (True, False):
+        for name, (value, words) in REFUSALS.items():
+            with pytest.raises(Exception):
+                Instance(fmpy, folder, is_exchange, **{name: value})
+            said = capfd.readouterr()
+            assert words in said.out + said.err, said
+        good = Instance(fmpy, folder, is_exchange, m=2, inner=0.09, outer=0.2)
+        if is_exchange:
+            good.fmu.enterEventMode()
+        good.set("m", -1)
+        with pytest.raises(Exception):
+            good.get(["cart_x_dd"])
+        said = capfd.readouterr()
+        assert "links[1].mass: value -1, a positive number is needed" in said.out + said.err, said
+
+
 
 @pytest.mark.parametrize(("scene", "version"), CHOSEN)
 def test_directional_derivatives(fmpy, fmus, scene, version):

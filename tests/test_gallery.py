@@ -239,7 +239,7 @@ def test_crane_swings_as_a_pendulum():
     """With a stiff boom, a held rope and no drive: zero after a quarter of the period, the other side after a half."""
     period = 4 * sqrt(2.5 / 9.81) * float(mpmath.ellipk(sin(0.9 / 2)**2))
     run, _, _ = motion(model("crane"), *settings({"n_rfe": 1, "slew": 0, "lift": 0, "swing": 0.9}),
-                       "--until", repr(period), "--every", repr(period / 4), *FINE)
+                       "--until", repr(float(period)), "--every", repr(float(period / 4)), *FINE)
     check([close("swing", run["rope_theta"], [0.9, 0, -0.9, 0, 0.9], 1e-8)])
 
 

@@ -314,7 +314,7 @@ def test_text_is_the_same_each_time(tmp_path):
 
 def test_right_angles(tmp_path):
     angles = [math.pi, -math.pi / 2, math.pi / 4]
-    model, _ = imported(tmp_path, HEAD + PAIR + joint(f'<origin rpy="{angles[0]!r} {angles[1]!r} {angles[2]!r}"/>') + "</robot>")
+    model, _ = imported(tmp_path, HEAD + PAIR + joint(f'<origin rpy="{float(angles[0])!r} {float(angles[1])!r} {float(angles[2])!r}"/>') + "</robot>")
     assert 'turn = { { "z", rd.pi / 4 }, { "y", -rd.pi / 2 }, { "x", rd.pi } }' in model
 
 

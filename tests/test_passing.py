@@ -116,7 +116,7 @@ def test_parallelogram(method):
 def test_seen_there(off, method, tmp_path):
     """An output at that very time has the rates and forces of its neighbours; without passing there is none."""
     there = STRETCHED + off
-    arguments = ["--every", repr(there), "--until", 2 * there]
+    arguments = ["--every", repr(float(there)), "--until", 2 * there]
     expected, _, _ = motion(ARM, *arguments, "--set", "rows=angles", *FINE)
     run, _, _ = motion(ARM, *arguments, *PASS, "--method", method)
     check(compare(run, expected, 1e-6))
@@ -168,7 +168,7 @@ def test_target_out_of_reach(which, miss, tmp_path):
 def test_branches_that_do_not_meet(longer, tmp_path):
     """A bar a little longer: nothing to pass, and the linkage has to turn into its other form, however sharply."""
     near = tmp_path / "near.lua"
-    near.write_text(FOUR_BAR.read_text().replace("at = { 0.3, 0, 0 } }, joint", f"at = {{ {0.3 + longer!r}, 0, 0 }} }}, joint"))
+    near.write_text(FOUR_BAR.read_text().replace("at = { 0.3, 0, 0 } }, joint", f"at = {{ {float(0.3 + longer)!r}, 0, 0 }} }}, joint"))
     run, said, summary = motion(near, "--until", 0.4, "--start", "project", *PASS, "--tol", 1e-9)
     assert summary["passed"]["count"] == 0 and "passed " not in said, said
     crank, rocker = run["crank_psi"][-1], run["rocker_psi"][-1]
@@ -201,7 +201,7 @@ def test_branches_that_seem_to_meet():
 
 def test_no_room(tmp_path):
     """The motion ends where the rows lose rank."""
-    said = refdyn("sim", ARM, "--until", repr(STRETCHED), "--step", 1e-3, *PASS, "-o", tmp_path / "run.csv", status=3).stderr
+    said = refdyn("sim", ARM, "--until", repr(float(STRETCHED)), "--step", 1e-3, *PASS, "-o", tmp_path / "run.csv", status=3).stderr
     assert "the step would have to end before, at a break, a change of inputs or the end of the motion\n" in said, said
 
 

@@ -66,7 +66,7 @@ def test_cantilever_under_a_dead_load(load, across, along):
 @pytest.mark.parametrize("n_rfe", [2, 3, 4, 5, 8, 16, 33, 64])
 def test_cantilever_rolled_up(n_rfe, follows):
     """A moment 2 pi E I/L at the tip turns it by 2 pi; with two or more spring-damping elements it meets the root."""
-    found = json.loads(refdyn("statics", CANTILEVER, "--set", f"M={2 * numpy.pi!r}", "--set", "g=0", "--set", f"n_rfe={n_rfe}",
+    found = json.loads(refdyn("statics", CANTILEVER, "--set", f"M={float(2 * numpy.pi)!r}", "--set", "g=0", "--set", f"n_rfe={n_rfe}",
                               "--set", f"follows={follows}").stdout)
     assert abs(sum(found["q"]) - 2 * numpy.pi) <= 1e-10 * SCALE
     if n_rfe >= 3:

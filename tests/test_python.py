@@ -557,13 +557,59 @@ NO_NUMBERS = {
     "cases: float, columns by name are needed: {'NAME': values}": lambda ball: ball.batch(3.0, t_end=1),
     "inputs: float, values by name are needed: {'NAME': value}": lambda ball: ball.simulate(1, inputs=2.0),
     "parameters: list, values by name are needed: {'NAME': value}": lambda ball: ball.M(ball.q0, parameters=[1]),
+    "q: a value is masked, real numbers are needed": lambda ball: ball.M(np.ma.masked_array(ball.q0, [True] + [False] * (len(ball.q0) - 1))),
+    "q: a value is masked, real": lambda ball: ball.simulate(1, q=[np.ma.masked] * len(ball.q0)),
+    "parameter stiff: a value is masked": lambda ball: ball.M(ball.q0, parameters={"stiff": np.ma.masked}),
+    "stiff: a value is masked, a case needs": lambda ball: ball.batch({"stiff": np.ma.masked_array([1.0, 2.0], [True, False])}, t_end=0.1),
+    "stiff: a value of complex128": lambda ball: ball.batch({"stiff": [1 + 2j, 2]}, t_end=0.1),
+    "t_end: a value of complex128": lambda ball: ball.simulate(1j),
+    "tol: a value of complex128": lambda ball: ball.simulate(0.1, tol=1e-6 + 1e-9j),
+    "q: a value is None, real": lambda ball: ball.M([None] * len(ball.q0)),
+    "parameter stiff: a value is None": lambda ball: ball.simulate(1, parameters={"stiff": None}),
+    **{f"{name}: is no option of this call": lambda ball, name=name: ball.simulate(0.1, **{name: "precious"})
+       for name in ("output", "summary", "until", "inputs_", "set", "help", "case", "stop_")},
+    **{f"{name}: is no option of this call, which": lambda ball, name=name: ball.batch({"stiff": [1.0]}, t_end=0.1, **{name: "precious"})
+       for name in ("output", "table", "dry_run", "slurm", "resume", "set")},
 }
 
 
 @pytest.mark.parametrize("message", NO_NUMBERS)
-def test_what_is_no_number(ball, message):
+def test_what_is_no_number(ball, message, tmp_path, monkeypatch):
+    """Nothing is computed, and no file is written over."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "precious").write_text("kept")
     with pytest.raises(TypeError, match=re.escape(message)):
         NO_NUMBERS[message](ball)
+    assert (tmp_path / "precious").read_text() == "kept" and len(list(tmp_path.iterdir())) == 1
+
+
+def test_rows_that_are_not_aligned(arm):
+    """Fields of packed records, one state and many, and bytes that begin anywhere; they are the same numbers."""
+    n = len(arm.coordinates)
+    records = np.zeros(3, dtype=np.dtype([("flag", "u1"), ("q", "f8", n)]))
+    records["q"] = states(arm, 3)[0]
+    one, plain = records[0]["q"], records["q"].copy()
+    assert not one.flags.aligned
+    assert same(arm.M(one), arm.M(plain[0])) and same(arm.M(one, parameters={"m_E": 2}), arm.M(plain[0], parameters={"m_E": 2}))
+    assert same(arm.M(records["q"]), arm.M(plain)) and same(arm.qdd(one, one), arm.qdd(plain[0], plain[0]))
+    shifted = np.frombuffer(b"x" + plain[0].tobytes(), offset=1)
+    assert same(arm.M(shifted), arm.M(plain[0])) and same(arm.M(memoryview(plain[0])), arm.M(plain[0]))
+    assert same(arm.M(np.ma.masked_array(plain[0])), arm.M(plain[0])) and same(arm.M(plain[0].astype(">f8")), arm.M(plain[0]))
+
+
+REFUSED_VALUES = {"m_E": (-0.05, r"links\[4\].mass: value -0.05, a positive number"), "d": (-1e-3, "rd.round: argument 1 is -0.001"),
+                  "nu": (0.6, r"nu: value 0.6, a number above -1"), "alpha": (-1, "value -1, a number not below 0")}
+
+
+@pytest.mark.parametrize("name", REFUSED_VALUES)
+def test_values_that_the_model_refuses(arm, name):
+    """One state, many states with one value, and one bad value among many."""
+    value, message = REFUSED_VALUES[name]
+    good = arm.parameters[name]
+    for q, parameters in ((arm.q0, value), (np.tile(arm.q0, (3, 1)), value), (arm.q0, [good, good, value])):
+        with pytest.raises(ValueError, match=message):
+            arm.qdd(q, parameters={name: parameters})
+    assert arm.qdd(arm.q0, parameters={name: [good, good]}).shape == (2, len(arm.coordinates))
 
 
 def test_a_model_does_not_change(ball):

@@ -85,7 +85,7 @@ def test_brute_force_reproduces_the_oracle():
          "inertia": {"zz": p["Izz_col"]}},
         {"name": "arm", "on": "column", "at": (0, 0, p["h"]), "turn": [("x", half_turn)], "joint": ["psi"], "beam": rod},
         {"name": "effector", "on": "arm.tip", "turn": [("y", half_turn)], "joint": ["z"], "mass": p["m_E"]},
-    ], "forces": {"by_coordinate": {"column_psi": Formula(repr(state["tau"]))}}})
+    ], "forces": {"by_coordinate": {"column_psi": Formula(repr(float(state["tau"])))}}})
     assert tree.names == reference["coordinates"]
     found = dynamics(tree, state["t"], state["q"], state["qd"])
     check([close(name, found[name], state[name], 1e-14) for name in ("M", "h", "Q")]

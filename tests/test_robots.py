@@ -262,9 +262,9 @@ def test_path_in_space(tmp_path):
     R = frames([0.2, -0.7, 0.9, -0.3, 0.4, 1.1, 0.012])[5][0] @ place
     r = start["points"]["E"]["r"]
     first = [float(angle) for angle in (numpy.arctan2(R[1, 0], R[0, 0]), -numpy.arcsin(R[2, 0]), numpy.arctan2(R[2, 1], R[2, 2]))]
-    angles = [f"{first[0]!r} + 0.4 * (1 - rd.cos(2 * s.t))", f"{first[1]!r} - 0.3 * s.t^2", f"{first[2]!r} + 0.2 * s.t^3"]
+    angles = [f"{float(first[0])!r} + 0.4 * (1 - rd.cos(2 * s.t))", f"{float(first[1])!r} - 0.3 * s.t^2", f"{float(first[2])!r} + 0.2 * s.t^3"]
     path = robot_with(tmp_path, f"""
-      rd.position {{ E.x - {r[0]!r} - 0.05 * s.t^2 }}, rd.position {{ E.y - {r[1]!r} }}, rd.position {{ E.z - {r[2]!r} - 0.04 * (1 - rd.cos(3 * s.t)) }},
+      rd.position {{ E.x - {float(r[0])!r} - 0.05 * s.t^2 }}, rd.position {{ E.y - {float(r[1])!r} }}, rd.position {{ E.z - {float(r[2])!r} - 0.04 * (1 - rd.cos(3 * s.t)) }},
       rd.orientation {{ "E", {{ {{ "z", {angles[0]} }}, {{ "y", {angles[1]} }}, {{ "x", {angles[2]} }} }}, alpha = 20, beta = 20 }}""")
     run, _, summary = motion(path, "--until", 1, "--every", 0.25, "--tol", 1e-8)
     lines = [close("phi", summary["phi_max"], 0, 1e-12, 1)]

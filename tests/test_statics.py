@@ -268,10 +268,10 @@ def test_snap_through(tmp_path):
     limit = max(bears(y) for y in numpy.linspace(0, 0.3, 20001))
     for P, way, y in ((0.9 * limit, "load", height(0.9 * limit, 0.18, 0.3)), (1.3 * limit, "path", height(1.3 * limit, -1, -0.3)),
                       (1.3 * limit, "downhill", height(1.3 * limit, -1, -0.3))):
-        found, said = statics(tmp_path / "truss.lua", "--set", f"P={P!r}", "--way", way)
+        found, said = statics(tmp_path / "truss.lua", "--set", f"P={float(P)!r}", "--way", way)
         assert abs(found["points"]["top"][1] - y) < 1e-12 and abs(found["points"]["top"][0] - 1) < 1e-14 and found["stability"] == "stable"
         assert ("refdyn: 2 limit points of the load passed\n" in said) == (way == "path"), said
-    said = statics(tmp_path / "truss.lua", "--set", f"P={1.3 * limit!r}", status=3)
+    said = statics(tmp_path / "truss.lua", "--set", f"P={float(1.3 * limit)!r}", status=3)
     assert "refdyn: equilibrium reached under 0.774 of the load only\nrefdyn: --way path goes on past limit points of the load, " in said, said
 
 

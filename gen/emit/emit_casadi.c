@@ -178,7 +178,7 @@ static void set_block(struct port *block, int place, int stride, const bool *is_
 /* Those that are no functions of the state, or that need what `constrained` gives. */
 static bool is_for_casadi(const struct function *function) {
     static const char *const others[] = {"breaks", "switches", "pace",           "event_terms",
-                                         "start",  "anchor",   "tangent_vectors"};
+                                         "start",  "anchor",   "tangent_vectors", "required"};
     return !function->takes_motion && strncmp(function->quantity, "d_", 2) != 0 &&
            text_index(function->quantity, others, sizeof others / sizeof *others) < 0;
 }

@@ -214,6 +214,19 @@ static void emit_events(struct emission *x, struct text *text) {
     text_add(text, "};\n\n");
 }
 
+static void emit_requirements(struct emission *x, struct text *text) {
+    const struct plan *plan = x->plan;
+    if (!plan->requirement_count)
+        return;
+    text_add(text, "static const struct refdyn_requirement %s_requirements[] = {\n", x->name);
+    for (int i = 0; i < plan->requirement_count; i++) {
+        const struct requirement *requirement = &plan->requirements[i];
+        text_add(text, "    {%s, %s, %d},\n", text_literal(text->memory, requirement->path),
+                 text_literal(text->memory, requirement->fact), requirement->count);
+    }
+    text_add(text, "};\n\n");
+}
+
 static void emit_adapter(struct emission *x, struct text *text, const struct function *function) {
     const char *read = as_numbers(x, "const "), *name = x->name;
     struct given_array given[GIVEN_ARRAYS];
@@ -296,7 +309,7 @@ static void set_functions(struct emission *x, struct text *text) {
     static const char order[] =
         "start anchor M h Q u v phi psi k r rd C d energy power Q_q qdd_free qdd force equations M_h f "
         "row_terms point_terms constrained terms accelerations tangent tangent_vectors d_qdd d_qdd_free "
-        "d_force d_statics d_rows course breaks switches pace event event_terms ";
+        "d_force d_statics d_rows course breaks switches pace event event_terms required ";
     for (const char *at = order; *at; at += strcspn(at, " ") + 1) {
         const char *name = memory_format(x->plan->memory, "%.*s", (int)strcspn(at, " "), at);
         bool exists = false;
@@ -350,6 +363,7 @@ static void emit_model_table(struct emission *x, struct text *text, const char *
              plan->switch_count);
     text_add(text, "    SET(event_count) %d,\n    SET(kink_count) %d,\n    SET(change_count) %d,\n",
              model->event_count, model->kink_count, model->change_count);
+    text_add(text, "    SET(requirement_count) %d,\n", plan->requirement_count);
     text_add(text, "    SET(saturates) %d,\n", plan_saturates(plan));
     text_add(text, "    SET(qdd_cost) %ld,\n    SET(tangent_cost) %ld,\n",
              cost_of(plan, model->row_count ? "constrained" : "qdd_free"), cost_of(plan, "tangent"));
@@ -363,6 +377,7 @@ static void emit_model_table(struct emission *x, struct text *text, const char *
     set_pointer(x, text, "rows", "rows", model->row_count > 0);
     set_pointer(x, text, "events", "events", model->event_count > 0);
     set_pointer(x, text, "changes", "changes", model->change_count > 0);
+    set_pointer(x, text, "requirements", "requirements", plan->requirement_count > 0);
     set_pointer(x, text, "parent", "parent", true);
     set_pointer(x, text, "dependent", "dependent", model->dependent_count > 0);
     set_pointer(x, text, "gains", "gains", model->row_count > 0);
@@ -381,6 +396,7 @@ void emit_tables(struct emission *x, struct text *text, const char *hash) {
     emit_rows_and_points(x, text);
     emit_changes(x, text);
     emit_events(x, text);
+    emit_requirements(x, text);
     emit_limits(x, text);
     emit_adapters(x, text);
     emit_spatial(x, text);

@@ -208,14 +208,14 @@ struct event {
 
 /* What numbers of the model that depend on parameters have to be with all their values. */
 struct requirement {
-    /* What is wrong with the numbers that the values have, as a message; NULL: nothing. */
-    const char *(*fault)(struct memory *memory, const struct requirement *requirement, const double *values);
-    expression values[6];
+    /* 1 where `numbers` are as the model needs them, else 0: an expression in these. */
+    expression (*holds)(struct graph *graph, const struct requirement *requirement,
+                        const expression *numbers);
+    expression values[6]; /* the numbers */
     int count;
     enum number_range range; /* of one number */
     const char *path;        /* as messages call it: "links[1].mass", "rd.tube", "link arm" */
-    const char *needed;      /* of two: what their order means */
-    int argument;            /* of a function, from 1 */
+    const char *fact;        /* what is wrong with numbers at fault: a format of printf that takes them */
     struct place place;
 };
 
@@ -281,34 +281,26 @@ double parameters_evaluate(struct graph *graph, const struct parameter *paramete
 /* What is wrong with a number, as "value -5, a positive number is needed"; NULL: nothing. */
 const char *requirement_fault(struct memory *memory, enum number_range range, double value);
 
-/* `fault` of a requirement: a number of a field within its range; argument number `argument` of the function
- * `path`; two numbers that ascend; the diameter of a hole and the outer one; a place along a beam and the
- * beam's length; xx yy zz xy xz yz of a body; three components of a direction; those of one whose squares are
- * taken. */
-const char *requirement_field(struct memory *memory, const struct requirement *requirement,
-                              const double *values);
-const char *requirement_argument(struct memory *memory, const struct requirement *requirement,
-                                 const double *values);
-const char *requirement_order(struct memory *memory, const struct requirement *requirement,
-                              const double *values);
-const char *requirement_hole(struct memory *memory, const struct requirement *requirement,
-                             const double *values);
-const char *requirement_along(struct memory *memory, const struct requirement *requirement,
-                              const double *values);
-const char *requirement_inertia(struct memory *memory, const struct requirement *requirement,
-                                const double *values);
-const char *requirement_direction(struct memory *memory, const struct requirement *requirement,
-                                  const double *values);
-const char *requirement_length(struct memory *memory, const struct requirement *requirement,
-                               const double *values);
+/* Requirements without path and place: a number of a field within its range; argument number `argument` of a
+ * function, from 1; two numbers that ascend; the diameter of a hole and the outer one; a place along a beam
+ * and the beam's length; moments xx yy zz of a body, and with these its products xy xz yz; three components
+ * of a direction; those of one whose squares are taken. */
+struct requirement requirement_field(enum number_range range, expression value);
+struct requirement requirement_argument(struct memory *memory, enum number_range range, int argument,
+                                        expression value);
+struct requirement requirement_order(struct memory *memory, const char *needed, expression below,
+                                     expression above);
+struct requirement requirement_hole(expression inner, expression outer);
+struct requirement requirement_along(expression along, expression length);
+struct requirement requirement_moments(const expression inertia[6]);
+struct requirement requirement_products(const expression inertia[6]);
+struct requirement requirement_direction(const expression components[3]);
+struct requirement requirement_length(struct graph *g, const expression components[3]);
 
 /* What is wrong with a requirement at the parameters' values, as the message without its place; NULL:
  * nothing.
  */
 const char *requirement_broken(struct memory *memory, struct graph *graph, const struct parameter *parameters,
                                const struct requirement *requirement);
-/* Does a requirement depend on a parameter? `is_marked` (parameter_count): of those that are asked for. */
-bool requirement_depends(const struct model *model, const struct requirement *requirement,
-                         const bool *is_marked);
 
 #endif

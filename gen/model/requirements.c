@@ -1,161 +1,279 @@
 /*
- * What a model's numbers have to be. Takes numbers with the values that parameters have; gives what is wrong
- * with them; declared in model.h.
+ * What a model's numbers have to be; declared in model.h.
+ *
+ * Each rule is written once, as an expression in its numbers. The reader evaluates it with the values that
+ * parameters have then; the emitted quantity `required` has it with the parameters as symbols, for the
+ * values that they are given later.
  */
 #include "model/model.h"
 #include "base/memory.h"
 #include "base/text.h"
 
+#include <float.h>
 #include <math.h>
+#include <string.h>
 
-static bool is_in_range(enum number_range range, double value) {
+/* ---- Truth values: 1 or 0 ---- */
+
+static expression is_less(struct graph *g, expression a, expression b) {
+    return expr_where(g, expr_apply2(g, OP_LESS, a, b), expr_one(g), expr_zero(g));
+}
+
+static expression is_not_less(struct graph *g, expression a, expression b) {
+    return expr_where(g, expr_apply2(g, OP_LESS, a, b), expr_zero(g), expr_one(g));
+}
+
+/* What is set as a parameter is finite; what is computed from parameters need not be. */
+static expression is_finite(struct graph *g, expression value) {
+    if (expr_as_symbol(g, value))
+        return expr_one(g);
+    return is_less(g, expr_apply1(g, OP_ABS, value), expr_number(g, DBL_MAX));
+}
+
+static expression is_in_range(struct graph *g, enum number_range range, expression value) {
+    const expression zero = expr_zero(g);
     switch (range) {
     case RANGE_POSITIVE:
-        return value > 0;
+        return is_less(g, zero, value);
     case RANGE_NOT_NEGATIVE:
-        return value >= 0;
+        return is_not_less(g, value, zero);
     case RANGE_POISSON:
-        return value > -1 && value <= 0.5;
+        return expr_mul(g, is_less(g, expr_number(g, -1), value), is_not_less(g, expr_number(g, 0.5), value));
     case RANGE_SHARE:
-        return value >= 0 && value <= 1;
+        return expr_mul(g, is_not_less(g, value, zero), is_not_less(g, expr_one(g), value));
     default:
-        return true;
+        return expr_one(g);
     }
 }
 
-const char *requirement_fault(struct memory *memory, enum number_range range, double value) {
-    static const char *const needed[] = {[RANGE_ANY] = "a number",
-                                         [RANGE_POSITIVE] = "a positive number",
-                                         [RANGE_NOT_NEGATIVE] = "a number not below 0",
-                                         [RANGE_POISSON] = "a number above -1 and up to 0.5",
-                                         [RANGE_SHARE] = "a number from 0 to 1"};
-    if (!isfinite(value))
-        return memory_format(memory, "value %s, a finite number is needed", text_not_finite(value));
-    if (is_in_range(range, value))
-        return NULL;
-    return memory_format(memory, "value %.6g, %s is needed", value, needed[range]);
+/* ---- The rules ---- */
+
+typedef expression rule(struct graph *g, const struct requirement *requirement, const expression *numbers);
+
+static expression in_range(struct graph *g, const struct requirement *requirement,
+                           const expression *numbers) {
+    return expr_mul(g, is_finite(g, numbers[0]), is_in_range(g, requirement->range, numbers[0]));
 }
 
-/* ---- What may be wrong with the numbers of a requirement ---- */
-
-const char *requirement_field(struct memory *memory, const struct requirement *requirement,
-                              const double *values) {
-    const char *fault = requirement_fault(memory, requirement->range, values[0]);
-    return fault ? memory_format(memory, "%s: %s", requirement->path, fault) : NULL;
+static expression ascends(struct graph *g, const struct requirement *requirement, const expression *numbers) {
+    (void)requirement;
+    return is_less(g, numbers[0], numbers[1]);
 }
 
-const char *requirement_argument(struct memory *memory, const struct requirement *requirement,
-                                 const double *values) {
-    const double size = values[0];
-    const char *needed = requirement->range == RANGE_POSITIVE ? "a positive number" : "a number not below 0";
-    if (!isfinite(size))
-        return memory_format(memory, "%s: argument %d is %s, a finite number is needed", requirement->path,
-                             requirement->argument, text_not_finite(size));
-    if (is_in_range(requirement->range, size))
-        return NULL;
-    return memory_format(memory, "%s: argument %d is %.6g, %s is needed", requirement->path,
-                         requirement->argument, size, needed);
+/* But for the rounding of a sum of lengths. */
+static expression lies_within(struct graph *g, const struct requirement *requirement,
+                              const expression *numbers) {
+    (void)requirement;
+    return is_not_less(g, expr_mul(g, numbers[1], expr_number(g, 1 + 1e-12)), numbers[0]);
 }
 
-const char *requirement_order(struct memory *memory, const struct requirement *requirement,
-                              const double *values) {
-    if (values[0] < values[1])
-        return NULL;
-    return memory_format(memory, "%s: from %.6g to %.6g, %s is needed", requirement->path, values[0],
-                         values[1], requirement->needed);
+static expression smallest(struct graph *g, const expression three[3]) {
+    return expr_apply2(g, OP_MIN, three[0], expr_apply2(g, OP_MIN, three[1], three[2]));
 }
 
-const char *requirement_hole(struct memory *memory, const struct requirement *requirement,
-                             const double *values) {
-    if (values[0] < values[1])
-        return NULL;
-    return memory_format(memory, "%s: value %.6g, less than the outer diameter %.6g is needed",
-                         requirement->path, values[0], values[1]);
+static expression largest(struct graph *g, const expression three[3]) {
+    return expr_apply2(g, OP_MAX, three[0], expr_apply2(g, OP_MAX, three[1], three[2]));
 }
 
-const char *requirement_along(struct memory *memory, const struct requirement *requirement,
-                              const double *values) {
-    if (!(values[0] > values[1] * (1 + 1e-12)))
-        return NULL;
-    return memory_format(memory, "%s: value %.6g, the beam ends at %.6g", requirement->path, values[0],
-                         values[1]);
+static expression half_sum(struct graph *g, const expression I[3]) {
+    return expr_div(g, expr_add(g, expr_add(g, I[0], I[1]), I[2]), expr_number(g, 2));
+}
+
+/* Where a moment is left out, since the link never turns so, only what is given is looked at. */
+static expression is_complete(struct graph *g, const expression I[3]) {
+    return expr_apply2(g, OP_LESS, expr_zero(g), smallest(g, I));
+}
+
+static expression has_moments(struct graph *g, const struct requirement *requirement, const expression *I) {
+    (void)requirement;
+    const expression bound = expr_mul(g, half_sum(g, I), expr_number(g, 1 + 1e-9));
+    return expr_where(g, is_complete(g, I), is_not_less(g, bound, largest(g, I)), expr_one(g));
+}
+
+/* a b - c^2 */
+static expression minor(struct graph *g, expression a, expression b, expression c) {
+    return expr_sub(g, expr_mul(g, a, b), expr_mul(g, c, c));
+}
+
+static expression is_not_below(struct graph *g, expression value, expression scale) {
+    return is_not_less(g, value, expr_mul(g, expr_number(g, -1e-9), scale));
 }
 
 /* No principal minor of the symmetric tensor xx yy zz xy xz yz is negative, but for rounding. */
-static bool is_positive_semidefinite(const double J[6]) {
-    const double scale = fmax(fabs(J[0]), fmax(fabs(J[1]), fabs(J[2]))), slack = 1e-9;
-    const double xy = J[0] * J[1] - J[3] * J[3], xz = J[0] * J[2] - J[4] * J[4],
-                 yz = J[1] * J[2] - J[5] * J[5];
-    const double all = J[0] * yz - J[3] * (J[3] * J[2] - J[5] * J[4]) + J[4] * (J[3] * J[5] - J[1] * J[4]);
-    return fmin(J[0], fmin(J[1], J[2])) >= -slack * scale &&
-           fmin(xy, fmin(xz, yz)) >= -slack * scale * scale && all >= -slack * scale * scale * scale;
+static expression is_positive_semidefinite(struct graph *g, const expression J[6]) {
+    expression sizes[3];
+    for (int i = 0; i < 3; i++)
+        sizes[i] = expr_apply1(g, OP_ABS, J[i]);
+    const expression scale = largest(g, sizes), square = expr_mul(g, scale, scale);
+    const expression yz = minor(g, J[1], J[2], J[5]);
+    const expression minors[3] = {minor(g, J[0], J[1], J[3]), minor(g, J[0], J[2], J[4]), yz};
+    const expression xy_part = expr_sub(g, expr_mul(g, J[3], J[2]), expr_mul(g, J[5], J[4]));
+    const expression xz_part = expr_sub(g, expr_mul(g, J[3], J[5]), expr_mul(g, J[1], J[4]));
+    const expression others = expr_sub(g, expr_mul(g, J[4], xz_part), expr_mul(g, J[3], xy_part));
+    const expression all = expr_add(g, expr_mul(g, J[0], yz), others);
+    return expr_mul(
+        g, expr_mul(g, is_not_below(g, smallest(g, J), scale), is_not_below(g, smallest(g, minors), square)),
+        is_not_below(g, all, expr_mul(g, square, scale)));
 }
 
-/*
- * A body has int x^2 dm = (yy + zz - xx) / 2 and so on: that tensor of second moments must not be negative,
- * which contains the triangle inequality. Where a moment is left out, since the link never turns so, only
- * what is given is looked at.
- */
-const char *requirement_inertia(struct memory *memory, const struct requirement *requirement,
-                                const double *values) {
-    const double *I = values, half = (I[0] + I[1] + I[2]) / 2, largest = fmax(I[0], fmax(I[1], I[2]));
-    const bool is_complete = I[0] > 0 && I[1] > 0 && I[2] > 0;
-    double second[6];
-    for (int i = 0; i < 6; i++)
-        second[i] = (i < 3 ? half : 0) - I[i];
-    if (is_complete && largest > half * (1 + 1e-9))
-        return memory_format(memory,
-                             "%s: inertia %.6g %.6g %.6g, none may be larger than the sum of the others",
-                             requirement->path, I[0], I[1], I[2]);
-    if (is_positive_semidefinite(is_complete ? second : I))
-        return NULL;
-    return memory_format(
-        memory, "%s: inertia: products %.6g %.6g %.6g are too large for its moments, no body has such",
-        requirement->path, I[3], I[4], I[5]);
+/* A body has int x^2 dm = (yy + zz - xx) / 2 and so on: that tensor of second moments must not be negative.
+ * Numbers: xy xz yz, then xx yy zz. */
+static expression has_products(struct graph *g, const struct requirement *requirement,
+                               const expression *numbers) {
+    const expression *moments = numbers + 3, half = half_sum(g, moments);
+    expression I[6], second[6];
+    (void)requirement;
+    for (int i = 0; i < 6; i++) {
+        I[i] = i < 3 ? moments[i] : numbers[i - 3];
+        second[i] = expr_sub(g, i < 3 ? half : expr_zero(g), I[i]);
+    }
+    return expr_where(g, is_complete(g, moments), is_positive_semidefinite(g, second),
+                      is_positive_semidefinite(g, I));
 }
 
-const char *requirement_direction(struct memory *memory, const struct requirement *requirement,
-                                  const double *values) {
-    if (fmax(fabs(values[0]), fmax(fabs(values[1]), fabs(values[2]))) > 0)
-        return NULL;
-    return memory_format(memory, "%s: of length 0, a direction is needed", requirement->path);
+static expression largest_component(struct graph *g, const expression v[3]) {
+    expression sizes[3];
+    for (int i = 0; i < 3; i++)
+        sizes[i] = expr_apply1(g, OP_ABS, v[i]);
+    return largest(g, sizes);
 }
 
-const char *requirement_length(struct memory *memory, const struct requirement *requirement,
-                               const double *values) {
-    const double least = 1e-100, largest = 1e100, length = hypot(hypot(values[0], values[1]), values[2]);
-    if (length == 0 || (length >= least && length <= largest)) /* 0 is no direction, and told as such */
-        return NULL;
-    return memory_format(memory, "%s: of length %.6g, from %g to %g is needed", requirement->path, length,
-                         least, largest);
+static expression has_length(struct graph *g, const struct requirement *requirement, const expression *v) {
+    (void)requirement;
+    return is_less(g, expr_zero(g), largest_component(g, v));
+}
+
+/* The square of the length is a number, too. Length 0 is no direction, which another rule says. */
+static expression has_square(struct graph *g, const struct requirement *requirement,
+                             const expression *numbers) {
+    const expression length = numbers[0];
+    (void)requirement;
+    return expr_mul(g,
+                    expr_where(g, expr_apply2(g, OP_LESS, expr_zero(g), length),
+                               is_not_less(g, length, expr_number(g, 1e-100)), expr_one(g)),
+                    is_not_less(g, expr_number(g, 1e100), length));
+}
+
+/* ---- Requirements ---- */
+
+static const char *const ranges[] = {[RANGE_ANY] = "a number",
+                                     [RANGE_POSITIVE] = "a positive number",
+                                     [RANGE_NOT_NEGATIVE] = "a number not below 0",
+                                     [RANGE_POISSON] = "a number above -1 and up to 0.5",
+                                     [RANGE_SHARE] = "a number from 0 to 1"};
+
+static struct requirement of_numbers(rule *holds, const char *fact, const expression *numbers, int count) {
+    struct requirement requirement = {.holds = holds, .fact = fact, .count = count};
+    memcpy(requirement.values, numbers, (size_t)count * sizeof *numbers);
+    return requirement;
+}
+
+struct requirement requirement_field(enum number_range range, expression value) {
+    static const char *const facts[] = {[RANGE_ANY] = "value %.6g, a number is needed",
+                                        [RANGE_POSITIVE] = "value %.6g, a positive number is needed",
+                                        [RANGE_NOT_NEGATIVE] = "value %.6g, a number not below 0 is needed",
+                                        [RANGE_POISSON] =
+                                            "value %.6g, a number above -1 and up to 0.5 is needed",
+                                        [RANGE_SHARE] = "value %.6g, a number from 0 to 1 is needed"};
+    struct requirement requirement = of_numbers(in_range, facts[range], &value, 1);
+    requirement.range = range;
+    return requirement;
+}
+
+struct requirement requirement_argument(struct memory *memory, enum number_range range, int argument,
+                                        expression value) {
+    const char *fact = memory_format(memory, "argument %d is %%.6g, %s is needed", argument, ranges[range]);
+    struct requirement requirement = of_numbers(in_range, fact, &value, 1);
+    requirement.range = range;
+    return requirement;
+}
+
+struct requirement requirement_order(struct memory *memory, const char *needed, expression below,
+                                     expression above) {
+    const char *fact = memory_format(memory, "from %%.6g to %%.6g, %s is needed", needed);
+    return of_numbers(ascends, fact, (expression[]){below, above}, 2);
+}
+
+struct requirement requirement_hole(expression inner, expression outer) {
+    return of_numbers(ascends, "value %.6g, less than the outer diameter %.6g is needed",
+                      (expression[]){inner, outer}, 2);
+}
+
+struct requirement requirement_along(expression along, expression length) {
+    return of_numbers(lies_within, "value %.6g, the beam ends at %.6g", (expression[]){along, length}, 2);
+}
+
+struct requirement requirement_moments(const expression inertia[6]) {
+    return of_numbers(has_moments, "inertia %.6g %.6g %.6g, none may be larger than the sum of the others",
+                      inertia, 3);
+}
+
+struct requirement requirement_products(const expression I[6]) {
+    const expression numbers[6] = {I[3], I[4], I[5], I[0], I[1], I[2]};
+    return of_numbers(has_products,
+                      "inertia: products %.6g %.6g %.6g are too large for its moments, no body has such",
+                      numbers, 6);
+}
+
+struct requirement requirement_direction(const expression components[3]) {
+    return of_numbers(has_length, "of length 0, a direction is needed", components, 3);
+}
+
+/* Of components whose squares may be no numbers. */
+static expression length_of(struct graph *g, const expression v[3]) {
+    const expression size = expr_apply2(g, OP_MAX, largest_component(g, v), expr_number(g, DBL_MIN));
+    expression sum = expr_zero(g);
+    for (int i = 0; i < 3; i++) {
+        const expression part = expr_div(g, v[i], size);
+        sum = expr_add(g, sum, expr_mul(g, part, part));
+    }
+    return expr_mul(g, size, expr_sqrt(g, sum));
+}
+
+struct requirement requirement_length(struct graph *g, const expression components[3]) {
+    return of_numbers(has_square, "of length %.6g, from 1e-100 to 1e+100 is needed",
+                      (expression[]){length_of(g, components)}, 1);
+}
+
+/* ---- Numbers that are not as needed ---- */
+
+static bool has_broken(struct memory *memory, const struct requirement *requirement, const double *numbers) {
+    const struct memory_mark mark = memory_mark(memory);
+    struct graph scratch;
+    expression constants[6];
+    double value = 0;
+    graph_start(&scratch, memory);
+    for (int i = 0; i < requirement->count; i++)
+        constants[i] = expr_number(&scratch, numbers[i]);
+    expr_is_number(&scratch, requirement->holds(&scratch, requirement, constants), &value);
+    memory_back(memory, mark);
+    return value == 0;
+}
+
+/* The fact with these numbers in it. One that is not finite is a fact by itself. */
+static const char *fact_of(struct memory *memory, const struct requirement *requirement,
+                           const double *numbers) {
+    const double *x = numbers;
+    for (int i = 0; i < requirement->count; i++)
+        if (!isfinite(x[i]))
+            return memory_format(memory, "%.*s%s, a finite number is needed",
+                                 (int)strcspn(requirement->fact, "%"), requirement->fact,
+                                 text_not_finite(x[i]));
+    return memory_format(memory, requirement->fact, x[0], x[1], x[2], x[3], x[4], x[5]);
+}
+
+const char *requirement_fault(struct memory *memory, enum number_range range, double value) {
+    const struct requirement requirement = requirement_field(range, 0);
+    const double numbers[6] = {value};
+    return has_broken(memory, &requirement, numbers) ? fact_of(memory, &requirement, numbers) : NULL;
 }
 
 const char *requirement_broken(struct memory *memory, struct graph *graph, const struct parameter *parameters,
                                const struct requirement *requirement) {
-    double values[sizeof requirement->values / sizeof *requirement->values];
+    double numbers[6] = {0};
     for (int i = 0; i < requirement->count; i++)
-        values[i] = parameters_evaluate(graph, parameters, requirement->values[i]);
-    return requirement->fault(memory, requirement, values);
-}
-
-/* ---- What a requirement hangs on ---- */
-
-/* Is it or one of its operands a marked parameter? */
-struct looking {
-    const bool *is_marked;
-    bool is_found;
-};
-
-static double note_parameter(void *context, const struct symbol *symbol) {
-    struct looking *looking = context;
-    looking->is_found |= symbol->kind == SYMBOL_PARAMETER && looking->is_marked[symbol->index];
-    return 1;
-}
-
-bool requirement_depends(const struct model *model, const struct requirement *requirement,
-                         const bool *is_marked) {
-    struct looking looking = {.is_marked = is_marked};
-    for (int i = 0; i < requirement->count; i++)
-        rewrite_evaluate(model->graph, requirement->values[i], note_parameter, &looking);
-    return looking.is_found;
+        numbers[i] = parameters_evaluate(graph, parameters, requirement->values[i]);
+    if (!has_broken(memory, requirement, numbers))
+        return NULL;
+    return memory_format(memory, "%s: %s", requirement->path, fact_of(memory, requirement, numbers));
 }

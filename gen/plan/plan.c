@@ -28,7 +28,9 @@ static bool is_parameter_only(const struct graph *g, expression e) {
 }
 
 static bool is_moved(const struct plan *plan, const struct function *function, expression e) {
-    return function != &plan->prepare && is_parameter_only(plan->g, e);
+    if (function == &plan->prepare)
+        return false;
+    return function->keeps_parameters ? plan->is_derived[e] : is_parameter_only(plan->g, e);
 }
 
 static int slot_index(const struct graph *g, expression e) {

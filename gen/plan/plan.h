@@ -67,9 +67,10 @@ struct part {
 
 struct function {
     const char *quantity, *about;
-    bool takes_motion;    /* behind qd stands what `constrained` gives: qdd (n), power (1), lambda (m) */
-    bool has_blocks;      /* its result is a struct even with one part, whose name is that of an argument */
-    struct array *arrays; /* parts of the result, then local arrays, which loops read */
+    bool takes_motion;     /* behind qd stands what `constrained` gives: qdd (n), power (1), lambda (m) */
+    bool keeps_parameters; /* what it needs of parameters alone it computes itself, not `prepare` */
+    bool has_blocks;       /* its result is a struct even with one part, whose name is that of an argument */
+    struct array *arrays;  /* parts of the result, then local arrays, which loops read */
     int array_count, local_count, array_capacity;
     int out_count, local_out_count; /* entries of all arrays */
     struct part
@@ -112,6 +113,9 @@ struct plan {
     expression *breaks, *switches; /* times of kinks; what changes sign at others: times_of_kinks.h */
     int break_count, switch_count;
     expression pace;      /* of these: their largest angular frequency [rad/s] */
+    struct requirement *requirements; /* of parameters that some function reads, */
+    expression *required;             /* and where they hold */
+    int requirement_count;
     expression *no_kinks; /* comparisons that are none: times_of_kinks.h */
     int no_kink_count;
     struct function prepare;  /* results: values of parameters alone, ascending */

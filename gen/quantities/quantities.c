@@ -7,6 +7,7 @@
 #include "quantities/quantities.h"
 #include "quantities/spatial_jacobian.h"
 #include "quantities/event_terms.h"
+#include "quantities/required_values.h"
 #include "quantities/times_of_kinks.h"
 #include "quantities/pair_loops.h"
 #include "dynamics/coordinate_derivatives.h"
@@ -426,7 +427,7 @@ struct quantity {
     enum use use;
 };
 
-/* `anchor` and `start` stand last: they set what the others read. */
+/* `anchor` and `start` follow what reads the values that they set; `required` is about all that is read. */
 static const struct quantity quantities[] = {
     {"M", "mass matrix", always, "", build_M, BY_DEFAULT},
     {"h", "bias forces h = -c (Coriolis, centrifugal)", always, "", build_h, BY_DEFAULT},
@@ -491,6 +492,8 @@ static const struct quantity quantities[] = {
     {"anchor", "parameters whose default is a value at the start of a motion", has_anchors,
      "anchored parameters", build_anchor, BY_DEFAULT},
     {"start", "coordinates and rates at the start of a motion", always, "", build_start, BY_DEFAULT},
+    {"required", "what the model needs of parameters", required_values_exist, "rules for parameters",
+     required_values_build, BY_DEFAULT},
 };
 
 enum { QUANTITY_COUNT = sizeof quantities / sizeof *quantities };
@@ -668,10 +671,11 @@ static struct function *function_of(const struct plan *plan, const char *quantit
     return NULL;
 }
 
-/* Beside what is asked for: what anchors parameters and tells breaks and events. */
+/* Also without being asked for: what anchors parameters, breaks, events, and rules for parameters. */
 static bool is_wanted(const struct derivation *d, const struct quantity *quantity) {
     return is_asked_for(d, quantity) || quantity->build == build_anchor || quantity->build == build_breaks ||
            quantity->build == build_switches || quantity->build == build_pace ||
+           quantity->build == required_values_build ||
            quantity->build == event_terms_build_values || quantity->build == event_terms_build ||
            (quantity->build == build_start && has_anchors(d));
 }
@@ -756,6 +760,8 @@ bool quantities_list_functions(struct plan *plan, const char *emit) {
             time_events_find(plan);
         if (quantity->build == build_anchor)
             list_anchored(d);
+        if (quantity->build == required_values_build)
+            required_values_find(d);
         if (!quantity->exists(d)) {
             if (is_asked_for(d, quantity))
                 say_left_out(plan, quantity->name, quantity->reason, &last_reason);

@@ -80,7 +80,10 @@ static bool is_of_parameters(const struct checker *checker, expression e) {
     return (checker->graph->nodes[e].depends & ~ON_PARAMETER) == 0;
 }
 
-static void require(const struct checker *checker, struct requirement requirement) {
+static void require(const struct checker *checker, struct requirement requirement, const char *path,
+                    struct place place) {
+    requirement.path = path;
+    requirement.place = place;
     const char *fault = declarations_require(checker->declarations, requirement);
     if (fault)
         message_error(checker->messages, requirement.place, "%s", fault);
@@ -99,12 +102,7 @@ static void check_value(const struct checker *checker, const struct value *value
                       "%s: depends on the motion, a number or an expression of parameters is needed", path);
         return;
     }
-    require(checker, (struct requirement){.fault = requirement_field,
-                                          .values = {e},
-                                          .count = 1,
-                                          .range = range,
-                                          .path = path,
-                                          .place = value->place});
+    require(checker, requirement_field(range, e), path, value->place);
 }
 
 static void check_number(const struct checker *checker, const struct value *value,
@@ -164,8 +162,7 @@ static void check_free_vector(const struct checker *checker, const struct value 
 /* A direction has a length: one of its components is not 0. */
 static void check_direction(const struct checker *checker, const struct value *value,
                             const struct field_rule *rule, const char *path) {
-    struct requirement requirement = {
-        .fault = requirement_direction, .count = value->item_count, .path = path, .place = value->place};
+    expression components[3];
     if (value->kind == VALUE_TEXT) {
         if (strlen(value->text) != 1 || !strchr("xyz", *value->text))
             message_error(checker->messages, value->place, "%s: \"%s\" is no axis, x y z are", path,
@@ -176,10 +173,10 @@ static void check_direction(const struct checker *checker, const struct value *v
     if (value->item_count != 3)
         return;
     for (int i = 0; i < 3; i++)
-        if (!value_expression(checker->graph, &value->items[i], &requirement.values[i]) ||
-            !is_of_parameters(checker, requirement.values[i]))
+        if (!value_expression(checker->graph, &value->items[i], &components[i]) ||
+            !is_of_parameters(checker, components[i]))
             return; /* said already */
-    require(checker, requirement);
+    require(checker, requirement_direction(components), path, value->place);
 }
 
 /* ---- turns ---- */

@@ -104,8 +104,7 @@ static void require(struct module_call *call, struct requirement requirement) {
 /* Argument `low` is below argument `high`. */
 static void order_arguments(struct module_call *call, int low, int high, const char *needed) {
     const expression below = expression_argument(call, low), above = expression_argument(call, high);
-    require(call, (struct requirement){
-                      .fault = requirement_order, .values = {below, above}, .count = 2, .needed = needed});
+    require(call, requirement_order(call->declarations->memory, needed, below, above));
 }
 
 static void run_rise(struct module_call *call,
@@ -137,11 +136,8 @@ static void give_section(struct module_call *call, struct section section) {
 /* Squares would hide a sign. What depends on the motion is refused with the section's fields. */
 static expression size_argument(struct module_call *call, int index, bool may_be_zero) {
     const expression e = expression_argument(call, index);
-    require(call, (struct requirement){.fault = requirement_argument,
-                                       .values = {e},
-                                       .count = 1,
-                                       .range = may_be_zero ? RANGE_NOT_NEGATIVE : RANGE_POSITIVE,
-                                       .argument = index + 1});
+    require(call, requirement_argument(call->declarations->memory,
+                                       may_be_zero ? RANGE_NOT_NEGATIVE : RANGE_POSITIVE, index + 1, e));
     return e;
 }
 

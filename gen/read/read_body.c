@@ -93,11 +93,8 @@ static struct shape tube_shape(const struct reader *reader, const struct value *
     const expression hole =
         inner ? fields_get_value(check, table, FIELD_TUBE_inner) : expr_zero(check->graph);
     if (inner)
-        read_require(reader, (struct requirement){.fault = requirement_hole,
-                                                  .values = {hole, outer},
-                                                  .count = 2,
-                                                  .path = fields_path_name(check, path, "inner"),
-                                                  .place = inner->place});
+        read_require(reader, requirement_hole(hole, outer), fields_path_name(check, path, "inner"),
+                     inner->place);
     return hollow_shape(check->graph, axis, outer, hole, fields_get_value(check, table, FIELD_TUBE_length));
 }
 

@@ -67,10 +67,7 @@ static bool read_names(const struct reader *reader, const struct value *table, c
 /* Squares of its components are numbers, too. */
 static void require_length(const struct reader *reader, const struct value *axis, const char *path,
                            const struct joint *joint) {
-    struct requirement requirement = {
-        .fault = requirement_length, .count = 3, .path = path, .place = axis->place};
-    memcpy(requirement.values, joint->direction, sizeof joint->direction);
-    read_require(reader, requirement);
+    read_require(reader, requirement_length(reader->check.graph, joint->direction), path, axis->place);
 }
 
 /* One coordinate has a direction of its own. */

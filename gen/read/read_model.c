@@ -47,10 +47,10 @@ struct entry {
 static void check_inertias(const struct reader *reader, const struct link *link) {
     const char *path = memory_format(reader->check.memory, "link %s", link->name);
     for (int i = 0; i < link->solid_count; i++) {
-        struct requirement requirement = {
-            .fault = requirement_inertia, .count = 6, .path = path, .place = link->place};
-        memcpy(requirement.values, link->solids[i].inertia, sizeof requirement.values);
-        read_require(reader, requirement);
+        const int errors = reader->check.messages->errors;
+        read_require(reader, requirement_moments(link->solids[i].inertia), path, link->place);
+        if (reader->check.messages->errors == errors)
+            read_require(reader, requirement_products(link->solids[i].inertia), path, link->place);
     }
 }
 

@@ -15,7 +15,10 @@ double read_value_now(const struct reader *reader, expression e) {
     return parameters_evaluate(reader->check.graph, reader->check.declarations->parameters, e);
 }
 
-void read_require(const struct reader *reader, struct requirement requirement) {
+void read_require(const struct reader *reader, struct requirement requirement, const char *path,
+                  struct place place) {
+    requirement.path = path;
+    requirement.place = place;
     const char *fault = declarations_require(reader->check.declarations, requirement);
     if (fault)
         message_error(reader->check.messages, requirement.place, "%s", fault);
@@ -168,11 +171,7 @@ static void read_along(const struct reader *reader, const struct value *along, c
     }
     value_expression(check->graph, along, &at->along);
     at->where = AT_ALONG;
-    read_require(reader, (struct requirement){.fault = requirement_along,
-                                              .values = {at->along, beam_length(reader, &link->beam)},
-                                              .count = 2,
-                                              .path = path,
-                                              .place = along->place});
+    read_require(reader, requirement_along(at->along, beam_length(reader, &link->beam)), path, along->place);
 }
 
 bool read_attachment(const struct reader *reader, const struct value *table,

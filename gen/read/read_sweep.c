@@ -15,6 +15,8 @@
 /* What reading may take of memory, deriving included, and how many cases are no accident. */
 static const size_t bound_of_reading = (size_t)256 << 20;
 static const double cases_by_accident = 1e6;
+/* What the tables of all cases may take. */
+static const size_t bound_of_cases = (size_t)512 << 20;
 /* How many columns the sequences of GSL have. */
 enum { SOBOL_MOST = 40, HALTON_MOST = 1229 };
 
@@ -455,13 +457,26 @@ double sweep_file_case_count(const struct sweep_file *file) {
     return count;
 }
 
+/* Values of all cases, their structure and their number: as large as all else that a sweep may take. */
+static void check_case_memory(const struct reading *reading, const struct value *sweep, double count) {
+    const double bytes = count * (8.0 * (reading->file->vary_count + 1) + 4);
+    if (bytes > (double)bound_of_cases)
+        message_error(
+            reading->check.messages, sweep->place,
+            "rd.sweep: %.15g cases take %.0f MB of memory, more than %d MB; parts of them are sweeps of "
+            "their own",
+            count, ceil(bytes / 1048576), (int)(bound_of_cases >> 20));
+}
+
 static void check_case_count(const struct reading *reading, const struct value *sweep) {
     const struct sweep_file *file = reading->file;
     struct memory *memory = reading->check.memory;
     const double count = sweep_file_case_count(file);
     const char *factors = "";
-    if (count <= file->cases_max)
+    if (count <= file->cases_max) {
+        check_case_memory(reading, sweep, count);
         return;
+    }
     for (int i = 0; i < file->vary_count; i++)
         if (file->varies[i].count > 1)
             factors = memory_format(memory, "%s%s%.15g of %s", factors, *factors ? " x " : "",

@@ -47,7 +47,8 @@ void read_turns(const struct reader *reader, const struct value *turns, struct p
 void read_joints(const struct reader *reader, const struct value *table, const char *path, struct link *link);
 double read_value_now(const struct reader *reader, expression e); /* with the parameters' values */
 /* Complains when it is not met; keeps it for other values of parameters. */
-void read_require(const struct reader *reader, struct requirement requirement);
+void read_require(const struct reader *reader, struct requirement requirement, const char *path,
+                  struct place place);
 /* Mass data of a link and its list of bodies. */
 void read_solids(const struct reader *reader, const struct value *table, const char *path, struct link *link);
 void read_beam(const struct reader *reader, const struct value *table, const char *path, struct beam *beam);

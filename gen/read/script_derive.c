@@ -54,9 +54,18 @@ static int refuse_field(lua_State *L) {
     return luaL_error(L, "derive: \"%s\" does not vary, names of `vary` are given", name);
 }
 
+/* A field is written that the argument does not have. */
+static int refuse_new_field(lua_State *L) {
+    return luaL_error(
+        L, "derive: \"%s\" is written to the values of a case, which stay: return { NAME = value }",
+        lua_type(L, 2) == LUA_TSTRING ? script_name_at(L, 2) : luaL_typename(L, 2));
+}
+
 /* The metatable of all arguments. (-0, +1) */
 static void push_guard(lua_State *L, struct derivation *job) {
-    lua_createtable(L, 0, 2);
+    lua_createtable(L, 0, 3);
+    lua_pushcfunction(L, refuse_new_field);
+    lua_setfield(L, -2, "__newindex");
     lua_pushlightuserdata(L, job);
     lua_pushcclosure(L, refuse_field, 1);
     lua_setfield(L, -2, "__index");
@@ -65,24 +74,49 @@ static void push_guard(lua_State *L, struct derivation *job) {
 }
 
 /* (-0, +1) */
+static void push_value(lua_State *L, const struct case_column *column, long index) {
+    const double value = column->values[index];
+    if (column->kind == CASES_TEXTS)
+        lua_pushstring(L, column->texts[(int)value]);
+    else if (column->kind == CASES_TRUTHS)
+        lua_pushboolean(L, value != 0);
+    else if (column->kind == CASES_WHOLE)
+        lua_pushinteger(L, (lua_Integer)value);
+    else
+        lua_pushnumber(L, value);
+}
+
+/* (-0, +1) */
 static void push_case(lua_State *L, const struct derivation *job) {
     const struct case_table *given = job->given;
     lua_createtable(L, 0, given->width);
     for (int i = 0; i < given->width; i++) {
-        const struct case_column *column = &given->columns[i];
-        const double value = column->values[job->index];
-        if (column->kind == CASES_TEXTS)
-            lua_pushstring(L, column->texts[(int)value]);
-        else if (column->kind == CASES_TRUTHS)
-            lua_pushboolean(L, value != 0);
-        else if (column->kind == CASES_WHOLE)
-            lua_pushinteger(L, (lua_Integer)value);
-        else
-            lua_pushnumber(L, value);
-        lua_setfield(L, -2, column->name);
+        push_value(L, &given->columns[i], job->index);
+        lua_setfield(L, -2, given->columns[i].name);
     }
     lua_pushvalue(L, AT_GUARD);
     lua_setmetatable(L, -2);
+}
+
+/* The argument on top of the stack has been used: a change in it would change no case. (-1, +0) */
+static void check_argument(lua_State *L, const struct derivation *job) {
+    static const char fact[] = "the function writes to the values of the case, which stay: it returns others "
+                               "in a table";
+    int count = 0;
+    for (int i = 0; i < job->given->width; i++) {
+        const char *name = job->given->columns[i].name;
+        push_value(L, &job->given->columns[i], job->index);
+        lua_pushstring(L, name);
+        lua_rawget(L, -3);
+        if (!lua_rawequal(L, -1, -2))
+            refuse(L, job, name, fact);
+        lua_pop(L, 2);
+    }
+    for (lua_pushnil(L); lua_next(L, -2); lua_pop(L, 1))
+        count++;
+    if (count > job->given->width)
+        refuse(L, job, NULL, fact);
+    lua_pop(L, 1);
 }
 
 /* ---- What it gives ---- */
@@ -234,10 +268,12 @@ static int run_cases(lua_State *L) {
     push_guard(L, job);
     lua_newtable(L);
     for (job->index = 0; job->index < job->given->count; job->index++) {
-        lua_pushvalue(L, AT_FUNCTION);
         push_case(L, job);
+        lua_pushvalue(L, AT_FUNCTION);
+        lua_pushvalue(L, -2);
         lua_call(L, 1, 1);
         take_result(L, job);
+        check_argument(L, job);
     }
     script_check_events(L);
     return 0;

@@ -20,6 +20,17 @@ static int is_count(int count) {
     return count >= 0 && count <= COUNT_MOST;
 }
 
+/* Their texts, and as many numbers of each as a text takes. */
+static int has_requirements(const struct refdyn_model *model) {
+    const int count = model->requirement_count;
+    if (!is_count(count) || (count > 0 && !(model->requirements && model->required)))
+        return 0;
+    for (int i = 0; i < count; i++)
+        if (model->requirements[i].count < 1 || model->requirements[i].count > REFDYN_REQUIREMENT_NUMBERS)
+            return 0;
+    return 1;
+}
+
 static int has_counts(const struct refdyn_model *model) {
     const int n = model->n, m = model->m, couplings = model->coupling_count;
     if (n < 1 || !is_count(n) || !is_count(m) || !is_count(couplings) || n + m + couplings > DENSE_MOST)
@@ -28,7 +39,7 @@ static int has_counts(const struct refdyn_model *model) {
            is_count(model->input_count) && is_count(model->point_count) && is_count(model->course_count) &&
            is_count(model->break_count) && is_count(model->switch_count) && is_count(model->held_count) &&
            is_count(model->anchored_count) && is_count(model->event_count) && is_count(model->kink_count) &&
-           is_count(model->change_count);
+           is_count(model->change_count) && has_requirements(model);
 }
 
 static int has_tables(const struct refdyn_model *model) {
@@ -75,6 +86,13 @@ static int has_places(const struct refdyn_model *model) {
            lie_in(model->held, model->held_count, 0, n) &&
            lie_in(model->gains, 2 * m, -1, model->parameter_count + model->derived_count) &&
            lie_in(model->anchored, model->anchored_count, 0, model->parameter_count);
+}
+
+int refdyn_required_count(const struct refdyn_model *model) {
+    int count = 0;
+    for (int i = 0; i < model->requirement_count; i++)
+        count += 1 + model->requirements[i].count;
+    return count;
 }
 
 int refdyn_model_status(const struct refdyn_model *model) {

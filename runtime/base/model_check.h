@@ -14,6 +14,9 @@ int refdyn_model_status(const struct refdyn_model *model);
 /* The same of a workspace's model; BAD_MEMORY when its arrays are not laid out. */
 int refdyn_workspace_status(const struct refdyn_workspace *work);
 
+/* Doubles of the result of `required`. */
+int refdyn_required_count(const struct refdyn_model *model);
+
 /* What 1 rad weighs against in coordinate j: `length` for a translation, 1 for a rotation. */
 /* Place in p of the parameter that says whether the contact of event i rests. */
 static inline int refdyn_contact_mode_place(const struct refdyn_model *model, int i) {

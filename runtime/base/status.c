@@ -3,7 +3,7 @@
 
 #include "refdyn.h"
 
-enum { LOWEST = REFDYN_CONTACTS_UNMET };
+enum { LOWEST = REFDYN_REFUSED };
 
 static const char *const texts[] = {
     [REFDYN_OK - LOWEST] = "done",
@@ -34,6 +34,7 @@ static const char *const texts[] = {
     [REFDYN_CONTACT_INSIDE - LOWEST] = "the gap of a contact is negative",
     [REFDYN_CONTACT_DRIVEN - LOWEST] = "the programme drives the bodies of a closed contact into each other",
     [REFDYN_CONTACTS_UNMET - LOWEST] = "no impulses or forces keep all closed contacts from closing further",
+    [REFDYN_REFUSED - LOWEST] = "the model refuses a value of its parameters",
     [REFDYN_EVENT_NOT_MET - LOWEST] = "what an event sets is not finite, or the rows do not allow it",
 };
 

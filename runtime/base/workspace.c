@@ -49,6 +49,7 @@ static size_t lay_out(struct refdyn_workspace *work, char *base) {
     work->wanted = layout_doubles(&layout, m);
     work->change = layout_doubles(&layout, 2 * n);
     work->emitted = layout_doubles(&layout, n + 1 + m);
+    work->required = layout_doubles(&layout, refdyn_required_count(model));
     work->partition.column = layout_ints(&layout, n);
     work->partition.row = layout_ints(&layout, m);
     work->exchange = layout_ints(&layout, m);
@@ -99,6 +100,7 @@ int refdyn_workspace_init(struct refdyn_workspace *work, const struct refdyn_mod
     work->rank_tol = sqrt(DBL_EPSILON);
     /* stabilisation multiplies that drift, so that dependent rows agree to half of those digits again */
     work->consistency_tol = sqrt(sqrt(DBL_EPSILON));
+    work->refused = -1;
     work->fault = (struct refdyn_fault){.row = -1, .coordinate = -1};
     refdyn_partition_reset(work);
     for (int i = 0; i < model->parameter_count; i++)

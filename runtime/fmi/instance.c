@@ -74,6 +74,14 @@ static void add_state(char *text, const struct fmu_instance *instance) {
     add_text(text, "%s", shown < n ? " ..." : "");
 }
 
+static void add_refused(char *text, const struct refdyn_workspace *work) {
+    const struct refdyn_requirement *requirement = &work->model->requirements[work->refused];
+    double x[REFDYN_REQUIREMENT_NUMBERS];
+    refdyn_refused_numbers(work, x);
+    add_text(text, ": %s: ", requirement->subject);
+    add_text(text, requirement->fact, x[0], x[1], x[2], x[3], x[4], x[5]);
+}
+
 enum fmu_status fmu_tell_failure(struct fmu_instance *instance, int status) {
     const struct refdyn_integrator *integrator = &instance->integrator;
     const struct refdyn_model *model = instance->work.model;
@@ -86,9 +94,11 @@ enum fmu_status fmu_tell_failure(struct fmu_instance *instance, int status) {
         add_text(text, ", row %s", model->rows[fault->row].name);
     if (fault->coordinate >= 0 && fault->coordinate < model->n)
         add_text(text, ", coordinate %s", model->coordinates[fault->coordinate].name);
-    if (status == REFDYN_EVENTS_ACCUMULATE || status == REFDYN_EVENT_NOT_MET)
+    if (status == REFDYN_EVENTS_ACCUMULATE || status == REFDYN_EVENT_NOT_MET || status == REFDYN_REFUSED)
         for (int i = 0; i < integrator->event_count; i++)
             add_text(text, ", event %s", model->events[integrator->event[i]].name);
+    if (status == REFDYN_REFUSED)
+        add_refused(text, &instance->work);
     if (integrator->q)
         add_state(text, instance);
     return fmu_tell(instance, FMU_ERROR, "%s", text);

@@ -71,6 +71,7 @@ static int set_values(struct refdyn_motion *motion, int i, struct done *done) {
     struct refdyn_workspace *work = motion->work;
     const struct refdyn_model *model = work->model;
     const struct refdyn_event *event = &model->events[i];
+    int sets_parameters = 0;
     const double *values =
         motion->state_events.terms + motion->state_events.count * (1 + 2 * model->n) + model->event_count;
     for (int k = event->first_change; k < event->first_change + event->change_count; k++) {
@@ -85,8 +86,9 @@ static int set_values(struct refdyn_motion *motion, int i, struct done *done) {
             refdyn_parameters_set(&motion->parameters, work, change->place, values[k]);
         done->has_rates |= change->what == REFDYN_CHANGED_RATE;
         done->has_values |= change->what != REFDYN_CHANGED_RATE;
+        sets_parameters |= change->what == REFDYN_CHANGED_PARAMETER;
     }
-    return REFDYN_OK;
+    return sets_parameters ? refdyn_check_parameters(work) : REFDYN_OK;
 }
 
 /* Rows are asked only where an author sets rates. */

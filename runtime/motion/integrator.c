@@ -273,7 +273,9 @@ static int meet_contacts(struct refdyn_integrator *integrator) {
 }
 
 static int start(struct refdyn_integrator *integrator) {
-    int status = meet_start(integrator);
+    int status = refdyn_check_parameters(integrator->work);
+    if (!status)
+        status = meet_start(integrator);
     if (!status)
         status = meet_contacts(integrator);
     if (!status)
@@ -309,7 +311,9 @@ int refdyn_integrator_refresh(struct refdyn_integrator *integrator) {
     struct refdyn_motion *motion = enter(integrator);
     integrator->work->partition.rank_most = integrator->work->m;
     take_parameters(integrator);
-    int status = refdyn_equations(integrator->work, integrator->t_right, integrator->q, integrator->qd);
+    int status = refdyn_check_parameters(integrator->work);
+    if (!status)
+        status = refdyn_equations(integrator->work, integrator->t_right, integrator->q, integrator->qd);
     if (!status)
         status = solve_seen(integrator);
     refdyn_automatic_go_back(motion, motion->step.t_end - integrator->t);

@@ -41,7 +41,7 @@ static const struct quantity quantities[] = {
     QUANTITY(d_qdd_free),  QUANTITY(d_force),     QUANTITY(accelerations),
     QUANTITY(d_statics),   QUANTITY(d_rows),      QUANTITY(course),
     QUANTITY(breaks),      QUANTITY(switches),    QUANTITY(event),
-    QUANTITY(event_terms), QUANTITY(pace),
+    QUANTITY(event_terms), QUANTITY(pace),        QUANTITY(required),
 };
 
 enum { QUANTITY_COUNT = sizeof quantities / sizeof quantities[0] };
@@ -167,6 +167,7 @@ struct preparation {
     const struct refdyn_model *model;
     const char *is_anchored;  /* (parameter_count) non-zero: the value is that of the start of a motion */
     double *state, *anchored; /* (2 n) and (anchored_count), room */
+    double *required;         /* what the model needs of parameters, room */
 };
 
 /* As refdyn_prepare, refdyn_initial_state and refdyn_anchor do it. */
@@ -194,13 +195,52 @@ static void prepare(const struct preparation *with, double *p, const double *x) 
         model->prepare(p);
 }
 
-static void prepare_rows(const struct preparation *with, Py_ssize_t rows, double *p, const double *x,
-                         int has_x_by_row) {
+/* Doubles of the result of `required`. */
+static size_t required_count(const struct refdyn_model *model) {
+    size_t count = 0;
+    for (int i = 0; i < model->requirement_count; i++)
+        count += 1 + (size_t)model->requirements[i].count;
+    return count;
+}
+
+/* Of the requirements of a model, the first that its parameters p do not meet, -1: none; its numbers. */
+static int find_refused(const struct preparation *with, const double *p, const double *x,
+                        const double **numbers) {
+    const struct refdyn_model *model = with->model;
+    const double *required = with->required;
+    if (model->requirement_count > 0)
+        model->required(p, x, 0, with->state, with->state, with->required);
+    for (int i = 0; i < model->requirement_count; i++) {
+        *numbers = required + 1;
+        if (!(*required > 0))
+            return i;
+        required += 1 + model->requirements[i].count;
+    }
+    return -1;
+}
+
+static PyObject *refuse(const struct refdyn_requirement *requirement, const double *numbers) {
+    double own[REFDYN_REQUIREMENT_NUMBERS] = {0};
+    char fact[512];
+    memcpy(own, numbers, (size_t)requirement->count * sizeof *own);
+    snprintf(fact, sizeof fact, requirement->fact, own[0], own[1], own[2], own[3], own[4], own[5]);
+    return PyErr_Format(PyExc_ValueError, "parameters: the model refuses them: %s: %s", requirement->subject,
+                        fact);
+}
+
+/* Until a row that the model refuses; -1: it takes all. */
+static int prepare_rows(const struct preparation *with, Py_ssize_t rows, double *p, const double *x,
+                        int has_x_by_row, const double **numbers) {
     const Py_ssize_t width = with->model->parameter_count + with->model->derived_count;
+    int refused = -1;
     Py_BEGIN_ALLOW_THREADS;
-    for (Py_ssize_t i = 0; i < rows; i++)
-        prepare(with, p + i * width, x + (has_x_by_row ? i * with->model->input_count : 0));
+    for (Py_ssize_t i = 0; i < rows && refused < 0; i++) {
+        const double *own_x = x + (has_x_by_row ? i * with->model->input_count : 0);
+        prepare(with, p + i * width, own_x);
+        refused = find_refused(with, p + i * width, own_x, numbers);
+    }
     Py_END_ALLOW_THREADS;
+    return refused;
 }
 
 /* prepare(rows, p, is_anchored, x): p (rows x (parameters + derived)) begins each row with the parameters;
@@ -223,17 +263,25 @@ static PyObject *library_prepare(PyObject *self, PyObject *arguments) {
         PyBuffer_Release(&p);
         return NULL;
     }
-    with.state = malloc((4 * (size_t)model->n + (size_t)model->anchored_count + 1) * sizeof *with.state);
+    const double *numbers = NULL;
+    int refused = -1;
+    with.state = malloc((4 * (size_t)model->n + (size_t)model->anchored_count + required_count(model) + 1) *
+                        sizeof *with.state);
+    with.required = with.state + 4 * model->n + model->anchored_count;
     with.anchored = with.state + 2 * model->n;
     const Py_ssize_t given_rows = width ? p.len / (width * (Py_ssize_t)sizeof(double)) : 0;
     const int has_x_by_row = x.len > model->input_count * (Py_ssize_t)sizeof(double);
     if (with.state)
-        prepare_rows(&with, given_rows, p.buf, x.buf, has_x_by_row && given_rows == rows);
+        refused = prepare_rows(&with, given_rows, p.buf, x.buf, has_x_by_row && given_rows == rows, &numbers);
     PyBuffer_Release(&p);
     PyBuffer_Release(&x);
     if (!with.state)
         return PyErr_NoMemory();
+    if (refused >= 0)
+        refuse(&model->requirements[refused], numbers);
     free(with.state);
+    if (refused >= 0)
+        return NULL;
     Py_RETURN_NONE;
 }
 
@@ -247,6 +295,7 @@ static PyObject *library_derived(PyObject *self, void *closure) {
 /* The state of the module. */
 struct types {
     PyTypeObject *function;
+    PyTypeObject *array; /* numpy.ndarray: its kinds, as masked arrays, have more to say than their doubles */
 };
 
 struct function {
@@ -344,6 +393,7 @@ struct call {
     int is_open[VIEWS];
     const double *p, *x, *q, *qd;
     double t, *out;
+    const PyTypeObject *array; /* rows are arrays of this type alone */
 };
 
 static void close_views(struct call *call) {
@@ -355,6 +405,8 @@ static void close_views(struct call *call) {
 /* One row of `count` doubles; NULL, without an error of Python: it is something else. */
 static double *open_row(struct call *call, int which, PyObject *object, int count) {
     Py_buffer *view = &call->views[which];
+    if (Py_TYPE(object) != call->array)
+        return NULL;
     call->is_open[which] = open_doubles(object, view, which == VIEW_OUT ? PyBUF_WRITABLE : 0);
     if (!call->is_open[which] || view->len != count * (Py_ssize_t)sizeof(double) ||
         (view->ndim != 1 && which != VIEW_OUT))
@@ -379,7 +431,8 @@ static int open_call(struct call *call, const struct function *function, PyObjec
  * of its size, t no number: nothing was computed. qd None: rates 0. */
 static PyObject *function_one(PyObject *self, PyObject *const *given, Py_ssize_t count) {
     const struct function *function = (const struct function *)self;
-    struct call call = {.t = 0};
+    const struct types *types = PyType_GetModuleState(Py_TYPE(self));
+    struct call call = {.t = 0, .array = types->array};
     if (count != 4 && count != 6)
         return PyErr_Format(PyExc_TypeError, "one: %zd arguments, not 4 or 6", count);
     const int is_good = open_call(&call, function, given, count);
@@ -576,11 +629,20 @@ static PyType_Spec library_spec = {"refdyn.core.Library", sizeof(struct library)
 static PyType_Spec function_spec = {"refdyn.core.Function", sizeof(struct function), 0,
                                     Py_TPFLAGS_DEFAULT | Py_TPFLAGS_DISALLOW_INSTANTIATION, function_slots};
 
+static PyTypeObject *numpy_array(void) {
+    PyObject *numpy = PyImport_ImportModule("numpy");
+    PyObject *array = numpy ? PyObject_GetAttrString(numpy, "ndarray") : NULL;
+    Py_XDECREF(numpy);
+    return (PyTypeObject *)array;
+}
+
 static int module_exec(PyObject *module) {
     struct types *types = PyModule_GetState(module);
     PyObject *library = PyType_FromModuleAndSpec(module, &library_spec, NULL);
     types->function = (PyTypeObject *)PyType_FromModuleAndSpec(module, &function_spec, NULL);
-    const int status = library && types->function ? PyModule_AddObjectRef(module, "Library", library) : -1;
+    types->array = numpy_array();
+    const int status =
+        library && types->function && types->array ? PyModule_AddObjectRef(module, "Library", library) : -1;
     Py_XDECREF(library);
     return status;
 }
@@ -588,12 +650,14 @@ static int module_exec(PyObject *module) {
 static int module_traverse(PyObject *module, visitproc visit, void *arg) {
     const struct types *types = PyModule_GetState(module);
     Py_VISIT(types->function);
+    Py_VISIT(types->array);
     return 0;
 }
 
 static int module_clear(PyObject *module) {
     struct types *types = PyModule_GetState(module);
     Py_CLEAR(types->function);
+    Py_CLEAR(types->array);
     return 0;
 }
 

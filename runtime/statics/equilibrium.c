@@ -273,6 +273,9 @@ int refdyn_statics(struct refdyn_workspace *work, const struct refdyn_statics_op
         return REFDYN_FUNCTION_MISSING;
     if (!layout_fits(memory, size, refdyn_statics_size(work->model)))
         return REFDYN_BAD_MEMORY;
+    const int refused = refdyn_check_parameters(work);
+    if (refused)
+        return refused;
     memset(memory, 0, refdyn_statics_size(work->model));
     lay_out(&statics, work->model, memory);
     struct balance *balance = &statics.balance;

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray
 
+from .names import has_masked
 from .program import text_of
 from .wording import shown
 
@@ -140,6 +141,9 @@ def write_cases(cases: Mapping[str, npt.ArrayLike], folder: str) -> str:
 
 def write_table(columns: Mapping[str, Any], path: str) -> str:
     """Columns of one length, or of one value for all rows."""
+    for name, values in columns.items():
+        if has_masked(values):
+            raise TypeError(f"{name}: a value is masked, a case needs each of its values")
     arrays = [np.atleast_1d(np.asarray(values)) for values in columns.values()]
     rows = max((array.size for array in arrays), default=0)
     for name, array in zip(columns, arrays):
@@ -153,7 +157,7 @@ def write_table(columns: Mapping[str, Any], path: str) -> str:
 
 
 def field_of(name: str, value: Any) -> str:
-    text = text_of(value)
+    text = text_of(name, value)
     if any(letter in text for letter in ',"\n'):
         raise ValueError(f"{name}: {text!r} has a comma, a quote or the end of a line, which a table cannot have")
     return text

@@ -210,7 +210,7 @@ class Model:
         with program.private_folder() as folder, self._state_file(q, qd, t, {}) as state:
             run, summary = os.path.join(folder, "run.csv"), os.path.join(folder, "summary.json")
             given = {"until": t_end, "tol": tol, "method": method, "step": step, "every": every, "from": state or from_,
-                     "inputs": datasets.write_samples(columns, folder), "output": run, "summary": summary, **options}
+                     "inputs": datasets.write_samples(columns, folder), "output": run, "summary": summary, **program.further(options)}
             try:
                 self._run("sim", given, {**values, **constants}, *(word for condition in conditions for word in ("--stop", condition)))
             except program.NumericalError as error:
@@ -241,7 +241,7 @@ class Model:
         with program.private_folder() as folder:
             runs, summary = os.path.join(folder, "runs.h5"), os.path.join(folder, "summary.json")
             given = {"table": datasets.write_cases(varied, folder) if cases is not None else None, "until": t_end, "tol": tol, "method": method,
-                     "from": from_, "threads": threads, "lanes": lanes, "output": runs, "summary": summary, **options}
+                     "from": from_, "threads": threads, "lanes": lanes, "output": runs, "summary": summary, **program.further(options)}
             self._run("batch", given, dict.fromkeys(varied), *([os.fspath(sweep)] if sweep is not None else []))
             return datasets.of_runs(self, runs, summary, datasets.attributes(self, {}))
 

@@ -40,8 +40,15 @@ def by_name(kind: str, given: Mapping[str, Any] | None, kinds: Mapping[str, Coll
     return given
 
 
+def has_masked(value: Any) -> bool:
+    """Is a value of a masked array left out, or of such arrays in a list?"""
+    return bool(np.ma.is_masked(value)) or isinstance(value, (list, tuple)) and any(map(has_masked, value))
+
+
 def reals(name: str, value: npt.ArrayLike) -> np.ndarray:
-    """Doubles; what would lose something on the way is refused, as are functions and texts."""
+    """Doubles at places that the compiled code can read; what would lose something on the way is refused, as are functions and texts."""
+    if has_masked(value):
+        raise TypeError(f"{name}: a value is masked, real numbers are needed")
     try:
         array = np.asarray(value)
     except TypeError as error:
@@ -49,8 +56,10 @@ def reals(name: str, value: npt.ArrayLike) -> np.ndarray:
     if array.dtype.kind not in "biufO" or array.dtype.kind == "O" and (callable(value) or isinstance(value, Mapping)):
         what = "a function" if callable(value) else f"a value of {array.dtype}" if array.dtype.kind != "O" else type(value).__name__
         raise TypeError(f"{name}: {what}, real numbers are needed")
+    if array.dtype.kind == "O" and any(item is None for item in array.flat):
+        raise TypeError(f"{name}: a value is None, real numbers are needed")
     try:
-        return array.astype(float, copy=False)
+        return np.require(array.astype(float, copy=False), requirements="A")
     except TypeError as error:
         raise TypeError(f"{name}: {error}, real numbers are needed") from error
 

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from . import wording
+from .names import one_real
 
 prefix = pathlib.Path(__file__).absolute().parent  # bin, lib, include: what `cmake --install` installs
 PROGRAM = prefix / "bin" / "refdyn"
@@ -55,14 +56,27 @@ for _exception in (ModelError, NumericalError, ModelWarning):
     _exception.__module__ = "refdyn"
 
 
-def text_of(value: Any) -> str:
+# Options of commands that the package gives itself.
+OWN_OPTIONS = ("until", "from", "output", "summary", "inputs", "stop", "table", "set", "of", "case", "cases", "resume", "dry_run", "slurm",
+               "chunks", "slurm_options", "help")
+
+
+def further(options: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Options that a caller gives beside the arguments of a call."""
+    for name in options:
+        if name.rstrip("_").replace("-", "_") in OWN_OPTIONS:
+            raise TypeError(f"{name}: is no option of this call, which has arguments for what goes in and returns what comes out")
+    return options
+
+
+def text_of(name: str, value: Any) -> str:
     """A value as the command line takes it: numbers read back exactly."""
     if isinstance(value, (bool, np.bool_)):
         return "true" if value else "false"
     if isinstance(value, (int, np.integer)):
         return str(int(value))
-    if isinstance(value, (float, np.floating)) or np.ndim(value) == 0 and not isinstance(value, str):
-        return repr(float(value))
+    if isinstance(value, np.ndarray) or np.ndim(value) == 0 and not isinstance(value, (str, os.PathLike)):
+        return repr(one_real(name, value))
     return str(value)
 
 
@@ -76,12 +90,12 @@ def arguments(options: Mapping[str, Any]) -> list[str]:
         elif isinstance(value, Sequence) and not isinstance(value, str):
             words += [word, ",".join(map(str, value))]
         elif value is not None and value is not False:
-            words += [word, text_of(value)]
+            words += [word, text_of(wording.of_python(word), value)]
     return words
 
 
 def settings(values: Mapping[str, Any]) -> list[str]:
-    return [word for name, value in values.items() for word in ("--set", f"{name}={text_of(value)}")]
+    return [word for name, value in values.items() for word in ("--set", f"{name}={text_of(name, value)}")]
 
 
 def failure(status: int, said: str) -> Exception:

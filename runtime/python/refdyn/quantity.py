@@ -92,7 +92,7 @@ class Quantity:
     q       coordinates (..., n) in the order of `arm.coordinates`
     qd      their rates (..., n); at rest without. Of a tangent: qd, then what `constrained` gives (qdd, power, lambda)
     t       time [s] (...)
-    inputs, parameters   values by name (...); the model's without. A value is not checked by the model's rules.
+    inputs, parameters   values by name (...); the model's without. What the model refuses, as a negative mass, is a ValueError.
 
     Axes before the last one (t, inputs, parameters: all of them) are a batch; they are broadcast, and stand before the
     result's. Gives an array, or where there are several parts a dictionary of arrays. NaN where it has no value.

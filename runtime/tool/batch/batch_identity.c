@@ -115,13 +115,14 @@ void batch_read_options(const json_t *from, struct options *options) {
 bool batch_hash_file(const char *path, char hash[static JOURNAL_HASH]) {
     uint8_t block[4096];
     SHA2_CTX sha;
-    FILE *file = fopen(path, "r");
+    const char *fault;
+    FILE *file = input_open(path, &fault);
     SHA256Init(&sha);
     for (size_t length; file && (length = fread(block, 1, sizeof block, file)) > 0;)
         SHA256Update(&sha, block, length);
     const bool is_read = file && !ferror(file);
     if (!is_read)
-        complain_line(path, 0, text_format("%s, a readable file is needed", strerror(errno)));
+        complain_line(path, 0, text_format("%s, a readable file is needed", file ? strerror(errno) : fault));
     if (file)
         fclose(file);
     SHA256End(&sha, hash);

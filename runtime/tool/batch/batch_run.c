@@ -18,6 +18,7 @@ struct running {
     struct batch_setup *setup;
     const struct batch_sink *sink;
     struct batch_count *count;
+    const struct structure *structure;
     struct recorder *recorders; /* (threads) */
     pthread_mutex_t lock;       /* of all below, of sink and count */
     bool is_broken;             /* a record could not be written */
@@ -56,15 +57,15 @@ static int is_interrupted(void *context) {
 enum { REASON_LENGTH = 512 };
 
 /* Where and why a case failed, as `sim` tells it. */
-static void describe_failure(const struct refdyn_batch_case *one, const struct refdyn_batch_result *result,
-                             char reason[static REASON_LENGTH]) {
+static void describe_failure(const struct running *running, const struct refdyn_batch_case *one,
+                             const struct refdyn_batch_result *result, char reason[static REASON_LENGTH]) {
     static const char *const stages[] = {
         [REFDYN_AT_STATICS] = "equilibrium", [REFDYN_AT_START] = "start", [REFDYN_AT_STEPS] = "motion"};
     const struct refdyn_workspace *work = one->integrator->work;
     const struct refdyn_model *model = work->model;
     const struct refdyn_fault *fault = &work->fault;
     const int cause = result->stage == REFDYN_AT_STEPS ? one->integrator->cause : 0;
-    char t[NUMBER_LENGTH];
+    char t[NUMBER_LENGTH], refused[REFUSED_LENGTH];
     int length = snprintf(reason, REASON_LENGTH, "%s at t = %s s: %s", stages[result->stage],
                           exact_text(result->t, t), refdyn_status_text(result->status));
     if (cause > 0 && cause != result->status && length < REASON_LENGTH)
@@ -77,8 +78,11 @@ static void describe_failure(const struct refdyn_batch_case *one, const struct r
         length += snprintf(reason + length, (size_t)(REASON_LENGTH - length), ", coordinate %s",
                            model->coordinates[fault->coordinate].name);
     if (result->stage == REFDYN_AT_STEPS && one->integrator->event_count > 0 && length < REASON_LENGTH)
-        snprintf(reason + length, (size_t)(REASON_LENGTH - length), ", event %s",
-                 model->events[one->integrator->event[0]].name);
+        length += snprintf(reason + length, (size_t)(REASON_LENGTH - length), ", event %s",
+                           model->events[one->integrator->event[0]].name);
+    if (result->status == REFDYN_REFUSED && length < REASON_LENGTH)
+        snprintf(reason + length, (size_t)(REASON_LENGTH - length), ": %s",
+                 scene_refused_fact(&running->structure->scene, work, refused));
 }
 
 /* The first of the events at its end that end a motion. */
@@ -110,6 +114,11 @@ static void note(struct noted_cases *noted, long number) {
     noted->count++;
 }
 
+/* The values of the case are at fault, and nothing was computed. */
+static bool is_refused_at_start(const struct refdyn_batch_result *result) {
+    return result->status == REFDYN_REFUSED && result->stage != REFDYN_AT_STEPS;
+}
+
 static int end_case(void *context, const struct refdyn_batch_case *one,
                     const struct refdyn_batch_result *result) {
     struct running *running = context;
@@ -122,12 +131,17 @@ static int end_case(void *context, const struct refdyn_batch_case *one,
         describe_end(one, result, reason);
         recorder_end(recorder, result->t);
     }
-    if (has_failed) {
-        describe_failure(one, result, reason);
+    const bool is_refused = is_refused_at_start(result);
+    if (has_failed && !is_refused) {
+        describe_failure(running, one, result, reason);
         recorder_fail(recorder, result->t);
     }
+    if (is_refused)
+        scene_refused_fact(&running->structure->scene, one->integrator->work, reason);
     const struct case_record record = {.number = one->number,
-                                       .status = has_failed ? STATUS_NUMBERS : STATUS_DONE,
+                                       .status = is_refused   ? STATUS_FAULT
+                                                 : has_failed ? STATUS_NUMBERS
+                                                              : STATUS_DONE,
                                        .steps = one->integrator->statistics.steps,
                                        .cpu_s = result->cpu_s,
                                        .reason = reason,
@@ -151,32 +165,13 @@ static int end_case(void *context, const struct refdyn_batch_case *one,
 
 /* ---- A structure ---- */
 
-/* A case whose values the model refuses is not computed. */
-static void refuse_case(struct running *running, long number, const char *reason) {
-    const struct runs_layout *layout = &running->setup->layout;
-    double *values = allocate_large((size_t)layout->width + 1, sizeof *values);
-    for (int i = 0; i < layout->width; i++)
-        values[i] = NAN;
-    const struct case_record record = {
-        .number = number, .status = STATUS_FAULT, .reason = reason, .values = values};
-    running->is_broken = running->is_broken || !running->sink->take(running->sink->context, &record);
-    running->count->cases++;
-    running->count->failed++;
-    free(values);
-}
-
-/* Cases that the sink does not have, and that the model takes. */
-static long list_open_cases(struct running *running, struct structure *structure, long *numbers) {
+/* Cases that the sink does not have. */
+static long list_open_cases(const struct running *running, const struct structure *structure, long *numbers) {
     const struct batch_sink *sink = running->sink;
     long count = 0;
-    for (long i = 0; i < structure->count && !running->is_broken; i++) {
+    for (long i = 0; i < structure->count; i++) {
         const long number = structure->numbers[i];
-        if (sink->has(sink->context, number))
-            continue;
-        const char *reason = structure_refuses(structure, &running->setup->sweep.cases, number);
-        if (reason)
-            refuse_case(running, number, reason);
-        else
+        if (!sink->has(sink->context, number))
             numbers[count++] = number;
     }
     return count;
@@ -215,12 +210,13 @@ static int run_cases(struct running *running, struct structure *structure, long 
     batch.output = see;
     batch.end = end_case;
     batch.stop = is_interrupted;
-    return batch.count > 0 && !running->is_broken ? refdyn_batch_run(&batch, NULL) : REFDYN_OK;
+    return batch.count > 0 ? refdyn_batch_run(&batch, NULL) : REFDYN_OK;
 }
 
 static enum status run_structure(struct running *running, struct structure *structure) {
     const int threads = running->setup->threads;
     long *numbers = allocate_large((size_t)structure->count, sizeof *numbers);
+    running->structure = structure;
     running->recorders =
         allocate_large((size_t)(threads * running->setup->lanes), sizeof *running->recorders);
     const int result = run_cases(running, structure, numbers);

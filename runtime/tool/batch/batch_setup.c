@@ -137,6 +137,10 @@ static enum status check_times(const struct batch_setup *setup) {
     if (every > 0 && (options->until - t) / every > OUTPUTS_MAX)
         return option_error(options, "every", " %g: %.3g outputs, at most %d are taken in a batch", every,
                             (options->until - t) / every, OUTPUTS_MAX);
+    if (every > (options->until - t) * (1 + 1e-9))
+        return option_error(options, "every",
+                            " %g: longer than the motions, which last %g s; outputs lie within them", every,
+                            options->until - t);
     for (int i = 0; i < keep->at_count; i++)
         if (!(keep->at[i] >= t && keep->at[i] <= options->until))
             return option_error(options, "keep", ": time %g, the motions go from %g to %g", keep->at[i], t,

@@ -7,6 +7,7 @@
 #include "batch/batch_run.h"
 #include "batch/case_files.h"
 #include "command_line/commands.h"
+#include "simulate/event_record.h"
 #include "system/interrupt.h"
 #include "system/temporary_folder.h"
 
@@ -135,6 +136,24 @@ static int is_interrupted(void *context) {
     return interrupted != 0;
 }
 
+/* The folder of the model is gone when its place is read. */
+static const char *without_folder(const struct again *again, const char *text) {
+    const size_t length = strlen(again->folder.path);
+    return strncmp(text, again->folder.path, length) == 0 && text[length] == '/' ? text + length + 1 : text;
+}
+
+static int print_refused_values(const struct again *again, const struct refdyn_batch_case *one,
+                                const struct refdyn_batch_result *result) {
+    const struct scene *scene = &again->setup.structures.list[0].scene;
+    char text[REFUSED_LENGTH];
+    const char *fact = without_folder(again, scene_refused_fact(scene, one->integrator->work, text));
+    if (result->stage == REFDYN_AT_STEPS)
+        events_print_refused(one->integrator, fact);
+    else
+        fprintf(stderr, "%s\n", fact);
+    return 0;
+}
+
 static int note_end(void *context, const struct refdyn_batch_case *one,
                     const struct refdyn_batch_result *result) {
     struct again *again = context;
@@ -148,15 +167,11 @@ static int note_end(void *context, const struct refdyn_batch_case *one,
     again->status = result->status;
     if (!result->status)
         return 0;
+    if (result->status == REFDYN_REFUSED)
+        return print_refused_values(again, one, result);
     scene->work.fault = integrator->work->fault;
     numbers_failed(scene, result->status, result->t, integrator->q, integrator->qd);
     return 0;
-}
-
-/* The folder of the model is gone when its place is read. */
-static const char *without_folder(const struct again *again, const char *text) {
-    const size_t length = strlen(again->folder.path);
-    return strncmp(text, again->folder.path, length) == 0 && text[length] == '/' ? text + length + 1 : text;
 }
 
 /* What a signal had it leave stays readable, as that of a motion. */
@@ -175,11 +190,6 @@ static enum status move(struct again *again) {
     batch.output = write_row;
     batch.end = note_end;
     batch.stop = is_interrupted;
-    const char *reason = structure_refuses(structure, &again->setup.sweep.cases, 0);
-    if (reason) {
-        fprintf(stderr, "%s\n", without_folder(again, reason));
-        return STATUS_FAULT;
-    }
     interrupt_defer(true);
     const int result = refdyn_batch_run(&batch, NULL);
     if (interrupted)
@@ -187,7 +197,7 @@ static enum status move(struct again *again) {
     if (result)
         return complain(structure->scene.model->name, refdyn_status_text(result));
     if (!again->has_rows)
-        return STATUS_NUMBERS;
+        return again->status == REFDYN_REFUSED ? STATUS_FAULT : STATUS_NUMBERS;
     const enum status status = target_finish(again->rows) ? STATUS_DONE : STATUS_FAULT;
     return again->status ? STATUS_NUMBERS : status;
 }

@@ -1,6 +1,7 @@
 /* Names that vary: see case_names.h. */
 #include "batch/case_names.h"
 #include "batch/text_set.h"
+#include "text/csv.h"
 #include "text/output.h"
 
 #include <errno.h>
@@ -210,10 +211,11 @@ bool case_names_convert(const struct case_names *names, const char *path, const 
 
 static void check_files(const struct case_names *names, struct place place, const struct varied *varied) {
     for (int i = 0; i < varied->text_count; i++) {
-        FILE *file = fopen(varied->texts[i], "r");
+        const char *fault;
+        FILE *file = input_open(varied->texts[i], &fault);
         if (!file)
             message_error(names->messages, place, "inputs: %s: %s, a readable file is needed",
-                          varied->texts[i], strerror(errno));
+                          varied->texts[i], fault);
         else
             fclose(file);
     }

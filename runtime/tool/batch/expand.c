@@ -24,12 +24,11 @@ static double grid_point(const struct vary *vary, long index) {
 /* Each value holds for `stride` cases, then comes the next one. */
 static void fill_listed(const struct vary *vary, long stride, long case_count, double *values) {
     const long count = (long)vary->count;
-    double *points = allocate_large((size_t)count, sizeof *points);
-    for (long i = 0; i < count; i++)
-        points[i] = vary->form == VARY_LIST ? vary->list.values[i] : grid_point(vary, i);
     for (long i = 0; i < case_count; i++)
-        values[i] = points[i / stride % count];
-    free(points);
+        values[i] = i % stride > 0            ? values[i - 1]
+                    : i >= stride * count     ? values[i - stride * count]
+                    : vary->form == VARY_LIST ? vary->list.values[i / stride]
+                                              : grid_point(vary, i / stride);
 }
 
 /* ---- Draws ---- */

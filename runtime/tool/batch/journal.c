@@ -107,11 +107,15 @@ static char *room_for(struct journal *journal, size_t length) {
     return journal->room;
 }
 
+static bool may_begin_record(const struct journal *journal, const struct mark *mark) {
+    return mark->reason_length >= 0 && mark->reason_length <= REASON_MOST && mark->number >= 0 &&
+           mark->number < journal->case_count;
+}
+
 /* The record at `offset` into the journal's room; NULL: there is no good one. */
 static const struct mark *load_record(struct journal *journal, int64_t offset, size_t *length) {
     struct mark mark;
-    if (!read_at(journal, &mark, sizeof mark, offset) || mark.reason_length < 0 ||
-        mark.reason_length > REASON_MOST || mark.number < 0 || mark.number >= journal->case_count)
+    if (!read_at(journal, &mark, sizeof mark, offset) || !may_begin_record(journal, &mark))
         return NULL;
     *length = record_length(journal, &mark);
     char *record = room_for(journal, *length);
@@ -120,16 +124,61 @@ static const struct mark *load_record(struct journal *journal, int64_t offset, s
     return (const struct mark *)(const void *)record;
 }
 
-/* All good records; what stands behind them is cut off. */
-static bool read_records(struct journal *journal) {
+/* Where the next good record begins in a piece of the file from `offset` on; -1: nowhere. */
+static int64_t find_in_piece(struct journal *journal, const char *piece, int64_t length, int64_t offset) {
+    struct mark mark;
+    size_t record;
+    for (int64_t i = 0; i + (int64_t)sizeof mark <= length; i++) {
+        memcpy(&mark, piece + i, sizeof mark);
+        if (may_begin_record(journal, &mark) && load_record(journal, offset + i, &record))
+            return offset + i;
+    }
+    return -1;
+}
+
+/* The same in the rest of the file, whose length is `size`; its end when there is none. */
+static int64_t find_record(struct journal *journal, int64_t offset, int64_t size) {
+    enum { PIECE = 1 << 16 };
+    const int64_t step = PIECE - (int64_t)sizeof(struct mark) + 1;
+    char *piece = allocate_large(1, PIECE);
+    int64_t found = -1;
+    for (; found < 0 && offset < size; offset += step) {
+        const int64_t length = size - offset < PIECE ? size - offset : PIECE;
+        if (!read_at(journal, piece, (size_t)length, offset))
+            break;
+        found = find_in_piece(journal, piece, length, offset);
+    }
+    free(piece);
+    return found < 0 ? size : found;
+}
+
+/* Of `bytes` in the file no good record was made. */
+static void warn_of_damage(const struct journal *journal, int64_t bytes) {
+    fprintf(stderr,
+            "refdyn: %s: warning: %lld bytes are damaged or incomplete; cases that were there are computed "
+            "again\n",
+            journal->path, (long long)bytes);
+}
+
+/* All good records of a file of `size` bytes; what follows the last of them is cut off. */
+static bool read_records(struct journal *journal, int64_t size) {
     const struct mark *mark;
     size_t length;
-    while ((mark = load_record(journal, journal->end, &length))) {
+    int64_t damaged = 0;
+    for (int64_t at = journal->end; at < size;) {
+        if (!(mark = load_record(journal, at, &length))) {
+            const int64_t next = find_record(journal, at + 1, size);
+            damaged += next - at;
+            at = next;
+            continue;
+        }
         journal->count += journal->offsets[mark->number] == 0;
         journal->has_reasons |= mark->reason_length > 0;
-        journal->offsets[mark->number] = journal->end;
-        journal->end += (int64_t)length;
+        journal->offsets[mark->number] = at;
+        journal->end = at += (int64_t)length;
     }
+    if (damaged > 0)
+        warn_of_damage(journal, damaged);
     return ftruncate(journal->file, (off_t)journal->end) == 0 || complain(journal, strerror(errno));
 }
 
@@ -216,7 +265,7 @@ static bool begins_as_journal(const struct journal *journal, int64_t size) {
     return read_at(journal, found, length, 0) && memcmp(found, lead, length) == 0;
 }
 
-static bool go_on(struct journal *journal, const struct head *asked, bool resume) {
+static bool go_on(struct journal *journal, const struct head *asked, bool resume, int64_t size) {
     struct head found;
     if (!read_at(journal, &found, sizeof found, 0) || memcmp(found.lead, lead, LEAD_LENGTH) != 0)
         return complain(journal, not_a_journal);
@@ -228,7 +277,7 @@ static bool go_on(struct journal *journal, const struct head *asked, bool resume
     if (memcmp(&found, asked, sizeof found) != 0)
         return complain(journal,
                         "the head of the journal is damaged, the batch begins anew once it is removed");
-    return read_records(journal);
+    return read_records(journal, size);
 }
 
 static bool open_locked(struct journal *journal) {
@@ -255,7 +304,7 @@ bool journal_open(struct journal *journal, const char *result, const struct jour
     const struct head head = head_of(journal, key);
     const off_t size = (off_t)sizeof head;
     if (status.st_size > size || (status.st_size == size && resume))
-        return go_on(journal, &head, resume);
+        return go_on(journal, &head, resume, status.st_size);
     if (!begins_as_journal(journal, status.st_size))
         return complain(journal, not_a_journal);
     return write_at(journal, &head, sizeof head, 0); /* no case has ended in it */

@@ -258,30 +258,6 @@ static enum status check_inputs(const struct structure *structure) {
     return STATUS_DONE;
 }
 
-/* ---- Values that the model refuses ---- */
-
-static void find_requirements(struct structure *structure, struct memory *memory, const struct cases *cases) {
-    struct generation *generation = &structure->scene.generation;
-    bool *is_varied = memory_get(memory, (size_t)generation->model.parameter_count + 1);
-    structure->is_asked = memory_get(memory, (size_t)generation->model.requirement_count + 1);
-    for (int i = 0; i < cases->width; i++) {
-        const int place = declared_parameter(&generation->model, cases->columns[i].target);
-        if (cases->columns[i].kind == VARIED_PARAMETER && place >= 0)
-            is_varied[place] = true;
-    }
-    gen_mark_requirements(generation, is_varied, structure->is_asked);
-}
-
-const char *structure_refuses(struct structure *structure, const struct cases *cases, long number) {
-    struct generation *generation = &structure->scene.generation;
-    for (int i = 0; i < cases->width; i++) {
-        const int place = declared_parameter(&generation->model, cases->columns[i].target);
-        if (cases->columns[i].kind == VARIED_PARAMETER && place >= 0)
-            generation->model.parameters[place].value = cases->columns[i].values[number];
-    }
-    return gen_values_fault(generation, structure->is_asked);
-}
-
 /* ---- Statics ---- */
 
 static bool is_held(const struct structure *structure, int place) {
@@ -342,8 +318,6 @@ static enum status open_structure(struct structure *structure, struct memory *me
         status = find_columns(structure, memory, cases);
     if (status == STATUS_DONE)
         status = check_inputs(structure);
-    if (status == STATUS_DONE)
-        find_requirements(structure, memory, cases);
     if (status == STATUS_DONE)
         status = structure->needs & NEEDS_STATICS
                      ? find_statics(structure, memory)

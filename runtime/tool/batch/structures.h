@@ -20,8 +20,7 @@ struct structure {
     struct refdyn_batch_column *columns; /* what varies and the model has */
     struct refdyn_samples *samples;      /* of the files of inputs */
     int column_count, sample_count;
-    bool *is_asked; /* numbers of the model that depend on parameters which vary */
-    int *held;      /* (held_count) from statics: coordinates that are held */
+    int *held; /* (held_count) from statics: coordinates that are held */
     int held_count;
     struct refdyn_statics_options statics;
 };
@@ -44,8 +43,6 @@ enum status structures_sort(struct structures *structures, struct memory *memory
  */
 enum status structures_open(struct structures *structures, struct memory *memory, const struct cases *cases,
                             const struct refdyn_options *integration, int threads);
-/* What the model refuses of the values of a case, as `sim --set` would; NULL: nothing. */
-const char *structure_refuses(struct structure *structure, const struct cases *cases, long number);
 void structures_close(struct structures *structures);
 
 #endif

@@ -42,7 +42,7 @@ static const struct quantity quantities[] = {
     QUANTITY(d_force),     QUANTITY(d_statics),
     QUANTITY(d_rows),      QUANTITY(switches),
     QUANTITY(event),       QUANTITY(event_terms),
-    QUANTITY(pace),
+    QUANTITY(pace),        QUANTITY(required),
 };
 
 enum { QUANTITY_COUNT = sizeof quantities / sizeof quantities[0] };

@@ -71,8 +71,10 @@ static bool convert(const struct picture_format *format, const struct scratch *s
 
 bool picture_write(const struct picture_format *format, const char *svg, FILE *out) {
     struct scratch scratch;
-    if (!format->argv)
-        return fputs(svg, out) >= 0;
+    if (!format->argv) {
+        fputs(svg, out); /* whether all was written is asked where the file is closed */
+        return true;
+    }
     if (!scratch_open(&scratch, scratch_parent(), "refdyn-plot-"))
         return false;
     const bool is_good = convert(format, &scratch, svg, out);

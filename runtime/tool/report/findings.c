@@ -39,9 +39,6 @@ const char *trial_outcome(const struct trial *trial) {
     if (trial->result == MOTION_TOO_SLOW)
         return text_format("stopped: too slow, some %.2g s were expected and %.2g s were left for it",
                            trial->cpu_s, trial->cpu_limit_s);
-    if (trial->result == MOTION_REFUSED_VALUE)
-        return text_format("stopped at t = %.6g s: an event sets what the model does not allow",
-                           trial->stopped_t);
     const bool has_cause = trial->cause > 0 && trial->cause != trial->result;
     return text_format("stopped at t = %.6g s: %s%s%s", trial->stopped_t, refdyn_status_text(trial->result),
                        has_cause ? ", after: " : "", has_cause ? refdyn_status_text(trial->cause) : "");

@@ -276,6 +276,26 @@ static void set_state(struct scene *scene) {
         memcpy(scene->qd, scene->state.qd, size);
 }
 
+const char *scene_refused_fact(const struct scene *scene, const struct refdyn_workspace *work,
+                               char text[static REFUSED_LENGTH]) {
+    const struct place place = gen_requirement_place(&scene->generation, work->refused);
+    const struct refdyn_requirement *requirement = &work->model->requirements[work->refused];
+    double x[REFDYN_REQUIREMENT_NUMBERS];
+    refdyn_refused_numbers(work, x);
+    const int length =
+        snprintf(text, REFUSED_LENGTH, "%s:%d: %s: ", place.file, place.line, requirement->subject);
+    if (length > 0 && length < REFUSED_LENGTH)
+        snprintf(text + length, (size_t)(REFUSED_LENGTH - length), requirement->fact, x[0], x[1], x[2], x[3],
+                 x[4], x[5]);
+    return text;
+}
+
+static enum status complain_of_values(const struct scene *scene) {
+    char text[REFUSED_LENGTH];
+    fprintf(stderr, "%s\n", scene_refused_fact(scene, &scene->work, text));
+    return STATUS_FAULT;
+}
+
 static enum status make_ready(struct scene *scene, const struct options *options, unsigned needs,
                               const struct values *values) {
     enum status status = read_for_values(scene, options, values);
@@ -286,6 +306,8 @@ static enum status make_ready(struct scene *scene, const struct options *options
     if (status != STATUS_DONE)
         return status;
     apply_values(scene, values);
+    if (refdyn_check_parameters(&scene->work) == REFDYN_REFUSED)
+        return complain_of_values(scene);
     warn_of_unread(scene, options, values);
     set_state(scene);
     return STATUS_DONE;

@@ -74,6 +74,11 @@ void put_coordinates(struct document *document, const char *key, const struct re
                      const int *which);
 void put_positions(struct document *document, const struct scene *scene);
 
+enum { REFUSED_LENGTH = 400 };
+/* What the model refuses of the values of parameters in a workspace of the scene's model, where a call ended
+ * with REFDYN_REFUSED: "FILE:LINE: what is wrong", into text, which it returns. */
+const char *scene_refused_fact(const struct scene *scene, const struct refdyn_workspace *work,
+                               char text[static REFUSED_LENGTH]);
 /* Complains of the first row that is `wrong`, with `fact`; STATUS_DONE when there is none. */
 enum status scene_refuse_row(struct scene *scene, bool (*wrong)(const struct row *row), const char *fact);
 /* What a step of the generator ended with, after its messages. */

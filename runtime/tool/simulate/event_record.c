@@ -118,6 +118,15 @@ void events_put(const struct event_record *record, const struct refdyn_model *mo
         put_mark(&record->end, model, "ended", document);
 }
 
+void events_print_refused(const struct refdyn_integrator *integrator, const char *fact) {
+    const struct refdyn_model *model = integrator->work->model;
+    char t[NUMBER_LENGTH];
+    fprintf(stderr, "refdyn: %s: t = %s s: the event ", model->name, exact_text(integrator->t, t));
+    for (int k = 0; k < integrator->event_count; k++)
+        fprintf(stderr, "%s%s", k ? ", " : "", model->events[integrator->event[k]].name);
+    fprintf(stderr, ": %s\n", fact);
+}
+
 void events_print_failed(const struct refdyn_integrator *integrator) {
     const struct refdyn_model *model = integrator->work->model;
     for (int k = 0; k < integrator->event_count; k++)

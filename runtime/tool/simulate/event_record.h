@@ -35,6 +35,8 @@ void events_release(struct event_record *record);
 void events_print(const struct event_record *record, const struct refdyn_model *model);
 void events_put(const struct event_record *record, const struct refdyn_model *model,
                 struct document *document);
+/* On stderr: the events at which a motion stands, and what the model refuses of what they set. */
+void events_print_refused(const struct refdyn_integrator *integrator, const char *fact);
 /* Where a motion has failed at events: which. */
 void events_print_failed(const struct refdyn_integrator *integrator);
 

@@ -1,6 +1,5 @@
 /* One motion: see motion.h. */
 #include "simulate/motion.h"
-#include "simulate/event_values.h"
 #include "system/interrupt.h"
 #include "text/output.h"
 #include "system/timing.h"
@@ -292,10 +291,7 @@ static int take_sample(struct motion *motion) {
 
 /* The events at which steps have stopped, which are about to happen. */
 static int take_events(struct motion *motion, int status) {
-    const int taken = events_take(&motion->events, &motion->integrator, status);
-    if (taken == REFDYN_OK && !motion->events.has_ended)
-        motion->refused = event_values_fault(motion->scene, &motion->integrator);
-    return motion->refused ? MOTION_REFUSED_VALUE : taken;
+    return events_take(&motion->events, &motion->integrator, status);
 }
 
 /* Behind steps that led to the integration's time: whether one of the stops was reached since `before`, and

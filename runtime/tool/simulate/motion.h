@@ -14,7 +14,6 @@ enum {
     MOTION_INTERRUPTED = 1000 /* beside the runtime's statuses */,
     MOTION_TOO_SLOW,
     MOTION_NOT_WRITTEN,
-    MOTION_REFUSED_VALUE,
     STABILISE_COUNT = 3
 };
 
@@ -33,7 +32,6 @@ struct motion {
     void *memory;
     struct refdyn_energy energy;
     struct event_record events;
-    const char *refused;       /* with MOTION_REFUSED_VALUE: what an event would have set; else NULL */
     double *values;            /* p, then x of the scene at the start, where events change them; NULL */
     struct stops *stops;       /* conditions that end it, the caller's; NULL, as after motion_start: none */
     double from, until, every; /* [s] */
@@ -69,7 +67,7 @@ int motion_by_gsl(struct motion *motion, const char *method);
 /* How much of the way from the start to the end is done. */
 double motion_fraction(const struct motion *motion);
 /* Goes on to output i, or to where one of the stops is reached or an event ends it; progress may be NULL.
- * Returns a status of the runtime, MOTION_INTERRUPTED, MOTION_TOO_SLOW or MOTION_REFUSED_VALUE. */
+ * Returns a status of the runtime, MOTION_INTERRUPTED or MOTION_TOO_SLOW. */
 int motion_to(struct motion *motion, long i, struct progress *progress);
 bool motion_is_stopped(const struct motion *motion);
 /* The scene's parameters and inputs are those of the start again, whatever events have set. */

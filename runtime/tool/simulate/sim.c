@@ -135,7 +135,7 @@ static void print_failure(const struct trial *trial) {
     const struct motion *motion = &trial->motion;
     const struct refdyn_integrator *integrator = &motion->integrator;
     const struct scene *scene = motion->scene;
-    char text[NUMBER_LENGTH];
+    char text[NUMBER_LENGTH], refused[REFUSED_LENGTH];
     if (trial->unfit)
         fprintf(stderr, "refdyn: column %s is infinite or no number\n", trial->unfit);
     if (!trial->is_started) {
@@ -145,9 +145,8 @@ static void print_failure(const struct trial *trial) {
         fprintf(stderr, "refdyn: %s at t = %s s\n",
                 trial->result == MOTION_INTERRUPTED ? "interrupted" : "the rows could no longer be written",
                 exact_text(integrator->t, text));
-    else if (trial->result == MOTION_REFUSED_VALUE)
-        fprintf(stderr, "refdyn: %s: t = %s s: %s\n", scene->model->name, exact_text(integrator->t, text),
-                motion->refused);
+    else if (trial->result == REFDYN_REFUSED)
+        events_print_refused(integrator, scene_refused_fact(scene, integrator->work, refused));
     else {
         if (integrator->cause > 0 && integrator->cause != trial->result)
             fprintf(stderr, "refdyn: at t = %s s: %s\n", exact_text(integrator->failed_t, text),

@@ -1,4 +1,5 @@
 /* CSV files, and other texts of users: see csv.h. */
+#define _GNU_SOURCE
 #include "text/csv.h"
 #include "text/escape.h"
 #include "text/output.h"
@@ -6,8 +7,11 @@
 #include "base/text.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 /* What is larger is no file of this kind, but might take all memory. */
 enum { LINE_MOST = 16 << 20, TEXT_MOST = 256 << 20, SHOWN_MOST = 40, SHOWN_TEXT = 300 };
@@ -37,8 +41,39 @@ bool csv_complain(const struct csv *csv, const char *format, ...) {
     return false;
 }
 
-static bool complain_file(const char *path, const char *what) {
-    complain_line(path, 0, text_format("%s: %s, a readable file is needed", what, strerror(errno)));
+/* ---- Opening ---- */
+
+/* The system calls the file behind a descriptor "pipe:[NUMBER]" when it has no name. */
+static bool is_nameless_pipe(int file) {
+    char link[64], name[8] = "";
+    snprintf(link, sizeof link, "/proc/self/fd/%d", file);
+    const ssize_t length = readlink(link, name, sizeof name - 1);
+    return length > 0 && strncmp(name, "pipe:", 5) == 0;
+}
+
+static const char *fault_of(int file) {
+    struct stat about;
+    if (fstat(file, &about) != 0)
+        return strerror(errno);
+    if (S_ISDIR(about.st_mode))
+        return strerror(EISDIR);
+    if (S_ISREG(about.st_mode) || (S_ISFIFO(about.st_mode) && is_nameless_pipe(file)))
+        return NULL;
+    return S_ISFIFO(about.st_mode) ? "it is a named pipe" : "it is a device or a socket";
+}
+
+FILE *input_open(const char *path, const char **fault) {
+    const int file = open(path, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+    *fault = file < 0 ? strerror(errno) : fault_of(file);
+    if (!*fault && fcntl(file, F_SETFL, 0) == 0)
+        return fdopen(file, "r");
+    if (file >= 0)
+        close(file);
+    return NULL;
+}
+
+static bool complain_file(const char *path, const char *what, const char *fault) {
+    complain_line(path, 0, text_format("%s: %s, a readable file is needed", what, fault));
     return false;
 }
 
@@ -82,7 +117,7 @@ static int read_line(struct csv *csv) {
     int length = 0;
     const int end = take_bytes(csv->file, '\n', LINE_MOST, &csv->text, &csv->size, &length);
     if (end == EOF && length == 0)
-        return ferror(csv->file) ? failed(complain_file(csv->path, csv->what)) : 0;
+        return ferror(csv->file) ? failed(complain_file(csv->path, csv->what, strerror(errno))) : 0;
     csv->line++;
     if (end == BYTE_IS_0)
         return failed(csv_complain(csv, "%s", binary_kind(csv->text)));
@@ -191,8 +226,9 @@ static bool read_names(struct csv *csv) {
 
 bool csv_open(struct csv *csv, const char *path, const char *what) {
     *csv = (struct csv){.path = path, .what = what};
-    csv->file = fopen(path, "r");
-    return csv->file ? read_names(csv) : complain_file(path, what);
+    const char *fault;
+    csv->file = input_open(path, &fault);
+    return csv->file ? read_names(csv) : complain_file(path, what, fault);
 }
 
 int csv_column(const struct csv *csv, const char *name) {
@@ -222,7 +258,7 @@ static bool read_all(FILE *file, char **text, const char *path, const char *what
     int size = 0, length;
     const int end = take_bytes(file, EOF, TEXT_MOST, text, &size, &length);
     if (end == EOF)
-        return !ferror(file) || complain_file(path, what);
+        return !ferror(file) || complain_file(path, what, strerror(errno));
     complain_line(path, 0,
                   end == TOO_LONG
                       ? text_format("%s: more than %d bytes, no such file is read", what, TEXT_MOST)
@@ -232,8 +268,9 @@ static bool read_all(FILE *file, char **text, const char *path, const char *what
 
 char *read_text(const char *path, const char *what) {
     char *text = NULL;
-    FILE *file = fopen(path, "r");
-    const bool is_read = file ? read_all(file, &text, path, what) : complain_file(path, what);
+    const char *fault;
+    FILE *file = input_open(path, &fault);
+    const bool is_read = file ? read_all(file, &text, path, what) : complain_file(path, what, fault);
     if (file)
         fclose(file);
     return is_read ? text : NULL;

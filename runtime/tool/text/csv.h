@@ -24,6 +24,9 @@ struct csv {
     int count;
 };
 
+/* Opens a user's file to read: a regular file, or a pipe without a name, as a shell's `<(...)` is. What would
+ * wait for somebody to write, as a named pipe or a terminal, is refused. NULL: *fault says why. */
+FILE *input_open(const char *path, const char **fault);
 /* Opens the file and reads its names, each there once. False with a complaint; csv_close in any case. */
 bool csv_open(struct csv *csv, const char *path, const char *what);
 /* The next line's fields, as many as there are names: 1; 0 at the end of the file; -1 with a complaint. */

@@ -88,8 +88,8 @@ static bool complain_of_syntax(const struct reading *reading) {
     return false;
 }
 
-static bool complain_of_file(const char *path) {
-    complain_line(path, 0, text_format("URDF: %s, a readable file is needed", strerror(errno)));
+static bool complain_of_file(const char *path, const char *fault) {
+    complain_line(path, 0, text_format("URDF: %s, a readable file is needed", fault));
     return false;
 }
 
@@ -100,7 +100,7 @@ static bool read_pieces(struct reading *reading, FILE *file) {
     do {
         length = fread(piece, 1, sizeof piece, file);
         if (ferror(file))
-            return complain_of_file(reading->path);
+            return complain_of_file(reading->path, strerror(errno));
         total += length;
         if (total > BYTES_MOST) {
             complain_line(reading->path, 0, text_format(too_large, BYTES_MOST));
@@ -113,9 +113,10 @@ static bool read_pieces(struct reading *reading, FILE *file) {
 }
 
 struct xml_element *xml_read(const char *path) {
-    FILE *file = fopen(path, "r");
+    const char *fault;
+    FILE *file = input_open(path, &fault);
     if (!file) {
-        complain_of_file(path);
+        complain_of_file(path, fault);
         return NULL;
     }
     struct reading reading = {.path = path, .parser = XML_ParserCreate(NULL)};
