@@ -155,7 +155,8 @@ def test_table_on_four_legs():
 
 
 @pytest.mark.parametrize("name, arguments, bodies", [("stack", ["--until", 3], ["lower_z", "upper_z"]),
-                                                     ("beam", ["--until", 0.5], ["s1_z", "s2_z", "s3_z"])])
+                                                     ("beam", ["--until", 0.5], ["s1_z", "s2_z", "s3_z"]),
+                                                     ("beam", ["--until", 0.5, "--method", "rk54"], ["s1_z", "s2_z", "s3_z"])])
 def test_several_at_once(name, arguments, bodies):
     """Within a hundred tolerances of themselves at a thousandth of it."""
     found, _, summary = run(name, "--every", 0.01, *arguments)

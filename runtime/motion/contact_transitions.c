@@ -388,6 +388,9 @@ static int find_modes(struct refdyn_motion *motion, const double *qdd) {
     for (int k = 0; k < contacts->count; k++) {
         contacts->mode[k] = mode_of(contacts, k, least);
         contacts->resting += contacts->mode[k] == REFDYN_CONTACT_RESTING;
+        if (contacts
+                ->is_closed[k]) /* one that leaves without a rebound opens within errors of steps at first */
+            contacts->allowance[k] = contacts->is_at_rest[k] ? contacts->reach[k] : 0;
         if (contacts->mode[k] == REFDYN_CONTACT_FREE)
             contacts->since[k] = NAN;
     }

@@ -30,6 +30,7 @@ void refdyn_contacts_lay_out(struct refdyn_contacts *contacts, const struct refd
     contacts->mode = layout_ints(layout, count);
     contacts->since = layout_doubles(layout, count);
     contacts->reach = layout_doubles(layout, count);
+    contacts->allowance = layout_doubles(layout, count);
     contacts->inside = layout_doubles(layout, count);
     contacts->rates = layout_doubles(layout, count > 0 ? 2 * n + 1 + m : 0);
     contacts->state = layout_doubles(layout, count > 0 ? 2 * n + 1 : 0);
@@ -61,7 +62,7 @@ void refdyn_contacts_clear(struct refdyn_contacts *contacts, struct refdyn_works
     for (int k = 0; k < contacts->count; k++) {
         contacts->mode[k] = REFDYN_CONTACT_FREE;
         contacts->since[k] = NAN;
-        contacts->inside[k] = 0;
+        contacts->inside[k] = contacts->allowance[k] = 0;
         work->p[refdyn_contact_mode_place(model, contacts->event[k])] = 0;
     }
     if (contacts->count > 0)
@@ -91,9 +92,19 @@ int refdyn_contacts_values(struct refdyn_contacts *contacts, const struct refdyn
     for (int k = 0; k < contacts->count && !status; k++)
         if (contacts->mode[k] == REFDYN_CONTACT_RESTING)
             values[contacts->event[k]] = forces[k];
-        else if (contacts->mode[k] == REFDYN_CONTACT_TOUCHING)
-            values[contacts->event[k]] += contacts->reach[k];
+        else
+            values[contacts->event[k]] += contacts->allowance[k];
     return status;
+}
+
+void refdyn_contacts_end_allowances(struct refdyn_contacts *contacts, double *values) {
+    for (int k = 0; k < contacts->count; k++) {
+        double *value = &values[contacts->event[k]];
+        if (contacts->mode[k] != REFDYN_CONTACT_FREE || *value - contacts->allowance[k] <= contacts->reach[k])
+            continue;
+        *value -= contacts->allowance[k];
+        contacts->allowance[k] = 0;
+    }
 }
 
 int refdyn_contacts_force_rates(struct refdyn_contacts *contacts, const struct refdyn_step *step, double t,

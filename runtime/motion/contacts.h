@@ -3,8 +3,9 @@
  *
  * A contact is free, and then its value is the gap; or it rests, and then its row keeps the gap closed and
  * its value is the force that this takes; or it touches without force, because other contacts keep it closed
- * or nothing presses it: then its value is the gap, plus what a gap may be off. Each value falls through zero
- * where the mode changes. contact_transitions.h says what happens there.
+ * or nothing presses it. Where it touches, and where it has just left without a rebound, its value is the gap
+ * plus what a gap may be off. Each value falls through zero where the mode changes. contact_transitions.h
+ * says what happens there.
  */
 #ifndef REFDYN_CONTACTS_H
 #define REFDYN_CONTACTS_H
@@ -19,13 +20,14 @@ struct refdyn_contacts {
     int resting;          /* how many rest */
     int *event;           /* (count) of the model */
     int *mode;            /* (count) enum refdyn_contact_mode */
-    double *since;  /* (count) when the contact came to rest, extrapolated to the last of its rebounds [s] */
-    double *reach;  /* (count) what a gap may be off: the tolerance, or rounding */
-    int are_unique; /* forces follow from the motion: no contact depends on others that rest */
-    double tolerance; /* of positions [rad, or options.length] */
-    double longest;   /* step so far, 0: none [s] */
-    double *inside;   /* (count) what a gap may be negative by since an importer passed its closing; 0: it did
-                         not */
+    double *since; /* (count) when the contact came to rest, extrapolated to the last of its rebounds [s] */
+    double *reach; /* (count) what a gap may be off: the tolerance, or rounding */
+    double *allowance; /* (count) added to the gap of a contact that touches, or has just left: its reach */
+    int are_unique;    /* forces follow from the motion: no contact depends on others that rest */
+    double tolerance;  /* of positions [rad, or options.length] */
+    double longest;    /* step so far, 0: none [s] */
+    double *inside; /* (count) what a gap may be negative by since an importer passed its closing; 0: it did
+                       not */
     double
         late; /* how far beyond a contact's closing an importer may have stopped [s]; 0: motions locate it */
 
@@ -51,6 +53,8 @@ void refdyn_contacts_clear(struct refdyn_contacts *contacts, struct refdyn_works
 /* Puts the values of contacts that are not free in the place of their gaps. Errors: those of refdyn_rates. */
 int refdyn_contacts_values(struct refdyn_contacts *contacts, const struct refdyn_step *step, double t,
                            const double *state, double *values);
+/* Contacts that have opened clearly lose their allowance; `values`: of the state, as above. */
+void refdyn_contacts_end_allowances(struct refdyn_contacts *contacts, double *values);
 /* How the forces of a state change with time, and what of that is rounding. Errors: those of refdyn_rates. */
 int refdyn_contacts_force_rates(struct refdyn_contacts *contacts, const struct refdyn_step *step, double t,
                                 const double *state);
