@@ -64,13 +64,6 @@ enum status scene_read(struct scene *scene, const struct options *options, bool 
     return read_with(scene, options, options->settings, options->setting_count, options->fold, is_telling);
 }
 
-/* Values that are applied at run time, later ones win: the STATE.json's parameters, then --set; the inputs of
- * --set, then the STATE.json's. */
-struct values {
-    struct named_value *list, *inputs; /* inputs: of --set */
-    int count, input_count;
-};
-
 static void add_inputs(struct values *values, const struct model *model) {
     values->inputs = allocate((size_t)model->input_count, sizeof *values->inputs);
     for (int i = 0; i < model->input_count; i++)
@@ -334,8 +327,8 @@ enum status scene_open(struct scene *scene, const struct options *options, unsig
         return status;
     if (state_path && !state_read(&scene->state, state_path, &scene->generation))
         return STATUS_FAULT;
-    struct values values = given_values(scene);
-    return make_ready(scene, options, needs, &values);
+    scene->values = given_values(scene);
+    return make_ready(scene, options, needs, &scene->values);
 }
 
 void scene_close(struct scene *scene) {

@@ -39,7 +39,7 @@ static void put_equilibrium(struct document *document, const struct scene *scene
                             const struct equilibrium *equilibrium) {
     const struct refdyn_model *model = scene->model;
     put_coordinates(document, "coordinates", model, NULL);
-    put_array(document, "q", scene->q, model->n);
+    put_state(document, scene);
     put_positions(document, scene);
     put_open(document, "hold_force", '[');
     for (int i = 0; i < model->n; i++)
