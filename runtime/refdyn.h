@@ -134,6 +134,7 @@ struct refdyn_workspace {
     double *basis;    /* (m x n) projection: rows in the metric M, orthonormalised */
     double *wanted;   /* (m) projection: change asked for in each row */
     double *change;   /* (2 n) projection: of q, of qd */
+    double *away;     /* (7 n + m) projection from far away: states, changes, sizes of rows */
     double *emitted;  /* (n + 1 + m) what the emitted accelerations give */
     int *mark;        /* (n + m) sets of coordinates, of rows */
 };
