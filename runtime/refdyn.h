@@ -403,6 +403,9 @@ struct refdyn_integrator {
     double t_begin, t_end; /* the last accepted step [s] */
     struct refdyn_residual start; /* residuals of the state that was given to refdyn_integrator_start */
     int start_is_off; /* that state was not on the programme: refdyn_is_consistent with sqrt(DBL_EPSILON) */
+    double *start_moved; /* (n) positions from which steps began, less those of that state: a projection's */
+    int start_is_far;    /* one of these is more than 0.1 rad, or 0.1 options.length: another state on the
+                            programme may be nearer */
     struct refdyn_statistics statistics;
     int solves_by_joints;        /* steps by a tangent are solved in O(n), from `tangent_vectors` */
     enum refdyn_method method;   /* in use */

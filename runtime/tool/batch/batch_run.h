@@ -15,6 +15,7 @@ struct batch_count {
     long cases, failed; /* that ended in this call, well or not */
     /* that started from an equilibrium which is unstable, or which lies beyond a limit point of the load */
     struct noted_cases unstable, beyond;
+    struct noted_cases far; /* that a projection of the start has moved far */
     double cpu_s, wall_s;
     long steps, steps_alone; /* all, and those that the motions took themselves beside lanes */
 };
