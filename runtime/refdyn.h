@@ -506,6 +506,14 @@ struct refdyn_statics_options {
     enum refdyn_statics_way way;
 };
 
+/* By what an equilibrium is judged. */
+enum refdyn_stability_criterion {
+    REFDYN_BY_POTENTIAL,     /* the stiffness is symmetric: is the potential least there? */
+    REFDYN_BY_LINEAR_MOTION, /* it is not: does a small motion grow? */
+    REFDYN_BY_SYMMETRIC_PART /* nor has the model a tangent that is finite: the symmetric part of the stiffness.
+                                If that is positive, the state is not left without oscillation, no more */
+};
+
 struct refdyn_statics_result {
     double residual;  /* largest |Q + u^T lambda| of the coordinates not held [N, N m] */
     double phi;       /* largest |phi| of the rows that hold */
@@ -517,12 +525,12 @@ struct refdyn_statics_result {
                          another one */
 
     /* of an equilibrium that was found: directions, of those that rows and held coordinates leave free, */
-    int unstable;      /* in which the stiffness is negative, */
+    int unstable;      /* in which the stiffness is negative, or modes that grow, */
     int neutral;       /* and in which there is none. Both 0: it is stable */
-    int has_potential; /* 0: the stiffness is not symmetric, as with follower loads. Then its symmetric part
-                          was counted: 0 negative directions exclude that the state is left without
-                          oscillation, no more */
-    int unstable_coordinate; /* that moves most in the direction of the lowest stiffness; -1: stable */
+    int has_potential; /* 0: the stiffness is not symmetric, as with follower loads */
+    enum refdyn_stability_criterion criterion; /* by which these were counted */
+    int unstable_coordinate; /* that moves most in the direction of the lowest stiffness; -1: stable, or by
+                                linear motion */
     /* in the memory given, also after a failure; NULL: there were none */
     const double *force;  /* (n) Q + u^T lambda [N, N m] */
     const double *lambda; /* (row_count) multipliers, 0 for rows that depend on others */

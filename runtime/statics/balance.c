@@ -52,8 +52,12 @@ void refdyn_balance_lay_out(struct balance *b, const struct refdyn_model *model,
     b->scale = layout_doubles(layout, n);
     b->y = layout_doubles(layout, n);
     b->p = layout_doubles(layout, m);
-    if (has_rows)
-        refdyn_linear_lay_out(&b->linear, model, 1, 0, layout);
+    if (!refdyn_has_tangent(model))
+        return;
+    b->small_motion = layout_doubles(layout, 2 * n * n);
+    b->motion = layout_doubles(layout, 4 * n * n);
+    b->eigenvalues = layout_doubles(layout, 4 * n);
+    refdyn_linear_lay_out(&b->linear, model, 1, 0, layout);
 }
 
 int refdyn_balance_fail(const struct balance *b, int status, int row, int coordinate) {
@@ -275,6 +279,10 @@ static void reduce(const struct balance *b, int is_size, double *T, double *H, d
         for (int k = 0; k < rank && coupling; k++)
             coupling[i * rank + k] = row[d[k]];
     }
+}
+
+void refdyn_balance_reduce(const struct balance *b, double *X, double *reduced) {
+    reduce(b, 0, X, reduced, NULL);
 }
 
 /* An entry that is nothing but rounding is 0. */
