@@ -15,6 +15,7 @@
 
 #include "constraints/nearest_state.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
@@ -25,10 +26,15 @@
 /* [rad, m] Newton's iteration converges from here, without much of a detour; */
 static const double reach = 0.1;
 /* a step over which sine and cosine are still nearly straight; */
-static const double stride = 0.25;
+static const double stride_least = 0.25;
+/* of the residual that a step takes away: by less a row does not bend; */
+static const double straight = 1e-3;
 /* here Newton's iteration ends the work. */
 static const double near_enough = 1e-7;
-static const double part_least = 1.0 / 1024;
+/* Places to begin are no farther off, until a state was found. */
+static const double first_ball = 2;
+/* of its first part, and of a correction, is the least part that is tried. */
+static const double part_least = 1.0 / 64, shortest = 1e-4;
 /* Off the programme a row that depends on others looks independent, by about this part of what they miss. */
 static const double misses = 0.1, misses_most = 1e-3;
 static const double turn_angle = 6.28318530717958647692;
@@ -72,42 +78,65 @@ static void find_sizes(const struct search *search) {
     }
 }
 
-static void find_correction(const struct search *search) {
+/* Rows count as dependent whose own part is less than this. */
+static double find_correction(const struct search *search, double dependent) {
     struct refdyn_workspace *work = search->work;
     const double kept = work->rank_tol;
-    work->rank_tol += fmin(misses * sqrt(misfit(search)), misses_most);
+    work->rank_tol += dependent;
     refdyn_smallest_change(work, REFDYN_POSITION, work->phi, search->step);
     work->rank_tol = kept;
+    return refdyn_largest(search->step, work->n, NULL);
 }
 
+/* q (n), a part of the step on, where the residuals have fallen. */
 static int take_step(const struct search *search, double part, double *q) {
     const int n = search->work->n;
-    const double before = misfit(search);
-    for (; part >= part_least; part /= 2) {
+    const double before = misfit(search), least = part * part_least;
+    for (; part >= least && part >= shortest; part /= 2) {
         memcpy(search->next, q, (size_t)n * sizeof *q);
         dense_add(search->next, part, search->step, n);
         if (read(search, search->next) && misfit(search) <= (1 - part / 4) * before) {
             memcpy(q, search->next, (size_t)n * sizeof *q);
             return 1;
         }
+        read(search, q);
     }
     return 0;
 }
 
+enum way { ON, BLOCKED, THERE };
+
+/* Steps along which rows do not bend grow. */
+static double next_stride(const struct search *search, double stride, double part, double before) {
+    const double left = sqrt(misfit(search) / before);
+    return fabs(left - (1 - part)) <= straight * part ? 2 * stride : stride_least;
+}
+
+/* A step of the walk. Off the programme a row that depends on others looks independent, and asks for a large
+ * correction, until enough rows count as dependent. */
+static enum way walk_on(const struct search *search, double *stride, double *q) {
+    find_sizes(search);
+    const double before = misfit(search), off = sqrt(before);
+    for (double dependent = fmin(misses * off, misses_most); dependent < 1; dependent = 8 * dependent + DBL_EPSILON) {
+        const double length = find_correction(search, dependent);
+        if (length <= near_enough)
+            return off <= near_enough ? THERE : BLOCKED;
+        const double part = fmin(1, *stride / length);
+        if (take_step(search, part, q)) {
+            *stride = next_stride(search, *stride, part, before);
+            return ON;
+        }
+    }
+    return BLOCKED;
+}
+
 /* q (n) := on the programme; returns whether the walk ends there. */
 static int walk(const struct search *search, double *q) {
-    if (!read(search, q))
-        return 0;
-    for (int i = 0; i < WALK_MOST; i++) {
-        find_sizes(search);
-        find_correction(search);
-        const double length = refdyn_largest(search->step, search->work->n, NULL);
-        if (length <= near_enough)
-            return misfit(search) <= near_enough * near_enough;
-        if (!take_step(search, fmin(1, stride / length), q))
-            return 0;
-    }
-    return 0;
+    enum way way = read(search, q) ? ON : BLOCKED;
+    double stride = stride_least;
+    for (int i = 0; i < WALK_MOST && way == ON; i++)
+        way = walk_on(search, &stride, q);
+    return way == THERE;
 }
 
 /* ---- Along the programme ---- */
@@ -143,7 +172,7 @@ static void slide(const struct search *search, double *q) {
         if (part * length <= near_enough)
             return;
         memcpy(search->trial, q, (size_t)n * sizeof *q);
-        dense_add(search->trial, fmin(part, stride / length), search->pull, n);
+        dense_add(search->trial, fmin(part, stride_least / length), search->pull, n);
         const double then = walk(search, search->trial) ? distance(search, search->trial) : INFINITY;
         part = then < now ? fmin(1, 2 * part) : part / 2;
         if (then < now) {
@@ -235,7 +264,8 @@ int refdyn_nearest_state(struct refdyn_workspace *work, double t, double *q, con
     struct search search = {.work = work, .t = t, .qd = qd};
     const size_t bytes = (size_t)work->n * sizeof *q;
     int is_found = 0;
-    double least = refdyn_metric_length(work, work->change);
+    const double far = refdyn_largest(work->change, work->n, NULL);
+    double least = refdyn_metric_length(work, work->change) * fmin(1, first_ball / far);
     divide_room(&search, work->away);
     memcpy(search.start, q, bytes);
     memcpy(search.place, q, bytes);

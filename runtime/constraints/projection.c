@@ -130,8 +130,8 @@ static int correct_in_mass(struct refdyn_workspace *work, double t, double *q, d
     if (status)
         return status;
     refdyn_smallest_change(work, REFDYN_POSITION, work->phi, work->change);
-    if (refdyn_is_far(work, work->change) && refdyn_nearest_state(work, t, q, qd))
-        return refdyn_equations(work, t, q, qd);
+    if (refdyn_is_far(work, work->change))
+        return refdyn_nearest_state(work, t, q, qd) ? refdyn_equations(work, t, q, qd) : not_converged(work);
     refdyn_smallest_change(work, REFDYN_VELOCITY, work->psi, work->change + n);
     dense_add(q, 1, work->change, n);
     dense_add(qd, 1, work->change + n, n);

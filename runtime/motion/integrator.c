@@ -198,7 +198,9 @@ static int place_step(struct refdyn_integrator *integrator) {
         return REFDYN_OK;
     const int status = refdyn_project_evaluated(integrator->work, t, step->state, step->state + step->n);
     memcpy(step->state_new, step->state, refdyn_state_bytes(step));
-    return status;
+    if (status || !(refdyn_step_largest_change(step, step->state, integrator->q) > far_moved))
+        return status;
+    return refdyn_partition_renew(integrator->work); /* off the programme, dependent rows look independent */
 }
 
 /* Steps begin at the state that is seen: rates of both ends are its own. Where they begin beside it, its row

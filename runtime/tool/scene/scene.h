@@ -74,7 +74,7 @@ enum status scene_finish(struct scene *scene, struct document *document);
 void put_coordinates(struct document *document, const char *key, const struct refdyn_model *model,
                      const int *which);
 void put_positions(struct document *document, const struct scene *scene);
-/* "t", "q", "qd", "inputs", "parameters" of the scene: what a STATE.json takes, with the values that were
+/* "q", "qd", "t", "inputs", "parameters" of the scene: what a STATE.json takes, with the values that were
  * given. */
 void put_state(struct document *document, const struct scene *scene);
 

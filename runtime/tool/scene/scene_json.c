@@ -50,9 +50,9 @@ static void put_inputs(struct document *document, const struct scene *scene) {
 }
 
 void put_state(struct document *document, const struct scene *scene) {
-    put_number(document, "t", scene->state.t);
     put_array(document, "q", scene->q, scene->model->n);
     put_array(document, "qd", scene->qd, scene->model->n);
+    put_number(document, "t", scene->state.t);
     put_inputs(document, scene);
     put_open(document, "parameters", '{');
     put_values(document, scene->values.list, scene->values.count);
