@@ -510,8 +510,9 @@ struct refdyn_statics_options {
 enum refdyn_stability_criterion {
     REFDYN_BY_POTENTIAL,     /* the stiffness is symmetric: is the potential least there? */
     REFDYN_BY_LINEAR_MOTION, /* it is not: does a small motion grow? */
-    REFDYN_BY_SYMMETRIC_PART /* nor has the model a tangent that is finite: the symmetric part of the stiffness.
-                                If that is positive, the state is not left without oscillation, no more */
+    REFDYN_BY_SYMMETRIC_PART /* nor has the model a tangent that is finite: the symmetric part of the
+                                stiffness. If that is positive, the state is not left without oscillation, no
+                                more */
 };
 
 struct refdyn_statics_result {
@@ -525,9 +526,9 @@ struct refdyn_statics_result {
                          another one */
 
     /* of an equilibrium that was found: directions, of those that rows and held coordinates leave free, */
-    int unstable;      /* in which the stiffness is negative, or modes that grow, */
-    int neutral;       /* and in which there is none. Both 0: it is stable */
-    int has_potential; /* 0: the stiffness is not symmetric, as with follower loads */
+    int unstable;                              /* in which the stiffness is negative, or modes that grow, */
+    int neutral;                               /* and in which there is none. Both 0: it is stable */
+    int has_potential;                         /* 0: the stiffness is not symmetric, as with follower loads */
     enum refdyn_stability_criterion criterion; /* by which these were counted */
     int unstable_coordinate; /* that moves most in the direction of the lowest stiffness; -1: stable, or by
                                 linear motion */

@@ -64,7 +64,8 @@ static double misfit(const struct search *search) {
     const struct refdyn_workspace *work = search->work;
     double sum = 0;
     for (int a = 0; a < work->m; a++) {
-        const double part = work->model->rows[a].level == REFDYN_POSITION ? work->phi[a] / search->size[a] : 0;
+        const double part =
+            work->model->rows[a].level == REFDYN_POSITION ? work->phi[a] / search->size[a] : 0;
         sum += part * part;
     }
     return sum;
@@ -117,7 +118,8 @@ static double next_stride(const struct search *search, double stride, double par
 static enum way walk_on(const struct search *search, double *stride, double *q) {
     find_sizes(search);
     const double before = misfit(search), off = sqrt(before);
-    for (double dependent = fmin(misses * off, misses_most); dependent < 1; dependent = 8 * dependent + DBL_EPSILON) {
+    for (double dependent = fmin(misses * off, misses_most); dependent < 1;
+         dependent = 8 * dependent + DBL_EPSILON) {
         const double length = find_correction(search, dependent);
         if (length <= near_enough)
             return off <= near_enough ? THERE : BLOCKED;
@@ -189,8 +191,8 @@ static int turns(const struct search *search, int j) {
     return strcmp(search->work->model->coordinates[j].unit, "rad") == 0;
 }
 
-/* q (n) with coordinates j and k (-1: none) so many turns on; returns whether that is nearer and on the programme,
- * else q stays. */
+/* q (n) with coordinates j and k (-1: none) so many turns on; returns whether that is nearer and on the
+ * programme, else q stays. */
 static int turn(const struct search *search, double *q, int j, int j_turns, int k, int k_turns) {
     const size_t bytes = (size_t)search->work->n * sizeof *q;
     const double now = distance(search, q);
@@ -211,7 +213,8 @@ static int turn_nearer(const struct search *search, double *q, int j) {
     if (turn(search, q, j, back, -1, 0))
         return 1;
     for (int k = 0; k < search->work->n; k++)
-        if (k != j && turns(search, k) && (turn(search, q, j, back, k, -back) || turn(search, q, j, back, k, back)))
+        if (k != j && turns(search, k) &&
+            (turn(search, q, j, back, k, -back) || turn(search, q, j, back, k, back)))
             return 1;
     return 0;
 }

@@ -3,8 +3,8 @@
  *
  * Takes a state; gives the smallest change, in the metric M, of positions and then of velocities that meets
  * the rows: min dq^T M dq with u dq = -phi:   dq = -M^-1 u^T (u M^-1 u^T)^-1 phi, and the same with psi for
- * dqd (Ascher, Chin, Petzold and Reich, Mech. Struct. Mach. 23:135-157, 1995). From near the programme that is
- * Newton's iteration; from far away nearest_state.c finds the positions first.
+ * dqd (Ascher, Chin, Petzold and Reich, Mech. Struct. Mach. 23:135-157, 1995). From near the programme that
+ * is Newton's iteration; from far away nearest_state.c finds the positions first.
  */
 #include "base/arithmetic.h"
 

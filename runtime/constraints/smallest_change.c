@@ -1,8 +1,8 @@
 /*
  * The smallest change, in the metric M, that rows ask for (theory, sect. 8.3): min dq^T M dq with u dq =
- * -residual:   dq = -M^-1 u^T (u M^-1 u^T)^-1 residual. With M = L L^T and the rows A = u L^-T orthonormalised
- * this is dq = L^-T z, z the shortest solution of A z = -residual; no product u M^-1 u^T is formed, so
- * dependent rows are told apart at full precision.
+ * -residual:   dq = -M^-1 u^T (u M^-1 u^T)^-1 residual. With M = L L^T and the rows A = u L^-T
+ * orthonormalised this is dq = L^-T z, z the shortest solution of A z = -residual; no product u M^-1 u^T is
+ * formed, so dependent rows are told apart at full precision.
  */
 #include "base/arithmetic.h"
 

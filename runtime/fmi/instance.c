@@ -249,11 +249,12 @@ static void warn_of_start(struct fmu_instance *instance) {
                  "onto them",
                  integrator->t, integrator->start.phi, integrator->start.psi);
     if (integrator->start_is_far)
-        fmu_tell(instance, FMU_WARNING,
-                 "t = %.9g s: the start is far from the rows: the nearest state that was found moves %s by %.4g "
-                 "%s, another one may be nearer",
-                 integrator->t, instance->work.model->coordinates[moved].name, integrator->start_moved[moved],
-                 instance->work.model->coordinates[moved].unit);
+        fmu_tell(
+            instance, FMU_WARNING,
+            "t = %.9g s: the start is far from the rows: the nearest state that was found moves %s by %.4g "
+            "%s, another one may be nearer",
+            integrator->t, instance->work.model->coordinates[moved].name, integrator->start_moved[moved],
+            instance->work.model->coordinates[moved].unit);
 }
 
 /* Rows without gains would drift with the importer's errors. Baumgarte's alpha and beta stand in p as 2 alpha

@@ -8,7 +8,8 @@
 
 enum { ITERATIONS_MOST = 60, EXCEPTIONAL = 10 };
 
-/* A reflection 1 - beta v v^T of two or three coordinates from `at` on that takes x to a multiple of the first. */
+/* A reflection 1 - beta v v^T of two or three coordinates from `at` on that takes x to a multiple of the
+ * first. */
 struct reflection {
     int at, size;
     double v[3], beta;

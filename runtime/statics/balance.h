@@ -54,13 +54,13 @@ struct balance {
     double *coupling;  /* ((count - rank) x rank) of [1 P^T] T, dependent columns */
     int *order;        /* (count) row exchanges of the L U, or of the rows that are chosen */
 
-    double *tangent;   /* room: (n x n) */
-    double *terms;     /* room: (n x max(n, m)) */
-    double *scale, *y; /* room: (count) */
-    double *p;         /* room: (row_count) */
+    double *tangent;      /* room: (n x n) */
+    double *terms;        /* room: (n x max(n, m)) */
+    double *scale, *y;    /* room: (count) */
+    double *p;            /* room: (row_count) */
     double *small_motion; /* room, with a tangent: (2 x n x n) */
     double *motion;       /* room: (2 n x 2 n) */
-    double *eigenvalues; /* room: (2 x 2 n) */
+    double *eigenvalues;  /* room: (2 x 2 n) */
     struct refdyn_linear linear;
 };
 

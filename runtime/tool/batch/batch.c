@@ -197,10 +197,11 @@ static void print_count(const struct batch_setup *setup, const struct batch_coun
     warn_of_starts(&count->unstable, "an unstable equilibrium");
     warn_of_starts(&count->beyond, "an equilibrium that the growing load does not lead to");
     if (count->far.count)
-        fprintf(stderr,
-                "refdyn: warning: %ld case%s far from the programme, the first is case %ld; `refdyn sim` of one "
-                "says how far its start was moved\n",
-                count->far.count, count->far.count > 1 ? "s start" : " starts", count->far.first);
+        fprintf(
+            stderr,
+            "refdyn: warning: %ld case%s far from the programme, the first is case %ld; `refdyn sim` of one "
+            "says how far its start was moved\n",
+            count->far.count, count->far.count > 1 ? "s start" : " starts", count->far.first);
     fprintf(stderr, "time         %.3g s CPU, %.3g s wall on %d thread%s: %.4g cases a second\n",
             count->cpu_s, count->wall_s, setup->threads, setup->threads > 1 ? "s" : "",
             count->wall_s > 0 ? (double)count->cases / count->wall_s : 0);

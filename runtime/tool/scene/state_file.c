@@ -178,18 +178,19 @@ static void check_coordinates(struct reading *reading, const json_t *array) {
     for (int i = 0; i < tree->count && reading->complaints < COMPLAINTS_MOST; i++) {
         const char *name = json_string_value(json_array_get(array, (size_t)i));
         if (!name || strcmp(name, tree->frames[i].name) != 0)
-            complain_at(reading, locate_line(reading->text, "coordinates", NULL, -1),
-                        "coordinates[%d]: %s, the model has %s there; a state of the same model and options is "
-                        "needed",
-                        i, name ? name : "no name", tree->frames[i].name);
+            complain_at(
+                reading, locate_line(reading->text, "coordinates", NULL, -1),
+                "coordinates[%d]: %s, the model has %s there; a state of the same model and options is "
+                "needed",
+                i, name ? name : "no name", tree->frames[i].name);
     }
 }
 
 /* What `statics` and `modes` write besides the state that they found: their results are states, too. */
 static bool is_of_result(const char *key) {
-    static const char *const keys[] = {"name",      "at",       "points",    "hold_force", "residual",
-                                       "rows",      "lambda",   "phi",       "stability",  "criterion",
-                                       "potential", "unstable", "neutral",   "held",       "modes"};
+    static const char *const keys[] = {"name",      "at",       "points",  "hold_force", "residual",
+                                       "rows",      "lambda",   "phi",     "stability",  "criterion",
+                                       "potential", "unstable", "neutral", "held",       "modes"};
     return text_index(key, keys, sizeof keys / sizeof keys[0]) >= 0;
 }
 

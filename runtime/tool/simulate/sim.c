@@ -47,7 +47,8 @@ static void print_moves(const struct refdyn_integrator *integrator, const double
     double *left = allocate((size_t)model->n, sizeof *left);
     int most = 0;
     memcpy(left, integrator->start_moved, (size_t)model->n * sizeof *left);
-    fprintf(stderr, "refdyn: warning: the start is far from the programme. The nearest state that was found moves");
+    fprintf(stderr,
+            "refdyn: warning: the start is far from the programme. The nearest state that was found moves");
     for (int i = 0; i < MOVES_SHOWN && farthest_move(left, model->n, &most) > 0; i++) {
         fprintf(stderr, "%s %s by %.4g %s to %.6g", i ? "," : "", model->coordinates[most].name,
                 integrator->start_moved[most], model->coordinates[most].unit,
