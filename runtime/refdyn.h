@@ -142,6 +142,7 @@ struct refdyn_workspace {
     double *basis;    /* (m x n) projection: rows in the metric M, orthonormalised */
     double *wanted;   /* (m) projection: change asked for in each row */
     double *change;   /* (2 n) projection: of q, of qd */
+    double *away;     /* (7 n + m) projection from far away: states, changes, sizes of rows */
     double *emitted;  /* (n + 1 + m) what the emitted accelerations give */
     double *required; /* of each requirement 1 where it holds, else 0, and its numbers */
     int *mark;        /* (n + m) sets of coordinates, of rows */
@@ -428,6 +429,9 @@ struct refdyn_integrator {
     double t_begin, t_end; /* the last accepted step [s] */
     struct refdyn_residual start; /* residuals of the state that was given to refdyn_integrator_start */
     int start_is_off; /* that state was not on the programme: refdyn_is_consistent with sqrt(DBL_EPSILON) */
+    double *start_moved; /* (n) positions from which steps began, less those of that state: a projection's */
+    int start_is_far;    /* one of these is more than 0.1 rad, or 0.1 options.length: another state on the
+                            programme may be nearer */
     struct refdyn_statistics statistics;
     int solves_by_joints;        /* steps by a tangent are solved in O(n), from `tangent_vectors` */
     enum refdyn_method method;   /* in use */
@@ -540,6 +544,15 @@ struct refdyn_statics_options {
     enum refdyn_statics_way way;
 };
 
+/* By what an equilibrium is judged. */
+enum refdyn_stability_criterion {
+    REFDYN_BY_POTENTIAL,     /* the stiffness is symmetric: is the potential least there? */
+    REFDYN_BY_LINEAR_MOTION, /* it is not: does a small motion grow? */
+    REFDYN_BY_SYMMETRIC_PART /* nor has the model a tangent that is finite: the symmetric part of the
+                                stiffness. If that is positive, the state is not left without oscillation, no
+                                more */
+};
+
 struct refdyn_statics_result {
     double residual;  /* largest |Q + u^T lambda| of the coordinates not held [N, N m] */
     double phi;       /* largest |phi| of the rows that hold */
@@ -551,12 +564,12 @@ struct refdyn_statics_result {
                          another one */
 
     /* of an equilibrium that was found: directions, of those that rows and held coordinates leave free, */
-    int unstable;      /* in which the stiffness is negative, */
-    int neutral;       /* and in which there is none. Both 0: it is stable */
-    int has_potential; /* 0: the stiffness is not symmetric, as with follower loads. Then its symmetric part
-                          was counted: 0 negative directions exclude that the state is left without
-                          oscillation, no more */
-    int unstable_coordinate; /* that moves most in the direction of the lowest stiffness; -1: stable */
+    int unstable;                              /* in which the stiffness is negative, or modes that grow, */
+    int neutral;                               /* and in which there is none. Both 0: it is stable */
+    int has_potential;                         /* 0: the stiffness is not symmetric, as with follower loads */
+    enum refdyn_stability_criterion criterion; /* by which these were counted */
+    int unstable_coordinate; /* that moves most in the direction of the lowest stiffness; -1: stable, or by
+                                linear motion */
     /* in the memory given, also after a failure; NULL: there were none */
     const double *force;  /* (n) Q + u^T lambda [N, N m] */
     const double *lambda; /* (row_count) multipliers, 0 for rows that depend on others, and for contacts that

@@ -48,6 +48,7 @@ static size_t lay_out(struct refdyn_workspace *work, char *base) {
     work->basis = layout_doubles(&layout, m * n);
     work->wanted = layout_doubles(&layout, m);
     work->change = layout_doubles(&layout, 2 * n);
+    work->away = layout_doubles(&layout, 7 * n + m);
     work->emitted = layout_doubles(&layout, n + 1 + m);
     work->required = layout_doubles(&layout, refdyn_required_count(model));
     work->partition.column = layout_ints(&layout, n);

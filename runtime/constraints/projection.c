@@ -3,13 +3,13 @@
  *
  * Takes a state; gives the smallest change, in the metric M, of positions and then of velocities that meets
  * the rows: min dq^T M dq with u dq = -phi:   dq = -M^-1 u^T (u M^-1 u^T)^-1 phi, and the same with psi for
- * dqd (Ascher, Chin, Petzold and Reich, Mech. Struct. Mach. 23:135-157, 1995). With M = L L^T and the rows A
- * = u L^-T orthonormalised this is dq = L^-T z, z the shortest solution of A z = -phi; no product u M^-1 u^T
- * is formed, so dependent rows are told apart at full precision.
+ * dqd (Ascher, Chin, Petzold and Reich, Mech. Struct. Mach. 23:135-157, 1995). From near the programme that
+ * is Newton's iteration; from far away nearest_state.c finds the positions first.
  */
 #include "base/arithmetic.h"
 
 #include "constraints/constraints.h"
+#include "constraints/nearest_state.h"
 
 #include <float.h>
 #include <math.h>
@@ -72,113 +72,6 @@ int refdyn_is_consistent(const struct refdyn_workspace *work, double tol, const 
     return rows_hold(work, of_positions(work), tol, 1, q) && rows_hold(work, of_velocities(work), tol, 1, qd);
 }
 
-/* L L^T = M into work->reduced; returns -1, or the coordinate that has no pivot. */
-static int factor_reduced(struct refdyn_workspace *work) {
-    memcpy(work->reduced, work->M, (size_t)(work->n * work->n) * sizeof(double));
-    return refdyn_factor(work->reduced, work->n, work->n);
-}
-
-/* The same of M + u^T W u, W diagonal with the size of M: changes that the rows fix are as large as they are
- * in any metric, so that the smallest one is that of M, which may be singular there. */
-static int factor_with_rows(struct refdyn_workspace *work) {
-    const int n = work->n;
-    double trace = 0;
-    for (int j = 0; j < n; j++)
-        trace += work->M[j * n + j];
-    memcpy(work->reduced, work->M, (size_t)(n * n) * sizeof(double));
-    for (int a = 0; a < work->m; a++) {
-        const double *row = work->u + a * n, square = dense_dot(row, row, n);
-        for (int i = 0; i < n && square > 0; i++)
-            dense_add(work->reduced + i * n, trace / n * row[i] / square, row, n);
-    }
-    return refdyn_factor(work->reduced, n, n);
-}
-
-int refdyn_factor_metric(struct refdyn_workspace *work) {
-    int failed = factor_reduced(work);
-    if (failed >= 0)
-        failed = factor_with_rows(work);
-    if (failed < 0)
-        return REFDYN_OK;
-    if (refdyn_fault_not_finite(work))
-        return REFDYN_NOT_FINITE;
-    work->fault = (struct refdyn_fault){.row = -1, .coordinate = failed};
-    return REFDYN_MASS_NOT_POSITIVE;
-}
-
-/* A = u L^-T for the marked rows, each divided by its length; wanted follows. Rows without length are
- * unmarked. */
-static void spread_rows(struct refdyn_workspace *work, int *active) {
-    const int n = work->n;
-    for (int a = 0; a < work->m; a++) {
-        if (!active[a])
-            continue;
-        double *row = work->basis + a * n;
-        memcpy(row, work->u + a * n, (size_t)n * sizeof *row);
-        refdyn_factor_half_forward(work->reduced, n, n, row);
-        const double length = sqrt(dense_dot(row, row, n));
-        active[a] = length > 0;
-        for (int j = 0; j < n && active[a]; j++)
-            row[j] /= length;
-        if (active[a])
-            work->wanted[a] /= length;
-    }
-}
-
-/* The marked row with the most that is its own, -1 when none has more than rank_tol. */
-static int longest_row(const struct refdyn_workspace *work, const int *active, double *length) {
-    const int n = work->n;
-    int longest = -1;
-    *length = work->rank_tol;
-    for (int a = 0; a < work->m; a++) {
-        const double *row = work->basis + a * n;
-        const double size = active[a] ? sqrt(dense_dot(row, row, n)) : 0;
-        if (size > *length) {
-            longest = a;
-            *length = size;
-        }
-    }
-    return longest;
-}
-
-/* z (n): the shortest solution of A z = wanted, by modified Gram-Schmidt with row pivoting; dependent rows
- * drop out. */
-static void shortest_solution(struct refdyn_workspace *work, int *active, double *z) {
-    const int n = work->n;
-    double length;
-    for (int j = 0; j < n; j++)
-        z[j] = 0;
-    for (int a = longest_row(work, active, &length); a >= 0; a = longest_row(work, active, &length)) {
-        double *basis = work->basis + a * n;
-        const double part = work->wanted[a] / length;
-        for (int j = 0; j < n; j++)
-            basis[j] /= length;
-        dense_add(z, part, basis, n);
-        active[a] = 0;
-        for (int b = 0; b < work->m; b++) {
-            double *row = work->basis + b * n;
-            if (!active[b])
-                continue;
-            const double along = dense_dot(row, basis, n);
-            dense_add(row, -along, basis, n);
-            work->wanted[b] -= along * part;
-        }
-    }
-}
-
-/* change (n) := smallest one with u change = -residual for the rows of a level; needs refdyn_factor_metric.
- */
-static void smallest_change(struct refdyn_workspace *work, struct level level, double *change) {
-    int *active = work->mark + work->n;
-    for (int a = 0; a < work->m; a++) {
-        active[a] = has(work, level, a);
-        work->wanted[a] = -level.residual[a];
-    }
-    spread_rows(work, active);
-    shortest_solution(work, active, change);
-    refdyn_factor_half_backward(work->reduced, work->n, work->n, change);
-}
-
 static int is_done(const struct refdyn_workspace *work, struct level level, const double *x, double *last) {
     const struct level_of_one rows = rows_of(work, level);
     return level_is_done_of_one(&rows, x, last);
@@ -236,8 +129,10 @@ static int correct_in_mass(struct refdyn_workspace *work, double t, double *q, d
     const int n = work->n, status = refdyn_factor_metric(work);
     if (status)
         return status;
-    smallest_change(work, of_positions(work), work->change);
-    smallest_change(work, of_velocities(work), work->change + n);
+    refdyn_smallest_change(work, REFDYN_POSITION, work->phi, work->change);
+    if (refdyn_is_far(work, work->change))
+        return refdyn_nearest_state(work, t, q, qd) ? refdyn_equations(work, t, q, qd) : not_converged(work);
+    refdyn_smallest_change(work, REFDYN_VELOCITY, work->psi, work->change + n);
     dense_add(q, 1, work->change, n);
     dense_add(qd, 1, work->change + n, n);
     return refdyn_equations(work, t, q, qd);

@@ -259,13 +259,30 @@ static void place_start(struct fmu_instance *instance, double *state) {
     refdyn_anchor(&instance->work, instance->t_first, state, state + n, instance->given);
 }
 
+/* The coordinate that a projection has moved farthest. */
+static int farthest_moved(const struct refdyn_integrator *integrator) {
+    int farthest = 0;
+    for (int j = 0; j < integrator->work->n; j++)
+        if (fabs(integrator->start_moved[j]) > fabs(integrator->start_moved[farthest]))
+            farthest = j;
+    return farthest;
+}
+
 static void warn_of_start(struct fmu_instance *instance) {
     const struct refdyn_integrator *integrator = &instance->integrator;
+    const int moved = farthest_moved(integrator);
     if (instance->work.m > 0 && integrator->start_is_off)
         fmu_tell(instance, FMU_WARNING,
                  "t = %.9g s: the start was off the rows, largest phi %.3g, largest psi %.3g; it was moved "
                  "onto them",
                  integrator->t, integrator->start.phi, integrator->start.psi);
+    if (integrator->start_is_far)
+        fmu_tell(
+            instance, FMU_WARNING,
+            "t = %.9g s: the start is far from the rows: the nearest state that was found moves %s by %.4g "
+            "%s, another one may be nearer",
+            integrator->t, instance->work.model->coordinates[moved].name, integrator->start_moved[moved],
+            instance->work.model->coordinates[moved].unit);
 }
 
 /* Rows without gains would drift with the importer's errors. Baumgarte's alpha and beta stand in p as 2 alpha

@@ -115,23 +115,36 @@ int refdyn_linear_evaluate(struct refdyn_linear *linear, struct refdyn_workspace
 }
 
 /* Of vectors column by column. */
+/* Columns of K, or of D, of a chain. */
+static void take_columns(struct refdyn_linear *linear, int is_damping, double *matrix) {
+    const int n = linear->n;
+    double *unit = linear->sides, *column = linear->sides + n;
+    for (int j = 0; j < n; j++) {
+        for (int i = 0; i < n; i++)
+            unit[i] = i == j;
+        refdyn_chain_times(&linear->chain, NULL, is_damping ? unit : NULL, is_damping ? NULL : unit, column);
+        for (int i = 0; i < n; i++)
+            matrix[i * n + j] = column[i];
+    }
+}
+
 void refdyn_linear_stiffness(struct refdyn_linear *linear, const struct refdyn_workspace *work, double t,
                              const double *q, const double *rates, double *K) {
     const int n = linear->n;
-    double *unit = linear->sides, *column = linear->sides + n;
     find_tangent(linear, work, t, q, rates);
     if (!linear->is_chain) {
         memcpy(K, linear->K, (size_t)(n * n) * sizeof *K);
         return;
     }
     refdyn_chain_take(&linear->chain, linear->tangent, linear->diagonals);
-    for (int j = 0; j < n; j++) {
-        for (int i = 0; i < n; i++)
-            unit[i] = i == j;
-        refdyn_chain_times(&linear->chain, NULL, NULL, unit, column);
-        for (int i = 0; i < n; i++)
-            K[i * n + j] = column[i];
-    }
+    take_columns(linear, 0, K);
+}
+
+void refdyn_linear_damping(struct refdyn_linear *linear, double *D) {
+    if (linear->is_chain)
+        take_columns(linear, 1, D);
+    else
+        memcpy(D, linear->D, (size_t)(linear->n * linear->n) * sizeof *D);
 }
 
 int refdyn_linear_at_begin(struct refdyn_linear *linear, struct refdyn_workspace *work, double t,

@@ -75,6 +75,8 @@ int refdyn_linear_at_begin(struct refdyn_linear *linear, struct refdyn_workspace
  * infinite: nothing is looked at. */
 void refdyn_linear_stiffness(struct refdyn_linear *linear, const struct refdyn_workspace *work, double t,
                              const double *q, const double *rates, double *K);
+/* D (n x n) of that tangent. */
+void refdyn_linear_damping(struct refdyn_linear *linear, double *D);
 /* Factors the matrix for g. Errors: MATRIX_SINGULAR. */
 int refdyn_linear_factor(struct refdyn_linear *linear, const struct refdyn_workspace *work, double g);
 /*

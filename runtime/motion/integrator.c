@@ -28,6 +28,9 @@
 #include "motion/statistics.h"
 #include "motion/work_done.h"
 
+/* [rad, length] Beyond, rows bend on the way onto the programme, and the nearest state may be another one. */
+static const double far_moved = 0.1;
+
 /* ---- Memory ---- */
 
 /* May a motion with these options take steps of this method? */
@@ -74,6 +77,7 @@ static size_t lay_out(struct refdyn_integrator *integrator, const struct refdyn_
     integrator->qdd = layout_doubles(&layout, model->n);
     integrator->lambda = layout_doubles(&layout, model->m);
     integrator->q = layout_doubles(&layout, 2 * model->n + 1);
+    integrator->start_moved = layout_doubles(&layout, model->n);
     refdyn_step_lay_out(&motion->step, model, needs.memory, &layout);
     refdyn_parameters_lay_out(&motion->parameters, model, &layout);
     refdyn_programme_lay_out(&motion->programme, model, &layout);
@@ -201,7 +205,9 @@ static int place_step(struct refdyn_integrator *integrator) {
     if (!status && integrator->options.stabilise == REFDYN_PROJECT)
         status = refdyn_project_evaluated(integrator->work, t, step->state, step->state + step->n);
     memcpy(step->state_new, step->state, refdyn_state_bytes(step));
-    return status;
+    if (status || !(refdyn_step_largest_change(step, step->state, integrator->q) > far_moved))
+        return status;
+    return refdyn_partition_renew(integrator->work); /* off the programme, dependent rows look independent */
 }
 
 /* Steps begin at the state that is seen: rates of both ends are its own. Where they begin beside it, its row
@@ -272,6 +278,17 @@ static int meet_contacts(struct refdyn_integrator *integrator) {
     return status;
 }
 
+/* start_moved, with the given positions in it, becomes what projections have added to them. */
+static void note_moves(struct refdyn_integrator *integrator, int has_failed) {
+    const struct refdyn_step *step = &integrator->motion->step;
+    double *moved = integrator->start_moved;
+    integrator->start_is_far = 0;
+    for (int j = 0; j < step->n; j++) {
+        moved[j] = has_failed ? 0 : step->state[j] - moved[j];
+        integrator->start_is_far |= fabs(moved[j]) > far_moved * step->units[j];
+    }
+}
+
 static int start(struct refdyn_integrator *integrator) {
     int status = refdyn_check_parameters(integrator->work);
     if (!status)
@@ -302,9 +319,12 @@ int refdyn_integrator_start(struct refdyn_integrator *integrator, double t, cons
     refdyn_contacts_clear(&integrator->motion->state_events.contacts, integrator->work,
                           integrator->options.tol > 0 ? integrator->options.tol : sqrt(DBL_EPSILON));
     refdyn_prepare(integrator->work);
+    memcpy(integrator->start_moved, q, bytes);
     clear(enter(integrator));
     take_parameters(integrator);
-    return leave(integrator, start(integrator), t);
+    const int status = start(integrator);
+    note_moves(integrator, status != REFDYN_OK);
+    return leave(integrator, status, t);
 }
 
 int refdyn_integrator_refresh(struct refdyn_integrator *integrator) {

@@ -52,8 +52,12 @@ void refdyn_balance_lay_out(struct balance *b, const struct refdyn_model *model,
     b->scale = layout_doubles(layout, n);
     b->y = layout_doubles(layout, n);
     b->p = layout_doubles(layout, m);
-    if (has_rows)
-        refdyn_linear_lay_out(&b->linear, model, 1, 0, layout);
+    if (!refdyn_has_tangent(model))
+        return;
+    b->small_motion = layout_doubles(layout, 2 * n * n);
+    b->motion = layout_doubles(layout, 4 * n * n);
+    b->eigenvalues = layout_doubles(layout, 4 * n);
+    refdyn_linear_lay_out(&b->linear, model, 1, 0, layout);
 }
 
 int refdyn_balance_fail(const struct balance *b, int status, int row, int coordinate) {
@@ -203,6 +207,31 @@ int refdyn_balance_eliminate(struct balance *b, struct place *place) {
 
 /* ---- Tangent ---- */
 
+/* The largest entry of T (n x n) beside its diagonal, which has the springs of the joints, in units. */
+static double largest_coupling(const struct balance *b) {
+    double largest = 0;
+    for (int i = 0; i < b->n; i++)
+        for (int j = 0; j < b->n; j++)
+            if (i != j)
+                largest = fmax(largest, fabs(b->tangent[i * b->n + j]) * b->unit[i] * b->unit[j]);
+    return largest;
+}
+
+/*
+ * T (n x n) of the equations sums over all links what Q_q has entry by entry: where no force i depends on a
+ * coordinate j, the rounding of these sums would look as if something held the coordinate.
+ */
+static void drop_rounding_of_forces(struct balance *b) {
+    struct refdyn_workspace *work = b->work;
+    const int n = b->n;
+    const double least = rounding * largest_coupling(b);
+    work->model->Q_q(work->p, work->x, b->t, b->now.q, b->rates, b->H);
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < n; j++)
+            if (b->H[i * n + j] == 0 && fabs(b->tangent[i * n + j]) * b->unit[i] * b->unit[j] <= least)
+                b->tangent[i * n + j] = 0;
+}
+
 /* T over the coordinates not held, row by row into b->tangent. */
 static int find_T(struct balance *b) {
     struct refdyn_workspace *work = b->work;
@@ -213,6 +242,8 @@ static int find_T(struct balance *b) {
         refdyn_linear_stiffness(&b->linear, work, b->t, b->now.q, b->rates, b->tangent);
     else
         work->model->Q_q(work->p, work->x, b->t, b->now.q, b->rates, b->tangent);
+    if (b->row_count > 0 && work->model->Q_q)
+        drop_rounding_of_forces(b);
     for (int i = 0; i < count; i++) {
         const double *row = b->tangent + b->free[i] * n;
         if (!refdyn_is_finite(row, n))
@@ -248,6 +279,10 @@ static void reduce(const struct balance *b, int is_size, double *T, double *H, d
         for (int k = 0; k < rank && coupling; k++)
             coupling[i * rank + k] = row[d[k]];
     }
+}
+
+void refdyn_balance_reduce(const struct balance *b, double *X, double *reduced) {
+    reduce(b, 0, X, reduced, NULL);
 }
 
 /* An entry that is nothing but rounding is 0. */

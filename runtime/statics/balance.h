@@ -54,10 +54,13 @@ struct balance {
     double *coupling;  /* ((count - rank) x rank) of [1 P^T] T, dependent columns */
     int *order;        /* (count) row exchanges of the L U, or of the rows that are chosen */
 
-    double *tangent;   /* room: (n x n) */
-    double *terms;     /* room: (n x max(n, m)) */
-    double *scale, *y; /* room: (count) */
-    double *p;         /* room: (row_count) */
+    double *tangent;      /* room: (n x n) */
+    double *terms;        /* room: (n x max(n, m)) */
+    double *scale, *y;    /* room: (count) */
+    double *p;            /* room: (row_count) */
+    double *small_motion; /* room, with a tangent: (2 x n x n) */
+    double *motion;       /* room: (2 n x 2 n) */
+    double *eigenvalues;  /* room: (2 x 2 n) */
     struct refdyn_linear linear;
 };
 
@@ -78,6 +81,8 @@ void refdyn_balance_choose(struct balance *balance, const struct place *place);
 int refdyn_balance_eliminate(struct balance *balance, struct place *place);
 /* H at `now`, after refdyn_balance_eliminate. Error: NOT_FINITE. */
 int refdyn_balance_find_tangent(struct balance *balance);
+/* reduced (count - rank)^2 := [1 P^T] X [1; P] of X (count x count), which is overwritten, at `now`. */
+void refdyn_balance_reduce(const struct balance *balance, double *X, double *reduced);
 /* Its L U. A coordinate whose row and column of H are 0 and that carries no load stays: its equation becomes
  * dq = 0. Error: TANGENT_SINGULAR at a coordinate that nothing holds. */
 int refdyn_balance_factor(struct balance *balance);

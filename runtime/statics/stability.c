@@ -7,6 +7,7 @@
 
 #include "linear/dense.h"
 #include "linear/eigenvalues.h"
+#include "statics/linear_motion.h"
 
 /* In units of the terms that entries are made of: as small an eigenvalue is 0, as small a difference across
  * the diagonal none, and pivots above the last one leave no eigenvalue in doubt. */
@@ -91,7 +92,14 @@ static int most_moved(struct balance *b) {
 
 void refdyn_stability_judge(struct balance *b, struct refdyn_statics_result *result) {
     struct spectrum spectrum;
-    if (is_clearly_stable(b, result))
+    const int is_clear = is_clearly_stable(b, result);
+    if (!result->has_potential) {
+        result->criterion = REFDYN_BY_LINEAR_MOTION;
+        if (refdyn_linear_motion_count(b, &result->unstable, &result->neutral))
+            return;
+        result->criterion = REFDYN_BY_SYMMETRIC_PART;
+    }
+    if (is_clear)
         return;
     refdyn_stability_find_spectrum(b, &spectrum);
     result->unstable = spectrum.unstable;

@@ -71,7 +71,7 @@ def of_equilibrium(model: Model, told: Mapping[str, Any], held: Collection[str],
         put(variables, f"force_{name}", "hold", variable((), float(value), moment(model.units[name])))
     put(variables, "lambda", "row", variable(("row",), np.array(told["lambda"], dtype=float)))
     put(variables, "row", "row", variable(("row",), np.array(told["rows"], dtype=str)))
-    keys = ("residual", "phi", "stability", "unstable", "neutral", "potential")
+    keys = ("residual", "phi", "stability", "unstable", "neutral", "potential", "criterion")
     return xarray.Dataset(variables, attrs={**attrs, **plain({key: told[key] for key in keys})})
 
 

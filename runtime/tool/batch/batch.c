@@ -195,6 +195,8 @@ static bool write_summary(const struct batch_setup *setup, const struct batch_co
         put_whole(&document, "unstable", count->unstable.count);
         put_whole(&document, "beyond_limit_point", count->beyond.count);
     }
+    if (count->far.count)
+        put_whole(&document, "far_starts", count->far.count);
     put_number(&document, "wall_s", count->wall_s);
     put_number(&document, "cpu_s", count->cpu_s);
     put_number(&document, "cases_per_s", count->wall_s > 0 ? (double)count->cases / count->wall_s : 0);
@@ -216,6 +218,12 @@ static void print_count(const struct batch_setup *setup, const struct batch_coun
             count->failed);
     warn_of_starts(&count->unstable, "an unstable equilibrium");
     warn_of_starts(&count->beyond, "an equilibrium that the growing load does not lead to");
+    if (count->far.count)
+        fprintf(
+            stderr,
+            "refdyn: warning: %ld case%s far from the programme, the first is case %ld; `refdyn sim` of one "
+            "says how far its start was moved\n",
+            count->far.count, count->far.count > 1 ? "s start" : " starts", count->far.first);
     fprintf(stderr, "time         %.3g s CPU, %.3g s wall on %d thread%s: %.4g cases a second\n",
             count->cpu_s, count->wall_s, setup->threads, setup->threads > 1 ? "s" : "",
             count->wall_s > 0 ? (double)count->cases / count->wall_s : 0);

@@ -157,6 +157,8 @@ static int end_case(void *context, const struct refdyn_batch_case *one,
         note(&running->count->unstable, one->number);
     if (result->is_beyond)
         note(&running->count->beyond, one->number);
+    if (result->stage != REFDYN_AT_STATICS && one->integrator->start_is_far)
+        note(&running->count->far, one->number);
     show_progress(running);
     const bool is_broken = running->is_broken;
     pthread_mutex_unlock(&running->lock);

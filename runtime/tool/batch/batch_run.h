@@ -15,6 +15,7 @@ struct batch_count {
     long cases, failed; /* that ended in this call, well or not */
     /* that started from an equilibrium which is unstable, or which lies beyond a limit point of the load */
     struct noted_cases unstable, beyond;
+    struct noted_cases far; /* that a projection of the start has moved far */
     double cases_cpu_s;               /* of these cases: the sum of their shares */
     double cpu_started, wall_started; /* clocks when the first case began */
     double cpu_s, wall_s;             /* of all since then: threads, journal, file; by batch_time_passed */

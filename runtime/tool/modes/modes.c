@@ -155,8 +155,7 @@ static enum status print_analysis(const struct analysis *analysis) {
     put_text(&document, "name", scene->model->name);
     put_coordinates(&document, "coordinates", scene->model, NULL);
     put_text(&document, "at", analysis->at);
-    put_number(&document, "t", scene->state.t);
-    put_array(&document, "q", scene->q, scene->model->n);
+    put_state(&document, scene);
     put_positions(&document, scene);
     put_coordinates(&document, "held", scene->model, analysis->held);
     put_number(&document, "phi", analysis->phi);

@@ -64,13 +64,6 @@ enum status scene_read(struct scene *scene, const struct options *options, bool 
     return read_with(scene, options, options->settings, options->setting_count, options->fold, is_telling);
 }
 
-/* Values that are applied at run time, later ones win: the STATE.json's parameters, then --set; the inputs of
- * --set, then the STATE.json's. */
-struct values {
-    struct named_value *list, *inputs; /* inputs: of --set */
-    int count, input_count;
-};
-
 static void add_inputs(struct values *values, const struct model *model) {
     values->inputs = allocate((size_t)model->input_count, sizeof *values->inputs);
     for (int i = 0; i < model->input_count; i++)
@@ -152,12 +145,22 @@ static bool may_hold(const struct row *row, unsigned needs, const struct values 
     return row->level == ROW_POSITION && (is_known || needs & NEEDS_EACH_START);
 }
 
-/* Statics of rows takes a tangent, of either form. */
-static bool needs_row_tangent(const struct model *model, unsigned needs, const struct values *values) {
-    for (int i = 0; i < model->row_count && needs & NEEDS_STATICS; i++)
+/* May forces have no potential, so that small motions judge an equilibrium? */
+static bool may_follow(const struct model *model) {
+    for (int i = 0; i < model->force_count; i++)
+        if (model->graph->nodes[model->forces[i].value].depends & ON_STATE)
+            return true;
+    return model->load_count > 0;
+}
+
+/* Statics takes a tangent, of either form, for rows and for forces without a potential. */
+static bool needs_statics_tangent(const struct model *model, unsigned needs, const struct values *values) {
+    if (!(needs & NEEDS_STATICS))
+        return false;
+    for (int i = 0; i < model->row_count; i++)
         if (may_hold(&model->rows[i], needs, values))
             return true;
-    return false;
+    return may_follow(model);
 }
 
 static bool has_angular_points(const struct model *model) {
@@ -175,7 +178,7 @@ static char *emit_list(struct scene *scene, const struct options *options, unsig
         return text_format("%s%s", options->emit ? "start,equations," : "all",
                            options->emit ? options->emit : "");
     bool rows = model->row_count > 0, points = model->point_count > 0;
-    if (needs_row_tangent(model, needs, values))
+    if (needs_statics_tangent(model, needs, values))
         needs |= NEEDS_TANGENT;
     return text_format(
         "%s%s%s%s%s%s%s%s%s%s%s", needs & NEEDS_STATE ? "start,M,h,Q,qdd_free" : "start,equations",
@@ -361,8 +364,8 @@ enum status scene_open(struct scene *scene, const struct options *options, unsig
         return status;
     if (state_path && !state_read(&scene->state, state_path, &scene->generation))
         return STATUS_FAULT;
-    struct values values = given_values(scene);
-    return make_ready(scene, options, needs, &values);
+    scene->values = given_values(scene);
+    return make_ready(scene, options, needs, &scene->values);
 }
 
 void scene_close(struct scene *scene) {

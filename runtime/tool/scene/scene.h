@@ -23,6 +23,7 @@ struct scene {
     const struct refdyn_model *model;
     struct refdyn_workspace work;
     struct state state;    /* as the STATE.json gave it; empty without one */
+    struct values values;  /* of parameters and inputs that --set or the STATE.json gave */
     double *q, *qd;        /* (n) the model's initial state, or the STATE.json's where it gave one */
     struct inputs *inputs; /* sampled inputs of motions, the caller's; NULL: none */
     const struct refdyn_statics_result *equilibrium; /* that a motion starts from; NULL: another state */
@@ -73,6 +74,9 @@ enum status scene_finish(struct scene *scene, struct document *document);
 void put_coordinates(struct document *document, const char *key, const struct refdyn_model *model,
                      const int *which);
 void put_positions(struct document *document, const struct scene *scene);
+/* "q", "qd", "t", "inputs", "parameters" of the scene: what a STATE.json takes, with the values that were
+ * given. */
+void put_state(struct document *document, const struct scene *scene);
 
 enum { REFUSED_LENGTH = 400 };
 /* What the model refuses of the values of parameters in a workspace of the scene's model, where a call ended

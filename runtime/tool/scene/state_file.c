@@ -189,6 +189,30 @@ static bool is_of_model(struct reading *reading, int line, const char *name) {
     return key;
 }
 
+/* A result names its coordinates: those of another model, or of another structure of this one, would be taken
+ * for others. */
+static void check_coordinates(struct reading *reading, const json_t *array) {
+    const struct tree *tree = &reading->generation->tree;
+    for (int i = 0; i < tree->count && reading->complaints < COMPLAINTS_MOST; i++) {
+        const char *name = json_string_value(json_array_get(array, (size_t)i));
+        if (!name || strcmp(name, tree->frames[i].name) != 0)
+            complain_at(
+                reading, locate_line(reading->text, "coordinates", NULL, -1),
+                "coordinates[%d]: %s, the model has %s there; a state of the same model and options is "
+                "needed",
+                i, name ? name : "no name", tree->frames[i].name);
+    }
+}
+
+/* What `statics` and `modes` write besides the state that they found: their results are states, too. */
+static bool is_of_result(const char *key) {
+    static const char *const keys[] = {"name",      "at",       "points",  "hold_force", "residual",
+                                       "rows",      "lambda",   "phi",     "stability",  "criterion",
+                                       "potential", "unstable", "neutral", "held",       "modes",
+                                       "contacts"};
+    return text_index(key, keys, sizeof keys / sizeof keys[0]) >= 0;
+}
+
 static void read_member(struct reading *reading, struct state *state, const char *key, json_t *value) {
     static const char *const keys[] = {"t", "q", "qd", "inputs", "parameters"};
     int line = locate_line(reading->text, key, NULL, -1);
@@ -204,7 +228,9 @@ static void read_member(struct reading *reading, struct state *state, const char
         read_inputs(reading, state, value);
     else if (strcmp(key, "parameters") == 0)
         read_parameters(reading, state, value);
-    else if (!is_of_model(reading, line, key))
+    else if (strcmp(key, "coordinates") == 0)
+        check_coordinates(reading, value);
+    else if (!is_of_result(key) && !is_of_model(reading, line, key))
         unknown_name(reading, line, "key of a state (t, q, qd, inputs, parameters)", key, keys,
                      sizeof keys / sizeof keys[0]);
 }

@@ -1,7 +1,9 @@
 /*
  * STATE.json: {"t": 0, "q": [...], "qd": [...], "inputs": {"NAME": value}, "parameters": {"NAME": value}}.
  *
- * Takes the file and the model that was read; gives the values, complete or with what is missing marked.
+ * Takes the file and the model that was read; gives the values, complete or with what is missing marked. The
+ * results of `statics` and `modes` are states: their other keys have no part, but `coordinates` must be the
+ * model's.
  */
 #ifndef REFDYN_TOOL_STATE_FILE_H
 #define REFDYN_TOOL_STATE_FILE_H
@@ -13,6 +15,13 @@
 struct named_value {
     const char *name;
     double value;
+};
+
+/* Values that are applied at run time, later ones win: the STATE.json's parameters, then --set; the inputs of
+ * --set, then the STATE.json's. */
+struct values {
+    struct named_value *list, *inputs; /* inputs: of --set */
+    int count, input_count;
 };
 
 struct state {

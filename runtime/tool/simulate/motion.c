@@ -119,26 +119,8 @@ enum status motion_options(const struct options *options, struct refdyn_options 
     return validate(options, integration);
 }
 
-/* Whether contacts rest is for the motion to find. */
-static bool sets_contacts(const struct scene *scene) {
-    const struct refdyn_model *model = scene->model;
-    for (int i = 0; i < model->event_count; i++) {
-        const struct refdyn_event *event = &model->events[i];
-        const int place = event->contact > 0 ? model->changes[event->first_change].place : -1;
-        if (place < 0 || scene->work.p[place] == 0)
-            continue;
-        fprintf(stderr,
-                "refdyn: %s: %s is set: a motion finds itself whether a contact rests; leave it out\n",
-                model->name, model->parameters[place].name);
-        return true;
-    }
-    return false;
-}
-
 enum status motion_fit(const struct scene *scene, const struct options *options,
                        const struct refdyn_options *integration) {
-    if (sets_contacts(scene))
-        return STATUS_FAULT;
     if (by_gsl_has(options->method) && scene->model->event_count > 0) {
         fprintf(stderr, "refdyn: %s: --method %s finds no events of the state, without it go %s\n",
                 scene->model->name, options->method, options_methods(false));

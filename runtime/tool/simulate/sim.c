@@ -16,6 +16,8 @@ static const double verify_part = 0.01;
 /* Below it rounding is larger than what steps add; a tenth of the tolerance then has to do. */
 static const double verify_least = 1e-14, verify_most = 0.1;
 
+enum { MOVES_SHOWN = 8 };
+
 static void print_remedies(const struct options *options, const struct refdyn_options *chosen) {
     static const char *const what[] = {
         [REFDYN_NONE] = "with --stabilise none it stays off, --stabilise baumgarte would pull it in",
@@ -33,13 +35,39 @@ static void print_remedies(const struct options *options, const struct refdyn_op
         options->start ? ", as asked" : "");
 }
 
+static double farthest_move(const double *moved, int n, int *most) {
+    for (int j = 0; j < n; j++)
+        *most = fabs(moved[j]) > fabs(moved[*most]) ? j : *most;
+    return fabs(moved[*most]);
+}
+
+/* Coordinates by what a projection has moved them, the farthest ones first. */
+static void print_moves(const struct refdyn_integrator *integrator, const double *q) {
+    const struct refdyn_model *model = integrator->work->model;
+    double *left = allocate((size_t)model->n, sizeof *left);
+    int most = 0;
+    memcpy(left, integrator->start_moved, (size_t)model->n * sizeof *left);
+    fprintf(stderr,
+            "refdyn: warning: the start is far from the programme. The nearest state that was found moves");
+    for (int i = 0; i < MOVES_SHOWN && farthest_move(left, model->n, &most) > 0; i++) {
+        fprintf(stderr, "%s %s by %.4g %s to %.6g", i ? "," : "", model->coordinates[most].name,
+                integrator->start_moved[most], model->coordinates[most].unit,
+                q[most] + integrator->start_moved[most]);
+        left[most] = 0;
+    }
+    fputs("; give a nearer start where another assembly is meant\n", stderr);
+}
+
 /* A start off the programme: the residual of each row, and what can be done. */
-static void print_start(const struct options *options, const struct refdyn_integrator *integrator) {
+static void print_start(const struct options *options, const struct motion *motion) {
+    const struct refdyn_integrator *integrator = &motion->integrator;
     static const char *const levels[] = {"position", "velocity", "acceleration"};
     const struct refdyn_workspace *work = integrator->work;
     char text[2][NUMBER_LENGTH];
     if (!integrator->start_is_off)
         return;
+    if (integrator->start_is_far)
+        print_moves(integrator, motion->scene->q);
     if (integrator->options.project_start) {
         fprintf(stderr,
                 "refdyn: the start was off the programme (largest |phi| %.4g, |psi| %.4g) and was projected "
@@ -79,12 +107,27 @@ static void print_beyond(const struct motion *motion) {
                 model->events[i].name, exact_text(values[i], text));
 }
 
+/* Contacts that were said to rest: the motion finds itself which do. */
+static void print_free_contacts(const struct motion *motion) {
+    const struct refdyn_integrator *integrator = &motion->integrator;
+    const struct refdyn_model *model = integrator->work->model;
+    for (int i = 0; i < model->event_count; i++) {
+        const struct refdyn_event *event = &model->events[i];
+        const int k = event->contact - 1 - refdyn_programme_rows(model);
+        const int place = k >= 0 ? model->changes[event->first_change].place : -1;
+        if (place >= 0 && motion->values[place] != 0 && integrator->contact_mode[k] == REFDYN_CONTACT_FREE)
+            fprintf(stderr, "refdyn: warning: %s is set, but the contact does not rest at the start\n",
+                    model->parameters[place].name);
+    }
+}
+
 /* ---- Runs ---- */
 
 static void on_start(const struct task *task, const struct motion *motion) {
     target_keep_part(task->scene->result);
-    print_start(task->options, &motion->integrator);
+    print_start(task->options, motion);
     print_beyond(motion);
+    print_free_contacts(motion);
     print_redundant_rows(&task->scene->work);
 }
 

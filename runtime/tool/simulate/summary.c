@@ -212,12 +212,23 @@ static void put_stop(struct document *document, const struct motion *motion) {
     put_close(document, '}');
 }
 
+/* What a projection of a start far from the programme has added to each coordinate. */
+static void put_moves(struct document *document, const struct refdyn_integrator *integrator) {
+    const struct refdyn_model *model = integrator->work->model;
+    put_open(document, "start_moved", '{');
+    for (int j = 0; j < model->n; j++)
+        put_number(document, model->coordinates[j].name, integrator->start_moved[j]);
+    put_close(document, '}');
+}
+
 static void put_summary(struct document *document, const struct summary *summary) {
     const struct motion *motion = &summary->trial->motion;
     const struct refdyn_statistics *s = &motion->integrator.statistics;
     put_method(document, motion);
     if (motion->scene->equilibrium)
         put_text(document, "equilibrium", stability_text(motion->scene->equilibrium));
+    if (motion->integrator.start_is_far)
+        put_moves(document, &motion->integrator);
     put_whole(document, "steps", s->steps);
     put_whole(document, "rejected", s->rejected);
     put_number(document, "step_smallest", s->step_smallest);

@@ -136,15 +136,30 @@ const char *stability_text(const struct refdyn_statics_result *result) {
                        count > 1 ? "s" : "");
 }
 
+const char *const statics_criterion_words[] = {[REFDYN_BY_POTENTIAL] = "potential",
+                                               [REFDYN_BY_LINEAR_MOTION] = "linear motion",
+                                               [REFDYN_BY_SYMMETRIC_PART] = "symmetric part"};
+
+static const char *const criterion_notes[] = {
+    [REFDYN_BY_LINEAR_MOTION] = "its forces have no potential, and the modes that grow were counted; refdyn "
+                                "modes shows them",
+    [REFDYN_BY_SYMMETRIC_PART] = "its forces have no potential, and the symmetric part of the stiffness is "
+                                 "judged, since there is no finite tangent of the motion"};
+
+void print_criterion(const struct refdyn_statics_result *result) {
+    if (!result->has_potential)
+        fprintf(stderr, "refdyn: the equilibrium is %s; %s\n", stability_text(result),
+                criterion_notes[result->criterion]);
+}
+
 /* An unstable one, with what to do about it. */
 static void warn_of_instability(const struct scene *scene, const struct equilibrium *equilibrium) {
     const struct refdyn_statics_result *result = &equilibrium->result;
-    fprintf(stderr, "refdyn: warning: this equilibrium is %s, %s moves most", stability_text(result),
-            scene->model->coordinates[result->unstable_coordinate].name);
+    fprintf(stderr, "refdyn: warning: this equilibrium is %s", stability_text(result));
+    if (result->unstable_coordinate >= 0)
+        fprintf(stderr, ", %s moves most", scene->model->coordinates[result->unstable_coordinate].name);
     if (!result->has_potential)
-        fputs("; its forces have no potential, so that the symmetric part of the stiffness is judged: refdyn "
-              "modes tells more",
-              stderr);
+        fprintf(stderr, "; %s", criterion_notes[result->criterion]);
     else if (equilibrium->options.way != REFDYN_DOWNHILL)
         fputs("; --way downhill leads to a stable one", stderr);
     fputc('\n', stderr);

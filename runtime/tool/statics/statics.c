@@ -9,11 +9,8 @@ static void print_notes(const struct scene *scene, const struct equilibrium *equ
     if (result->limit_points)
         fprintf(stderr, "refdyn: %d limit point%s of the load passed\n", result->limit_points,
                 result->limit_points > 1 ? "s" : "");
-    if (!result->has_potential && !result->unstable)
-        fputs("refdyn: the forces have no potential, and the symmetric part of the stiffness is judged: "
-              "refdyn modes tells "
-              "whether oscillations grow\n",
-              stderr);
+    if (!result->unstable)
+        print_criterion(result);
     if (result->is_indeterminate)
         fputs("refdyn: the forces of the contacts are not unique, the least ones are reported\n", stderr);
     print_rows_without_part(scene, &equilibrium->options);
@@ -57,13 +54,14 @@ static void put_stability(struct document *document, const struct refdyn_statics
     put_whole(document, "unstable", result->unstable);
     put_whole(document, "neutral", result->neutral);
     put_truth(document, "potential", result->has_potential);
+    put_text(document, "criterion", statics_criterion_words[result->criterion]);
 }
 
 static void put_equilibrium(struct document *document, const struct scene *scene,
                             const struct equilibrium *equilibrium) {
     const struct refdyn_model *model = scene->model;
     put_coordinates(document, "coordinates", model, NULL);
-    put_array(document, "q", scene->q, model->n);
+    put_state(document, scene);
     put_positions(document, scene);
     put_open(document, "hold_force", '[');
     for (int i = 0; i < model->n; i++)
