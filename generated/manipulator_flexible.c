@@ -2808,12 +2808,12 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 #define SET(field) .field =
 #endif
 
-#if REFDYN_MODEL_VERSION != 3
-#error "manipulator_flexible was emitted for version 3 of refdyn_model.h, and this refdyn_model.h is of another one: emit it again."
+#if REFDYN_MODEL_VERSION != 4
+#error "manipulator_flexible was emitted for version 4 of refdyn_model.h, and this refdyn_model.h is of another one: emit it again."
 #endif
 
 const struct refdyn_model manipulator_flexible_model = {
-    SET(interface_version) 3,
+    SET(interface_version) 4,
     SET(name) "manipulator_flexible",
     SET(hash) "5f121ac785720246",
     SET(n) 13,
@@ -2829,6 +2829,7 @@ const struct refdyn_model manipulator_flexible_model = {
     SET(kink_count) 0,
     SET(change_count) 0,
     SET(saturates) 0,
+    SET(length) 1,
     SET(qdd_cost) 2625,
     SET(tangent_cost) 0,
     SET(tangent_vectors_cost) 0,

@@ -956,12 +956,12 @@ static void manipulator_rigid_start_doubles(const double *p, const double *x, do
 #define SET(field) .field =
 #endif
 
-#if REFDYN_MODEL_VERSION != 3
-#error "manipulator_rigid was emitted for version 3 of refdyn_model.h, and this refdyn_model.h is of another one: emit it again."
+#if REFDYN_MODEL_VERSION != 4
+#error "manipulator_rigid was emitted for version 4 of refdyn_model.h, and this refdyn_model.h is of another one: emit it again."
 #endif
 
 const struct refdyn_model manipulator_rigid_model = {
-    SET(interface_version) 3,
+    SET(interface_version) 4,
     SET(name) "manipulator_rigid",
     SET(hash) "2ca1475c3d1eff4d",
     SET(n) 4,
@@ -977,6 +977,7 @@ const struct refdyn_model manipulator_rigid_model = {
     SET(kink_count) 0,
     SET(change_count) 0,
     SET(saturates) 0,
+    SET(length) 1,
     SET(qdd_cost) 400,
     SET(tangent_cost) 0,
     SET(tangent_vectors_cost) 0,

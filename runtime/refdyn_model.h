@@ -19,7 +19,7 @@
 
 /* Of struct refdyn_model and of what its functions take and give. Emitted files carry the number that they
  * were written for: they do not compile with another one, and the runtime refuses tables with another one. */
-#define REFDYN_MODEL_VERSION 3
+#define REFDYN_MODEL_VERSION 4
 
 typedef void refdyn_function(const double *p, const double *x, double t, const double *q, const double *qd,
                              double *out);
@@ -129,6 +129,7 @@ struct refdyn_model {
     int kink_count;      /* and others where formulas of coordinates and rates have kinks; */
     int change_count;    /* what events set in all */
     int saturates;       /* a rate drives something to its limit, as friction */
+    double length;       /* [m] what 1 rad weighs against in translations; 0: 1 m */
     double qdd_cost;     /* operations of one call of constrained, or of qdd_free without rows; 0: unknown */
     double tangent_cost; /* of tangent. A division counts four, a function ten */
     double tangent_vectors_cost;           /* of tangent_vectors */

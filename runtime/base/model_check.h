@@ -14,7 +14,8 @@ int refdyn_model_status(const struct refdyn_model *model);
 /* The same of a workspace's model; BAD_MEMORY when its arrays are not laid out. */
 int refdyn_workspace_status(const struct refdyn_workspace *work);
 
-/* What 1 rad weighs against in coordinate j: `length` for a translation, 1 for a rotation. */
+/* What 1 rad weighs against in coordinate j: `length` for a translation, 0: that of the model; 1 for a
+ * rotation. */
 double refdyn_coordinate_unit(const struct refdyn_model *model, int j, double length);
 
 #endif

@@ -393,7 +393,7 @@ def test_every_emitted_table_has_the_number(emitted):
 
 def without_version(text):
     """As files were emitted before tables had one."""
-    return re.sub(r"#if REFDYN_MODEL_VERSION.*?#endif\n", "", text, flags=re.S).replace("SET(interface_version) 3,", "")
+    return re.sub(r"#if REFDYN_MODEL_VERSION.*?#endif\n", "", text, flags=re.S).replace("SET(interface_version) 4,", "")
 
 
 def test_files_from_before_there_was_a_version(emitted, tmp_path):
