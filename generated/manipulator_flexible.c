@@ -2938,6 +2938,7 @@ const struct refdyn_model manipulator_flexible_model = {
     SET(change_count) 0,
     SET(requirement_count) 22,
     SET(saturates) 0,
+    SET(length) 1,
     SET(qdd_cost) 2625,
     SET(tangent_cost) 0,
     SET(tangent_vectors_cost) 0,

@@ -1077,6 +1077,7 @@ const struct refdyn_model manipulator_rigid_model = {
     SET(change_count) 0,
     SET(requirement_count) 19,
     SET(saturates) 0,
+    SET(length) 1,
     SET(qdd_cost) 400,
     SET(tangent_cost) 0,
     SET(tangent_vectors_cost) 0,

@@ -317,7 +317,7 @@ struct refdyn_options {
                         fixed */
     double step;     /* fixed step, or first step of an adaptive method (0: found) [s] */
     double step_max; /* adaptive: largest step [s]; 0: none */
-    double length;   /* what 1 rad weighs against in translations [m] */
+    double length;   /* what 1 rad weighs against in translations [m]; 0: that of the model */
     enum refdyn_stabilise stabilise;
     double gain_share; /* Baumgarte gains alpha = beta = gain_share / step instead of those of the rows; 0: of
                           the rows */
@@ -503,10 +503,12 @@ int refdyn_integrator_refresh(struct refdyn_integrator *integrator);
 
 struct refdyn_energy {
     double kinetic, potential; /* at the last refdyn_energy_add [J] */
-    double kinetic_start, potential_start, work_start;
-    double largest_change; /* of kinetic energy, potential energy or work [J] */
-    double largest_error;  /* of |change of kinetic + potential - work| [J] */
-    double largest;        /* |kinetic| + |potential| + |work| [J], of which all these are differences */
+    double t_start, kinetic_start, potential_start, work_start;
+    double largest_kinetic; /* [J] */
+    double largest_change;  /* of kinetic energy, potential energy or work [J] */
+    double largest_error;   /* of |change of kinetic + potential - work| [J] */
+    double largest;         /* |kinetic| + |potential| + |work| [J], of which all these are differences */
+    double unit;            /* of refdyn_energy_scale, else 0 [J] */
 };
 
 /* Kinetic and potential energy at a state into energy (2). Error: FUNCTION_MISSING. */
@@ -515,10 +517,15 @@ int refdyn_energies(const struct refdyn_workspace *work, double t, const double 
 /* Begins a balance at the integrator's state, adds its state at an output. Error: FUNCTION_MISSING. */
 int refdyn_energy_start(struct refdyn_energy *energy, const struct refdyn_integrator *integrator);
 int refdyn_energy_add(struct refdyn_energy *energy, const struct refdyn_integrator *integrator);
+/* At the end of a balance: the energy that it takes to move each coordinate by its unit, 1 rad or the length,
+ * against h + Q and at the mean speed of such a motion. It does not vanish with the energies of a body at
+ * rest, and says what errors of positions make of them. The equations in the workspace are lost. */
+void refdyn_energy_scale(struct refdyn_energy *energy, const struct refdyn_integrator *integrator);
 /* Largest |change of kinetic + potential - work| over the largest change of kinetic, potential or work; 0
  * when nothing changed. */
 double refdyn_energy_error(const struct refdyn_energy *energy);
-/* Has energy changed by more than rounding makes of it? Else refdyn_energy_error is a ratio of roundings. */
+/* Has energy changed by more than rounding makes of all energies and the scale? Else refdyn_energy_error is a
+ * ratio of roundings. */
 int refdyn_energy_changes(const struct refdyn_energy *energy);
 
 /* ---- Equilibria ---- */
@@ -532,7 +539,7 @@ enum refdyn_statics_way {
 
 struct refdyn_statics_options {
     double tol;        /* largest last Newton correction [rad, or `length`] */
-    double length;     /* what 1 rad weighs against in translations [m] */
+    double length;     /* what 1 rad weighs against in translations [m]; 0: that of the model */
     double reach;      /* largest first correction of a load step, which is halved when it is longer [rad, or
                           `length`] */
     int iterations;    /* Newton iterations for each load */

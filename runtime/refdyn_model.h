@@ -142,6 +142,7 @@ struct refdyn_model {
     int change_count;      /* what events set in all */
     int requirement_count; /* of parameters */
     int saturates;         /* a rate drives something to its limit, as friction */
+    double length;         /* [m] what 1 rad weighs against in translations; 0: 1 m */
     double qdd_cost;     /* operations of one call of constrained, or of qdd_free without rows; 0: unknown */
     double tangent_cost; /* of tangent. A division counts four, a function ten */
     double tangent_vectors_cost;           /* of tangent_vectors */

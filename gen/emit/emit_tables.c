@@ -364,7 +364,7 @@ static void emit_model_table(struct emission *x, struct text *text, const char *
     text_add(text, "    SET(event_count) %d,\n    SET(kink_count) %d,\n    SET(change_count) %d,\n",
              model->event_count, model->kink_count, model->change_count);
     text_add(text, "    SET(requirement_count) %d,\n", plan->requirement_count);
-    text_add(text, "    SET(saturates) %d,\n", plan_saturates(plan));
+    text_add(text, "    SET(saturates) %d,\n    SET(length) %.17g,\n", plan_saturates(plan), model->length);
     text_add(text, "    SET(qdd_cost) %ld,\n    SET(tangent_cost) %ld,\n",
              cost_of(plan, model->row_count ? "constrained" : "qdd_free"), cost_of(plan, "tangent"));
     text_add(text, "    SET(tangent_vectors_cost) %ld,\n    SET(coupling_count) %d,\n",

@@ -237,6 +237,7 @@ struct model {
     enum accelerations accelerations;
     enum loops loops;
     expression gravity[3]; /* [m/s^2], ground frame */
+    double length;         /* [m] what a turn of 1 rad weighs against in translations */
     struct option *options;
     int option_count;
     struct parameter *parameters;

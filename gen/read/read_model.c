@@ -169,6 +169,13 @@ static void read_points(const struct reader *reader, const struct value *table) 
         read_point(reader, &table->fields[i], &model->points[i]);
 }
 
+/* What tolerances weigh translations by, where the file states none. */
+static const double length_default = 1;
+
+static void read_length(const struct reader *reader, const struct value *length) {
+    reader->model->length = length ? length->number : length_default;
+}
+
 static void read_form(const struct reader *reader, const struct value *form) {
     if (!form)
         return;
@@ -210,6 +217,7 @@ void read_scene(struct script *script, struct model *model) {
     fields_check(&reader.check, root, OWNER_MODEL, "");
     read_names(&reader, root);
     read_form(&reader, fields_get(root, FIELD_MODEL_form));
+    read_length(&reader, fields_get(root, FIELD_MODEL_length));
     fields_get_vector(&reader.check, root, FIELD_MODEL_gravity, model->gravity);
     read_links(&reader, fields_get(root, FIELD_MODEL_links));
     read_points(&reader, fields_get(root, FIELD_MODEL_points));

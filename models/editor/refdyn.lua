@@ -6,6 +6,7 @@
 ---@class refdyn.model
 ---@field name string name of the model and of the emitted files, an identifier of C
 ---@field gravity? (refdyn.expression|number)[] acceleration of gravity in the ground frame; left out: none [m/s^2]
+---@field length? number unit of length: tolerances weigh a translation of this length as a turn of 1 rad; left out: 1 [m]
 ---@field links table[] list of links, in any order; coordinates are numbered in this order, parents first
 ---@field points? table points of interest by name, each a place (`"arm"`, `"arm.tip"`) or a table
 ---@field forces? fun(s: table): table of the state: generalized forces by coordinate, added to Q, and a list of `rd.spring`, `rd.force` ... [N or N m]

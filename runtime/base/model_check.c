@@ -114,5 +114,7 @@ int refdyn_programme_rows(const struct refdyn_model *model) {
 
 double refdyn_coordinate_unit(const struct refdyn_model *model, int j, double length) {
     const char *unit = model->coordinates[j].unit;
-    return unit && strcmp(unit, "m") == 0 ? length : 1;
+    if (!unit || strcmp(unit, "m") != 0)
+        return 1;
+    return length > 0 ? length : model->length > 0 ? model->length : 1;
 }

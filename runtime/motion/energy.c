@@ -8,6 +8,7 @@
 #include "base/arithmetic.h"
 
 #include "refdyn.h"
+#include "base/model_check.h"
 
 #include <math.h>
 
@@ -30,11 +31,13 @@ int refdyn_energy_start(struct refdyn_energy *energy, const struct refdyn_integr
     double now[2] = {0, 0};
     const int status = at_state(integrator, now);
     *energy = (struct refdyn_energy){
+        .t_start = integrator->t,
         .kinetic = now[0],
         .potential = now[1],
         .kinetic_start = now[0],
         .potential_start = now[1],
         .work_start = integrator->work_done,
+        .largest_kinetic = now[0],
         .largest = fabs(now[0]) + fabs(now[1]),
     };
     return status;
@@ -52,8 +55,22 @@ int refdyn_energy_add(struct refdyn_energy *energy, const struct refdyn_integrat
     const double change = fmax(fmax(fabs(kinetic), fabs(potential)), fabs(work));
     energy->largest_change = fmax(energy->largest_change, change);
     energy->largest_error = fmax(energy->largest_error, fabs(kinetic + potential - work));
+    energy->largest_kinetic = fmax(energy->largest_kinetic, now[0]);
     energy->largest = fmax(energy->largest, fabs(now[0]) + fabs(now[1]) + fabs(work));
     return REFDYN_OK;
+}
+
+void refdyn_energy_scale(struct refdyn_energy *energy, const struct refdyn_integrator *integrator) {
+    struct refdyn_workspace *work = integrator->work;
+    const double duration = integrator->t - energy->t_start;
+    const int n = work->n,
+              status = refdyn_equations(work, integrator->t_right, integrator->q, integrator->qd);
+    energy->unit = 0;
+    for (int j = 0; !status && j < n; j++) {
+        const double way = refdyn_coordinate_unit(work->model, j, integrator->options.length);
+        const double rate = duration > 0 ? way / duration : 0;
+        energy->unit += fabs(work->f[j]) * way + work->M[j * n + j] / 2 * rate * rate;
+    }
 }
 
 double refdyn_energy_error(const struct refdyn_energy *energy) {
@@ -61,5 +78,5 @@ double refdyn_energy_error(const struct refdyn_energy *energy) {
 }
 
 int refdyn_energy_changes(const struct refdyn_energy *energy) {
-    return energy->largest_change > rounding * energy->largest;
+    return energy->largest_change > rounding * (energy->largest + energy->unit);
 }

@@ -31,6 +31,10 @@ struct refdyn_singular_crossing {
     double *unpassed;          /* state and rates before, for when the step is refused, */
     double t;                  /* when the rows lose rank [s], */
     double gap;                /* distance of the nearest stage from that time, relative to the step */
+    double stretch;            /* longest step that its error is expected to allow [s]; INFINITY: unknown */
+    int count, *rows;          /* (m) independent rows, in the order of the model, */
+    double *distance;          /* (m) of each from those before it, for reference, */
+    int *first, *last;         /* (n) and those that have entries in a column */
     struct refdyn_refused_crossing refused;
     struct refdyn_stage_guide guide;
 };

@@ -9,7 +9,6 @@
 
 static const double step_default = 1e-3; /* [s], the step of the chapter's rigid manipulator */
 static const double tol_default = 1e-6;  /* [rad]: a micrometre at 1 m */
-static const double length_default = 1;  /* [m] */
 
 struct refdyn_options refdyn_options_default(enum refdyn_method method) {
     const struct refdyn_method_definition *definition = refdyn_method_definition(method);
@@ -18,7 +17,6 @@ struct refdyn_options refdyn_options_default(enum refdyn_method method) {
         .method = method,
         .step = is_fixed ? step_default : 0,
         .tol = is_fixed ? 0 : tol_default,
-        .length = length_default,
         .stabilise = is_fixed ? REFDYN_BAUMGARTE : REFDYN_PROJECT,
     };
 }
@@ -32,7 +30,9 @@ static const char *wrong_option(const struct refdyn_options *options) {
         return "method is unknown";
     const int is_fixed = options->tol == 0;
     if (!is_fixed && !(options->tol >= DBL_EPSILON && options->tol < 1))
-        return "tol must lie between the rounding of doubles and 1, or be 0 for fixed steps";
+        return "tol must lie between the rounding of doubles and 1, in units of 1 rad and the model's "
+               "length, or "
+               "be 0 for fixed steps";
     if (is_fixed && options->method == REFDYN_AUTO)
         return "tol must be positive: the automatic choice takes no fixed steps";
     if (!is_fixed && refdyn_method_definition(options->method)->order_error == 0)
@@ -41,8 +41,8 @@ static const char *wrong_option(const struct refdyn_options *options) {
         return is_fixed ? "step must be positive" : "step must be positive, or 0 to be found";
     if (!is_not_negative(options->step_max))
         return "step_max must be positive, or 0 for none";
-    if (!(isfinite(options->length) && options->length > 0))
-        return "length must be positive";
+    if (!is_not_negative(options->length))
+        return "length must be positive, or 0 for that of the model";
     if ((int)options->stabilise < REFDYN_NONE || (int)options->stabilise > REFDYN_PROJECT)
         return "stabilise must be none, baumgarte or project";
     if ((int)options->singular < REFDYN_STOP || (int)options->singular > REFDYN_PASS)

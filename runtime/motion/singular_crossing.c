@@ -3,8 +3,10 @@
  *
  * Takes a motion at the begin of a step; tells when the rows lose rank ahead, keeps the stages of the step
  * that leads through on the programme, and judges where it arrived. Measure of rank: with the independent
- * rows as vectors, columns scaled by 1/sqrt(M_jj), the volume that they span; it is 0 where they lose rank,
- * in whichever way, and does not depend on the partition. Redundant rows are none of these vectors.
+ * rows as vectors, columns scaled by 1/sqrt(M_jj), the distance of each row from the span of those before it.
+ * One of them is 0 where the rows lose rank. Each is compared with its value at a state where the rank is
+ * known, and the smallest of these ratios counts: their product, the volume, would fall with each of many
+ * loops that come near together, or would hide one among them.
  */
 #include "base/arithmetic.h"
 
@@ -26,7 +28,7 @@ static const double places[PLACES] = {0.4666, 0.7145, 0.93}, gaps[PLACES] = {0.1
 /* As a part of the step: nearer than that, rows and rounding say less about rates and accelerations than the
  * interpolant. */
 static const double near_part = 0.015;
-/* A volume that falls to less than this part of that at the begin may fall to 0. */
+/* A distance that falls to less than this part of the reference may fall to 0. */
 static const double small_part = 0.1;
 /* A projection may move a state by this part of what the motion itself moves it, no more: rates on another
  * branch differ by as much as they are large. */
@@ -40,72 +42,85 @@ static const double rounding = 0x1p-42, rounding_most = 0x1p-30;
 /* A state that is known to lie ahead is looked for again up to so many times its distance. */
 static const double nearer = 8;
 
-/* And tried again from this part of the distance on. */
+/* A state that was not passed is tried again from this part of the distance on. */
 static const double again_part = 0.6;
+/* The error of a step is to be this part of the largest that is accepted, */
+static const double error_aim = 0.5;
+/* and lets the next one be so many times longer, no more. */
+static const double stretch_least = 0.2, stretch_most = 5;
 
-enum { SAMPLES = 10, FIRST_SAMPLE = 512, NARROWINGS = 30 };
+/* Golden sections: where a step is laid, and what is told. */
+enum { SAMPLES = 10, FIRST_SAMPLE = 512, NARROWINGS = 12, NARROWINGS_TOLD = 30 };
 
 /* ---- Rank ---- */
 
-/* The columns between which a row has entries that are more than rounding. */
-struct span {
-    int begin, end;
-};
-
-static struct span span_of(const double *row, int n) {
-    const double least = DBL_EPSILON * refdyn_largest(row, n, NULL);
-    struct span span = {0, n};
-    while (span.end > 0 && fabs(row[span.end - 1]) <= least)
-        span.end--;
-    while (span.begin < span.end && fabs(row[span.begin]) <= least)
-        span.begin++;
-    return span;
+/* The independent rows, in the order of the model: those of neighbouring loops stand together. */
+static void list_rows(struct refdyn_singular_crossing *crossing, const struct refdyn_workspace *work) {
+    int *is_independent = work->mark;
+    memset(is_independent, 0, (size_t)work->m * sizeof *is_independent);
+    for (int a = 0; a < work->partition.rank; a++)
+        is_independent[work->partition.row[a]] = 1;
+    crossing->count = 0;
+    for (int a = 0; a < work->m; a++)
+        if (is_independent[a])
+            crossing->rows[crossing->count++] = a;
 }
 
-/* Independent row a, from the row terms in the workspace, with weighted columns. */
-static double *gather(struct refdyn_workspace *work, int a) {
+/* The first and last of these rows that have an entry above rounding in each column. */
+static void find_spans(struct refdyn_singular_crossing *crossing, const struct refdyn_workspace *work) {
     const int n = work->n;
-    const double *from = work->u + work->partition.row[a] * n;
-    double *row = work->basis + a * n;
-    for (int j = 0; j < n; j++)
-        row[j] = from[j] * work->weight[j];
-    return row;
+    for (int j = 0; j < n; j++) {
+        crossing->first[j] = crossing->count;
+        crossing->last[j] = -1;
+    }
+    for (int a = 0; a < crossing->count; a++) {
+        const double *row = work->u + crossing->rows[a] * n;
+        const double least = DBL_EPSILON * refdyn_largest(row, n, NULL);
+        for (int j = 0; j < n; j++)
+            if (fabs(row[j]) > least) {
+                crossing->first[j] = a < crossing->first[j] ? a : crossing->first[j];
+                crossing->last[j] = a;
+            }
+    }
 }
 
-/* row -= what it has along those before; rows that share no column are orthogonal, as those of loops far
- * apart. */
-static void leave_own(struct refdyn_workspace *work, int a, double *row) {
-    const int n = work->n;
-    int *begins = work->mark, *ends = work->mark + work->partition.rank; /* twice the rank: n + m at most */
-    struct span span = span_of(row, n);
-    for (int k = 0; k < a; k++) {
-        const int begin = begins[k] > span.begin ? begins[k] : span.begin;
-        const int end = ends[k] < span.end ? ends[k] : span.end;
-        const double *unit = work->basis + k * n;
-        if (begin >= end)
+/* Turns (x, y) so that y[0] becomes 0. */
+static void rotate(double *restrict x, double *restrict y, int count) {
+    const double length = sqrt(x[0] * x[0] + y[0] * y[0]), c = x[0] / length, s = y[0] / length;
+    for (int i = 0; i < count; i++) {
+        const double turned = c * x[i] + s * y[i];
+        y[i] = c * y[i] - s * x[i];
+        x[i] = turned;
+    }
+}
+
+/* R^T R + x x^T = R'^T R' by rotations; row a of R ends before end[a], x has entries in [from, to). */
+static void rotate_in(double *R, int *end, int count, double *x, int from, int to) {
+    for (int a = from; a < to; a++) {
+        if (x[a] == 0)
             continue;
-        dense_add(row + begins[k], -dense_dot(unit + begin, row + begin, end - begin), unit + begins[k],
-                  ends[k] - begins[k]);
-        span.begin = begins[k] < span.begin ? begins[k] : span.begin;
-        span.end = ends[k] > span.end ? ends[k] : span.end;
+        to = to > end[a] ? to : end[a];
+        end[a] = to;
+        rotate(R + a * count + a, x + a, to - a);
     }
-    begins[a] = span.begin;
-    ends[a] = span.end;
 }
 
-/* What they span: by Gram and Schmidt. */
-static double find_volume(struct refdyn_workspace *work) {
-    const int n = work->n;
-    double volume = 1;
-    for (int a = 0; a < work->partition.rank && volume > 0; a++) {
-        double *row = gather(work, a);
-        leave_own(work, a, row);
-        const double length = sqrt(dense_dot(row, row, n));
-        volume *= length;
-        for (int j = 0; j < n && length > 0; j++)
-            row[j] /= length;
+/* K^T = Q R, column by column of K: |R_aa| is the distance of row a from the span of those before it. Loops
+ * in a chain have few entries in R. */
+static const double *factor_rows(struct refdyn_singular_crossing *crossing, struct refdyn_workspace *work) {
+    const int n = work->n, count = crossing->count;
+    int *end = work->mark;
+    double *R = work->basis, *x = work->lambda;
+    find_spans(crossing, work);
+    memset(R, 0, (size_t)count * (size_t)count * sizeof *R);
+    memset(end, 0, (size_t)count * sizeof *end);
+    for (int j = 0; j < n; j++) {
+        memset(x, 0, (size_t)count * sizeof *x);
+        for (int a = crossing->first[j]; a <= crossing->last[j]; a++)
+            x[a] = work->u[crossing->rows[a] * n + j] * work->weight[j];
+        rotate_in(R, end, count, x, crossing->first[j], crossing->last[j] + 1);
     }
-    return volume;
+    return R;
 }
 
 /* ---- When ---- */
@@ -131,29 +146,54 @@ static int inside(struct refdyn_step *step, double s) {
     return status;
 }
 
-/* Volume at a place of the path; INFINITY where it cannot be told. */
-static double volume_at(struct refdyn_step *step, path_function *path, double s) {
+/* The factor R at a place of the path; NULL where there is none. */
+static const double *factor_at(struct refdyn_motion *motion, path_function *path, double s) {
+    struct refdyn_step *step = &motion->step;
     const double t = refdyn_step_inside(step, step->t_begin + s);
-    if (path(step, s) || refdyn_row_terms(step->evaluation.work, t, step->stage, step->stage + step->n))
-        return INFINITY;
-    const double volume = find_volume(step->evaluation.work);
-    return isfinite(volume) ? volume : INFINITY;
+    if (path(step, s) || refdyn_row_terms(motion->work, t, step->stage, step->stage + step->n))
+        return NULL;
+    return factor_rows(&motion->crossing, motion->work);
 }
 
-/* The least volume between two places, by golden section; *s is where. */
-static double find_least(struct refdyn_step *step, path_function *path, double from, double to, double *s) {
+/* Distances count as parts of those at this place, where they are larger than at others before. */
+static void refer_to(struct refdyn_motion *motion, path_function *path, double s) {
+    struct refdyn_singular_crossing *crossing = &motion->crossing;
+    const double *R = factor_at(motion, path, s);
+    for (int a = 0; R && a < crossing->count; a++)
+        crossing->distance[a] = fmax(crossing->distance[a], fabs(R[a * crossing->count + a]));
+}
+
+static void forget_references(struct refdyn_motion *motion) {
+    struct refdyn_singular_crossing *crossing = &motion->crossing;
+    list_rows(crossing, motion->work);
+    memset(crossing->distance, 0, (size_t)crossing->count * sizeof *crossing->distance);
+}
+
+/* The smallest ratio at a place of the path; INFINITY where there is none. */
+static double ratio_at(struct refdyn_motion *motion, path_function *path, double s) {
+    const struct refdyn_singular_crossing *crossing = &motion->crossing;
+    const double *R = factor_at(motion, path, s);
+    double least = INFINITY;
+    for (int a = 0; R && a < crossing->count; a++)
+        least = fmin(least, fabs(R[a * crossing->count + a]) / crossing->distance[a]);
+    return least;
+}
+
+/* The least ratio between two places, by golden section; *s is where. */
+static double find_least(struct refdyn_motion *motion, path_function *path, double from, double to,
+                         int narrowings, double *s) {
     const double golden = (sqrt(5) - 1) / 2;
     double left = to - golden * (to - from), right = from + golden * (to - from);
-    double at_left = volume_at(step, path, left), at_right = volume_at(step, path, right);
-    for (int i = 0; i < NARROWINGS; i++) {
+    double at_left = ratio_at(motion, path, left), at_right = ratio_at(motion, path, right);
+    for (int i = 0; i < narrowings; i++) {
         if (at_left < at_right) {
             to = right, right = left, at_right = at_left;
             left = to - golden * (to - from);
-            at_left = volume_at(step, path, left);
+            at_left = ratio_at(motion, path, left);
         } else {
             from = left, left = right, at_left = at_right;
             right = from + golden * (to - from);
-            at_right = volume_at(step, path, right);
+            at_right = ratio_at(motion, path, right);
         }
     }
     *s = at_left < at_right ? left : right;
@@ -166,68 +206,67 @@ static int between(struct refdyn_step *step, double s) {
     return REFDYN_OK;
 }
 
-/* The first of the samples that is smaller than half of `begin` and than both its neighbours, and behind
- * `from`; SAMPLES: none. */
-static int next_dip(const double *volumes, double begin, int from) {
-    int i = from;
-    while (i < SAMPLES - 1 && !(volumes[i] < begin / 2 && volumes[i] <= volumes[i + 1] &&
-                                volumes[i] <= (i > 0 ? volumes[i - 1] : begin)))
-        i++;
-    return i < SAMPLES - 1 ? i : SAMPLES;
+/* The first of the samples after `from` that is below a half and not above its neighbours; SAMPLES: none. */
+static int next_dip(const double *ratios, int from) {
+    for (int i = from + 1; i < SAMPLES - 1; i++)
+        if (ratios[i] < 0.5 && ratios[i] <= ratios[i + 1] && ratios[i] <= ratios[i - 1])
+            return i;
+    return SAMPLES;
 }
 
-/* The first place between the samples where the volume may fall to 0; 0: there is none. */
-static double find_dip(struct refdyn_step *step, path_function *path, const double *at, double begin) {
-    double volumes[SAMPLES], s;
+/* The first place between the samples where a ratio may fall to 0; 0: there is none. */
+static double find_dip(struct refdyn_motion *motion, path_function *path, const double *at) {
+    double ratios[SAMPLES], s;
     for (int i = 0; i < SAMPLES; i++)
-        volumes[i] = volume_at(step, path, at[i]);
-    for (int i = next_dip(volumes, begin, 0); i < SAMPLES; i = next_dip(volumes, begin, i + 1))
-        if (find_least(step, path, i > 0 ? at[i - 1] : 0, at[i + 1], &s) < small_part * begin)
+        ratios[i] = ratio_at(motion, path, at[i]);
+    for (int i = next_dip(ratios, 0); i < SAMPLES; i = next_dip(ratios, i))
+        if (find_least(motion, path, at[i - 1], at[i + 1], NARROWINGS, &s) < small_part)
             return s;
     return 0;
 }
 
 int refdyn_crossing_is_ahead(struct refdyn_motion *motion, double reach, double *t) {
-    struct refdyn_step *step = &motion->step;
-    struct refdyn_singular_crossing *crossing = &motion->crossing;
-    const double known = crossing->t - step->t_begin;
-    double at[SAMPLES];
+    const double known = motion->crossing.t - motion->step.t_begin;
+    double at[SAMPLES] = {0};
     if (motion->work->partition.rank <= 0)
         return 0;
     if (known > 0) /* one that was not passed yet: as near as it may be */
         reach = fmin(reach, nearer * known);
-    for (int i = 0; i < SAMPLES; i++) /* each twice as far away as the one before */
+    for (int i = 1; i < SAMPLES; i++) /* each twice as far away as the one before */
         at[i] = reach / FIRST_SAMPLE * (1 << i);
-    const double s = find_dip(step, continued, at, volume_at(step, continued, 0));
+    forget_references(motion);
+    refer_to(motion, continued, 0);
+    const double s = find_dip(motion, continued, at);
     if (s > 0)
-        *t = step->t_begin + s;
+        *t = motion->step.t_begin + s;
     return s > 0;
 }
 
 int refdyn_crossing_was_missed(struct refdyn_motion *motion) {
-    struct refdyn_step *step = &motion->step;
-    struct refdyn_singular_crossing *crossing = &motion->crossing;
+    const struct refdyn_step *step = &motion->step;
     const double h = step->t_end - step->t_begin;
     double at[SAMPLES];
     if (motion->work->partition.rank <= 0)
         return 0;
     for (int i = 0; i < SAMPLES; i++)
-        at[i] = h * (i + 1) / (SAMPLES - 1); /* the last one behind the step, lest a dip at its end be none */
-    const double ends = fmax(volume_at(step, between, 0), volume_at(step, between, h));
-    const double s = find_dip(step, between, at, ends);
-    volume_at(step, between, h);
+        at[i] = h * i / (SAMPLES - 2); /* the last one behind the step, lest a dip at its end be none */
+    forget_references(motion);
+    refer_to(motion, between, 0);
+    refer_to(motion, between, h);
+    const double s = find_dip(motion, between, at);
+    ratio_at(motion, between, h);
     if (!(s > 0 && s <= h))
         return 0;
-    crossing->t = step->t_begin + s;
+    motion->crossing.t = step->t_begin + s;
     return 1;
 }
 
 int refdyn_crossing_is_vain(const struct refdyn_motion *motion, double t) {
-    const struct refdyn_step *step = &motion->step;
     const struct refdyn_singular_crossing *crossing = &motion->crossing;
     const struct refdyn_refused_crossing *refused = &crossing->refused;
-    const double before = refused->t - refused->t_begin;
-    return refused->tries > 0 && fabs(t - refused->t) < before && t - step->t_begin > again_part * before;
+    const double before = refused->t - refused->t_begin, distance = t - motion->step.t_begin;
+    const int is_same = refused->tries > 0 && fabs(t - refused->t) < before;
+    return distance / places[0] > crossing->stretch || (is_same && distance > again_part * before);
 }
 
 double refdyn_crossing_end(struct refdyn_motion *motion, double t, double t_bound) {
@@ -330,11 +369,22 @@ static int bring(void *context, double t, double *state) {
     return status ? status : refdyn_crossing_follow(motion, before, state);
 }
 
+/* The next step through such a state is as long as this one's error, over the largest one, allows. */
+static void learn_stretch(struct refdyn_motion *motion, double error) {
+    const struct refdyn_step *step = &motion->step;
+    const double order = step->method->order_error + 1, h = step->t_end - step->t_begin;
+    const double factor = pow(error / error_aim, -1 / order);
+    const double stretch = h * (factor > stretch_least ? fmin(factor, stretch_most) : stretch_least);
+    double *known = &motion->crossing.stretch;
+    *known = error <= 1 && isfinite(*known) ? fmax(*known, stretch) : stretch;
+}
+
 int refdyn_crossing_judge(struct refdyn_motion *motion, double *error) {
     const double tol = motion->options.tol, h = motion->step.t_end - motion->step.t_begin;
     const double way = h * speed_there(motion);
     const double most = tol > 0 ? fmax(error_share * tol, fmin(rounding / way, rounding_most)) : INFINITY;
     *error = refdyn_step_largest_error(&motion->step, h);
+    learn_stretch(motion, *error / most);
     if (*error <= most)
         return REFDYN_OK;
     motion->crossing.refused.why = REFDYN_LARGE_ERROR;
@@ -346,19 +396,24 @@ void refdyn_crossing_look_back(struct refdyn_motion *motion) {
     const struct refdyn_step *step = &motion->step;
     const double predicted = crossing->t - step->t_begin, gap = crossing->gap * (step->t_end - step->t_begin);
     double s;
-    find_least(&motion->step, inside, predicted - gap, predicted + gap, &s);
+    find_least(motion, inside, predicted - gap, predicted + gap, NARROWINGS_TOLD, &s);
     crossing->t = step->t_begin + s;
 }
 
 void refdyn_crossing_lay_out(struct refdyn_singular_crossing *crossing, const struct refdyn_model *model,
                              struct layout *layout) {
     crossing->unpassed = layout_doubles(layout, 2 * model->n + 1 + refdyn_rates_size(model));
+    crossing->distance = layout_doubles(layout, model->m);
+    crossing->rows = layout_ints(layout, model->m);
+    crossing->first = layout_ints(layout, model->n);
+    crossing->last = layout_ints(layout, model->n);
 }
 
 void refdyn_crossing_start(struct refdyn_motion *motion) {
     struct refdyn_singular_crossing *crossing = &motion->crossing;
     crossing->is_on = 0;
     crossing->t = -INFINITY;
+    crossing->stretch = INFINITY;
     crossing->refused = (struct refdyn_refused_crossing){.tries = 0};
     crossing->guide = (struct refdyn_stage_guide){bring, motion};
 }

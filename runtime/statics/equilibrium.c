@@ -26,7 +26,6 @@
 
 /* [rad, length] Newton's last correction; the error that is left is about its square */
 static const double tol_default = 1e-12;
-static const double length_default = 1; /* [m] */
 /* [rad, length] over this much sine and cosine are still nearly straight */
 static const double reach_default = 0.5;
 /* the stiffness may change over a small part of a large load */
@@ -54,7 +53,6 @@ size_t refdyn_statics_size(const struct refdyn_model *model) {
 struct refdyn_statics_options refdyn_statics_default(void) {
     return (struct refdyn_statics_options){
         .tol = tol_default,
-        .length = length_default,
         .reach = reach_default,
         .iterations = ITERATIONS_DEFAULT,
         .load_step = 1,
@@ -65,8 +63,8 @@ struct refdyn_statics_options refdyn_statics_default(void) {
 static const char *wrong_option(const struct refdyn_statics_options *options) {
     if (!(isfinite(options->tol) && options->tol > 0))
         return "tol must be positive";
-    if (!(isfinite(options->length) && options->length > 0))
-        return "length must be positive";
+    if (!(isfinite(options->length) && options->length >= 0))
+        return "length must be positive, or 0 for that of the model";
     if (!(options->reach > 0))
         return "reach must be positive";
     if (options->iterations < 1)

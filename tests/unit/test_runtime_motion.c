@@ -522,7 +522,7 @@ static void test_options(void) {
     REFUSED(adaptive, gain_share, -1);
     REFUSED(adaptive, tol, 1e-17);
     REFUSED(adaptive, tol, NAN);
-    REFUSED(adaptive, length, 0);
+    REFUSED(adaptive, length, -1);
     REFUSED(fixed, stabilise, (enum refdyn_stabilise)3);
     REFUSED(fixed, singular, (enum refdyn_singular)2);
     REFUSED(fixed, step_limit, -1);

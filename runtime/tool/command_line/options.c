@@ -57,7 +57,9 @@ static const struct rule rules[] = {
     {"until", "T", KIND_POSITIVE, FIELD(until), "end of the motion [s]"},
     {"method", "NAME", KIND_TEXT, FIELD(method), NULL},
     {"step", "H", KIND_POSITIVE, FIELD(step), "fixed steps of this size [s]"},
-    {"tol", "TOL", KIND_POSITIVE, FIELD(tolerance), "steps are found: error of each [rad, m] (default 1e-6)"},
+    {"tol", "TOL", KIND_POSITIVE, FIELD(tolerance),
+     "steps are found: error of each, as a part of 1 rad and the model's length, 1 m where it states none "
+     "(default 1e-6)"},
     {"step-max", "H", KIND_POSITIVE, FIELD(step_max), "largest step that is found [s] (default: no bound)"},
     {"accuracy", "ERROR", KIND_POSITIVE, FIELD(accuracy),
      "the error of the whole motion [m, rad]: the tolerance is found"},

@@ -91,6 +91,8 @@ static void run_once(struct runs *runs, struct trial *trial) {
     }
     if (is_done(trial) && !is_finite(&runs->track))
         trial->result = REFDYN_NOT_FINITE;
+    if (is_done(trial))
+        refdyn_energy_scale(&motion.energy, &motion.integrator);
     keep_facts(trial, &motion);
     motion_release(&motion);
 }

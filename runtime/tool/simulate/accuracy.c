@@ -129,7 +129,8 @@ enum status search_run(struct search *search, const struct task *task,
     const int order = refdyn_method_order(options.method);
     int failures = 0, place = 0;
     *search = (struct search){.taken = NULL};
-    options.tol = fmax(fmin(first_tol * accuracy, first_most), tol_least / fall_least);
+    const double smallest_unit = fmin(1, task->scene->model->length); /* [rad, m] of what has the tolerance */
+    options.tol = fmax(fmin(first_tol * accuracy / smallest_unit, first_most), tol_least / fall_least);
     for (struct candidate *before = NULL;;) {
         struct candidate *now = &search->candidates[place];
         run(search, now, &each, &options);

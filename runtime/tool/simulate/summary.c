@@ -39,10 +39,14 @@ static void print_choice(const struct refdyn_integrator *integrator) {
 static void print_method(const struct motion *motion) {
     const struct refdyn_integrator *integrator = &motion->integrator;
     const struct refdyn_options *o = &integrator->options;
+    const double length = motion->scene->model->length;
     char text[NUMBER_LENGTH];
-    fprintf(stderr, "method       %s, %s %s, stabilised by %s%s\n", motion->method,
-            o->tol > 0 ? "tolerance" : "step [s]", exact_text(o->tol > 0 ? o->tol : o->step, text),
-            stabilise_names[o->stabilise], is_automatic(o) ? ", gains from the step" : "");
+    fprintf(stderr, "method       %s, %s %s", motion->method, o->tol > 0 ? "tolerance" : "step [s]",
+            exact_text(o->tol > 0 ? o->tol : o->step, text));
+    if (o->tol > 0 && length > 0 && length != 1)
+        fprintf(stderr, " of 1 rad and %s m", exact_text(length, text));
+    fprintf(stderr, ", stabilised by %s%s\n", stabilise_names[o->stabilise],
+            is_automatic(o) ? ", gains from the step" : "");
     if (o->method == REFDYN_AUTO && integrator->statistics.steps > 0)
         print_choice(integrator);
 }
@@ -84,8 +88,10 @@ static void print_passages(const struct refdyn_statistics *s) {
     fputs(s->crossings > kept ? ", ...\n" : "\n", stderr);
 }
 
-/* Errors of less than these parts, of the largest change and of all energy, are none to speak of. */
-static const double balance_part = 0.02, energy_part = 1e-4;
+/* Errors of less than these parts, of the largest change or kinetic energy and of all energy, are none to
+ * speak of. Nor are those that errors of positions within the tolerance explain; for fixed steps within this
+ * one. */
+static const double balance_part = 0.02, energy_part = 1e-4, tol_fixed = 1e-6;
 /* A change is the error itself when it is no more than so many times larger. */
 static const double energy_alike = 1.5;
 
@@ -95,11 +101,18 @@ static bool has_jumped(const struct refdyn_integrator *integrator) {
            !integrator->options.project_start;
 }
 
-/* A motion that is stable, but not resolved, shows in its energy. */
-static void warn_of_balance(const struct motion *motion) {
+/* A motion that is stable, but not resolved, shows in its energy. Where energies do not change, as of a
+ * rolling coin or a body at rest, the change alone is no measure. */
+static bool is_resolved(const struct motion *motion) {
     const struct refdyn_energy *energy = &motion->energy;
-    const double all = fabs(energy->kinetic) + fabs(energy->potential);
-    if (!(refdyn_energy_error(energy) > balance_part && energy->largest_error > energy_part * all))
+    const double asked = motion->integrator.options.tol, tol = asked > 0 ? asked : tol_fixed;
+    const double change = fmax(energy->largest_change, energy->largest_kinetic);
+    return energy->largest_error <=
+           fmax(fmax(balance_part * change, energy_part * energy->largest), tol * energy->unit);
+}
+
+static void warn_of_balance(const struct motion *motion) {
+    if (is_resolved(motion))
         return;
     fputs(
         has_jumped(&motion->integrator)
@@ -119,7 +132,7 @@ static void print_energy(const struct motion *motion, bool has_failed) {
         return;
     if (!changes)
         fprintf(stderr, "energy       does not change, but for rounding: by %.2g J of %.3g J\n",
-                energy->largest_change, energy->largest);
+                energy->largest_change, energy->largest + energy->unit);
     else if (energy->largest_change <= energy_alike * energy->largest_error)
         fprintf(stderr, "energy       changes by no more than its balance error, %.3g J of %.3g J\n",
                 energy->largest_error, energy->largest);

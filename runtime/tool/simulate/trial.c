@@ -58,6 +58,8 @@ static void go(struct trial *trial, struct table *table, struct row_sink *rows) 
             add_output(trial, table, rows);
     }
     progress_end(&progress);
+    if (trial->result == REFDYN_OK)
+        refdyn_energy_scale(&motion->energy, &motion->integrator);
     if (rows && trial->result != REFDYN_OK && trial->result != MOTION_NOT_WRITTEN && !trial->unfit)
         add_last(trial, table, rows);
     if (rows && !row_sink_end(rows) && trial->result == REFDYN_OK)
