@@ -162,7 +162,7 @@ def test_several_at_once(name, arguments, bodies):
     found, _, summary = run(name, "--every", 0.01, *arguments)
     finer, _, _ = run(name, "--every", 0.01, "--tol", 1e-9, *arguments)
     check([close(body, found[body], finer[body], 1e-4) for body in bodies])
-    assert summary["energy_error"] < 1e-6
+    assert summary["energy_error"] < (1e-4 if "rk54" in arguments else 1e-6)
 
 
 def test_gap_in_other_units():

@@ -1,5 +1,6 @@
 """Events of the state: their times against closed forms and independent solutions, by methods of all kinds; what they set;
 events at the start, at the same time, that graze or accumulate; what summaries, CSV and batches tell of them."""
+import csv
 import json
 import math
 import re
@@ -453,7 +454,10 @@ def test_batch(tmp_path):
     (tmp_path / "cases.csv").write_text("h\n1\n2\n30\n")
     command = ("batch", MODELS / "ball.lua", "--table", tmp_path / "cases.csv")
     refdyn(*command, "--until", 1, *settings(act="ends"), "-o", tmp_path / "ended.csv")
-    ended = read_run(tmp_path / "ended.csv")
+    with open(tmp_path / "ended.csv") as file:
+        rows = list(csv.DictReader(file))
+    ended = {name: [float(row[name]) for row in rows] for name in ("t", "status", "ball1_z_d")}
+    assert [row["reason"].partition(" at ")[0] for row in rows] == ["ended by level 1"] * 2 + [""]
     falls = [math.sqrt(2 * h / G) for h in (1, 2)]
     assert list(ended["status"]) == [0, 0, 0]
     check([close("t", ended["t"], falls + [1], 1e-12), close("rates", ended["ball1_z_d"], [-G * t for t in falls + [1]], 1e-12)])
