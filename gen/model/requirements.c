@@ -237,16 +237,19 @@ struct requirement requirement_length(struct graph *g, const expression componen
 
 /* ---- Numbers that are not as needed ---- */
 
-static bool has_broken(struct memory *memory, const struct requirement *requirement, const double *numbers) {
-    const struct memory_mark mark = memory_mark(memory);
+/* The rule of numbers is a number, in a graph that goes at once: a model may have thousands of requirements.
+ */
+static bool has_broken(const struct memory *memory, const struct requirement *requirement,
+                       const double *numbers) {
+    struct memory own = {.allowance = -1, .fail = memory->fail, .context = memory->context};
     struct graph scratch;
     expression constants[6];
     double value = 0;
-    graph_start(&scratch, memory);
+    graph_start(&scratch, &own);
     for (int i = 0; i < requirement->count; i++)
         constants[i] = expr_number(&scratch, numbers[i]);
     expr_is_number(&scratch, requirement->holds(&scratch, requirement, constants), &value);
-    memory_back(memory, mark);
+    memory_release(&own);
     return value == 0;
 }
 

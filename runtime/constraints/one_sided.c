@@ -10,12 +10,14 @@
 
 #include "constraints/one_sided.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
 #include "linear/dense.h"
 
-enum { ROUNDS_FREE = 50, ROUNDS_EACH = 20 }; /* a safeguard against cycles by rounding */
+enum { ROUNDS_FREE = 50, ROUNDS_EACH = 20 };           /* a safeguard against cycles by rounding */
+static const double product_digits = 64 * DBL_EPSILON; /* rounding of a product, over both lengths */
 static const double dependent = 1e-9; /* a normal that keeps less of its length depends on the others */
 
 void refdyn_one_sided_lay_out(struct refdyn_one_sided *problem, int count, int n, struct layout *layout) {
@@ -90,14 +92,26 @@ static double miss(const struct refdyn_one_sided *problem, int i) {
     return problem->bounds[i] - dense_dot(normal_of(problem, i), problem->x, problem->n);
 }
 
-/* The condition that x misses most, as a distance; -1: x meets all of them. */
+static int is_active(const struct refdyn_one_sided *problem, int i) {
+    for (int a = 0; a < problem->active_count; a++)
+        if (problem->active[a] == i)
+            return 1;
+    return 0;
+}
+
+/* The condition that x misses most, as a distance; -1: x meets all of them. Those that act are met, but for
+ * the rounding of their products. */
 static int find_missed(const struct refdyn_one_sided *problem) {
-    int worst = -1;
+    const int n = problem->n;
+    const double size = sqrt(dense_dot(problem->x, problem->x, n));
     double farthest = 0;
+    int worst = -1;
     for (int i = 0; i < problem->count; i++) {
-        const double *normal = normal_of(problem, i), missed = problem->takes_part[i] ? miss(problem, i) : 0;
-        const double far = missed / sqrt(dense_dot(normal, normal, problem->n));
-        if (missed > problem->slack[i] && !(far <= farthest)) {
+        const double *normal = normal_of(problem, i), length = sqrt(dense_dot(normal, normal, n));
+        if (!problem->takes_part[i] || is_active(problem, i))
+            continue;
+        const double missed = miss(problem, i), far = missed / length;
+        if (missed > problem->slack[i] + product_digits * length * size && !(far <= farthest)) {
             farthest = far;
             worst = i;
         }

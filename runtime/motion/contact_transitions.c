@@ -29,7 +29,8 @@
 #include "constraints/impulse.h"
 #include "linear/dense.h"
 
-enum { ROUNDS_FREE = 20, ROUNDS_EACH = 20 }; /* of impacts at one time */
+enum { IMPACTS_MOST = 5000 }; /* at one time: between bodies in a row they die out as a geometric series */
+enum { ROUNDS_FREE = 20, ROUNDS_EACH = 20 }; /* of impacts and of contacts that come to rest, at one time */
 static const double rebound_part = 0.01;     /* of the tolerance: height of a rebound that is none */
 static const double rounding_digits =
     64 * DBL_EPSILON;                    /* of a gap or its rate, over the sum of its |terms| */
@@ -189,19 +190,26 @@ static int pose_impact(struct refdyn_contacts *contacts) {
     return count;
 }
 
+/* The rounding of the changes counts as that of the rates: others may all be 0. */
 static void add_rates(struct refdyn_motion *motion, double *qd) {
     struct refdyn_contacts *contacts = &motion->state_events.contacts;
+    const struct refdyn_one_sided *problem = &contacts->problem;
+    const int n = problem->n;
+    const double square = dense_dot(problem->x, problem->x, n);
     add_solution(motion, qd);
-    for (int k = 0; k < contacts->count; k++)
+    for (int k = 0; k < contacts->count; k++) {
+        const double *normal = problem->normals + k * n;
         contacts->rate[k] += change_of(contacts, k);
+        contacts->rate_rounding[k] =
+            fmax(contacts->rate_rounding[k], rounding_digits * sqrt(square * dense_dot(normal, normal, n)));
+    }
 }
 
 /* Until no contact closes any more. */
 static int meet_impacts(struct refdyn_motion *motion, double *qd, int *has_rates) {
     struct refdyn_contacts *contacts = &motion->state_events.contacts;
-    const int rounds = ROUNDS_FREE + ROUNDS_EACH * contacts->count;
     find_normals(motion, REFDYN_VELOCITY);
-    for (int round = 0; round < rounds; round++) {
+    for (int round = 0; round < IMPACTS_MOST; round++) {
         if (pose_impact(contacts) == 0)
             return REFDYN_OK;
         if (!refdyn_one_sided_solve(&contacts->problem))
@@ -458,6 +466,10 @@ static int go_through(struct refdyn_motion *motion, int *has_rates) {
     double *qdd = motion->step.error; /* (n) */
     int status = settle(motion, qdd, has_rates);
     return status ? status : find_modes(motion, qdd);
+}
+
+void refdyn_contact_transitions_release(struct refdyn_motion *motion) {
+    let_act(motion, NONE_ACT);
 }
 
 int refdyn_contact_transitions_take(struct refdyn_motion *motion, int *has_rates) {

@@ -16,6 +16,7 @@
 #include "constraints/constraints.h"
 #include "constraints/impulse.h"
 #include "linear/dense.h"
+#include "motion/contact_transitions.h"
 #include "motion/energy_jumps.h"
 
 static const double rounding =
@@ -60,11 +61,11 @@ static int differs(const struct refdyn_workspace *work, int a, double now, doubl
     return !(fabs(now - before) <= rounding * size);
 }
 
-/* Do the residuals in the workspace differ from those that were noted? */
-static int residuals_differ(const struct refdyn_motion *motion, const double *state) {
+/* Do the residuals of the first `count` rows in the workspace differ from those that were noted? */
+static int residuals_differ(const struct refdyn_motion *motion, int count, const double *state) {
     const struct refdyn_workspace *work = motion->work;
     const struct refdyn_residuals_before *before = &motion->before;
-    for (int a = 0; a < work->m; a++)
+    for (int a = 0; a < count; a++)
         if (differs(work, a, work->phi[a], before->phi[a], state) ||
             differs(work, a, work->psi[a], before->psi[a], state + work->n))
             return 1;
@@ -95,8 +96,8 @@ static int jump(struct refdyn_motion *motion, double t, const double *state) {
 void refdyn_rows_look_at_end(struct refdyn_motion *motion) {
     const struct refdyn_step *step = &motion->step;
     const int is_event = motion->work->m > 0 && step->t_end >= step->t_limit;
-    motion->rows_change =
-        is_event && (jump(motion, step->t_end, step->state_new) || residuals_differ(motion, step->state_new));
+    motion->rows_change = is_event && (jump(motion, step->t_end, step->state_new) ||
+                                       residuals_differ(motion, motion->work->m, step->state_new));
 }
 
 int refdyn_rows_jump_at(struct refdyn_motion *motion, double t) {
@@ -108,16 +109,32 @@ double refdyn_rows_side_of(const struct refdyn_motion *motion, double t) {
                                : refdyn_events_right_of(&motion->events, t);
 }
 
+/* What contacts rest on may have begun to move at once: they close, or let go, from here. */
+static int take_contacts(struct refdyn_motion *motion) {
+    const double energy = refdyn_energy_at_begin(motion), next = motion->control.next;
+    int has_rates = 0;
+    const int status = refdyn_contact_transitions_take(motion, &has_rates);
+    refdyn_parameters_set_gains(&motion->parameters, motion->work->model, &motion->options,
+                                next > 0 ? next : INFINITY);
+    refdyn_energy_has_jumped(motion, energy);
+    return status;
+}
+
 int refdyn_rows_take_new(struct refdyn_motion *motion) {
     struct refdyn_workspace *work = motion->work;
     struct refdyn_step *step = &motion->step;
+    const int has_contacts = motion->state_events.contacts.resting > 0;
     motion->rows_change = 0;
     refdyn_programme_forget(&motion->programme);
     refdyn_linear_drop_factors(&motion->linear);
+    if (has_contacts) /* impulses of the programme do not hold them */
+        refdyn_contact_transitions_release(motion);
     int status = refdyn_row_terms(work, step->t_limit, step->state, step->state + step->n);
     refdyn_rows_note(motion, step->state);
     if (!status)
         status = refdyn_rows_meet(motion);
+    if (!status && has_contacts)
+        status = take_contacts(motion);
     if (!status)
         status = refdyn_partition_renew(work);
     if (!status)
@@ -216,7 +233,7 @@ int refdyn_rows_have_jumped(struct refdyn_motion *motion, int *have) {
     if (motion->work->m == 0)
         return REFDYN_OK;
     const int status = refdyn_row_terms(motion->work, step->t_begin, step->state, step->state + step->n);
-    *have = !status && residuals_differ(motion, step->state);
+    *have = !status && residuals_differ(motion, refdyn_programme_rows(motion->work->model), step->state);
     return status;
 }
 

@@ -142,11 +142,11 @@ def test_two_motions(tmp_path):
 
 def spoil_cases():
     """Arguments whose output is one of the files that they name, or that the model requires."""
-    state, inputs = ["--from", "state.json"], ["--inputs", "inputs.csv"]
+    state, inputs = ["--from", "state.csv"], ["--inputs", "inputs.csv"]
     sim = ["sim", "model.lua", "--until", NEVER]
     ways = {"": "{}", "dot": "./{}", "above": "folder/../{}", "link": "link_{}", "hard": "hard_{}"}
     for way, form in ways.items():
-        for what, name, arguments in (("model", "model.lua", sim), ("state", "state.json", sim + state), ("inputs", "inputs.csv", sim + inputs),
+        for what, name, arguments in (("model", "model.lua", sim), ("state", "state.csv", sim + state), ("inputs", "inputs.csv", sim + inputs),
                                       ("required", "shape.lua", sim)):
             yield f"{what} {way}", arguments + ["-o", form.format(name)], name
         yield f"summary {way}", sim + ["-o", "run.csv", "--summary", form.format("model.lua")], "model.lua"
@@ -174,7 +174,7 @@ return rd.model { name = "cart", links = { { "cart", joint = "x", mass = shape.m
 def project(tmp_path):
     folder = tmp_path / "project"
     (folder / "folder").mkdir(parents=True)
-    texts = {"model.lua": CART, "cart.c": CART, "shape.lua": "return { mass = 2 }\n", "state.json": '{"q": [1]}', "partly.part": '{"q": [1]}',
+    texts = {"model.lua": CART, "cart.c": CART, "shape.lua": "return { mass = 2 }\n", "state.json": '{"q": [1]}', "state.csv": '{"q": [1]}', "partly.part": '{"q": [1]}',
              "cart.csv": '{"q": [1]}', "inputs.csv": "t,push\n0,1\n", "given.svg": "t,a_psi,a_psi_d,energy\n0,1,2,3\n1,2,3,4\n"}
     for name, text in texts.items():
         (folder / name).write_text(text)

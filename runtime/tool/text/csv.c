@@ -92,12 +92,14 @@ enum { BYTE_IS_0 = -2, TOO_LONG = -3 };
 
 _Static_assert(EOF == -1, "EOF is none of these");
 
-/* Bytes up to `end`, which is left out, or up to the end of the file; text grows. */
+/* Bytes up to `end`, which is left out, up to one that is refused, or up to the end of the file; text grows. */
 static int take_bytes(FILE *file, int end, int most, char **text, int *size, int *length) {
     int c, count = 0;
     while ((c = getc_unlocked(file)) != EOF && c != end) {
-        if (c == '\0' || count == most)
-            return c ? TOO_LONG : BYTE_IS_0;
+        if (c == '\0' || count == most) {
+            c = c ? TOO_LONG : BYTE_IS_0;
+            break;
+        }
         if (count + 1 >= *size) /* its end needs a byte, too */
             *text = memory_room(&program_memory, *text, count + 1, size, 1);
         (*text)[count++] = (char)c;
