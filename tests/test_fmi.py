@@ -354,7 +354,7 @@ class Instance:
         self.fmu.terminate()
         self.fmu.freeInstance()
 
-REFUSED = """local rd = require "refdyn"
+REFUSED_MODEL = """local rd = require "refdyn"
 local p = rd.parameters { { "m", 1, "kg" }, { "outer", 0.1, "m" }, { "inner", 0.05, "m" }, { "T", 1, "s" }, { "Ix", 1, "kg m^2" }, { "c", 1 } }
 return rd.model { name = "refused", gravity = { 0, 0, -9.81 },
   links = { { "cart", joint = "x", mass = p.m, damper = { x = p.c } },
@@ -371,7 +371,7 @@ REFUSALS = {"m": (-0.05, "links[1].mass: value -0.05, a positive number is neede
 @pytest.mark.parametrize("version", VERSIONS)
 def test_values_that_the_model_refuses(fmpy, version, tmp_path, capfd):
     """At the start and while the motion stands between steps; each in words. Other values are taken."""
-    (tmp_path / "refused.lua").write_text(REFUSED)
+    (tmp_path / "refused.lua").write_text(REFUSED_MODEL)
     folder = fmpy.extract(str(export(tmp_path / "refused.lua", version, tmp_path / "a.fmu")), str(tmp_path / "files"))
     for is_exchange in (True, False):
         for name, (value, words) in REFUSALS.items():

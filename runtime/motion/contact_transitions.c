@@ -379,6 +379,12 @@ static int are_independent(struct refdyn_contacts *contacts) {
     return refdyn_one_sided_meet(&contacts->problem) == count;
 }
 
+/* At first a rebound is rounding. What lets go, or hardly moves, opens within the errors of steps. */
+static int opens_slowly(const struct refdyn_contacts *contacts, int k) {
+    return contacts->is_at_rest[k] ||
+           contacts->rate[k] * contacts->longest <= rebound_part * contacts->reach[k];
+}
+
 /* Modes from now on, by the forces a little later. */
 static int find_modes(struct refdyn_motion *motion, const double *qdd) {
     struct refdyn_contacts *contacts = &motion->state_events.contacts;
@@ -396,9 +402,8 @@ static int find_modes(struct refdyn_motion *motion, const double *qdd) {
     for (int k = 0; k < contacts->count; k++) {
         contacts->mode[k] = mode_of(contacts, k, least);
         contacts->resting += contacts->mode[k] == REFDYN_CONTACT_RESTING;
-        if (contacts
-                ->is_closed[k]) /* one that leaves without a rebound opens within errors of steps at first */
-            contacts->allowance[k] = contacts->is_at_rest[k] ? contacts->reach[k] : 0;
+        if (contacts->is_closed[k])
+            contacts->allowance[k] = opens_slowly(contacts, k) ? contacts->reach[k] : contacts->rounding[k];
         if (contacts->mode[k] == REFDYN_CONTACT_FREE)
             contacts->since[k] = NAN;
     }

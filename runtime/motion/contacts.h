@@ -22,7 +22,7 @@ struct refdyn_contacts {
     int *mode;            /* (count) enum refdyn_contact_mode */
     double *since; /* (count) when the contact came to rest, extrapolated to the last of its rebounds [s] */
     double *reach; /* (count) what a gap may be off: the tolerance, or rounding */
-    double *allowance; /* (count) added to the gap of a contact that touches, or has just left: its reach */
+    double *allowance; /* (count) added to the gap of a contact that touches, or has just opened */
     int are_unique;    /* forces follow from the motion: no contact depends on others that rest */
     double tolerance;  /* of positions [rad, or options.length] */
     double longest;    /* step so far, 0: none [s] */

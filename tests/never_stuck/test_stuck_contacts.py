@@ -3,6 +3,7 @@ forms and independent solutions; what is at rest, what lets go, and what is refu
 import csv
 import json
 import math
+import random
 import tempfile
 
 import numpy
@@ -235,3 +236,48 @@ def test_a_bar_and_a_tool_that_swing_and_meet_the_floor():
     other, _, _ = run("bar", "--start", "project", "--until", 3, "--every", 0.01, "--tol", 1e-8, "--method", "radau9")
     assert ("tip", "rests") in marks and ("tip", "leaves") in marks and summary["energy_error"] < 1e-6
     check([close(name, found[name], other[name], 1e-5) for name in ("bar_x", "bar_z", "bar_theta")])
+
+
+@pytest.mark.parametrize("v", [0.4, -0.4])
+@pytest.mark.parametrize("method", ["auto", "rk54", "radau9"])
+def test_table_that_begins_to_move(method, v):
+    """Upwards it is an impact, downwards the ball is left behind and falls; both end at rest on the table."""
+    found, marks, summary = run("lift", "--until", 2, "--every", 0.01, "--method", method, *settings(v=v))
+    e, late = 0.3, 0 if v > 0 else 2 * abs(v) / G
+    first = 2 * e * v / G if v > 0 else late
+    rest = 0.5 + late + 2 * e * abs(v) / G / (1 - e)
+    check([close("leaves", marks["table", "leaves"], [0.5], 1e-12), close("impact", marks["table", "impact"][:1], [0.5 + first], 1e-9),
+           close("rest", marks["table", "rests"][1:], [rest], 1e-9), close("at the end", found["ball_z"][-1:], [1.5 * v], 1e-9)])
+    assert summary["energy_error"] < 1e-9
+
+
+def test_shaken_table_loses_the_ball():
+    """It leaves where the table falls as fast as it does: A w^2 sin(w t) = g."""
+    _, marks, summary = run("shaker", "--until", 1)
+    check([close("leaves", marks["table", "leaves"][:1], [math.asin(G / (0.02 * 30**2)) / 30], 1e-13)])
+    assert summary["energy_error"] < 1e-6
+
+
+def test_stiff_arm_between_a_stop_and_the_floor():
+    found, marks, summary = run("arm", "--until", 2, "--every", 0.01)
+    no_gap_below(found, {"tip_z": -0.5})
+    assert ("floor", "rests") in marks and max(found["arm_theta"]) < 0.5 + 1e-5 and summary["energy_error"] < 1e-5
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_piles_at_random(seed, tmp_path):
+    """Balls above each other, of random masses, heights, rates and restitutions, come to rest."""
+    draw = random.Random(seed)
+    count = draw.randint(2, 5)
+    heights = [0.3 * (i + 1) + draw.uniform(0, 0.1) for i in range(count)]
+    links = ", ".join(f'{{ "b{i}", joint = "z", mass = {draw.uniform(0.2, 5)}, start = {{ z = {heights[i]} }}, start_rate = {{ z = {draw.uniform(-2, 2)} }} }}'
+                      for i in range(count))
+    gaps = ", ".join(f'rd.contact {{ s.q.b{i}_z - {f"s.q.b{i - 1}_z" if i else 0} - 0.2, restitution = {draw.uniform(0, 0.7)}, name = "c{i}" }}'
+                     for i in range(count))
+    (tmp_path / "pile.lua").write_text(f'local rd = require "refdyn"\nreturn rd.model {{ name = "pile", gravity = {{ 0, 0, -9.81 }}, '
+                                       f'links = {{ {links} }}, constraints = function(s) return {{ {gaps} }} end }}\n')
+    found, _, summary = motion(tmp_path / "pile.lua", "--until", 6, "--every", 0.01)
+    places = numpy.array([found[f"b{i}_z"] for i in range(count)])
+    check([close("at rest", places[:, -1], [0.2 * (i + 1) for i in range(count)], 1e-6)])
+    assert min(numpy.diff(numpy.vstack([0 * places[0], places]), axis=0).flat) > 0.2 - 1e-5 and summary["energy_error"] < 1e-8
+    assert max(numpy.diff(found["energy"])) < 1e-8

@@ -7,7 +7,7 @@ import subprocess
 import pytest
 
 from program import BUILD, REFDYN, SOURCE, refdyn
-from test_fmi import REFUSALS, REFUSED
+from test_fmi import REFUSALS, REFUSED_MODEL
 
 HEAD = 'local rd = require "refdyn"\n'
 LOSING = HEAD + """local p = rd.parameters { { "m", 1, "kg" }, { "b", 1, "m" }, { "step", 1, "m" } }
@@ -24,7 +24,7 @@ FULL = "/dev/full"
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("stuck")
-    (folder / "refused.lua").write_text(REFUSED)
+    (folder / "refused.lua").write_text(REFUSED_MODEL)
     (folder / "losing.lua").write_text(LOSING)
     os.mkfifo(folder / "pipe.csv")
     return folder
