@@ -385,6 +385,20 @@ static int opens_slowly(const struct refdyn_contacts *contacts, int k) {
            contacts->rate[k] * contacts->longest <= rebound_part * contacts->reach[k];
 }
 
+/* What contact k needs from t on, until it has opened by twice as much: at its rate, or by an acceleration
+ * that has grown from 0 within h. */
+static void allow(struct refdyn_contacts *contacts, int k, double t, double h) {
+    const double most = opens_slowly(contacts, k) ? contacts->reach[k] : contacts->rounding[k];
+    const double rate = contacts->rate[k], acceleration = acceleration_of(contacts, k);
+    double last = INFINITY;
+    if (rate > contacts->rate_rounding[k])
+        last = 2 * most / rate;
+    if (acceleration > contacts->bias_rounding[k])
+        last = fmin(last, cbrt(12 * most * h / acceleration));
+    contacts->allowance[k] = most;
+    contacts->allowed_until[k] = contacts->mode[k] == REFDYN_CONTACT_FREE ? t + last : INFINITY;
+}
+
 /* Modes from now on, by the forces a little later. */
 static int find_modes(struct refdyn_motion *motion, const double *qdd) {
     struct refdyn_contacts *contacts = &motion->state_events.contacts;
@@ -403,7 +417,7 @@ static int find_modes(struct refdyn_motion *motion, const double *qdd) {
         contacts->mode[k] = mode_of(contacts, k, least);
         contacts->resting += contacts->mode[k] == REFDYN_CONTACT_RESTING;
         if (contacts->is_closed[k])
-            contacts->allowance[k] = opens_slowly(contacts, k) ? contacts->reach[k] : contacts->rounding[k];
+            allow(contacts, k, step->t_begin, h);
         if (contacts->mode[k] == REFDYN_CONTACT_FREE)
             contacts->since[k] = NAN;
     }

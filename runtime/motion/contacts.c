@@ -31,6 +31,7 @@ void refdyn_contacts_lay_out(struct refdyn_contacts *contacts, const struct refd
     contacts->since = layout_doubles(layout, count);
     contacts->reach = layout_doubles(layout, count);
     contacts->allowance = layout_doubles(layout, count);
+    contacts->allowed_until = layout_doubles(layout, count);
     contacts->inside = layout_doubles(layout, count);
     contacts->rates = layout_doubles(layout, count > 0 ? 2 * n + 1 + m : 0);
     contacts->state = layout_doubles(layout, count > 0 ? 2 * n + 1 : 0);
@@ -63,6 +64,7 @@ void refdyn_contacts_clear(struct refdyn_contacts *contacts, struct refdyn_works
         contacts->mode[k] = REFDYN_CONTACT_FREE;
         contacts->since[k] = NAN;
         contacts->inside[k] = contacts->allowance[k] = 0;
+        contacts->allowed_until[k] = -INFINITY;
         work->p[refdyn_contact_mode_place(model, contacts->event[k])] = 0;
     }
     if (contacts->count > 0)
@@ -93,17 +95,18 @@ int refdyn_contacts_values(struct refdyn_contacts *contacts, const struct refdyn
         if (contacts->mode[k] == REFDYN_CONTACT_RESTING)
             values[contacts->event[k]] = forces[k];
         else
-            values[contacts->event[k]] += contacts->allowance[k];
+            values[contacts->event[k]] += t < contacts->allowed_until[k] ? contacts->allowance[k] : 0;
     return status;
 }
 
-void refdyn_contacts_end_allowances(struct refdyn_contacts *contacts, double *values) {
+void refdyn_contacts_end_allowances(struct refdyn_contacts *contacts, double t, double *values) {
     for (int k = 0; k < contacts->count; k++) {
         double *value = &values[contacts->event[k]];
-        if (contacts->mode[k] != REFDYN_CONTACT_FREE || *value - contacts->allowance[k] <= contacts->reach[k])
+        if (contacts->mode[k] != REFDYN_CONTACT_FREE || !(t < contacts->allowed_until[k]) ||
+            *value - contacts->allowance[k] <= contacts->reach[k])
             continue;
         *value -= contacts->allowance[k];
-        contacts->allowance[k] = 0;
+        contacts->allowed_until[k] = -INFINITY;
     }
 }
 

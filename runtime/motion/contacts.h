@@ -22,10 +22,11 @@ struct refdyn_contacts {
     int *mode;            /* (count) enum refdyn_contact_mode */
     double *since; /* (count) when the contact came to rest, extrapolated to the last of its rebounds [s] */
     double *reach; /* (count) what a gap may be off: the tolerance, or rounding */
-    double *allowance; /* (count) added to the gap of a contact that touches, or has just opened */
-    int are_unique;    /* forces follow from the motion: no contact depends on others that rest */
-    double tolerance;  /* of positions [rad, or options.length] */
-    double longest;    /* step so far, 0: none [s] */
+    double *allowance;     /* (count) added to the gap of a contact that touches, or has just opened, */
+    double *allowed_until; /* (count) until then [s] */
+    int are_unique;        /* forces follow from the motion: no contact depends on others that rest */
+    double tolerance;      /* of positions [rad, or options.length] */
+    double longest;        /* step so far, 0: none [s] */
     double *inside; /* (count) what a gap may be negative by since an importer passed its closing; 0: it did
                        not */
     double
@@ -53,8 +54,8 @@ void refdyn_contacts_clear(struct refdyn_contacts *contacts, struct refdyn_works
 /* Puts the values of contacts that are not free in the place of their gaps. Errors: those of refdyn_rates. */
 int refdyn_contacts_values(struct refdyn_contacts *contacts, const struct refdyn_step *step, double t,
                            const double *state, double *values);
-/* Contacts that have opened clearly lose their allowance; `values`: of the state, as above. */
-void refdyn_contacts_end_allowances(struct refdyn_contacts *contacts, double *values);
+/* Contacts that have opened clearly at t lose their allowance; `values`: of the state, as above. */
+void refdyn_contacts_end_allowances(struct refdyn_contacts *contacts, double t, double *values);
 /* How the forces of a state change with time, and what of that is rounding. Errors: those of refdyn_rates. */
 int refdyn_contacts_force_rates(struct refdyn_contacts *contacts, const struct refdyn_step *step, double t,
                                 const double *state);

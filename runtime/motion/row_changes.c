@@ -113,6 +113,7 @@ double refdyn_rows_side_of(const struct refdyn_motion *motion, double t) {
 static int take_contacts(struct refdyn_motion *motion) {
     const double energy = refdyn_energy_at_begin(motion), next = motion->control.next;
     int has_rates = 0;
+    refdyn_step_limit(&motion->step, INFINITY); /* forces are judged a little later than the event */
     const int status = refdyn_contact_transitions_take(motion, &has_rates);
     refdyn_parameters_set_gains(&motion->parameters, motion->work->model, &motion->options,
                                 next > 0 ? next : INFINITY);

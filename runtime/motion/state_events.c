@@ -296,7 +296,7 @@ int refdyn_state_events_begin(struct refdyn_state_events *events, const struct r
     events->looks_again = 0;
     const int status = refdyn_state_events_values(events, step, step->t_begin, step->state, events->samples);
     if (!status)
-        refdyn_contacts_end_allowances(&events->contacts, events->samples);
+        refdyn_contacts_end_allowances(&events->contacts, step->t_begin, events->samples);
     for (int i = 0; i < events->count && !status;
          i++) /* of no step that is refused, which may lead anywhere */
         events->sizes[i] = fmax(events->sizes[i], fabs(events->samples[i]));
