@@ -379,10 +379,15 @@ static int are_independent(struct refdyn_contacts *contacts) {
     return refdyn_one_sided_meet(&contacts->problem) == count;
 }
 
+/* The length of steps. */
+static double pace_of(const struct refdyn_contacts *contacts) {
+    return contacts->longest > 0 ? contacts->longest : first_step;
+}
+
 /* At first a rebound is rounding. What lets go, or hardly moves, opens within the errors of steps. */
 static int opens_slowly(const struct refdyn_contacts *contacts, int k) {
     return contacts->is_at_rest[k] ||
-           contacts->rate[k] * contacts->longest <= rebound_part * contacts->reach[k];
+           contacts->rate[k] * pace_of(contacts) <= rebound_part * contacts->reach[k];
 }
 
 /* What contact k needs from t on, until it has opened by twice as much: at its rate, or by an acceleration
@@ -403,8 +408,7 @@ static void allow(struct refdyn_contacts *contacts, int k, double t, double h) {
 static int find_modes(struct refdyn_motion *motion, const double *qdd) {
     struct refdyn_contacts *contacts = &motion->state_events.contacts;
     const struct refdyn_step *step = &motion->step;
-    const double longest = contacts->longest;
-    const double h = later_part * (longest > 0 ? longest : first_step);
+    const double h = later_part * pace_of(contacts);
     int status = look(motion, refdyn_step_inside(step, step->t_begin + h), predict(motion, qdd, h));
     if (!status)
         status = accelerate(motion, motion->step.side);
