@@ -21,8 +21,8 @@ int refdyn_required_count(const struct refdyn_model *model);
 static inline int refdyn_contact_mode_place(const struct refdyn_model *model, int i) {
     return model->changes[model->events[i].first_change].place;
 }
-/* What 1 rad weighs against in coordinate j: `length` for a translation, 0: that of the model; 1 for a
- * rotation. */
+/* Change of coordinate j that counts as much as 1 rad: `length` for a translation, 0: that of the model; 1
+ * for a rotation. */
 double refdyn_coordinate_unit(const struct refdyn_model *model, int j, double length);
 
 #endif

@@ -81,7 +81,7 @@ void refdyn_balance_choose(struct balance *balance, const struct place *place);
 int refdyn_balance_eliminate(struct balance *balance, struct place *place);
 /* H at `now`, after refdyn_balance_eliminate. Error: NOT_FINITE. */
 int refdyn_balance_find_tangent(struct balance *balance);
-/* reduced (count - rank)^2 := [1 P^T] X [1; P] of X (count x count), which is overwritten, at `now`. */
+/* At `now`: reduced (count - rank)^2 := [1 P^T] X [1; P]. X (count x count) is overwritten. */
 void refdyn_balance_reduce(const struct balance *balance, double *X, double *reduced);
 /* Its L U. A coordinate whose row and column of H are 0 and that carries no load stays: its equation becomes
  * dq = 0. Error: TANGENT_SINGULAR at a coordinate that nothing holds. */
