@@ -14,7 +14,7 @@ int refdyn_model_status(const struct refdyn_model *model);
 /* The same of a workspace's model; BAD_MEMORY when its arrays are not laid out. */
 int refdyn_workspace_status(const struct refdyn_workspace *work);
 
-/* Doubles of the result of `required`. */
+/* Number of doubles in the result of `required`. */
 int refdyn_required_count(const struct refdyn_model *model);
 
 /* Place in p of the parameter that says whether the contact of event i rests. */

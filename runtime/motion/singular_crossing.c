@@ -46,9 +46,9 @@ static const double nearer = 8;
 
 /* After a failed attempt the state is tried again from at most this part of the distance. */
 static const double again_part = 0.6;
-/* The error of a step is to be this part of the largest that is accepted, */
+/* The error of a step should be this part of the largest accepted error. */
 static const double error_aim = 0.5;
-/* and lets the next one be so many times longer, no more. */
+/* The next step may be so many times as long as this one, at least and at most. */
 static const double stretch_least = 0.2, stretch_most = 5;
 
 /* NARROWINGS: golden sections to place a step; NARROWINGS_TOLD: for the time that is reported. */
