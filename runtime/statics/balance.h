@@ -37,7 +37,7 @@ struct balance {
     const int *rows; /* (row_count) rows that hold */
     double *size; /* (row_count) their largest coefficients in units, of all places that were read: a row that
                      loses all of them loses its independence */
-    double *unit; /* (n) what 1 rad weighs against */
+    double *unit; /* (n) change that counts as much as 1 rad */
     double share; /* of the load Q_start that is held back */
     double *Q_start; /* (n) */
     double *rates;   /* (2 n + 1 + m) rates and accelerations 0, then lambda, for the tangent */

@@ -139,8 +139,9 @@ static double along_a_line(const struct pair *pairs, long count) {
     return xx > 0 && yy > 0 ? xy / xx * (xy / yy) : 0;
 }
 
-/* The correlation ratio of Pearson, less what chance gives (Kelley, Proc. Natl. Acad. Sci. 21, 1935): sees
- * curves that rise and fall, too. Groups have about sqrt(count) cases; equal x are not parted. */
+/* Pearson's correlation ratio without the part that chance causes (Kelley, Proc. Natl. Acad. Sci. 21, 1935).
+ * It also detects curves that rise and fall. Groups have about sqrt(count) cases; equal x stay in one group.
+ */
 static double along_groups(const struct pair *pairs, long count) {
     const double mean = mean_of_pairs(pairs, count).y, enough = sqrt((double)count);
     double within = 0, all = 0;
@@ -165,8 +166,8 @@ static double correlation_of(struct runs_charts *figure, const double *x, const 
     return fmax(along_a_line(pairs, count), along_groups(pairs, count));
 }
 
-/* The two that correlate most with the values, in the order of the file; of equal ones the first. Returns how
- * many there are. */
+/* Finds the two quantities that correlate most with the values, in the order of the file; the first of equal
+ * ones wins. Returns how many there are. */
 static int find_sweeps(struct runs_charts *figure, const double *values, struct sweep sweeps[static 2]) {
     const struct cases *cases = &runs_layout(figure->reader)->cases;
     int count = 0;
