@@ -490,7 +490,7 @@ static void read_lock(const struct reader *reader, const struct value *value, co
 
 /* ---- contacts ---- */
 
-/* The parameter that says whether the contact rests is what its event changes. */
+/* The event of a contact changes the parameter that says whether the contact rests. */
 static void add_contact_event(const struct group *group, expression gap, expression restitution, int mode) {
     struct memory *memory = group->reader->check.memory;
     struct model *model = group->reader->model;
