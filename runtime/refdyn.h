@@ -144,7 +144,7 @@ struct refdyn_workspace {
     double *change;   /* (2 n) projection: of q, of qd */
     double *away;     /* (7 n + m) projection from far away: states, changes, sizes of rows */
     double *emitted;  /* (n + 1 + m) what the emitted accelerations give */
-    double *required; /* of each requirement 1 where it holds, else 0, and its numbers */
+    double *required; /* for each requirement 1 where it holds, else 0, and its numbers */
     int *mark;        /* (n + m) sets of coordinates, of rows */
 };
 
@@ -443,7 +443,7 @@ struct refdyn_integrator {
     const int *contact_mode; /* (contact_count) enum refdyn_contact_mode */
     const double
         *contact_since; /* (contact_count) when it came to rest: the end of all its rebounds; NaN: free [s] */
-    int forces_are_unique; /* 0: other forces of the contacts would hold the bodies as well */
+    int forces_are_unique; /* 0: other forces of the contacts would have the same effect */
 
     const int *event; /* (event_count) events of the model that stand at t, where the last call has stopped */
     int event_count;
@@ -472,7 +472,7 @@ int refdyn_integrator_start(struct refdyn_integrator *integrator, double t, cons
  * ceil(interval/step) equal steps, the i-th begins at from + i (to - from)/count. Errors: > 0 from a fixed
  * step whose evaluation failed, or a tangent at the begin of a step; STEP_TOO_SMALL, TOO_MANY_STEPS;
  * EVENT_ENDS, then t is that of the event, EVENTS_ACCUMULATE, EVENT_NOT_MET, SLIDES; REFUSED at an event that
- * sets a parameter, which then has that value in work->p; BAD_OPTION when t_out
+ * sets a parameter, where work->p then has the refused value; BAD_OPTION when t_out
  * lies before t. The integrator then stays at the last accepted state, with cause and failed_t set;
  * refdyn_integrator_refresh evaluates that state again. */
 int refdyn_integrator_step(struct refdyn_integrator *integrator, double t_out, long steps);
@@ -575,8 +575,8 @@ struct refdyn_statics_result {
     int neutral;                               /* in which there is no stiffness. Both 0: it is stable */
     int has_potential;                         /* 0: the stiffness is not symmetric, as with follower loads */
     enum refdyn_stability_criterion criterion; /* by which these were counted */
-    int unstable_coordinate; /* that moves most in the direction of the lowest stiffness; -1: stable, or by
-                                linear motion */
+    int unstable_coordinate; /* that moves most in the direction of the lowest stiffness; -1: stable, or
+                                judged by linear motion */
     /* in the memory given, also after a failure; NULL: there were none */
     const double *force;  /* (n) Q + u^T lambda [N, N m] */
     const double *lambda; /* (row_count) multipliers, 0 for rows that depend on others, and for contacts that

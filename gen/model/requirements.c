@@ -238,8 +238,8 @@ struct requirement requirement_length(struct graph *g, const expression componen
 
 /* ---- Numbers that are not as needed ---- */
 
-/* The rule of numbers is a number, in a graph that goes at once: a model may have thousands of requirements.
- */
+/* Evaluates the rule for these numbers in a graph that is released at once, since a model may have thousands
+ * of requirements. */
 static bool has_broken(const struct memory *memory, const struct requirement *requirement,
                        const double *numbers) {
     struct memory own = {.allowance = -1, .fail = memory->fail, .context = memory->context};

@@ -1,6 +1,6 @@
 /*
- * What the author's function `constraints` returns: rows, one by one or as loops, axes and joints that are
- * closed, and contacts, whose rows act while they rest. See reader.h.
+ * Reads what the author's function `constraints` returns: rows, one by one or as closed loops, axes and
+ * joints; and contacts, whose rows act while they rest. See reader.h.
  *
  * Loops and their like are position rows in symbols of points and directions. Two axes are kept parallel by
  * two products with directions at right angles to one of them and fixed to its body, so that the rows stay

@@ -193,7 +193,7 @@ static int pose_impact(struct refdyn_contacts *contacts) {
     return count;
 }
 
-/* The rounding of the changes counts as that of the rates: others may all be 0. */
+/* The rounding of the changes counts as rounding of the rates, since the terms of the rates may all be 0. */
 static void add_rates(struct refdyn_motion *motion, double *qd) {
     struct refdyn_contacts *contacts = &motion->state_events.contacts;
     const struct refdyn_one_sided *problem = &contacts->problem;

@@ -20,7 +20,7 @@ int refdyn_contact_transitions_start(struct refdyn_motion *motion, int *is_chang
  */
 int refdyn_contact_transitions_take(struct refdyn_motion *motion, int *has_rates);
 
-/* The rows of contacts do not act until the next transition, which has to follow; their modes stay. */
+/* Switches off the rows of contacts until the next transition, which must follow; their modes stay. */
 void refdyn_contact_transitions_release(struct refdyn_motion *motion);
 
 #endif

@@ -108,7 +108,7 @@ double refdyn_rows_side_of(const struct refdyn_motion *motion, double t) {
                                : refdyn_events_right_of(&motion->events, t);
 }
 
-/* What contacts rest on may have begun to move at once: they close, or let go, from here. */
+/* The bodies on which contacts rest may have begun to move suddenly: contacts close, or let go, from here. */
 static int take_contacts(struct refdyn_motion *motion) {
     const double energy = refdyn_energy_at_begin(motion), next = motion->control.next;
     int has_rates = 0;

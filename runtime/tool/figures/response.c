@@ -16,7 +16,7 @@ enum {
 /* A quantity along an axis: its value in each case, and the fields that the axis is parted into. */
 struct sweep {
     const double *values; /* by row */
-    double correlation;   /* with what is drawn: the part of its variance that goes with the quantity */
+    double correlation;   /* with the drawn values: the part of their variance that follows this quantity */
     char *label;
     double *steps; /* different values, ascending */
     long step_count;
@@ -105,7 +105,7 @@ static int compare_pairs(const void *a, const void *b) {
     return (p->x > q->x) - (p->x < q->x);
 }
 
-/* Of the cases that have both numbers, by ascending x; returns how many they are. */
+/* Collects the cases that have both numbers, by ascending x; returns how many there are. */
 static long pair_up(struct runs_charts *figure, const double *x, const double *y, struct pair **pairs) {
     const long cases = runs_count(figure->reader);
     long count = 0;
