@@ -1,8 +1,8 @@
 /*
  * Jumps of rates by an impulse: see impulse.h.
  *
- * An impulse p along a gradient g, with impulses mu of the rows u that hold before and after it, changes the
- * rates by dqd with
+ * An impulse p along a gradient g acts with impulses mu of the rows u that hold before and after it. It
+ * changes the rates by dqd with
  *     M dqd = g^T p + u^T mu,   u dqd = 0,   g dqd = change
  * (Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts, 1996, ch. 8). With M = L L^T and the
  * rows u L^-T orthonormalised, and r the part of g L^-T orthogonal to them, dqd = L^-T r change / (r . r).

@@ -18,7 +18,7 @@
 
 enum { ROUNDS_FREE = 50, ROUNDS_EACH = 20 };           /* a safeguard against cycles by rounding */
 static const double product_digits = 64 * DBL_EPSILON; /* rounding of a product, over both lengths */
-static const double dependent = 1e-9; /* a normal with a smaller part of its own depends on the others */
+static const double dependent = 1e-9; /* a normal with a smaller independent part depends on the others */
 
 void refdyn_one_sided_lay_out(struct refdyn_one_sided *problem, int count, int n, struct layout *layout) {
     problem->n = n;

@@ -184,7 +184,7 @@ static int go_on(struct refdyn_motion *motion) {
     return REFDYN_OK;
 }
 
-/* Each event that is due acts once; impacts repeat until none of them closes another one again. */
+/* Each event that is due acts once; impacts repeat until no impact causes another one. */
 static int act_on_all(struct refdyn_motion *motion, struct done *done) {
     const struct refdyn_state_events *events = &motion->state_events;
     int status = REFDYN_OK;

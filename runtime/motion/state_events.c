@@ -361,7 +361,7 @@ void refdyn_state_events_settle(struct refdyn_state_events *events, const struct
         const int was_due = k < due_count && events->due[k] == i;
         k += was_due;
         if (refdyn_contact_of(&events->contacts, i) >= 0)
-            events->side[i] = 1; /* whatever its mode is now */
+            events->side[i] = 1; /* in any mode */
         else if (was_due && !is_set(value, before[i], now.noise))
             events->side[i] = side_behind(events, step, i, &now);
         else if (was_due)

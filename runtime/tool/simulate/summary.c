@@ -54,7 +54,7 @@ static void print_method(const struct motion *motion) {
 /* A row with a larger residual than this [m, rad, and these a second] does not hold. */
 static const double off_most = 0.01;
 
-/* The start has a warning of its own, and a projection holds all rows. */
+/* The start has its own warning, and a projection holds all rows. */
 static void warn_of_rows(const struct refdyn_integrator *integrator) {
     const struct refdyn_statistics *s = &integrator->statistics;
     const int by_rate = !(s->phi_max > off_most), row = by_rate ? s->psi_row : s->phi_row;
