@@ -56,7 +56,7 @@ void gen_print_summary(const struct generation *generation, FILE *out);
 void gen_print_model(const struct generation *generation, FILE *out);
 void gen_release(struct generation *generation);
 
-/* Where the requirement of that number in the emitted table stands in the model's files. */
+/* Place in the model's files of the requirement with that number in the emitted table. */
 struct place gen_requirement_place(const struct generation *generation, int number);
 
 /* The files of the emitted C, as text. */

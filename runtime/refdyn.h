@@ -34,7 +34,7 @@ enum refdyn_status {
     REFDYN_NO_CONVERGENCE =
         4, /* projection, statics: largest residual at fault.row or .coordinate; or a collocation step */
     REFDYN_MATRIX_SINGULAR = 5, /* the matrix of an implicit step is singular */
-    REFDYN_ROWS_UNMET = 6,      /* rows that begin to act, or jump, ask for other positions; fault.row */
+    REFDYN_ROWS_UNMET = 6,      /* rows begin to act, or jump, and positions do not meet them; fault.row */
     /* < 0: stop */
     REFDYN_STEP_TOO_SMALL =
         -1, /* an adaptive step fell below the resolution of t; integrator.cause says why */
@@ -58,7 +58,7 @@ enum refdyn_status {
         -16, /* a gap is negative: the motion starts inside a contact, or the gap has jumped */
     REFDYN_CONTACT_DRIVEN = -17, /* the rows of the programme close a contact that is closed already */
     REFDYN_CONTACTS_UNMET = -18, /* no impulses or forces of the closed contacts keep them all from closing */
-    REFDYN_REFUSED = -19 /* the model refuses a value of its parameters, as a negative mass: work->refused */
+    REFDYN_REFUSED = -19 /* the model refuses a parameter value, such as a negative mass: work->refused */
 };
 
 /* One line for a status, without a full stop. Never NULL. */
@@ -123,7 +123,7 @@ struct refdyn_workspace {
     struct refdyn_partition partition;
     struct refdyn_fault fault; /* of the last call that failed */
 
-    int refused; /* written by refdyn_check_parameters: in model->requirements, -1: none */
+    int refused; /* broken rule in model->requirements, -1: none; set by refdyn_check_parameters */
 
     /* room to compute in; "ordered": in the order of partition.row and partition.column */
     double *rows;  /* (m x n) ordered, first rank x rank: L U of K_d^T, column by column */
@@ -144,7 +144,7 @@ struct refdyn_workspace {
     double *change;   /* (2 n) projection: of q, of qd */
     double *away;     /* (7 n + m) projection from far away: states, changes, sizes of rows */
     double *emitted;  /* (n + 1 + m) what the emitted accelerations give */
-    double *required; /* of each requirement 1 where it holds, else 0, and its numbers */
+    double *required; /* for each requirement 1 where it holds, else 0, and its numbers */
     int *mark;        /* (n + m) sets of coordinates, of rows */
 };
 
@@ -161,12 +161,12 @@ int refdyn_workspace_init(struct refdyn_workspace *work, const struct refdyn_mod
 /* These three do nothing where refdyn_workspace_init has failed. */
 /* After work->p was changed: computes the derived parameters behind it. */
 void refdyn_prepare(struct refdyn_workspace *work);
-/* Are the values of work->p, prepared, such as the model needs: a mass above 0, lengths, inertia that a body
- * can have, ranges that ascend? Motions and equilibria ask this themselves when they begin, when the caller
- * has changed values, and where an event sets a parameter. Errors: REFUSED, and work->refused says what;
- * OTHER_VERSION, BAD_MODEL, BAD_MEMORY. */
+/* Checks the prepared values of work->p by the rules of the model: masses above 0, lengths, inertia that a
+ * body can have, ranges that ascend. Motions and equilibria do this themselves when they begin, when the
+ * caller has changed values, and when an event sets a parameter. Errors: REFUSED, with the rule in
+ * work->refused; OTHER_VERSION, BAD_MODEL, BAD_MEMORY. */
 int refdyn_check_parameters(struct refdyn_workspace *work);
-/* The numbers that printf takes with model->requirements[work->refused].fact, and zeros up to the last. */
+/* The arguments of printf for the format model->requirements[work->refused].fact; unused ones are 0. */
 void refdyn_refused_numbers(const struct refdyn_workspace *work, double numbers[REFDYN_REQUIREMENT_NUMBERS]);
 /* q (n) and qd (n) at the start of a motion, from work->p. */
 void refdyn_initial_state(const struct refdyn_workspace *work, double *q, double *qd);
@@ -317,7 +317,7 @@ struct refdyn_options {
                         fixed */
     double step;     /* fixed step, or first step of an adaptive method (0: found) [s] */
     double step_max; /* adaptive: largest step [s]; 0: none */
-    double length;   /* what 1 rad weighs against in translations [m]; 0: that of the model */
+    double length;   /* translation that counts as much as 1 rad [m]; 0: that of the model */
     enum refdyn_stabilise stabilise;
     double gain_share; /* Baumgarte gains alpha = beta = gain_share / step instead of those of the rows; 0: of
                           the rows */
@@ -393,8 +393,8 @@ struct refdyn_refused_crossing {
 enum refdyn_contact_mode {
     REFDYN_CONTACT_FREE,
     REFDYN_CONTACT_RESTING, /* its row acts, and lambda of that row is its force */
-    REFDYN_CONTACT_TOUCHING /* the gap is closed without a force: other contacts keep it so, or nothing
-                               presses */
+    REFDYN_CONTACT_TOUCHING /* the gap is closed without a force: other contacts keep it closed, or nothing
+                               presses it */
 };
 
 enum { REFDYN_CANDIDATES = 2 };
@@ -429,7 +429,7 @@ struct refdyn_integrator {
     double t_begin, t_end; /* the last accepted step [s] */
     struct refdyn_residual start; /* residuals of the state that was given to refdyn_integrator_start */
     int start_is_off; /* that state was not on the programme: refdyn_is_consistent with sqrt(DBL_EPSILON) */
-    double *start_moved; /* (n) positions from which steps began, less those of that state: a projection's */
+    double *start_moved; /* (n) positions after the projection of the start, less those of that state */
     int start_is_far;    /* one of these is more than 0.1 rad, or 0.1 options.length: another state on the
                             programme may be nearer */
     struct refdyn_statistics statistics;
@@ -438,12 +438,12 @@ struct refdyn_integrator {
     struct refdyn_choice choice; /* of REFDYN_AUTO */
     struct refdyn_refused_crossing refused; /* with REFDYN_PASS */
 
-    /* contacts of the model, in the order of their rows, the last ones */
+    /* contacts of the model, in the order of their rows, which are the last rows */
     int contact_count;
     const int *contact_mode; /* (contact_count) enum refdyn_contact_mode */
     const double
         *contact_since; /* (contact_count) when it came to rest: the end of all its rebounds; NaN: free [s] */
-    int forces_are_unique; /* 0: other forces of the contacts would hold the bodies as well */
+    int forces_are_unique; /* 0: other forces of the contacts would have the same effect */
 
     const int *event; /* (event_count) events of the model that stand at t, where the last call has stopped */
     int event_count;
@@ -472,7 +472,7 @@ int refdyn_integrator_start(struct refdyn_integrator *integrator, double t, cons
  * ceil(interval/step) equal steps, the i-th begins at from + i (to - from)/count. Errors: > 0 from a fixed
  * step whose evaluation failed, or a tangent at the begin of a step; STEP_TOO_SMALL, TOO_MANY_STEPS;
  * EVENT_ENDS, then t is that of the event, EVENTS_ACCUMULATE, EVENT_NOT_MET, SLIDES; REFUSED at an event that
- * sets a parameter, which then has that value in work->p; BAD_OPTION when t_out
+ * sets a parameter, where work->p then has the refused value; BAD_OPTION when t_out
  * lies before t. The integrator then stays at the last accepted state, with cause and failed_t set;
  * refdyn_integrator_refresh evaluates that state again. */
 int refdyn_integrator_step(struct refdyn_integrator *integrator, double t_out, long steps);
@@ -490,9 +490,9 @@ int refdyn_integrator_look(struct refdyn_integrator *integrator, double t);
 /* Programme force r (n) at the state that is seen [N, N m]; where that is undetermined M qdd - f, else as
  * refdyn_programme_force. */
 void refdyn_integrator_force(struct refdyn_integrator *integrator, double *force);
-/* Forces (contact_count) of the contacts at the state that is seen, along the gradients of their gaps; 0 for
- * contacts that do not rest [N where the gap is in m]. Where they are not unique, the smallest ones, unless
- * these would pull. */
+/* Forces (contact_count) of the contacts at the state that is seen, along the gradients of their gaps [N
+ * where the gap is in m]; 0 for contacts that do not rest. Where forces are not unique, these are the
+ * smallest ones, unless one of those would pull. */
 void refdyn_integrator_contact_forces(struct refdyn_integrator *integrator, double *forces);
 /* After the caller has changed work->x, work->p (then refdyn_prepare) or the integrator's q, qd between
  * steps: goes on from there, with the gains that options.stabilise asks for. Errors: REFUSED, those of
@@ -507,8 +507,8 @@ struct refdyn_energy {
     double largest_kinetic; /* [J] */
     double largest_change;  /* of kinetic energy, potential energy or work [J] */
     double largest_error;   /* of |change of kinetic + potential - work| [J] */
-    double largest;         /* |kinetic| + |potential| + |work| [J], of which all these are differences */
-    double unit;            /* of refdyn_energy_scale, else 0 [J] */
+    double largest; /* largest |kinetic| + |potential| + |work| [J]; all these are differences of it */
+    double unit;    /* of refdyn_energy_scale, else 0 [J] */
 };
 
 /* Kinetic and potential energy at a state into energy (2). Error: FUNCTION_MISSING. */
@@ -518,14 +518,14 @@ int refdyn_energies(const struct refdyn_workspace *work, double t, const double 
 int refdyn_energy_start(struct refdyn_energy *energy, const struct refdyn_integrator *integrator);
 int refdyn_energy_add(struct refdyn_energy *energy, const struct refdyn_integrator *integrator);
 /* At the end of a balance: the energy that it takes to move each coordinate by its unit, 1 rad or the length,
- * against h + Q and at the mean speed of such a motion. It does not vanish with the energies of a body at
- * rest, and says what errors of positions make of them. The equations in the workspace are lost. */
+ * against h + Q and at the mean speed of such a motion. It is not 0 for a body at rest, whose energies
+ * vanish, and shows how errors of positions affect energies. The equations in the workspace are lost. */
 void refdyn_energy_scale(struct refdyn_energy *energy, const struct refdyn_integrator *integrator);
 /* Largest |change of kinetic + potential - work| over the largest change of kinetic, potential or work; 0
  * when nothing changed. */
 double refdyn_energy_error(const struct refdyn_energy *energy);
-/* Has energy changed by more than rounding makes of all energies and the scale? Else refdyn_energy_error is a
- * ratio of roundings. */
+/* Has energy changed by more than the rounding of all energies and of the scale? Otherwise
+ * refdyn_energy_error is a ratio of rounding errors. */
 int refdyn_energy_changes(const struct refdyn_energy *energy);
 
 /* ---- Equilibria ---- */
@@ -539,7 +539,7 @@ enum refdyn_statics_way {
 
 struct refdyn_statics_options {
     double tol;        /* largest last Newton correction [rad, or `length`] */
-    double length;     /* what 1 rad weighs against in translations [m]; 0: that of the model */
+    double length;     /* translation that counts as much as 1 rad [m]; 0: that of the model */
     double reach;      /* largest first correction of a load step, which is halved when it is longer [rad, or
                           `length`] */
     int iterations;    /* Newton iterations for each load */
@@ -551,13 +551,13 @@ struct refdyn_statics_options {
     enum refdyn_statics_way way;
 };
 
-/* By what an equilibrium is judged. */
+/* How the stability of an equilibrium is judged. */
 enum refdyn_stability_criterion {
-    REFDYN_BY_POTENTIAL,     /* the stiffness is symmetric: is the potential least there? */
-    REFDYN_BY_LINEAR_MOTION, /* it is not: does a small motion grow? */
-    REFDYN_BY_SYMMETRIC_PART /* nor has the model a tangent that is finite: the symmetric part of the
-                                stiffness. If that is positive, the state is not left without oscillation, no
-                                more */
+    REFDYN_BY_POTENTIAL,     /* the stiffness is symmetric: does the potential have a minimum there? */
+    REFDYN_BY_LINEAR_MOTION, /* the stiffness is not symmetric: does a small motion grow? */
+    REFDYN_BY_SYMMETRIC_PART /* not symmetric, and the model has no finite tangent: by the symmetric part of
+                                the stiffness. If it is positive, the motion cannot leave the state without
+                                oscillating; oscillations may still grow */
 };
 
 struct refdyn_statics_result {
@@ -571,18 +571,18 @@ struct refdyn_statics_result {
                          another one */
 
     /* of an equilibrium that was found: directions, of those that rows and held coordinates leave free, */
-    int unstable;                              /* in which the stiffness is negative, or modes that grow, */
-    int neutral;                               /* and in which there is none. Both 0: it is stable */
+    int unstable;                              /* in which the stiffness is negative, or modes that grow */
+    int neutral;                               /* in which there is no stiffness. Both 0: it is stable */
     int has_potential;                         /* 0: the stiffness is not symmetric, as with follower loads */
     enum refdyn_stability_criterion criterion; /* by which these were counted */
-    int unstable_coordinate; /* that moves most in the direction of the lowest stiffness; -1: stable, or by
-                                linear motion */
+    int unstable_coordinate; /* that moves most in the direction of the lowest stiffness; -1: stable, or
+                                judged by linear motion */
     /* in the memory given, also after a failure; NULL: there were none */
     const double *force;  /* (n) Q + u^T lambda [N, N m] */
     const double *lambda; /* (row_count) multipliers, 0 for rows that depend on others, and for contacts that
                              do not carry */
-    int is_indeterminate; /* other forces of the contacts would carry as well; those of `lambda` are the least */
-    const double *contact_gap; /* (contacts of the model) gaps; NULL: no contact has a part */
+    int is_indeterminate; /* forces of the contacts are not unique; those in `lambda` are the smallest */
+    const double *contact_gap; /* (contacts of the model) gaps; NULL: no contact takes part */
 };
 
 struct refdyn_statics_options refdyn_statics_default(void);
@@ -599,8 +599,8 @@ size_t refdyn_statics_size(const struct refdyn_model *model);
  * lead from q0 (Nocedal and Wright, Numerical Optimization, 3.4). A coordinate without any stiffness or load
  * (its row and column of dQ/dq and its Q are 0) stays where it is. Stability: theory, sect. 8.7.
  *
- * Rows of one-sided contacts hold where they carry: gap >= 0, force >= 0, gap times force = 0. The parameters by which
- * these rows act say which do, in work->p after the call.
+ * Rows of one-sided contacts hold where the contacts carry a load: gap >= 0, force >= 0, gap times force = 0.
+ * After the call, the parameters in work->p that switch these rows on say which contacts carry.
  *
  * - held (held_count): coordinates kept at their value in q; model->held and model->held_count, or others
  * - q (n): start, then the equilibrium; after a failure the last one, that under result->load
@@ -609,8 +609,9 @@ size_t refdyn_statics_size(const struct refdyn_model *model);
  * Errors: NOT_FINITE, NO_CONVERGENCE (work->fault.row where rows cannot be met, else work->fault.coordinate),
  * TANGENT_SINGULAR (work->fault.coordinate), ROWS_INCONSISTENT (work->fault.row), BAD_OPTION, also when a
  * held coordinate is none of 0 ... n - 1, or a row that holds none of 0 ... m - 1, not of position level or
- * there twice; CONTACTS_UNMET (work->fault.row), where no set of contacts carries; REFUSED; BAD_MEMORY, FUNCTION_MISSING (Q,
- * and Q_q or, with rows that hold, tangent or tangent_vectors); * OTHER_VERSION, BAD_MODEL.
+ * there twice; CONTACTS_UNMET (work->fault.row), where no set of contacts carries; REFUSED; BAD_MEMORY,
+ * FUNCTION_MISSING (Q, and Q_q or, with rows that hold, tangent or tangent_vectors); * OTHER_VERSION,
+ * BAD_MODEL.
  */
 int refdyn_statics(struct refdyn_workspace *work, const struct refdyn_statics_options *options,
                    const int *held, int held_count, double *q, double *hold_force,

@@ -47,9 +47,9 @@ struct refdyn_event {
     int is_impact; /* rates jump by an impulse along the value's gradient, by its coefficient of restitution
                     */
     int first_change, change_count; /* in the model's list */
-    int contact; /* 1 + the row that acts while the contact rests. The event's value is the gap; its one
-                    change is the parameter that is 1 while the contact rests, else 0. 0: the event is no
-                    contact */
+    int contact; /* 1 + the row that acts while the contact rests; 0: the event is no contact. The event's
+                    value is the gap; its single change sets the parameter that is 1 while the contact
+                    rests, else 0 */
 };
 
 /* What an event sets. */
@@ -62,7 +62,7 @@ struct refdyn_change {
 
 enum { REFDYN_REQUIREMENT_NUMBERS = 6 };
 
-/* What the model needs of parameters: `fact` says what is wrong with its numbers, as a format of printf. */
+/* A rule for parameters: `fact` is a printf format that says what is wrong with the rule's numbers. */
 struct refdyn_requirement {
     const char *subject; /* "links[1].mass" */
     const char *fact;    /* "value %.6g, a positive number is needed" */
@@ -135,14 +135,14 @@ struct refdyn_model {
     int input_count;
     int point_count;
     int course_count;      /* values that the author wants recorded */
-    int break_count;       /* kinks of formulas of time alone whose times are known, */
-    int switch_count;      /* and what changes sign at others */
+    int break_count;       /* kinks of formulas of time alone whose times are known */
+    int switch_count;      /* values that change sign at other kinks in time */
     int event_count;       /* values whose zeros are events, */
     int kink_count;        /* and others where formulas of coordinates and rates have kinks; */
     int change_count;      /* what events set in all */
     int requirement_count; /* of parameters */
     int saturates;         /* a rate drives something to its limit, as friction */
-    double length;         /* [m] what 1 rad weighs against in translations; 0: 1 m */
+    double length;         /* [m] translation that counts as much as 1 rad; 0: 1 m */
     double qdd_cost;     /* operations of one call of constrained, or of qdd_free without rows; 0: unknown */
     double tangent_cost; /* of tangent. A division counts four, a function ten */
     double tangent_vectors_cost;           /* of tangent_vectors */
@@ -225,8 +225,8 @@ struct refdyn_model {
                                      their derivatives by q and qd (values x n each), coefficients of
                                      restitution (event_count), what events set (change_count), sums of
                                      |terms| of the events' values (event_count) */
-    refdyn_function *required;    /* of each requirement: 1 where it holds, else 0, then its numbers; reads p
-                                     alone */
+    refdyn_function *required;    /* for each requirement: 1 where it holds, else 0, then its numbers; reads
+                                     only p */
 };
 
 #endif

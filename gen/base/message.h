@@ -52,12 +52,12 @@ bool message_is_one_line(struct messages *messages, struct place place, const ch
  * messages are such texts. */
 const char *message_safe_text(struct memory *memory, const char *text, size_t length);
 
-/* What the first character beyond ASCII of a text is, and what to do instead; NULL: all are ASCII. */
+/* The name of the first character of a text that is not ASCII, and what to write instead; NULL: all are
+ * ASCII. */
 const char *message_beyond_ascii(struct memory *memory, const char *text, size_t length,
                                  const char **instead);
 
-/* What to change of a text that is no number: "; write 0.5" for "0,5", and the like; "": nothing comes to
- * mind. */
+/* Advice for a text that is not a number: "; write 0.5" for "0,5", and the like; "": there is none. */
 const char *message_number_advice(struct memory *memory, const char *text);
 
 /* Is this the first complaint about an unknown name? What is missing once is told once, however often it is

@@ -36,7 +36,7 @@ int utf8_decode(const char *text, size_t length, unsigned *code) {
 #define DIVIDES "a division sign", "/"
 #define POWER "an exponent of print", "a power such as x^2"
 
-/* By ranges of code points; the first range that holds a code counts. */
+/* Ranges of code points; the first range that has the code counts. */
 static const struct {
     unsigned first, last;
     const char *name, *instead;

@@ -8,7 +8,7 @@
  * there. `length` is at least 1. */
 int utf8_decode(const char *text, size_t length, unsigned *code);
 
-/* A character that stands where ASCII is needed: what it is, and what to write instead, both for people. */
+/* A character where ASCII is needed: its name, and what to write instead, both for people. */
 struct look_alike {
     const char *name;
     char instead[32];

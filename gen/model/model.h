@@ -171,8 +171,8 @@ struct row {
     const char *name;       /* for reports: "row 1" or the author's name */
     const char *path;       /* as messages call it: "constraints[1]" */
     bool is_closure;        /* of a loop or joint that is closed: some of its rows may be redundant */
-    expression rests; /* of a contact: the parameter that is 1 while the contact rests and its row acts, else
-                         0. 0: the row always acts */
+    expression rests; /* of a contact: the parameter that is 1 while the contact rests and its row acts, and 0
+                         otherwise. No expression (0): the row always acts */
     const char *
         *starts;     /* (start_count) of a position or drive that the author writes: the parameters with */
     int start_count; /* values at the start of the motion that it reads */
@@ -208,14 +208,14 @@ struct event {
 
 /* What numbers of the model that depend on parameters have to be with all their values. */
 struct requirement {
-    /* 1 where `numbers` are as the model needs them, else 0: an expression in these. */
+    /* The rule, as an expression in `numbers`: 1 where it holds, else 0. */
     expression (*holds)(struct graph *graph, const struct requirement *requirement,
                         const expression *numbers);
     expression values[6]; /* the numbers */
     int count;
     enum number_range range; /* of one number */
     const char *path;        /* as messages call it: "links[1].mass", "rd.tube", "link arm" */
-    const char *fact;        /* what is wrong with numbers at fault: a format of printf that takes them */
+    const char *fact;        /* what is wrong: a printf format that takes the numbers */
     struct place place;
 };
 
@@ -237,7 +237,7 @@ struct model {
     enum accelerations accelerations;
     enum loops loops;
     expression gravity[3]; /* [m/s^2], ground frame */
-    double length;         /* [m] what a turn of 1 rad weighs against in translations */
+    double length;         /* [m] translation that counts as much as a turn of 1 rad */
     struct option *options;
     int option_count;
     struct parameter *parameters;
@@ -282,10 +282,10 @@ double parameters_evaluate(struct graph *graph, const struct parameter *paramete
 /* What is wrong with a number, as "value -5, a positive number is needed"; NULL: nothing. */
 const char *requirement_fault(struct memory *memory, enum number_range range, double value);
 
-/* Requirements without path and place: a number of a field within its range; argument number `argument` of a
- * function, from 1; two numbers that ascend; the diameter of a hole and the outer one; a place along a beam
- * and the beam's length; moments xx yy zz of a body, and with these its products xy xz yz; three components
- * of a direction; those of one whose squares are taken. */
+/* Requirements without path and place, in this order: a number of a field within its range; argument number
+ * `argument` of a function, from 1; two numbers that ascend; the diameter of a hole and the outer one; a
+ * place along a beam and the beam's length; moments xx yy zz of a body; these with its products xy xz yz;
+ * three components of a direction; components whose squares are computed. */
 struct requirement requirement_field(enum number_range range, expression value);
 struct requirement requirement_argument(struct memory *memory, enum number_range range, int argument,
                                         expression value);

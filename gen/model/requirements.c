@@ -1,9 +1,9 @@
 /*
- * What a model's numbers have to be; declared in model.h.
+ * Rules for a model's numbers; declared in model.h.
  *
  * Each rule is written once, as an expression in its numbers. The reader evaluates it with the values that
- * parameters have then; the emitted quantity `required` has it with the parameters as symbols, for the
- * values that they are given later.
+ * parameters have while the model is read. The emitted quantity `required` has it with the parameters as
+ * symbols, for values that they get later.
  */
 #include "model/model.h"
 #include "base/memory.h"
@@ -23,7 +23,7 @@ static expression is_not_less(struct graph *g, expression a, expression b) {
     return expr_where(g, expr_apply2(g, OP_LESS, a, b), expr_zero(g), expr_one(g));
 }
 
-/* What is set as a parameter is finite; what is computed from parameters need not be. */
+/* Parameters are set to finite values; values computed from parameters need not be finite. */
 static expression is_finite(struct graph *g, expression value) {
     if (expr_as_symbol(g, value))
         return expr_one(g);
@@ -60,7 +60,7 @@ static expression ascends(struct graph *g, const struct requirement *requirement
     return is_less(g, numbers[0], numbers[1]);
 }
 
-/* But for the rounding of a sum of lengths. */
+/* Within the rounding of a sum of lengths. */
 static expression lies_within(struct graph *g, const struct requirement *requirement,
                               const expression *numbers) {
     (void)requirement;
@@ -79,7 +79,7 @@ static expression half_sum(struct graph *g, const expression I[3]) {
     return expr_div(g, expr_add(g, expr_add(g, I[0], I[1]), I[2]), expr_number(g, 2));
 }
 
-/* Where a moment is left out, since the link never turns so, only what is given is looked at. */
+/* Where a moment is left out, because the link never turns about that axis, the others are not compared. */
 static expression is_complete(struct graph *g, const expression I[3]) {
     return expr_apply2(g, OP_LESS, expr_zero(g), smallest(g, I));
 }
@@ -143,7 +143,8 @@ static expression has_length(struct graph *g, const struct requirement *requirem
     return is_less(g, expr_zero(g), largest_component(g, v));
 }
 
-/* The square of the length is a number, too. Length 0 is no direction, which another rule says. */
+/* The square of the length must be a finite number above 0. Length 0 is not a direction; another rule says
+ * so. */
 static expression has_square(struct graph *g, const struct requirement *requirement,
                              const expression *numbers) {
     const expression length = numbers[0];
@@ -219,7 +220,7 @@ struct requirement requirement_direction(const expression components[3]) {
     return of_numbers(has_length, "of length 0, a direction is needed", components, 3);
 }
 
-/* Of components whose squares may be no numbers. */
+/* Length of a vector whose components may have squares that overflow or underflow. */
 static expression length_of(struct graph *g, const expression v[3]) {
     const expression size = expr_apply2(g, OP_MAX, largest_component(g, v), expr_number(g, DBL_MIN));
     expression sum = expr_zero(g);
@@ -237,8 +238,8 @@ struct requirement requirement_length(struct graph *g, const expression componen
 
 /* ---- Numbers that are not as needed ---- */
 
-/* The rule of numbers is a number, in a graph that goes at once: a model may have thousands of requirements.
- */
+/* Evaluates the rule for these numbers in a graph that is released at once, since a model may have thousands
+ * of requirements. */
 static bool has_broken(const struct memory *memory, const struct requirement *requirement,
                        const double *numbers) {
     struct memory own = {.allowance = -1, .fail = memory->fail, .context = memory->context};
@@ -253,7 +254,7 @@ static bool has_broken(const struct memory *memory, const struct requirement *re
     return value == 0;
 }
 
-/* The fact with these numbers in it. One that is not finite is a fact by itself. */
+/* The fact with these numbers in it. For a number that is not finite, that alone is the fact. */
 static const char *fact_of(struct memory *memory, const struct requirement *requirement,
                            const double *numbers) {
     const double *x = numbers;

@@ -67,8 +67,8 @@ struct part {
 
 struct function {
     const char *quantity, *about;
-    bool takes_motion;     /* behind qd stands what `constrained` gives: qdd (n), power (1), lambda (m) */
-    bool keeps_parameters; /* what it needs of parameters alone it computes itself, not `prepare` */
+    bool takes_motion;     /* after qd follows the result of `constrained`: qdd (n), power (1), lambda (m) */
+    bool keeps_parameters; /* computes values of parameters alone itself, instead of `prepare` */
     bool has_blocks;       /* its result is a struct even with one part, whose name is that of an argument */
     struct array *arrays;  /* parts of the result, then local arrays, which loops read */
     int array_count, local_count, array_capacity;

@@ -54,7 +54,7 @@ static void add_changes(struct derivation *d, struct function *f) {
         plan_set_entry(d->memory, f, array, i, placed(d, d->model->changes[i].value));
 }
 
-enum { TERMS_MOST = 64 }; /* of one value: beyond, what is left of a sum counts as one term */
+enum { TERMS_MOST = 64 }; /* of one value; the rest of a longer sum counts as one term */
 
 static bool is_still(const struct graph *g, expression e) {
     return !(g->nodes[e].depends & (ON_TIME | ON_INPUT | ON_STATE | ON_RATE));
@@ -64,8 +64,8 @@ static expression absolute(struct graph *g, expression e) {
     return expr_apply1(g, OP_ABS, e);
 }
 
-/* The sum of |terms| of a value, which bounds its rounding. Sums are taken apart, also those with a factor
- * that does not move. */
+/* The sum of |terms| of a value, which bounds its rounding. Sums are divided into terms, also those with a
+ * factor that is constant. */
 static expression size_of(struct graph *g, expression e, int *left) {
     const struct node node = g->nodes[e];
     const expression a = node.operand[0], b = node.operand[1];

@@ -427,7 +427,8 @@ struct quantity {
     enum use use;
 };
 
-/* `anchor` and `start` follow what reads the values that they set; `required` is about all that is read. */
+/* `anchor` and `start` come after the functions that read the values they set; `required` concerns all values
+ * that are read, and comes last. */
 static const struct quantity quantities[] = {
     {"M", "mass matrix", always, "", build_M, BY_DEFAULT},
     {"h", "bias forces h = -c (Coriolis, centrifugal)", always, "", build_h, BY_DEFAULT},
@@ -671,7 +672,7 @@ static struct function *function_of(const struct plan *plan, const char *quantit
     return NULL;
 }
 
-/* Also without being asked for: what anchors parameters, breaks, events, and rules for parameters. */
+/* Functions that are always emitted: anchors of parameters, breaks, events, and rules for parameters. */
 static bool is_wanted(const struct derivation *d, const struct quantity *quantity) {
     return is_asked_for(d, quantity) || quantity->build == build_anchor || quantity->build == build_breaks ||
            quantity->build == build_switches || quantity->build == build_pace ||

@@ -1,8 +1,8 @@
 /*
- * What the model needs of parameters that may still change: see required_values.h.
+ * Rules for parameters that may still change: see required_values.h.
  *
  * Takes the requirements that the reader has kept (model.h) and the functions of the plan so far. A parameter
- * that none of these reads stands here with its value, and a requirement of such parameters alone is left
+ * that no function reads is replaced by its value. A requirement that depends only on such parameters is left
  * out.
  */
 #include "quantities/required_values.h"
@@ -33,7 +33,7 @@ static struct reading find_read(const struct derivation *d) {
     return reading;
 }
 
-/* A formula that is read twice has its rule twice. */
+/* A formula that the reader has read twice has its rule twice; one is enough. */
 static bool is_listed(const struct plan *plan, const struct requirement *requirement) {
     const size_t bytes = (size_t)requirement->count * sizeof *requirement->values;
     for (int i = 0; i < plan->requirement_count; i++) {

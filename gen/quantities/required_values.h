@@ -1,10 +1,10 @@
-/* What the model needs of parameters: the quantity `required`, which the runtime asks before a motion. */
+/* The model's rules for parameters: the quantity `required`, which the runtime evaluates before a motion. */
 #ifndef REFDYN_GEN_REQUIRED_VALUES_H
 #define REFDYN_GEN_REQUIRED_VALUES_H
 
 #include "quantities/quantities.h"
 
-/* Lists them in the plan; when all other functions are listed. */
+/* Lists the rules in the plan; to be called when all other functions are listed. */
 void required_values_find(struct derivation *d);
 bool required_values_exist(const struct derivation *d);
 void required_values_build(struct derivation *d, struct function *f);

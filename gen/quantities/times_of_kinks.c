@@ -114,7 +114,7 @@ static expression speed(struct graph *g, expression e, double factor) {
     return expr_mul(g, expr_number(g, factor), expr_apply1(g, OP_ABS, rate));
 }
 
-/* The frequency that pieces of a spline may have, over the rate of its operand. */
+/* Highest angular frequency of the pieces of a spline, over the rate of its operand. */
 static double frequency_of_spline(const struct graph *g, const struct node *node) {
     const struct spline *spline = &g->splines[node->operand[1] / SPLINE_ORDERS];
     double least = 0;
@@ -125,8 +125,8 @@ static double frequency_of_spline(const struct graph *g, const struct node *node
     return least > 0 ? pi / least : 0;
 }
 
-/* The angular frequency of a node whose operands have those of `pace`: phases and knots have that at which
- * they pass, products the sum of their factors. */
+/* The angular frequency of a node, from those of its operands in `pace`. Phases and knots have the frequency
+ * at which they pass, products the sum of the frequencies of their factors. */
 static expression pace_of_node(struct graph *g, expression e, const expression *pace) {
     const struct node node = g->nodes[e];
     const expression *operand = node.operand;

@@ -1,10 +1,10 @@
 /*
  * Times at which formulas of time alone have kinks or jumps: an integrator ends a step there.
  *
- * Takes the functions of a plan and what changes sign in their minima, maxima, absolute values and
- * comparisons of time, parameters and inputs alone, and such values of events. Gives plan->breaks, the zeros
- * of those that are piecewise linear in t, as expressions without t. The others themselves are
- * plan->switches, whose zeros are searched for in a motion, and plan->pace is their largest frequency.
+ * Takes the functions of a plan. Their minima, maxima, absolute values and comparisons, and events, have
+ * values that change sign; those that depend on time, parameters and inputs alone are collected here. Of
+ * values that are piecewise linear in t, plan->breaks has the zeros, as expressions without t. The other
+ * values are plan->switches, whose zeros are searched for in a motion; plan->pace is their largest frequency.
  */
 #ifndef REFDYN_GEN_TIMES_OF_KINKS_H
 #define REFDYN_GEN_TIMES_OF_KINKS_H

@@ -13,7 +13,7 @@ static struct bounds between(double least, double most) {
     return isnan(least) || isnan(most) ? unbounded : (struct bounds){least, most};
 }
 
-/* 0 times infinity is 0: the bound is not a value. */
+/* Here 0 times infinity is 0, since an infinite bound is not a value. */
 static double times(double a, double b) {
     return a == 0 || b == 0 ? 0 : a * b;
 }
@@ -39,7 +39,7 @@ static struct bounds hull(struct bounds a, struct bounds b) {
     return between(fmin(a.least, b.least), fmax(a.most, b.most));
 }
 
-/* Of a function that rises with its operand. */
+/* Bounds of a function that rises with its operand. */
 static struct bounds rising(double function(double), struct bounds a) {
     return between(function(a.least), function(a.most));
 }

@@ -1,6 +1,6 @@
 /*
- * Between which bounds the values of expressions lie. Coordinates, points, inputs and time are unbounded;
- * parameters have their values. Bounds are never too narrow.
+ * Bounds of the values of expressions. Coordinates, points, inputs and time are unbounded; parameters have
+ * their values. Bounds are never too narrow.
  */
 #ifndef REFDYN_GEN_BOUNDS_H
 #define REFDYN_GEN_BOUNDS_H
@@ -12,7 +12,7 @@ struct bounds {
     double least, most;
 };
 
-/* Of all values of the graph so far, by handle, in its memory's scratch. */
+/* Bounds of all values of the graph so far, by handle, in the scratch of its memory. */
 struct bounds *bounds_of_values(const struct graph *g, const struct parameter *parameters);
 
 #endif

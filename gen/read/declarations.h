@@ -37,8 +37,8 @@ struct value declarations_add_option(struct declarations *declarations, struct p
 /* `standard`: a number, or an expression of other parameters and of values at the start of a motion. */
 expression declarations_add_parameter(struct declarations *declarations, struct place place, const char *name,
                                       const struct value *standard, const char *unit);
-/* A parameter that contacts set while a motion runs, 0 at its start: a symbol also where parameters are
- * folded. */
+/* A parameter that contacts set while a motion runs; it is 0 at the start. It remains a symbol even where
+ * parameters are folded. */
 expression declarations_add_mode(struct declarations *declarations, struct place place, const char *name);
 /* A list of { name, value, unit }. */
 void declarations_add_parameters(struct declarations *declarations, const struct value *list);

@@ -83,7 +83,7 @@ const char *owner_form(enum owner owner);        /* "{ \"arm\", joint = \"z\" }"
 const char *fields_owner_tag(enum owner owner);
 /* All such functions; there is room for OWNER_COUNT + 3. */
 int fields_list_tags(const char **tags);
-/* What the table of such a function looks like. */
+/* An example of the table that such a function takes. */
 const char *fields_tag_form(const char *tag);
 bool fields_has_tag(const struct value *value, const char *tag);
 const char *fields_range_text(enum number_range range); /* "positive", or "" */

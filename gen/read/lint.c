@@ -171,7 +171,7 @@ void lint_source(struct memory *memory, struct messages *messages, const char *f
 
 /* ---- characters ---- */
 
-/* Bytes of the first line of a text in quotation marks which that line does not end, 0 otherwise. */
+/* Bytes of the first line of a text in quotation marks that does not end on that line; else 0. */
 static size_t unfinished_length(const struct token *token) {
     const size_t length = (size_t)(token->end - token->start);
     const char *line_end = memchr(token->start, '\n', length);
@@ -194,7 +194,7 @@ static const char *find_typographic_quote(const char *text, const char *end) {
     return NULL;
 }
 
-/* Where a token has a character that was to be one of Lua, or NULL. */
+/* The place in a token of a character that was meant as one of Lua's, or NULL. */
 static const char *find_wrong_character(const struct token *token) {
     if (token->kind == TOKEN_SYMBOL)
         return (unsigned char)*token->start >= 0x80 ? token->start : NULL;

@@ -1,5 +1,5 @@
 /*
- * Looks in a Lua source for what Lua decides at once and no error can catch: `==` between an expression and a
+ * Looks in a Lua source for mistakes that Lua accepts without an error: `==` between an expression and a
  * number (always false), an expression as a condition (always true), and a decimal comma (a value that is
  * dropped).
  *
@@ -16,8 +16,8 @@ void lint_source(struct memory *memory, struct messages *messages, const char *f
                  size_t length);
 
 /*
- * Looks for characters beyond ASCII outside texts and comments, and for texts that a typographic quotation
- * mark was to end. Lua would show them byte by byte. One error a line; are there none?
+ * Looks for characters outside ASCII in code, and for texts that a typographic quotation mark should end. Lua
+ * would show these characters byte by byte. Reports at most one error a line. True: no errors.
  */
 bool lint_characters(struct memory *memory, struct messages *messages, const char *file, const char *source,
                      size_t length);

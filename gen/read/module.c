@@ -264,7 +264,7 @@ static void run_path(struct module_call *call) {
 }
 
 static const struct {
-    const char *name, *form; /* what a call looks like */
+    const char *name, *form; /* example of a call */
     int most_arguments;
     void (*run)(struct module_call *call);
 } functions[] = {{"option", "(\"n_rfe\", 4)", 3, run_option},

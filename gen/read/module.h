@@ -20,13 +20,14 @@ struct module_call {
 
 int module_function_count(void);
 const char *module_function_name(struct memory *memory, int function);
-/* What a call of it looks like: "rd.tube(outer, inner)". */
+/* Example of a call: "rd.tube(outer, inner)". */
 const char *module_form(struct memory *memory, int function);
 /* Does it take the values of expressions, which takes a pass through all of them? */
 bool module_evaluates(int function);
 /* Does it take samples, of which there may be more than entries in other lists? */
 bool module_takes_samples(int function);
-/* A function of values, such as rd.sin; one that makes a table, such as rd.position. */
+/* Is there a function of values with this name, such as rd.sin? One that makes a table, such as rd.position?
+ */
 bool module_has(struct memory *memory, const char *name);
 bool module_makes(const char *name);
 /* What to say of a name that the module does not have. */

@@ -1,6 +1,6 @@
 /*
- * What the author's function `constraints` returns: rows, one by one or as loops, axes and joints that are
- * closed, and contacts, whose rows act while they rest. See reader.h.
+ * Reads what the author's function `constraints` returns: rows, one by one or as closed loops, axes and
+ * joints; and contacts, whose rows act while they rest. See reader.h.
  *
  * Loops and their like are position rows in symbols of points and directions. Two axes are kept parallel by
  * two products with directions at right angles to one of them and fixed to its body, so that the rows stay
@@ -490,7 +490,7 @@ static void read_lock(const struct reader *reader, const struct value *value, co
 
 /* ---- contacts ---- */
 
-/* The parameter that says whether the contact rests is what its event changes. */
+/* The event of a contact changes the parameter that says whether the contact rests. */
 static void add_contact_event(const struct group *group, expression gap, expression restitution, int mode) {
     struct memory *memory = group->reader->check.memory;
     struct model *model = group->reader->model;

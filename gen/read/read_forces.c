@@ -54,7 +54,7 @@ static bool slides(const struct link *link) {
     return false;
 }
 
-/* A force at the root of a beam, or where nothing moves, is hardly meant. */
+/* A force at the root of a beam, or at a place that does not move, is probably a mistake. */
 static void warn_of_origin(const struct reader *reader, const struct attachment *at, struct place place,
                            const char *path) {
     const expression *position = at->placement.position;

@@ -169,7 +169,7 @@ static void read_points(const struct reader *reader, const struct value *table) 
         read_point(reader, &table->fields[i], &model->points[i]);
 }
 
-/* What tolerances weigh translations by, where the file states none. */
+/* Unit of length for tolerances, where the file states none. */
 static const double length_default = 1;
 
 static void read_length(const struct reader *reader, const struct value *length) {

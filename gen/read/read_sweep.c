@@ -15,7 +15,7 @@
 /* What reading may take of memory, deriving included, and how many cases are no accident. */
 static const size_t bound_of_reading = (size_t)256 << 20;
 static const double cases_by_accident = 1e6;
-/* What the tables of all cases may take. */
+/* Memory that the tables of all cases may take. */
 static const size_t bound_of_cases = (size_t)512 << 20;
 /* How many columns the sequences of GSL have. */
 enum { SOBOL_MOST = 40, HALTON_MOST = 1229 };
@@ -457,7 +457,8 @@ double sweep_file_case_count(const struct sweep_file *file) {
     return count;
 }
 
-/* Values of all cases, their structure and their number: as large as all else that a sweep may take. */
+/* Memory of the values of all cases, their structure and their number. The limit is as large as that of all
+ * the rest of a sweep. */
 static void check_case_memory(const struct reading *reading, const struct value *sweep, double count) {
     const double bytes = count * (8.0 * (reading->file->vary_count + 1) + 4);
     if (bytes > (double)bound_of_cases)

@@ -5,7 +5,7 @@
 #include "read/bounds.h"
 #include "read/reader.h"
 
-/* What is multiplied with itself in e, e itself where nothing is; `power` counts how often. */
+/* The base of e if e is a power, otherwise e, without sign and constant factors; `power` is the exponent. */
 static expression base_of_power(const struct graph *g, expression e, int *power) {
     const struct node *node = &g->nodes[e];
     const bool is_product = node->operation == OP_MUL;

@@ -45,7 +45,7 @@ static const char *kind_at(lua_State *L, int index) {
     return value_kind_text(value.kind);
 }
 
-/* What a call that takes a table looks like. */
+/* Example of a call that takes a table. */
 static const char *form_of_tag(struct memory *memory, const char *tag) {
     const char *form = strcmp(tag, SWEEP_TAG) == 0 ? "{ vary = { m = rd.grid(1, 3, 5) }, t_end = 10 }"
                                                    : fields_tag_form(tag);

@@ -54,7 +54,7 @@ static int refuse_field(lua_State *L) {
     return luaL_error(L, "derive: \"%s\" does not vary, names of `vary` are given", name);
 }
 
-/* A field is written that the argument does not have. */
+/* The author's function writes a field that the argument does not have. */
 static int refuse_new_field(lua_State *L) {
     return luaL_error(
         L, "derive: \"%s\" is written to the values of a case, which stay: return { NAME = value }",
@@ -98,7 +98,7 @@ static void push_case(lua_State *L, const struct derivation *job) {
     lua_setmetatable(L, -2);
 }
 
-/* The argument on top of the stack has been used: a change in it would change no case. (-1, +0) */
+/* The argument on top of the stack must be unchanged: a change in it would affect no case. (-1, +0) */
 static void check_argument(lua_State *L, const struct derivation *job) {
     static const char fact[] = "the function writes to the values of the case, which stay: it returns others "
                                "in a table";

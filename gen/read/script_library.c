@@ -365,7 +365,7 @@ static const char *nearest_global(lua_State *L, const char *name) {
     return message_nearest_name(name, known, count);
 }
 
-/* What a name of other languages, or one without its lead, is called in a model, or NULL. */
+/* The name in a model for a name of other languages, or for one without its prefix; or NULL. */
 static const char *meant_global(struct memory *memory, const char *name) {
     static const char *const others[][2] = {{"refdyn", "\"refdyn\" in quotation marks"},
                                             {"rd", "local rd = require \"refdyn\" before it"},

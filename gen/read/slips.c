@@ -7,8 +7,7 @@
 
 #include <string.h>
 
-/* How other languages write what Lua writes otherwise: the token that Lua's message ends with, and what to
- * do. */
+/* Forms of other languages that Lua writes differently: the token that ends Lua's message, and advice. */
 static const struct {
     const char *lead, *end, *hint;
 } slips[] = {

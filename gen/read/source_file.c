@@ -54,7 +54,7 @@ static const char *read_text(struct memory *memory, int file, size_t bound, stru
     return NULL;
 }
 
-/* What a file is that no text of UTF-8 begins like, or NULL. */
+/* The kind of a file that begins like no UTF-8 text, or NULL. */
 static const char *foreign_format(const struct source_file *source) {
     static const struct {
         const char *lead, *fault;

@@ -316,8 +316,8 @@ static bool drives(const struct look *look, const struct bounds *bounds, const e
     return false;
 }
 
-/* The limit is that of a drive, but motions compare the force of rows with it: what drives otherwise is not
- * in. */
+/* The limit is meant for a drive, but motions compare it with the force of rows. Other driving forces are not
+ * included. */
 static void look_at_drive(const struct look *look, const struct bounds *bounds, int coordinate,
                           const expression *values, int count, const char *path) {
     const struct frame *frame = &look->tree->frames[coordinate];

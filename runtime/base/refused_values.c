@@ -1,8 +1,8 @@
 /*
  * Values of parameters that the model refuses.
  *
- * Takes the emitted `required`: of each requirement whether it holds, then its numbers. Gives a status, the
- * first requirement that does not hold, and its numbers.
+ * Takes the result of the emitted `required`: for each requirement whether it holds, then its numbers.
+ * Returns a status, the first requirement that does not hold, and its numbers.
  */
 #include "base/arithmetic.h"
 

@@ -1,9 +1,9 @@
 /*
  * The cases of a batch on several threads: see refdyn_batch.h.
  *
- * A counter that all threads count up is the queue. Each case has a workspace and an integrator of its own; a
- * thread computes as many cases at a time as there are lanes: each halts where it would take a step that
- * lanes take, then these are taken together.
+ * The queue is a counter that all threads increment. Each case has its own workspace and integrator. A thread
+ * computes as many cases at a time as there are lanes. Each case halts at a step that lanes can take; then
+ * the steps of all halted cases are taken together.
  */
 #define _POSIX_C_SOURCE 200809L
 #include "base/model_check.h"
@@ -43,15 +43,15 @@ static double seconds(void) {
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-/* Of the thread, since the last call. The clock takes a microsecond, as long as a short step: it is read
- * where cases begin and end, and where one computes alone. */
+/* Processor time of the thread since the last call. Reading the clock takes a microsecond, as long as a short
+ * step, so it is read only where cases begin and end, and where one computes alone. */
 static double time_passed(struct thread *thread) {
     const double now = seconds(), passed = now - thread->clock;
     thread->clock = now;
     return passed;
 }
 
-/* The cases of the lanes have computed side by side: equal shares. */
+/* The cases in lanes have computed side by side and get equal shares. */
 static void share_time(struct thread *thread) {
     int count = 0;
     for (int i = 0; i < thread->width; i++)
@@ -86,8 +86,8 @@ static int waits_for_lanes(const struct thread *thread, const struct worker *wor
     return turn == TURN_HALTED && refdyn_lanes_can_take(&thread->lanes, worker->integrator.motion);
 }
 
-/* What lanes lack, the motion takes itself: it goes on alone as long as that lasts, so that its numbers stay
- * in the caches, and takes the time for itself. */
+/* The motion takes steps that lanes cannot take itself. It continues alone until its next step can be taken
+ * in lanes, so that its numbers stay in the caches; the time is its own. */
 static enum turn go_alone(struct thread *thread, struct worker *worker, enum turn turn) {
     while (turn == TURN_HALTED && !waits_for_lanes(thread, worker, turn)) {
         judge(thread, worker, REFDYN_LEFT_TO_MOTION);
@@ -105,15 +105,15 @@ static enum turn go_on(struct thread *thread, struct worker *worker) {
     return turn == TURN_HALTED ? go_alone(thread, worker, turn) : turn;
 }
 
-/* The first worker stands ready. Others take their memory when they get a case: where a motion goes on alone,
- * they never do. A lane for which there is no memory rests. */
+/* The first worker stands ready. Others allocate memory when they get a case, which never happens while a
+ * motion continues alone. A lane without memory stays idle. */
 static int is_ready(const struct thread *thread, struct worker *worker) {
     const struct worker *first = thread->workers;
     const int lane = (int)(worker - first);
     return worker->memory || refdyn_worker_start(worker, first->batch, first->now.room + lane) == REFDYN_OK;
 }
 
-/* The time since the case before is that of a callback: no case has it. */
+/* The time since the previous case was spent in a callback and belongs to no case. */
 static enum turn begin_next(struct thread *thread, struct worker *worker) {
     struct queue *queue = thread->queue;
     const long index = has_cases(queue) && is_ready(thread, worker) ? next_case(queue) : -1;
@@ -131,7 +131,7 @@ static enum turn end_case(struct thread *thread, struct worker *worker) {
     return turn;
 }
 
-/* Cases on this worker until one halts; 0: there is none any more. */
+/* Computes cases on this worker until one halts; 0: there are no more cases. */
 static int bring_to_halt(struct thread *thread, struct worker *worker) {
     enum turn turn = worker->is_busy ? go_on(thread, worker) : begin_next(thread, worker);
     while (turn == TURN_ENDED) {

@@ -66,8 +66,8 @@ int refdyn_lanes_can_meet(const struct lanes *lanes, const struct lane_step *one
 /* Directions in the metric of M that suit the end of the step are with the motion: 1 where they are others
  * than those of this lane. Where there are none, the end is the motion's. */
 int refdyn_lanes_align(struct lanes *lanes, struct lane_step *one, int lane);
-/* The motion of this lane takes a step itself, or goes on with other parameters or inputs: it has no factors
- * here any more. Those of its own stay. */
+/* The motion of this lane takes a step itself, or continues with other parameters or inputs: its factors here
+ * are dropped. The motion keeps its own factors. */
 void refdyn_lanes_forget(struct lanes *lanes, struct refdyn_motion *motion, int lane);
 
 /* ---- lanes_2.c, lanes_4.c ...: refdyn_lanes_take of their width; apart: for processors without such

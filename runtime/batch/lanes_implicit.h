@@ -278,7 +278,7 @@ static LANE NAMED(load_stages)(struct NAMED(taking) * taking, struct iteration *
     return last_h;
 }
 
-/* How each iteration ended, and the motions whose step has an error that means something. */
+/* Sets how each iteration ended, and lists the motions whose step has a meaningful error. */
 static void NAMED(conclude)(struct NAMED(taking) * taking, const struct iteration *iterations,
                             const struct refdyn_step **motions) {
     for (int lane = 0; lane < LANES; lane++) {

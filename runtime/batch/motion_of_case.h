@@ -36,8 +36,8 @@ enum turn { TURN_LEFT, TURN_ENDED, TURN_HALTED };
 
 /* 0 or an error as refdyn_batch_run; worker_release in any case. */
 int refdyn_worker_start(struct worker *worker, const struct refdyn_batch *batch, int room);
-/* Begins case `index`, and goes on with it until a step is to be taken (HALTED), until it has ended, or until
- * a callback has ended the batch. */
+/* Begins case `index`, and continues it until a step is to be taken (HALTED), until it has ended, or until a
+ * callback has ended the batch. */
 enum turn refdyn_worker_begin(struct worker *worker, long index);
 enum turn refdyn_worker_go(struct worker *worker);
 /* Reports the end of a case that has ENDED: LEFT where the callback ends the batch. */

@@ -62,11 +62,11 @@ struct refdyn_batch_result {
                                       that which is seen */
     enum refdyn_batch_stage stage; /* where it ended */
     double t;                      /* time that was reached [s] */
-    double cpu_s;     /* of its thread [s]: while it computed alone all of it, side by side with the cases of
-                         other lanes an equal share. Shares add up to the time of the threads without that of
-                         `end` */
-    long steps_alone; /* accepted steps that its motion took itself, since lanes lack what they take or their
-                         numbers were not finite; all of them without lanes */
+    double cpu_s;     /* processor time of its thread [s]: all of it while the case computed alone, an equal
+                         share while it computed side by side with the cases of other lanes. Shares add up to
+                         the time of the threads without that of `end` */
+    long steps_alone; /* accepted steps that its motion took itself, because lanes cannot take them or their
+                         numbers were not finite; all steps if there are no lanes */
     int unstable;  /* directions in which the equilibrium that it starts from is unstable; 0: stable, or none
                     */
     int is_beyond; /* 1: that equilibrium is not the one that the growing load leads to (is_followed 0) */

@@ -34,13 +34,13 @@ double refdyn_distance(const struct refdyn_workspace *work, const double *residu
  * M, also where only rows hold what has no mass. Errors: NOT_FINITE, MASS_NOT_POSITIVE.
  */
 int refdyn_factor_metric(struct refdyn_workspace *work);
-/* After refdyn_factor_metric, in its metric: change (n) := the smallest one with u change = -residual (m) for
- * the rows up to a level; */
+/* After refdyn_factor_metric, in its metric: change (n) := the smallest change with u change = -residual (m)
+ * for the rows up to a level. */
 void refdyn_smallest_change(struct refdyn_workspace *work, enum refdyn_row_level last, const double *residual,
                             double *change);
-/* the length of a change (n); */
+/* The length of a change (n) in the same metric. */
 double refdyn_metric_length(const struct refdyn_workspace *work, const double *change);
-/* z (n) := a change that is as long as z was by the sum of its squares. */
+/* z (n) := the change whose length in this metric is the Euclidean length of z. */
 void refdyn_metric_unspread(const struct refdyn_workspace *work, double *z);
 /* refdyn_project, with the equations of the given state already in the workspace. */
 int refdyn_project_evaluated(struct refdyn_workspace *work, double t, double *q, double *qd);

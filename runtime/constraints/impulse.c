@@ -1,14 +1,14 @@
 /*
  * Jumps of rates by an impulse: see impulse.h.
  *
- * An impulse p along a gradient g, with impulses mu of the rows u that hold before and behind, changes the
- * rates by dqd with
+ * An impulse p along a gradient g acts with impulses mu of the rows u that hold before and after it. It
+ * changes the rates by dqd with
  *     M dqd = g^T p + u^T mu,   u dqd = 0,   g dqd = change
  * (Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts, 1996, ch. 8). With M = L L^T and the
- * rows u L^-T orthonormalised, r = what they leave of g L^-T, this is dqd = L^-T r change / (r . r).
+ * rows u L^-T orthonormalised, and r the part of g L^-T orthogonal to them, dqd = L^-T r change / (r . r).
  *
- * Where the rows themselves jump, M dqd = u^T mu and u dqd = change: row after row, its part that is
- * orthogonal to those before takes up what they leave of its change.
+ * Where the rows themselves jump, M dqd = u^T mu and u dqd = change. This is solved row after row: the part
+ * of a row that is orthogonal to the rows before it takes up the change that these leave open.
  */
 #include "base/arithmetic.h"
 

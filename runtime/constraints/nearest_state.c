@@ -1,15 +1,15 @@
 /*
  * The nearest state on the programme from far away, where Newton's iteration may lead several turns off.
  *
- * Takes a start q0 and the factored metric M there; gives positions with phi = 0 and a small distance
+ * Takes a start q0 and the factored metric M there; finds positions with phi = 0 and a small distance
  * |q - q0| in that metric. Four parts:
  *  - a walk to the programme: Newton's corrections, cut to a stride over which rows hardly bend, and halved
  *    until the residuals fall (Deuflhard, Newton Methods for Nonlinear Problems, 2004, sect. 3.1);
  *  - a slide along it towards q0: the part tau of q0 - q along the programme, u tau = 0, then a walk back to
  *    the programme, halved until the distance falls. It ends where tau = 0, at a least distance;
- *  - whole turns of coordinates that no row feels, taken back where that is nearer;
- *  - the same from other places. Any nearer state lies in the ball about q0 that reaches to the best one, so
- *    these places are drawn from there, always the same ones.
+ *  - whole turns of coordinates that change no row, taken back if the state is then nearer;
+ *  - the same from other places. Any nearer state lies in the ball about q0 through the best state so far, so
+ *    these places are drawn from that ball, always the same ones.
  */
 #include "base/arithmetic.h"
 
@@ -23,19 +23,19 @@
 #include "constraints/constraints.h"
 #include "linear/dense.h"
 
-/* [rad, m] Newton's iteration converges from here, without much of a detour; */
+/* [rad, m] Within this distance Newton's iteration converges without much of a detour. */
 static const double reach = 0.1;
-/* a step over which sine and cosine are still nearly straight; */
+/* [rad, m] A step over which sine and cosine are still nearly straight. */
 static const double stride_least = 0.25;
-/* of the residual that a step takes away: by less a row does not bend; */
+/* Rows count as straight along a step if residuals deviate by less than this part of their change. */
 static const double straight = 1e-3;
-/* here Newton's iteration ends the work. */
+/* Below this Newton's iteration ends the work. */
 static const double near_enough = 1e-7;
-/* Places to begin are no farther off, until a state was found. */
+/* Until a state was found, places to begin are no farther away than this. */
 static const double first_ball = 2;
-/* of its first part, and of a correction, is the least part that is tried. */
+/* Smallest part that is tried: of the first one, and of a correction. */
 static const double part_least = 1.0 / 64, shortest = 1e-4;
-/* Off the programme a row that depends on others looks independent, by about this part of what they miss. */
+/* Off the programme a row that depends on others looks independent, by about this part of their residuals. */
 static const double misses = 0.1, misses_most = 1e-3;
 static const double turn_angle = 6.28318530717958647692;
 enum { WALK_MOST = 200, SLIDE_MOST = 60, TURNS_MOST = 100, PLACES = 24 };
@@ -79,7 +79,7 @@ static void find_sizes(const struct search *search) {
     }
 }
 
-/* Rows count as dependent whose own part is less than this. */
+/* A row whose own part is less than this counts as dependent. */
 static double find_correction(const struct search *search, double dependent) {
     struct refdyn_workspace *work = search->work;
     const double kept = work->rank_tol;
@@ -89,7 +89,7 @@ static double find_correction(const struct search *search, double dependent) {
     return refdyn_largest(search->step, work->n, NULL);
 }
 
-/* q (n), a part of the step on, where the residuals have fallen. */
+/* Moves q (n) on by a part of the step with which the residuals fall. */
 static int take_step(const struct search *search, double part, double *q) {
     const int n = search->work->n;
     const double before = misfit(search), least = part * part_least;
@@ -107,7 +107,7 @@ static int take_step(const struct search *search, double part, double *q) {
 
 enum way { ON, BLOCKED, THERE };
 
-/* Steps along which rows do not bend grow. */
+/* Lengthens steps along which the rows hardly bend. */
 static double next_stride(const struct search *search, double stride, double part, double before) {
     const double left = sqrt(misfit(search) / before);
     return fabs(left - (1 - part)) <= straight * part ? 2 * stride : stride_least;
@@ -207,7 +207,7 @@ static int turn(const struct search *search, double *q, int j, int j_turns, int 
     return 1;
 }
 
-/* Alone, or with another coordinate that turns back or along. */
+/* Turns a coordinate alone, or together with another one in the same or the opposite sense. */
 static int turn_nearer(const struct search *search, double *q, int j) {
     const int back = q[j] > search->start[j] ? -1 : 1;
     if (turn(search, q, j, back, -1, 0))
@@ -219,7 +219,7 @@ static int turn_nearer(const struct search *search, double *q, int j) {
     return 0;
 }
 
-/* Rows of links do not feel whole turns: as many are taken back as bring q (n) nearer. */
+/* Whole turns do not change the rows of links: takes back as many as bring q (n) nearer. */
 static void unwind(const struct search *search, double *q) {
     const int n = search->work->n;
     find_sizes(search);

@@ -1,10 +1,10 @@
 /*
  * The shortest vector that meets one-sided conditions: see one_sided.h.
  *
- * The method begins with x = 0 and takes up the condition that x misses most. Along z, the part of its normal
- * that is orthogonal to the normals of the conditions that act, x moves until the condition is met, or until
- * the multiplier of one that acts has fallen to 0, which is then dropped. Each round makes |x| longer, so
- * that the rounds end.
+ * The method begins with x = 0 and activates the condition that x violates most. Let z be the part of its
+ * normal orthogonal to the normals of the active conditions. x moves along z until the condition is met, or
+ * until the multiplier of an active condition has fallen to 0, which is then dropped. Each round increases
+ * |x|, so that the rounds end.
  */
 #include "base/arithmetic.h"
 
@@ -18,7 +18,7 @@
 
 enum { ROUNDS_FREE = 50, ROUNDS_EACH = 20 };           /* a safeguard against cycles by rounding */
 static const double product_digits = 64 * DBL_EPSILON; /* rounding of a product, over both lengths */
-static const double dependent = 1e-9; /* a normal that keeps less of its length depends on the others */
+static const double dependent = 1e-9; /* a normal with a smaller independent part depends on the others */
 
 void refdyn_one_sided_lay_out(struct refdyn_one_sided *problem, int count, int n, struct layout *layout) {
     problem->n = n;
@@ -87,7 +87,7 @@ static void drop(struct refdyn_one_sided *problem, int place) {
     }
 }
 
-/* By how much x misses condition i. */
+/* By how much x violates condition i. */
 static double miss(const struct refdyn_one_sided *problem, int i) {
     return problem->bounds[i] - dense_dot(normal_of(problem, i), problem->x, problem->n);
 }
@@ -99,8 +99,8 @@ static int is_active(const struct refdyn_one_sided *problem, int i) {
     return 0;
 }
 
-/* The condition that x misses most, as a distance; -1: x meets all of them. Those that act are met, but for
- * the rounding of their products. */
+/* The condition that x violates most, as a distance; -1: x meets all of them. Active conditions are met
+ * within the rounding of their products. */
 static int find_missed(const struct refdyn_one_sided *problem) {
     const int n = problem->n;
     const double size = sqrt(dense_dot(problem->x, problem->x, n));
@@ -141,7 +141,7 @@ static void move(struct refdyn_one_sided *problem, int i, double part) {
     problem->multipliers[i] += part;
 }
 
-/* Condition i acts from now on, others perhaps no longer. 0: nothing can meet it. */
+/* Activates condition i; others may become inactive. 0: no x can meet it. */
 static int take_up(struct refdyn_one_sided *problem, int i) {
     for (;;) {
         const double rest = split(problem, i, problem->active_count);

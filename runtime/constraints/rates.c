@@ -42,8 +42,7 @@ static void by_emitted(const struct refdyn_evaluation *evaluation, double t, con
     (model->m == 0 ? model->qdd_free : model->constrained)(work->p, work->x, t, q, qd, accelerated);
 }
 
-/* Are the only rows that drop out those of contacts that do not rest? The emitted function leaves them out
- * itself. */
+/* Do only rows of contacts that do not rest drop out? The emitted function leaves these out itself. */
 static int has_all_rows(const struct refdyn_workspace *work) {
     const struct refdyn_model *model = work->model;
     int free = 0;

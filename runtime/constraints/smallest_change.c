@@ -1,8 +1,8 @@
 /*
- * The smallest change, in the metric M, that rows ask for (theory, sect. 8.3): min dq^T M dq with u dq =
+ * The smallest change, in the metric M, that meets the rows (theory, sect. 8.3): min dq^T M dq with u dq =
  * -residual:   dq = -M^-1 u^T (u M^-1 u^T)^-1 residual. With M = L L^T and the rows A = u L^-T
- * orthonormalised this is dq = L^-T z, z the shortest solution of A z = -residual; no product u M^-1 u^T is
- * formed, so dependent rows are told apart at full precision.
+ * orthonormalised this is dq = L^-T z, z the shortest solution of A z = -residual. No product u M^-1 u^T is
+ * formed, so that dependent rows are recognised at full precision.
  */
 #include "base/arithmetic.h"
 
@@ -19,8 +19,8 @@ static int factor_reduced(struct refdyn_workspace *work) {
     return refdyn_factor(work->reduced, work->n, work->n);
 }
 
-/* The same of M + u^T W u, W diagonal with the size of M: changes that the rows fix are as large as they are
- * in any metric, so that the smallest one is that of M, which may be singular there. */
+/* The same for M + u^T W u, W diagonal with the size of M. The term adds the same to every change that meets
+ * the rows, so that the smallest change is that of M, which may be singular there. */
 static int factor_with_rows(struct refdyn_workspace *work) {
     const int n = work->n;
     double trace = 0;

@@ -77,7 +77,7 @@ struct fmu_instance {
     double *d_qdd, *d_force;  /* (n x (2 n + inputs)) by q, qd, inputs, one behind the other */
     double *zeros;            /* (indicators) what an event has left of its value beyond zero */
     double *left_at,
-        *left_rate;  /* (events) when each happened last, -INFINITY: not yet [s]; its rate after that */
+        *left_rate;  /* (events) when each last happened, -INFINITY: not yet [s]; the value's rate after it */
     double *since;   /* (contacts) when they came to rest, as the listener knows; NaN: they are free [s] */
     double *scratch; /* (6 n + 1 + m + 2 inputs + 3 points + courses + indicators) */
 };

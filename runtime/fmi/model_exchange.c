@@ -78,9 +78,9 @@ static double noise_of(const struct fmu_instance *instance, int i) {
     return contact < 0 || events->contacts.mode[contact] == REFDYN_CONTACT_FREE ? value_digits * sizes[i] : 0;
 }
 
-/* What an event has left of its value beyond zero, on the side that it has come back from, counts as zero:
- * its value leaves zero there and does not cross it. Importers lose indicators that begin at zero: those of
- * events that have just happened begin beyond rounding. */
+/* An event that has just happened may leave its value beyond zero, on the side from which it comes back. This
+ * counts as zero: the value leaves zero there and does not cross it. Importers lose indicators that begin at
+ * zero, so those of events that have just happened begin beyond rounding. */
 static void place_zeros(struct fmu_instance *instance) {
     const struct refdyn_motion *motion = instance->integrator.motion;
     const struct refdyn_state_events *events = &motion->state_events;
@@ -146,16 +146,16 @@ static int has_crossed(const struct fmu_instance *instance, int i) {
     return !(rate > 0 && -value <= 2 * fabs(instance->zeros[i]));
 }
 
-/* How far value i has risen above zero since it happened last: a quarter of the time times its rate after
- * that, from where it stood. Importers need not show states between. */
+/* How far value i has risen above zero since the event last happened: estimated as a quarter of the time
+ * since then times the rate after it, from where it stood. Importers need not show the states between. */
 static double risen_since(const struct fmu_instance *instance, int i, double t) {
     const double apart = t - instance->left_at[i];
     return isfinite(apart) ? fmax(instance->left_rate[i] * apart / 4 - fabs(instance->zeros[i]), 0)
                            : INFINITY;
 }
 
-/* For how long the gap of a contact that is due may have been negative: at most the importer's last step,
- * unless it was so before. A gap that closes from rest falls by half its rate times the time. */
+/* For how long the gap of a due contact may have been negative: at most the importer's last step, unless it
+ * was negative before. A gap that closes from rest falls by half its rate times the time. */
 static double lateness(const struct fmu_instance *instance, int i) {
     const struct refdyn_motion *motion = instance->integrator.motion;
     const struct refdyn_state_events *events = &motion->state_events;
@@ -176,8 +176,7 @@ static void add_due(struct fmu_instance *instance, int i) {
     instance->left_at[i] = t;
 }
 
-/* Did event i leave its value beyond zero, from where it has not come back? Its impacts do not keep a body
- * out. */
+/* Did event i leave its value beyond zero, without return since? Then its impacts do not keep a body out. */
 static int does_not_hold(const struct fmu_instance *instance, int i) {
     const struct refdyn_state_events *events = &instance->integrator.motion->state_events;
     return events->risen[i] == 0 && refdyn_contact_of(&events->contacts, i) < 0 &&
@@ -195,7 +194,7 @@ static void note_due(struct fmu_instance *instance) {
         events->repeats = INT_MAX / 2;
 }
 
-/* What importers have left of gaps that are negative. */
+/* Notes negative gaps that importers have left. */
 static void note_inside(struct fmu_instance *instance) {
     struct refdyn_contacts *contacts = &instance->integrator.motion->state_events.contacts;
     contacts->late = 0;
@@ -260,7 +259,7 @@ static int take_due(struct refdyn_motion *motion, int *ends) {
     return status;
 }
 
-/* The importer's errors leave gaps where contacts come to rest: these close. */
+/* Closes the gaps that the importer's errors leave where contacts come to rest. */
 static int close_gaps(struct refdyn_motion *motion) {
     struct refdyn_step *step = &motion->step;
     double *q = step->state, *qd = q + step->n;

@@ -18,8 +18,8 @@ enum fmu_status fmu_get_derivatives(struct fmu_instance *instance, double *deriv
 enum fmu_status fmu_get_indicators(struct fmu_instance *instance, double *indicators);
 /* Everything that happens at the present time and state. */
 enum fmu_status fmu_update_events(struct fmu_instance *instance, struct fmu_event_update *update);
-/* After a step of the importer. 1: it has passed an event without seeing it, and has to enter event mode: a
- * value that leaves zero and comes back within a step crosses nothing that importers look at. */
+/* After a step of the importer. 1: the importer has passed an event without seeing it, and must enter event
+ * mode. Importers do not see a value that leaves zero and comes back within one step. */
 int fmu_complete_step(struct fmu_instance *instance);
 
 #endif

@@ -55,7 +55,7 @@ struct fmu_variable fmu_find_variable(const struct refdyn_model *model, const st
                                       unsigned reference);
 /* Is the input (or parameter) set by an event of the model, and not from outside? */
 int fmu_is_set_by_events(const struct refdyn_model *model, enum refdyn_changed what, int place);
-/* The contact whose mode the parameter is, by its place among the contacts; -1: it is none. */
+/* The contact, by its place among the contacts, whose mode this parameter is; -1: no contact. */
 int fmu_contact_of_parameter(const struct refdyn_model *model, int place);
 
 #endif

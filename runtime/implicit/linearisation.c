@@ -414,8 +414,9 @@ double *refdyn_linear_take_directions(struct refdyn_linear *linear) {
     return linear->directions;
 }
 
-/* Steps whose lengths differ by less than this part of them share factors. Two steps that share the rest of a
- * motion differ by rounding alone, which must not decide whether Newton's iteration uses old factors. */
+/* Steps whose lengths differ by less than this part share factors. The two steps into which the rest of a
+ * motion is divided differ by rounding only, which must not decide whether Newton's iteration uses old
+ * factors. */
 static const double same_length = 1e-6;
 
 int refdyn_linear_has_factors(const struct refdyn_linear *linear, const struct refdyn_workspace *work,

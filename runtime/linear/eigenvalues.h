@@ -1,4 +1,4 @@
-/* Eigenvalues of symmetric matrices, and of others. */
+/* Eigenvalues of symmetric and of general matrices. */
 #ifndef REFDYN_EIGENVALUES_H
 #define REFDYN_EIGENVALUES_H
 
@@ -10,9 +10,9 @@
 void refdyn_symmetric_eigenvalues(double *A, int n, double *values, double *vectors);
 
 /*
- * re and im (n) of the eigenvalues of any A (n x n), which is overwritten; pairs one after the other, that
- * with im > 0 first. By Householder's reflections to Hessenberg form and Francis's double shifts (Golub and
- * Van Loan, Matrix Computations, 7.4, 7.5). Returns 0 where they do not converge.
+ * re and im (n) of the eigenvalues of any A (n x n), which is overwritten. Complex pairs are neighbours, the
+ * one with im > 0 first. By Householder's reflections to Hessenberg form and Francis's double shifts (Golub
+ * and Van Loan, Matrix Computations, 7.4, 7.5). Returns 0 where they do not converge.
  */
 int refdyn_eigenvalues(double *A, int n, double *re, double *im);
 

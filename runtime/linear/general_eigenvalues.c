@@ -79,7 +79,7 @@ static int begin_of_block(double *A, int n, int last) {
     return 0;
 }
 
-/* Of the block of two rows from `at` on. */
+/* Eigenvalues of the block of two rows that begins at `at`. */
 static void take_pair(const double *A, int n, int at, double *re, double *im) {
     const double a = A[at * (n + 1)], b = A[at * n + at + 1];
     const double c = A[(at + 1) * n + at], d = A[(at + 1) * (n + 1)];

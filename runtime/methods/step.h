@@ -75,7 +75,7 @@ struct refdyn_step {
     double *state_new, *rates_new; /* at its end */
     double *stage, *side; /* room: a stage's state, and its rates or the right side of its equation */
     double *error;        /* (2 n) estimate for q, qd */
-    double *units;        /* (n) what 1 rad weighs against: options.length for translations, 1 */
+    double *units;        /* (n) changes that count as 1 rad: options.length for translations, 1 */
     double *memory;       /* the method's own */
     int has_rates_new;    /* rates_new are those of state_new, whatever the method leaves there */
     int is_met; /* whoever took the step has brought state_new onto the programme, of which row met_row

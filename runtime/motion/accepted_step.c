@@ -177,7 +177,8 @@ static void look_for_causes(struct refdyn_motion *motion, double t_out, double *
         refdyn_statistics_rejected(&motion->statistics, 1);
 }
 
-/* A step that failed to come onto its rows may have met a kink at which they turn: it better ends there. */
+/* A step that could not be projected onto its rows may have met a kink at which they turn. It should then end
+ * at the kink. */
 static int look_for_kinks(struct refdyn_motion *motion, double t_out, int status, double *t_event) {
     struct refdyn_step *step = &motion->step;
     if (status != REFDYN_NO_CONVERGENCE || motion->work->model->kink_count == 0 ||

@@ -43,7 +43,7 @@ void refdyn_attempt_judge(struct refdyn_motion *motion, struct refdyn_attempt *a
 int refdyn_pass_singular(struct refdyn_motion *motion, double h, double t_bound, double *t);
 /* The motion may not go beyond t_final and t_most, unless they lie behind. */
 double refdyn_motion_bound(const struct refdyn_motion *motion);
-/* Times that are nearer to t than this are the same time for a motion, which may end at t_final. */
+/* Times closer to t than this are the same time for the motion; it depends on the larger of t and t_final. */
 double refdyn_motion_resolution(const struct refdyn_motion *motion, double t);
 /* Are options.step_limit steps tried? */
 int refdyn_step_limit_reached(const struct refdyn_motion *motion);

@@ -1,20 +1,22 @@
 /*
  * Transitions of one-sided contacts: see contact_transitions.h.
  *
- * Takes a state at which contacts are closed. With g the gaps, n their gradients in the metric of the mass
- * matrix, less what the rows of the programme hold, and e the coefficients of restitution:
+ * Takes a state at which contacts are closed. g are the gaps; n are their gradients in the metric of the mass
+ * matrix, without the parts that the rows of the programme hold; e are the coefficients of restitution.
  *
- *   impact    the smallest change of rates with g'+ >= -e g'- where g'- < 0, and g'+ >= 0 where a contact
- * rests. Its impulses are >= 0, and it loses energy (Pfeiffer and Glocker, Multibody Dynamics with Unilateral
- *             Contacts, 1996, ch. 8). Contacts that open stay out, since they could gain energy
- *   rest      a contact rests where its next rebound is lower than a hundredth of the tolerance, or than
- * rounding. All rebounds to come would take T = 2 g'+ / (|g''| (1 - e)); it has to be pressed until then
- *   forces    the smallest change of accelerations with g'' >= 0 for the contacts at rest: Gauss's principle
- * of least constraint. A contact whose force is 0 there opens, or touches where g'' = 0. This is judged a
- * little later than the transition, where forces that pass zero have a sign
+ * Impact: the smallest change of rates with g'+ >= -e g'- where g'- < 0, and g'+ >= 0 where a contact rests.
+ * Its impulses are >= 0, and it loses energy (Pfeiffer and Glocker, Multibody Dynamics with Unilateral
+ * Contacts, 1996, ch. 8). Contacts that open take no part, since they could gain energy.
  *
- * A rebound of one tolerance instead of a hundredth leaves errors of 42 tolerances in a stack of two balls,
- * this one 1e-4.
+ * Rest: a contact rests where its next rebound is lower than a hundredth of the tolerance, or than rounding.
+ * All remaining rebounds would take T = 2 g'+ / (|g''| (1 - e)); the contact must stay pressed until then.
+ *
+ * Forces: the smallest change of accelerations with g'' >= 0 for the contacts at rest (Gauss's principle of
+ * least constraint). A contact whose force is 0 there opens, or touches where g'' = 0. This is judged shortly
+ * after the transition, since forces that are just passing zero have a sign there.
+ *
+ * Ending rebounds at one tolerance instead of a hundredth leaves errors of 42 tolerances in a stack of two
+ * balls; a hundredth leaves 1e-4.
  */
 #include "base/arithmetic.h"
 
@@ -31,19 +33,19 @@
 
 enum { IMPACTS_MOST = 5000 }; /* at one time: between bodies in a row they die out as a geometric series */
 enum { ROUNDS_FREE = 20, ROUNDS_EACH = 20 }; /* of impacts and of contacts that come to rest, at one time */
-static const double rebound_part = 0.01;     /* of the tolerance: height of a rebound that is none */
+static const double rebound_part = 0.01;     /* of the tolerance: lower rebounds are ignored */
 static const double rounding_digits =
     64 * DBL_EPSILON;                    /* of a gap or its rate, over the sum of its |terms| */
-static const double bias_digits = 1e-10; /* of accelerations, which are solved for */
-static const double pressed_part = 0.5;  /* of the acceleration that closes a gap: it is still pressed */
-static const double later_part = 1e-6;   /* of the longest step: forces have a sign there */
+static const double bias_digits = 1e-10; /* the same of accelerations, which a linear system determines */
+static const double pressed_part = 0.5;  /* of the closing acceleration: with more it is still pressed */
+static const double later_part = 1e-6;   /* of the longest step: so much later forces have a sign */
 static const double first_step = 1e-3;   /* where none was taken yet [s] */
 
 /* ---- The state of the contacts ---- */
 
 enum acting { NONE_ACT, RESTING_ACT, ALL_ACT };
 
-/* Sets the parameters by which the rows of contacts act. */
+/* Sets the parameters that switch the rows of contacts on and off. */
 static void let_act(struct refdyn_motion *motion, enum acting which) {
     const struct refdyn_contacts *contacts = &motion->state_events.contacts;
     struct refdyn_workspace *work = motion->work;
@@ -72,7 +74,7 @@ static int evaluate(struct refdyn_motion *motion, double t, const double *state)
     return status ? status : refdyn_factor_metric(work);
 }
 
-/* Gap, rate and acceleration of contact k, and what of these is rounding. */
+/* Gap, rate and acceleration of contact k, and the rounding of each. */
 static void assess(struct refdyn_motion *motion, int k, double t, const double *state) {
     const struct refdyn_state_events *events = &motion->state_events;
     struct refdyn_contacts *contacts = &motion->state_events.contacts;
@@ -115,13 +117,14 @@ static int look(struct refdyn_motion *motion, double t, const double *state) {
     return REFDYN_OK;
 }
 
-/* What the gap may be off at the begin of the step. */
+/* Error that the gap may have at the begin of the step. */
 static void find_reach(struct refdyn_contacts *contacts) {
     for (int k = 0; k < contacts->count; k++)
         contacts->reach[k] = fmax(contacts->tolerance * contacts->scale[k], contacts->rounding[k]);
 }
 
-/* The gradients of the gaps in the metric of M, less what rows of the programme up to that level hold. */
+/* Gradients of the gaps in the metric of M, without their parts along rows of the programme up to that level.
+ */
 static void find_normals(struct refdyn_motion *motion, enum refdyn_row_level last) {
     struct refdyn_contacts *contacts = &motion->state_events.contacts;
     struct refdyn_workspace *work = motion->work;
@@ -135,13 +138,13 @@ static void find_normals(struct refdyn_motion *motion, enum refdyn_row_level las
     }
 }
 
-/* What x of the problem changes for contact k. */
+/* Change of the rate or acceleration of gap k by x of the problem. */
 static double change_of(const struct refdyn_contacts *contacts, int k) {
     const struct refdyn_one_sided *problem = &contacts->problem;
     return dense_dot(problem->normals + k * problem->n, problem->x, problem->n);
 }
 
-/* y (n) += L^-T x: what x of the problem is in coordinates. */
+/* y (n) += L^-T x, which is x of the problem in coordinates. */
 static void add_solution(struct refdyn_motion *motion, double *y) {
     const struct refdyn_workspace *work = motion->work;
     double *room = motion->state_events.room;
@@ -150,7 +153,7 @@ static void add_solution(struct refdyn_motion *motion, double *y) {
     dense_add(y, 1, room, work->n);
 }
 
-/* No x meets the conditions: the programme moves a contact itself, or they contradict each other. */
+/* No x meets the conditions: the programme closes a contact, or the contacts contradict each other. */
 static int fail(struct refdyn_motion *motion) {
     const struct refdyn_contacts *contacts = &motion->state_events.contacts;
     const struct refdyn_one_sided *problem = &contacts->problem;
@@ -176,7 +179,7 @@ static int is_closing(const struct refdyn_contacts *contacts, int k) {
     return contacts->is_closed[k] && contacts->rate[k] < -contacts->rate_rounding[k];
 }
 
-/* Closing contacts rebound, those at rest do not close; how many close? */
+/* One round: closing contacts rebound, those at rest stay closed. Counts the closing ones. */
 static int pose_impact(struct refdyn_contacts *contacts) {
     struct refdyn_one_sided *problem = &contacts->problem;
     int count = 0;
@@ -190,7 +193,7 @@ static int pose_impact(struct refdyn_contacts *contacts) {
     return count;
 }
 
-/* The rounding of the changes counts as that of the rates: others may all be 0. */
+/* The rounding of the changes counts as rounding of the rates, since the terms of the rates may all be 0. */
 static void add_rates(struct refdyn_motion *motion, double *qd) {
     struct refdyn_contacts *contacts = &motion->state_events.contacts;
     const struct refdyn_one_sided *problem = &contacts->problem;
@@ -205,7 +208,7 @@ static void add_rates(struct refdyn_motion *motion, double *qd) {
     }
 }
 
-/* Until no contact closes any more. */
+/* Rounds of impacts until no contact closes any more. */
 static int meet_impacts(struct refdyn_motion *motion, double *qd, int *has_rates) {
     struct refdyn_contacts *contacts = &motion->state_events.contacts;
     find_normals(motion, REFDYN_VELOCITY);
@@ -243,7 +246,7 @@ static double acceleration_of(const struct refdyn_contacts *contacts, int k) {
     return contacts->bias[k] + change_of(contacts, k);
 }
 
-/* The state that accelerations lead to after h; into contacts->state. */
+/* contacts->state := the state after h with constant accelerations. */
 static const double *predict(struct refdyn_motion *motion, const double *qdd, double h) {
     const struct refdyn_step *step = &motion->step;
     const int n = step->n;
@@ -256,8 +259,8 @@ static const double *predict(struct refdyn_motion *motion, const double *qdd, do
     return state;
 }
 
-/* Would contact k, whose gap opens, close again so soon that it rests? *T: when its last rebound would end;
- * 0: with e = 1 it has none. */
+/* Would contact k, whose gap opens, close again so soon that it counts as at rest? *T: time until its last
+ * rebound would end; 0 with e = 1, where rebounds have no end. */
 static int hardly_rebounds(const struct refdyn_contacts *contacts, int k, double *T) {
     const double rate = contacts->rate[k], pull = -acceleration_of(contacts, k);
     const double most = fmax(rebound_part * contacts->tolerance * contacts->scale[k], contacts->rounding[k]);
@@ -269,7 +272,7 @@ static int hardly_rebounds(const struct refdyn_contacts *contacts, int k, double
     return 1;
 }
 
-/* Is contact k, which closes again with this acceleration, pressed as much until its last rebound ends? */
+/* Contact k closes again with the acceleration `pull`: is it still pressed when its last rebound ends? */
 static int stays_pressed(struct refdyn_motion *motion, int k, const double *qdd, double T, double pull,
                          int *is_pressed) {
     struct refdyn_contacts *contacts = &motion->state_events.contacts;
@@ -282,7 +285,7 @@ static int stays_pressed(struct refdyn_motion *motion, int k, const double *qdd,
     return status;
 }
 
-/* Contacts that come to rest at the begin of the step. */
+/* Finds the contacts that come to rest at the begin of the step. */
 static int find_resting(struct refdyn_motion *motion, const double *qdd, int *found) {
     struct refdyn_contacts *contacts = &motion->state_events.contacts;
     const struct refdyn_step *step = &motion->step;
@@ -322,7 +325,7 @@ static void stop_rates(struct refdyn_motion *motion, double *qd) {
             contacts->rate_rounding[k] = fmax(contacts->rate_rounding[k], 2 * fabs(contacts->rate[k]));
 }
 
-/* Closed contacts without rate are at rest. */
+/* Closed contacts whose rate is rounding are at rest. */
 static void mark_at_rest(struct refdyn_contacts *contacts, double t) {
     for (int k = 0; k < contacts->count; k++) {
         const int was = contacts->is_at_rest[k];
@@ -333,7 +336,7 @@ static void mark_at_rest(struct refdyn_contacts *contacts, double t) {
     }
 }
 
-/* Impacts, and what comes to rest, until neither changes anything. qdd (n): accelerations then. */
+/* Alternates impacts and coming to rest until neither changes anything. qdd (n): accelerations after it. */
 static int settle(struct refdyn_motion *motion, double *qdd, int *has_rates) {
     struct refdyn_contacts *contacts = &motion->state_events.contacts;
     double *qd = motion->step.state + motion->step.n;
@@ -384,14 +387,15 @@ static double pace_of(const struct refdyn_contacts *contacts) {
     return contacts->longest > 0 ? contacts->longest : first_step;
 }
 
-/* At first a rebound is rounding. What lets go, or hardly moves, opens within the errors of steps. */
+/* At first the height of a rebound is within rounding. A contact that lets go, or hardly moves, opens within
+ * the errors of steps. */
 static int opens_slowly(const struct refdyn_contacts *contacts, int k) {
     return contacts->is_at_rest[k] ||
            contacts->rate[k] * pace_of(contacts) <= rebound_part * contacts->reach[k];
 }
 
-/* What contact k needs from t on, until it has opened by twice as much: at its rate, or by an acceleration
- * that has grown from 0 within h. */
+/* Sets the allowance that contact k needs from t on, until it has opened by twice as much: at its rate, or by
+ * an acceleration that has grown from 0 within h. */
 static void allow(struct refdyn_contacts *contacts, int k, double t, double h) {
     const double most = opens_slowly(contacts, k) ? contacts->reach[k] : contacts->rounding[k];
     const double rate = contacts->rate[k], acceleration = acceleration_of(contacts, k);
@@ -404,7 +408,7 @@ static void allow(struct refdyn_contacts *contacts, int k, double t, double h) {
     contacts->allowed_until[k] = contacts->mode[k] == REFDYN_CONTACT_FREE ? t + last : INFINITY;
 }
 
-/* Modes from now on, by the forces a little later. */
+/* New modes, from the forces a little later. */
 static int find_modes(struct refdyn_motion *motion, const double *qdd) {
     struct refdyn_contacts *contacts = &motion->state_events.contacts;
     const struct refdyn_step *step = &motion->step;
@@ -429,7 +433,7 @@ static int find_modes(struct refdyn_motion *motion, const double *qdd) {
     return REFDYN_OK;
 }
 
-/* The rows of contacts that rest act from now on. */
+/* From now on the rows of contacts that rest act. */
 static int take_modes(struct refdyn_motion *motion) {
     struct refdyn_workspace *work = motion->work;
     const struct refdyn_step *step = &motion->step;
@@ -440,14 +444,13 @@ static int take_modes(struct refdyn_motion *motion) {
 
 /* ---- Transitions ---- */
 
-/* By how far the gap of contact k may be off because the time of its closing is. */
+/* Error of the gap of contact k that the error in its time of closing causes. */
 static double moved_by(const struct refdyn_motion *motion, int k) {
     const struct refdyn_contacts *contacts = &motion->state_events.contacts;
     return fabs(contacts->rate[k]) * fmax(refdyn_state_events_blur(motion->step.t_begin), contacts->late);
 }
 
-/* Is contact k closed at the begin of the step? It is where it is due, and where its gap is 0 but for
- * rounding. */
+/* Is contact k closed at the begin of the step? It is if it is due, or if its gap is 0 within rounding. */
 static int is_closed(const struct refdyn_motion *motion, int k) {
     const struct refdyn_contacts *contacts = &motion->state_events.contacts;
     const double moved = moved_by(motion, k);
@@ -459,7 +462,7 @@ static int is_closed(const struct refdyn_motion *motion, int k) {
                                     : fmax(contacts->rounding[k], moved));
 }
 
-/* A gap that is negative by more than it may be off: the contact was not met on the way there. */
+/* Is a gap negative by more than its error? Then the motion missed the contact on the way there. */
 static int find_inside(struct refdyn_motion *motion) {
     const struct refdyn_contacts *contacts = &motion->state_events.contacts;
     for (int k = 0; k < contacts->count; k++) {
@@ -484,7 +487,7 @@ static int begin(struct refdyn_motion *motion) {
     return find_inside(motion);
 }
 
-/* As far as modes, with the rows of contacts as they were where it fails. */
+/* The transition up to the new modes; if it fails, the rows of contacts stay as they were. */
 static int go_through(struct refdyn_motion *motion, int *has_rates) {
     double *qdd = motion->step.error; /* (n) */
     int status = settle(motion, qdd, has_rates);

@@ -17,9 +17,9 @@
 
 static const double force_digits = 64 * DBL_EPSILON; /* rounding of a force, over the largest of them */
 static const double difference_part =
-    1e-4;                              /* of the longest step: over which the change of a force is taken */
+    1e-4;                              /* of the longest step: time difference for the change of a force */
 static const double dependent = 1e-9;  /* a column that keeps less of its length depends on others */
-static const double first_step = 1e-3; /* where none was taken yet [s] */
+static const double first_step = 1e-3; /* in place of the longest step before the first one [s] */
 
 void refdyn_contacts_lay_out(struct refdyn_contacts *contacts, const struct refdyn_model *model,
                              struct layout *layout) {
@@ -141,14 +141,14 @@ static void take_column(const struct refdyn_contacts *contacts, const struct ref
         column[k] = contacts->mode[k] == REFDYN_CONTACT_FREE ? 0 : by_q[contacts->event[k] * model->n + j];
 }
 
-/* Takes the parts along `size` orthonormal vectors (count) out of x, twice against rounding. */
+/* Removes from x its parts along `size` orthonormal vectors (count), twice to reduce rounding. */
 static void leave_rest(const double *basis, int size, int count, double *x) {
     for (int pass = 0; pass < 2; pass++)
         for (int b = 0; b < size; b++)
             dense_add(x, -dense_dot(basis + b * count, x, count), basis + b * count, count);
 }
 
-/* The forces are projected onto the range of u: what is orthogonal to it, u^T does not feel. */
+/* The forces are projected onto the range of u; u^T maps the part orthogonal to it to 0. */
 void refdyn_contacts_spread(struct refdyn_contacts *contacts, const struct refdyn_model *model,
                             const double *terms, double *forces) {
     const int count = contacts->count;

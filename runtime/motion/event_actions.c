@@ -20,8 +20,8 @@
 #include "motion/row_changes.h"
 #include "motion/sliding.h"
 
-enum { ROUNDS_MOST = 200 };                 /* of impacts at one time: each drives others together again */
-static const double at_rest = 1e-12;        /* of the rate before: an impact is over */
+enum { ROUNDS_MOST = 200 };                 /* of impacts at one time, as one may cause others again */
+static const double at_rest = 1e-12;        /* of the rate before: below it an impact is over */
 static const double against_rows = 0x1p-26; /* sqrt(DBL_EPSILON): of a row's terms, by rates that are set */
 
 /* What the actions of one time have done. */
@@ -32,7 +32,7 @@ struct done {
 
 /* ---- Actions ---- */
 
-/* What moves towards zero more slowly, as a part of its rate before all impacts, has come to rest. */
+/* A value that moves towards zero by less than this part of its rate before all impacts has come to rest. */
 static int meet_impact(struct refdyn_motion *motion, int i, struct done *done) {
     struct refdyn_state_events *events = &motion->state_events;
     struct refdyn_step *step = &motion->step;
@@ -111,7 +111,7 @@ static int set_within_rows(struct refdyn_motion *motion, int i, struct done *don
     return status;
 }
 
-/* Impacts that are due, each at the state that those before have left; contacts follow together. */
+/* Impacts that are due, each at the state that the previous ones have left; then contacts, all together. */
 static int act(struct refdyn_motion *motion, int i, int is_first, struct done *done) {
     struct refdyn_workspace *work = motion->work;
     const struct refdyn_model *model = work->model;
@@ -138,7 +138,7 @@ static void take_values(struct refdyn_motion *motion) {
     refdyn_events_find(&motion->events, motion->work, step->t_begin, step->state, step->state + step->n);
 }
 
-/* The residuals of rows before what is due happens, before kinks as well. */
+/* Notes the residuals of the rows before due events happen, on the side before kinks. */
 static int note_rows(struct refdyn_motion *motion) {
     struct refdyn_step *step = &motion->step;
     double *state = step->stage;
@@ -184,7 +184,7 @@ static int go_on(struct refdyn_motion *motion) {
     return REFDYN_OK;
 }
 
-/* Each event that is due acts once, but impacts until none of them drives another one together again. */
+/* Each event that is due acts once; impacts repeat until no impact causes another one. */
 static int act_on_all(struct refdyn_motion *motion, struct done *done) {
     const struct refdyn_state_events *events = &motion->state_events;
     int status = REFDYN_OK;
@@ -198,7 +198,7 @@ static int act_on_all(struct refdyn_motion *motion, struct done *done) {
     return REFDYN_EVENTS_ACCUMULATE;
 }
 
-/* Contacts that are due close or let go; other impulses move those that rest. */
+/* Contacts that are due close or let go; impulses of other events may move those that rest. */
 static int act_on_contacts(struct refdyn_motion *motion, struct done *done) {
     const struct refdyn_state_events *events = &motion->state_events;
     int is_due = done->has_rates;

@@ -28,7 +28,7 @@
 #include "motion/statistics.h"
 #include "motion/work_done.h"
 
-/* [rad, length] Beyond, rows bend on the way onto the programme, and the nearest state may be another one. */
+/* [rad, length] After a longer way onto the programme, along which rows bend, another state may be nearer. */
 static const double far_moved = 0.1;
 
 /* ---- Memory ---- */
@@ -194,8 +194,8 @@ static int solve_seen(struct refdyn_integrator *integrator) {
     return REFDYN_OK;
 }
 
-/* Rows that the caller has let jump take the rates along. With projections, steps begin on the programme,
- * also where the state that is seen is off it. */
+/* If the caller has made rows jump, the rates jump with them. With projections, steps begin on the programme,
+ * even where the state that is seen is off it. */
 static int place_step(struct refdyn_integrator *integrator) {
     struct refdyn_step *step = &integrator->motion->step;
     const double t = integrator->t_right;
@@ -265,7 +265,7 @@ static void clear(struct refdyn_motion *motion) {
     refdyn_partition_reset(motion->work);
 }
 
-/* Contacts that rest from the start: their rows act in what is seen there. */
+/* Contacts that rest from the start: their rows act in the values that are seen there. */
 static int meet_contacts(struct refdyn_integrator *integrator) {
     struct refdyn_motion *motion = integrator->motion;
     int is_changed;
@@ -278,7 +278,7 @@ static int meet_contacts(struct refdyn_integrator *integrator) {
     return status;
 }
 
-/* start_moved, with the given positions in it, becomes what projections have added to them. */
+/* start_moved holds the given positions; it becomes what projections have added to them. */
 static void note_moves(struct refdyn_integrator *integrator, int has_failed) {
     const struct refdyn_step *step = &integrator->motion->step;
     double *moved = integrator->start_moved;
@@ -437,8 +437,8 @@ static int show(struct refdyn_integrator *integrator, double t) {
 
 /* ---- Steps ---- */
 
-/* Does the last step end at t, or at an event that is there but for rounding? What is seen at t is the state
- * before the event then. No step is as short as the resolution of the time. */
+/* Does the last step end at t, or at an event that is at t within rounding? Then the state that is seen at t
+ * is the one before the event. No step is as short as the resolution of the time. */
 static int ends_at(const struct refdyn_motion *motion, double t) {
     const double apart = motion->state_events.due_named > 0 ? refdyn_state_events_blur(t) : 0;
     return t - motion->step.t_end <= fmax(apart, refdyn_motion_resolution(motion, t));

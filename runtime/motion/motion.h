@@ -31,10 +31,10 @@ struct refdyn_singular_crossing {
     double *unpassed;          /* state and rates before, for when the step is refused, */
     double t;                  /* when the rows lose rank [s], */
     double gap;                /* distance of the nearest stage from that time, relative to the step */
-    double stretch;            /* longest step that its error is expected to allow [s]; INFINITY: unknown */
-    int count, *rows;          /* (m) independent rows, in the order of the model, */
-    double *distance;          /* (m) of each from those before it, for reference, */
-    int *first, *last;         /* (n) and those that have entries in a column */
+    double stretch;    /* longest step through the state that the error should allow [s]; INFINITY: unknown */
+    int count, *rows;  /* (m) independent rows, in the order of the model */
+    double *distance;  /* (m) of each row from the span of those before it, for reference */
+    int *first, *last; /* (n) first and last of these rows that have an entry in a column */
     struct refdyn_refused_crossing refused;
     struct refdyn_stage_guide guide;
 };
@@ -52,8 +52,8 @@ struct refdyn_fading {
 /* Residuals before a jump: row_changes.c. */
 struct refdyn_residuals_before {
     double *phi, *psi; /* (m) */
-    double *state;     /* (2 n) of which they are, */
-    int are_seen;      /* and which the caller has seen last */
+    double *state;     /* (2 n) they belong to this state */
+    int are_seen;      /* and the caller has seen it last */
 };
 
 /* The last failure of an evaluation or projection: accepted_step.c. */

@@ -1,7 +1,7 @@
 /*
  * Rows that jump: see row_changes.h.
  *
- * Takes the row terms on both sides of a jump; gives the side on which a state is evaluated, and the begin of
+ * Takes the row terms on both sides of a jump; finds the side on which a state is evaluated, and the begin of
  * the next step. Impulse: M (qd_after - qd_before) = u^T Lambda with psi_after = psi_before, the smallest
  * change of velocities in the metric of M (theory, sect. 8.3).
  */
@@ -19,9 +19,8 @@
 #include "motion/contact_transitions.h"
 #include "motion/energy_jumps.h"
 
-static const double rounding =
-    1e-12; /* residuals that are continuous differ less, as a part of their terms, */
-static const double least_size = 1e-3; /* of coordinates and rates that are no smaller than this */
+static const double rounding = 1e-12;  /* continuous residuals differ by less than this part of their terms */
+static const double least_size = 1e-3; /* where coordinates and rates count as at least this large */
 
 void refdyn_rows_lay_out(struct refdyn_residuals_before *before, const struct refdyn_model *model,
                          struct layout *layout) {
@@ -53,7 +52,7 @@ static int have_jumped(const struct refdyn_workspace *work) {
     return 0;
 }
 
-/* Does a residual differ from that before by more than rounding? x (n): of what its terms are. */
+/* Does a residual differ from its value before by more than rounding? x (n): the factors in its terms. */
 static int differs(const struct refdyn_workspace *work, int a, double now, double before, const double *x) {
     double size = 0;
     for (int j = 0; j < work->n; j++)
@@ -109,7 +108,7 @@ double refdyn_rows_side_of(const struct refdyn_motion *motion, double t) {
                                : refdyn_events_right_of(&motion->events, t);
 }
 
-/* What contacts rest on may have begun to move at once: they close, or let go, from here. */
+/* The bodies on which contacts rest may have begun to move suddenly: contacts close, or let go, from here. */
 static int take_contacts(struct refdyn_motion *motion) {
     const double energy = refdyn_energy_at_begin(motion), next = motion->control.next;
     int has_rates = 0;
@@ -165,7 +164,8 @@ void refdyn_rows_forget_seen(struct refdyn_motion *motion) {
     motion->before.are_seen = 0;
 }
 
-/* work->wanted := the change by which each residual is what it was before; the row with the largest one. */
+/* work->wanted := the change that restores each residual to its value before. Returns the row with the
+ * largest change. */
 static int find_wanted(struct refdyn_workspace *work, const double *before, const double *now) {
     for (int a = 0; a < work->m; a++)
         work->wanted[a] = before[a] - now[a];
@@ -174,13 +174,13 @@ static int find_wanted(struct refdyn_workspace *work, const double *before, cons
     return row;
 }
 
-/* It is that row which a failure is to name. */
+/* A failure names this row. */
 static int blame(struct refdyn_workspace *work, int row, int status) {
     work->fault = (struct refdyn_fault){.row = row, .coordinate = -1};
     return status;
 }
 
-/* Are the positions of the state those that the rows ask for? Gains pull others in. */
+/* Do the positions of the state meet the rows? Baumgarte's gains would pull in others. */
 static int meet_positions(struct refdyn_motion *motion) {
     struct refdyn_workspace *work = motion->work;
     struct refdyn_step *step = &motion->step;
@@ -193,7 +193,7 @@ static int meet_positions(struct refdyn_motion *motion) {
     return blame(work, row, REFDYN_ROWS_UNMET);
 }
 
-/* Rates jump; rows that depend on others have to agree with them. */
+/* Rates jump; rows that depend on others must agree with the new rates. */
 static int meet_rates(struct refdyn_motion *motion) {
     struct refdyn_workspace *work = motion->work;
     struct refdyn_step *step = &motion->step;
@@ -214,7 +214,7 @@ static int meet_rates(struct refdyn_motion *motion) {
     return status;
 }
 
-/* Onto the rows after the jump; what is left there is what the state was off before. */
+/* Projects onto the rows after the jump; this removes only the residual that the state had before it. */
 static int project(struct refdyn_motion *motion) {
     struct refdyn_workspace *work = motion->work;
     struct refdyn_step *step = &motion->step;

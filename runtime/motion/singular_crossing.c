@@ -1,12 +1,14 @@
 /*
  * Through a state where the rows lose rank: see singular_crossing.h.
  *
- * Takes a motion at the begin of a step; tells when the rows lose rank ahead, keeps the stages of the step
- * that leads through on the programme, and judges where it arrived. Measure of rank: with the independent
- * rows as vectors, columns scaled by 1/sqrt(M_jj), the distance of each row from the span of those before it.
- * One of them is 0 where the rows lose rank. Each is compared with its value at a state where the rank is
- * known, and the smallest of these ratios counts: their product, the volume, would fall with each of many
- * loops that come near together, or would hide one among them.
+ * Takes a motion at the begin of a step; finds when the rows lose rank ahead, keeps the stages of the step
+ * that leads through on the programme, and judges where it arrived.
+ *
+ * Measure of rank: the independent rows are vectors, with columns scaled by 1/sqrt(M_jj). Each row has a
+ * distance from the span of those before it, and one of these distances is 0 where the rows lose rank. Each
+ * is divided by its value at a state where the rank is known, and the smallest ratio counts. The product of
+ * the distances, the volume, would not do: it also falls when many loops come near such a state together, and
+ * it hides a single one among many.
  */
 #include "base/arithmetic.h"
 
@@ -42,14 +44,14 @@ static const double rounding = 0x1p-42, rounding_most = 0x1p-30;
 /* A state that is known to lie ahead is looked for again up to so many times its distance. */
 static const double nearer = 8;
 
-/* A state that was not passed is tried again from this part of the distance on. */
+/* After a failed attempt the state is tried again from at most this part of the distance. */
 static const double again_part = 0.6;
-/* The error of a step is to be this part of the largest that is accepted, */
+/* The error of a step should be this part of the largest accepted error. */
 static const double error_aim = 0.5;
-/* and lets the next one be so many times longer, no more. */
+/* The next step may be so many times as long as this one, at least and at most. */
 static const double stretch_least = 0.2, stretch_most = 5;
 
-/* Golden sections: where a step is laid, and what is told. */
+/* NARROWINGS: golden sections to place a step; NARROWINGS_TOLD: for the time that is reported. */
 enum { SAMPLES = 10, FIRST_SAMPLE = 512, NARROWINGS = 12, NARROWINGS_TOLD = 30 };
 
 /* ---- Rank ---- */
@@ -155,7 +157,7 @@ static const double *factor_at(struct refdyn_motion *motion, path_function *path
     return factor_rows(&motion->crossing, motion->work);
 }
 
-/* Distances count as parts of those at this place, where they are larger than at others before. */
+/* Takes the distances at this place as the reference where they exceed those at earlier places. */
 static void refer_to(struct refdyn_motion *motion, path_function *path, double s) {
     struct refdyn_singular_crossing *crossing = &motion->crossing;
     const double *R = factor_at(motion, path, s);
@@ -249,7 +251,7 @@ int refdyn_crossing_was_missed(struct refdyn_motion *motion) {
     if (motion->work->partition.rank <= 0)
         return 0;
     for (int i = 0; i < SAMPLES; i++)
-        at[i] = h * i / (SAMPLES - 2); /* the last one behind the step, lest a dip at its end be none */
+        at[i] = h * i / (SAMPLES - 2); /* the last one after the step: a dip at its end is seen, too */
     forget_references(motion);
     refer_to(motion, between, 0);
     refer_to(motion, between, h);
@@ -369,7 +371,7 @@ static int bring(void *context, double t, double *state) {
     return status ? status : refdyn_crossing_follow(motion, before, state);
 }
 
-/* The next step through such a state is as long as this one's error, over the largest one, allows. */
+/* Sets the length of the next step through such a state from this one's error, over the largest accepted. */
 static void learn_stretch(struct refdyn_motion *motion, double error) {
     const struct refdyn_step *step = &motion->step;
     const double order = step->method->order_error + 1, h = step->t_end - step->t_begin;

@@ -22,8 +22,8 @@ int refdyn_crossing_is_ahead(struct refdyn_motion *motion, double reach, double 
 /* Did they on the ordinary step that was taken, which was longer than that continuation is good for? Then it
  * is known when. The workspace holds the row terms of its end afterwards. */
 int refdyn_crossing_was_missed(struct refdyn_motion *motion);
-/* Is a step through a state at t too long, by the errors of others, or was the same tried not much further
- * away? */
+/* Would an attempt be useless: is a step through the state at t too long, judging by the errors of earlier
+ * ones, or was one through the same state tried from not much further away? */
 int refdyn_crossing_is_vain(const struct refdyn_motion *motion, double t);
 /* End of the step that leads through a state at t, not beyond t_bound; INFINITY: there is none. */
 double refdyn_crossing_end(struct refdyn_motion *motion, double t, double t_bound);

@@ -22,17 +22,17 @@ enum {
     TRIES_MOST = 60,   /* steps to one zero; Newton squares the distance, halving it is the last resort */
     TRIES_FREE = 4,    /* from then on, a distance that does not fall is that of rounding */
     ZEROS_MOST = 60,   /* places of an interpolant where a zero is looked for */
-    REPEATS_FREE = 16, /* events without anything between; and for each two of the model four */
+    REPEATS_FREE = 16, /* events without time between; and four more for each two events of the model */
     REPEATS_PAIR = 4
 };
 static const double rounding = 8 * DBL_EPSILON;
-static const double risen_least = 16;      /* times its rounding: a value has left zero between two events */
+static const double risen_least = 16;      /* times its rounding: a value that has left zero */
 static const double zero_width = 1e-13;    /* of a zero on the interpolant, over the step */
 static const double rounding_part = 1e-6;  /* of a step, at most: a distance that is rounding */
 static const double far_short = 0.1;       /* a step that fell so short, over its length, leads nowhere yet */
 static const double clear_of_kink = 1e-10; /* of the largest value: a kink is passed beyond */
-static const double at_rest = 1e-6;        /* of the fastest passage of a kink where rows turn */
-static const double near_end = 0.99;       /* of a step that is too long: a zero behind explains little */
+static const double at_rest = 1e-6;        /* of the fastest passage of a kink at which rows turn */
+static const double near_end = 0.99;       /* of a step that is too long: a zero after it explains little */
 static const double early = 0.9;           /* a zero before the first sample lies within this part of it */
 
 /* ---- Layout ---- */
@@ -170,8 +170,8 @@ static void add_due(struct refdyn_state_events *events, int i) {
     events->due_named += !is_kink(events, i);
 }
 
-/* Has one of the events that are due left zero, beyond rounding, since it happened last? The values and their
- * terms are those of this state. */
+/* Has one of the due events left zero, beyond rounding, since it last happened? The values and their terms
+ * are those of this state. */
 static int one_has_risen(const struct refdyn_state_events *events, const struct refdyn_step *step, double t,
                          const double *state, const double *rates) {
     for (int k = 0; k < events->due_named; k++) {
@@ -182,8 +182,8 @@ static int one_has_risen(const struct refdyn_state_events *events, const struct 
     return 0;
 }
 
-/* There are such, at t: the state is that of the step's begin or of its end. Where impacts of a body follow
- * each other within the rounding of its distance, they go on for ever. */
+/* Events are due at t; the state is that of the step's begin or of its end. Impacts that follow each other
+ * within the rounding of a distance would never end. */
 void refdyn_state_events_note_due(struct refdyn_state_events *events, const struct refdyn_step *step,
                                   double t) {
     const int is_end = t == step->t_end;
@@ -361,7 +361,7 @@ void refdyn_state_events_settle(struct refdyn_state_events *events, const struct
         const int was_due = k < due_count && events->due[k] == i;
         k += was_due;
         if (refdyn_contact_of(&events->contacts, i) >= 0)
-            events->side[i] = 1; /* whatever its mode is now */
+            events->side[i] = 1; /* in any mode */
         else if (was_due && !is_set(value, before[i], now.noise))
             events->side[i] = side_behind(events, step, i, &now);
         else if (was_due)
@@ -372,7 +372,7 @@ void refdyn_state_events_settle(struct refdyn_state_events *events, const struct
     refdyn_state_events_note_due(events, step, step->t_begin);
 }
 
-/* So far from zero rounding does not matter to which side of kink i a state belongs. */
+/* At this distance from zero, rounding does not affect on which side of kink i a state lies. */
 static double margin_of(const struct refdyn_state_events *events, int i, double noise) {
     return fmax(4 * noise, DBL_EPSILON * events->sizes[i]);
 }
@@ -588,13 +588,13 @@ static int take_samples(struct refdyn_state_events *events, struct refdyn_step *
     return status;
 }
 
-/* May rows turn at value i? At kinks of positions; the terms are those of some state. */
+/* May rows turn at value i? They may at kinks of positions. The terms are those of any state. */
 static int may_turn_rows(const struct refdyn_state_events *events, const struct refdyn_step *step, int i) {
     const double *by_qd = refdyn_state_events_by_qd(events, step->n, i);
     return is_kink(events, i) && model_of(step)->m > 0 && refdyn_largest(by_qd, step->n, NULL) == 0;
 }
 
-/* A kink at the begin is passed: nothing happens there, unless rows turn. */
+/* A kink at the begin of the step is passed; nothing happens there, unless rows turn. */
 static int is_passed(struct refdyn_state_events *events, const struct refdyn_step *step, int i, double theta,
                      double least) {
     if (!is_kink(events, i) || !(theta * (step->t_end - step->t_begin) < least))
@@ -606,8 +606,8 @@ static int is_passed(struct refdyn_state_events *events, const struct refdyn_ste
     return 1;
 }
 
-/* A state in the step that has passed such a kink by rounding alone is moved before it. Returns the kink, -1:
- * there is none. */
+/* Moves a state in the step that has passed such a kink by rounding only back before it. Returns the kink,
+ * -1: there is none. */
 static int move_before_kinks(struct refdyn_state_events *events, const struct refdyn_step *step, double t,
                              double *state) {
     int held = -1;
@@ -653,7 +653,7 @@ static double value_at_end(const struct refdyn_state_events *events, int i) {
     return events->values[i] - events->zeros[i];
 }
 
-/* The step is good: how far from zero values were in it. */
+/* The step is accepted: notes how far from zero the values were in it. */
 static void note_samples(struct refdyn_state_events *events) {
     for (int k = 1; k <= SAMPLES; k++)
         for (int i = 0; i < events->named; i++)

@@ -39,21 +39,20 @@ struct refdyn_state_events {
     double *turned;  /* (count) largest rate of a kink at which rows have turned */
     double *values;  /* (count) of the state that is looked at */
     double *rates;   /* (count) of the values before what is due happens */
-    double *risen; /* (count) largest |value| of an event since it happened last; INFINITY: it has not yet */
-    double *terms; /* what event_terms gives */
-    double *room;  /* (2 n + 1) a state in the step; (n) jump of rates */
+    double *risen;   /* (count) largest |value| of an event since it last happened; INFINITY: it never has */
+    double *terms;   /* result of event_terms */
+    double *room;    /* (2 n + 1) a state in the step; (n) jump of rates */
 
-    struct refdyn_contacts contacts; /* whose values depend on their modes */
+    struct refdyn_contacts contacts; /* their values depend on their modes */
 
     /* the zero that is looked for: no step, or the steps so far did not end on it */
     int target, tries;
-    int held;              /* kink before which the end of the step is held, -1: none */
+    int held;              /* kink before which the end of the step was moved back, -1: none */
     int early_tries;       /* steps to zeros that were seen in steps which were too long */
     double t_high, missed; /* the value has crossed zero before this; last distance from zero [s] */
 
     double t_last; /* of the last event [s], */
-    int repeats; /* and how many followed each other without time between, or while their values were rounding
-                  */
+    int repeats;   /* and how many followed each other without time between, or with values within rounding */
 };
 
 void refdyn_state_events_lay_out(struct refdyn_state_events *events, const struct refdyn_model *model,
@@ -70,34 +69,34 @@ int refdyn_state_events_begin(struct refdyn_state_events *events, const struct r
  */
 int refdyn_state_events_look(struct refdyn_state_events *events, struct refdyn_step *step, double least,
                              double *t_event);
-/* The values of a state, and into `values` and `terms` with their derivatives. Errors: NOT_FINITE, those of
- * refdyn_rates where contacts rest. */
+/* The values of a state; the second function writes values and derivatives into `values` and `terms`. Errors:
+ * NOT_FINITE, those of refdyn_rates where contacts rest. */
 int refdyn_state_events_values(struct refdyn_state_events *events, const struct refdyn_step *step, double t,
                                const double *state, double *values);
 void refdyn_state_events_evaluate(struct refdyn_state_events *events, const struct refdyn_step *step,
                                   double t, const double *state);
-/* What is due has happened at t, the begin of the step or its end. `values` and `terms` are those of that
- * state, `risen` is up to date. */
+/* Notes that the due events have happened at t, the begin of the step or its end. `values` and `terms` must
+ * be those of that state, and `risen` up to date. */
 void refdyn_state_events_note_due(struct refdyn_state_events *events, const struct refdyn_step *step,
                                   double t);
 int refdyn_state_events_is_due(const struct refdyn_state_events *events, int i);
-/* A step was taken: its end lies before kinks of positions that it passes by rounding alone, so that rows
+/* After a step: moves its end back before kinks of positions that it passes by rounding only, so that rows
  * which turn there are still those of its begin. */
 void refdyn_state_events_end_before_kinks(struct refdyn_state_events *events, struct refdyn_step *step);
-/* A state at t inside the step, in the same way. */
+/* Moves a state at t inside the step in the same way. */
 void refdyn_state_events_see_before_kinks(struct refdyn_state_events *events, const struct refdyn_step *step,
                                           double t, double *state);
-/* Rows have turned at the kinks that are due, and rates with them: do these lead on to the side to which the
- * motion has crossed, or back to the kink, or is the motion at rest there? */
+/* When rows have turned at the kinks that are due, and rates with them: do the rates lead back to the kink,
+ * or is the motion at rest there? Otherwise they lead on to the side to which the motion has crossed. */
 int refdyn_state_events_lead_back(struct refdyn_state_events *events, const struct refdyn_step *step);
 /* Have so many events followed each other without time between that they will not end? */
 int refdyn_state_events_accumulate(const struct refdyn_state_events *events);
 /* The same, where the step is too long for its error: *t_event is the first zero in it, or INFINITY. */
 void refdyn_state_events_look_early(struct refdyn_state_events *events, struct refdyn_step *step,
                                     double least, double *t_event);
-/* Steps leave kinks that are due on the side to which they have crossed, which forces and rows that jump
- * there have to see: moves a state at the begin of the step to that side of them, or with side = -1 to the
- * other one, by rounding. Has it moved? */
+/* Forces and rows that jump at a due kink must see the side to which the motion has crossed. Moves a state at
+ * the begin of the step to that side of the kinks, or with side = -1 to the other side, by an amount of
+ * rounding. Has it moved? */
 int refdyn_state_events_leave_kinks(struct refdyn_state_events *events, const struct refdyn_step *step,
                                     int side, double *state);
 /* What is due is about to happen at the begin of the step: notes the values before, and their rates. */

@@ -26,8 +26,8 @@ void refdyn_control_begin(struct refdyn_step_control *control, double h);
  * `interval`. */
 void refdyn_control_find(struct refdyn_step_control *control, const struct refdyn_step *step, double t_stop,
                          double interval);
-/* A step that follows a very short one, to a time that was asked for, is not proposed where it would be
- * shorter than `least`: the next one is found anew. */
+/* After a very short step to a requested time: if the proposed step is shorter than `least`, it is dropped,
+ * and the next step is chosen as at a start. */
 void refdyn_control_drop(struct refdyn_step_control *control, double least);
 /* No step is longer than h. */
 void refdyn_control_bound(struct refdyn_step_control *control, double h);

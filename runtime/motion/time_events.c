@@ -15,15 +15,15 @@
 #include "motion/dips.h"
 #include "motion/step_control.h"
 
-/* Times at which switches are looked at in a step, and where the first one is not known yet; most of them,
- * where they change their sign so fast that more are needed. */
+/* Samples of the switches in a step; in the first step, whose length is not known yet; and at most, where the
+ * switches vary fast. */
 enum { SAMPLES = 32, SAMPLES_AT_START = 1000, SAMPLES_MOST = 4000 };
-/* Between two of them no phase advances by more [rad], so that a parabola through three shows each extreme.
+/* Largest advance of a phase between two samples [rad], so that a parabola through three shows each extreme.
  */
 static const double phase_most = 0.4;
 static const double parabola_misses = 0.125;
 
-/* What is kept of the switches: their values at three times, and where they are looked at. */
+/* Rows of events->switches: values at three times; one more row is for the time that is evaluated. */
 enum { ROWS = 3 };
 
 void refdyn_events_lay_out(struct refdyn_time_events *events, const struct refdyn_model *model,
@@ -68,7 +68,8 @@ double refdyn_events_right_of(const struct refdyn_time_events *events, double t)
 
 /* ---- What changes its sign at times that are not known ---- */
 
-/* A search from the begin of a step: times that were looked at last, and the values there. */
+/* A search from the begin of a step: the last times at which switches were evaluated, and the values there.
+ */
 struct search {
     const struct refdyn_step *step;
     int count;
@@ -92,7 +93,7 @@ static int has_switched(const struct search *search, double t) {
     return 0;
 }
 
-/* The times and values move up by one. */
+/* Shifts times and values by one place. */
 static void take_up(struct search *search, double t) {
     double *room = search->values[0];
     for (int k = 0; k + 1 < ROWS; k++) {
@@ -104,7 +105,7 @@ static void take_up(struct search *search, double t) {
     search->now = room;
 }
 
-/* The distance to the next time, from that which phases allow at t. */
+/* Distance to the next sample: `most`, or less where phase_most allows less at t. */
 static double spacing(const struct search *search, double t, double most) {
     const struct refdyn_step *step = search->step;
     const struct refdyn_workspace *work = step->evaluation.work;
@@ -114,16 +115,16 @@ static double spacing(const struct search *search, double t, double most) {
     return pace * most > phase_most ? phase_most / pace : most;
 }
 
-/* May a value be beyond zero where the parabola says that it is v? The parabola of a sine misses a part of
- * the differences between its three places. */
+/* May a value be beyond zero where the parabola predicts v? For a sine, the error of the parabola is up to
+ * the part parabola_misses of the differences between its three places. */
 static int may_be_beyond(const struct dip *dip, double v) {
     const double most = fmax(dip->v[0], fmax(dip->v[1], dip->v[2]));
     const double least = fmin(dip->v[0], fmin(dip->v[1], dip->v[2]));
     return v < fmax(least / 2, parabola_misses * (most - least));
 }
 
-/* A time between the last three at which switch i is beyond zero, though it is not at them; INFINITY: there
- * is none. */
+/* A time between the last three at which switch i is beyond zero, although it is not at these; INFINITY:
+ * there is none. */
 static double find_dip(const struct search *search, int i) {
     const double side = search->values[ROWS - 1][i] < 0 ? -1 : 1;
     struct dip dip;
@@ -152,7 +153,8 @@ static double find_dips(const struct search *search) {
 }
 
 /* A time until which signs differ from those at the begin for the first time, after search->reached;
- * INFINITY: none is seen. The last time lies beyond `until`, so that what is near to it lies inside three. */
+ * INFINITY: none is found. The last sample lies beyond `until`, so that times near `until` lie between three.
+ */
 static double look_ahead(struct search *search, double until, int samples) {
     const double most = (until - search->t[ROWS - 1]) / samples;
     for (int i = 1; i <= SAMPLES_MOST && search->reached < until; i++) {

@@ -3,9 +3,9 @@
  * Time events: times at which formulas of time alone have kinks or jumps. Every step ends at the next one, sees its left side,
  * and the motion goes on from its right side, each by so much that no rounding of a comparison can matter.
  *
- * Those of what is piecewise linear in time are known. Others are searched for as far as a step may reach: a change of sign
- * between 32 samples, or as many as the frequency of the functions asks for (model.pace), then by bisection. One that is taken back
- * between two samples is seen where a parabola through three shows it. A step does not reach beyond what was searched.
+ * Times of piecewise linear formulas are known. Others are searched for as far as a step may reach: first a change of sign
+ * between 32 samples, or more if the frequency of the functions requires it (model.pace), then bisection. A sign that changes and
+ * changes back between two samples is found where a parabola through three samples shows it. No step reaches beyond what was searched.
  */
 /* clang-format on */
 #ifndef REFDYN_TIME_EVENTS_H
@@ -19,7 +19,7 @@ struct refdyn_time_events {
     int count;        /* of known ones, */
     double *times;    /* (count) ascending [s] */
     int next;         /* the first of them that lies ahead */
-    double *switches; /* (4 switch_count) what changes sign at others, at times after the begin of a step */
+    double *switches; /* (4 switch_count) values that change sign at others, at times after a step's begin */
     double switched;  /* the last of these that was found [s] */
 };
 

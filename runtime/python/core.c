@@ -195,7 +195,7 @@ static void prepare(const struct preparation *with, double *p, const double *x) 
         model->prepare(p);
 }
 
-/* Doubles of the result of `required`. */
+/* Number of doubles in the result of `required`. */
 static size_t required_count(const struct refdyn_model *model) {
     size_t count = 0;
     for (int i = 0; i < model->requirement_count; i++)
@@ -203,7 +203,7 @@ static size_t required_count(const struct refdyn_model *model) {
     return count;
 }
 
-/* Of the requirements of a model, the first that its parameters p do not meet, -1: none; its numbers. */
+/* The first requirement of a model that the parameters p do not meet, and its numbers; -1: they meet all. */
 static int find_refused(const struct preparation *with, const double *p, const double *x,
                         const double **numbers) {
     const struct refdyn_model *model = with->model;
@@ -228,7 +228,7 @@ static PyObject *refuse(const struct refdyn_requirement *requirement, const doub
                         fact);
 }
 
-/* Until a row that the model refuses; -1: it takes all. */
+/* Prepares rows up to the first one that the model refuses. Returns the requirement; -1: none is refused. */
 static int prepare_rows(const struct preparation *with, Py_ssize_t rows, double *p, const double *x,
                         int has_x_by_row, const double **numbers) {
     const Py_ssize_t width = with->model->parameter_count + with->model->derived_count;

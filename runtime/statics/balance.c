@@ -207,7 +207,7 @@ int refdyn_balance_eliminate(struct balance *b, struct place *place) {
 
 /* ---- Tangent ---- */
 
-/* The largest entry of T (n x n) beside its diagonal, which has the springs of the joints, in units. */
+/* The largest entry of T (n x n) off its diagonal, which has the springs of the joints, in units. */
 static double largest_coupling(const struct balance *b) {
     double largest = 0;
     for (int i = 0; i < b->n; i++)
@@ -218,8 +218,8 @@ static double largest_coupling(const struct balance *b) {
 }
 
 /*
- * T (n x n) of the equations sums over all links what Q_q has entry by entry: where no force i depends on a
- * coordinate j, the rounding of these sums would look as if something held the coordinate.
+ * T (n x n) of the equations is a sum over all links, whereas Q_q is exact entry by entry. Where no force i
+ * depends on a coordinate j, rounding of the sum would look as if something held the coordinate.
  */
 static void drop_rounding_of_forces(struct balance *b) {
     struct refdyn_workspace *work = b->work;

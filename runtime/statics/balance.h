@@ -37,7 +37,7 @@ struct balance {
     const int *rows; /* (row_count) rows that hold */
     double *size; /* (row_count) their largest coefficients in units, of all places that were read: a row that
                      loses all of them loses its independence */
-    double *unit; /* (n) what 1 rad weighs against */
+    double *unit; /* (n) change that counts as much as 1 rad */
     double share; /* of the load Q_start that is held back */
     double *Q_start; /* (n) */
     double *rates;   /* (2 n + 1 + m) rates and accelerations 0, then lambda, for the tangent */
@@ -81,7 +81,7 @@ void refdyn_balance_choose(struct balance *balance, const struct place *place);
 int refdyn_balance_eliminate(struct balance *balance, struct place *place);
 /* H at `now`, after refdyn_balance_eliminate. Error: NOT_FINITE. */
 int refdyn_balance_find_tangent(struct balance *balance);
-/* reduced (count - rank)^2 := [1 P^T] X [1; P] of X (count x count), which is overwritten, at `now`. */
+/* At `now`: reduced (count - rank)^2 := [1 P^T] X [1; P]. X (count x count) is overwritten. */
 void refdyn_balance_reduce(const struct balance *balance, double *X, double *reduced);
 /* Its L U. A coordinate whose row and column of H are 0 and that carries no load stays: its equation becomes
  * dq = 0. Error: TANGENT_SINGULAR at a coordinate that nothing holds. */

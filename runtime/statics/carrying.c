@@ -1,13 +1,16 @@
 /*
  * Which contacts carry: see carrying.h.
  *
- * Takes the model's forces Q, stiffness K = -dQ/dq, rows and gaps. The set is guessed without contacts first.
- * Where no equilibrium exists without them, or it lies inside one, the bodies are let down from the start by
- * steps d with min d^T (K + mu D) d / 2 - Q^T d   subject to   g + g_q d >= 0,   phi + phi_q d = 0, D the
- * units. mu rises until the step is short enough, and falls from step to step: the way begins along the
- * forces and ends as Newton's iteration (proximal point method; Parikh and Boyd, Proximal Algorithms, 2014,
- * sect. 4.1). Contacts with a force at its end carry. Their equilibrium is then found like any other, and the
- * set is mended by it: the contact that is entered most joins, or else the one that pulls most leaves.
+ * Takes the model's forces Q, stiffness K = -dQ/dq, rows and gaps. The first guess of the set is empty. Where
+ * no equilibrium exists without contacts, or it lies inside one, the bodies are let down from the start by
+ * steps d:
+ *     min d^T (K + mu D) d / 2 - Q^T d   subject to   g + g_q d >= 0,   phi + phi_q d = 0
+ * D holds the units of the coordinates. mu rises until the step is short enough, and falls from step to step,
+ * so that the way begins along the forces and ends as Newton's iteration (proximal point method; Parikh and
+ * Boyd, Proximal Algorithms, 2014, sect. 4.1). Contacts with a force at its end carry.
+ *
+ * Their equilibrium is then found like any other and corrects the set: the contact that is entered most
+ * joins; if none is entered, the one that pulls most leaves.
  */
 #include "base/arithmetic.h"
 
@@ -25,8 +28,8 @@ enum { STEPS_MOST = 400, MENDS_FREE = 4, MENDS_EACH = 3 };
 static const double first_reach =
     0.1; /* of a step [rad, length]; it doubles while steps keep their direction, */
 static const double reach_turn = 0.5; /* [rad] but for turns */
-static const double arrived = 1e-7;   /* a step without mu that is no longer ends the way [rad, length] */
-static const double settled = 1e-9;   /* and mu of it bears so little, over the largest force and stiffness */
+static const double arrived = 1e-7;   /* the way ends with a shorter step without mu [rad, length], */
+static const double settled = 1e-9;   /* if mu carries less than this, over the largest force and stiffness */
 static const double mu_first = 1e-3, mu_rise = 8, mu_fall = 0.1, mu_least = 1e-12;
 static const double enters = 1e-9;      /* a gap counts as negative from here on [rad, length] */
 static const double pulls = 1e-9;       /* a force counts as negative from here on, over the largest force */
@@ -53,7 +56,7 @@ void refdyn_carrying_lay_out(struct carrying *c, const struct refdyn_model *mode
 
 /* ---- The set ---- */
 
-/* Rows of contacts act where `carries` says so, or, for their gaps, all of them. */
+/* Switches on the rows of contacts: those that `carries` names, or all, to read their gaps. */
 static void let_act(const struct statics *statics, int all) {
     struct refdyn_workspace *work = statics->balance.work;
     const struct refdyn_model *model = work->model;
@@ -141,7 +144,8 @@ static void take_away(const double *directions, int directions_count, int count,
             dense_add(x, -dense_dot(directions + a * count, x, count), directions + a * count, count);
 }
 
-/* Orthonormal directions of the rows that hold in any case, and in `along` the way to them; how many. */
+/* held := orthonormal directions of the rows that always hold; along := the way to these rows. Returns the
+ * number of directions. */
 static int meet_programme(struct statics *statics) {
     struct carrying *c = &statics->carrying;
     const struct balance *b = &statics->balance;
@@ -165,7 +169,7 @@ static int meet_programme(struct statics *statics) {
     return held;
 }
 
-/* d (count) of the factor. 0: no step meets rows and gaps. */
+/* The step d (count) from the factor. 0: no step meets rows and gaps. */
 static int find_step(struct statics *statics) {
     struct carrying *c = &statics->carrying;
     const struct balance *b = &statics->balance;
@@ -203,7 +207,7 @@ static double length_of(const struct balance *b, const double *d, double turns) 
     return longest;
 }
 
-/* A step no longer than *reach, with as little mu as that takes. 0: there is none. */
+/* A step no longer than *reach, with the smallest mu that makes it so. 0: there is none. */
 static int step_within(struct statics *statics, double *reach, double *mu) {
     const struct balance *b = &statics->balance;
     const double turns = fmax(*reach / reach_turn, 1);
@@ -219,7 +223,7 @@ static int step_within(struct statics *statics, double *reach, double *mu) {
     return 0;
 }
 
-/* What mu counts in: the largest stiffness, or force over length. */
+/* The unit of mu: the largest stiffness, or force over length. */
 static double size_of(const struct statics *statics) {
     const struct balance *b = &statics->balance;
     double size = 0;
@@ -240,8 +244,8 @@ static void move(struct statics *statics, double *reach) {
     memcpy(c->d_last, c->d, (size_t)b->count * sizeof(double));
 }
 
-/* From c->q until nothing moves; contacts with a force there carry. Errors: NO_CONVERGENCE, CONTACTS_UNMET,
- * NOT_FINITE. */
+/* Lets the bodies down from c->q until nothing moves; contacts with a force there carry. Errors:
+ * NO_CONVERGENCE, CONTACTS_UNMET, NOT_FINITE. */
 static int let_down(struct statics *statics) {
     struct carrying *c = &statics->carrying;
     const struct balance *b = &statics->balance;
@@ -263,9 +267,9 @@ static int let_down(struct statics *statics) {
     return REFDYN_NO_CONVERGENCE;
 }
 
-/* ---- Mending the set ---- */
+/* ---- Correcting the set ---- */
 
-/* The gap that is entered most at q, or -1. */
+/* The contact whose gap is most negative at q, or -1. */
 static int find_entered(struct statics *statics, const double *q) {
     struct carrying *c = &statics->carrying;
     const struct balance *b = &statics->balance;
@@ -319,8 +323,8 @@ static int mend(struct statics *statics, const double *q, int *status) {
 
 /* ---- Forces that are not unique ---- */
 
-/* Gradients of the gaps at q in units, less what the programme's rows hold, into the problem's normals. 0:
- * there are none. */
+/* normals of the problem := gradients of the gaps at q in units, without their parts along the programme's
+ * rows. 0: there are none. */
 static int find_normals(struct statics *statics, const double *q) {
     struct carrying *c = &statics->carrying;
     const struct balance *b = &statics->balance;
@@ -339,8 +343,8 @@ static int find_normals(struct statics *statics, const double *q) {
     return 1;
 }
 
-/* The least forces p (contacts) of the contacts that carry with the same resultants: p less what is
- * orthogonal to the columns of their normals. 1: others would do as well. */
+/* The smallest forces p (contacts) of the contacts that carry, with the same resultants: p without the part
+ * orthogonal to the columns of their normals. 1: forces are not unique. */
 static int find_least_forces(struct carrying *c, int count, double *p) {
     const int contacts = c->problem.count;
     int rank = 0, carrying = 0;
@@ -376,7 +380,7 @@ static void list_forces(const struct statics *statics, double *p) {
         p[statics->balance.rows[a] - c->first_row] = statics->balance.now.lambda[a];
 }
 
-/* Contacts that are closed at an equilibrium without a force share the load where their least forces press.
+/* Contacts that are closed without a force at an equilibrium share the load if their smallest forces press.
  * 1: some do. */
 static int share_load(struct statics *statics, const double *q) {
     struct carrying *c = &statics->carrying;
@@ -414,7 +418,8 @@ static int share_load(struct statics *statics, const double *q) {
 
 /* ---- The next set ---- */
 
-/* Contacts on which the bodies come to rest from the start. 0: there are none, or they do not. */
+/* Finds contacts on which the bodies come to rest from the start. 0: there are none, or the bodies do not
+ * come to rest. */
 static int guess(struct statics *statics, const double *start, double *q) {
     struct carrying *c = &statics->carrying;
     const struct refdyn_fault fault = statics->balance.work->fault;

@@ -1,8 +1,8 @@
 /*
- * Equilibria on one-sided contacts: which contacts carry.
+ * Equilibria on one-sided contacts: which contacts carry a load.
  *
- * With g the gaps of the contacts that have a part and p their forces, an equilibrium has g >= 0, p >= 0, p g
- * = 0. Contacts that carry are rows that hold; the others are watched.
+ * With g the gaps of the contacts that take part and p their forces, an equilibrium has g >= 0, p >= 0 and
+ * p g = 0. Contacts that carry are rows that hold; of the others the gaps are checked.
  */
 #ifndef REFDYN_CARRYING_H
 #define REFDYN_CARRYING_H
@@ -11,16 +11,18 @@
 
 void refdyn_carrying_lay_out(struct carrying *carrying, const struct refdyn_model *model,
                              struct layout *layout);
-/* Parts the rows of the options into those that hold in any case and those of contacts; at first none
+/* Divides the rows of the options into those that always hold and those of contacts; at first no contact
  * carries. 1: there are contacts. */
 int refdyn_carrying_begin(struct statics *statics);
 /*
- * The next set of contacts that carry, by q (n) and, where `status` is that of an equilibrium under the
- * present set, by its forces: 1. 0: this set stands, or there is no other one to try; *status is then that of
- * the whole. start (n): q before all of it, from which bodies are let down onto their contacts.
+ * Finds the next set of contacts that carry from q (n) and, where `status` says that the present set has an
+ * equilibrium, from its forces. Returns 1: there is a next set. 0: the present set is final, or there is no
+ * other one to try; *status is then the final status. start (n): the first q, from which bodies are let down
+ * onto their contacts.
  */
 int refdyn_carrying_next(struct statics *statics, const double *start, double *q, int *status);
-/* At the end: parameters of the contacts, gaps, and multipliers in the order of the options' rows. */
+/* At the end: writes the parameters of the contacts, their gaps, and the multipliers in the order of the
+ * options' rows. */
 void refdyn_carrying_report(struct statics *statics, const double *q, int status);
 
 #endif

@@ -236,7 +236,7 @@ static int solve(struct statics *statics, double *q, double *hold_force) {
     return status;
 }
 
-/* The same with contacts, for one set of those that carry after the other. */
+/* The same with contacts: tries one set of contacts that carry after the other. */
 static int solve_on_contacts(struct statics *statics, double *q, double *hold_force) {
     const size_t bytes = (size_t)statics->balance.n * sizeof *q;
     double *begin = statics->q_begin;

@@ -10,11 +10,11 @@
 #include "linear/eigenvalues.h"
 #include "linear/elimination.h"
 
-/* Of the shift: a double eigenvalue 0 splits by sqrt(DBL_EPSILON); */
+/* Relative to the shift: a double eigenvalue 0 splits by sqrt(DBL_EPSILON); */
 static const double zero = 1e-6;
 /* a growth that is less than these parts of |lambda|, and of |lambda - s|^2 / s, is rounding. */
 static const double growth = 1e-9, rounding_of_shift = 1e-12;
-/* The shift lies between the rates of stiff and soft coordinates, at a part that closed forms do not meet. */
+/* The shift lies between the rates of stiff and soft coordinates, at an odd ratio that no closed form has. */
 static const double shift_share = 0.6180339887498949, low_share = 1e-6;
 
 /* Between the largest and the smallest sqrt(K_jj / M_jj). */

@@ -21,24 +21,24 @@ struct path_room {
     int *order;                      /* (n + 1) */
 };
 
-/* Which contacts carry, and room to find them: carrying.c. */
+/* Which contacts carry a load, and room to find them: carrying.c. */
 struct carrying {
     int first_row;      /* of contacts */
-    int programme;      /* rows that hold in any case, */
-    int *rows;          /* (m) the first ones; those of contacts that carry follow */
+    int programme;      /* number of rows that always hold */
+    int *rows;          /* (m) first these, then those of contacts that carry */
     int *has_part;      /* (contacts) the options list its row */
     int *carries;       /* (contacts) */
     int mends;          /* changes of the set so far */
-    int is_let_down;    /* the set has been guessed */
-    int is_shared;      /* closed contacts without a force have been asked to share the load, */
-    int *joins;         /* (contacts) and these do */
+    int is_let_down;    /* the bodies were let down, which is a guess of the set */
+    int is_shared;      /* it was tried to share the load with closed contacts without a force */
+    int *joins;         /* (contacts) those that share it */
     double *lambda;     /* (m) of the options' rows */
     double *gap;        /* (contacts) */
     double *q;          /* (n) on the way down */
     double *stiffness;  /* (n x n) dQ/dq there */
     double size;        /* largest of stiffnesses and forces */
     double *factor;     /* (count x count) of K + mu D */
-    double *held;       /* (m x count) directions of the rows that hold in any case */
+    double *held;       /* (m x count) directions of the rows that always hold */
     double *along;      /* (count) the way to these rows */
     double *d, *d_last; /* (count) steps */
     struct refdyn_one_sided problem;

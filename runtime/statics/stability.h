@@ -5,8 +5,8 @@
  * S = -(H + H^T)/2 is negative, or zero. Where forces have a potential, H is symmetric, and an equilibrium is
  * stable where that has a minimum (Lagrange and Dirichlet): no such direction. The signs do not depend on
  * masses (Sylvester). Where H is not symmetric, as with follower loads, growing modes of the linear motion
- * are counted (linear_motion.h). Where the model has no tangent for that, S is judged all the same: positive,
- * it excludes that the state is left without oscillation, and no more.
+ * are counted (linear_motion.h). Where the model has no tangent for that, S is judged nevertheless: if it is
+ * positive, the motion cannot leave the state without oscillating; oscillations may still grow.
  */
 #ifndef REFDYN_STABILITY_H
 #define REFDYN_STABILITY_H
@@ -27,8 +27,8 @@ struct spectrum {
 void refdyn_stability_find_spectrum(struct balance *balance, struct spectrum *spectrum);
 /* y (count - rank) along the lowest of the values. */
 void refdyn_stability_lowest(const struct balance *balance, const struct spectrum *spectrum, double *y);
-/* Into result: unstable, neutral, has_potential, criterion, unstable_coordinate. After refdyn_newton_solve.
- */
+/* After refdyn_newton_solve. Sets unstable, neutral, has_potential, criterion and unstable_coordinate of the
+ * result. */
 void refdyn_stability_judge(struct balance *balance, struct refdyn_statics_result *result);
 
 #endif

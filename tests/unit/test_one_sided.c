@@ -1,6 +1,6 @@
 /*
- * The shortest vector under one-sided conditions: what makes it the shortest (Karush, Kuhn and Tucker), at
- * random problems with dependent normals, and problems that nothing meets.
+ * The shortest vector under one-sided conditions: the optimality conditions of Karush, Kuhn and Tucker, for
+ * random problems with dependent normals, and problems without a solution.
  */
 #include "check.h"
 #include "constraints/one_sided.h"
@@ -81,7 +81,7 @@ static void test_random_problems(void) {
     }
 }
 
-/* x >= 1 and -x >= 1; and a normal of zeros that is to give something. */
+/* x >= 1 and -x >= 1; and a normal of zeros with a positive bound. */
 static void test_nothing_meets_all(void) {
     struct refdyn_one_sided problem = new_problem(2, 1);
     problem.normals[0] = problem.bounds[0] = problem.bounds[1] = 1;
@@ -96,7 +96,7 @@ static void test_nothing_meets_all(void) {
 static void test_equalities(void) {
     struct refdyn_one_sided problem = new_problem(3, 4);
     fill(&problem);
-    for (int j = 0; j < 4; j++) /* the third says what the first two say */
+    for (int j = 0; j < 4; j++) /* the third is the sum of the first two */
         problem.normals[8 + j] = problem.normals[j] + problem.normals[4 + j];
     problem.bounds[2] = problem.bounds[0] + problem.bounds[1];
     CHECK(refdyn_one_sided_meet(&problem) == 2);

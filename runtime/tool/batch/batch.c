@@ -33,7 +33,7 @@ static enum status check_csv(const struct batch_setup *setup) {
     return STATUS_DONE;
 }
 
-/* Whether the file of this name can have what is kept; without a name, as of a trial, a file of HDF5. */
+/* Can the file of this name hold what is kept? Without a name, as in a trial, an HDF5 file is meant. */
 static enum status check_output(const struct batch_setup *setup) {
     const char *path = setup->options.output;
     if (path && text_ends_with(path, ".csv"))
@@ -164,7 +164,7 @@ static bool write_csv(struct results *results, const struct batch_setup *setup, 
     return true;
 }
 
-/* The shares of the cases add up to all that this call has spent. */
+/* The shares of the cases add up to all processor time of this call. */
 static bool share_time(struct runs_writer *writer, struct batch_count *count) {
     batch_time_passed(count);
     return runs_share_time(writer, count->cpu_s - count->cases_cpu_s);

@@ -15,11 +15,11 @@ struct batch_count {
     long cases, failed; /* that ended in this call, well or not */
     /* that started from an equilibrium which is unstable, or which lies beyond a limit point of the load */
     struct noted_cases unstable, beyond;
-    struct noted_cases far; /* that a projection of the start has moved far */
+    struct noted_cases far;           /* that a projection of the start has moved far */
     double cases_cpu_s;               /* of these cases: the sum of their shares */
     double cpu_started, wall_started; /* clocks when the first case began */
     double cpu_s, wall_s;             /* of all since then: threads, journal, file; by batch_time_passed */
-    long steps, steps_alone;          /* all, and those that the motions took themselves beside lanes */
+    long steps, steps_alone;          /* all, and those that motions took themselves, outside lanes */
 };
 
 /* Where records go, and which cases have one already. */
@@ -36,7 +36,7 @@ struct batch_sink {
  */
 enum status batch_run(struct batch_setup *setup, const struct batch_sink *sink, struct batch_count *count);
 
-/* Of the program until now. */
+/* Time of the program until now. */
 void batch_time_passed(struct batch_count *count);
 
 /* The batch of one structure without its cases, threads and callbacks. */

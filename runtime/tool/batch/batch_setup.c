@@ -41,8 +41,9 @@ static bool may_use_lanes(const struct refdyn_options *integration) {
     return integration->tol > 0 && integration->gain_share == 0;
 }
 
-/* By default each lane has at least two cases: a step in lanes takes as long for one case as for all. The
- * sweep alone decides it, not the cases or threads of this call, since one lane rounds otherwise. */
+/* By default each lane has at least two cases, since a step in lanes takes as long for one case as for all.
+ * Only the sweep decides the number of lanes, not the cases or threads of this call, because one lane rounds
+ * differently. */
 static int suitable_lanes(const struct batch_setup *setup) {
     const long cases = setup->sweep.cases.count / setup->structures.count;
     int lanes = refdyn_batch_widest();

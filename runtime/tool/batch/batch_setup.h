@@ -45,8 +45,8 @@ void batch_identify(struct batch_setup *setup);
 /* Settings and options of the motions, as the attribute `options` of a file has them; their texts live as
  * long as it. */
 void batch_read_options(const json_t *from, struct options *options);
-/* Whether the texts of model, sweep, options and files in a file of runs are those that were written into it:
- * complains of the first one that is not. */
+/* Are the texts of model, sweep, options and files in a file of runs those that were written into it?
+ * Complains about the first one that is not. */
 bool batch_check_texts(const struct runs_reader *runs, const char *path);
 /* Of a file's content; false, with a complaint, when it cannot be read. */
 bool batch_hash_file(const char *path, char hash[static JOURNAL_HASH]);

@@ -136,7 +136,7 @@ static int is_interrupted(void *context) {
     return interrupted != 0;
 }
 
-/* The folder of the model is gone when its place is read. */
+/* The text without the folder of the model, which no longer exists when the place is read. */
 static const char *without_folder(const struct again *again, const char *text) {
     const size_t length = strlen(again->folder.path);
     return strncmp(text, again->folder.path, length) == 0 && text[length] == '/' ? text + length + 1 : text;

@@ -152,7 +152,7 @@ static int64_t find_record(struct journal *journal, int64_t offset, int64_t size
     return found < 0 ? size : found;
 }
 
-/* Of `bytes` in the file no good record was made. */
+/* Warns that `bytes` of the file belong to no good record. */
 static void warn_of_damage(const struct journal *journal, int64_t bytes) {
     fprintf(stderr,
             "refdyn: %s: warning: %lld bytes are damaged or incomplete; cases that were there are computed "
@@ -160,7 +160,7 @@ static void warn_of_damage(const struct journal *journal, int64_t bytes) {
             journal->path, (long long)bytes);
 }
 
-/* All good records of a file of `size` bytes; what follows the last of them is cut off. */
+/* Reads all good records of a file of `size` bytes; cuts off what follows the last one. */
 static bool read_records(struct journal *journal, int64_t size) {
     const struct mark *mark;
     size_t length;

@@ -80,8 +80,8 @@ static bool has_item(const struct listing *listing, enum kept_kind kind, const c
     return false;
 }
 
-/* The state: t, coordinates, rates and points, which are the first columns of the table, and forces and times
- * of rest of contacts, which are the last. */
+/* The state: t, coordinates, rates and points, which are the first columns of the table, and for contacts the
+ * forces and times of rest, which are the last. */
 static void add_state(struct listing *listing, enum kept_kind kind, const struct table *table,
                       const struct refdyn_model *model) {
     const int first = 1 + 2 * model->n + 9 * model->point_count;

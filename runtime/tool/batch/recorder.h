@@ -40,8 +40,8 @@ struct seen_times seen_times_make(struct memory *memory, const struct keep *keep
 bool kept_lay_out(struct memory *memory, const struct keep *keep, const struct refdyn_model *const *models,
                   int model_count, struct kept *kept, struct runs_layout *layout);
 
-/* Whether a file of HDF5 can have all names of `keep` in that layout: complains of the first one that is none
- * for it. */
+/* Can an HDF5 file have all names of `keep` in that layout? Complains about the first one that it cannot
+ * have. */
 bool kept_fits_hdf5(const struct keep *keep, const struct runs_layout *layout);
 
 struct recorder {

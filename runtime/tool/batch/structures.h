@@ -20,7 +20,7 @@ struct structure {
     struct refdyn_batch_column *columns; /* what varies and the model has */
     struct refdyn_samples *samples;      /* of the files of inputs */
     int column_count, sample_count;
-    int *held; /* (held_count) from statics: coordinates that are held */
+    int *held; /* (held_count) coordinates that statics holds */
     int held_count;
     struct refdyn_statics_options statics;
 };

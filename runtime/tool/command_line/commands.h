@@ -77,7 +77,8 @@ enum status find_equilibrium(struct scene *scene, const struct options *options,
 void print_rows_without_part(const struct scene *scene, const struct refdyn_statics_options *statics);
 /* "stable", "neutral in 1 direction", "unstable in 2 directions". */
 const char *stability_text(const struct refdyn_statics_result *result);
-/* By what it was judged: a word, by the enum; where forces have no potential, a line on stderr. */
+/* How stability was judged: a word for each value of the enum; for forces without a potential, a line on
+ * stderr. */
 extern const char *const statics_criterion_words[];
 void print_criterion(const struct refdyn_statics_result *result);
 

@@ -284,7 +284,7 @@ enum status option_error(const struct options *options, const char *option, cons
     return STATUS_USAGE;
 }
 
-/* The command that is longer or shorter by its end only, as in "simulate", whatever the capitals; or NULL. */
+/* The command that differs by its end only, such as "sim" for "simulate", in any capitals; or NULL. */
 static const char *meant_command(const struct command *commands, const char *name) {
     for (const struct command *command = commands; command->name; command++) {
         const size_t own = strlen(command->name), given = strlen(name);
@@ -521,7 +521,7 @@ static enum status check_alone(const struct options *options, const bool is_take
     return STATUS_DONE;
 }
 
-/* Motions are written as tables: the ending of another kind of file would promise what is not in it. */
+/* Motions are written as tables; the ending of another kind of file would promise other contents. */
 static enum status check_ending(const struct options *options) {
     static const char *const others[][2] = {{".svg", "; refdyn plot draws it"},
                                             {".png", "; refdyn plot draws it"},

@@ -16,7 +16,7 @@ enum {
 /* A quantity along an axis: its value in each case, and the fields that the axis is parted into. */
 struct sweep {
     const double *values; /* by row */
-    double correlation;   /* with what is drawn: the part of its variance that goes with the quantity */
+    double correlation;   /* with the drawn values: the part of their variance that follows this quantity */
     char *label;
     double *steps; /* different values, ascending */
     long step_count;
@@ -105,7 +105,7 @@ static int compare_pairs(const void *a, const void *b) {
     return (p->x > q->x) - (p->x < q->x);
 }
 
-/* Of the cases that have both numbers, by ascending x; returns how many they are. */
+/* Collects the cases that have both numbers, by ascending x; returns how many there are. */
 static long pair_up(struct runs_charts *figure, const double *x, const double *y, struct pair **pairs) {
     const long cases = runs_count(figure->reader);
     long count = 0;
@@ -139,8 +139,9 @@ static double along_a_line(const struct pair *pairs, long count) {
     return xx > 0 && yy > 0 ? xy / xx * (xy / yy) : 0;
 }
 
-/* The correlation ratio of Pearson, less what chance gives (Kelley, Proc. Natl. Acad. Sci. 21, 1935): sees
- * curves that rise and fall, too. Groups have about sqrt(count) cases; equal x are not parted. */
+/* Pearson's correlation ratio without the part that chance causes (Kelley, Proc. Natl. Acad. Sci. 21, 1935).
+ * It also detects curves that rise and fall. Groups have about sqrt(count) cases; equal x stay in one group.
+ */
 static double along_groups(const struct pair *pairs, long count) {
     const double mean = mean_of_pairs(pairs, count).y, enough = sqrt((double)count);
     double within = 0, all = 0;
@@ -165,8 +166,8 @@ static double correlation_of(struct runs_charts *figure, const double *x, const 
     return fmax(along_a_line(pairs, count), along_groups(pairs, count));
 }
 
-/* The two that correlate most with the values, in the order of the file; of equal ones the first. Returns how
- * many there are. */
+/* Finds the two quantities that correlate most with the values, in the order of the file; the first of equal
+ * ones wins. Returns how many there are. */
 static int find_sweeps(struct runs_charts *figure, const double *values, struct sweep sweeps[static 2]) {
     const struct cases *cases = &runs_layout(figure->reader)->cases;
     int count = 0;

@@ -1,4 +1,4 @@
-/* What the gate sends, and what it may take: see hdf5_answers.h. */
+/* Answers of the gate, and its limits: see hdf5_answers.h. */
 #include "hdf5/hdf5_answers.h"
 #include "text/output.h"
 
@@ -59,8 +59,8 @@ static void bound(int resource, rlim_t most) {
     }
 }
 
-/* Lengths in a damaged file may ask for any amount. Where the system does not say how much this process has,
- * only the bounds on texts hold. */
+/* Lengths in a damaged file may request any amount of memory. Where the system does not say how much this
+ * process has, only the limits on texts hold. */
 static void bound_memory(const struct answers *answers) {
     const double more = 1e9 + 4 * answers->bytes;
     unsigned long long pages = 0;

@@ -1,5 +1,6 @@
 /*
- * What all our HDF5 files share: how they are made, written and closed, and what is said when that fails.
+ * What all HDF5 files of the project share: how they are made, written and closed, and the messages when that
+ * fails.
  *
  * Equal contents give equal bytes: no times are kept. Groups list their members in the order in which they
  * were made. Texts are UTF-8 of variable length. All functions complain once for a file, on stderr, as
@@ -11,7 +12,7 @@
 #include <hdf5.h>
 #include <stdbool.h>
 
-/* Attributes of a file: what is in it, and in which version of its layout. */
+/* Attributes of a file: its content, and the version of its layout. */
 #define HDF5_CONTENT "content"
 #define HDF5_VERSION "layout_version"
 
@@ -31,7 +32,7 @@ bool hdf5_create(struct hdf5_file *file, const char *path, const char *content, 
 bool hdf5_finish(struct hdf5_file *file);
 void hdf5_release(struct hdf5_file *file);
 
-/* Why the last function of HDF5 failed, in words. */
+/* Why the last call of HDF5 failed, in words. */
 const char *hdf5_cause(void);
 /* Complains with `fact` and the cause that HDF5 has, which it forgets at the next call of it, unless the file
  * has failed before. Returns false. */

@@ -32,7 +32,7 @@ struct place {
 
 enum {
     DEEPEST = 32,      /* groups in groups */
-    MOST_PACKED = 1100 /* bytes that one byte of a file may stand for; 1032 is the most of zlib */
+    MOST_PACKED = 1100 /* bytes that one byte of a file may stand for; zlib reaches at most 1032 */
 };
 
 struct gate {
@@ -106,7 +106,7 @@ static int add_entry(struct gate *gate, const char *path, int group) {
     return gate->count++;
 }
 
-/* All that is in a group follows it. */
+/* Adds a group's content after the group. */
 static void add_entries(struct gate *gate, int group, int depth) {
     const char *path = gate->entries[group].path;
     const struct names names = list_names(gate, path);
@@ -136,7 +136,7 @@ static void sort_places(struct gate *gate) {
                            gate->entries[gate->places[i].entry].path);
 }
 
-/* The entry that a reference is to; `what` it is there. */
+/* The entry to which a reference leads; `what` it is, for messages. */
 static const struct entry *referred(struct gate *gate, const char *path, const char *what,
                                     hobj_ref_t reference) {
     const struct place key = {.address = reference};
@@ -161,7 +161,7 @@ static enum hdf5_kind kind_of(hid_t type) {
     }
 }
 
-/* Data of `count` elements have to be in the file, packed at most as HDF5's filters can. */
+/* Data of `count` elements must be in the file, packed no more than HDF5's filters can. */
 static void check_fit(struct gate *gate, const char *path, double count, hid_t type) {
     if (count * (double)H5Tget_size(type) > MOST_PACKED * gate->answers->bytes)
         answers_refuse(gate->answers, "damaged: %s: %.0f values do not fit into a file of %.0f bytes", path,
@@ -289,7 +289,7 @@ static const char *find_axis(struct gate *gate, const char *path) {
     return axis;
 }
 
-/* A scale knows the datasets along it: all of them have to be there. */
+/* A scale lists the datasets along it; all of them must exist. */
 static void check_datasets_along(struct gate *gate, const char *path) {
     static const char name[] = "REFERENCE_LIST";
     if (!has_attribute(gate, path, name))
@@ -319,7 +319,7 @@ static void check_filters(struct gate *gate, const char *path, hid_t creation) {
     }
 }
 
-/* Before anything asks for its size: that opens the files of a virtual dataset. */
+/* To be called before any request for the size, which opens the files of a virtual dataset. */
 static bool check_storage(struct gate *gate, const char *path, hid_t dataset) {
     const hid_t creation = answers_good(gate->answers, path, H5Dget_create_plist(dataset));
     const H5D_layout_t layout = H5Pget_layout(creation);
@@ -358,7 +358,7 @@ static void look_at_dataset(struct gate *gate, struct entry *entry) {
     H5Tclose(type);
 }
 
-/* Before any attribute is read: what another object lacks may be what is wrong with this one. */
+/* To be called before any attribute is read: a fault in another object may be the cause of one here. */
 static void look_at_entries(struct gate *gate) {
     for (int i = 0; i < gate->count; i++) {
         struct entry *entry = &gate->entries[i];
@@ -406,7 +406,7 @@ static hid_t select_rows(struct gate *gate, const struct entry *entry, const str
     return space;
 }
 
-/* For HDF5, which asks for the texts of a dataset. */
+/* Allocates the texts of a dataset for HDF5. */
 static void *allocate_text(size_t size, void *where) {
     struct answers *answers = where;
     if ((double)size > answers->text_left + 1)

@@ -1,4 +1,4 @@
-/* What the program takes from the gate: see hdf5_input.h. */
+/* What the program receives from the gate: see hdf5_input.h. */
 #include "hdf5/hdf5_input.h"
 #include "hdf5/hdf5_rows.h"
 #include "text/csv.h"
@@ -54,7 +54,7 @@ static bool get_block(struct hdf5_input *input, void *block, size_t size, size_t
            (count == 0 || fread(block, size, count, input->answers) == count || complain_of_end(input));
 }
 
-/* A number within a range; a gate that a damaged file has spoiled may send any. */
+/* Receives a number within a range; a gate corrupted by a damaged file may send any number. */
 static bool get_within(struct hdf5_input *input, long least, double most, long *number) {
     int64_t found = 0;
     if (!get_block(input, &found, sizeof found, 1))
@@ -63,7 +63,7 @@ static bool get_within(struct hdf5_input *input, long least, double most, long *
     return (found >= least && (double)found <= most) || complain(input, "damaged: a number has no sense");
 }
 
-/* Room for a text is asked of `get`, once for all texts of objects, one by one for those of rows. */
+/* Texts of objects live in the memory of the input, those of rows in heap memory, one by one. */
 static char *get_text(struct hdf5_input *input, bool is_of_row) {
     enum { MORE = 4096 /* facts and paths may be longer than a small file */ };
     long length;
@@ -78,7 +78,7 @@ static char *get_text(struct hdf5_input *input, bool is_of_row) {
     return NULL;
 }
 
-/* False: another one, which is a fact about the file, or nothing. */
+/* Receives an answer in the range first ... last. False: a fact about the file, or nothing, came instead. */
 static bool get_answer(struct hdf5_input *input, enum gate_answer first, enum gate_answer last,
                        long *answer) {
     if (!get_within(input, GATE_FACT, GATE_ROWS, answer))
@@ -173,7 +173,7 @@ static bool has_signature(int descriptor, off_t bytes) {
     return false;
 }
 
-/* What HDF5 would not say in these words, and what would wait for a pipe. */
+/* Complains where the message of HDF5 would be less clear, and where reading would wait for a pipe. */
 static bool check_readable(struct hdf5_input *input, const char *what) {
     struct stat status;
     const int descriptor = open(input->path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
@@ -248,7 +248,7 @@ static void drop_texts(struct hdf5_input *input) {
     input->held = 0;
 }
 
-/* Another gate may hold the socket open, too: this one is ended, it writes nothing. */
+/* Another gate may also hold the socket open, so this one is killed. It writes no files. */
 void hdf5_input_close(struct hdf5_input *input) {
     drop_texts(input);
     free(input->values);

@@ -1,6 +1,6 @@
 /*
- * Rows of an HDF5 file, that is one number or several, or a text, in each of its datasets: written in blocks,
- * so that memory does not grow with their count.
+ * Rows of an HDF5 file. A row is one number or several, or a text, in each dataset. Rows are written in
+ * blocks, so that memory does not grow with their count.
  */
 #ifndef REFDYN_TOOL_HDF5_ROWS_H
 #define REFDYN_TOOL_HDF5_ROWS_H
@@ -27,7 +27,7 @@ struct hdf5_rows {
     char **texts;   /* (room x text_width) in heap memory */
 };
 
-/* How many rows of that many numbers and texts a block has. */
+/* How many rows with so many numbers and texts a block holds. */
 long hdf5_rows_in_block(int width, int text_width);
 
 /* Columns are added before the first row; hdf5_rows_release in any case. */

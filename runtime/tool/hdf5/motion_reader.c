@@ -24,7 +24,7 @@ bool motion_is_in(const char *path) {
 
 /* ---- Datasets ---- */
 
-/* Numbers a row. */
+/* How many numbers a row has. */
 static int width_of(const struct hdf5_object *object) {
     return object->size[1] > 0 ? (int)object->size[1] : 1;
 }
@@ -47,7 +47,8 @@ static bool take_dataset(struct motion_reader *reader, const struct hdf5_object 
     return true;
 }
 
-/* What has names of columns is one of ours; in the order in which they were made, that of the CSV. */
+/* Datasets with names of columns were written by refdyn. They come in the order in which they were made,
+ * which is that of the CSV. */
 static bool take_datasets(struct motion_reader *reader) {
     for (int i = 0; i < reader->input.count; i++) {
         const struct hdf5_object *object = &reader->input.objects[i];
@@ -100,7 +101,7 @@ const char *const *motion_names(const struct motion_reader *reader, int *count) 
     return reader->names;
 }
 
-/* Motions that are written are finite, and time goes on, or stands at an event. */
+/* Written motions are finite, and their time advances, or stands still at an event. */
 static bool check_row(struct motion_reader *reader, const double *row) {
     for (int i = 0; i < reader->count; i++)
         if (!isfinite(row[i]))

@@ -125,7 +125,7 @@ static bool has_texts(enum varied_kind kind) {
     return kind == VARIED_OPTION || kind == VARIED_SAMPLES;
 }
 
-/* RUNS_KIND_COUNT: the text names none. */
+/* RUNS_KIND_COUNT: the text names no kind. */
 static int find_kind(const char *text) {
     int kind = 0;
     while (kind < RUNS_KIND_COUNT && (!text || strcmp(runs_kinds[kind], text) != 0))

@@ -46,7 +46,7 @@ static void print_values(const char *title, const struct refdyn_model *model, co
     fputc('\n', stderr);
 }
 
-/* How far bodies lie in each other. */
+/* How deep bodies lie in each other. */
 static void print_gap(const struct scene *scene, double t, const double *q, const double *qd) {
     const struct refdyn_model *model = scene->model;
     const struct refdyn_workspace *work = &scene->work;

@@ -74,13 +74,13 @@ enum status scene_finish(struct scene *scene, struct document *document);
 void put_coordinates(struct document *document, const char *key, const struct refdyn_model *model,
                      const int *which);
 void put_positions(struct document *document, const struct scene *scene);
-/* "q", "qd", "t", "inputs", "parameters" of the scene: what a STATE.json takes, with the values that were
+/* Puts "q", "qd", "t", "inputs" and "parameters" of the scene, as in a STATE.json, with the values that were
  * given. */
 void put_state(struct document *document, const struct scene *scene);
 
 enum { REFUSED_LENGTH = 400 };
-/* What the model refuses of the values of parameters in a workspace of the scene's model, where a call ended
- * with REFDYN_REFUSED: "FILE:LINE: what is wrong", into text, which it returns. */
+/* After a call that ended with REFDYN_REFUSED in a workspace of the scene's model: writes which parameter
+ * value the model refuses, as "FILE:LINE: what is wrong", into text. Returns text. */
 const char *scene_refused_fact(const struct scene *scene, const struct refdyn_workspace *work,
                                char text[static REFUSED_LENGTH]);
 /* Complains of the first row that is `wrong`, with `fact`; STATUS_DONE when there is none. */

@@ -172,7 +172,7 @@ static void read_parameters(struct reading *reading, struct state *state, json_t
                                     &state->parameter_count);
 }
 
-/* A name of the model where a key is needed: which key holds it. */
+/* A name of the model stands where a key must be: finds the key under which it belongs. */
 static bool is_of_model(struct reading *reading, int line, const char *name) {
     const struct generation *generation = reading->generation;
     const char *key = NULL;
@@ -189,8 +189,8 @@ static bool is_of_model(struct reading *reading, int line, const char *name) {
     return key;
 }
 
-/* A result names its coordinates: those of another model, or of another structure of this one, would be taken
- * for others. */
+/* A result names its coordinates. Without this check, values for another model, or for another structure of
+ * this one, would go to the wrong coordinates. */
 static void check_coordinates(struct reading *reading, const json_t *array) {
     const struct tree *tree = &reading->generation->tree;
     for (int i = 0; i < tree->count && reading->complaints < COMPLAINTS_MOST; i++) {

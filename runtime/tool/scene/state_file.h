@@ -1,9 +1,9 @@
 /*
  * STATE.json: {"t": 0, "q": [...], "qd": [...], "inputs": {"NAME": value}, "parameters": {"NAME": value}}.
  *
- * Takes the file and the model that was read; gives the values, complete or with what is missing marked. The
- * results of `statics` and `modes` are states: their other keys have no part, but `coordinates` must be the
- * model's.
+ * Takes the file and the model that was read; returns the values, complete or with missing ones marked. The
+ * results of `statics` and `modes` are states, too: their other keys are ignored, but `coordinates` must be
+ * those of the model.
  */
 #ifndef REFDYN_TOOL_STATE_FILE_H
 #define REFDYN_TOOL_STATE_FILE_H
@@ -17,8 +17,8 @@ struct named_value {
     double value;
 };
 
-/* Values that are applied at run time, later ones win: the STATE.json's parameters, then --set; the inputs of
- * --set, then the STATE.json's. */
+/* Values that are applied at run time; later ones win. Parameters: from the STATE.json, then from --set.
+ * Inputs: from --set, then from the STATE.json. */
 struct values {
     struct named_value *list, *inputs; /* inputs: of --set */
     int count, input_count;

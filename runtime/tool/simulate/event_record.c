@@ -16,7 +16,7 @@ static void add(struct event_record *record, struct event_mark mark) {
     record->count++;
 }
 
-/* The contact of an event, -1: it is none. */
+/* The contact of an event; -1: the event is no contact. */
 static int contact_of(const struct refdyn_model *model, int event) {
     return model->events[event].contact - 1 - refdyn_programme_rows(model);
 }
@@ -41,7 +41,7 @@ static void take_modes(struct event_record *record, const struct refdyn_integrat
     }
 }
 
-/* A contact that does not move freely changes its mode, which take_modes finds. */
+/* A contact that is not free changes its mode, which take_modes finds. */
 static void take_due(struct event_record *record, const struct refdyn_integrator *integrator, int event) {
     const struct refdyn_model *model = integrator->work->model;
     const int k = contact_of(model, event);

@@ -1,5 +1,5 @@
-/* The events of a motion, in order: what summaries say of them. Of contacts these are impacts, and where they
- * come to rest and leave. */
+/* The events of a motion, in order, for summaries. Events of contacts are impacts, coming to rest, and
+ * leaving. */
 #ifndef REFDYN_TOOL_EVENT_RECORD_H
 #define REFDYN_TOOL_EVENT_RECORD_H
 
@@ -35,7 +35,8 @@ void events_release(struct event_record *record);
 void events_print(const struct event_record *record, const struct refdyn_model *model);
 void events_put(const struct event_record *record, const struct refdyn_model *model,
                 struct document *document);
-/* On stderr: the events at which a motion stands, and what the model refuses of what they set. */
+/* On stderr: the events at which a motion stands, and the value among those they set that the model refuses.
+ */
 void events_print_refused(const struct refdyn_integrator *integrator, const char *fact);
 /* Where a motion has failed at events: which. */
 void events_print_failed(const struct refdyn_integrator *integrator);

@@ -51,8 +51,8 @@ struct motion_reader *motion_open(const char *path);
 const char *const *motion_names(const struct motion_reader *reader, int *count);
 /* The next row, (count), of finite numbers: 1; 0 after the last one; -1 with a complaint. */
 int motion_next(struct motion_reader *reader, double *values);
-/* Gives the attributes of a group, "/parameters", in the order of their names; `take` gets texts, and numbers
- * with the text NULL. A group that is not there has none. */
+/* Passes the attributes of a group, such as "/parameters", to `take`, in the order of their names: texts, and
+ * numbers with the text NULL. A missing group has no attributes. */
 void motion_give_facts(const struct motion_reader *reader, const char *group,
                        void take(void *context, const struct motion_fact *fact), void *context);
 /* NULL: nothing. */

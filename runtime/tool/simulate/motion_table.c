@@ -290,7 +290,7 @@ static void put_inputs(struct table *table) {
     put_values(table, work->x, work->model->input_count);
 }
 
-/* The force, and since when the contact rests; 0 while it is free. */
+/* The force, and the time since which the contact rests; both are 0 while it is free. */
 static void put_contacts(struct table *table) {
     struct refdyn_integrator *integrator = table->integrator;
     if (integrator->contact_count == 0)

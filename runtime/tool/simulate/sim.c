@@ -41,7 +41,7 @@ static double farthest_move(const double *moved, int n, int *most) {
     return fabs(moved[*most]);
 }
 
-/* Coordinates by what a projection has moved them, the farthest ones first. */
+/* Coordinates by how far a projection has moved them, the farthest first. */
 static void print_moves(const struct refdyn_integrator *integrator, const double *q) {
     const struct refdyn_model *model = integrator->work->model;
     double *left = allocate((size_t)model->n, sizeof *left);
@@ -107,7 +107,7 @@ static void print_beyond(const struct motion *motion) {
                 model->events[i].name, exact_text(values[i], text));
 }
 
-/* Contacts that were said to rest: the motion finds itself which do. */
+/* Warns of contacts that were given as resting: the motion itself finds which contacts rest. */
 static void print_free_contacts(const struct motion *motion) {
     const struct refdyn_integrator *integrator = &motion->integrator;
     const struct refdyn_model *model = integrator->work->model;
@@ -434,7 +434,7 @@ static enum status run_scene(struct scene *scene, const struct options *options,
     return status;
 }
 
-/* A file of HDF5 is a file, and has a group with a dataset for each course. */
+/* An HDF5 output must be a file, and has a group with a dataset for each course. */
 static enum status check_hdf5(const struct scene *scene) {
     const struct model *model = &scene->generation.model;
     enum status status = STATUS_DONE;

@@ -51,10 +51,10 @@ static void print_method(const struct motion *motion) {
         print_choice(integrator);
 }
 
-/* A row that is off by more than this [m, rad, and these a second] does not hold. */
+/* A row with a larger residual than this [m, rad, and these a second] does not hold. */
 static const double off_most = 0.01;
 
-/* The start has a warning of its own, and a projection holds all rows. */
+/* The start has its own warning, and a projection holds all rows. */
 static void warn_of_rows(const struct refdyn_integrator *integrator) {
     const struct refdyn_statistics *s = &integrator->statistics;
     const int by_rate = !(s->phi_max > off_most), row = by_rate ? s->psi_row : s->phi_row;
@@ -88,9 +88,9 @@ static void print_passages(const struct refdyn_statistics *s) {
     fputs(s->crossings > kept ? ", ...\n" : "\n", stderr);
 }
 
-/* Errors of less than these parts, of the largest change or kinetic energy and of all energy, are none to
- * speak of. Nor are those that errors of positions within the tolerance explain; for fixed steps within this
- * one. */
+/* Errors of energy below these parts are not reported: balance_part of the largest change or kinetic energy,
+ * energy_part of all energy. Nor are errors that position errors within the tolerance explain; with fixed
+ * steps tol_fixed takes its place. */
 static const double balance_part = 0.02, energy_part = 1e-4, tol_fixed = 1e-6;
 /* A change is the error itself when it is no more than so many times larger. */
 static const double energy_alike = 1.5;
@@ -101,8 +101,8 @@ static bool has_jumped(const struct refdyn_integrator *integrator) {
            !integrator->options.project_start;
 }
 
-/* A motion that is stable, but not resolved, shows in its energy. Where energies do not change, as of a
- * rolling coin or a body at rest, the change alone is no measure. */
+/* A motion that is stable, but not resolved, shows in its energy. Where energies do not change, as for a
+ * rolling coin or a body at rest, their change alone is no measure. */
 static bool is_resolved(const struct motion *motion) {
     const struct refdyn_energy *energy = &motion->energy;
     const double asked = motion->integrator.options.tol, tol = asked > 0 ? asked : tol_fixed;

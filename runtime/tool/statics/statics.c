@@ -16,7 +16,7 @@ static void print_notes(const struct scene *scene, const struct equilibrium *equ
     print_rows_without_part(scene, &equilibrium->options);
 }
 
-/* Of the contacts that have a part, from the `from`th row of the options on: gaps, and forces of those that
+/* Contacts that take part, which begin at row `from` of the options: their gaps, and the forces of those that
  * carry. */
 static void put_contacts(struct document *document, const struct scene *scene,
                          const struct equilibrium *equilibrium, int from) {

@@ -14,7 +14,7 @@ static inline double wall_seconds(void) {
     return clock_seconds(CLOCK_MONOTONIC);
 }
 
-/* Of all threads of the program. */
+/* Processor time of all threads of the program. */
 static inline double process_cpu_seconds(void) {
     return clock_seconds(CLOCK_PROCESS_CPUTIME_ID);
 }

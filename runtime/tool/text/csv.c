@@ -79,7 +79,7 @@ static bool complain_file(const char *path, const char *what, const char *fault)
 
 /* ---- Lines ---- */
 
-/* What holds bytes 0 at its beginning, for people. */
+/* The kind of a file that has zero bytes at its beginning, in words for people. */
 static const char *binary_kind(const char *text) {
     return strncmp(text, "\xFF\xFE", 2) == 0 || strncmp(text, "\xFE\xFF", 2) == 0
                ? "it is in UTF-16, a text in UTF-8 is needed"
@@ -178,7 +178,8 @@ static int by_text(const void *a, const void *b) {
     return strcmp(*(char *const *)a, *(char *const *)b);
 }
 
-/* Spreadsheets of some countries part columns otherwise, and some editors write lines without a \n. */
+/* Spreadsheets of some countries separate columns by another character, and some editors write lines without
+ * \n. */
 static bool check_separators(const struct csv *csv) {
     static const char *const marks[][2] = {
         {";", "semicolons part the columns"}, {"\t", "tabs part the columns"}, {"\r", "lines end with \\r"}};

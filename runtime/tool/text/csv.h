@@ -24,8 +24,8 @@ struct csv {
     int count;
 };
 
-/* Opens a user's file to read: a regular file, or a pipe without a name, as a shell's `<(...)` is. What would
- * wait for somebody to write, as a named pipe or a terminal, is refused. NULL: *fault says why. */
+/* Opens a user's file to read: a regular file, or an unnamed pipe such as a shell's `<(...)`. Files that
+ * would wait for a writer, such as a named pipe or a terminal, are refused. NULL: *fault says why. */
 FILE *input_open(const char *path, const char **fault);
 /* Opens the file and reads its names, each there once. False with a complaint; csv_close in any case. */
 bool csv_open(struct csv *csv, const char *path, const char *what);

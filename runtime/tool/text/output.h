@@ -49,7 +49,7 @@ bool document_close(struct document *document, FILE *file);
 
 /* Is it the name of a file of HDF5? */
 bool text_names_hdf5(const char *path);
-/* Why a file of HDF5 can have nothing of that name, in words; NULL: it can. */
+/* Why an HDF5 file cannot have anything of that name, in words; NULL: it can. */
 const char *text_unfit_for_hdf5(const char *name);
 
 /* What the program takes lives until its end, texts above all: nobody has to know who frees one. The program
