@@ -231,6 +231,17 @@ def test_inputs(package):
     assert np.allclose(driven.Q(q, qd, inputs={"tau": [0, 2.5]})[1], told["Q"], rtol=1e-13)
 
 
+def test_contacts(package):
+    """Their forces and times of rest in motions, batches and equilibria."""
+    ball = package.Model(TESTS / "models" / "contacts" / "ball.lua")
+    run, cases, rest = ball.simulate(3.0, every=0.1), ball.batch({"e": [0.1, 0.6]}, 5.0), ball.statics()
+    fall = np.sqrt(2 / 9.81)
+    assert abs(float(run.rest_floor[-1]) - fall * 1.6 / 0.4) < 1e-6 and abs(float(run.contact_floor[-1]) - 9.81) < 1e-9
+    assert np.allclose(cases.rest_floor, [fall * 1.1 / 0.9, fall * 1.6 / 0.4], atol=1e-6)
+    assert [mark["contact"] for mark in json.loads(run.attrs["events"])][-1] == "rests"
+    assert abs(float(rest.contact_floor) - 9.81) < 1e-9 and abs(float(rest.gap_floor)) < 1e-12
+
+
 def test_values_at_the_start_follow_inputs(package):
     text = GOOD.replace("return rd", 'rd.input("f", 1, "N")\nreturn rd').replace("\n}", '''
   constraints = function(s) return { rd.position { s.q.rod_psi - rd.parameter("at", 0.1 * s.start.inputs.f, "rad"), alpha = 1, beta = 1 } } end }''')

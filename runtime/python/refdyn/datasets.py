@@ -69,6 +69,9 @@ def of_equilibrium(model: Model, told: Mapping[str, Any], held: Collection[str],
     put_points(variables, told["points"])
     for name, value in zip((name for name in model.coordinates if name in held), told["hold_force"]):
         put(variables, f"force_{name}", "hold", variable((), float(value), moment(model.units[name])))
+    for contact in told.get("contacts", ()):
+        put(variables, f"contact_{contact['name']}", "contact", variable((), float(contact["force"])))
+        put(variables, f"gap_{contact['name']}", "contact", variable((), float(contact["gap"])))
     put(variables, "lambda", "row", variable(("row",), np.array(told["lambda"], dtype=float)))
     put(variables, "row", "row", variable(("row",), np.array(told["rows"], dtype=str)))
     keys = ("residual", "phi", "stability", "unstable", "neutral", "potential", "criterion")
