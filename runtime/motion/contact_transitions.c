@@ -39,7 +39,6 @@ static const double rounding_digits =
 static const double bias_digits = 1e-10; /* the same of accelerations, which a linear system determines */
 static const double pressed_part = 0.5;  /* of the closing acceleration: with more it is still pressed */
 static const double later_part = 1e-6;   /* of the longest step: so much later forces have a sign */
-static const double first_step = 1e-3;   /* where none was taken yet [s] */
 
 /* ---- The state of the contacts ---- */
 
@@ -382,16 +381,11 @@ static int are_independent(struct refdyn_contacts *contacts) {
     return refdyn_one_sided_meet(&contacts->problem) == count;
 }
 
-/* The length of steps. */
-static double pace_of(const struct refdyn_contacts *contacts) {
-    return contacts->longest > 0 ? contacts->longest : first_step;
-}
-
 /* At first the height of a rebound is within rounding. A contact that lets go, or hardly moves, opens within
  * the errors of steps. */
 static int opens_slowly(const struct refdyn_contacts *contacts, int k) {
     return contacts->is_at_rest[k] ||
-           contacts->rate[k] * pace_of(contacts) <= rebound_part * contacts->reach[k];
+           contacts->rate[k] * refdyn_contacts_pace(contacts) <= rebound_part * contacts->reach[k];
 }
 
 /* Sets the allowance that contact k needs from t on, until it has opened by twice as much: at its rate, or by
@@ -412,7 +406,7 @@ static void allow(struct refdyn_contacts *contacts, int k, double t, double h) {
 static int find_modes(struct refdyn_motion *motion, const double *qdd) {
     struct refdyn_contacts *contacts = &motion->state_events.contacts;
     const struct refdyn_step *step = &motion->step;
-    const double h = later_part * pace_of(contacts);
+    const double h = later_part * refdyn_contacts_pace(contacts);
     int status = look(motion, refdyn_step_inside(step, step->t_begin + h), predict(motion, qdd, h));
     if (!status)
         status = accelerate(motion, motion->step.side);

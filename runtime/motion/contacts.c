@@ -71,6 +71,10 @@ void refdyn_contacts_clear(struct refdyn_contacts *contacts, struct refdyn_works
         refdyn_prepare(work);
 }
 
+double refdyn_contacts_pace(const struct refdyn_contacts *contacts) {
+    return contacts->longest > 0 ? contacts->longest : first_step;
+}
+
 int refdyn_contact_of(const struct refdyn_contacts *contacts, int event) {
     for (int k = 0; k < contacts->count; k++)
         if (contacts->event[k] == event)
@@ -113,7 +117,7 @@ void refdyn_contacts_end_allowances(struct refdyn_contacts *contacts, double t, 
 int refdyn_contacts_force_rates(struct refdyn_contacts *contacts, const struct refdyn_step *step, double t,
                                 const double *state) {
     const int n = step->n, count = contacts->count;
-    const double ahead = difference_part * (contacts->longest > 0 ? contacts->longest : first_step);
+    const double ahead = difference_part * refdyn_contacts_pace(contacts);
     double *next = contacts->state, largest = 0;
     int status;
     if (contacts->resting == 0)

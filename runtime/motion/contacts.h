@@ -66,6 +66,8 @@ int refdyn_contacts_force_rates(struct refdyn_contacts *contacts, const struct r
  * these would pull. `terms`: result of event_terms at the state. forces (count): in and out. */
 void refdyn_contacts_spread(struct refdyn_contacts *contacts, const struct refdyn_model *model,
                             const double *terms, double *forces);
+/* A typical length of steps: the longest so far, or a guess before the first one [s]. */
+double refdyn_contacts_pace(const struct refdyn_contacts *contacts);
 /* The contact of event i; -1: the event is no contact. */
 int refdyn_contact_of(const struct refdyn_contacts *contacts, int event);
 
