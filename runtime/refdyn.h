@@ -260,7 +260,7 @@ int refdyn_project(struct refdyn_workspace *work, double t, double *q, double *q
 /* ---- Motions ---- */
 
 /*
- * The methods: each has a number here and a file in runtime/methods, which tells how to add one.
+ * The methods: each has a number here and a file in runtime/core/methods, which tells how to add one.
  *   auto      rk8, rodas5p, gauss12 or radau9: by trial, see motion/automatic_method.c
  *   rk4       the classical Runge-Kutta method of order 4 (Kutta 1901)
  *   rk54      Dormand and Prince 5(4) (J. Comput. Appl. Math. 6:19-26, 1980)
@@ -308,7 +308,7 @@ int refdyn_method_find(const char *name);
 enum refdyn_singular {
     REFDYN_STOP, /* a motion ends where its rows lose rank, if a step meets it */
     REFDYN_PASS  /* steps lead through such states where they are isolated and a branch can be followed, see
-                    motion/singular_crossing.h */
+                    motion.h */
 };
 
 struct refdyn_options {

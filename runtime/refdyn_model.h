@@ -77,7 +77,7 @@ struct refdyn_requirement {
  *     spin       int rho' x C_j dm
  *     damping    of dC_j/dt
  *     stiffness  of d2C_j/dt2, with what turns C along.
- * Their products are the tangent: runtime/linear/chain.h.
+ * Their products are the tangent: runtime/core/linear/linear.h.
  */
 /* clang-format on */
 enum refdyn_vector {
