@@ -30,7 +30,7 @@ return rd.model {
     { "arm", on = "column", at = { 0, 0, p.h }, turn = { { "x", rd.pi / 2 } },
       joint = { "psi" }, start = { psi = rd.pi / 4 },
       beam = { length = p.L, section = rd.round(p.d), E = p.E, nu = p.nu, rho = p.rho, eta = p.eta,
-               rfe = n, dofs = dofs, springs = "printed" } },                 -- like the chapter, like all reference values
+               rfe = n, dofs = dofs, springs = "printed" } },                 -- form of the chapter and of all reference values
     { "effector", on = "arm.tip", turn = { { "y", rd.pi / 2 } }, joint = { "z" }, mass = p.m_E },
   },
   points      = { E = "effector" },
