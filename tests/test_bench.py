@@ -61,7 +61,7 @@ def test_ratios(work):
     assert found == {
         ("accelerations", "Refdyn"): "0.2 us, error 1e-13",
         ("accelerations", "CasADi, C"): "2.30 >= 2.2 (0.46 us)",  # the faster one has an error of 5e-9
-        ("accelerations", "Pinocchio"): "13.00 >= 10 (2.6 us)",  # neither its Euler angles nor inertias that are not articulated
+        ("accelerations", "Pinocchio"): "13.00 >= 10 (2.6 us)",  # neither with its Euler angles nor by another method than articulated bodies
         ("accelerations", "MuJoCo"): "8.00 >= 7 (1.6 us, error 2e-09)",  # it has no better one
         ("accelerations with two rows", "Refdyn"): "0.5 us",
         ("accelerations with two rows", "Pinocchio"): "8.00 >= 7 (4 us)",

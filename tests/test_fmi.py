@@ -274,7 +274,7 @@ def test_motion(fmpy, fmus, scene, version, kind, capfd):
 @pytest.mark.skipif(not LONG, reason="takes long: tests/long")
 @pytest.mark.parametrize("version", VERSIONS)
 def test_rows_do_not_drift(fmpy, version, tmp_path):
-    """In Model Exchange, with rows without gains: at a coarse tolerance (without default gains 2e-2), and as in `sim`."""
+    """Model Exchange with rows whose gains the model does not set: at a coarse tolerance (without any gains 2e-2), and as in `sim`."""
     model = TESTS / "fmi" / "crank.lua"
     file = str(export(model, version, tmp_path / "a.fmu"))
     coarse = fmpy.simulate_fmu(file, fmi_type="ModelExchange", stop_time=20, relative_tolerance=1e-5, output_interval=0.1, output=["phi_1"])
