@@ -52,7 +52,7 @@ def compile_all(folder, scene, compiler, widths=WIDTHS):
 
 
 def compared(folder, scene, compiler, widths=WIDTHS):
-    """Quantity and width, error, entries with other bits, entries, and the number of wrongly written neighbouring entries."""
+    """Quantity and width, error, entries with other bits, entries, and the number of influences of other lanes."""
     compile_all(folder, scene, compiler, widths)
     lines = subprocess.run([folder / "compare"], check=True, capture_output=True, text=True).stdout.splitlines()
     rows = []

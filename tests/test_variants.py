@@ -1,4 +1,4 @@
-"""Both ways of solving M qdd = f, forced: equal to the oracle and to each other; which one is taken."""
+"""Both ways to solve M qdd = f, forced: equal to the oracle and to each other; which of them is chosen."""
 import random
 import re
 
@@ -13,7 +13,7 @@ MODELS = all_models() + models_of_tests()
 
 
 def choice(folder, model, *options):
-    """quantity -> (method, operations by method), as `refdyn gen` prints it and the header says; {} without accelerations."""
+    """quantity -> (method, operations by method), as `refdyn gen` prints and the header says; {} without accelerations."""
     printed = refdyn("gen", model, *options, "-o", folder).stdout
     line = re.search(r"^choices: (.*)$", printed, re.M).group(1)
     assert f"Choices by counted operations: {line}." in next(folder.glob("*.h")).read_text()
@@ -39,7 +39,7 @@ def test_oracle(seed, method):
 
 @pytest.mark.parametrize("model", few_models() + few_models_of_tests(), ids=lambda path: path.stem)
 def test_equal(model):
-    """As far as the condition of M lets a factored M be."""
+    """As far as the condition number of M allows for a factored M."""
     start = evaluate(model)
     state = random_state(random.Random(11), len(start["coordinates"]), 0.15)
     one, other = (evaluate(model, state, "--accelerations", method) for method in METHODS)

@@ -1,4 +1,4 @@
-"""Runs the program on files that try to harm, in a folder of its own, and checks that nothing was harmed."""
+"""Runs the program on harmful files in a separate folder, and checks that no harm was done."""
 import os
 import pathlib
 import resource
@@ -8,7 +8,7 @@ from program import REFDYN, TESTS
 
 HARMFUL = TESTS / "harmful"
 SECONDS, MEGABYTES = 10, 512
-PATIENCE = 4  # times as long on the clock, where other programs run beside it: then it waits for something
+PATIENCE = 4  # wall time may be longer by this factor, when other programs run: beyond it the program must be waiting for something
 SLOWNESS = float(os.environ.get("REFDYN_SLOWNESS", "1"))  # a build with sanitizers needs more time and memory
 
 
@@ -17,17 +17,15 @@ def files_in(folder):
 
 
 def cpu_seconds():
-    """Of all processes that have ended so far."""
+    """CPU time of all processes that have ended so far."""
     usage = resource.getrusage(resource.RUSAGE_CHILDREN)
     return usage.ru_utime + usage.ru_stime
 
 
 def run_harmful(folder, *arguments, status=1, written=(), stdin=subprocess.DEVNULL):
-    """
-    Runs the program in `folder`/work, which is made when it is missing. Home, cache and temporary folder lie beside it.
-    The program has to end with `status` within the bounds on time and memory. It may add the files `written` to the
-    folder and to its cache, and no others. The result is the standard error.
-    """
+    """Runs the program in `folder`/work, which is created if it is missing. Home, cache and temporary folder are next to it. The program
+    must end with `status` within the bounds on time and memory. It may add the files `written` to the folder and to its cache, and no
+    others. Returns the standard error."""
     work, private = pathlib.Path(folder) / "work", pathlib.Path(folder) / "private"
     for path in (work, private / "tmp", private / "home"):
         path.mkdir(parents=True, exist_ok=True)
@@ -56,7 +54,7 @@ def run_harmful(folder, *arguments, status=1, written=(), stdin=subprocess.DEVNU
 
 
 def peak_megabytes(*arguments, cwd):
-    """Largest resident memory of the program alone, in MB; it is told by a small process of its own."""
+    """Largest resident memory of the program alone, in MB; a small separate process measures it."""
     script = ("import os, resource, subprocess, sys\n"
               "subprocess.run(sys.argv[1:], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)\n"
               "print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024)\n")

@@ -1,4 +1,4 @@
-"""Tests in this folder import the helpers of the folder above."""
+"""Lets the tests in this folder import the helpers of the folder above."""
 import pathlib
 import sys
 
