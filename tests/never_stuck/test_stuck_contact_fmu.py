@@ -69,7 +69,7 @@ def test_motions(fmpy, made, name, until, kind):  # noqa: F811
     states = [key for key in run if key + "_d" in run or key.endswith("_d") and key[:-2] in run]
     names = states + [key for key in run if key.startswith(("contact_", "rest_"))]
     found = simulate(fmpy, files, kind, until, names)
-    tolerances = {key: 1e-5 if key in states else 1e-3 for key in names}  # a time of rest has the importer's errors multiplied by 1/(1 - e) for the bounces
+    tolerances = {key: 1e-5 if key in states else 1e-3 for key in names}  # errors of the importer times 1/(1 - e) for the bounces
     at = [int(np.flatnonzero(np.isclose(found["time"], t, rtol=0, atol=1e-9))[-1]) for t in run["t"]]
     check(close(key, found[key][at], run[key], tolerances[key], scale=1) for key in names)
 
