@@ -515,7 +515,7 @@ def test_interrupted(long_done, tmp_path):
     assert datasets(tmp_path / "runs.h5") == datasets(long_done[0])
 
 
-def test_another_batch_does_not_go_on(tmp_path):
+def test_resume_refuses_another_batch(tmp_path):
     interrupt(tmp_path)
     kept = (tmp_path / "runs.h5.journal").read_bytes()
     changes = {"cases": (LONG.replace("3000", "2999"), MODEL, []), "options": (LONG.replace("1e-9", "1e-8"), MODEL, [])}
@@ -528,7 +528,7 @@ def test_another_batch_does_not_go_on(tmp_path):
         assert (tmp_path / "runs.h5.journal").read_bytes() == kept
 
 
-def test_another_range_does_not_go_on(long_done, tmp_path):
+def test_resume_refuses_another_range(long_done, tmp_path):
     """Completed cases are not discarded; a wider range includes them."""
     interrupt(tmp_path, "--cases", "0:2000")
     kept = (tmp_path / "runs.h5.journal").read_bytes()
@@ -539,7 +539,7 @@ def test_another_range_does_not_go_on(long_done, tmp_path):
     assert datasets(tmp_path / "runs.h5") == datasets(long_done[0])
 
 
-def test_changed_files_do_not_go_on(tmp_path):
+def test_resume_refuses_changed_files(tmp_path):
     write_files(tmp_path)
     interrupt(tmp_path, sweep=WITH_FILES)
     for name in ("calm.csv", "state.json"):
