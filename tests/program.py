@@ -30,7 +30,7 @@ def sources(folder, *patterns):
     return some(path for pattern in patterns or ("*.[ch]",) for path in (SOURCE / folder).rglob(pattern))
 
 
-# The core of the runtime, without the folders that use it.
+# Of the runtime core, without its users in folders beside it.
 CORE_FILES = some(path for path in sources("runtime") if path.relative_to(SOURCE / "runtime").parts[0] not in ("tool", "gsl", "batch", "python", "fmi"))
 CORE_SOURCES = some(path for path in CORE_FILES if path.suffix == ".c")
 

@@ -1,4 +1,4 @@
-"""Adds a method as the page of runtime/methods describes: one file, one line. The method has its order and error control."""
+"""A method is added as the page of runtime/methods tells: one file, one line. It has its order, and error control."""
 import math
 import re
 import shutil
@@ -9,7 +9,7 @@ import pytest
 from program import SCALE, SOURCE
 
 PAGE = SOURCE / "runtime" / "methods" / "README.md"
-# The rigid manipulator without stabilisation of its rows.
+# The rigid manipulator, its rows not stabilised.
 PROGRAM = """
 #include "manipulator_rigid.h"
 #include "refdyn.h"
@@ -89,7 +89,7 @@ def test_order(program):
 
 
 def test_error_control(program):
-    """By the embedded formula, with interpolated outputs: step lengths follow the root of the tolerance."""
+    """By the embedded formula, and interpolated at outputs: steps go with the root of the tolerance."""
     _, exact = program("rk8", 0.0, 1e-13)
     runs = [program("heun", 0.0, tol) for tol in (1e-6, 1e-8)]
     assert 5 < runs[1][0] / runs[0][0] < 20, [steps for steps, _ in runs]
@@ -97,6 +97,6 @@ def test_error_control(program):
 
 
 def test_the_page_names_what_is_there():
-    """Links of the page lead to existing files."""
+    """Links of the page lead to files."""
     links = re.findall(r"\]\(([^)#]+)\)", PAGE.read_text())
     assert len(links) > 5 and all((PAGE.parent / link).exists() for link in links), links

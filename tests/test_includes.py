@@ -24,7 +24,7 @@ def includes(files):
 
 
 def is_among(files, path, name, root):
-    """Whether the file that `path` includes is one of `files`, seen from its folder or from the root."""
+    """Whether what `path` includes is one of the files, seen from its folder or from the root."""
     return any((folder / name).resolve() in files for folder in (path.parent, root))
 
 

@@ -220,7 +220,7 @@ def test_headers_of_who_takes_the_sources_are_found(tmp_path):
 
 
 def test_headers_of_who_copies_the_sources(tmp_path):
-    """The folder alone compiles anywhere, with only itself on the path."""
+    """The folder alone compiles wherever it lies, with itself as the only path."""
     shutil.copytree(RUNTIME, tmp_path / "copied", ignore=shutil.ignore_patterns("tool", "gsl", "python"))
     sources = sorted((tmp_path / "copied").rglob("*.c"))
     assert len(sources) > 25

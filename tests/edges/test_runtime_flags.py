@@ -70,7 +70,7 @@ def test_32_bit_x86():
 
 
 def test_every_file_begins_with_the_checks():
-    """Before all functions, including those of headers: the checks turn features off from that line on."""
+    """Before all functions, those of headers included: what is turned off is turned off behind that line alone."""
     files = CORE_SOURCES + sorted((RUNTIME / "gsl").glob("*.c"))
     assert len(files) > 25
     for path in files:
