@@ -13,7 +13,7 @@ OPTIONS = ["--headless=new", "--no-sandbox", "--use-gl=angle", "--use-angle=swif
 
 
 def run(page, fragment, *options):
-    """Returns the finished process. Each call has its own profile."""
+    """The finished process; the profile is of this call alone."""
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
         return subprocess.run([CHROMIUM, *OPTIONS, f"--user-data-dir={profile}", *options, pathlib.Path(page).as_uri() + fragment],
                               capture_output=True, text=True, timeout=60 * float(os.environ.get("REFDYN_SLOWNESS", "1")))

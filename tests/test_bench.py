@@ -33,7 +33,7 @@ def write_lines(path, lines):
 
 @pytest.fixture
 def work(tmp_path):
-    """A working folder with invented measurements."""
+    """A working folder with made-up measurements."""
     out = tmp_path / "out"
     out.mkdir()
     write_lines(out / "results.jsonl", [dict(peer=peer, what=what, n_rfe=n_rfe, n=3 * n_rfe + 1, us=us) for peer, what, n_rfe, us in RESULTS])
@@ -60,8 +60,8 @@ def test_ratios(work):
         found[quantity, program] = cell
     assert found == {
         ("accelerations", "Refdyn"): "0.2 us, error 1e-13",
-        ("accelerations", "CasADi, C"): "2.30 >= 2.2 (0.46 us)",  # the faster one has an error of 5e-9
-        ("accelerations", "Pinocchio"): "13.00 >= 10 (2.6 us)",  # neither with its Euler angles nor by another method than articulated bodies
+        ("accelerations", "CasADi, C"): "2.30 >= 2.2 (0.46 us)",  # the faster one is off by 5e-9
+        ("accelerations", "Pinocchio"): "13.00 >= 10 (2.6 us)",  # neither its Euler angles nor what is no articulated body
         ("accelerations", "MuJoCo"): "8.00 >= 7 (1.6 us, error 2e-09)",  # it has no better one
         ("accelerations with two rows", "Refdyn"): "0.5 us",
         ("accelerations with two rows", "Pinocchio"): "8.00 >= 7 (4 us)",
@@ -91,7 +91,7 @@ def test_wrong_usage(script, arguments):
 
 
 def test_committed_times_are_drawn(tmp_path):
-    """Table and figure in generated/ follow from their CSV, byte for byte."""
+    """Table and figure in generated/ are what their CSV gives, byte for byte."""
     names = ["README.md", "times.csv", "times.svg"]
     for name in names[:2]:
         shutil.copy(publish.GENERATED / name, tmp_path)
@@ -103,7 +103,7 @@ def test_committed_times_are_drawn(tmp_path):
 
 
 def test_emitted_is_timed(tmp_path):
-    """The bench's models compile and compute the accelerations of `refdyn eval` for the same inputs."""
+    """The bench's models compile and give the accelerations that `refdyn eval` gives for the same inputs."""
     emitted.prepare(tmp_path)
     names = ["base_z", "column_psi", "arm_psi", "effector_z"]
     q, qd, tau = [0.02, -0.8, 0.7, 0.07], [0.3, -0.8, -0.7, -0.6], [-0.7, 1.0, 0.5, -0.5]
@@ -137,7 +137,7 @@ def test_implicit(tmp_path):
 
 @pytest.mark.skipif(not pathlib.Path("/usr/include/cvode/cvode.h").exists(), reason="SUNDIALS is not installed")
 def test_integrators(tmp_path):
-    """All integrators on the fastest scene; the best one of the core reaches 1e-9 m."""
+    """All integrators on the scene that takes least; the best of the core gets to 1e-9 m."""
     done = run("integrators", tmp_path, "--scenes", "car axis", "--repeats", "1")
     assert done.returncode == 0, done.stderr
     decades = done.stdout[done.stdout.index("CPU ms (times the fastest)"):].splitlines()[1:]
@@ -146,7 +146,7 @@ def test_integrators(tmp_path):
 
 
 def test_shortcuts():
-    """Torsion adds no step to implicit methods."""
+    """Torsion costs implicit methods no step."""
     done = run("shortcuts", "--until", "3")
     assert done.returncode == 0, done.stderr
     rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in done.stdout.splitlines() if line.startswith("|")]
@@ -159,7 +159,7 @@ def test_shortcuts():
 
 
 def test_batches():
-    """Each part of the measurement of batches runs and prints a positive figure; an unknown part is wrong usage."""
+    """Each part of the measurement of batches runs and prints a positive figure; a part of another name is wrong usage."""
     done = run("batches", "--cases", 8, "--loop", 2, "--repeats", 1, "--only", "overhead,loop,threads")
     lines = [line.strip("| ").split(" | ") for line in done.stdout.splitlines()]
     assert [what for what, _ in lines] == ["overhead a case", "2 cases of the damped arm: a loop of sim over a batch on two threads",

@@ -267,7 +267,7 @@ int main(void) {
 
 @pytest.fixture(scope="module")
 def runtime(tmp_path_factory):
-    """The compiled core."""
+    """The core, compiled."""
     folder = tmp_path_factory.mktemp("runtime")
     subprocess.run(["gcc", "-std=c11", "-O2", "-g", "-I", SOURCE / "runtime", "-c", *CORE_SOURCES], cwd=folder, check=True)
     return sorted(folder.glob("*.o"))

@@ -40,7 +40,7 @@ def code(files):
 
 @pytest.mark.parametrize("scene", SCENES, ids=name_of)
 def test_compiles_alone_without_warning(scene, tmp_path):
-    """Each scene uses every other compiler, in tests/long all of them."""
+    """Of the compilers a scene takes every other one, in tests/long all."""
     files = emit(tmp_path, scene[0], *scene[1])
     for compiler in COMPILERS if LONG else COMPILERS[SCENES.index(scene) % 2::2]:
         for source in (name for name in files if name.endswith(".c")):

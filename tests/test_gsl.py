@@ -1,4 +1,4 @@
-"""Motions by GSL's integrators: reference motions, time events, the installed library, and a program without GSL."""
+"""Motions by GSL's integrators: reference motions, breaks, the installed library, and a program without GSL."""
 import os
 import subprocess
 

@@ -38,7 +38,7 @@ class Case:
         self.at_state = self.at()
 
     def at(self, **changes):
-        """The values at a changed state; each state is evaluated once."""
+        """The values at a changed state, each state evaluated once."""
         state = {"t": self.t, "q": self.q, "qd": self.qd, **changes}
         state = {name: value if isinstance(value, dict) else numpy.array(value).tolist() for name, value in state.items()}
         key = str(state)
@@ -101,7 +101,7 @@ def test_bias_forces_follow_from_mass_matrix(case):
 
 
 def test_forces_follow_from_potential(case):
-    """Without rates and inputs, at t = 0 (all drives and given functions of time are zero) Q = -dV/dq."""
+    """Without rates and inputs, at t = 0 (no drive, no course) Q = -dV/dq."""
     case = at_rest(case)
     n, none = len(case.q), {name: 0 for name in case.inputs}
     found = case.at(inputs=none)["Q"]

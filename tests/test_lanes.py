@@ -102,7 +102,7 @@ def test_compiles_without_warning(scene, compiler, tmp_path):
 
 @pytest.mark.parametrize("scene", FEW, ids=name_of)
 def test_one_name_and_libm(scene, tmp_path):
-    """The table is the only external name; it needs the model's own files and libm."""
+    """The table is the only name outside; it needs the model's own files and libm."""
     name, objects = compile_all(tmp_path, scene, ["gcc", "-O1"])
     for width, target in zip(WIDTHS, objects):
         symbols = [line.split() for line in subprocess.run(["nm", target], cwd=tmp_path, check=True, capture_output=True,

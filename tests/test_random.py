@@ -148,7 +148,7 @@ def test_singular_mass_compiles(tmp_path):
 
 
 def test_interpreter_agrees(tmp_path):
-    """Random parameters, inputs and states; also accelerations as the runtime solves them, and Q_q and power by differences."""
+    """Random parameters, inputs and states; there, too, accelerations as the runtime solves them, Q_q and power by differences."""
     cases = [(seed, 0) for seed in INTERPRETED] + [(11, ELEMENTS)]
     files = [tmp_path / f"model_{seed}.lua" for seed, _ in cases]
     for (seed, elements), path in zip(cases, files):

@@ -39,7 +39,7 @@ def test_oracle(seed, method):
 
 @pytest.mark.parametrize("model", few_models() + few_models_of_tests(), ids=lambda path: path.stem)
 def test_equal(model):
-    """As far as the condition number of M allows for a factored M."""
+    """As far as the condition of M lets a factored M be."""
     start = evaluate(model)
     state = random_state(random.Random(11), len(start["coordinates"]), 0.15)
     one, other = (evaluate(model, state, "--accelerations", method) for method in METHODS)

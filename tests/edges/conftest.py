@@ -1,4 +1,4 @@
-"""Lets the tests in this folder import the helpers of the folder above."""
+"""Tests in this folder import the helpers of the folder above."""
 import pathlib
 import sys
 

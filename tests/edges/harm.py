@@ -17,15 +17,17 @@ def files_in(folder):
 
 
 def cpu_seconds():
-    """CPU time of all processes that have ended so far."""
+    """Of all processes that have ended so far."""
     usage = resource.getrusage(resource.RUSAGE_CHILDREN)
     return usage.ru_utime + usage.ru_stime
 
 
 def run_harmful(folder, *arguments, status=1, written=(), stdin=subprocess.DEVNULL):
-    """Runs the program in `folder`/work, which is created if it is missing. Home, cache and temporary folder are next to it. The program
-    must end with `status` within the bounds on time and memory. It may add the files `written` to the folder and to its cache, and no
-    others. Returns the standard error."""
+    """
+    Runs the program in `folder`/work, which is made when it is missing. Home, cache and temporary folder lie beside it.
+    The program has to end with `status` within the bounds on time and memory. It may add the files `written` to the
+    folder and to its cache, and no others. The result is the standard error.
+    """
     work, private = pathlib.Path(folder) / "work", pathlib.Path(folder) / "private"
     for path in (work, private / "tmp", private / "home"):
         path.mkdir(parents=True, exist_ok=True)
@@ -54,7 +56,7 @@ def run_harmful(folder, *arguments, status=1, written=(), stdin=subprocess.DEVNU
 
 
 def peak_megabytes(*arguments, cwd):
-    """Largest resident memory of the program alone, in MB; a small separate process measures it."""
+    """Largest resident memory of the program alone, in MB; it is told by a small process of its own."""
     script = ("import os, resource, subprocess, sys\n"
               "subprocess.run(sys.argv[1:], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)\n"
               "print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024)\n")

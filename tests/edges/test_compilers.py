@@ -23,7 +23,7 @@ REFUSED = [["-Ofast"], ["-ffast-math"], ["-O2", "-ffinite-math-only"]]
 # These give the same results.
 TAKEN = [["-O1", "-funsafe-math-optimizations"], ["-O1", *REORDERED]]
 X87 = [["-O0", "-mfpmath=387"]]
-# So do these, tested with fewer models, since they take longer to compile.
+# So do these, which are tried with fewer models, since they take longer to compile.
 RELATIVES = [["-Ofast", "-fno-finite-math-only"], ["-O3", "-ffast-math", "-fno-finite-math-only", "-march=native"],
              ["-O3", "-march=native", *REORDERED], ["-O2", "-freciprocal-math", "-fno-math-errno"],
              ["-O2", "-ffp-contract=fast", "-march=native"], ["-Os", "-frounding-math"], ["-O2", "-fno-signed-zeros"]]

@@ -1,5 +1,7 @@
-"""Errors of callers that the runtime must report: unknown names, values that are not numbers, models of another version, tables with counts
-or indices out of range. All are compiled with gcc's checks for addresses and undefined behaviour."""
+"""
+What a caller of the runtime may get wrong and has to be told: names that are not there, values that are no numbers, models of another
+version, tables whose counts or indices are out of range. All with the checks of gcc for addresses and undefined behaviour.
+"""
 import concurrent.futures
 import re
 import shutil
@@ -319,7 +321,7 @@ CASES = re.findall(r"^static void (?!open_workspace|nothing_changes|refused)(\w+
 
 
 def compile_all(folder, sources):
-    """With checks, except for the sweeps over joints: no case runs them, and gcc needs 20 s for their checks."""
+    """With checks, but for the sweeps over joints: no case runs them, and gcc takes 20 s for their checks."""
     def compile_one(source):
         checks = [] if source.name == "chain_wide.c" else CHECKS
         subprocess.run([*COMPILE, *checks, "-I", folder, "-c", source, "-o", folder / (source.stem + ".o")], check=True)

@@ -45,7 +45,7 @@ STOPPED = [("gcc", "-ffast-math"), ("gcc", "-Ofast"), ("gcc", "-funsafe-math-opt
 
 @pytest.mark.parametrize("compiler, flags", STOPPED)
 def test_compiling_stops(compiler, flags):
-    """Every file of the library, in any combination."""
+    """Every file of the library, whatever of it is compiled that way."""
     for path, done in zip(CORE_SOURCES, compile_files([compiler, "-std=gnu11", "-O2", *flags.split()], CORE_SOURCES)):
         assert done.returncode != 0 and SENTENCE.search(done.stderr.replace("\\\n", "")), f"{path.name}: {done.stderr[:1000]}"
 

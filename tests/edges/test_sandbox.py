@@ -28,7 +28,7 @@ def messages(path, expected):
 
 
 def check_peak(*arguments, cwd):
-    if SLOWNESS == 1:  # sanitizers need additional memory
+    if SLOWNESS == 1:  # sanitizers take memory of their own
         assert peak_megabytes(*arguments, cwd=cwd) <= MEGABYTES
 
 

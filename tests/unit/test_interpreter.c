@@ -1,7 +1,7 @@
 /*
- * The emitted C compared with the interpreter of the plan: for several scenes and random states, every
- * quantity agrees to 4 units in the last place of its largest entry. In addition, the emitted accelerations
- * solve the emitted equations and equal the runtime's.
+ * The emitted C against the interpreter of the plan: every quantity of several scenes at random states agrees
+ * to 4 units in the last place of its largest entry. Beyond that, the emitted accelerations solve the emitted
+ * equations, and are those of the runtime.
  */
 #include "linear/chain.h"
 #include "gen.h"
@@ -308,7 +308,7 @@ static int judge_scene(const struct scene *scene, const char *emit, unsigned *se
     return failed;
 }
 
-/* Without arguments the scenes above, otherwise the named model files. */
+/* Without arguments the scenes above, else the model files that are named. */
 int main(int count, char **files) {
     unsigned seed = 2385;
     int failed = 0;

@@ -165,7 +165,8 @@ static void test_factor_refuses(void) {
     CHECK(refdyn_is_finite(values, 3) && !refdyn_is_finite(undefined, 4));
 }
 
-/* ---- Workspace ---- */
+/* ---- Workspace
+ * ------------------------------------------------------------------------------------------------- */
 
 static void test_workspace(void) {
     struct rig rig;
