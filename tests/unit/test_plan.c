@@ -1,7 +1,8 @@
 /*
- * The plan alone, for functions made here: the order of summands, which values become statements or move to
- * `prepare`, which loops are merged, the values that loops store for each other, the places where long
- * functions are cut, and the report of a plan that breaks a promise of plan.h.
+ * The plan alone, for functions made here. The tests cover the order of summands, the values that become
+ * statements or move to `prepare`, and the loops that are merged. They also cover the values that loops store
+ * for each other, the places where long functions are cut, and the report of a plan that breaks a promise of
+ * plan.h.
  */
 #include "check.h"
 #include "expressions.h"
