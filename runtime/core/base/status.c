@@ -1,4 +1,4 @@
-/* The status of a call as a sentence. */
+/* A sentence for each status code. */
 #include "runtime/core/base/core.h"
 
 #include "refdyn.h"
