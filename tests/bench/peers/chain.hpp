@@ -1,6 +1,7 @@
 /*
- * The manipulator of models/N.txt as a model of Pinocchio. With `grouped`, the three turns of an element are one joint with Euler angles,
- * which Pinocchio computes faster than three joints, and less accurately for long chains.
+ * The manipulator of models/N.txt as a model of Pinocchio. With `grouped`, the three turns of an element are
+ * one joint with Euler angles, which Pinocchio computes faster than three joints, and less accurately for
+ * long chains.
  */
 #ifndef CHAIN_HPP
 #define CHAIN_HPP
@@ -17,8 +18,8 @@ struct Chain {
     Eigen::VectorXd stiffness, damping;
 };
 
-inline pinocchio::JointIndex add_joint(pinocchio::Model &model, pinocchio::JointIndex parent, bool slides, int axis,
-                                       const pinocchio::SE3 &placement, const std::string &name) {
+inline pinocchio::JointIndex add_joint(pinocchio::Model &model, pinocchio::JointIndex parent, bool slides,
+                                       int axis, const pinocchio::SE3 &placement, const std::string &name) {
     if (slides)
         return model.addJoint(parent, pinocchio::JointModelPZ(), placement, name);
     if (axis == 0)
@@ -69,7 +70,8 @@ inline Chain read_chain(int n_rfe, bool grouped) {
             chain.tip = add_joint(chain.model, chain.tip, slides != 0, axis, placement, name);
         if (mass > 0) {
             const pinocchio::Symmetric3 inertia(Eigen::Matrix3d(moments.asDiagonal()));
-            chain.model.appendBodyToJoint(chain.tip, pinocchio::Inertia(mass, center, inertia), pinocchio::SE3::Identity());
+            chain.model.appendBodyToJoint(chain.tip, pinocchio::Inertia(mass, center, inertia),
+                                          pinocchio::SE3::Identity());
             waiting = 0;
         }
     }

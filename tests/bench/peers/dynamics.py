@@ -3,8 +3,6 @@
 The same lines compute the reference values, with numbers of 60 digits, and the expressions from which CasADi generates C. Spatial vectors
 hold the rotation first, then the translation; X transforms motions from the frame before a joint to the frame after it.
 """
-import json
-
 import mpmath
 import numpy as np
 
@@ -232,11 +230,3 @@ def reference(n_rfe):
         "d_inverse": [derivative(lambda at: inverse(links, EXACT, at, qd, qdd), q, w), derivative(lambda at: inverse(links, EXACT, q, at, qdd), qd, w), mass],
     }
     return {quantity: [[float(x) for x in vector] for vector in vectors] for quantity, vectors in found.items()}
-
-
-def read_reference(n_rfe, folder):
-    """The values of reference(), kept in a file."""
-    path = folder / "models" / f"reference{n_rfe}.json"
-    if not path.exists():
-        path.write_text(json.dumps(reference(n_rfe)))
-    return json.loads(path.read_text())

@@ -11,6 +11,7 @@ SOURCE = HERE.parents[2]
 REFDYN = os.path.abspath(os.environ.get("REFDYN", SOURCE / "build" / "release" / "bin" / "refdyn"))
 NAME = "manipulator"
 LEVELS = {"O2": ["-O2"], "O3n": ["-O3", "-march=native"]}
+SOURCES = [REFDYN, HERE / "driven.lua", SOURCE / "models" / "manipulator.lua", SOURCE / "runtime" / "refdyn_model.h"]
 FOLDS = {"": [], "_fold": ["--fold"]}  # parameters as symbols or as numbers
 PATIENCE = 150  # CPU seconds of one compilation, for all programs
 # Option `hold` of driven.lua, the functions to emit, those to call, and the doubles of the result of each.
@@ -21,6 +22,13 @@ QUANTITIES = {
     "d_accelerations": ("none", "d_qdd_free.q,d_qdd_free.qd", ["d_qdd_free"], lambda n: [2 * n * n]),
     "d_inverse": ("none", "tangent", ["tangent"], lambda n: [n + 3 * n * n]),
 }
+
+
+def kept(path, sources, make):
+    """What `make` returns, kept in a file until one of its sources changes."""
+    if not path.exists() or path.stat().st_mtime < max(pathlib.Path(source).stat().st_mtime for source in sources):
+        path.write_text(json.dumps(make()))
+    return json.loads(path.read_text())
 
 
 def measured(command, **options):
@@ -65,10 +73,10 @@ def emit(work, quantity, n_rfe, fold):
     return folder, seconds, dict(zip(("adds", "muls", "divs", "funcs"), (sum(map(int, column)) for column in zip(*counts))))
 
 
-def build(work, n_rfe, quantities=QUANTITIES):
+def build(work, n_rfe):
     """Records of all variants for one n_rfe: what building took, and the command that times the variant."""
     records, n = [], 3 * n_rfe + 1
-    for quantity in quantities:
+    for quantity in QUANTITIES:
         for fold in FOLDS:
             folder, seconds, counts = emit(work, quantity, n_rfe, fold)
             files = sorted(folder.glob("*.c"))
@@ -79,7 +87,7 @@ def build(work, n_rfe, quantities=QUANTITIES):
                 records.append({
                     "program": "refdyn", "quantity": quantity, "variant": variant, "level": level, "n_rfe": n_rfe, **counts,
                     "seconds": None if taken is None else seconds + taken, "KiB": round(sum(path.stat().st_size for path in files) / 1024, 1),
-                    "command": None if taken is None else ["time_emitted", n_rfe, library, NAME, quantity, variant, ",".join(called),
+                    "command": None if taken is None else ["time_emitted", n_rfe, str(library), NAME, quantity, variant, ",".join(called),
                                                            ",".join(map(str, sizes(n)))]})
     return records
 

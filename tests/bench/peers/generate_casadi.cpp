@@ -1,6 +1,7 @@
 /*
- * C by CasADi from Pinocchio's algorithms: generate_casadi N_RFE... writes casadi/pinocchio_QUANTITY_N.c and prints one JSON object a file.
- * The Python packages of the two programs cannot be combined, their C++ headers can.
+ * C by CasADi from Pinocchio's algorithms: generate_casadi N_RFE... writes casadi/pinocchio_QUANTITY_N.c and
+ * prints one JSON object a file. The Python packages of the two programs cannot be combined, their C++
+ * headers can.
  */
 #include <casadi/casadi.hpp>
 
@@ -36,13 +37,14 @@ static SX column_of(const Vector &vector) {
 }
 
 /* From `begin`, CPU seconds. */
-static void generate(const std::string &quantity, int n_rfe, const casadi::SXVector &in, const casadi::SXVector &out, clock_t begin) {
+static void generate(const std::string &quantity, int n_rfe, const casadi::SXVector &in,
+                     const casadi::SXVector &out, clock_t begin) {
     const std::string name = "pinocchio_" + quantity + "_" + std::to_string(n_rfe);
     casadi::CodeGenerator generator(name + ".c");
     generator.add(casadi::Function("f", in, out));
     generator.generate("casadi/");
-    std::printf("{\"quantity\": \"%s\", \"variant\": \"pinocchio\", \"n_rfe\": %d, \"seconds\": %.3f}\n", quantity.c_str(), n_rfe,
-                double(clock() - begin) / CLOCKS_PER_SEC);
+    std::printf("{\"quantity\": \"%s\", \"variant\": \"pinocchio\", \"n_rfe\": %d, \"seconds\": %.3f}\n",
+                quantity.c_str(), n_rfe, double(clock() - begin) / CLOCKS_PER_SEC);
 }
 
 int main(int argc, char **argv) {

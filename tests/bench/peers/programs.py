@@ -14,6 +14,7 @@ PACKAGES = ["pin==4.1.0", "cmeel-eigen==3.4.1", "casadi==3.8.2", "mujoco==4.0.0"
 SETTINGS = ["-DNDEBUG", "-DBOOST_MPL_LIMIT_LIST_SIZE=30", "-DBOOST_MPL_LIMIT_VECTOR_SIZE=30", "-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS",
             "-DBOOST_FUSION_INVOKE_MAX_ARITY=12"]  # of the Boost headers, as Pinocchio was compiled
 LARGEST_JACOBIAN = 4  # elements: beyond, CasADi's derivatives take too long to compile
+EQUATIONS = [emitted.HERE / name for name in ("chain.py", "dynamics.py")]
 WORST = 1e-6  # relative deviation above which a program does not compute the same
 
 
@@ -85,11 +86,7 @@ def generate(work, quantity, n_rfe):
 
 
 def build_casadi(work, n_rfe):
-    """Generates and compiles all of CasADi's C for one n_rfe: records like those of emitted.build, kept in a file."""
-    (work / "casadi").mkdir(exist_ok=True)
-    kept = work / "casadi" / f"records{n_rfe}.json"
-    if kept.exists():
-        return json.loads(kept.read_text())
+    """Generates and compiles all of CasADi's C for one n_rfe: records like those of emitted.build."""
     done = subprocess.run([work / "generate_casadi", str(n_rfe)], cwd=work, check=True, stdout=subprocess.PIPE, text=True)
     made = [json.loads(line) for line in done.stdout.splitlines()]
     made += [generate(work, quantity, n_rfe) for quantity in emitted.QUANTITIES
@@ -103,8 +100,16 @@ def build_casadi(work, n_rfe):
             records.append({"program": "casadi", "quantity": record["quantity"], "variant": variant, "level": level, "n_rfe": n_rfe,
                             "seconds": None if taken is None else record["seconds"] + taken, "KiB": round(source.stat().st_size / 1024, 1),
                             "command": None if taken is None else ["time_casadi", n_rfe, str(library), record["quantity"], variant]})
-    kept.write_text(json.dumps(records))
     return records
+
+
+def build(work, n_rfe):
+    """All records for one n_rfe, from files if nothing has changed."""
+    print(f"generating and compiling C, n_rfe = {n_rfe}", flush=True)
+    (work / "casadi").mkdir(exist_ok=True)
+    casadi = [work / "generate_casadi", *EQUATIONS]
+    return [*emitted.kept(work / "refdyn" / f"records{n_rfe}.json", emitted.SOURCES, lambda: emitted.build(work, n_rfe)),
+            *emitted.kept(work / "casadi" / f"records{n_rfe}.json", casadi, lambda: build_casadi(work, n_rfe))]
 
 
 def commands(records, sizes):
@@ -140,7 +145,8 @@ def compare(work, sizes):
     import numpy
     errors = {}
     for n_rfe in sizes:
-        reference, directions = dynamics.read_reference(n_rfe, work), numpy.array(dynamics.directions(n_rfe))
+        reference = emitted.kept(work / "models" / f"reference{n_rfe}.json", EQUATIONS, lambda n_rfe=n_rfe: dynamics.reference(n_rfe))
+        directions = numpy.array(dynamics.directions(n_rfe))
         for path in sorted((work / "values").glob(f"*-{n_rfe}")):
             program, quantity, variant = path.name.removesuffix(f"-{n_rfe}").split("-", 2)
             found = vectors(path, program, quantity, 3 * n_rfe + 1, directions)

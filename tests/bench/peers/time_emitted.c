@@ -1,7 +1,8 @@
 /*
- * Times functions that Refdyn emitted: time_emitted values|times N_RFE LIBRARY MODEL QUANTITY VARIANT FUNCTION[,FUNCTION] COUNT[,COUNT].
- * LIBRARY is the emitted C of MODEL as a shared object, COUNT the doubles of each function's result. All functions are called
- * one after another. The state's forces go into the inputs tau_COORDINATE.
+ * Times functions that Refdyn emitted: time_emitted values|times N_RFE LIBRARY MODEL QUANTITY VARIANT
+ * FUNCTION[,FUNCTION] COUNT[,COUNT]. LIBRARY is the emitted C of MODEL as a shared object, COUNT the doubles
+ * of each function's result. All functions are called one after another. The state's forces go into the
+ * inputs tau_COORDINATE.
  */
 #include "timing.h"
 
@@ -28,8 +29,10 @@ static void *find(void *library, const char *name, const char *what) {
     return found;
 }
 
-/* The emitted `tangent` takes accelerations as one more argument; in the model's table they follow qd as all callers have it. */
-static refdyn_function *function_of(const struct subject *s, void *library, const char *name, const char *what) {
+/* The emitted `tangent` takes accelerations as one more argument; in the model's table they follow qd as all
+ * callers have it. */
+static refdyn_function *function_of(const struct subject *s, void *library, const char *name,
+                                    const char *what) {
     refdyn_function *function;
     if (!strcmp(what, "tangent"))
         return s->model->tangent;
@@ -38,7 +41,8 @@ static refdyn_function *function_of(const struct subject *s, void *library, cons
     return function;
 }
 
-static void open_functions(struct subject *s, const char *path, const char *name, char *functions, char *counts) {
+static void open_functions(struct subject *s, const char *path, const char *name, char *functions,
+                           char *counts) {
     void *library = dlopen(path, RTLD_NOW);
     if (!library)
         stop(dlerror(), path);
@@ -76,7 +80,8 @@ static void set_state(struct subject *s, const struct bench *b) {
                 s->x[k] = b->tau[i];
         }
     s->q = b->q;
-    s->qd = new_array(2 * (size_t)b->n + 1 + (size_t)model->m); /* qd, then qdd, power and multipliers for `tangent` */
+    s->qd = new_array(2 * (size_t)b->n + 1 +
+                      (size_t)model->m); /* qd, then qdd, power and multipliers for `tangent` */
     memcpy(s->qd, b->qd, (size_t)b->n * sizeof(double));
     memcpy(s->qd + b->n, b->qdd, (size_t)b->n * sizeof(double));
 }
@@ -91,7 +96,8 @@ static void call_all(void *subject, long times) {
 int main(int argc, char **argv) {
     struct subject s = {.function_count = 0};
     if (argc != 9)
-        stop("usage: time_emitted values|times N_RFE LIBRARY MODEL QUANTITY VARIANT FUNCTION,... COUNT,...", "time_emitted");
+        stop("usage: time_emitted values|times N_RFE LIBRARY MODEL QUANTITY VARIANT FUNCTION,... COUNT,...",
+             "time_emitted");
     const struct bench b = open_bench("refdyn", argc, argv);
     open_functions(&s, argv[3], argv[4], argv[7], argv[8]);
     set_parameters(&s);

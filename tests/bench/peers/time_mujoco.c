@@ -63,13 +63,15 @@ int main(int argc, char **argv) {
         stop(message, path);
     const size_t n = (size_t)b.n;
     struct subject s = {&b, model, mj_makeData(model)};
-    measure(&b, "accelerations", "forward", call_forward, &s, (struct bench_result[]){{s.data->qacc, n}, {0}});
+    measure(&b, "accelerations", "forward", call_forward, &s,
+            (struct bench_result[]){{s.data->qacc, n}, {0}});
     measure(&b, "accelerations", "needed", call_needed, &s, (struct bench_result[]){{s.data->qacc, n}, {0}});
 
     mju_zero3(model->opt.gravity);
     double *mass = new_array(n * n);
     call_mass_and_bias(&s, 1);
     mj_fullM(model, s.data, mass);
-    measure(&b, "mass", "crb+rne", call_mass_and_bias, &s, (struct bench_result[]){{mass, n * n}, {s.data->qfrc_bias, n}, {0}});
+    measure(&b, "mass", "crb+rne", call_mass_and_bias, &s,
+            (struct bench_result[]){{mass, n * n}, {s.data->qfrc_bias, n}, {0}});
     return 0;
 }

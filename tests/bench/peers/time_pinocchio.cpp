@@ -1,8 +1,9 @@
 /*
  * Times Pinocchio: time_pinocchio values|times N_RFE.
  *
- * Variants end in -turns (joints with one coordinate) or -euler (Euler angles). Springs and dampers act as forces of the joints, and
- * derivatives have their parts. Only the upper triangle of a mass matrix is computed.
+ * Variants end in -turns (joints with one coordinate) or -euler (Euler angles). Springs and dampers act as
+ * forces of the joints, and derivatives have their parts. Only the upper triangle of a mass matrix is
+ * computed.
  */
 #include <pinocchio/multibody.hpp>
 
@@ -35,14 +36,18 @@ struct Subject {
     VectorXd stiffness, damping, q, qd, tau, qdd, forces;
 
     Subject(const bench &b, Chain chain, const char *kind)
-        : b(b), model(chain.model), tip(chain.tip), data(model), kind(kind), stiffness(chain.stiffness), damping(chain.damping),
-          q(Eigen::Map<VectorXd>(b.q, b.n)), qd(Eigen::Map<VectorXd>(b.qd, b.n)), tau(Eigen::Map<VectorXd>(b.tau, b.n)),
-          qdd(Eigen::Map<VectorXd>(b.qdd, b.n)), forces(b.n) {}
+        : b(b), model(chain.model), tip(chain.tip), data(model), kind(kind), stiffness(chain.stiffness),
+          damping(chain.damping), q(Eigen::Map<VectorXd>(b.q, b.n)), qd(Eigen::Map<VectorXd>(b.qd, b.n)),
+          tau(Eigen::Map<VectorXd>(b.tau, b.n)), qdd(Eigen::Map<VectorXd>(b.qdd, b.n)), forces(b.n) {
+    }
 
-    void apply_springs() { forces = tau - stiffness.cwiseProduct(q) - damping.cwiseProduct(qd); }
+    void apply_springs() {
+        forces = tau - stiffness.cwiseProduct(q) - damping.cwiseProduct(qd);
+    }
 
     template <class Function>
-    void time(const char *quantity, const std::string &variant, Function function, std::vector<bench_result> results) {
+    void time(const char *quantity, const std::string &variant, Function function,
+              std::vector<bench_result> results) {
         results.push_back({nullptr, 0});
         const auto repeat = [](void *subject, long times) {
             for (long i = 0; i < times; i++)
@@ -52,12 +57,25 @@ struct Subject {
     }
 };
 
-static bench_result result(const MatrixXd &matrix) { return {matrix.data(), size_t(matrix.size())}; }
-static bench_result result(const VectorXd &vector) { return {vector.data(), size_t(vector.size())}; }
+static bench_result result(const MatrixXd &matrix) {
+    return {matrix.data(), size_t(matrix.size())};
+}
+static bench_result result(const VectorXd &vector) {
+    return {vector.data(), size_t(vector.size())};
+}
 
 static void time_accelerations(Subject &s) {
-    s.time("accelerations", "aba", [&] { s.apply_springs(); aba(s.model, s.data, s.q, s.qd, s.forces, Convention::LOCAL); }, {result(s.data.ddq)});
-    s.time("accelerations", "aba_world", [&] { s.apply_springs(); aba(s.model, s.data, s.q, s.qd, s.forces, Convention::WORLD); },
+    s.time("accelerations", "aba",
+           [&] {
+               s.apply_springs();
+               aba(s.model, s.data, s.q, s.qd, s.forces, Convention::LOCAL);
+           },
+           {result(s.data.ddq)});
+    s.time("accelerations", "aba_world",
+           [&] {
+               s.apply_springs();
+               aba(s.model, s.data, s.q, s.qd, s.forces, Convention::WORLD);
+           },
            {result(s.data.ddq)});
     VectorXd solution(s.b.n);
     const auto dense = [&] {
@@ -83,7 +101,10 @@ static void time_rows(Subject &s) {
     initConstraintDynamics(s.model, data, contacts, contact_data);
     ProximalSettings settings(1e-12, 0., 1);
     s.time("rows", "constraintDynamics",
-           [&] { s.apply_springs(); constraintDynamics(s.model, data, s.q, s.qd, s.forces, contacts, contact_data, settings); },
+           [&] {
+               s.apply_springs();
+               constraintDynamics(s.model, data, s.q, s.qd, s.forces, contacts, contact_data, settings);
+           },
            {result(data.ddq)});
 
     using Anchor = PointAnchorConstraintModelTpl<double, 0>;
@@ -94,7 +115,11 @@ static void time_rows(Subject &s) {
     anchors.emplace_back(s.model, s.tip, SE3::Identity(), 0, here);
     anchor_data.emplace_back(anchors[0]);
     initPvSolver(s.model, pv_data, anchors);
-    s.time("rows", "pv", [&] { s.apply_springs(); pv(s.model, pv_data, s.q, s.qd, s.forces, anchors, anchor_data, settings); },
+    s.time("rows", "pv",
+           [&] {
+               s.apply_springs();
+               pv(s.model, pv_data, s.q, s.qd, s.forces, anchors, anchor_data, settings);
+           },
            {result(pv_data.ddq)});
 }
 
@@ -102,7 +127,11 @@ static void time_rows(Subject &s) {
 static void time_mass(Subject &s) {
     Model weightless(s.model);
     weightless.gravity.setZero();
-    s.time("mass", "crba+nle", [&] { crba(weightless, s.data, s.q, Convention::WORLD); nonLinearEffects(weightless, s.data, s.q, s.qd); },
+    s.time("mass", "crba+nle",
+           [&] {
+               crba(weightless, s.data, s.q, Convention::WORLD);
+               nonLinearEffects(weightless, s.data, s.q, s.qd);
+           },
            {result(s.data.M), result(s.data.nle)});
 }
 

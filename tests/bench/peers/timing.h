@@ -5,7 +5,8 @@
  *     PROGRAM values|times N_RFE ...
  *
  * "values" writes the results of each quantity to values/PROGRAM-QUANTITY-VARIANT-N_RFE as doubles.
- * "times" prints one JSON object a line: program, quantity, variant, n_rfe, n, and us, the microseconds of one call.
+ * "times" prints one JSON object a line: program, quantity, variant, n_rfe, n, and us, the microseconds of
+ * one call.
  */
 #ifndef TIMING_H
 #define TIMING_H
@@ -17,7 +18,8 @@
 
 enum { BATCHES = 9, PATH_SIZE = 500 };
 
-/* The random state of models/stateN.txt: coordinates, rates, forces, and accelerations for inverse dynamics. */
+/* The random state of models/stateN.txt: coordinates, rates, forces, and accelerations for inverse dynamics.
+ */
 struct bench {
     const char *program;
     int only_values, n_rfe, n;
@@ -116,14 +118,15 @@ static void write_values(const struct bench *b, const char *quantity, const char
         stop("cannot be written", path);
 }
 
-static void measure(const struct bench *b, const char *quantity, const char *variant, bench_call *call, void *subject,
-                    const struct bench_result *results) {
+static void measure(const struct bench *b, const char *quantity, const char *variant, bench_call *call,
+                    void *subject, const struct bench_result *results) {
     call(subject, 1);
     if (b->only_values) {
         write_values(b, quantity, variant, results);
         return;
     }
-    printf("{\"program\": \"%s\", \"quantity\": \"%s\", \"variant\": \"%s\", \"n_rfe\": %d, \"n\": %d, \"us\": %.4f}\n",
+    printf("{\"program\": \"%s\", \"quantity\": \"%s\", \"variant\": \"%s\", \"n_rfe\": %d, \"n\": %d, "
+           "\"us\": %.4f}\n",
            b->program, quantity, variant, b->n_rfe, b->n, microseconds(call, subject));
     fflush(stdout);
 }
