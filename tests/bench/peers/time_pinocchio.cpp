@@ -4,6 +4,8 @@
  * Variants end in -turns (joints with one coordinate) or -euler (Euler angles). Springs and dampers act as
  * forces of the joints, and derivatives have their parts. Only the upper triangle of a mass matrix is
  * computed.
+ * Pinocchio differentiates along the axes of a joint. With Euler angles these turn with the coordinates, so
+ * that its derivatives are not those by the coordinates; they are left out.
  */
 #include <pinocchio/multibody.hpp>
 
@@ -165,7 +167,8 @@ int main(int argc, char **argv) {
         time_accelerations(subject);
         time_rows(subject);
         time_mass(subject);
-        time_derivatives(subject);
+        if (!grouped)
+            time_derivatives(subject);
     }
     return 0;
 }
