@@ -107,15 +107,14 @@ def test_emitted_is_timed(tmp_path):
     """The model of the comparison compiles, is timed, and its accelerations are those of `refdyn eval`, with and without rows."""
     emitted.prepare(tmp_path)
     chain.write(1, tmp_path)
-    names = ["base_z", "column_psi", "arm_psi", "effector_z"]
     q, qd, tau, _ = chain.state(1)
-    given = {"q": q, "qd": qd, "inputs": {f"tau_{name}": value for name, value in zip(names, tau)}}
+    given = {"q": q, "qd": qd, "inputs": {"tau": tau[1]}}
     records = emitted.build(tmp_path, 1)
     variants = [level + fold for level in emitted.LEVELS for fold in emitted.FOLDS]
     assert {(record["quantity"], record["variant"]) for record in records} == {(quantity, variant) for quantity in emitted.QUANTITIES for variant in variants}
     lines = []
     for quantity, hold, name in (("accelerations", "none", "qdd_free"), ("rows", "tip", "qdd")):
-        expected = evaluate(tmp_path / "refdyn" / "driven.lua", given, "--set", "n_rfe=1", "--set", "program=none", "--set", f"hold={hold}")[name]
+        expected = evaluate(tmp_path / "refdyn" / "held.lua", given, "--set", "n_rfe=1", *emitted.SETTINGS, "--set", f"hold={hold}")[name]
         for record in (record for record in records if record["quantity"] == quantity):
             emitted.call(tmp_path, "values", *record["command"])
             line, = emitted.call(tmp_path, "times", *record["command"])

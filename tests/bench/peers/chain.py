@@ -62,12 +62,14 @@ def links(n_rfe):
 
 
 def state(n_rfe):
-    """Random coordinates, rates, forces and accelerations: the arm near 45 degrees, its springs bent by at most 0.1 rad."""
+    """Random coordinates, rates, forces and accelerations: the arm near 45 degrees, its springs bent by at most 0.1 rad, a torque on the column."""
     draw = random.Random(1000 + n_rfe)
     n = 3 * n_rfe + 1
     q = [draw.uniform(-0.1, 0.1) for _ in range(n)]
     q[1], q[2] = draw.uniform(-1, 1), math.pi / 4 + q[2]
-    return [q, *([draw.uniform(-1, 1) for _ in range(n)] for _ in range(3))]
+    tau = [0.0, draw.uniform(-1, 1), *[0.0] * (n - 2)]
+    qd, qdd = ([draw.uniform(-1, 1) for _ in range(n)] for _ in range(2))
+    return [q, qd, tau, qdd]
 
 
 def numbers(values):

@@ -11,10 +11,11 @@ SOURCE = HERE.parents[2]
 REFDYN = os.path.abspath(os.environ.get("REFDYN", SOURCE / "build" / "release" / "bin" / "refdyn"))
 NAME = "manipulator"
 LEVELS = {"O2": ["-O2"], "O3n": ["-O3", "-march=native"]}
-SOURCES = [REFDYN, HERE / "driven.lua", SOURCE / "models" / "manipulator.lua", SOURCE / "runtime" / "refdyn_model.h"]
+SOURCES = [REFDYN, HERE / "held.lua", SOURCE / "models" / "manipulator.lua", SOURCE / "runtime" / "refdyn_model.h"]
 FOLDS = {"": [], "_fold": ["--fold"]}  # parameters as symbols or as numbers
+SETTINGS = ["--set", "program=none", "--set", "drive=input"]
 PATIENCE = 150  # CPU seconds of one compilation, for all programs
-# Option `hold` of driven.lua, the functions to emit, those to call, and the doubles of the result of each.
+# Option `hold` of held.lua, the functions to emit, those to call, and the doubles of the result of each.
 QUANTITIES = {
     "accelerations": ("none", "qdd_free", ["qdd_free"], lambda n: [n]),
     "rows": ("tip", "qdd", ["qdd"], lambda n: [n]),
@@ -55,7 +56,7 @@ def prepare(work):
     """The model and the timing program in the working folder."""
     for name in ("models", "values", "refdyn"):
         (work / name).mkdir(parents=True, exist_ok=True)
-    shutil.copy(HERE / "driven.lua", work / "refdyn")
+    shutil.copy(HERE / "held.lua", work / "refdyn")
     shutil.copy(SOURCE / "models" / "manipulator.lua", work / "refdyn")
     subprocess.run(["gcc", "-O2", "-Wall", "-I", HERE, "-I", SOURCE / "runtime", HERE / "time_emitted.c", "-o", work / "time_emitted", "-ldl"], check=True)
 
@@ -65,7 +66,7 @@ def emit(work, quantity, n_rfe, fold):
     hold, wanted, called, _ = QUANTITIES[quantity]
     folder = work / "refdyn" / f"{quantity}{fold}_{n_rfe}"
     shutil.rmtree(folder, ignore_errors=True)
-    status, seconds, summary = measured([REFDYN, "gen", work / "refdyn" / "driven.lua", "--set", f"n_rfe={n_rfe}", "--set", "program=none",
+    status, seconds, summary = measured([REFDYN, "gen", work / "refdyn" / "held.lua", "--set", f"n_rfe={n_rfe}", *SETTINGS,
                                          "--set", f"hold={hold}", "--emit", wanted, *FOLDS[fold], "-o", folder])
     if status:
         raise SystemExit(f"refdyn gen fails: {quantity}, n_rfe={n_rfe}")

@@ -1,6 +1,7 @@
 """The other programs: their environment, C by CasADi, and the comparison of all values before anything is timed."""
 import json
 import os
+import pathlib
 import subprocess
 import sys
 import sysconfig
@@ -46,7 +47,7 @@ def compile_all(work):
     site = sysconfig.get_path("purelib")
     headers = f"{site}/cmeel.prefix/include"
     pinocchio = ["-std=c++17", "-w", "-march=native", *SETTINGS, "-isystem", headers, "-isystem", f"{headers}/eigen3"]
-    library = str(next((emitted.pathlib.Path(site) / "mujoco").glob("libmujoco.so*")))
+    library = str(next((pathlib.Path(site) / "mujoco").glob("libmujoco.so*")))
     compile_program(work, "gcc", "time_mujoco", "-O3", "-march=native", "-I", f"{site}/mujoco/include", library, f"-Wl,-rpath,{site}/mujoco")
     compile_program(work, "gcc", "time_casadi", "-O2", "-ldl")
     compile_program(work, "g++", "time_pinocchio", "-O3", *pinocchio)

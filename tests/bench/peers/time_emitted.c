@@ -1,8 +1,8 @@
 /*
  * Times functions that Refdyn emitted: time_emitted values|times N_RFE LIBRARY MODEL QUANTITY VARIANT
  * FUNCTION[,FUNCTION] COUNT[,COUNT]. LIBRARY is the emitted C of MODEL as a shared object, COUNT the doubles
- * of each function's result. All functions are called one after another. The state's forces go into the
- * inputs tau_COORDINATE.
+ * of each function's result. All functions are called one after another. The input of the model is the
+ * torque on the column.
  */
 #include "timing.h"
 
@@ -69,19 +69,13 @@ static void set_parameters(struct subject *s) {
 
 static void set_state(struct subject *s, const struct bench *b) {
     const struct refdyn_model *model = s->model;
-    char name[NAME_SIZE];
-    if (model->n != b->n)
-        stop("the model has another number of coordinates", b->program);
-    s->x = new_array((size_t)model->input_count);
-    for (int k = 0; k < model->input_count; k++)
-        for (int i = 0; i < model->n; i++) {
-            snprintf(name, sizeof name, "tau_%s", model->coordinates[i].name);
-            if (!strcmp(name, model->inputs[k].name))
-                s->x[k] = b->tau[i];
-        }
+    if (model->n != b->n || model->input_count != 1)
+        stop("the model has other coordinates or inputs", b->program);
+    s->x = new_array(1);
+    s->x[0] = b->tau[1]; /* the torque on the column */
     s->q = b->q;
-    s->qd = new_array(2 * (size_t)b->n + 1 +
-                      (size_t)model->m); /* qd, then qdd, power and multipliers for `tangent` */
+    /* After qd, `tangent` reads qdd, power and multipliers. */
+    s->qd = new_array(2 * (size_t)b->n + 1 + (size_t)model->m);
     memcpy(s->qd, b->qd, (size_t)b->n * sizeof(double));
     memcpy(s->qd + b->n, b->qdd, (size_t)b->n * sizeof(double));
 }
