@@ -24,6 +24,25 @@
 extern "C" {
 #endif
 
+/* ---- Version ---- */
+
+/* Version of Refdyn. These three numbers are the only place where it is written: the build, the packages, the
+ * program and FMUs read them here. */
+#define REFDYN_VERSION_MAJOR 0
+#define REFDYN_VERSION_MINOR 2
+#define REFDYN_VERSION_PATCH 0
+
+/* The version as text, such as "1.2.3". The two other macros expand the numbers and put them together. */
+#define REFDYN_VERSION REFDYN_VERSION_TEXT(REFDYN_VERSION_MAJOR, REFDYN_VERSION_MINOR, REFDYN_VERSION_PATCH)
+#define REFDYN_VERSION_TEXT(major, minor, patch) REFDYN_VERSION_JOIN(major, minor, patch)
+#define REFDYN_VERSION_JOIN(major, minor, patch) #major "." #minor "." #patch
+
+/* REFDYN_VERSION of the library that the program runs with. With a shared library it can be newer than the
+ * header that the program was compiled with. Never NULL. */
+const char *refdyn_version(void);
+
+/* ---- Status ---- */
+
 enum refdyn_status {
     REFDYN_OK = 0,
     /* > 0: these may go away with a smaller step or another state */

@@ -8,7 +8,7 @@ import subprocess
 
 import pytest
 
-from program import BUILD, LONG, MODELS, REFDYN, SOURCE, refdyn
+from program import BUILD, LONG, MODELS, REFDYN, SOURCE, VERSION, refdyn
 
 PAGE = (SOURCE / "docs" / "beginning.md").read_text()
 EDITOR = "share/refdyn/models/editor"
@@ -403,8 +403,9 @@ def test_shared_library_shows_what_is_declared(prefix):
     listing = run("nm", "-D", "--defined-only", library)
     shown = {line.split()[2] for line in listing.splitlines()}
     assert shown == declared() and len(shown) > 50
-    assert "librefdyn.so.0.1]" in run("readelf", "-d", library)
-    assert os.readlink(library) == "librefdyn.so.0.1" and os.readlink(prefix / "lib" / "librefdyn.so.0.1") == "librefdyn.so.0.1.0"
+    soname = "librefdyn.so." + VERSION.rpartition(".")[0]
+    assert f"{soname}]" in run("readelf", "-d", library)
+    assert os.readlink(library) == soname and os.readlink(prefix / "lib" / soname) == f"librefdyn.so.{VERSION}"
 
 
 def test_shared_library_by_pkg_config(prefix, tmp_path):

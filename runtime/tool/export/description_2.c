@@ -2,6 +2,7 @@
  * place. */
 #include "export/description.h"
 #include "export/sources.h"
+#include "refdyn.h"
 
 static void put_source_files(FILE *out, const struct fmu *fmu) {
     fputs("    <SourceFiles>\n", out);

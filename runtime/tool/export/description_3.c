@@ -4,6 +4,7 @@
  */
 #include "export/description.h"
 #include "export/sources.h"
+#include "refdyn.h"
 
 static void put_type(FILE *out, const struct fmu *fmu, const char *type, const char *abilities) {
     fprintf(out, "  <%s", type);

@@ -1,6 +1,7 @@
 /* The manual page refdyn(1), in the man macros of roff: see shell.h. */
 #include "shell/shell.h"
 #include "text/output.h"
+#include "refdyn.h"
 
 #include <stdlib.h>
 #include <string.h>
