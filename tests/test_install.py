@@ -3,6 +3,7 @@ import os
 import re
 import shutil
 import subprocess
+import xml.etree.ElementTree
 
 import pytest
 
@@ -102,3 +103,18 @@ def test_emitted_code_needs_one_small_header(installed):
         shutil.copy(header, folder)
     for source in some(folder.glob("*.c")):
         run("cc", "-std=c11", "-c", source.name, cwd=folder)
+
+
+@pytest.mark.skipif(not shutil.which("doxygen"), reason="doxygen is not installed")
+def test_reference_of_the_headers(tmp_path):
+    """Every symbol of the public headers is documented; one that is not stops the target `reference`."""
+    run("cmake", "--build", BUILD, "--target", "reference")
+    symbols = [symbol for page in some((BUILD / "reference" / "xml").glob("*.xml"))
+               for symbol in xml.etree.ElementTree.parse(page).iter() if symbol.tag in ("memberdef", "enumvalue")]
+    texts = {symbol.find("name").text: "".join(symbol.find("briefdescription").itertext()).strip() for symbol in symbols}
+    assert {"refdyn_statics", "REFDYN_RODAS5P", "tangent_vectors", "refdyn_gsl_to", "refdyn_batch_run"} <= set(texts)
+    assert not [name for name, text in texts.items() if not text]
+    settings = (BUILD / "Doxyfile.reference").read_text() + f"\nINPUT = {tmp_path / 'bare.h'}\nOUTPUT_DIRECTORY = {tmp_path}\n"
+    (tmp_path / "settings").write_text(settings)
+    (tmp_path / "bare.h").write_text("/** @file */\nint bare(int a);\n")
+    assert subprocess.run(["doxygen", tmp_path / "settings"], capture_output=True).returncode != 0
