@@ -2,11 +2,11 @@
  * The pass list of the generator: read, check, expand, read the programme, check it; then `passes`; then
  * print.
  */
-#include "gen.h"
-#include "explain/explain.h"
-#include "plan/plan.h"
-#include "read/state_kinks.h"
-#include "tree/roll.h"
+#include "gen/gen.h"
+#include "gen/explain/explain.h"
+#include "gen/plan/plan.h"
+#include "gen/read/read.h"
+#include "gen/tree/tree.h"
 
 #include <errno.h>
 #include <stdlib.h>

@@ -4,11 +4,10 @@
 #ifndef REFDYN_GEN_GEN_H
 #define REFDYN_GEN_GEN_H
 
-#include "base/memory.h"
-#include "base/message.h"
-#include "model/model.h"
-#include "read/read_model.h"
-#include "tree/tree.h"
+#include "gen/base/base.h"
+#include "gen/model/model.h"
+#include "gen/read/read.h"
+#include "gen/tree/tree.h"
 
 #include <setjmp.h>
 #include <stdio.h>
@@ -20,7 +19,7 @@ struct generation {
     struct graph graph;
     struct messages messages;
     struct model model;
-    struct tree tree, rolled; /* see roll.h */
+    struct tree tree, rolled; /* see tree.h */
     struct plan *plan;
     const char *emit; /* what is asked for, as in gen_plan */
     bool has_lanes;   /* set before gen_plan: the files of lanes are emitted, too */
@@ -30,7 +29,7 @@ struct generation {
 
 enum gen_status { GEN_OK, GEN_MODEL_ERROR, GEN_NO_MEMORY, GEN_NOT_WRITTEN };
 
-/* Reads, checks and expands. `allowance` as in memory.h; -1 outside of tests. gen_release in any case. A
+/* Reads, checks and expands. `allowance` as in base.h; -1 outside of tests. gen_release in any case. A
  * model that takes more memory than one may is GEN_MODEL_ERROR, also of gen_plan and gen_write. */
 enum gen_status gen_read(struct generation *generation, const struct read_request *request, long allowance);
 /* What is wrong with a list of quantities and what is allowed, or NULL: before gen_plan. */

@@ -305,7 +305,7 @@ int refdyn_project(struct refdyn_workspace *work, double t, double *q, double *q
 
 /* ---- Motions ---- */
 
-/** The methods: number and name of the definition. Each has a file in runtime/methods, whose page shows how
+/** The methods: number and name of the definition. Each has a file in runtime/core/methods, whose page shows how
  * to add one. */
 #define REFDYN_METHODS(REFDYN_ENTRY)                                                                     \
     /** rk8, rodas5p, gauss12 or radau9, chosen by trial steps */                                        \

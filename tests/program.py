@@ -33,8 +33,8 @@ def sources(folder, *patterns):
     return some(path for pattern in patterns or ("*.[ch]",) for path in (SOURCE / folder).rglob(pattern))
 
 
-# Of the runtime core, without its users in folders beside it.
-CORE_FILES = some(path for path in sources("runtime") if path.relative_to(SOURCE / "runtime").parts[0] not in ("tool", "gsl", "batch", "python", "fmi"))
+# The public headers and the files of the runtime core.
+CORE_FILES = some([*(SOURCE / "runtime").glob("*.h"), *sources("runtime/core", "*.[ch]", "*.inc")])
 CORE_SOURCES = some(path for path in CORE_FILES if path.suffix == ".c")
 
 

@@ -1,4 +1,4 @@
-"""A method is added as the page of runtime/methods tells: one file, one line. It has its order, and error control."""
+"""A method is added as the page of runtime/core/methods tells: one file, one line. It has its order, and error control."""
 import math
 import re
 import shutil
@@ -8,7 +8,7 @@ import pytest
 
 from program import SCALE, SOURCE
 
-PAGE = SOURCE / "runtime" / "methods" / "README.md"
+PAGE = SOURCE / "runtime" / "core" / "methods" / "README.md"
 # The rigid manipulator, its rows not stabilised.
 PROGRAM = """
 #include "manipulator_rigid.h"
@@ -56,17 +56,17 @@ def program(tmp_path_factory):
     """The program, linked with a copy of the core to which the method was added."""
     folder = tmp_path_factory.mktemp("added")
     runtime = folder / "runtime"
-    shutil.copytree(SOURCE / "runtime", runtime, ignore=shutil.ignore_patterns("tool", "gsl", "fmi", "python"))
+    shutil.copytree(SOURCE / "runtime", runtime, ignore=shutil.ignore_patterns("tool", "batch", "bindings"))
     file, line = blocks()
-    (runtime / "methods" / "heun.c").write_text(file)
+    (runtime / "core" / "methods" / "heun.c").write_text(file)
     header = (runtime / "refdyn.h").read_text()
     added, count = re.subn(r"(?m)^(    REFDYN_ENTRY\(REFDYN_ROS34PW2, ros34pw2\))$", lambda last: line + last[1], header)
     assert count == 1, "the last line of the list is another one"
     (runtime / "refdyn.h").write_text(added)
     (folder / "main.c").write_text(PROGRAM)
     sources = sorted(runtime.rglob("*.c"))
-    assert len(sources) > 25 and runtime / "methods" / "heun.c" in sources
-    subprocess.run(["gcc", "-std=c11", "-O0", "-Wall", "-Wextra", "-Werror", "-I", runtime, "-I", SOURCE / "generated", folder / "main.c",
+    assert len(sources) > 25 and runtime / "core" / "methods" / "heun.c" in sources
+    subprocess.run(["gcc", "-std=c11", "-O0", "-Wall", "-Wextra", "-Werror", "-I", folder, "-I", runtime, "-I", SOURCE / "generated", folder / "main.c",
                     SOURCE / "generated" / "manipulator_rigid.c", *sources, "-lm", "-o", folder / "main"], check=True)
 
     def run(method, step, tol):

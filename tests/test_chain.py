@@ -268,7 +268,7 @@ int main(void) {
 def runtime(tmp_path_factory):
     """The core, compiled."""
     folder = tmp_path_factory.mktemp("runtime")
-    subprocess.run(["gcc", "-std=c11", "-O2", "-g", "-I", SOURCE / "runtime", "-c", *CORE_SOURCES], cwd=folder, check=True)
+    subprocess.run(["gcc", "-std=c11", "-O2", "-g", "-I", SOURCE, "-I", SOURCE / "runtime", "-c", *CORE_SOURCES], cwd=folder, check=True)
     return sorted(folder.glob("*.o"))
 
 
@@ -278,7 +278,7 @@ def test_chain(case, runtime, tmp_path):
     refdyn("gen", model, *settings(options), "--emit", "start,equations,tangent,tangent_vectors", "-o", tmp_path)
     name = next(tmp_path.glob("*.h")).stem
     (tmp_path / "program.c").write_text(PROGRAM.replace("MODEL", name).replace("APART", "0" if case in CLOSED else "0.3"))
-    subprocess.run(["gcc", "-std=gnu11", "-O0", "-Wall", "-Wextra", "-I", SOURCE / "runtime", *tmp_path.glob("*.c"), *runtime, "-lm",
+    subprocess.run(["gcc", "-std=gnu11", "-O0", "-Wall", "-Wextra", "-I", SOURCE, "-I", SOURCE / "runtime", *tmp_path.glob("*.c"), *runtime, "-lm",
                     "-o", tmp_path / "program"], check=True)
     done = subprocess.run([tmp_path / "program"], capture_output=True, text=True, timeout=300)
     print(done.stdout)

@@ -181,7 +181,7 @@ def test_windows_library(version, tmp_path):
     library.write_bytes(zipfile.ZipFile(file).read(f"binaries/{folder}/fourbar.dll"))
     said = subprocess.run(["x86_64-w64-mingw32-objdump", "-p", library], check=True, capture_output=True, text=True).stdout
     assert {name.lower() for name in re.findall("DLL Name: (.*)", said)} == {"kernel32.dll", "msvcrt.dll"}
-    header = (SOURCE / "runtime" / "fmi" / f"fmi{version[0]}.h").read_text()
+    header = (SOURCE / "runtime" / "bindings" / "fmi" / f"fmi{version[0]}.h").read_text()
     exported = set(re.findall(r"\] (fmi\w+)$", said, re.M))
     assert exported == set(re.findall(rf"#define (fmi{version[0]}\w+) ", header)) if version == "2.0" else {"fmi3DoStep", "fmi3GetFloat64"} <= exported
 
@@ -193,7 +193,7 @@ def test_windows_motion(tmp_path):
     zipfile.ZipFile(file).extractall(tmp_path)
     guid = description(file).get("guid")
     program = TESTS / "fmi" / "step.c"
-    include = ["-std=gnu11", "-I", SOURCE / "runtime", program]
+    include = ["-std=gnu11", "-I", SOURCE, "-I", SOURCE / "runtime", program]
     subprocess.run(["cc", *include, "-o", tmp_path / "step", "-ldl"], check=True)
     subprocess.run([MINGW, *include, "-o", tmp_path / "step.exe"], check=True)
     here = subprocess.run([tmp_path / "step", tmp_path / "binaries/linux64/fourbar.so", guid, "0.03"], check=True, capture_output=True, text=True).stdout

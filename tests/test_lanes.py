@@ -39,7 +39,7 @@ def emit(folder, scene, *options):
 def compile_all(folder, scene, compiler, widths=WIDTHS):
     """All sources, that of lanes for each width; the symbols of the objects of lanes by width."""
     name, files = emit(folder, scene, "--for-lanes")
-    include = ["-I", SOURCE / "runtime"]
+    include = ["-I", SOURCE, "-I", SOURCE / "runtime"]
     jobs = [(source, []) for source in files if source.endswith(".c") and not source.endswith("_lanes.c")]
     jobs += [(f"{name}_lanes.c", [f"-DLANES={width}", "-Wno-psabi"]) for width in widths]
     objects = [f"{i}.o" for i in range(len(jobs))]
@@ -95,7 +95,7 @@ def test_same_bits_without_fused_sums(compiler, tmp_path):
 def test_compiles_without_warning(scene, compiler, tmp_path):
     name, _ = emit(tmp_path, scene, "--for-lanes")
     for width in (1, 4, 8):
-        done = subprocess.run([*compiler, *WARNINGS, f"-DLANES={width}", "-I", SOURCE / "runtime", "-O1", "-c", f"{name}_lanes.c", "-o", "out.o"],
+        done = subprocess.run([*compiler, *WARNINGS, f"-DLANES={width}", "-I", SOURCE, "-I", SOURCE / "runtime", "-O1", "-c", f"{name}_lanes.c", "-o", "out.o"],
                               cwd=tmp_path, capture_output=True, text=True)
         assert done.returncode == 0 and "warning" not in done.stderr, done.stderr[:2000]
 
@@ -117,7 +117,7 @@ def test_one_name_and_libm(scene, tmp_path):
 def test_width_is_asked_for(tmp_path):
     name, _ = emit(tmp_path, FEW[-1], "--for-lanes")
     for option in ([], ["-DLANES=3"]):
-        done = subprocess.run(["gcc", *option, "-I", SOURCE / "runtime", "-c", f"{name}_lanes.c"], cwd=tmp_path, capture_output=True, text=True)
+        done = subprocess.run(["gcc", *option, "-I", SOURCE, "-I", SOURCE / "runtime", "-c", f"{name}_lanes.c"], cwd=tmp_path, capture_output=True, text=True)
         assert done.returncode != 0 and "how many motions stand side by side" in done.stderr
 
 

@@ -162,7 +162,7 @@ METHODS = ["auto", "rk4", "rk54", "rk8", "rodas5p", "rodas6p", "radau9", "gauss1
 def runtime(tmp_path_factory):
     """The core, compiled."""
     folder = tmp_path_factory.mktemp("runtime")
-    subprocess.run(["gcc", "-std=c11", "-O2", "-I", SOURCE / "runtime", "-c", *CORE_SOURCES], cwd=folder, check=True)
+    subprocess.run(["gcc", "-std=c11", "-O2", "-I", SOURCE, "-I", SOURCE / "runtime", "-c", *CORE_SOURCES], cwd=folder, check=True)
     return sorted(folder.glob("*.o"))
 
 
@@ -173,7 +173,7 @@ def test_motions_in_two_threads(case, runtime, tmp_path):
            f"all,{'tangent_vectors' if case.endswith('O(n)') else 'tangent'}", "-o", tmp_path)
     name = next(tmp_path.glob("*.h")).stem
     (tmp_path / "program.c").write_text(PROGRAM.replace("MODEL", name).replace("ROUNDS_COUNT", str(ROUNDS)))
-    subprocess.run(["gcc", "-std=gnu11", "-O1", "-Wall", "-Wextra", "-pthread", "-I", SOURCE / "runtime", *tmp_path.glob("*.c"), *runtime,
+    subprocess.run(["gcc", "-std=gnu11", "-O1", "-Wall", "-Wextra", "-pthread", "-I", SOURCE, "-I", SOURCE / "runtime", *tmp_path.glob("*.c"), *runtime,
                     "-Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc", "-lm", "-o", tmp_path / "program"], check=True)
     text = subprocess.run([tmp_path / "program"], check=True, capture_output=True, text=True, timeout=300).stdout
     print(text)

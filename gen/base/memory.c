@@ -1,5 +1,5 @@
-/* The generator's arena: see memory.h. */
-#include "base/memory.h"
+/* The generator's arena: see base.h. */
+#include "gen/base/base.h"
 
 #include <stdarg.h>
 #include <stdio.h>

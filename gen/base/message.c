@@ -1,11 +1,8 @@
 /*
- * Complaints about a model: see message.h. The nearest name is by edit distance with transpositions.
+ * Complaints about a model: see base.h. The nearest name is by edit distance with transpositions.
  * Characters are those of RFC 3629.
  */
-#include "base/message.h"
-#include "base/memory.h"
-#include "base/text.h"
-#include "base/utf8.h"
+#include "gen/base/base.h"
 
 #include <stdarg.h>
 #include <stdio.h>

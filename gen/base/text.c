@@ -1,6 +1,5 @@
-/* Growing text: see text.h. */
-#include "base/text.h"
-#include "base/memory.h"
+/* Growing text: see base.h. */
+#include "gen/base/base.h"
 
 #include <ctype.h>
 #include <math.h>

@@ -1,5 +1,5 @@
-/* Characters of UTF-8: see utf8.h. */
-#include "base/utf8.h"
+/* Characters of UTF-8: see base.h. */
+#include "gen/base/base.h"
 
 #include <stdbool.h>
 #include <stdio.h>

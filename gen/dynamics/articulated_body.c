@@ -9,8 +9,8 @@
  * follows from the forces on its coordinates alone, and only M - H^T J^-1 H is passed on. What vanishes there
  * is an exact zero, not a difference.
  */
-#include "dynamics/dynamics.h"
-#include "base/memory.h"
+#include "gen/dynamics/dynamics.h"
+#include "gen/base/base.h"
 
 #include <string.h>
 

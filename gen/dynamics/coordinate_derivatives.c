@@ -1,6 +1,6 @@
-/* Derivatives by the coordinates: see coordinate_derivatives.h. */
-#include "dynamics/coordinate_derivatives.h"
-#include "base/memory.h"
+/* Derivatives by the coordinates: see dynamics.h. */
+#include "gen/dynamics/dynamics.h"
+#include "gen/base/base.h"
 
 static expression place_symbol(void *context, struct graph *g, expression e) {
     const struct kinematics *k = context;

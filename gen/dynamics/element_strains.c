@@ -1,7 +1,7 @@
-/* Symmetric springs and dampers of an element's three turns: see element_strains.h. */
-#include "dynamics/element_strains.h"
+/* Symmetric springs and dampers of an element's three turns: see dynamics.h. */
+#include "gen/dynamics/dynamics.h"
 
-#include "graph/graph.h"
+#include "gen/graph/graph.h"
 
 /* sign_a e, of w_a = q_a + sign_a q_b q_c / 2 */
 static expression with_sign(struct graph *g, int a, expression e) {

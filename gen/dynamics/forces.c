@@ -1,8 +1,6 @@
-/* Applied forces: see forces.h. */
-#include "dynamics/forces.h"
-#include "base/memory.h"
-#include "dynamics/coordinate_derivatives.h"
-#include "dynamics/element_strains.h"
+/* Applied forces: see dynamics.h. */
+#include "gen/dynamics/dynamics.h"
+#include "gen/base/base.h"
 
 #include <string.h>
 

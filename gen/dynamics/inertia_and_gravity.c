@@ -1,6 +1,6 @@
 /* Mass matrix, bias forces, gravity and energy from the tips inward: see dynamics.h. */
-#include "dynamics/dynamics.h"
-#include "base/memory.h"
+#include "gen/dynamics/dynamics.h"
+#include "gen/base/base.h"
 
 #include <string.h>
 

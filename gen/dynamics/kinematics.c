@@ -1,6 +1,6 @@
-/* Kinematics from the base outward: see kinematics.h. */
-#include "dynamics/kinematics.h"
-#include "base/memory.h"
+/* Kinematics from the base outward: see dynamics.h. */
+#include "gen/dynamics/dynamics.h"
+#include "gen/base/base.h"
 
 #include <string.h>
 

@@ -6,8 +6,8 @@
  * factorisation goes from the tips inward, so that L has no entry where M has none. For trees without loops
  * over equal elements.
  */
-#include "dynamics/dynamics.h"
-#include "base/memory.h"
+#include "gen/dynamics/dynamics.h"
+#include "gen/base/base.h"
 
 #include <string.h>
 

@@ -9,8 +9,8 @@
  * articulated_body.c). With a force on each coordinate of the manipulator qdd_free took 14 to 16 % longer at
  * the bias accelerations alone.
  */
-#include "dynamics/dynamics.h"
-#include "base/memory.h"
+#include "gen/dynamics/dynamics.h"
+#include "gen/base/base.h"
 
 /* w of frame i. An ENTRY's motion is that of the element before in its loop, so its w comes from its
  * parent's. */

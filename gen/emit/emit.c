@@ -1,7 +1,7 @@
 /*
  * The files of a model: takes the plan, gives NAME.h, NAME.c and, when long, NAME_2.c ... as text.
  */
-#include "emit/emit.h"
+#include "gen/emit/emit.h"
 
 enum { LONGEST_FILE = 8000 }; /* statements: a compiler takes seconds for that many */
 

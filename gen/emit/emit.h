@@ -4,8 +4,8 @@
 #ifndef REFDYN_GEN_EMIT_H
 #define REFDYN_GEN_EMIT_H
 
-#include "plan/plan.h"
-#include "base/text.h"
+#include "gen/base/base.h"
+#include "gen/plan/plan.h"
 
 /* An array that a function takes behind qd: by coordinate, by row. */
 enum { GIVEN_ARRAYS = 2 };

@@ -2,7 +2,7 @@
  * The names of emitted files, their list, and their first lines: whose they are, and what they refuse to be
  * compiled with.
  */
-#include "emit/emit.h"
+#include "gen/emit/emit.h"
 
 void emit_add_file(struct plan *plan, const char *name, const struct text *text) {
     plan->files[plan->file_count++] = (struct emitted_file){name, text->data, text->length};

@@ -4,7 +4,7 @@
  * "external functions"; the Jacobian of F is a function jac_F of F's inputs and outputs, whose outputs are
  * the blocks of all pairs, by output. What is the same for all models is in text/casadi_body.c.in.
  */
-#include "emit/emit.h"
+#include "gen/emit/emit.h"
 
 #include <string.h>
 

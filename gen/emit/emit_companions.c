@@ -2,7 +2,7 @@
  * Files that stand beside those of a model where they are asked for: takes the emission of the model's own
  * files, adds them to the list behind these.
  */
-#include "emit/emit.h"
+#include "gen/emit/emit.h"
 
 static const struct {
     const char *ending, *what;

@@ -2,7 +2,7 @@
  * The constants of a model's header: how many coordinates, rows, inputs ... there are, and the place of each
  * by its name. Takes the plan, gives enumerators NAME_n, NAME_COORDINATE_base_z, NAME_ROW_row_1 ...
  */
-#include "emit/emit.h"
+#include "gen/emit/emit.h"
 
 #include <ctype.h>
 #include <stdlib.h>

@@ -2,8 +2,8 @@
  * The C text of expressions: takes nodes of the plan, gives C in which every rounding stands where the graph
  * has it.
  */
-#include "emit/emit.h"
-#include "graph/spline.h"
+#include "gen/emit/emit.h"
+#include "gen/graph/graph.h"
 
 #include <string.h>
 

@@ -3,7 +3,7 @@
  * results. Long functions are cut into static pieces; values that later pieces read are carried in a struct
  * on the stack.
  */
-#include "emit/emit.h"
+#include "gen/emit/emit.h"
 
 #include <string.h>
 
@@ -488,11 +488,11 @@ static void find_carried(struct writer *w) {
 /* ---- Composed functions ---- */
 
 /* Does the part write into its place itself? Else what it gives is copied from where it is. */
-static bool writes_in_place(const struct part *part) {
+static bool writes_in_place(const struct composed_array *part) {
     return !plan_is_struct_result(part->from) && !part->is_added;
 }
 
-static void emit_part_call(struct writer *w, const struct part *part) {
+static void emit_part_call(struct writer *w, const struct composed_array *part) {
     const struct function *from = part->from;
     const char *name = w->x->name, *arguments = "p, x, t, q, qd";
     if (writes_in_place(part)) {
@@ -510,14 +510,14 @@ static void emit_part_call(struct writer *w, const struct part *part) {
 }
 
 /* "terms.u": where a part stands that is copied from there. */
-static const char *source_text(const struct writer *w, const struct part *part) {
+static const char *source_text(const struct writer *w, const struct composed_array *part) {
     const char *from = part->from->quantity;
     return plan_is_struct_result(part->from)
                ? memory_format(w->x->plan->memory, "%s.%s", from, part->from->arrays[part->from_array].name)
                : from;
 }
 
-static void emit_part_copy(struct writer *w, const struct part *part) {
+static void emit_part_copy(struct writer *w, const struct composed_array *part) {
     const char *source = source_text(w, part),
                *target = emit_array_text(w->x, w->function, part->to_array, w->local);
     if (part->is_added)
@@ -535,7 +535,7 @@ static void emit_composed(struct writer *w) {
     if (function->loop_count)
         emit_fills(w);
     for (int i = 0; i < function->part_count; i++) {
-        const struct part *part = &function->parts[i];
+        const struct composed_array *part = &function->parts[i];
         if (i == 0 || function->parts[i - 1].from != part->from)
             emit_part_call(w, part);
         if (!writes_in_place(part))

@@ -1,8 +1,8 @@
 /*
  * The header and the tables of a model: what it is, how coordinates are ordered, what each function costs.
  */
-#include "emit/emit.h"
-#include "tree/joint_axis.h"
+#include "gen/emit/emit.h"
+#include "gen/tree/tree.h"
 
 static const char *coordinate_unit(const struct frame *frame) {
     return frame->joint.is_revolute ? "rad" : "m";

@@ -8,8 +8,8 @@
  * beginning, exp_lanes, where_lanes ...: it asks libm lane after lane, or masks bits, so that no lane knows
  * of another one.
  */
-#include "emit/emit.h"
-#include "graph/spline.h"
+#include "gen/emit/emit.h"
+#include "gen/graph/graph.h"
 #include "refdyn_lanes.h"
 
 #include <string.h>

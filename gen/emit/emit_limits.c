@@ -2,7 +2,7 @@
  * The table of limits of joints, for who plans or controls: declared in the header, where a model has limits.
  * Takes the tree, gives NAME_limits, one entry for each joint that has some.
  */
-#include "emit/emit.h"
+#include "gen/emit/emit.h"
 
 #include <math.h>
 

@@ -1,7 +1,7 @@
 /*
- * The C text of loops: takes the loops of a plan, gives loops over local arrays and results. See loops.h.
+ * The C text of loops: takes the loops of a plan, gives loops over local arrays and results. See plan.h.
  */
-#include "emit/emit.h"
+#include "gen/emit/emit.h"
 
 #include <stdlib.h>
 

@@ -4,7 +4,7 @@
  * did not name are called after their factors and terms (half_L, m_E_times_g), or constant_7 where that is
  * long.
  */
-#include "emit/emit.h"
+#include "gen/emit/emit.h"
 
 #include <ctype.h>
 #include <string.h>

@@ -13,7 +13,7 @@
  * error 4e-18 and 5e-20 on |x| <= pi/4. tests/test_sincos.py derives them again and measures the whole: at
  * most 0.82 units in the last place.
  */
-#include "emit/emit.h"
+#include "gen/emit/emit.h"
 
 enum { LARGEST = 100000 }; /* [rad] beyond, and for what is no number, libm is asked */
 

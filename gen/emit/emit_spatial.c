@@ -2,7 +2,7 @@
  * The table of spatial Jacobians: NAME_spatial, which the header declares where points ask for them. Takes
  * the plan, gives which points they are, and both functions in the one form of refdyn_model.h.
  */
-#include "emit/emit.h"
+#include "gen/emit/emit.h"
 
 #include <string.h>
 

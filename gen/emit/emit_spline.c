@@ -1,8 +1,8 @@
 /*
  * The C text of splines: a table of pieces and a function each, the same search and polynomial as spline.c.
  */
-#include "emit/emit.h"
-#include "graph/spline.h"
+#include "gen/emit/emit.h"
+#include "gen/graph/graph.h"
 
 static void emit_table(struct emission *x, struct text *text, const struct spline *spline, int index) {
     char digits[32];

@@ -3,7 +3,7 @@
  * step calls, gives NAME_step.h and NAME_step.c. What is the same for all models is in text/step_body.c.in,
  * behind the sizes and names of this one.
  */
-#include "emit/emit.h"
+#include "gen/emit/emit.h"
 
 #include <string.h>
 

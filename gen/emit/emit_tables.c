@@ -2,9 +2,9 @@
  * The constant tables of a model: names, units, defaults, the tree, and all functions in the one form of
  * refdyn_model.h.
  */
-#include "emit/emit.h"
+#include "gen/emit/emit.h"
 #include "refdyn_model.h"
-#include "dynamics/constraints.h"
+#include "gen/dynamics/dynamics.h"
 
 #include <string.h>
 

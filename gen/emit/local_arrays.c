@@ -6,7 +6,7 @@
  * Values that one piece of a long function hands to the next are members of a local struct, and look the
  * same.
  */
-#include "emit/emit.h"
+#include "gen/emit/emit.h"
 
 #include <ctype.h>
 #include <stdlib.h>

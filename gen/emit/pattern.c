@@ -3,7 +3,7 @@
  * arrays, gives a flag for each entry. Straight code tells entry by entry; loops over pairs of coordinates
  * leave those where neither coordinate leads to the other; all other loops are taken to fill their array.
  */
-#include "emit/emit.h"
+#include "gen/emit/emit.h"
 
 #include <string.h>
 

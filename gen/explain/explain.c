@@ -1,7 +1,7 @@
 /* A pass at work: see explain.h. */
-#include "explain/explain.h"
-#include "graph/describe.h"
-#include "plan/plan.h"
+#include "gen/explain/explain.h"
+#include "gen/graph/graph.h"
+#include "gen/plan/plan.h"
 
 #include <string.h>
 

@@ -8,8 +8,8 @@
 #ifndef REFDYN_GEN_EXPLAIN_H
 #define REFDYN_GEN_EXPLAIN_H
 
-#include "gen.h"
-#include "base/text.h"
+#include "gen/base/base.h"
+#include "gen/gen.h"
 
 /* Frames, behind `expand`, and runs, behind `roll`. */
 void explain_tree(const struct generation *gen, struct text *text);

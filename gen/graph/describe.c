@@ -1,6 +1,5 @@
-/* Expressions as text: see describe.h. */
-#include "graph/describe.h"
-#include "graph/spline.h"
+/* Expressions as text: see graph.h. */
+#include "gen/graph/graph.h"
 
 #include <string.h>
 
@@ -9,7 +8,7 @@ static const char *const operation_names[] = {
     [OP_SYMBOL] = "SYMBOL",
     [OP_SPLINE] = "SPLINE",
 #define OP(name, arity, text, cost, value, da, db, dc) [OP_##name] = #name,
-#include "graph/ops.def"
+#include "gen/graph/ops.def"
 #undef OP
 };
 _Static_assert(sizeof operation_names / sizeof *operation_names == OP_COUNT, "each operation has a name");

@@ -2,8 +2,7 @@
  * Building expressions, folded where that is exact: 0 and 1, signs, numbers on both sides, x*0 -> 0 and x-x
  * -> 0 for a finite x. Takes operands, gives the node of the result in the graph. Declared in graph.h.
  */
-#include "graph/graph.h"
-#include "graph/spline.h"
+#include "gen/graph/graph.h"
 
 #include <assert.h>
 #include <math.h>

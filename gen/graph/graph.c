@@ -2,9 +2,8 @@
  * The expression graph: nodes, hash-consing, symbols, loops and their slots. See graph.h; operators come from
  * ops.def, and folding.c builds expressions.
  */
-#include "graph/graph.h"
-#include "base/memory.h"
-#include "graph/spline.h"
+#include "gen/graph/graph.h"
+#include "gen/base/base.h"
 
 #include <assert.h>
 #include <math.h>
@@ -21,7 +20,7 @@ static const struct operator_entry operators[OP_COUNT] = {
     [OP_SYMBOL] = {"", 0, COST_NONE},
     [OP_SPLINE] = {"spline", 1, COST_FUNCTION},
 #define OP(name, arity, text, cost, value, da, db, dc) [OP_##name] = {text, arity, cost},
-#include "graph/ops.def"
+#include "gen/graph/ops.def"
 #undef OP
 };
 
@@ -42,7 +41,7 @@ double operation_value(enum operation operation, double a, double b, double c) {
 #define OP(name, arity, text, cost, value, da, db, dc) \
     case OP_##name:                                    \
         return value;
-#include "graph/ops.def"
+#include "gen/graph/ops.def"
 #undef OP
     default:
         return NAN;

@@ -1,3 +1,12 @@
+/* Expressions as a graph. */
+#ifndef REFDYN_GEN_GRAPH_H
+#define REFDYN_GEN_GRAPH_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "gen/base/base.h"
+
 /*
  * The expression graph: every formula of a model, hash-consed.
  *
@@ -10,11 +19,6 @@
  * summands into another order (order_of_sums.c): a node then still stands for the same value, rounded
  * otherwise.
  */
-#ifndef REFDYN_GEN_GRAPH_H
-#define REFDYN_GEN_GRAPH_H
-
-#include <stdbool.h>
-#include <stdint.h>
 
 struct memory;
 
@@ -26,7 +30,7 @@ enum operation {
     OP_SPLINE, /* of operand[0]; operand[1] is SPLINE_ORDERS times the table plus the order of the derivative
                 */
 #define OP(name, arity, text, cost, value, da, db, dc) OP_##name,
-#include "graph/ops.def"
+#include "gen/graph/ops.def"
 #undef OP
     OP_COUNT
 };
@@ -164,7 +168,7 @@ void graph_set_next(struct graph *g, int slot, expression next);
 /* The slot that a symbol stands for, or NULL. */
 const struct slot *graph_as_slot(const struct graph *g, expression e);
 
-/* A cubic spline through samples (spline.h), to be used by its number. */
+/* A cubic spline through samples (graph.h), to be used by its number. */
 int graph_add_spline(struct graph *g, const double *knots, const double *values, int count);
 expression expr_spline(struct graph *g, int table, expression at);
 /* The derivative of a spline node by its operand. */
@@ -236,5 +240,44 @@ double rewrite_evaluate(struct graph *g, expression e,
 /* graph_invariants.c: what of the above does not hold, with the entry at fault; NULL: all holds. No loop may
  * be open. */
 const char *graph_violation(const struct graph *g);
+
+/*
+ * Expressions as text, for people who change the generator: in messages of checks, and in `refdyn gen
+ * --explain`.
+ *
+ * A value is called by its name and its handle, "w_x#412", or by its handle alone, "#412"; numbers and
+ * symbols are shown as what they are: p[2] a parameter, x[0] an input, q[3], qd[3], qdd[3] a coordinate,
+ * e.q[7] that of frame 7 in the element that a loop is at, carried[5] and final[5] what slot 5 holds when an
+ * iteration begins and behind the loop.
+ */
+
+/* The name of an operation in ops.def. */
+const char *operation_name(enum operation operation);
+/* What stands for e where it is read: marked nodes by name and handle, what is not marked is spelled out.
+ * `is_marked` by handle; NULL: all are. */
+void describe_value(struct text *text, const struct graph *g, expression e, const bool *is_marked);
+/* The operation of e over its operands. */
+void describe_definition(struct text *text, const struct graph *g, expression e, const bool *is_marked);
+
+/*
+ * Cubic splines through samples, as an operation of the graph.
+ *
+ * Takes knots and values, gives pieces y = c0 + h (c1 + h (c2 + h c3)), h = x - knot, twice continuously
+ * differentiable (natural spline: no curvature at the ends; de Boor, A Practical Guide to Splines, 1978, ch.
+ * IV). Beyond the ends it goes on as a straight line, which keeps both derivatives continuous.
+ */
+
+struct memory;
+
+enum { PIECE_COLUMNS = 5, SPLINE_ORDERS = 4 }; /* knot, c0 ... c3; derivatives of order 0 to 3 */
+
+struct spline {
+    int count;      /* pieces: the line before the first knot, one from each knot on */
+    double *pieces; /* (count x 5) */
+};
+
+/* knots ascending, count >= 2 */
+struct spline spline_through(struct memory *memory, const double *knots, const double *values, int count);
+double spline_value(const struct spline *spline, double at, int order);
 
 #endif

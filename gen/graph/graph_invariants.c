@@ -4,9 +4,8 @@
  * Takes a graph between two passes, gives the first promise that it breaks, with the entry at fault as text.
  * gen.c asks after each pass, in builds that have assertions.
  */
-#include "graph/describe.h"
-#include "base/memory.h"
-#include "graph/spline.h"
+#include "gen/graph/graph.h"
+#include "gen/base/base.h"
 
 #include <ctype.h>
 #include <string.h>

@@ -4,8 +4,8 @@
  * All are plain loops over handles: operands have smaller handles than results, so that ascending order
  * evaluates and descending order propagates derivatives backward. Nothing recurses.
  */
-#include "graph/graph.h"
-#include "base/memory.h"
+#include "gen/graph/graph.h"
+#include "gen/base/base.h"
 
 #include <assert.h>
 #include <math.h>
@@ -17,7 +17,7 @@ expression operation_partial(struct graph *g, expression r, int which) {
 #define OP(name, arity, text, cost, value, da, db, dc) \
     case OP_##name:                                    \
         return which == 0 ? da : which == 1 ? db : dc;
-#include "graph/ops.def"
+#include "gen/graph/ops.def"
 #undef OP
     case OP_SPLINE:
         return expr_spline_derivative(g, r);

@@ -1,6 +1,6 @@
-/* Cubic splines through samples: see spline.h. */
-#include "graph/spline.h"
-#include "base/memory.h"
+/* Cubic splines through samples: see graph.h. */
+#include "gen/graph/graph.h"
+#include "gen/base/base.h"
 
 /* Second derivatives at the knots, zero at both ends: the tridiagonal system of a natural spline. */
 static double *knot_curvatures(struct memory *memory, const double *x, const double *y, int count) {

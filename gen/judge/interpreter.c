@@ -2,7 +2,7 @@
  * The interpreter of the plan: computes what an emitted function would, node by node, with the doubles of the
  * host. Declared in gen.h. It shares the graph with the printer and nothing else, so that it can judge the C.
  */
-#include "plan/plan.h"
+#include "gen/plan/plan.h"
 
 #include <assert.h>
 #include <string.h>
@@ -148,7 +148,7 @@ static void interpret(struct plan *plan, const struct function *function, const 
 static void interpret_parts(struct plan *plan, const struct function *function,
                             const struct arguments *arguments, double *arrays) {
     for (int i = 0; i < function->part_count; i++) {
-        const struct part *part = &function->parts[i];
+        const struct composed_array *part = &function->parts[i];
         const struct array *from = &part->from->arrays[part->from_array];
         double *values = memory_get(plan->memory, ((size_t)part->from->out_count + 1) * sizeof *values);
         interpret(plan, part->from, arguments, values);

@@ -1,6 +1,6 @@
 /* The interpreter's side of loops: takes the values of all arrays, does what the emitted loops do. See
- * loops.h. */
-#include "plan/plan.h"
+ * plan.h. */
+#include "gen/plan/plan.h"
 
 struct values {
     const struct function *function;

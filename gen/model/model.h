@@ -11,8 +11,8 @@
 #ifndef REFDYN_GEN_MODEL_H
 #define REFDYN_GEN_MODEL_H
 
-#include "graph/graph.h"
-#include "base/message.h"
+#include "gen/base/base.h"
+#include "gen/graph/graph.h"
 
 enum { AXIS_X, AXIS_Y, AXIS_Z };
 
@@ -35,7 +35,7 @@ struct joint {
     bool is_revolute;
     int axis;
     const char *name; /* as the author calls it: "x" "y" "z" slide, "phi" "theta" "psi" turn about x, y, z */
-    bool has_direction;           /* instead of that axis: see joint_axis.h */
+    bool has_direction;           /* instead of that axis: see tree.h */
     expression direction[3];      /* in the link's axes, of any length */
     expression start, start_rate; /* at the start of a motion [m, rad; m/s, rad/s] */
     expression stiffness, rest,
@@ -107,7 +107,7 @@ struct point {
     bool is_angular; /* of interest, with a spatial Jacobian */
 };
 
-struct option {
+struct model_option {
     const char *name, *value; /* as text */
     bool is_text;             /* no number and no truth value */
     struct place place;
@@ -219,7 +219,7 @@ struct requirement {
     struct place place;
 };
 
-/* Loops over equal elements (roll.h): where they pay, wherever there are two, or none. */
+/* Loops over equal elements (tree.h): where they pay, wherever there are two, or none. */
 enum loops { LOOPS_AUTO, LOOPS_ALWAYS, LOOPS_NEVER };
 
 /* How M x = f is solved for the accelerations: by recursion in O(n), with M as a matrix, or by what is
@@ -229,7 +229,7 @@ enum accelerations { ACCELERATIONS_AUTO, ACCELERATIONS_RECURSIVE, ACCELERATIONS_
 struct model {
     const char *name;
     const char *file;
-    const struct sources *sources; /* all files that it was read from: source_file.h */
+    const struct sources *sources; /* all files that it was read from: read.h */
     struct place place;
     struct graph *graph;
     bool printed_form; /* h and Q as the chapter prints them: theory, sect. 9 */
@@ -238,7 +238,7 @@ struct model {
     enum loops loops;
     expression gravity[3]; /* [m/s^2], ground frame */
     double length;         /* [m] translation that counts as much as a turn of 1 rad */
-    struct option *options;
+    struct model_option *options;
     int option_count;
     struct parameter *parameters;
     int parameter_count;
@@ -260,7 +260,7 @@ struct model {
     int row_count, row_capacity;
     struct event *events;
     int event_count, event_capacity;
-    expression *kinks; /* of formulas in coordinates and rates: state_kinks.h */
+    expression *kinks; /* of formulas in coordinates and rates: read.h */
     int kink_count;
     struct change *changes; /* event by event */
     int change_count, change_capacity;

@@ -2,7 +2,7 @@
  * The number that an expression in parameters has with their values in the model file and on the command
  * line. Takes the parameters, gives the number; declared in model.h.
  */
-#include "model/model.h"
+#include "gen/model/model.h"
 
 static double parameter_value(void *context, const struct symbol *symbol) {
     const struct parameter *parameters = context;

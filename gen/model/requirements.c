@@ -5,9 +5,8 @@
  * parameters have while the model is read. The emitted quantity `required` has it with the parameters as
  * symbols, for values that they get later.
  */
-#include "model/model.h"
-#include "base/memory.h"
-#include "base/text.h"
+#include "gen/model/model.h"
+#include "gen/base/base.h"
 
 #include <float.h>
 #include <math.h>

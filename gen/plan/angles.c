@@ -2,7 +2,7 @@
  * The coordinates whose sines and cosines one function takes in one pass (emit_sincos.c): a contiguous range.
  * Takes the needed nodes of a function, gives the range; declared in plan.h.
  */
-#include "plan/plan.h"
+#include "gen/plan/plan.h"
 
 /* Coordinates whose sine or cosine a node is: first, first + stride, ... one for each element; count 0: none.
  */

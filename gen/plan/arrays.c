@@ -2,7 +2,7 @@
  * The arrays of a function, its results and those that its loops read, and what straight code writes into
  * them. Declared in plan.h.
  */
-#include "plan/plan.h"
+#include "gen/plan/plan.h"
 
 #include <assert.h>
 

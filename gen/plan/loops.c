@@ -1,5 +1,5 @@
-/* Loops of a plan: how many operations they take. See loops.h. */
-#include "plan/plan.h"
+/* Loops of a plan: how many operations they take. See plan.h. */
+#include "gen/plan/plan.h"
 
 #include <assert.h>
 

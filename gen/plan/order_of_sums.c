@@ -12,7 +12,7 @@
  * in a loop from what the loop carries on, since all else can be computed while an element waits for the one
  * before.
  */
-#include "plan/plan.h"
+#include "gen/plan/plan.h"
 
 enum { OPERATION_WAIT = 4, DIVISION_WAIT = 14, FUNCTION_WAIT = 20, LOOP_WAIT = 1000 };
 

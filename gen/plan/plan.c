@@ -2,7 +2,7 @@
  * Planning: see plan.h. A node becomes a named value when it has a name for the reader, is used more than
  * once or would make a line too long; all others stand inside the expression that uses them.
  */
-#include "plan/plan.h"
+#include "gen/plan/plan.h"
 
 #include <assert.h>
 #include <string.h>

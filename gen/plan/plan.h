@@ -1,3 +1,121 @@
+/* From expressions to statements, blocks and functions. */
+#ifndef REFDYN_GEN_PLAN_H
+#define REFDYN_GEN_PLAN_H
+
+#include "gen/gen.h"
+#include "gen/graph/graph.h"
+
+/*
+ * Loops of an emitted function: what runs behind its straight-line values, over arrays of them.
+ *
+ * A function's plan holds a list of loops, run in order. Each reads and writes arrays of the function by
+ * their numbers: parts of the result, or local arrays. What straight-line code has put into an entry is kept:
+ * loops add to it. loops.c gives their order and counts their operations, emit_loops.c prints them,
+ * interpreter_loops.c runs them; all three walk the entries in the same order, so that every rounding is the
+ * same.
+ *
+ * PAIRS: entries for two coordinates, one of which leads to the other. Each coordinate has vectors in ground
+ * axes: far ones (wrenches, about its own origin) and near ones (motions of its joint). At each coordinate j,
+ * from the tips, the far vectors of all coordinates beyond it stand about the origin of j, their dot products
+ * with j's near vectors are the entries, and they are then moved to the origin of j's parent: moment += shift
+ * x force. Going from joint to joint, never by the ground's origin, keeps the digits of short elements.
+ * Vectors are stored by position, an order in which all beyond a joint follow it.
+ */
+
+enum { NOTHING = -1 }; /* in place of an array: all of its entries are zero */
+
+/* Three arrays, one by axis. */
+struct vector_arrays {
+    int at[3];
+};
+
+/* factor * (near of j) . (far of i) */
+struct pair_term {
+    struct vector_arrays near, far;
+    double factor;
+};
+
+static inline bool has_component(const struct pair_term *term, int axis) {
+    return term->near.at[axis] != NOTHING && term->far.at[axis] != NOTHING;
+}
+
+struct pair_terms {
+    struct pair_term terms[4];
+    int count;
+};
+
+/* Entry (i, j) of `array` gains `rows`, entry (j, i) gains `columns`, i beyond j; (j, j) gains `rows` alone.
+ */
+struct pair_entries {
+    struct pair_terms rows, columns;
+};
+
+struct pair_product {
+    int array;                       /* n x n */
+    bool is_mirrored;                /* both are the same: `columns` is left out */
+    struct pair_entries turn, slide; /* by the joint of j */
+};
+
+/* Moments that no product reads are NOTHING. */
+struct pair_move {
+    struct vector_arrays moment, force, shift;
+};
+
+struct pairs {
+    struct pair_product products[3];
+    struct pair_move moves[4]; /* with four terms each at most: no more than MOST_ARRAYS in all */
+    int product_count, move_count;
+    const int *order;                   /* n: coordinate by position */
+    const int *end;                     /* n: positions up to this one lie beyond */
+    const bool *is_revolute, *moves_on; /* n, by position; moves_on: the parent's origin is another one */
+    int n;
+};
+
+/* target (w x v) += factor * left^T (k x w) * right (k x v) */
+struct product {
+    int target, left, right;
+    double factor;
+};
+
+/* L^T D L of a symmetric positive definite matrix in its place: 1 / D on the diagonal, L below it. */
+struct factoring {
+    int matrix;
+};
+
+/* array = -matrix^-1 array, the matrix factored. */
+struct solving {
+    int matrix, array;
+};
+
+enum loop_kind { LOOP_PAIRS, LOOP_PRODUCT, LOOP_FACTORING, LOOP_SOLVING };
+
+struct loop {
+    enum loop_kind kind;
+    const char *about; /* a line for the reader */
+    union {
+        struct pairs pairs;
+        struct product product;
+        struct factoring factoring;
+        struct solving solving;
+    } of;
+};
+
+struct function;
+struct operation_count;
+
+/* Adds the operations of one loop, counted by their trips. */
+void loops_count_operations(const struct function *function, const struct loop *loop,
+                            struct operation_count *count);
+/* Where a loop holds the numbers of its arrays. */
+enum { MOST_ARRAYS = 400 };
+struct array_list {
+    int *arrays[MOST_ARRAYS];
+    int count;
+};
+struct array_list loops_list_arrays(struct loop *loop);
+/* Runs one loop over the values of all arrays. */
+void interpreter_run_loop(const struct function *function, const struct loop *loop, double *values);
+
 /*
  * The plan: which functions are emitted, which nodes each one computes, in which order and in which pieces.
  *
@@ -5,11 +123,6 @@
  * depends on parameters alone is moved to `derived`, computed once per parameter set; what nothing needs is
  * not here.
  */
-#ifndef REFDYN_GEN_PLAN_H
-#define REFDYN_GEN_PLAN_H
-
-#include "gen.h"
-#include "plan/loops.h"
 
 /* An entry that straight code gives, other than zero. */
 struct single {
@@ -59,7 +172,7 @@ struct repeat {
 struct function;
 
 /* An array of a composed function: that of another one, which is called. */
-struct part {
+struct composed_array {
     const struct function *from;
     int from_array, to_array;
     bool is_added; /* to what that array holds */
@@ -73,7 +186,7 @@ struct function {
     struct array *arrays;  /* parts of the result, then local arrays, which loops read */
     int array_count, local_count, array_capacity;
     int out_count, local_out_count; /* entries of all arrays */
-    struct part
+    struct composed_array
         *parts; /* of a composed function, which computes nothing itself; parts of one function in a row */
     int part_count, part_capacity;
     struct run_result *run_results;
@@ -110,13 +223,13 @@ struct plan {
     int parameter_count;
     int *anchored; /* model's index of each parameter that `anchor` sets */
     int anchored_count;
-    expression *breaks, *switches; /* times of kinks; what changes sign at others: times_of_kinks.h */
+    expression *breaks, *switches; /* times of kinks; what changes sign at others: quantities.h */
     int break_count, switch_count;
     expression pace;      /* of these: their largest angular frequency [rad/s] */
     struct requirement *requirements; /* of parameters that some function reads, */
     expression *required;             /* and where they hold */
     int requirement_count;
-    expression *no_kinks; /* comparisons that are none: times_of_kinks.h */
+    expression *no_kinks; /* comparisons that are none: quantities.h */
     int no_kink_count;
     struct function prepare;  /* results: values of parameters alone, ascending */
     bool *is_statement;       /* scratch of the function being planned or printed, by handle */

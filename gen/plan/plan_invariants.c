@@ -5,9 +5,9 @@
  * The walk knows at each statement what has been computed, in which loop it stands, and what loops have kept;
  * it shares the meaning of the plan with the printer, and no code.
  */
-#include "graph/describe.h"
-#include "base/memory.h"
-#include "plan/plan.h"
+#include "gen/graph/graph.h"
+#include "gen/base/base.h"
+#include "gen/plan/plan.h"
 
 #include <string.h>
 

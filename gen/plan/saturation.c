@@ -5,8 +5,8 @@
  * rate passes a value or grows, whatever the author's formula is: tanh(r), r/sqrt(r^2 + w^2), comparisons of
  * r.
  */
-#include "base/memory.h"
-#include "plan/plan.h"
+#include "gen/base/base.h"
+#include "gen/plan/plan.h"
 
 #include <string.h>
 

@@ -6,7 +6,7 @@
  * them needs the first one's end: values then stay in registers, and recursions that do not wait for each
  * other overlap.
  */
-#include "plan/plan.h"
+#include "gen/plan/plan.h"
 
 #include <stdlib.h>
 #include <string.h>

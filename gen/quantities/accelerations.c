@@ -4,8 +4,7 @@
  * Takes terms of the derivation, gives qdd_free, qdd, multipliers and what derivatives need of them; declared
  * in quantities.h. Counted operations decide, and what was chosen goes to the summary.
  */
-#include "quantities/quantities.h"
-#include "quantities/times_of_kinks.h"
+#include "gen/quantities/quantities.h"
 
 #include <string.h>
 

@@ -3,7 +3,7 @@
  * that are named. Takes the list as users write it, gives one of quantities alone, and marks in the plan what
  * is emitted with them.
  */
-#include "plan/plan.h"
+#include "gen/plan/plan.h"
 
 #include <string.h>
 

@@ -5,9 +5,8 @@
  * Takes the rolled tree, counts the operations of M, h and qdd_free for each form, gives the cheapest;
  * declared in quantities.h.
  */
-#include "quantities/quantities.h"
-#include "tree/parallel_axes.h"
-#include "tree/roll.h"
+#include "gen/quantities/quantities.h"
+#include "gen/tree/tree.h"
 
 #include <string.h>
 

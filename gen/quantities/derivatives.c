@@ -1,14 +1,14 @@
 /*
  * Quantities that are exact derivatives, emitted on request: the tangent of the motion equations.
  *
- * Takes the motion at given qdd and the forces of model and rows (force_and_inertia_vectors.h), gives
- * functions whose n^2 entries are computed by loops (loops.h): products of vectors of two coordinates, and
+ * Takes the motion at given qdd and the forces of model and rows (tangent.h), gives
+ * functions whose n^2 entries are computed by loops (plan.h): products of vectors of two coordinates, and
  * products of arrays where forces depend on the state. Theory, sect. 7.4 to 7.8.
  */
-#include "quantities/force_derivatives.h"
-#include "linear/chain_cost.h"
+#include "gen/quantities/quantities.h"
+#include "runtime/core/linear/chain_cost.h"
 #include "refdyn_model.h"
-#include "dynamics/coordinate_derivatives.h"
+#include "gen/dynamics/dynamics.h"
 
 #include <stddef.h>
 #include <string.h>
@@ -23,7 +23,7 @@ static struct vector *gather(const struct builder *b, const void *list, size_t s
     return member;
 }
 
-/* Of the vectors of force_and_inertia_vectors.h, and of the motion at given qdd. */
+/* Of the vectors of tangent.h, and of the motion at given qdd. */
 static struct vector *pair_member(const struct builder *b, const struct pair_vectors *vectors,
                                   size_t offset) {
     return gather(b, vectors, sizeof *vectors, offset);
@@ -49,7 +49,7 @@ static struct pair_move moved(struct builder *b, const struct vector *moments, s
     return move;
 }
 
-/* Arrays of the vectors of force_and_inertia_vectors.h and given_motion.h, near and far: theory, sect. 7.4.
+/* Arrays of the vectors of tangent.h and tangent.h, near and far: theory, sect. 7.4.
  */
 struct near_arrays {
     struct vector_arrays axis, rate, rate2;

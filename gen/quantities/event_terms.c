@@ -1,6 +1,6 @@
-/* Events of the state: see event_terms.h. */
-#include "quantities/event_terms.h"
-#include "dynamics/coordinate_derivatives.h"
+/* Events of the state: see quantities.h. */
+#include "gen/quantities/quantities.h"
+#include "gen/dynamics/dynamics.h"
 
 static expression placed(struct derivation *d, expression e) {
     return coordinate_derivatives_with_points(&d->kinematics, e);

@@ -1,6 +1,6 @@
-/* Derivatives of applied_forces by q and qd: see force_derivatives.h. */
-#include "quantities/force_derivatives.h"
-#include "dynamics/element_strains.h"
+/* Derivatives of applied_forces by q and qd: see quantities.h. */
+#include "gen/quantities/quantities.h"
+#include "gen/dynamics/dynamics.h"
 
 #include <string.h>
 

@@ -3,8 +3,7 @@
  *
  * Takes both forms, gives the one with fewer counted operations; declared in quantities.h.
  */
-#include "quantities/pair_loops.h"
-#include "quantities/quantities.h"
+#include "gen/quantities/quantities.h"
 
 #include <string.h>
 

@@ -1,10 +1,9 @@
 /*
- * The mass matrix as a loop over pairs of coordinates (loops.h): M_ij = e_j . W_i with W_i moved from joint
+ * The mass matrix as a loop over pairs of coordinates (plan.h): M_ij = e_j . W_i with W_i moved from joint
  * to joint toward the ground (theory, sect. 4.6). Takes the composites, adds local arrays and the loop to a
  * function. For trees with runs, and wherever the written-out form (inertia_and_gravity.c) is longer.
  */
-#include "quantities/pair_loops.h"
-#include "quantities/quantities.h"
+#include "gen/quantities/quantities.h"
 
 struct mass_vectors {
     struct vector *axis, *moment, *force; /* by frame, ground axes */

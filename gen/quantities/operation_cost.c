@@ -2,7 +2,7 @@
  * What values cost: the operations of a call that computes them and nothing else, by which forms are chosen,
  * and the line that tells of a choice. Declared in quantities.h.
  */
-#include "quantities/quantities.h"
+#include "gen/quantities/quantities.h"
 
 /* A division keeps its unit busy for four to five cycles, in which as many products or sums begin and more.
  */

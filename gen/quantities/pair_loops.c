@@ -1,6 +1,6 @@
-/* Local arrays and loops over pairs of coordinates: see pair_loops.h. */
-#include "quantities/pair_loops.h"
-#include "base/memory.h"
+/* Local arrays and loops over pairs of coordinates: see quantities.h. */
+#include "gen/quantities/quantities.h"
+#include "gen/base/base.h"
 
 #include <string.h>
 

@@ -4,13 +4,8 @@
  * Takes model and tree, gives the outputs of plan.h. One table names every quantity, says when a scene has it
  * and how it is built; terms that several quantities share are derived once, when first asked for.
  */
-#include "quantities/quantities.h"
-#include "quantities/spatial_jacobian.h"
-#include "quantities/event_terms.h"
-#include "quantities/required_values.h"
-#include "quantities/times_of_kinks.h"
-#include "quantities/pair_loops.h"
-#include "dynamics/coordinate_derivatives.h"
+#include "gen/quantities/quantities.h"
+#include "gen/dynamics/dynamics.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -72,15 +67,15 @@ static int find_array(const struct function *function, const char *name) {
 }
 
 /* Where an array is computed: a composed function has it from another one. */
-static struct part source_of(const struct function *function, int array) {
+static struct composed_array source_of(const struct function *function, int array) {
     for (int i = 0; i < function->part_count; i++)
         if (function->parts[i].to_array == array && !function->loop_count)
             return function->parts[i];
-    return (struct part){.from = function, .from_array = array};
+    return (struct composed_array){.from = function, .from_array = array};
 }
 
 /* An array of a quantity, as a part of a composed function; its place there is left open. */
-static struct part *add_part(struct derivation *d, struct function *f, const char *quantity,
+static struct composed_array *add_part(struct derivation *d, struct function *f, const char *quantity,
                              const char *array) {
     const struct function *from = provide(d, quantity);
     f->parts = memory_room(d->memory, f->parts, f->part_count, &f->part_capacity, sizeof *f->parts);
@@ -88,13 +83,13 @@ static struct part *add_part(struct derivation *d, struct function *f, const cha
     return &f->parts[f->part_count++];
 }
 
-static const struct array *array_of(const struct part *part) {
+static const struct array *array_of(const struct composed_array *part) {
     return &part->from->arrays[part->from_array];
 }
 
 /* One array more of a composed function. */
 static void compose(struct derivation *d, struct function *f, const char *quantity, const char *array) {
-    struct part *part = add_part(d, f, quantity, array);
+    struct composed_array *part = add_part(d, f, quantity, array);
     const struct array *source = array_of(part);
     derivation_add_array(d, f, source->name, source->about, source->count, source->columns);
     part->to_array = f->array_count - 1;
@@ -102,14 +97,14 @@ static void compose(struct derivation *d, struct function *f, const char *quanti
 
 /* Added to the array before. */
 static void compose_sum(struct derivation *d, struct function *f, const char *quantity, const char *array) {
-    struct part *part = add_part(d, f, quantity, array);
+    struct composed_array *part = add_part(d, f, quantity, array);
     part->to_array = f->array_count - 1;
     part->is_added = true;
 }
 
 /* The same into a local array, for loops; its number. */
 static int compose_local(struct derivation *d, struct function *f, const char *quantity, const char *array) {
-    struct part *part = add_part(d, f, quantity, array);
+    struct composed_array *part = add_part(d, f, quantity, array);
     const struct array *source = array_of(part);
     return part->to_array = pair_loops_add_local(d->memory, f, source->name, source->count,
                                                  source->columns ? source->columns : 1);

@@ -1,13 +1,14 @@
-/*
- * What builders of quantities share: terms of one model, each derived when first asked for.
- */
+/* The emitted quantities. */
 #ifndef REFDYN_GEN_QUANTITIES_H
 #define REFDYN_GEN_QUANTITIES_H
 
-#include "dynamics/dynamics.h"
-#include "dynamics/forces.h"
-#include "plan/plan.h"
-#include "dynamics/constraints.h"
+#include "gen/dynamics/dynamics.h"
+#include "gen/plan/plan.h"
+#include "gen/tangent/tangent.h"
+
+/*
+ * What builders of quantities share: terms of one model, each derived when first asked for.
+ */
 
 /* What one way of solving M x = f, u x = k gives; NULL: not derived yet. */
 struct solution {
@@ -52,7 +53,7 @@ struct derivation {
 
 /* shared_terms.c */
 struct derivation *derivation_start(struct plan *plan, const struct tree *tree);
-/* From the rolled tree or, where it is short, one without runs, its axes turned or kept (parallel_axes.h):
+/* From the rolled tree or, where it is short, one without runs, its axes turned or kept (tree.h):
  * what is cheaper. */
 struct derivation *choice_of_tree(struct plan *plan);
 /* The same with every frame alone; d itself when it has no runs. */
@@ -123,5 +124,150 @@ void derivatives_build_d_statics(struct derivation *d, struct function *f);
 void derivatives_build_d_rows(struct derivation *d, struct function *f);
 /* Takes the columns of parameters out that nothing reads: when all functions are listed. */
 void derivatives_keep_emitted_parameters(struct plan *plan);
+
+/*
+ * Events of the state: the quantities by which an integrator finds and meets them.
+ *
+ * Takes the events and kinks of the model, gives the results `event`, their values e, and `event_terms`: with
+ *     de/dt = rate + by_rate qdd
+ * the rate at qdd = 0, the derivatives by coordinates and rates, the coefficients of restitution and what
+ * events set, one after another.
+ */
+
+void event_terms_build_values(struct derivation *d, struct function *f);
+void event_terms_build(struct derivation *d, struct function *f);
+
+/*
+ * Local arrays and loops of one function: from vectors of coordinates to the plan's loops over pairs.
+ *
+ * Takes vectors by frame, gives arrays by position in the order in which all beyond a joint follow it.
+ * Arrays of the result come first: locals are added behind the last of them.
+ */
+
+struct pair_arrays {
+    struct memory *memory;
+    struct plan *plan;
+    struct function *function;
+    const struct kinematics *k;
+    int *order, *position, *end; /* position: by coordinate */
+    bool *is_revolute, *moves_on;
+    bool is_result; /* arrays are parts of the result, by coordinate */
+};
+
+/* shifts: by frame, from the origin of the joint before, ground axes; NULL: no moment is moved. */
+struct pair_arrays pair_loops_open(struct plan *plan, const struct kinematics *k, struct function *function,
+                                   const struct vector *shifts);
+/* The same for arrays that are parts of the result. */
+struct pair_arrays pair_loops_open_results(struct plan *plan, const struct kinematics *k,
+                                           struct function *function);
+/* Adds a local array under a name of its own; gives its number. */
+int pair_loops_add_local(struct memory *memory, struct function *function, const char *name, int count,
+                         int columns);
+/* Three arrays NAME_x, NAME_y, NAME_z of a vector by frame; axes that are zero everywhere have none. */
+struct vector_arrays pair_loops_add_arrays(struct pair_arrays *p, const char *name,
+                                           const struct vector *by_frame);
+/* The same for a moment that `move` adds to: its other arrays are there already. */
+void pair_loops_add_moved(struct pair_arrays *p, const char *name, const struct vector *by_frame,
+                          struct pair_move *move);
+struct loop *pair_loops_add_loop(struct memory *memory, struct function *function, enum loop_kind kind,
+                                 const char *about);
+/* Opens a loop over pairs without products and moves. */
+struct pairs *pair_loops_add_pairs(struct pair_arrays *p, const char *about);
+/* One more term, unless it is zero. */
+void pair_loops_add_term(struct pair_terms *terms, double factor, struct vector_arrays near,
+                         struct vector_arrays far);
+/* Drops the local arrays that no loop reads, and moves of moments that no product reads: when all loops are
+ * there. */
+void pair_loops_drop_unread(struct memory *memory, struct function *function);
+
+/*
+ * Derivatives of forces (applied_forces of tangent.h) by q and qd, as loops over arrays
+ * (plan.h) and entries: theory, sect. 7.3.
+ *
+ * Input: applied forces, and the motion at given accelerations. Adds to a function: entries of springs,
+ * dampers and forces on coordinates; products of arrays for forces at points that depend on the state;
+ * vectors for the loop over pairs, in which joints turn the columns of C.
+ */
+
+/* Arrays of a function to which derivatives are added, by number; NOTHING: left out. */
+struct targets {
+    int by_q, by_qd, mass;
+    bool has_inertia;
+    double sign; /* of the applied_forces: -1 where they stand on the other side */
+};
+
+struct builder {
+    struct derivation *d;
+    struct function *f;
+    struct given_motion *given;
+    const struct applied_forces *applied_forces;
+    struct pair_arrays arrays;
+    const struct vector *shifts; /* by frame, ground axes */
+};
+
+/*
+ * Joint j turns the columns of i beyond it: entry (i, j) gains e_j . rows_i, entry (j, i) gains e_j .
+ * columns_i. With the force F at C_i and the torque T on e_i, (e_j x C_i) . F = e_j . (C_i x F); the axis of
+ * a torque is turned by nearer joints alone, so e_i x T stands in rows only. Theory, sect. 7.3.
+ */
+struct turned_applied_forces {
+    struct vector *rows, *columns;
+};
+
+/* factor * values, by frame. */
+expression *force_derivatives_scaled(struct derivation *d, double factor, const expression *by_frame);
+struct turned_applied_forces force_derivatives_turned_forces(const struct builder *b, double sign);
+/* The loop of these alone, once b->arrays are open. */
+void force_derivatives_add_turning_pairs(struct builder *b, const struct turned_applied_forces *turned,
+                                         int array);
+/* Springs, dampers and forces on coordinates. */
+void force_derivatives_set_coordinate_derivatives(struct builder *b, const struct targets *targets);
+/* Of `tangent_vectors`: springs, dampers and forces that depend on their own coordinate alone, by coordinate,
+ * and the arrays of what couples coordinates, count x n each; returns the count. */
+void force_derivatives_set_own_derivatives(struct builder *b, double sign, int stiffness, int damping);
+/* What turns that share strains have beside those diagonals, by frame: REFDYN_STRAIN_ROWS and those behind it
+ * in refdyn_model.h. */
+struct strain_derivatives {
+    struct vector *rows, *columns, *damping;
+};
+struct strain_derivatives force_derivatives_strains(const struct builder *b, double sign);
+int force_derivatives_add_couplings(struct builder *b, double sign);
+/* Forces and torques at points: behind all arrays of the result. */
+void force_derivatives_add_loops(struct builder *b, const struct targets *targets);
+void force_derivatives_add_product(struct builder *b, int target, int left, int right, double factor,
+                                   const char *about);
+
+/* The model's rules for parameters: the quantity `required`, which the runtime evaluates before a motion. */
+
+/* Lists the rules in the plan; to be called when all other functions are listed. */
+void required_values_find(struct derivation *d);
+bool required_values_exist(const struct derivation *d);
+void required_values_build(struct derivation *d, struct function *f);
+
+/*
+ * The spatial Jacobian of points of interest that ask for it (`angular = true`): the quantities J and Jd_qd.
+ *
+ * Takes kinematics, gives for each such point, in their order, six rows: velocity of the point, then angular
+ * velocity of what carries it, both in the ground's axes, (rd, w) = J qd and (rdd, wd) = J qdd + Jd_qd.
+ * Theory, sect. 4.4.
+ */
+
+bool spatial_jacobian_exists(const struct derivation *d);
+void spatial_jacobian_build(struct derivation *d, struct function *f);
+void spatial_jacobian_build_drift(struct derivation *d, struct function *f);
+
+/*
+ * Times at which formulas of time alone have kinks or jumps: an integrator ends a step there.
+ *
+ * Takes the functions of a plan. Their minima, maxima, absolute values and comparisons, and events, have
+ * values that change sign; those that depend on time, parameters and inputs alone are collected here. Of
+ * values that are piecewise linear in t, plan->breaks has the zeros, as expressions without t. The other
+ * values are plan->switches, whose zeros are searched for in a motion; plan->pace is their largest frequency.
+ */
+
+/* The comparison e says whether rounding alone is left of something: it is no kink of the model. Before
+ * time_events_find. */
+void time_events_leave_out(struct plan *plan, expression e);
+void time_events_find(struct plan *plan);
 
 #endif

@@ -1,11 +1,11 @@
 /*
- * Rules for parameters that may still change: see required_values.h.
+ * Rules for parameters that may still change: see quantities.h.
  *
  * Takes the requirements that the reader has kept (model.h) and the functions of the plan so far. A parameter
  * that no function reads is replaced by its value. A requirement that depends only on such parameters is left
  * out.
  */
-#include "quantities/required_values.h"
+#include "gen/quantities/quantities.h"
 
 #include <string.h>
 

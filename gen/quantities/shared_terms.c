@@ -3,9 +3,8 @@
  *
  * Takes the tree, gives inertias beyond joints, rows, forces and their sums; declared in quantities.h.
  */
-#include "tree/parallel_axes.h"
-#include "quantities/quantities.h"
-#include "tree/roll.h"
+#include "gen/tree/tree.h"
+#include "gen/quantities/quantities.h"
 
 #include <string.h>
 

@@ -1,6 +1,6 @@
-/* Spatial Jacobians of points: see spatial_jacobian.h. */
-#include "quantities/spatial_jacobian.h"
-#include "base/memory.h"
+/* Spatial Jacobians of points: see quantities.h. */
+#include "gen/quantities/quantities.h"
+#include "gen/base/base.h"
 
 static int count_points(const struct derivation *d) {
     int count = 0;

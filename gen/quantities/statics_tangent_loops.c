@@ -5,7 +5,7 @@
  * what a force does to a column of C: joint j turns its change Delta_i, so the far vectors are Delta_i x grav
  * (theory, sect. 7.8). For trees with runs, and wherever the written-out form is longer.
  */
-#include "quantities/force_derivatives.h"
+#include "gen/quantities/quantities.h"
 
 /* Delta_i, the force slot of W_i, times gravity. */
 static void add_weights(struct derivation *d, const struct turned_applied_forces *turned) {

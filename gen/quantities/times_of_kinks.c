@@ -1,6 +1,6 @@
-/* Times of kinks: see times_of_kinks.h. */
-#include "quantities/times_of_kinks.h"
-#include "graph/spline.h"
+/* Times of kinks: see quantities.h. */
+#include "gen/quantities/quantities.h"
+#include "gen/graph/graph.h"
 
 enum {
     MOST_BREAKS = 1000, /* kinks in time that are reported */

@@ -1,9 +1,9 @@
 /*
- * Bounds of values: see bounds.h. Each follows from those of its operands (interval arithmetic: Moore,
+ * Bounds of values: see reader.h. Each follows from those of its operands (interval arithmetic: Moore,
  * Kearfott and Cloud, Introduction to Interval Analysis, 2009).
  */
-#include "read/bounds.h"
-#include "base/memory.h"
+#include "gen/read/reader.h"
+#include "gen/base/base.h"
 
 #include <math.h>
 

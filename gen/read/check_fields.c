@@ -1,6 +1,6 @@
-/* Checks of fields, one value by its type and all of a table: see fields.h. */
-#include "read/check_fields.h"
-#include "base/text.h"
+/* Checks of fields, one value by its type and all of a table: see reader.h. */
+#include "gen/read/reader.h"
+#include "gen/base/base.h"
 
 #include <math.h>
 #include <string.h>

@@ -4,11 +4,9 @@
  * check_scene before the tree is built, check_programme when forces and rows are known. Numbers out of range
  * have been found by the reader, field by field.
  */
-#include "base/memory.h"
-#include "read/names.h"
-#include "read/warnings.h"
-#include "read/read_model.h"
-#include "base/text.h"
+#include "gen/base/base.h"
+#include "gen/read/read.h"
+#include "gen/read/reader.h"
 
 #include <math.h>
 #include <string.h>

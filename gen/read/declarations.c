@@ -1,6 +1,6 @@
-/* Options, parameters, inputs and settings: see declarations.h. */
-#include "read/declarations.h"
-#include "base/text.h"
+/* Options, parameters, inputs and settings: see reader.h. */
+#include "gen/read/reader.h"
+#include "gen/base/base.h"
 
 #include <math.h>
 #include <string.h>
@@ -175,7 +175,7 @@ struct value declarations_add_option(struct declarations *declarations, struct p
     }
     declarations->options = memory_room(memory, declarations->options, declarations->option_count,
                                         &declarations->option_capacity, sizeof *declarations->options);
-    declarations->options[declarations->option_count++] = (struct option){.name = name,
+    declarations->options[declarations->option_count++] = (struct model_option){.name = name,
                                                                           .value = value_text(memory, &value),
                                                                           .is_text = value.kind == VALUE_TEXT,
                                                                           .place = place};

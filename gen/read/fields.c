@@ -1,13 +1,13 @@
-/* The table of fields and look-ups in it: see fields.h. */
-#include "read/check_fields.h"
-#include "base/text.h"
+/* The table of fields and look-ups in it: see reader.h. */
+#include "gen/read/reader.h"
+#include "gen/base/base.h"
 
 #include <string.h>
 
 const struct field_rule field_rules[FIELD_COUNT] = {
 #define FIELD(owner, name, item, type, need, range, unit, text) \
     {OWNER_##owner, #name, item, TYPE_##type, NEED_##need, RANGE_##range, unit, text},
-#include "read/fields.def"
+#include "gen/read/fields.def"
 #undef FIELD
 };
 

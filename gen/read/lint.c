@@ -1,7 +1,6 @@
-/* Conditions that Lua decides while the model is read: see lint.h. */
-#include "read/lint.h"
-#include "read/scanner.h"
-#include "base/utf8.h"
+/* Conditions that Lua decides while the model is read: see reader.h. */
+#include "gen/read/reader.h"
+#include "gen/base/base.h"
 
 #include <stdint.h>
 #include <string.h>

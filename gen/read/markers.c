@@ -1,6 +1,6 @@
-/* Markers: see markers.h. */
-#include "read/markers.h"
-#include "base/memory.h"
+/* Markers: see reader.h. */
+#include "gen/read/reader.h"
+#include "gen/base/base.h"
 
 #include <string.h>
 

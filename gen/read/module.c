@@ -1,9 +1,6 @@
-/* Functions of the module `refdyn`: see module.h. */
-#include "read/module.h"
-#include "read/fields.h"
-#include "read/path.h"
-#include "base/text.h"
-#include "read/vocabulary.h"
+/* Functions of the module `refdyn`: see reader.h. */
+#include "gen/read/reader.h"
+#include "gen/base/base.h"
 
 #include <ctype.h>
 #include <math.h>
@@ -289,7 +286,7 @@ static const struct {
     enum operation operation;
 } operations[] = {
 #define OP(name, arity, text, cost, value, da, db, dc) {#name, OP_##name},
-#include "graph/ops.def"
+#include "gen/graph/ops.def"
 #undef OP
 };
 

@@ -1,7 +1,7 @@
-/* Paths: see path.h. */
-#include "read/path.h"
-#include "base/memory.h"
-#include "graph/spline.h"
+/* Paths: see reader.h. */
+#include "gen/read/reader.h"
+#include "gen/base/base.h"
+#include "gen/graph/graph.h"
 
 #include <math.h>
 

@@ -1,5 +1,5 @@
-/* Pieces of memory by size class, see pool.h: up to 512 bytes each 16 bytes, then each power of two. */
-#include "read/pool.h"
+/* Pieces of memory by size class, see reader.h: up to 512 bytes each 16 bytes, then each power of two. */
+#include "gen/read/reader.h"
 
 #include <string.h>
 

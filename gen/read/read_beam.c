@@ -3,8 +3,8 @@
  *
  * A segment takes from its beam what it does not say itself; a beam without segments is one segment.
  */
-#include "read/reader.h"
-#include "base/text.h"
+#include "gen/read/reader.h"
+#include "gen/base/base.h"
 
 #include <math.h>
 #include <string.h>

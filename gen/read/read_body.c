@@ -1,7 +1,7 @@
 /*
  * Solids of a link: mass data, and boxes, cylinders, tubes and spheres of even density. See reader.h.
  */
-#include "read/reader.h"
+#include "gen/read/reader.h"
 
 #include <string.h>
 

@@ -6,7 +6,7 @@
  * two products with directions at right angles to one of them and fixed to its body, so that the rows stay
  * independent near every closed position.
  */
-#include "read/reader.h"
+#include "gen/read/reader.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -2,7 +2,7 @@
  * What the author's function `events` returns: where an expression crosses zero, and what happens there. See
  * reader.h.
  */
-#include "read/reader.h"
+#include "gen/read/reader.h"
 
 #include <string.h>
 

@@ -2,7 +2,7 @@
  * What the author's functions `forces` and `courses` return: forces on coordinates, loads at points,
  * energies, and values to record. See reader.h.
  */
-#include "read/reader.h"
+#include "gen/read/reader.h"
 
 #include <string.h>
 

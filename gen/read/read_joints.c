@@ -2,7 +2,7 @@
  * Joints of a link: names, direction, and what is given by joint: springs, dampers, rotors, limits. See
  * reader.h.
  */
-#include "read/reader.h"
+#include "gen/read/reader.h"
 
 #include <math.h>
 #include <stddef.h>

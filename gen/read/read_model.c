@@ -5,9 +5,8 @@
  * What the table of fields (fields.def) can check is checked by it; here follows what concerns several
  * fields.
  */
-#include "read/read_model.h"
-#include "read/reader.h"
-#include "read/script.h"
+#include "gen/read/read.h"
+#include "gen/read/reader.h"
 
 #include <string.h>
 

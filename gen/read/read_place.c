@@ -1,5 +1,5 @@
 /* Places, turns and directions of a model file: see reader.h. */
-#include "read/reader.h"
+#include "gen/read/reader.h"
 
 #include <float.h>
 #include <math.h>

@@ -2,7 +2,7 @@
  * What reading forces, courses and rows has in common: the result of an author's function, its entries, and
  * coordinates that the model does not have. See reader.h.
  */
-#include "read/reader.h"
+#include "gen/read/reader.h"
 
 void read_refuse_coordinate(const struct reader *reader, struct place place, const char *path,
                             const char *fact, const char *name) {

@@ -1,12 +1,10 @@
 /*
- * A sweep file from values to data: see sweep_file.h. Each field of rd.sweep has a line in `fields`, with the
+ * A sweep file from values to data: see read.h. Each field of rd.sweep has a line in `fields`, with the
  * function that reads it and where it goes.
  */
-#include "read/sweep_file.h"
-#include "read/fields.h"
-#include "read/script.h"
-#include "read/source_file.h"
-#include "base/text.h"
+#include "gen/read/read.h"
+#include "gen/read/reader.h"
+#include "gen/base/base.h"
 
 #include <math.h>
 #include <stddef.h>

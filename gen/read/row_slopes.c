@@ -2,8 +2,7 @@
  * Rows that have no slope where they are zero: squares, absolute values and their sums. Such a row holds
  * nothing, since its force acts along its gradient. See reader.h.
  */
-#include "read/bounds.h"
-#include "read/reader.h"
+#include "gen/read/reader.h"
 
 /* The base of e if e is a power, otherwise e, without sign and constant factors; `power` is the exponent. */
 static expression base_of_power(const struct graph *g, expression e, int *power) {

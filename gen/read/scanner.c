@@ -1,6 +1,6 @@
-/* A scanner of Lua's tokens: see scanner.h. */
-#include "read/scanner.h"
-#include "base/memory.h"
+/* A scanner of Lua's tokens: see reader.h. */
+#include "gen/read/reader.h"
+#include "gen/base/base.h"
 
 #include <ctype.h>
 #include <string.h>

@@ -1,19 +1,15 @@
 /*
- * Lua as a server: see script.h. The module, the sandbox, and the calls into it.
+ * Lua as a server: see reader.h. The module, the sandbox, and the calls into it.
  *
  * Every entry of Lua is one protected call. Inside it a shortage of memory is a Lua error, outside it becomes
- * memory.fail again. All that Lua does is counted (work_limits.h): by a hook at every few steps and at every
+ * memory.fail again. All that Lua does is counted (reader.h): by a hook at every few steps and at every
  * call, by the allocator, and by the library functions that do more. Stack effects stand beside the functions
  * as
  * (-popped, +pushed).
  */
-#include "read/script_state.h"
-#include "read/lint.h"
-#include "read/fields.h"
-#include "read/module.h"
-#include "read/sandbox.h"
-#include "read/slips.h"
-#include "base/text.h"
+#include "gen/read/script_state.h"
+#include "gen/read/reader.h"
+#include "gen/base/base.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,11 +1,11 @@
 /*
- * Values that a sweep derives, case by case: see script_derive in script.h.
+ * Values that a sweep derives, case by case: see script_derive in reader.h.
  *
  * All cases are one protected call. Numbers go straight into the columns, texts once each, so that memory
  * does not grow with the cases. Stack effects stand beside the functions as (-popped, +pushed).
  */
-#include "read/script_state.h"
-#include "base/text.h"
+#include "gen/read/script_state.h"
+#include "gen/base/base.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -1,10 +1,9 @@
 /*
  * What a model may use of Lua's libraries, what that costs, and names that are not there: see script_state.h.
  */
-#include "read/script_state.h"
-#include "read/module.h"
-#include "read/scanner.h"
-#include "base/text.h"
+#include "gen/read/script_state.h"
+#include "gen/read/reader.h"
+#include "gen/base/base.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 /*
  * Metatables: of expressions and groups of values, and of the tables of a model's author. See script_state.h.
  */
-#include "read/script_state.h"
+#include "gen/read/script_state.h"
 
 #include <string.h>
 

@@ -7,12 +7,8 @@
 #ifndef REFDYN_GEN_SCRIPT_STATE_H
 #define REFDYN_GEN_SCRIPT_STATE_H
 
-#include "read/pool.h"
-#include "read/script.h"
-#include "read/source_file.h"
-#include "read/source_lines.h"
-#include "read/state_symbols.h"
-#include "read/work_limits.h"
+#include "gen/read/reader.h"
+#include "gen/read/read.h"
 
 #include <lua.h>
 #include <lauxlib.h>

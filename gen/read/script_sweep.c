@@ -1,10 +1,9 @@
 /* The functions of the module in sweep files: see script_state.h. Each gives a list of its arguments, with
  * its name as tag. */
-#include "read/script_state.h"
-#include "read/sweep_file.h"
-#include "read/fields.h"
-#include "read/module.h"
-#include "base/text.h"
+#include "gen/read/script_state.h"
+#include "gen/read/read.h"
+#include "gen/read/reader.h"
+#include "gen/base/base.h"
 
 #include <string.h>
 

@@ -3,7 +3,7 @@
  * expressions and groups of values as Lua holds them. Stack effects stand beside the functions as (-popped,
  * +pushed).
  */
-#include "read/script_state.h"
+#include "gen/read/script_state.h"
 
 #include <ctype.h>
 #include <stdlib.h>

@@ -1,9 +1,9 @@
 /*
- * Advice on syntax that Lua does not know: see slips.h. The first entry that fits counts. Lua's messages
+ * Advice on syntax that Lua does not know: see reader.h. The first entry that fits counts. Lua's messages
  * begin with what it expected and end with the token that it found.
  */
-#include "read/slips.h"
-#include "base/text.h"
+#include "gen/read/reader.h"
+#include "gen/base/base.h"
 
 #include <string.h>
 

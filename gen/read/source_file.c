@@ -1,5 +1,5 @@
-/* Reads Lua files: see source_file.h. */
-#include "read/source_file.h"
+/* Reads Lua files: see read.h. */
+#include "gen/read/read.h"
 
 #include <errno.h>
 #include <fcntl.h>

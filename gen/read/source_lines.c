@@ -1,6 +1,5 @@
-/* Marks the table constructors of a Lua source: see source_lines.h. */
-#include "read/source_lines.h"
-#include "read/scanner.h"
+/* Marks the table constructors of a Lua source: see reader.h. */
+#include "gen/read/reader.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,6 +1,6 @@
-/* Kinks of formulas in coordinates and rates: see state_kinks.h. */
-#include "read/state_kinks.h"
-#include "base/memory.h"
+/* Kinks of formulas in coordinates and rates: see read.h. */
+#include "gen/read/read.h"
+#include "gen/base/base.h"
 
 enum { MOST_KINKS = 100 }; /* beyond, looking for them costs more than small steps */
 

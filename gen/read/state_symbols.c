@@ -1,7 +1,6 @@
-/* Names to symbols: see state_symbols.h. */
-#include "read/state_symbols.h"
-#include "read/markers.h"
-#include "base/text.h"
+/* Names to symbols: see reader.h. */
+#include "gen/read/reader.h"
+#include "gen/base/base.h"
 
 #include <string.h>
 

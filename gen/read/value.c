@@ -1,5 +1,5 @@
-/* Look-ups in values of a model file: see value.h. */
-#include "read/value.h"
+/* Look-ups in values of a model file: see reader.h. */
+#include "gen/read/reader.h"
 
 #include <string.h>
 

@@ -1,10 +1,10 @@
 /*
- * Courses and sections: see vocabulary.h. Round sections: A = pi d^2 / 4, Iy = Iz = pi d^4 / 64, It = pi d^4
+ * Courses and sections: see reader.h. Round sections: A = pi d^2 / 4, Iy = Iz = pi d^4 / 64, It = pi d^4
  * /
  * 32. Torsion of a rectangle a >= b (Timoshenko and Goodier, Theory of Elasticity, sect. 109):
  * It = a b^3 / 3 (1 - 192 b / (pi^5 a) sum over odd n of tanh(n pi a / 2b) / n^5).
  */
-#include "read/vocabulary.h"
+#include "gen/read/reader.h"
 
 static const double pi = 3.14159265358979323846;
 

@@ -1,10 +1,9 @@
 /*
- * Doubtful values: see warnings.h. Inertia and gravity's pull are looked at in two positions, the start and
+ * Doubtful values: see reader.h. Inertia and gravity's pull are looked at in two positions, the start and
  * one beside it, with plain numbers.
  */
-#include "read/warnings.h"
-#include "read/bounds.h"
-#include "base/memory.h"
+#include "gen/read/reader.h"
+#include "gen/base/base.h"
 
 #include <math.h>
 #include <string.h>

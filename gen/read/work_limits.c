@@ -1,9 +1,8 @@
 /*
- * Counts what a model's Lua does: see work_limits.h. The prices are such that a step is some 2 to 50 ns,
+ * Counts what a model's Lua does: see reader.h. The prices are such that a step is some 2 to 50 ns,
  * whatever a model does; measured with gcc 12 and Lua 5.4 on a machine of 2023.
  */
-#include "read/work_limits.h"
-#include "read/scanner.h"
+#include "gen/read/reader.h"
 
 #include <ctype.h>
 #include <math.h>

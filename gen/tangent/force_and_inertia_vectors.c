@@ -1,10 +1,7 @@
-/* Exact derivatives by coordinates and rates: see force_and_inertia_vectors.h. */
-#include "tangent/force_and_inertia_vectors.h"
-#include "dynamics/element_strains.h"
-#include "dynamics/constraints.h"
-#include "dynamics/forces.h"
-#include "base/memory.h"
-#include "dynamics/coordinate_derivatives.h"
+/* Exact derivatives by coordinates and rates: see tangent.h. */
+#include "gen/tangent/tangent.h"
+#include "gen/dynamics/dynamics.h"
+#include "gen/base/base.h"
 
 #include <string.h>
 

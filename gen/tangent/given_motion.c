@@ -1,8 +1,7 @@
-/* The motion at given accelerations: see given_motion.h. */
-#include "tangent/given_motion.h"
-#include "dynamics/dynamics.h"
-#include "base/memory.h"
-#include "dynamics/coordinate_derivatives.h"
+/* The motion at given accelerations: see tangent.h. */
+#include "gen/tangent/tangent.h"
+#include "gen/dynamics/dynamics.h"
+#include "gen/base/base.h"
 
 static struct vector to_ground(const struct kinematics *k, int i, struct vector a) {
     return matrix_times(k->g, k->frames[i].rotation.at, a);

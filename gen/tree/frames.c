@@ -1,7 +1,6 @@
-/* Growing the tree frame by frame: see frames.h. */
-#include "tree/frames.h"
-#include "base/memory.h"
-#include "tree/vector.h"
+/* Growing the tree frame by frame: see tree.h. */
+#include "gen/tree/tree.h"
+#include "gen/base/base.h"
 
 #include <assert.h>
 

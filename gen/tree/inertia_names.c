@@ -2,10 +2,10 @@
  * Names of inertias among the derived parameters of the emitted C.
  *
  * Takes the expanded tree. Equal values are one value, so a name has to be true for all whose inertia it is:
- * that of the frame, of the beam's elements, or "shared" by several links. Declared in frames.h.
+ * that of the frame, of the beam's elements, or "shared" by several links. Declared in tree.h.
  */
-#include "base/memory.h"
-#include "tree/frames.h"
+#include "gen/base/base.h"
+#include "gen/tree/tree.h"
 
 /* Whose inertia a value is, by handle. */
 struct owners {

@@ -1,5 +1,5 @@
 /*
- * Joints about axes in any direction: see joint_axis.h.
+ * Joints about axes in any direction: see tree.h.
  *
  * With a = (x, y, z) of length 1 in axes of which the last is the one to be turned, the columns of the
  * rotation are (1 + s x x f, s x y f, -s x), (x y f, s + y y f, -y) and a, where s is the sign of z and
@@ -7,10 +7,8 @@
  * Techniques 6, 2017). It is a rotation for each a, whatever values parameters take; which one, does not
  * matter, since the joint's turn about a commutes with what it leaves open.
  */
-#include "tree/joint_axis.h"
-#include "base/memory.h"
-#include "tree/frames.h"
-#include "tree/vector.h"
+#include "gen/tree/tree.h"
+#include "gen/base/base.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,7 +1,6 @@
-/* Frames that keep their axes: see parallel_axes.h. */
-#include "tree/parallel_axes.h"
-#include "base/memory.h"
-#include "tree/vector.h"
+/* Frames that keep their axes: see tree.h. */
+#include "gen/tree/tree.h"
+#include "gen/base/base.h"
 
 #include <string.h>
 

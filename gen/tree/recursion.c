@@ -1,6 +1,6 @@
-/* Recursions over a rolled tree: see recursion.h. */
-#include "tree/recursion.h"
-#include "base/memory.h"
+/* Recursions over a rolled tree: see tree.h. */
+#include "gen/tree/tree.h"
+#include "gen/base/base.h"
 
 #include <assert.h>
 #include <string.h>

@@ -4,9 +4,8 @@
  * Takes a link's beam, gives frames with their inertias, stiffnesses and dampings. Half elements stand at
  * both ends of a segment, so that segments join rigidly. Formulas: theory, sect. 3.1 to 3.3.
  */
-#include "base/memory.h"
-#include "tree/frames.h"
-#include "tree/vector.h"
+#include "gen/base/base.h"
+#include "gen/tree/tree.h"
 
 static const char *const turn_names[3] = {"psi", "theta", "phi"};
 static const int turn_axes[3] = {AXIS_Z, AXIS_Y, AXIS_X};

@@ -1,7 +1,6 @@
-/* Runs of equal elements: see roll.h. */
-#include "tree/roll.h"
-#include "base/memory.h"
-#include "tree/vector.h"
+/* Runs of equal elements: see tree.h. */
+#include "gen/tree/tree.h"
+#include "gen/base/base.h"
 
 #include <assert.h>
 #include <limits.h>

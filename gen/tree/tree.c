@@ -2,11 +2,8 @@
  * From links to frames: one frame a coordinate, welds merged; rigid_finite_elements.c cuts beams.
  * Takes a checked model, gives the tree of tree.h. Formulas: theory, sect. 3.1 and 3.3.
  */
-#include "tree/tree.h"
-#include "base/memory.h"
-#include "tree/frames.h"
-#include "tree/joint_axis.h"
-#include "tree/vector.h"
+#include "gen/tree/tree.h"
+#include "gen/base/base.h"
 
 #include <string.h>
 

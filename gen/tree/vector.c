@@ -1,5 +1,5 @@
-/* 3-vectors, rotations and inertia tensors of expressions: see vector.h. */
-#include "tree/vector.h"
+/* 3-vectors, rotations and inertia tensors of expressions: see tree.h. */
+#include "gen/tree/tree.h"
 
 #include <string.h>
 

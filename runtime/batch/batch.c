@@ -6,9 +6,8 @@
  * the steps of all halted cases are taken together.
  */
 #define _POSIX_C_SOURCE 200809L
-#include "base/model_check.h"
-#include "batch/lanes.h"
-#include "batch/motion_of_case.h"
+#include "runtime/core/base/core.h"
+#include "runtime/batch/batch_private.h"
 
 #include <math.h>
 #include <pthread.h>

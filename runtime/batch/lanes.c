@@ -1,7 +1,7 @@
 /* Steps of several motions side by side: see lanes.h. */
-#include "base/arithmetic.h"
+#include "runtime/core/base/core.h"
 
-#include "batch/lanes.h"
+#include "runtime/batch/batch_private.h"
 
 #include <stdlib.h>
 #include <string.h>

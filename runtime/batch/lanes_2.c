@@ -1,6 +1,6 @@
-/* Steps of 2 motions side by side: see lanes_step.h. */
-#include "base/arithmetic.h"
+/* Steps of 2 motions side by side: see lanes_step.inc. */
+#include "runtime/core/base/core.h"
 
 #define LANES 2
 #define VARIANT 2
-#include "batch/lanes_step.h"
+#include "runtime/batch/lanes_step.inc"

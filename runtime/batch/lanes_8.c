@@ -1,5 +1,5 @@
-/* Steps of 8 motions side by side: see lanes_step.h. */
-#include "base/arithmetic.h"
+/* Steps of 8 motions side by side: see lanes_step.inc. */
+#include "runtime/core/base/core.h"
 
 /* For processors that have vectors of this width; elsewhere the compiler takes them apart. */
 #if defined(__x86_64__) && defined(__clang__)
@@ -10,7 +10,7 @@
 
 #define LANES 8
 #define VARIANT 8
-#include "batch/lanes_step.h"
+#include "runtime/batch/lanes_step.inc"
 
 #if defined(__x86_64__) && defined(__clang__)
 #pragma clang attribute pop

@@ -1,11 +1,9 @@
 /* What lanes can do for a motion, and what they know of it: see lanes.h. */
-#include "base/arithmetic.h"
+#include "runtime/core/base/core.h"
 
-#include "batch/lanes.h"
+#include "runtime/batch/batch_private.h"
 
-#include "methods/collocation.h"
-#include "methods/rosenbrock.h"
-#include "methods/runge_kutta.h"
+#include "runtime/core/methods/methods.h"
 
 int refdyn_lanes_have_kind(const struct lanes *lanes, const struct refdyn_method_kind *kind) {
     return kind == &refdyn_explicit ||

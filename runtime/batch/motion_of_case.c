@@ -1,10 +1,10 @@
 /*
- * One case of a batch: see motion_of_case.h.
+ * One case of a batch: see lanes.h.
  *
  * What a case starts from follows in this order: parameters and inputs; the model's initial state for them;
  * start values and rates of the batch, then of the case; its equilibrium; anchored parameters.
  */
-#include "batch/motion_of_case.h"
+#include "runtime/batch/batch_private.h"
 
 #include <math.h>
 #include <stdlib.h>

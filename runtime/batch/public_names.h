@@ -3,11 +3,11 @@
  * the runtime, and hides all other names (-fvisibility=hidden) from who links a library of which the runtime
  * is a part.
  */
-#ifndef REFDYN_BATCH_PUBLIC_NAMES_H
-#define REFDYN_BATCH_PUBLIC_NAMES_H
+#ifndef REFDYN_PUBLIC_NAMES_H
+#define REFDYN_PUBLIC_NAMES_H
 
 #pragma GCC visibility push(default)
-#include "../refdyn.h"
+#include "refdyn.h"
 #include "refdyn_batch.h"
 #pragma GCC visibility pop
 

@@ -1,7 +1,7 @@
 /*
  * Samples of inputs over time, held from each to the next: see refdyn_batch.h.
  */
-#include "batch/refdyn_batch.h"
+#include "refdyn_batch.h"
 
 #include <math.h>
 

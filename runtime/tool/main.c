@@ -1,6 +1,7 @@
 /* The program `refdyn`: the table of its commands, and what happens before and after one. */
-#include "command_line/commands.h"
-#include "system/interrupt.h"
+#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/motions/equilibria/equilibria.h"
+#include "runtime/tool/support/system/system.h"
 
 #include <fcntl.h>
 #include <stdio.h>

@@ -13,8 +13,8 @@
  * equations of reduced index with the Baumgarte gains of the model. Tolerances of GSL and CVODE are absolute,
  * the same for positions and velocities.
  */
-#include "motion/motion.h"
-#include "private/first_order.h"
+#include "runtime/core/motion/motion.h"
+#include "runtime/bindings/gsl/first_order.h"
 #include "refdyn_gsl.h"
 
 #include <cvode/cvode.h>

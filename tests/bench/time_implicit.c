@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <time.h>
 
-#include "implicit/linearisation.h"
+#include "runtime/core/implicit/implicit.h"
 
 extern const struct refdyn_model MODEL;
 

@@ -7,8 +7,8 @@
  * number a line, and every quantity at them to standard output, one line "STATE QUANTITY ENTRY VALUE" for
  * each entry.
  */
-#include "linear/chain.h"
-#include "gen.h"
+#include "runtime/core/linear/linear.h"
+#include "gen/gen.h"
 #include "emitted_files.h"
 #include "quantities.h"
 

@@ -9,7 +9,7 @@ from program import BUILD, SOURCE
 
 RUNTIME = SOURCE / "runtime"
 PUBLIC = [RUNTIME / "refdyn.h", RUNTIME / "refdyn_model.h", RUNTIME / "refdyn_lanes.h", RUNTIME / "batch" / "refdyn_batch.h",
-          RUNTIME / "gsl" / "refdyn_gsl.h"]
+          RUNTIME / "bindings" / "gsl" / "refdyn_gsl.h"]
 CORE_ONLY = PUBLIC[:4]
 WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Wconversion", "-Werror"]
 COMPILERS = {"gcc C11": ["gcc", "-std=c11", "-xc"], "gcc newer C": ["gcc", "-std=gnu2x", "-xc"],
@@ -50,7 +50,7 @@ def foreign(compiler):
 
 
 def check(compiler, text, *flags):
-    done = subprocess.run([*compiler, *WARNINGS, *flags, "-I", RUNTIME, "-I", RUNTIME / "gsl", "-I", RUNTIME / "batch", "-fsyntax-only", "-"], input=text,
+    done = subprocess.run([*compiler, *WARNINGS, *flags, "-I", RUNTIME, "-I", RUNTIME / "bindings" / "gsl", "-I", RUNTIME / "batch", "-fsyntax-only", "-"], input=text,
                           capture_output=True, text=True)
     assert done.returncode == 0, done.stderr[:3000]
 
@@ -220,9 +220,9 @@ def test_headers_of_who_takes_the_sources_are_found(tmp_path):
 
 
 def test_headers_of_who_copies_the_sources(tmp_path):
-    """The folder alone compiles wherever it lies, with itself as the only path."""
-    shutil.copytree(RUNTIME, tmp_path / "copied", ignore=shutil.ignore_patterns("tool", "gsl", "python"))
+    """The folder `runtime` compiles wherever it lies, with itself and the folder that it lies in as the only paths."""
+    shutil.copytree(RUNTIME, tmp_path / "copied" / "runtime", ignore=shutil.ignore_patterns("tool", "gsl", "python"))
     sources = sorted((tmp_path / "copied").rglob("*.c"))
     assert len(sources) > 25
     for source in sources:
-        subprocess.run(["cc", "-std=c11", *WARNINGS, "-I", tmp_path / "copied", "-fsyntax-only", source], check=True, cwd=tmp_path)
+        subprocess.run(["cc", "-std=c11", *WARNINGS, "-I", tmp_path / "copied", "-I", tmp_path / "copied" / "runtime", "-fsyntax-only", source], check=True, cwd=tmp_path)

@@ -11,7 +11,7 @@ import pytest
 from program import CORE_SOURCES, LONG, SOURCE, TESTS
 
 RUNTIME = SOURCE / "runtime"
-ARITHMETIC = RUNTIME / "base" / "arithmetic.h"
+ARITHMETIC = RUNTIME / "core" / "base" / "core.h"
 SENTENCE = re.compile(r"The runtime of refdyn needs [^\n]*: compile it with")
 
 
@@ -19,7 +19,7 @@ def compile_files(command, files, folder=None):
     """The finished compilations, two at a time."""
     def one(path):
         target = ["-c", path, "-o", folder / (path.stem + ".o")] if folder else ["-fsyntax-only", path]
-        return subprocess.run([*command, "-I", RUNTIME, *target], capture_output=True, text=True)
+        return subprocess.run([*command, "-I", SOURCE, "-I", RUNTIME, *target], capture_output=True, text=True)
     with concurrent.futures.ThreadPoolExecutor(2) as pool:
         return list(pool.map(one, files))
 
@@ -54,7 +54,7 @@ def test_compiling_stops(compiler, flags):
 
 @pytest.mark.parametrize("flags", ["-ffast-math", "-ffinite-math-only", "-funsafe-math-optimizations", "-mfpmath=387"])
 def test_compiling_the_gsl_library_stops(flags):
-    for done in compile_files(["gcc", *flags.split()], sorted((RUNTIME / "gsl").glob("*.c"))):
+    for done in compile_files(["gcc", *flags.split()], sorted((RUNTIME / "bindings" / "gsl").glob("*.c"))):
         assert done.returncode != 0 and SENTENCE.search(done.stderr), done.stderr[:1000]
 
 
@@ -66,14 +66,14 @@ def test_32_bit_x86():
     assert stopped.returncode != 0 and SENTENCE.search(stopped.stderr)
     told = ["-m32", "-msse2", "-mfpmath=sse"]
     subprocess.run(["gcc", *told, "-fsyntax-only", "-xc", ARITHMETIC], check=True)
-    if subprocess.run(["gcc", *told, "-I", RUNTIME, "-fsyntax-only", RUNTIME / "base" / "workspace.c"], capture_output=True).returncode:
+    if subprocess.run(["gcc", *told, "-I", SOURCE, "-I", RUNTIME, "-fsyntax-only", RUNTIME / "core" / "base" / "workspace.c"], capture_output=True).returncode:
         pytest.skip("libraries of 32 bits (gcc-multilib) are not installed: the rest is left out")
     assert all(done.returncode == 0 for done in compile_files(["gcc", *told], CORE_SOURCES))
 
 
 def test_every_file_begins_with_the_checks():
     """Before all functions, those of headers included: what is turned off is turned off behind that line alone."""
-    files = CORE_SOURCES + sorted((RUNTIME / "gsl").glob("*.c"))
+    files = CORE_SOURCES + sorted((RUNTIME / "bindings" / "gsl").glob("*.c"))
     assert len(files) > 25
     for path in files:
         assert re.search(r"^#include (.*)$", path.read_text(), re.M).group(1) == '"base/arithmetic.h"', path
@@ -150,7 +150,7 @@ def callers(tmp_path_factory):
     folder = tmp_path_factory.mktemp("callers")
     (folder / "motions.c").write_text(MOTIONS)
     files = [folder / "motions.c", SOURCE / "generated" / "manipulator_rigid.c", *(TESTS / "unit" / f"{name}.c" for name in UNIT)]
-    command = ["gcc", "-std=gnu11", "-O1", "-I", RUNTIME, "-I", SOURCE / "generated"]
+    command = ["gcc", "-std=gnu11", "-O1", "-I", SOURCE, "-I", RUNTIME, "-I", SOURCE / "generated"]
     assert all(done.returncode == 0 for done in compile_files(command, files, folder))
     return folder
 
@@ -217,7 +217,7 @@ def test_what_nobody_told_is_found(compiler, flags, optimisation, callers, expec
     if not is_known(compiler, flags) or not runs_here(flags):
         pytest.skip(f"{compiler} or the processor has no {' '.join(flags)}")
     command = [compiler, "-std=gnu11", optimisation, *flags, *(SILENT if compiler == "gcc" else [])]
-    assert compile_files(command, [RUNTIME / "base" / "arithmetic.c"], tmp_path)[0].returncode == 0
+    assert compile_files(command, [RUNTIME / "core" / "base" / "arithmetic.c"], tmp_path)[0].returncode == 0
     others = [path for path in plain.glob("*.o") if path.name != "arithmetic.o"]
     subprocess.run(["gcc", callers / "motions.o", callers / "manipulator_rigid.o", *others, tmp_path / "arithmetic.o", "-lm", "-o",
                     tmp_path / "motions"], check=True)

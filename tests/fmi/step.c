@@ -2,7 +2,7 @@
  * Takes the library of an FMU of FMI 2.0, its GUID and the length of a step [s]; gives the first COUNT
  * variables after each of ten steps of Co-Simulation on stdout. For Linux, and by MinGW for Windows.
  */
-#include "fmi/fmi2.h"
+#include "runtime/bindings/fmi/fmi2.h"
 
 #include <stdio.h>
 #include <stdlib.h>

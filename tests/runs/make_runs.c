@@ -3,7 +3,7 @@
  * [NAME=TEXT ...]`, the cases FROM, FROM + STEP ... of a batch of TOTAL, with these attributes. Prints the
  * numbers of cases of the file as it reads them again, `make_runs PATH`.
  */
-#include "batch/runs_file.h"
+#include "runtime/tool/support/hdf5/hdf5_files.h"
 
 #include <inttypes.h>
 #include <math.h>

@@ -2,7 +2,7 @@
 #ifndef REFDYN_TESTS_UNIT_EMITTED_FILES_H
 #define REFDYN_TESTS_UNIT_EMITTED_FILES_H
 
-#include "gen.h"
+#include "gen/gen.h"
 
 #include <stdio.h>
 

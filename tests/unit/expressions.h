@@ -2,8 +2,8 @@
 #ifndef REFDYN_TESTS_UNIT_EXPRESSIONS_H
 #define REFDYN_TESTS_UNIT_EXPRESSIONS_H
 
-#include "graph/graph.h"
-#include "base/memory.h"
+#include "gen/graph/graph.h"
+#include "gen/base/base.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -8,10 +8,9 @@
  * u's normal quantile, logarithm, and exponential of 100 u - 50; `sweep_cases philox` the published test
  * vectors' results.
  */
-#include "batch/random.h"
-#include "batch/sweep.h"
-#include "gen.h"
-#include "text/output.h"
+#include "runtime/tool/batches/sweeps/sweeps.h"
+#include "gen/gen.h"
+#include "runtime/tool/support/format/format.h"
 
 #include <inttypes.h>
 #include <string.h>

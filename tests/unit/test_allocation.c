@@ -2,7 +2,7 @@
  * Memory that runs out: reading and planning with room for 0, 1, 2, ... blocks fails cleanly until it
  * succeeds. Leaks and stray accesses are the sanitizer preset's to find.
  */
-#include "gen.h"
+#include "gen/gen.h"
 
 #include <stdio.h>
 

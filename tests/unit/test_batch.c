@@ -3,7 +3,7 @@
  */
 #include <string.h>
 
-#include "batch/refdyn_batch.h"
+#include "refdyn_batch.h"
 #include "check.h"
 
 /* ---- A pendulum with a parameter and an input ---- */

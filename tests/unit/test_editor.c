@@ -3,10 +3,9 @@
  * annotations), says what the tables of fields (gen/read/fields.def), functions and operators
  * (gen/graph/ops.def) say. With an argument, prints the file: what to write there when a table has changed.
  */
-#include "read/fields.h"
-#include "base/memory.h"
-#include "read/module.h"
-#include "read/sweep_file.h"
+#include "gen/read/reader.h"
+#include "gen/base/base.h"
+#include "gen/read/read.h"
 
 #include <ctype.h>
 #include <stdio.h>
@@ -57,7 +56,7 @@ static void put_lower(const char *piece) {
     }
 }
 
-static const char *const owner_names[] = {
+static const char *const owner_tags[] = {
 #define OWNER(name, text, tag, form) #name,
     OWNERS
 #undef OWNER
@@ -89,7 +88,7 @@ static void put_classes(void) {
     for (int i = 0; i < FIELD_COUNT; i++) {
         if (i == 0 || field_rules[i].owner != field_rules[i - 1].owner) {
             put("\n---@class refdyn.");
-            put_lower(owner_names[field_rules[i].owner]);
+            put_lower(owner_tags[field_rules[i].owner]);
             put("\n");
         }
         put_field(&field_rules[i]);
@@ -120,7 +119,7 @@ static void put_functions(void) {
     put("\n---@class refdyn\n---@field pi number\nlocal rd = {}\n\n");
     for (int owner = 0; owner < OWNER_COUNT; owner++)
         if (fields_owner_tag((enum owner)owner))
-            put_function(fields_owner_tag((enum owner)owner), owner_names[owner], "fields");
+            put_function(fields_owner_tag((enum owner)owner), owner_tags[owner], "fields");
     for (int i = 0; i < 3; i++)
         put_function(rows[i], "row", "fields");
     for (int i = 0; i < module_function_count(); i++)

@@ -2,7 +2,7 @@
  * models/README.md says what the table of fields (gen/read/fields.def) says: each field is a row of its
  * tables. With an argument, prints the rows: what to paste when the table of fields has changed.
  */
-#include "read/fields.h"
+#include "gen/read/reader.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -4,9 +4,8 @@
  * not as a distant digit of an acceleration.
  */
 #include "check.h"
-#include "graph/describe.h"
+#include "gen/graph/graph.h"
 #include "expressions.h"
-#include "graph/spline.h"
 
 #include <string.h>
 

@@ -3,8 +3,8 @@
  * to 4 units in the last place of its largest entry. Beyond that, the emitted accelerations solve the emitted
  * equations, and are those of the runtime.
  */
-#include "linear/chain.h"
-#include "gen.h"
+#include "runtime/core/linear/linear.h"
+#include "gen/gen.h"
 #include "emitted_files.h"
 #include "quantities.h"
 #include "refdyn.h"

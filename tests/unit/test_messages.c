@@ -4,7 +4,7 @@
  *   -- expect: LINE: TEXT     (LINE 0: the file as a whole)
  *   -- set: NAME=VALUE        (as --set)
  */
-#include "gen.h"
+#include "gen/gen.h"
 
 #include <dirent.h>
 #include <stdio.h>

@@ -3,7 +3,7 @@
  * random problems with dependent normals, and problems without a solution.
  */
 #include "check.h"
-#include "constraints/one_sided.h"
+#include "runtime/core/constraints/constraints.h"
 
 #include <math.h>
 #include <stdint.h>

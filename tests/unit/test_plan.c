@@ -5,7 +5,7 @@
  */
 #include "check.h"
 #include "expressions.h"
-#include "plan/plan.h"
+#include "gen/plan/plan.h"
 
 #include <string.h>
 

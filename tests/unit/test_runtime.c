@@ -5,8 +5,8 @@
 #include <string.h>
 
 #include "check.h"
-#include "constraints/constraints.h"
-#include "linear/dense.h"
+#include "runtime/core/constraints/constraints.h"
+#include "runtime/core/linear/linear.h"
 #include "runtime_models.h"
 
 /* ---- Equations given as numbers: M f u v phi psi k of the case in hand

@@ -8,9 +8,9 @@
 #endif
 
 #include "check.h"
-#include "linear/dense.h"
+#include "runtime/core/linear/linear.h"
 #include "runtime_models.h"
-#include "motion/motion.h"
+#include "runtime/core/motion/motion.h"
 
 static const double row_forever = 1e9;
 

@@ -11,8 +11,7 @@
 #include <string.h>
 
 #include "check.h"
-#include "linear/dense.h"
-#include "linear/elimination.h"
+#include "runtime/core/linear/linear.h"
 
 /* Both files once more, without wide vectors, under names of their own. */
 #undef __x86_64__
@@ -20,7 +19,7 @@
 #define refdyn_lu_factor plain_lu_factor
 #define refdyn_lu_solve plain_lu_solve
 #define refdyn_lu_solve_transposed plain_lu_solve_transposed
-#include "linear/elimination.c"
+#include "runtime/core/linear/elimination.c"
 #undef refdyn_eliminate
 #undef refdyn_lu_factor
 #undef refdyn_lu_solve
@@ -33,7 +32,7 @@
 #define refdyn_factor_half_backward plain_factor_half_backward
 #define refdyn_times plain_times
 #define refdyn_add_all plain_add_all
-#include "linear/dense.c"
+#include "runtime/core/linear/dense.c"
 #undef refdyn_times
 #undef refdyn_add_all
 

@@ -1,6 +1,6 @@
-/* What linear rows leave free: see constraint_basis.h. */
-#include "scene/constraint_basis.h"
-#include "text/output.h"
+/* What linear rows leave free: see scene.h. */
+#include "runtime/tool/scene/scene.h"
+#include "runtime/tool/support/format/format.h"
 
 #include <float.h>
 #include <math.h>

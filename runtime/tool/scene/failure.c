@@ -1,7 +1,8 @@
 /* What is said when the numbers fail or rows are redundant: the reason, the time and the state by the
  * coordinates' names. */
-#include "command_line/commands.h"
-#include "text/output.h"
+#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/scene/scene.h"
+#include "runtime/tool/support/format/format.h"
 
 #include <lapacke.h>
 #include <math.h>

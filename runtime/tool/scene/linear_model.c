@@ -1,6 +1,6 @@
-/* The equations of small motions: see linear_model.h. */
-#include "scene/linear_model.h"
-#include "text/output.h"
+/* The equations of small motions: see scene.h. */
+#include "runtime/tool/scene/scene.h"
+#include "runtime/tool/support/format/format.h"
 
 #include <float.h>
 #include <lapacke.h>

@@ -1,7 +1,8 @@
 /* One model made ready: see scene.h. */
-#include "scene/scene.h"
-#include "command_line/commands.h"
-#include "read/source_file.h"
+#include "runtime/tool/scene/scene.h"
+#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/motions/equilibria/equilibria.h"
+#include "gen/read/read.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,5 +1,5 @@
 /* What several commands say of a scene: see scene.h. */
-#include "scene/scene.h"
+#include "runtime/tool/scene/scene.h"
 
 #include <string.h>
 

@@ -1,7 +1,6 @@
-/* STATE.json: see state_file.h. */
-#include "scene/state_file.h"
-#include "text/csv.h"
-#include "text/output.h"
+/* STATE.json: see scene.h. */
+#include "runtime/tool/scene/scene.h"
+#include "runtime/tool/support/format/format.h"
 
 #include <jansson.h>
 #include <stdlib.h>

@@ -1,0 +1,84 @@
+/* Programme constraints: see constraints.h. */
+#include "gen/dynamics/dynamics.h"
+#include "gen/base/base.h"
+
+expression constraints_rate_gain(struct graph *g, const struct row *row) {
+    return expr_apply1(g, OP_RATE_GAIN, expr_mul(g, expr_number(g, 2), row->alpha));
+}
+
+expression constraints_position_gain(struct graph *g, const struct row *row) {
+    return expr_apply1(g, OP_POSITION_GAIN, expr_mul(g, row->beta, row->beta));
+}
+
+/* k = -v - 2 alpha psi - beta^2 phi (theory, sect. 6.3). phi is 0 in a velocity row, psi, too, in an
+ * acceleration row. */
+static void stabilise(const struct kinematics *k, int index, struct row_terms *terms) {
+    struct graph *g = k->g;
+    const struct row *row = &k->model->rows[index];
+    const expression rate = constraints_rate_gain(g, row), position = constraints_position_gain(g, row);
+    const char *name = memory_format(k->memory, "row_%d", index + 1);
+    graph_name_shared(g, rate, name, "rate_gain");
+    graph_name_shared(g, position, name, "position_gain");
+    const expression damping = expr_mul(g, rate, terms->psi), stiffness = expr_mul(g, position, terms->phi);
+    terms->k = expr_neg(g, expr_add(g, expr_add(g, terms->v, damping), stiffness));
+}
+
+static void name_row(const struct kinematics *k, int index, const struct row_terms *terms) {
+    const char *const names[] = {"v", "phi", "psi", "k"};
+    const expression values[] = {terms->v, terms->phi, terms->psi, terms->k};
+    for (int i = 0; i < 4; i++)
+        graph_name_value(k->g, values[i], memory_format(k->memory, "row_%d_%s", index + 1, names[i]));
+}
+
+/* A coefficient that is the entry of a point's C is called after the point: other rows may have it, too. */
+static const char *coefficient_name(const struct kinematics *k, int index, int j, expression e) {
+    static const char axes[3] = "xyz";
+    const char *frame = k->tree->frames[j].name;
+    for (int p = 0; p < k->model->marker_count; p++)
+        for (int a = 0; a < 3; a++)
+            if (k->points[p].columns[j].at[a] == e)
+                return memory_format(k->memory, "point_%s_C_%c_%s", k->model->points[p].name, axes[a], frame);
+    return memory_format(k->memory, "row_%d_u_%s", index + 1, frame);
+}
+
+/* Position: psi = d(phi)/dt, v = d(psi)/dt at qdd = 0; velocity: v = d(psi)/dt; acceleration: v is the
+ * residual at qdd = 0; u by the symbols of the row's own order. Theory, sect. 6.1. */
+static struct row_terms derive_row(const struct kinematics *k, int index) {
+    static const char *const formulas[] = {
+        "row %d, of positions: psi' = u qdd + v, k = -v - 2 alpha psi - beta^2 phi (6.1, 6.3)",
+        "row %d, of velocities: psi' = u qdd + v, k = -v - 2 alpha psi (6.1, 6.3)",
+        "row %d, of accelerations: u qdd + v = 0, k = -v (6.1)"};
+    _Static_assert(sizeof formulas / sizeof *formulas == ROW_ACCELERATION + 1, "each level has a formula");
+    const struct row *row = &k->model->rows[index];
+    struct row_terms terms = {0};
+    graph_remark(k->g, memory_format(k->memory, formulas[row->level], index + 1));
+    if (row->level == ROW_POSITION) {
+        const expression rate = coordinate_derivatives_rate(k, row->residual);
+        terms.phi = coordinate_derivatives_with_points(k, row->residual);
+        terms.psi = coordinate_derivatives_with_points(k, rate);
+        terms.v = coordinate_derivatives_with_points(k, coordinate_derivatives_rate(k, rate));
+    } else if (row->level == ROW_VELOCITY) {
+        terms.psi = coordinate_derivatives_with_points(k, row->residual);
+        terms.v = coordinate_derivatives_with_points(k, coordinate_derivatives_rate(k, row->residual));
+    } else {
+        terms.v = coordinate_derivatives_with_points(k, row->residual);
+    }
+    terms.u = coordinate_derivatives_coefficients(k, row->residual, (int)row->level, false);
+    terms.pull = coordinate_derivatives_placed_gradient(k, row->residual, (int)row->level);
+    terms.pulls = memory_get(k->memory, ((size_t)k->model->marker_count + 1) * sizeof *terms.pulls);
+    for (int p = 0; p < k->model->marker_count; p++)
+        terms.pulls[p] = vector_of(terms.pull + k->tree->count + 3 * p);
+    stabilise(k, index, &terms);
+    name_row(k, index, &terms);
+    for (int j = 0; j < k->tree->count; j++)
+        graph_name_value(k->g, terms.u[j], coefficient_name(k, index, j, terms.u[j]));
+    return terms;
+}
+
+struct row_terms *constraints_derive(const struct kinematics *k) {
+    const int m = k->model->row_count;
+    struct row_terms *rows = memory_get(k->memory, ((size_t)m + 1) * sizeof *rows);
+    for (int i = 0; i < m; i++)
+        rows[i] = derive_row(k, i);
+    return rows;
+}

@@ -1,0 +1,118 @@
+/*
+ * May a model's table be used? Its version, its counts, the tables that they count, and indices in these.
+ *
+ * Takes a table that may come from another version of the generator or from a hand; gives a status before any
+ * size is computed from it.
+ */
+#include "runtime/core/base/core.h"
+
+#include <string.h>
+
+/* Of parameters, inputs, breaks ...: twice as many still are an int. */
+enum { COUNT_MOST = 1 << 28 };
+/* Of coordinates, rows and couplings together: the largest product of them in a layout, 9 (m + couplings)^2
+ * for the border of a chain, still is an int. */
+enum { DENSE_MOST = 15000 };
+
+static int is_count(int count) {
+    return count >= 0 && count <= COUNT_MOST;
+}
+
+/* Their texts, and as many numbers of each as a text takes. */
+static int has_requirements(const struct refdyn_model *model) {
+    const int count = model->requirement_count;
+    if (!is_count(count) || (count > 0 && !(model->requirements && model->required)))
+        return 0;
+    for (int i = 0; i < count; i++)
+        if (model->requirements[i].count < 1 || model->requirements[i].count > REFDYN_REQUIREMENT_NUMBERS)
+            return 0;
+    return 1;
+}
+
+static int has_counts(const struct refdyn_model *model) {
+    const int n = model->n, m = model->m, couplings = model->coupling_count;
+    if (n < 1 || !is_count(n) || !is_count(m) || !is_count(couplings) || n + m + couplings > DENSE_MOST)
+        return 0;
+    return is_count(model->parameter_count) && is_count(model->derived_count) &&
+           is_count(model->input_count) && is_count(model->point_count) && is_count(model->course_count) &&
+           is_count(model->break_count) && is_count(model->switch_count) && is_count(model->held_count) &&
+           is_count(model->anchored_count) && is_count(model->event_count) && is_count(model->kink_count) &&
+           is_count(model->change_count) && has_requirements(model);
+}
+
+static int has_tables(const struct refdyn_model *model) {
+    return model->coordinates && (model->parameters || model->parameter_count == 0) &&
+           (model->inputs || model->input_count == 0) && (model->rows || model->m == 0) &&
+           (model->points || model->point_count == 0) && (model->held || model->held_count == 0) &&
+           (model->anchored || model->anchored_count == 0) &&
+           ((model->parent && model->vector_places) || !model->tangent_vectors) &&
+           (model->events || model->event_count == 0) &&
+           ((model->event && model->event_terms) || model->event_count + model->kink_count == 0) &&
+           (model->changes || model->change_count == 0);
+}
+
+/* Do all places lie in [least, end)? */
+static int lie_in(const int *places, int count, int least, int end) {
+    for (int i = 0; places && i < count; i++)
+        if (places[i] < least || places[i] >= end)
+            return 0;
+    return 1;
+}
+
+/* Does each event set what lies in the list, and each entry of it something that there is? */
+static int have_changes(const struct refdyn_model *model) {
+    const int ends[] = {model->n, model->input_count, model->parameter_count};
+    for (int i = 0; i < model->event_count; i++) {
+        const struct refdyn_event *event = &model->events[i];
+        if (!is_count(event->change_count) ||
+            !lie_in(&event->first_change, 1, 0, model->change_count - event->change_count + 1) ||
+            !lie_in(&event->contact, 1, 0, event->change_count == 1 ? model->m + 1 : 1))
+            return 0;
+    }
+    for (int i = 0; i < model->change_count; i++) {
+        const struct refdyn_change *change = &model->changes[i];
+        if (change->what > REFDYN_CHANGED_PARAMETER ||
+            !lie_in(&change->place, 1, change->what == REFDYN_CHANGED_PARAMETER ? -1 : 0, ends[change->what]))
+            return 0;
+    }
+    return 1;
+}
+
+static int has_places(const struct refdyn_model *model) {
+    const int n = model->n, m = model->m;
+    return lie_in(model->parent, n, -1, n) && lie_in(model->dependent, m, 0, n) &&
+           lie_in(model->held, model->held_count, 0, n) &&
+           lie_in(model->gains, 2 * m, -1, model->parameter_count + model->derived_count) &&
+           lie_in(model->anchored, model->anchored_count, 0, model->parameter_count);
+}
+
+int refdyn_required_count(const struct refdyn_model *model) {
+    int count = 0;
+    for (int i = 0; i < model->requirement_count; i++)
+        count += 1 + model->requirements[i].count;
+    return count;
+}
+
+int refdyn_model_status(const struct refdyn_model *model) {
+    if (!model)
+        return REFDYN_BAD_MODEL;
+    if (!refdyn_model_is_readable(model))
+        return REFDYN_OTHER_VERSION;
+    return has_counts(model) && has_tables(model) && has_places(model) && have_changes(model)
+               ? REFDYN_OK
+               : REFDYN_BAD_MODEL;
+}
+
+int refdyn_programme_rows(const struct refdyn_model *model) {
+    int count = model->m;
+    for (int i = 0; i < model->event_count; i++)
+        count -= model->events[i].contact > 0;
+    return count;
+}
+
+double refdyn_coordinate_unit(const struct refdyn_model *model, int j, double length) {
+    const char *unit = model->coordinates[j].unit;
+    if (!unit || strcmp(unit, "m") != 0)
+        return 1;
+    return length > 0 ? length : model->length > 0 ? model->length : 1;
+}

@@ -1,0 +1,61 @@
+/*
+ * Values and places by name.
+ *
+ * Takes a model's tables of names; gives an index, or sets a value and tells by a status whether the name is
+ * there.
+ */
+#include "runtime/core/base/core.h"
+
+#include <math.h>
+#include <string.h>
+
+int refdyn_find_name(const struct refdyn_name *names, int count, const char *name) {
+    for (int i = 0; name && i < count; i++)
+        if (strcmp(names[i].name, name) == 0)
+            return i;
+    return -1;
+}
+
+int refdyn_find_row(const struct refdyn_model *model, const char *name) {
+    for (int i = 0; name && !refdyn_model_status(model) && i < model->m; i++)
+        if (strcmp(model->rows[i].name, name) == 0)
+            return i;
+    return -1;
+}
+
+int refdyn_find_point(const struct refdyn_model *model, const char *name) {
+    for (int i = 0; name && !refdyn_model_status(model) && i < model->point_count; i++)
+        if (strcmp(model->points[i], name) == 0)
+            return i;
+    return -1;
+}
+
+/* Sets the value of that name, unless it is not there or the value is no number. */
+static int set(const struct refdyn_name *names, int count, const char *name, double value, double *values) {
+    const int place = refdyn_find_name(names, count, name);
+    if (place < 0)
+        return REFDYN_UNKNOWN_NAME;
+    if (!isfinite(value))
+        return REFDYN_BAD_VALUE;
+    values[place] = value;
+    return REFDYN_OK;
+}
+
+int refdyn_set_parameter(struct refdyn_workspace *work, const char *name, double value) {
+    int status = refdyn_workspace_status(work);
+    if (!status)
+        status = set(work->model->parameters, work->model->parameter_count, name, value, work->p);
+    if (!status)
+        refdyn_prepare(work);
+    return status;
+}
+
+int refdyn_set_input(struct refdyn_workspace *work, const char *name, double value) {
+    const int status = refdyn_workspace_status(work);
+    return status ? status : set(work->model->inputs, work->model->input_count, name, value, work->x);
+}
+
+int refdyn_set_coordinate(const struct refdyn_model *model, double *q, const char *name, double value) {
+    const int status = refdyn_model_status(model);
+    return status ? status : set(model->coordinates, model->n, name, value, q);
+}

@@ -1,0 +1,312 @@
+/*
+ * Index partitioning: K = [K_d K_i] with a well-conditioned K_d, and its elimination.
+ *
+ * Takes the rows u and right side of the workspace; gives P = -K_d^-1 K_i, c = K_d^-1 k and the redundant
+ * rows. Theory, sect. 8.1. Choice: Gaussian elimination with full pivoting of K, its columns scaled by
+ * 1/sqrt(M_jj) (coordinates then count by their share of kinetic energy), its rows by their largest entry
+ * (Wehage and Haug, J. Mech. Design 104:247-255, 1982). Watch: since K_d^-1 K = [1 -P], |[1 -P]| tells how
+ * far this choice is worse conditioned than K itself, and the smallest pivot how near K_d is to being
+ * singular.
+ */
+#include "runtime/core/constraints/constraints.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "runtime/core/linear/linear.h"
+
+/* A choice is given up when its condition has grown by this factor: pivots then have lost one digit. */
+static const double worse = 10;
+/* Off the programme a row that depends on others on it looks independent, by about as much as coordinates
+ * miss; one that was found redundant stays so below this many times that, and below the second. */
+static const double misses = 10, misses_most = 1e-3;
+
+static void swap_int(int *a, int *b) {
+    const int kept = *a;
+    *a = *b;
+    *b = kept;
+}
+
+/* weight_j = 1/sqrt(M_jj); a coordinate without mass counts as one with the least mass that is not noise. */
+static double weight_of(const struct refdyn_workspace *work, int j, double largest_mass) {
+    const double mass = work->M[j * work->n + j], least = DBL_EPSILON * largest_mass;
+    return 1 / sqrt(mass > least ? mass : least > 0 ? least : 1);
+}
+
+/* Rows with scaled columns and largest entry 1 into work->rows, in the order of the model; a row of zeros
+ * stays zeros. */
+static void scale_rows(struct refdyn_workspace *work) {
+    const int n = work->n;
+    double largest_mass = 0;
+    for (int j = 0; j < n; j++)
+        largest_mass = fmax(largest_mass, work->M[j * n + j]);
+    for (int j = 0; j < n; j++)
+        work->weight[j] = weight_of(work, j, largest_mass);
+    for (int a = 0; a < work->m; a++) {
+        double *row = work->rows + a * n;
+        for (int j = 0; j < n; j++)
+            row[j] = work->u[a * n + j] * work->weight[j];
+        const double size = refdyn_largest(row, n, NULL);
+        for (int j = 0; j < n && size > 0; j++)
+            row[j] /= size;
+    }
+}
+
+/* Scaled pivot above which a row that was redundant no longer is. */
+static double regained(const struct refdyn_workspace *work) {
+    return work->rank_tol + fmin(misses * refdyn_distance(work, work->phi), misses_most);
+}
+
+/* Orders rows and columns by full pivoting among the coordinates that are declared (m), or all: their scaled
+ * rows are the columns of K^T. Returns the rank found. */
+static int pivot_fully(struct refdyn_workspace *work, const int *declared) {
+    struct refdyn_partition *partition = &work->partition;
+    const int n = work->n;
+    scale_rows(work);
+    for (int j = 0; j < n; j++)
+        work->scale[j] = !declared;
+    for (int a = 0; declared && a < work->m; a++)
+        work->scale[declared[a]] = 1;
+    for (int j = 0; j < n; j++)
+        partition->column[j] = j;
+    for (int a = 0; a < work->m; a++)
+        partition->row[a] = a;
+    const int most = refdyn_eliminate(work->rows, n, work->m, work->exchange, partition->row, work->scale);
+    for (int k = 0; k < most; k++)
+        swap_int(&partition->column[k], &partition->column[work->exchange[k]]);
+    const double later = partition->rank < 0 ? work->rank_tol : regained(work);
+    int rank = 0;
+    while (rank < most && rank < partition->rank_most &&
+           1 > (rank < partition->rank ? work->rank_tol : later) * fabs(work->rows[rank * n + rank]))
+        rank++;
+    return rank;
+}
+
+int refdyn_rank_of_rows(struct refdyn_workspace *work) {
+    const int n = work->n;
+    scale_rows(work);
+    for (int j = 0; j < n; j++)
+        work->scale[j] = 1;
+    for (int a = 0; a < work->m; a++)
+        work->mark[a] = a;
+    const int most = refdyn_eliminate(work->rows, n, work->m, work->exchange, work->mark, work->scale);
+    const double least = regained(work);
+    int rank = 0;
+    while (rank < most && 1 > least * fabs(work->rows[rank * n + rank]))
+        rank++;
+    return rank;
+}
+
+static int is_listed(const int *list, int count, int value) {
+    for (int i = 0; i < count; i++)
+        if (list[i] == value)
+            return 1;
+    return 0;
+}
+
+static int is_declared(const struct refdyn_workspace *work) {
+    const struct refdyn_partition *partition = &work->partition;
+    for (int a = 0; a < partition->rank; a++)
+        if (!work->model->dependent || !is_listed(work->model->dependent, work->m, partition->column[a]))
+            return 0;
+    return work->model->dependent != NULL;
+}
+
+/* First choice: the declared set, unless it is singular while K has a higher rank. Later: the best set. */
+static void choose(struct refdyn_workspace *work) {
+    struct refdyn_partition *partition = &work->partition;
+    const int n = work->n, rank_before = partition->rank;
+    int *before = work->mark + n; /* (m): marks of rows are not in use here */
+    for (int a = 0; a < rank_before; a++)
+        before[a] = partition->column[a];
+    const int *declared = work->model->dependent;
+    int rank = pivot_fully(work, NULL);
+    if (rank_before < 0 && declared && pivot_fully(work, declared) < rank)
+        rank = pivot_fully(work, NULL);
+    partition->rank = rank;
+    refdyn_sort(partition->column + rank, n - rank);
+    refdyn_sort(partition->row + rank, work->m - rank);
+    partition->is_declared = is_declared(work);
+    if (rank_before < 0)
+        return;
+    int same = rank == rank_before;
+    for (int a = 0; a < rank_before; a++)
+        same &= is_listed(partition->column, rank, before[a]);
+    partition->changes += !same;
+}
+
+/* Where row a of [P c] stands. */
+static double *row_of_P(const struct refdyn_workspace *work, int a) {
+    return work->P + a * (work->n - work->partition.rank + 1);
+}
+
+/* K_d^T column by column into work->rows, [-K_i k] of all rows into work->P, and the scaled size of each row.
+ */
+static void gather_rows(struct refdyn_workspace *work, const double *right, double sign) {
+    const int n = work->n, rank = work->partition.rank;
+    const int *restrict column = work->partition.column;
+    for (int a = 0; a < work->m; a++) {
+        const int source = work->partition.row[a];
+        const double *restrict from = work->u + source * n;
+        double *restrict P = row_of_P(work, a), size = 0;
+        for (int k = 0; k < rank && a < rank; k++)
+            work->rows[a * rank + k] = from[column[k]];
+        for (int b = rank; b < n; b++)
+            P[b - rank] = -from[column[b]];
+        P[n - rank] = sign * right[source];
+        for (int j = 0; j < n; j++) {
+            const double scaled = fabs(from[j]) * work->weight[j];
+            size = scaled > size ? scaled : size;
+        }
+        work->row_size[a] = size;
+    }
+}
+
+/* L U = K_d^T; returns 0 when a pivot is too small to divide by. */
+static int factor_dependent(struct refdyn_workspace *work) {
+    const int rank = work->partition.rank;
+    for (int k = 0; k < rank; k++)
+        work->scale[k] = work->weight[work->partition.column[k]];
+    if (refdyn_eliminate(work->rows, rank, rank, work->exchange, NULL, work->scale) < rank)
+        return 0;
+    double smallest = 1;
+    for (int k = 0; k < rank; k++)
+        smallest = fmin(smallest, work->scale[k] / (fabs(work->rows[k * rank + k]) * work->row_size[k]));
+    work->partition.pivot = smallest;
+    return smallest > work->rank_tol / worse;
+}
+
+/* [P c] = K_d^-1 [-K_i k], and what that leaves of redundant rows: with qdd_d = P qdd_i + c it should be 0.
+ */
+static void solve_dependent(struct refdyn_workspace *work) {
+    const int rank = work->partition.rank, width = work->n - rank + 1;
+    const int *column = work->partition.column;
+    refdyn_lu_solve_transposed(work->rows, rank, work->exchange, work->P, width, width);
+    for (int a = rank; a < work->m; a++)
+        for (int k = 0; k < rank; k++)
+            dense_add(row_of_P(work, a), -work->u[work->partition.row[a] * work->n + column[k]],
+                      row_of_P(work, k), width);
+}
+
+/* |[1 -P]|, scaled, over the smallest pivot. */
+static void estimate_condition(struct refdyn_workspace *work) {
+    const int rank = work->partition.rank;
+    const int *column = work->partition.column;
+    double square = rank;
+    for (int k = 0; k < rank; k++) {
+        const double *P = row_of_P(work, k), weight = work->weight[column[k]];
+        double row_square = 0;
+        for (int b = rank; b < work->n; b++) {
+            const double scaled = P[b - rank] * work->weight[column[b]];
+            row_square += scaled * scaled;
+        }
+        square += row_square / (weight * weight);
+    }
+    work->partition.condition = sqrt(square) / work->partition.pivot;
+}
+
+/* True when a row that was redundant at the choice no longer is. */
+static int rank_has_grown(const struct refdyn_workspace *work) {
+    const int rank = work->partition.rank;
+    if (rank >= work->partition.rank_most)
+        return 0;
+    const double least = regained(work);
+    for (int a = rank; a < work->m; a++)
+        for (int b = rank; b < work->n; b++)
+            if (fabs(row_of_P(work, a)[b - rank]) * work->weight[work->partition.column[b]] >
+                least * work->row_size[a])
+                return 1;
+    return 0;
+}
+
+/* By how much the right side of a redundant row may miss: a part of its largest term, and what coefficients
+ * that were taken for 0 make of the accelerations that the forces alone give. */
+static double allowed_miss(const struct refdyn_workspace *work, int a, double right) {
+    const int n = work->n, rank = work->partition.rank;
+    const double *row = work->u + work->partition.row[a] * n;
+    double term = fabs(right), acceleration = 0; /* scaled: sqrt(M_jj) qdd_j */
+    for (int k = 0; k < rank; k++)
+        term = fmax(term, fabs(row[work->partition.column[k]] * row_of_P(work, k)[n - rank]));
+    for (int j = 0; j < n; j++)
+        acceleration = fmax(acceleration, fabs(work->f[j]) * work->weight[j]);
+    return work->consistency_tol * term + regained(work) * work->row_size[a] * acceleration;
+}
+
+/* The right side that is left of a redundant row must be 0, on the programme: between the ends of a step,
+ * where the rank does not grow, states are off it. */
+static int check_redundant(struct refdyn_workspace *work, const double *right) {
+    const int rank = work->partition.rank;
+    for (int a = rank; a < work->m && a < work->partition.rank_most; a++) {
+        const int source = work->partition.row[a];
+        if (!(fabs(row_of_P(work, a)[work->n - rank]) <= allowed_miss(work, a, right[source]))) {
+            work->fault = (struct refdyn_fault){.row = source, .coordinate = -1};
+            return REFDYN_ROWS_INCONSISTENT;
+        }
+    }
+    return REFDYN_OK;
+}
+
+/* The kept choice, if it still is good enough: returns 0 when another one is needed. */
+static int eliminate_kept(struct refdyn_workspace *work, const double *right, double sign, int *status) {
+    gather_rows(work, right, sign);
+    if (!factor_dependent(work))
+        return 0;
+    solve_dependent(work);
+    estimate_condition(work);
+    if (rank_has_grown(work))
+        return 0;
+    *status = check_redundant(work, right);
+    return work->partition.condition <= worse * work->partition.condition_chosen;
+}
+
+static int eliminate_chosen(struct refdyn_workspace *work, const double *right, double sign) {
+    if (refdyn_fault_not_finite(work))
+        return REFDYN_NOT_FINITE;
+    choose(work);
+    work->partition.choices++;
+    gather_rows(work, right, sign);
+    factor_dependent(work);
+    solve_dependent(work);
+    estimate_condition(work);
+    work->partition.condition_chosen = work->partition.condition;
+    return check_redundant(work, right);
+}
+
+static void record_condition(struct refdyn_partition *partition) {
+    if (partition->rank == 0)
+        return;
+    partition->pivot_min = fmin(partition->pivot_min, partition->pivot);
+    partition->condition_max = fmax(partition->condition_max, partition->condition);
+}
+
+int refdyn_partition_update(struct refdyn_workspace *work, const double *right, double sign) {
+    struct refdyn_partition *partition = &work->partition;
+    int status = REFDYN_OK;
+    if (partition->rank < 0 || !eliminate_kept(work, right, sign, &status))
+        status = eliminate_chosen(work, right, sign);
+    record_condition(partition);
+    return status;
+}
+
+int refdyn_partition_renew(struct refdyn_workspace *work) {
+    work->partition.rank_most = work->m;
+    const int status = eliminate_chosen(work, work->k, 1);
+    record_condition(&work->partition);
+    work->partition.rank_most = work->partition.rank;
+    return status;
+}
+
+/* Redundant rows are judged beside the forces, which the row terms alone do not tell. */
+int refdyn_partition_watch(struct refdyn_workspace *work, double t, const double *q, const double *qd) {
+    struct refdyn_partition *partition = &work->partition;
+    int status = REFDYN_OK;
+    if (work->m == 0)
+        return REFDYN_OK;
+    if (partition->rank < work->m || !eliminate_kept(work, work->k, 1, &status)) {
+        status = refdyn_equations(work, t, q, qd);
+        return status ? status : refdyn_partition_update(work, work->k, 1);
+    }
+    record_condition(partition);
+    return status;
+}

@@ -1,0 +1,191 @@
+/*
+ * Collocation methods on the constrained equations of motion: the step and its interpolant.
+ *
+ * Takes a state and a step h; gives the state after it, an estimate of its error, and states between, by
+ * collocation_step.inc. Tangent and factors serve later steps as long as the iteration converges with them.
+ * Formulas in methods.h.
+ */
+#include "runtime/core/methods/methods.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "runtime/core/constraints/constraints.h"
+#include "runtime/core/linear/linear.h"
+#include "runtime/core/methods/step_of_one.inc"
+
+#include "runtime/core/methods/collocation_step.inc"
+
+/* Newton's iteration goes below what the tolerance asks for, of no larger one than this: what is left would
+ * excite fast modes that nothing damps. */
+static const double settled_most = 1e-5;
+
+double refdyn_settled_tolerance(double tol) {
+    return fmin(tol, settled_most);
+}
+
+static const struct refdyn_collocation_table *table_of(const struct refdyn_step *step) {
+    return step->method->table;
+}
+
+static int memory_size(const struct refdyn_method_definition *method, const struct refdyn_model *model) {
+    const struct refdyn_collocation_table *table = method->table;
+    return (int)(sizeof(struct collocation_memory) / sizeof(double)) + table->stages * (4 * model->n + 1);
+}
+
+static void begin(struct refdyn_step *step, int is_new) {
+    struct collocation_memory *memory = memory_of(step);
+    memory->tried_t = INFINITY;
+    memory->last_h = 0;
+    if (is_new)
+        memory->rate = 0;
+}
+
+static void solve(void *context, int count, const double *lambda, double *x) {
+    const struct taking *taking = context;
+    refdyn_linear_solve_all(taking->step->linear, count, lambda, x);
+}
+
+static int saturates(const struct refdyn_step *step) {
+    return step->evaluation.work->model->saturates;
+}
+
+/* A guided step may have no room for matrices. */
+static int goes_without_matrices(const struct refdyn_step *step) {
+    return step->guide && step->linear->complexes < step->method->kind->complexes;
+}
+
+static struct collocation_of_one collocation_of(struct taking *taking) {
+    struct refdyn_step *step = taking->step;
+    struct collocation_of_one collocation = {
+        .table = table_of(step),
+        .arrays = arrays_of(step),
+        .units = step->units,
+        .h = taking->h,
+        .last_h = memory_of(step)->last_h,
+        .sees_missed = saturates(step),
+        .needs = {find_rates, goes_without_matrices(step) ? NULL : solve, taking}};
+    collocation.arrays.memory = memory_of(step)->arrays;
+    collocation.stages = arrays_of_stages_of_one(collocation.table, &collocation.arrays);
+    return collocation;
+}
+
+/* The tangent in the middle of the step, where the first guess puts it, suits all stages; without a guess, or
+ * where that state is no good, at the begin. */
+static int find_tangent(struct refdyn_step *step, const struct collocation_of_one *collocation) {
+    if (collocation->last_h > 0) {
+        state_between_of_one(collocation, 0.5, step->stage);
+        const double t = refdyn_step_inside(step, step->t_begin + collocation->h / 2);
+        if (!refdyn_rates(&step->evaluation, t, step->stage, step->side) &&
+            !refdyn_linear_evaluate(step->linear, step->evaluation.work, t, step->stage, step->side))
+            return REFDYN_OK;
+    }
+    return refdyn_linear_at_begin(step->linear, step->evaluation.work, step->t_begin, step->state,
+                                  step->rates);
+}
+
+static int factor(struct refdyn_step *step, const struct collocation_of_one *collocation) {
+    const struct refdyn_collocation_table *table = collocation->table;
+    if (goes_without_matrices(step))
+        return REFDYN_OK;
+    const int status = find_tangent(step, collocation);
+    return status ? status
+                  : refdyn_linear_factor_all(step->linear, step->evaluation.work, table->eigenvalues,
+                                             table->lambda, collocation->h);
+}
+
+/* Where forces saturate and corrections no longer fall: what the stages miss is rounding of stiff springs, of
+ * a step of at least this length [s] and of the largest acceleration. */
+static const double shortest = 1e-3, small = 1e-6;
+
+static int misses_rounding_alone(const struct collocation_of_one *collocation,
+                                 const struct iteration *iteration) {
+    const double h = collocation->h, missed = iteration->last.missed;
+    return h * fmax(h, shortest) * missed <= stalled &&
+           missed <= small * largest_of_stages_of_one(collocation, collocation->stages.now);
+}
+
+/* Accelerations of all stages, with factors as they are or new ones; keeps how fast it went. */
+static int find_stages(struct refdyn_step *step, const struct collocation_of_one *collocation, int is_kept) {
+    struct iteration iteration;
+    guess_of_one(collocation, collocation->stages.now);
+    int status = is_kept ? REFDYN_OK : factor(step, collocation);
+    if (status)
+        return status;
+    begin_iteration(&iteration, step, collocation->h);
+    if (saturates(step) && !step->guide)
+        begin_with_friction(&iteration, step, collocation->h);
+    if (goes_without_matrices(step))
+        iteration.most = PICARD_MOST;
+    status = solve_stages_of_one(collocation, &iteration);
+    memory_of(step)->contraction = iteration.contraction;
+    if (iteration.status && saturates(step) && misses_rounding_alone(collocation, &iteration))
+        iteration.status = REFDYN_OK;
+    return status ? status : iteration.status;
+}
+
+/* The last stage is the end of the step, where stiff transients are damped: the next step may begin there. */
+static int ends_with_stage(const struct refdyn_collocation_table *table) {
+    return table->c[table->stages - 1] == 1;
+}
+
+/* That of methods.h. The acceleration at the begin is that of the last stage before: the equations give
+ * what stiffness makes of its rounding. */
+static double unsmooth_error(struct refdyn_step *step, const struct stages_of_one *stages, double h) {
+    const int n = step->n, size = table_of(step)->stages * n;
+    const double *first = memory_of(step)->last_h > 0 ? stages->last + size - n : step->rates + n;
+    double *a = stages->missing; /* and the parts behind it */
+    memcpy(a, first, (size_t)n * sizeof *a);
+    memcpy(a + n, stages->now, (size_t)size * sizeof *a);
+    return refdyn_unsmooth_error(step, a, h);
+}
+
+static int take(struct refdyn_step *step, double h) {
+    struct taking taking = {step, h};
+    const struct refdyn_step *motion = step;
+    const int is_kept = refdyn_linear_has_factors(step->linear, step->evaluation.work, h) &&
+                        memory_of(step)->contraction <= fast;
+    begin_attempt(step, h);
+    const struct collocation_of_one collocation = collocation_of(&taking);
+    int status = find_stages(step, &collocation, is_kept);
+    if (status == REFDYN_NO_CONVERGENCE && is_kept)
+        status = find_stages(step, &collocation, 0);
+    if (status)
+        return status;
+    finish_of_one(&collocation);
+    estimate_by_defect_of_one(&collocation, &motion);
+    if (saturates(step) && ends_with_stage(table_of(step)))
+        step->error[step->n] = step->units[0] * unsmooth_error(step, &collocation.stages, h) / h;
+    return refdyn_is_finite(step->state_new, 2 * step->n) ? REFDYN_OK : REFDYN_NOT_FINITE;
+}
+
+void refdyn_collocation_accelerations(const struct refdyn_step *step, double theta, double *qdd) {
+    const struct refdyn_collocation_table *table = table_of(step);
+    const int n = step->n, s = table->stages;
+    const double *now = memory_of(step)->arrays + s * n;
+    memset(qdd, 0, (size_t)n * sizeof *qdd);
+    for (int j = 0; j < s; j++) {
+        double weight = 0;
+        for (int k = s - 1; k >= 0; k--)
+            weight = weight * theta + table->lagrange[j * s + k];
+        dense_add(qdd, weight, now + j * n, n);
+    }
+}
+
+static int interpolate(struct refdyn_step *step, double theta, double *state) {
+    struct taking taking = {step, step->t_end - step->t_begin};
+    const struct collocation_of_one collocation = collocation_of(&taking);
+    state_between_of_one(&collocation, theta, state);
+    return REFDYN_OK;
+}
+
+const struct refdyn_method_kind refdyn_collocation = {
+    .controller = REFDYN_FILTER,
+    .is_implicit = 1,
+    .complexes = REFDYN_COMPLEXES_MOST,
+    .ends_at_outputs = 1,
+    .memory_size = memory_size,
+    .begin = begin,
+    .take = take,
+    .interpolate = interpolate,
+};

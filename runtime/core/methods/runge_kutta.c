@@ -1,0 +1,89 @@
+/*
+ * Explicit Runge-Kutta methods: the step, and its interpolant.
+ *
+ * Takes a state (q, qd, work) and a step h; gives the state after it, the error that the embedded formulas
+ * estimate, and states between. Formulas in methods.h. The work of non-conservative and programme forces
+ * is one more component of the state.
+ */
+#include "runtime/core/methods/methods.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "runtime/core/linear/linear.h"
+#include "runtime/core/methods/step_of_one.inc"
+
+#include "runtime/core/methods/runge_kutta_step.inc"
+
+static int count_all(const struct refdyn_tableau *tableau) {
+    return tableau->stages + tableau->interpolant_stages;
+}
+
+static const struct refdyn_tableau *tableau_of(const struct refdyn_step *step) {
+    return step->method->table;
+}
+
+/* The rates of all stages. */
+static int memory_size(const struct refdyn_method_definition *method, const struct refdyn_model *model) {
+    return count_all(method->table) * refdyn_rates_size(model);
+}
+
+static int take(struct refdyn_step *step, double h) {
+    const struct refdyn_tableau *tableau = tableau_of(step);
+    const struct arrays_of_one arrays = arrays_of(step);
+    struct taking taking = {step, h};
+    /* not of stages that are moved: then the first of two errors alone is safe */
+    const int has_low = !step->guide;
+    const int status = take_explicit_of_one(tableau, &arrays, h, has_low, find_rates, &taking);
+    if (!status && step->method->is_last_new)
+        memcpy(step->rates_new, step->memory + (tableau->stages - 1) * arrays.rates_size,
+               (size_t)arrays.rates_size * sizeof(double));
+    return status;
+}
+
+/* The rates that only the interpolant needs, once a step. */
+static int look_into(struct refdyn_step *step, const struct refdyn_tableau *tableau, double h) {
+    const struct arrays_of_one arrays = arrays_of(step);
+    struct taking taking = {step, h};
+    for (int i = 0; i < tableau->interpolant_stages && !step->is_looked_into; i++) {
+        const int s = tableau->stages + i;
+        combine_rates_of_one(&arrays, h, tableau->interpolant_a + i * count_all(tableau), s, step->stage);
+        const int status =
+            find_rates(&taking, tableau->interpolant_c[i], step->stage, step->memory + s * arrays.rates_size);
+        if (status)
+            return status;
+    }
+    step->is_looked_into = 1;
+    return REFDYN_OK;
+}
+
+static int interpolate(struct refdyn_step *step, double theta, double *state) {
+    const struct refdyn_tableau *tableau = tableau_of(step);
+    const int size = 2 * step->n + 1;
+    const double h = step->t_end - step->t_begin;
+    const int status = look_into(step, tableau, h);
+    memcpy(state, step->state, (size_t)size * sizeof *state);
+    for (int s = 0; s < count_all(tableau) && !status; s++) {
+        double weight = 0;
+        for (int k = tableau->degree - 1; k >= 0; k--)
+            weight = theta * (weight + tableau->interpolant[s * tableau->degree + k]);
+        dense_add(state, h * weight, step->memory + s * refdyn_rates_size(step->evaluation.work->model),
+                  size);
+    }
+    return status;
+}
+
+void refdyn_explicit_accelerations(const struct refdyn_step *step, double theta, double *qdd) {
+    const struct refdyn_tableau *tableau = tableau_of(step);
+    const int n = step->n, size = refdyn_rates_size(step->evaluation.work->model);
+    memset(qdd, 0, (size_t)n * sizeof *qdd);
+    for (int s = 0; s < count_all(tableau); s++) {
+        double weight = 0;
+        for (int k = tableau->degree - 1; k >= 0; k--)
+            weight = theta * weight + (k + 1) * tableau->interpolant[s * tableau->degree + k];
+        dense_add(qdd, weight, step->memory + s * size + n, n);
+    }
+}
+
+const struct refdyn_method_kind refdyn_explicit = {
+    .controller = REFDYN_PI, .memory_size = memory_size, .take = take, .interpolate = interpolate};

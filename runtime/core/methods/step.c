@@ -1,0 +1,115 @@
+/*
+ * What all methods do alike with a step: see methods.h.
+ *
+ * Takes a step and the states at its ends; gives its next begin, sizes of changes and errors, and the cubic
+ * between its ends.
+ */
+#include "runtime/core/methods/methods.h"
+
+#include <math.h>
+#include <string.h>
+
+void refdyn_step_lay_out(struct refdyn_step *step, const struct refdyn_model *model, int memory_size,
+                         struct layout *layout) {
+    const int size = 2 * model->n + 1, rates = refdyn_rates_size(model);
+    step->n = model->n;
+    step->state = layout_doubles(layout, size);
+    step->rates = layout_doubles(layout, rates);
+    step->state_new = layout_doubles(layout, size);
+    step->rates_new = layout_doubles(layout, rates);
+    step->stage = layout_doubles(layout, size);
+    step->side = layout_doubles(layout, rates);
+    step->error = layout_doubles(layout, 2 * model->n);
+    step->units = layout_doubles(layout, model->n);
+    step->memory = layout_doubles(layout, memory_size);
+}
+
+void refdyn_step_break_off(struct refdyn_step *step, int is_new) {
+    if (step->method->kind->begin)
+        step->method->kind->begin(step, is_new);
+}
+
+void refdyn_step_guide(struct refdyn_step *step, const struct refdyn_stage_guide *guide) {
+    step->guide = guide;
+    step->evaluation.by_partition = guide != NULL;
+}
+
+void refdyn_step_place(struct refdyn_step *step, double t, const double *state) {
+    step->t_begin = step->t_end = t;
+    memcpy(step->state, state, refdyn_state_bytes(step));
+    memcpy(step->state_new, state, refdyn_state_bytes(step));
+}
+
+void refdyn_step_next(struct refdyn_step *step, double t_begin) {
+    memcpy(step->state, step->state_new, refdyn_state_bytes(step));
+    memcpy(step->rates, step->rates_new, refdyn_rates_bytes(step));
+    step->t_begin = step->t_end = t_begin;
+}
+
+void refdyn_step_give_up(struct refdyn_step *step) {
+    memcpy(step->state_new, step->state, refdyn_state_bytes(step));
+    memcpy(step->rates_new, step->rates, refdyn_rates_bytes(step));
+    step->t_end = step->t_begin;
+}
+
+void refdyn_step_end(struct refdyn_step *step, double t_end) {
+    step->t_end = t_end;
+}
+
+void refdyn_step_take_up(struct refdyn_step *step, double t_new) {
+    refdyn_step_end(step, t_new);
+    step->failed_t = step->t_begin;
+    step->is_looked_into = step->is_met = 0;
+    step->has_rates_new = step->method->is_last_new;
+}
+
+int refdyn_step_take(struct refdyn_step *step, double t_new, double h) {
+    refdyn_step_take_up(step, t_new);
+    return step->method->kind->take(step, h);
+}
+
+void refdyn_step_limit(struct refdyn_step *step, double t) {
+    step->t_limit = t;
+}
+
+double refdyn_step_inside(const struct refdyn_step *step, double t) {
+    return t < step->t_limit ? t : step->t_limit;
+}
+
+double refdyn_step_theta(const struct refdyn_step *step, double t) {
+    return (t - step->t_begin) / (step->t_end - step->t_begin);
+}
+
+double refdyn_step_largest_change(const struct refdyn_step *step, const double *x, const double *y) {
+    double largest = 0;
+    for (int j = 0; j < step->n; j++) {
+        const double size = fabs(y ? x[j] - y[j] : x[j]) / step->units[j];
+        if (!(size <= largest))
+            largest = size;
+        if (isnan(size))
+            break;
+    }
+    return largest;
+}
+
+double refdyn_step_largest_error(const struct refdyn_step *step, double h) {
+    const int n = step->n;
+    double largest = 0;
+    for (int j = 0; j < n; j++) {
+        const double position = fabs(step->error[j]), velocity = h * fabs(step->error[n + j]);
+        if (isnan(position + velocity))
+            return NAN;
+        const double size = (position > velocity ? position : velocity) / step->units[j];
+        largest = size > largest ? size : largest;
+    }
+    return largest;
+}
+
+/* y_0 (1 + 2 theta) (1 - theta)^2 + h f_0 theta (1 - theta)^2 and the same from the end. */
+void refdyn_step_hermite(const struct refdyn_step *step, const double *rates_end, double theta,
+                         double *state) {
+    const double left = (1 - theta) * (1 - theta), right = theta * theta, h = step->t_end - step->t_begin;
+    for (int i = 0; i < 2 * step->n; i++)
+        state[i] = left * ((1 + 2 * theta) * step->state[i] + theta * h * step->rates[i]) +
+                   right * ((3 - 2 * theta) * step->state_new[i] - (1 - theta) * h * rates_end[i]);
+}

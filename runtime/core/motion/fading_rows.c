@@ -1,0 +1,126 @@
+/*
+ * Rows that fade out towards a time event: see motion.h.
+ *
+ * Takes the begin of a step and the event ahead; tells whether rows lose rank there without a jump, keeps the
+ * stages of the step that leads there on the programme, and judges it.
+ */
+#include "runtime/core/motion/motion.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "runtime/core/constraints/constraints.h"
+#include "runtime/core/methods/methods.h"
+
+/* Error of the step, in tolerances: the estimate is that of states between its ends, that at the end is
+ * smaller by orders. */
+static const double error_share = 2;
+/* The same in units of 1 rad and `length`, where steps are fixed. */
+static const double error_fixed = 1e-8;
+/* Steps ahead, in which it is looked for: short steps, as those of rk4, end too near the event. */
+static const double reach = 1024;
+/* As a part of the step: nearer to its end than that, rows say less than the polynomial. */
+static const double near_part = 0.05;
+
+static const struct refdyn_method_definition *method(void) {
+    return refdyn_method_definition(REFDYN_GAUSS12);
+}
+
+int refdyn_fading_memory_size(const struct refdyn_model *model) {
+    const int may_fade = model->m > 0 && model->break_count + model->switch_count > 0;
+    return may_fade ? method()->kind->memory_size(method(), model) : 0;
+}
+
+int refdyn_fading_is_due(struct refdyn_motion *motion, double h, double t) {
+    struct refdyn_fading *fading = &motion->fading;
+    const double distance = t - motion->step.t_begin;
+    if (t != fading->t) {
+        fading->looked = INFINITY;
+        fading->is_known = 0;
+    }
+    fading->t = t;
+    if (!(distance < reach * h) || (distance > fading->looked / 2 && distance >= 2 * h))
+        return 0;
+    fading->looked = distance;
+    return 1;
+}
+
+int refdyn_fading_is_ahead(struct refdyn_motion *motion, double t) {
+    struct refdyn_workspace *work = motion->work;
+    motion->fading.rank = work->partition.rank;
+    motion->fading.is_known = work->partition.rank > 0 && !refdyn_rows_jump_at(motion, t) &&
+                              refdyn_rank_of_rows(work) < work->partition.rank;
+    return motion->fading.is_known;
+}
+
+int refdyn_fading_lost_rows(const struct refdyn_motion *motion) {
+    const struct refdyn_fading *fading = &motion->fading;
+    return fading->is_known && motion->step.t_begin < fading->t &&
+           motion->work->partition.rank < fading->rank;
+}
+
+/* Steps by this method from now on, whose stages the guide brings onto the programme. */
+static void follow_with(struct refdyn_motion *motion, enum refdyn_method number,
+                        const struct refdyn_stage_guide *guide) {
+    refdyn_method_use(number, &motion->step);
+    refdyn_step_guide(&motion->step, guide);
+    refdyn_programme_forget(&motion->programme);
+}
+
+void refdyn_fading_enter(struct refdyn_motion *motion) {
+    motion->fading.before = motion->step.number;
+    motion->fading.is_on = 1;
+    follow_with(motion, REFDYN_GAUSS12, &motion->fading.guide);
+}
+
+void refdyn_fading_leave(struct refdyn_motion *motion) {
+    if (!motion->fading.is_on)
+        return;
+    motion->fading.is_on = 0;
+    follow_with(motion, motion->fading.before, NULL);
+}
+
+/* A stage's state (2 n) onto the programme, with all rows that are independent. */
+static int bring(void *context, double t, double *state) {
+    struct refdyn_motion *motion = context;
+    struct refdyn_workspace *work = motion->work;
+    const int rank = work->partition.rank;
+    int status = refdyn_project(work, t, state, state + work->n, NULL);
+    if (!status)
+        status = refdyn_partition_update(work, work->k, 1);
+    return !status && work->partition.rank != rank ? REFDYN_NO_CONVERGENCE : status;
+}
+
+void refdyn_fading_start(struct refdyn_motion *motion) {
+    motion->fading = (struct refdyn_fading){.guide = {bring, motion}, .t = -INFINITY};
+}
+
+int refdyn_fading_judge(struct refdyn_motion *motion) {
+    struct refdyn_step *step = &motion->step;
+    const int n = step->n;
+    const double tol = motion->options.tol, most = tol > 0 ? error_share * tol : error_fixed;
+    if (!(refdyn_step_largest_error(step, step->t_end - step->t_begin) <= most))
+        return REFDYN_NO_CONVERGENCE;
+    memset(step->rates_new, 0, refdyn_rates_bytes(step));
+    memcpy(step->rates_new, step->state_new + n, (size_t)n * sizeof(double));
+    refdyn_collocation_accelerations(step, 1, step->rates_new + n);
+    motion->rows_change = 1;
+    return REFDYN_OK;
+}
+
+int refdyn_fading_refuse(struct refdyn_motion *motion) {
+    struct refdyn_step *step = &motion->step;
+    struct refdyn_workspace *work = motion->work;
+    motion->rows_change = 0;
+    refdyn_fading_leave(motion);
+    if (refdyn_equations(work, step->t_begin, step->state, step->state + step->n) ||
+        refdyn_partition_renew(work))
+        return 0;
+    work->fault = (struct refdyn_fault){.row = work->partition.row[work->m - 1], .coordinate = -1};
+    return work->partition.rank >= motion->fading.rank;
+}
+
+int refdyn_fading_is_near(const struct refdyn_motion *motion, double t) {
+    const struct refdyn_step *step = &motion->step;
+    return motion->fading.is_on && step->t_end > step->t_begin && refdyn_step_theta(step, t) > 1 - near_part;
+}

@@ -1,0 +1,566 @@
+/*
+ * Motions: the caller owns the loop, an integrator takes the steps.
+ *
+ * Takes a workspace, options and a start; gives states at the times asked for, interpolated where a step
+ * reaches beyond them and then brought onto the programme, with accelerations as the steps take them; the
+ * start has those of the index partition, which is chosen there. Read from here: a step is accepted_step.c.
+ */
+#include "runtime/core/base/core.h"
+
+#include <float.h>
+#include <limits.h>
+#include <math.h>
+#include <string.h>
+
+#include "runtime/core/constraints/constraints.h"
+#include "runtime/core/linear/linear.h"
+#include "runtime/core/methods/methods.h"
+#include "runtime/core/motion/motion.h"
+
+/* [rad, length] After a longer way onto the programme, along which rows bend, another state may be nearer. */
+static const double far_moved = 0.1;
+
+/* ---- Memory ---- */
+
+/* May a motion with these options take steps of this method? */
+static int may_use(const struct refdyn_options *options, enum refdyn_method method) {
+    return options->method == REFDYN_AUTO || options->method == method ||
+           (options->singular == REFDYN_PASS && method == REFDYN_RK8);
+}
+
+/* The most that any method which may be used needs: doubles of its memory, complex matrices. */
+struct needs {
+    int memory, complexes;
+};
+
+static struct needs find_needs(const struct refdyn_model *model, const struct refdyn_options *options) {
+    struct needs most = {0, 0};
+    for (int number = REFDYN_AUTO + 1; number < REFDYN_METHOD_COUNT; number++) {
+        const struct refdyn_method_definition *method = refdyn_method_definition((enum refdyn_method)number);
+        if (!may_use(options, (enum refdyn_method)number))
+            continue;
+        const int memory = method->kind->memory_size(method, model);
+        most.memory = memory > most.memory ? memory : most.memory;
+        most.complexes = method->kind->complexes > most.complexes ? method->kind->complexes : most.complexes;
+    }
+    const int fading = refdyn_fading_memory_size(model);
+    most.memory = fading > most.memory ? fading : most.memory;
+    return most;
+}
+
+static struct refdyn_motion *lay_out_motion(struct layout *layout) {
+    const size_t size = sizeof(double);
+    return (struct refdyn_motion *)(void *)layout_doubles(
+        layout, (int)((sizeof(struct refdyn_motion) + size - 1) / size));
+}
+
+/* The one list of what an integrator holds; returns its bytes. */
+static size_t lay_out(struct refdyn_integrator *integrator, const struct refdyn_model *model,
+                      const struct refdyn_options *options, char *base) {
+    struct layout layout = {base, 0};
+    struct refdyn_motion counted, *motion = lay_out_motion(&layout);
+    const struct needs needs = find_needs(model, options);
+    const int has_tangent = refdyn_method_is_implicit(options->method) && refdyn_has_tangent(model);
+    motion = motion ? motion : &counted;
+    integrator->motion = motion;
+    integrator->qdd = layout_doubles(&layout, model->n);
+    integrator->lambda = layout_doubles(&layout, model->m);
+    integrator->q = layout_doubles(&layout, 2 * model->n + 1);
+    integrator->start_moved = layout_doubles(&layout, model->n);
+    refdyn_step_lay_out(&motion->step, model, needs.memory, &layout);
+    refdyn_parameters_lay_out(&motion->parameters, model, &layout);
+    refdyn_programme_lay_out(&motion->programme, model, &layout);
+    refdyn_crossing_lay_out(&motion->crossing, model, &layout);
+    refdyn_rows_lay_out(&motion->before, model, &layout);
+    refdyn_events_lay_out(&motion->events, model, &layout);
+    refdyn_state_events_lay_out(&motion->state_events, model, &layout);
+    refdyn_linear_lay_out(&motion->linear, model, has_tangent, has_tangent ? needs.complexes : 0, &layout);
+    return layout.used;
+}
+
+size_t refdyn_integrator_size(const struct refdyn_model *model, const struct refdyn_options *options) {
+    struct refdyn_integrator integrator;
+    if (refdyn_model_status(model) || refdyn_options_validate(options, NULL))
+        return 0;
+    return lay_out(&integrator, model, options, NULL);
+}
+
+/* What does not change from motion to motion. */
+static void connect(struct refdyn_integrator *integrator) {
+    struct refdyn_motion *motion = integrator->motion;
+    struct refdyn_workspace *work = integrator->work;
+    const struct refdyn_options *options = &integrator->options;
+    integrator->qd = integrator->q + work->n;
+    integrator->solves_by_joints = motion->linear.is_chain;
+    motion->work = work;
+    motion->options = *options;
+    integrator->contact_count = motion->state_events.contacts.count;
+    integrator->contact_mode = motion->state_events.contacts.mode;
+    integrator->contact_since = motion->state_events.contacts.since;
+    motion->step.linear = &motion->linear;
+    motion->step.tolerance = options->tol;
+    motion->step.evaluation = (struct refdyn_evaluation){work, options->stabilise, options->balance, 0, 0};
+    for (int j = 0; j < work->n; j++)
+        motion->step.units[j] = refdyn_coordinate_unit(work->model, j, options->length);
+}
+
+int refdyn_integrator_init(struct refdyn_integrator *integrator, struct refdyn_workspace *work,
+                           const struct refdyn_options *options, void *memory, size_t size) {
+    *integrator = (struct refdyn_integrator){.work = work, .options = *options};
+    const int status = refdyn_workspace_status(work);
+    if (status)
+        return status;
+    if (refdyn_options_validate(options, NULL))
+        return REFDYN_BAD_OPTION;
+    if (!refdyn_can_run(work->model, options->method))
+        return REFDYN_FUNCTION_MISSING;
+    const size_t needed = refdyn_integrator_size(work->model, options);
+    if (!layout_fits(memory, size, needed))
+        return REFDYN_BAD_MEMORY;
+    memset(memory, 0, needed);
+    lay_out(integrator, work->model, options, memory);
+    connect(integrator);
+    return REFDYN_OK;
+}
+
+/* ---- What the caller reads ---- */
+
+/* Before and after all that a caller asks for: the workspace has the motion's parameters between. */
+static struct refdyn_motion *enter(struct refdyn_integrator *integrator) {
+    struct refdyn_motion *motion = integrator->motion;
+    refdyn_parameters_enter(&motion->parameters, motion->work);
+    return motion;
+}
+
+/* `status` has ended it at t. */
+static int leave(struct refdyn_integrator *integrator, int status, double t) {
+    struct refdyn_motion *motion = integrator->motion;
+    refdyn_parameters_leave(&motion->parameters, motion->work);
+    if (status)
+        refdyn_motion_failed(motion, status, t);
+    refdyn_statistics_collect(&motion->statistics, motion->work, &motion->linear.counts,
+                              motion->work->evaluations - motion->evaluations_before);
+    integrator->statistics = motion->statistics;
+    integrator->forces_are_unique = motion->state_events.contacts.are_unique;
+    integrator->method = motion->step.number;
+    integrator->choice = motion->automatic.found;
+    integrator->refused = motion->crossing.refused;
+    integrator->cause = motion->failure.cause;
+    integrator->failed_t = motion->failure.t;
+    integrator->t_begin = motion->step.t_begin;
+    integrator->t_end = motion->step.t_end;
+    return status;
+}
+
+/* ---- Start ---- */
+
+/* Evaluates the given state, notes how far it is off, and moves it onto the programme when that is asked for.
+ */
+static int meet_start(struct refdyn_integrator *integrator) {
+    struct refdyn_workspace *work = integrator->work;
+    const double t = integrator->t_right;
+    const int status = refdyn_equations(work, t, integrator->q, integrator->qd);
+    if (status)
+        return status;
+    integrator->start = refdyn_residuals(work);
+    integrator->start_is_off = !refdyn_is_consistent(work, sqrt(DBL_EPSILON), integrator->q, integrator->qd);
+    return integrator->options.project_start
+               ? refdyn_project_evaluated(work, t, integrator->q, integrator->qd)
+               : REFDYN_OK;
+}
+
+/* Accelerations and multipliers of the state that is seen, whose equations are in the workspace; chooses the
+ * partition. */
+static int solve_seen(struct refdyn_integrator *integrator) {
+    struct refdyn_workspace *work = integrator->work;
+    const int status = refdyn_solve(work, integrator->options.stabilise, integrator->qdd);
+    if (status)
+        return status;
+    integrator->motion->step.evaluation.has_no_inverse =
+        !refdyn_refine(work, integrator->t_right, integrator->q, integrator->qd,
+                       integrator->options.stabilise, integrator->qdd);
+    refdyn_multipliers(work, integrator->qdd, integrator->lambda);
+    return REFDYN_OK;
+}
+
+/* If the caller has made rows jump, the rates jump with them. With projections, steps begin on the programme,
+ * even where the state that is seen is off it. */
+static int place_step(struct refdyn_integrator *integrator) {
+    struct refdyn_step *step = &integrator->motion->step;
+    const double t = integrator->t_right;
+    integrator->q[2 * step->n] = integrator->work_done;
+    refdyn_step_place(step, t, integrator->q);
+    int status = refdyn_rows_meet_seen(integrator->motion);
+    if (!status && integrator->options.stabilise == REFDYN_PROJECT)
+        status = refdyn_project_evaluated(integrator->work, t, step->state, step->state + step->n);
+    memcpy(step->state_new, step->state, refdyn_state_bytes(step));
+    if (status || !(refdyn_step_largest_change(step, step->state, integrator->q) > far_moved))
+        return status;
+    return refdyn_partition_renew(integrator->work); /* off the programme, dependent rows look independent */
+}
+
+/* Steps begin at the state that is seen: rates of both ends are its own. Where they begin beside it, its row
+ * terms are in the workspace again at the end, and its accelerations stay as they are. */
+static int begin_here(struct refdyn_integrator *integrator) {
+    struct refdyn_motion *motion = integrator->motion;
+    struct refdyn_workspace *work = integrator->work;
+    struct refdyn_step *step = &motion->step;
+    motion->rows_change = 0;
+    refdyn_crossing_leave(motion);
+    refdyn_fading_leave(motion);
+    refdyn_step_break_off(step, 0);
+    refdyn_linear_leave_begin(&motion->linear);
+    refdyn_linear_drop_factors(&motion->linear);
+    refdyn_programme_forget(&motion->programme);
+    refdyn_control_leave_interval(&motion->control);
+    work->partition.rank_most = work->partition.rank;
+    int status = place_step(integrator);
+    if (!status)
+        status = refdyn_rates(&step->evaluation, integrator->t_right, step->state, step->rates);
+    memcpy(step->rates_new, step->rates, refdyn_rates_bytes(step));
+    work->partition.rank_most = work->partition.rank;
+    if (!status && memcmp(step->state, integrator->q, refdyn_state_bytes(step)) != 0)
+        status = refdyn_row_terms(work, integrator->t_right, integrator->q, integrator->qd);
+    return status;
+}
+
+/* The parameters are the caller's, and gains those of the step that is proposed; time events are where these
+ * put them. */
+static void take_parameters(struct refdyn_integrator *integrator) {
+    struct refdyn_motion *motion = integrator->motion;
+    const double next = motion->control.next;
+    refdyn_parameters_take(&motion->parameters, motion->work->model);
+    refdyn_parameters_set_gains(&motion->parameters, motion->work->model, &motion->options,
+                                next > 0 ? next : INFINITY);
+    refdyn_events_find(&motion->events, motion->work, integrator->t, integrator->q, integrator->qd);
+    refdyn_step_limit(&motion->step, INFINITY);
+    integrator->t_right = refdyn_events_right_of(&motion->events, integrator->t);
+}
+
+/* A motion begins: nothing of one before it is left. */
+static void clear(struct refdyn_motion *motion) {
+    const enum refdyn_method method = motion->options.method;
+    motion->t_most = motion->t_final = INFINITY;
+    motion->evaluations_before = motion->work->evaluations;
+    motion->statistics = (struct refdyn_statistics){.phi_row = -1, .psi_row = -1};
+    refdyn_rows_forget_seen(motion);
+    refdyn_motion_failed(motion, REFDYN_OK, motion->failure.t);
+    refdyn_linear_reset(&motion->linear);
+    refdyn_control_begin(&motion->control, motion->options.step);
+    refdyn_crossing_start(motion);
+    refdyn_fading_start(motion);
+    refdyn_step_guide(&motion->step, NULL);
+    refdyn_method_use(method == REFDYN_AUTO ? REFDYN_RK8 : method, &motion->step);
+    refdyn_partition_reset(motion->work);
+}
+
+/* Contacts that rest from the start: their rows act in the values that are seen there. */
+static int meet_contacts(struct refdyn_integrator *integrator) {
+    struct refdyn_motion *motion = integrator->motion;
+    int is_changed;
+    refdyn_step_place(&motion->step, integrator->t_right, integrator->q);
+    int status = refdyn_contact_transitions_start(motion, &is_changed);
+    if (!status && is_changed)
+        take_parameters(integrator);
+    if (!status && motion->state_events.contacts.count > 0)
+        status = refdyn_equations(integrator->work, integrator->t_right, integrator->q, integrator->qd);
+    return status;
+}
+
+/* start_moved holds the given positions; it becomes what projections have added to them. */
+static void note_moves(struct refdyn_integrator *integrator, int has_failed) {
+    const struct refdyn_step *step = &integrator->motion->step;
+    double *moved = integrator->start_moved;
+    integrator->start_is_far = 0;
+    for (int j = 0; j < step->n; j++) {
+        moved[j] = has_failed ? 0 : step->state[j] - moved[j];
+        integrator->start_is_far |= fabs(moved[j]) > far_moved * step->units[j];
+    }
+}
+
+static int start(struct refdyn_integrator *integrator) {
+    int status = refdyn_check_parameters(integrator->work);
+    if (!status)
+        status = meet_start(integrator);
+    if (!status)
+        status = meet_contacts(integrator);
+    if (!status)
+        status = solve_seen(integrator);
+    if (!status)
+        refdyn_statistics_residuals(&integrator->motion->statistics, integrator->work);
+    if (!status)
+        status = begin_here(integrator);
+    if (!status)
+        status = refdyn_state_events_start(&integrator->motion->state_events, &integrator->motion->step);
+    refdyn_automatic_start(integrator->motion);
+    return status;
+}
+
+int refdyn_integrator_start(struct refdyn_integrator *integrator, double t, const double *q,
+                            const double *qd) {
+    const size_t bytes = (size_t)integrator->work->n * sizeof *q;
+    memcpy(integrator->q, q, bytes);
+    memcpy(integrator->qd, qd, bytes);
+    integrator->work_done = 0;
+    integrator->t = t;
+    integrator->is_undetermined = 0;
+    integrator->event_count = 0;
+    refdyn_contacts_clear(&integrator->motion->state_events.contacts, integrator->work,
+                          integrator->options.tol > 0 ? integrator->options.tol : sqrt(DBL_EPSILON));
+    refdyn_prepare(integrator->work);
+    memcpy(integrator->start_moved, q, bytes);
+    clear(enter(integrator));
+    take_parameters(integrator);
+    const int status = start(integrator);
+    note_moves(integrator, status != REFDYN_OK);
+    return leave(integrator, status, t);
+}
+
+int refdyn_integrator_refresh(struct refdyn_integrator *integrator) {
+    struct refdyn_motion *motion = enter(integrator);
+    integrator->work->partition.rank_most = integrator->work->m;
+    take_parameters(integrator);
+    int status = refdyn_check_parameters(integrator->work);
+    if (!status)
+        status = refdyn_equations(integrator->work, integrator->t_right, integrator->q, integrator->qd);
+    if (!status)
+        status = solve_seen(integrator);
+    refdyn_automatic_go_back(motion, motion->step.t_end - integrator->t);
+    if (!status)
+        status = begin_here(integrator);
+    motion->state_events.looks_again = 1;
+    return leave(integrator, status, integrator->t);
+}
+
+void refdyn_integrator_until(struct refdyn_integrator *integrator, double t) {
+    if (integrator->motion)
+        integrator->motion->t_final = t;
+}
+
+void refdyn_integrator_limit(struct refdyn_integrator *integrator, double t) {
+    if (integrator->motion)
+        integrator->motion->t_most = t;
+}
+
+/* ---- States at outputs ---- */
+
+/* Accelerations and multipliers of a state of the motion, whose row terms are in the workspace. */
+static int accelerate_seen(struct refdyn_integrator *integrator) {
+    const struct refdyn_step *step = &integrator->motion->step;
+    const int n = step->n;
+    const int status = refdyn_rates(&step->evaluation, integrator->t_right, integrator->q, step->side);
+    memcpy(integrator->qdd, step->side + n, (size_t)n * sizeof(double));
+    memcpy(integrator->lambda, step->side + 2 * n + 1, (size_t)integrator->work->m * sizeof(double));
+    return status;
+}
+
+/* Where rows do not tell them: accelerations as the step's rates change, and no multipliers; the equations
+ * for the force. */
+static int continue_seen(struct refdyn_integrator *integrator) {
+    const struct refdyn_step *step = &integrator->motion->step;
+    const double theta = refdyn_step_theta(step, integrator->t);
+    if (integrator->motion->fading.is_on)
+        refdyn_collocation_accelerations(step, theta, integrator->qdd);
+    else
+        refdyn_explicit_accelerations(step, theta, integrator->qdd);
+    memset(integrator->lambda, 0, (size_t)integrator->work->m * sizeof(double));
+    return refdyn_equations(integrator->work, integrator->t_right, integrator->q, integrator->qd);
+}
+
+/* Onto the programme, where that says something about rates. */
+static int meet_programme_seen(struct refdyn_integrator *integrator) {
+    struct refdyn_motion *motion = integrator->motion;
+    struct refdyn_step *step = &motion->step;
+    int status = refdyn_row_terms(motion->work, integrator->t_right, integrator->q, integrator->qd);
+    if (status)
+        return status;
+    memcpy(step->side, integrator->q, (size_t)(2 * step->n) * sizeof(double));
+    status = refdyn_programme_meet(&motion->programme, step, integrator->t_right, integrator->q);
+    if (status ||
+        !refdyn_programme_moves_velocities(step, step->side, integrator->q, motion->statistics.step_largest))
+        return status;
+    motion->work->fault =
+        (struct refdyn_fault){.row = refdyn_residuals(motion->work).psi_row, .coordinate = -1};
+    return REFDYN_NO_CONVERGENCE;
+}
+
+/* The state at integrator->t, inside the last step. */
+static int interpolate_seen(struct refdyn_integrator *integrator) {
+    struct refdyn_step *step = &integrator->motion->step;
+    const struct refdyn_options *options = &integrator->options;
+    const double theta = refdyn_step_theta(step, integrator->t);
+    int status = step->method->kind->interpolate(step, theta, integrator->q);
+    if (!status)
+        refdyn_state_events_see_before_kinks(&integrator->motion->state_events, step, integrator->t,
+                                             integrator->q);
+    if (!status && step->method->kind->leaves_out_work && options->balance)
+        status = refdyn_find_work_done(step, theta, &integrator->q[2 * step->n]);
+    if (!status && integrator->work->m > 0 && options->stabilise == REFDYN_PROJECT &&
+        !integrator->is_undetermined)
+        status = meet_programme_seen(integrator);
+    return status;
+}
+
+/* The state at t, at most that of the last step's end, with its accelerations. */
+static int show(struct refdyn_integrator *integrator, double t) {
+    struct refdyn_motion *motion = integrator->motion;
+    const struct refdyn_step *step = &motion->step;
+    int status = REFDYN_OK;
+    integrator->t = t;
+    integrator->t_right = refdyn_rows_side_of(motion, t);
+    integrator->is_undetermined = refdyn_crossing_is_near(motion, t) || refdyn_fading_is_near(motion, t);
+    if (t >= step->t_end || step->t_begin == step->t_end) /* steps may begin right of t, at a time event */
+        memcpy(integrator->q, step->state_new, refdyn_state_bytes(step));
+    else
+        status = interpolate_seen(integrator);
+    integrator->work_done = integrator->q[2 * step->n];
+    if (!status)
+        status = refdyn_row_terms(integrator->work, integrator->t_right, integrator->q, integrator->qd);
+    if (!status)
+        refdyn_statistics_residuals(&motion->statistics, integrator->work);
+    refdyn_rows_note_seen(motion, integrator->q);
+    if (!status)
+        status = integrator->is_undetermined ? continue_seen(integrator) : accelerate_seen(integrator);
+    return status;
+}
+
+/* ---- Steps ---- */
+
+/* Does the last step end at t, or at an event that is at t within rounding? Then the state that is seen at t
+ * is the one before the event. No step is as short as the resolution of the time. */
+static int ends_at(const struct refdyn_motion *motion, double t) {
+    const double apart = motion->state_events.due_named > 0 ? refdyn_state_events_blur(t) : 0;
+    return t - motion->step.t_end <= fmax(apart, refdyn_motion_resolution(motion, t));
+}
+
+/* The steps have gone as far as they should, or failed: what is seen is t_out, or the end of the last one. */
+static int arrive(struct refdyn_integrator *integrator, double t_out, int status) {
+    struct refdyn_motion *motion = integrator->motion;
+    int seen = REFDYN_OK;
+    if (status > 0)
+        refdyn_motion_failed(motion, status, motion->failure.t);
+    if (status)
+        refdyn_step_give_up(&motion->step);
+    if (t_out != integrator->t || status)
+        seen = show(integrator, ends_at(motion, t_out) ? t_out : motion->step.t_end);
+    const int failed = leave(integrator, status ? REFDYN_OK : seen, integrator->t);
+    return status ? status : failed;
+}
+
+/* Is there more to do before t_out is seen, or an event? */
+static int is_before(const struct refdyn_motion *motion, double t_out) {
+    return !ends_at(motion, t_out) && !refdyn_state_events_wait(&motion->state_events);
+}
+
+/* Tells of the events at the state that is seen, once; of those that have ended the motion, each time. */
+static int tell_events(struct refdyn_integrator *integrator) {
+    struct refdyn_state_events *events = &integrator->motion->state_events;
+    int ends = 0;
+    if (events->due_named == 0 || integrator->t < integrator->motion->step.t_end)
+        return REFDYN_OK;
+    for (int k = 0; k < events->due_named; k++)
+        ends |= integrator->work->model->events[events->due[k]].ends;
+    integrator->event_count = events->is_told && !ends ? 0 : events->due_named;
+    events->is_told = !ends;
+    return ends ? REFDYN_EVENT_ENDS : REFDYN_OK;
+}
+
+/* As arrive; events at which the motion has failed are told of, too. */
+static int conclude(struct refdyn_integrator *integrator, double t_out, int failed) {
+    const struct refdyn_state_events *events = &integrator->motion->state_events;
+    const int status = arrive(integrator, t_out, failed);
+    integrator->event = events->due;
+    integrator->event_count = status ? events->due_named : 0;
+    return status ? status : tell_events(integrator);
+}
+
+int refdyn_integrator_step(struct refdyn_integrator *integrator, double t_out, long steps) {
+    if (!(isfinite(t_out) && t_out >= integrator->t))
+        return REFDYN_BAD_OPTION;
+    struct refdyn_motion *motion = enter(integrator);
+    int status = REFDYN_OK;
+    for (; steps > 0 && is_before(motion, t_out) && !status; steps--)
+        status = refdyn_accept_step(motion, t_out);
+    return conclude(integrator, t_out, status);
+}
+
+/* A step by the method alone, with the parameters as they are. */
+static int may_be_taken_beside(const struct refdyn_motion *motion, const struct refdyn_attempt *attempt) {
+    return !attempt->is_left && !motion->step.guide && !motion->options.balance &&
+           motion->options.gain_share == 0 && motion->state_events.named == 0;
+}
+
+int refdyn_integrator_halt(struct refdyn_integrator *integrator, double t_out,
+                           struct refdyn_attempt *attempt) {
+    struct refdyn_motion *motion = enter(integrator);
+    int status = REFDYN_OK;
+    while (!status && (!attempt->is_over || is_before(motion, t_out))) {
+        if (attempt->is_over)
+            status = refdyn_attempt_begin(motion, t_out, attempt);
+        if (status || attempt->is_over)
+            continue;
+        const int is_beside = may_be_taken_beside(motion, attempt);
+        if (!is_beside)
+            status = refdyn_attempt_prepare(motion);
+        if (!status)
+            status = refdyn_attempt_plan(motion, attempt);
+        if (!status && is_beside) {
+            refdyn_parameters_leave(&motion->parameters, motion->work);
+            return REFDYN_HALTED;
+        }
+        if (!status)
+            refdyn_attempt_judge(motion, attempt, refdyn_attempt_take(motion, attempt));
+        attempt->is_left = 0;
+    }
+    attempt->is_over = 1;
+    return conclude(integrator, t_out, status);
+}
+
+void refdyn_integrator_judge(struct refdyn_integrator *integrator, struct refdyn_attempt *attempt,
+                             int taken) {
+    struct refdyn_motion *motion = enter(integrator);
+    attempt->is_left = taken == REFDYN_LEFT_TO_MOTION;
+    if (!attempt->is_left)
+        refdyn_attempt_judge(motion, attempt, taken);
+    refdyn_parameters_leave(&motion->parameters, motion->work);
+}
+
+int refdyn_integrator_to(struct refdyn_integrator *integrator, double t_out) {
+    int status;
+    do
+        status = refdyn_integrator_step(integrator, t_out, LONG_MAX);
+    while (!status && integrator->t < t_out);
+    return status;
+}
+
+int refdyn_integrator_look(struct refdyn_integrator *integrator, double t) {
+    const struct refdyn_motion *motion = integrator->motion;
+    if (!(refdyn_events_right_of(&motion->events, t) >= motion->step.t_begin &&
+          t <= fmax(motion->step.t_end, integrator->t)))
+        return REFDYN_BAD_OPTION;
+    enter(integrator);
+    return leave(integrator, show(integrator, t), t);
+}
+
+void refdyn_integrator_contact_forces(struct refdyn_integrator *integrator, double *forces) {
+    const struct refdyn_workspace *work = integrator->work;
+    struct refdyn_state_events *events = &integrator->motion->state_events;
+    struct refdyn_contacts *contacts = &events->contacts;
+    memcpy(forces, integrator->lambda + contacts->first_row, (size_t)contacts->count * sizeof *forces);
+    if (contacts->are_unique)
+        return;
+    work->model->event_terms(work->p, work->x, integrator->t_right, integrator->q, integrator->qd,
+                             events->terms);
+    refdyn_contacts_spread(contacts, work->model, events->terms, forces);
+}
+
+void refdyn_integrator_force(struct refdyn_integrator *integrator, double *force) {
+    const struct refdyn_workspace *work = integrator->work;
+    const int n = work->n;
+    if (!integrator->is_undetermined) {
+        refdyn_programme_force(work, integrator->lambda, force);
+        return;
+    }
+    for (int i = 0; i < n; i++)
+        force[i] = dense_dot(work->M + i * n, integrator->qdd, n) - work->f[i];
+}

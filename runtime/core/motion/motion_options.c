@@ -1,0 +1,62 @@
+/* Options of a motion: defaults and allowed ranges. */
+#include "runtime/core/base/core.h"
+
+#include <float.h>
+#include <math.h>
+
+#include "refdyn.h"
+#include "runtime/core/methods/methods.h"
+
+static const double step_default = 1e-3; /* [s], the step of the chapter's rigid manipulator */
+static const double tol_default = 1e-6;  /* [rad]: a micrometre at 1 m */
+
+struct refdyn_options refdyn_options_default(enum refdyn_method method) {
+    const struct refdyn_method_definition *definition = refdyn_method_definition(method);
+    const int is_fixed = !definition || definition->order_error == 0;
+    return (struct refdyn_options){
+        .method = method,
+        .step = is_fixed ? step_default : 0,
+        .tol = is_fixed ? 0 : tol_default,
+        .stabilise = is_fixed ? REFDYN_BAUMGARTE : REFDYN_PROJECT,
+    };
+}
+
+static int is_not_negative(double x) {
+    return isfinite(x) && x >= 0;
+}
+
+static const char *wrong_option(const struct refdyn_options *options) {
+    if ((int)options->method < 0 || (int)options->method >= REFDYN_METHOD_COUNT)
+        return "method is unknown";
+    const int is_fixed = options->tol == 0;
+    if (!is_fixed && !(options->tol >= DBL_EPSILON && options->tol < 1))
+        return "tol must lie between the rounding of doubles and 1, in units of 1 rad and the model's "
+               "length, or "
+               "be 0 for fixed steps";
+    if (is_fixed && options->method == REFDYN_AUTO)
+        return "tol must be positive: the automatic choice takes no fixed steps";
+    if (!is_fixed && refdyn_method_definition(options->method)->order_error == 0)
+        return "tol must be 0: the method has fixed steps";
+    if (!is_not_negative(options->step) || (is_fixed && options->step == 0))
+        return is_fixed ? "step must be positive" : "step must be positive, or 0 to be found";
+    if (!is_not_negative(options->step_max))
+        return "step_max must be positive, or 0 for none";
+    if (!is_not_negative(options->length))
+        return "length must be positive, or 0 for that of the model";
+    if ((int)options->stabilise < REFDYN_NONE || (int)options->stabilise > REFDYN_PROJECT)
+        return "stabilise must be none, baumgarte or project";
+    if ((int)options->singular < REFDYN_STOP || (int)options->singular > REFDYN_PASS)
+        return "singular must be stop or pass";
+    if (!is_not_negative(options->gain_share))
+        return "gain_share must be positive, or 0 for the gains of the rows";
+    if (options->step_limit < 0)
+        return "step_limit must be positive, or 0 for none";
+    return NULL;
+}
+
+int refdyn_options_validate(const struct refdyn_options *options, const char **fact) {
+    const char *wrong = wrong_option(options);
+    if (fact)
+        *fact = wrong;
+    return wrong ? REFDYN_BAD_OPTION : REFDYN_OK;
+}

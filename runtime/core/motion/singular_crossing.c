@@ -1,0 +1,454 @@
+/*
+ * Through a state where the rows lose rank: see motion.h.
+ *
+ * Takes a motion at the begin of a step; finds when the rows lose rank ahead, keeps the stages of the step
+ * that leads through on the programme, and judges where it arrived.
+ *
+ * Measure of rank: the independent rows are vectors, with columns scaled by 1/sqrt(M_jj). Each row has a
+ * distance from the span of those before it, and one of these distances is 0 where the rows lose rank. Each
+ * is divided by its value at a state where the rank is known, and the smallest ratio counts. The product of
+ * the distances, the volume, would not do: it also falls when many loops come near such a state together, and
+ * it hides a single one among many.
+ */
+#include "runtime/core/motion/motion.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "runtime/core/constraints/constraints.h"
+#include "runtime/core/linear/linear.h"
+#include "runtime/core/methods/methods.h"
+
+/* Where in the step the state lies, between two stages of rk8, those for its interpolant included, and how
+ * far from them: in the widest gap, or nearer to the end where the step has to end early. */
+enum { PLACES = 3 };
+static const double places[PLACES] = {0.4666, 0.7145, 0.93}, gaps[PLACES] = {0.133, 0.063, 0.07};
+/* As a part of the step: nearer than that, rows and rounding say less about rates and accelerations than the
+ * interpolant. */
+static const double near_part = 0.015;
+/* A distance that falls to less than this part of the reference may fall to 0. */
+static const double small_part = 0.1;
+/* A projection may move a state by this part of what the motion itself moves it, no more: rates on another
+ * branch differ by as much as they are large. */
+static const double moved_part = 0.1;
+/* Error of a step, in tolerances: a tenth, since it comes on top of all others. */
+static const double error_share = 0.1;
+/* What rounding of phi makes of a state at 1 rad from one where the rows lose rank, 1024 units in the last
+ * place, found by trial; nearer it is in proportion larger. The projection behind takes it away again, so it
+ * adds to no error. */
+static const double rounding = 0x1p-42, rounding_most = 0x1p-30;
+/* A state that is known to lie ahead is looked for again up to so many times its distance. */
+static const double nearer = 8;
+
+/* After a failed attempt the state is tried again from at most this part of the distance. */
+static const double again_part = 0.6;
+/* The error of a step should be this part of the largest accepted error. */
+static const double error_aim = 0.5;
+/* The next step may be so many times as long as this one, at least and at most. */
+static const double stretch_least = 0.2, stretch_most = 5;
+
+/* NARROWINGS: golden sections to place a step; NARROWINGS_TOLD: for the time that is reported. */
+enum { SAMPLES = 10, FIRST_SAMPLE = 512, NARROWINGS = 12, NARROWINGS_TOLD = 30 };
+
+/* ---- Rank ---- */
+
+/* The independent rows, in the order of the model: those of neighbouring loops stand together. */
+static void list_rows(struct refdyn_singular_crossing *crossing, const struct refdyn_workspace *work) {
+    int *is_independent = work->mark;
+    memset(is_independent, 0, (size_t)work->m * sizeof *is_independent);
+    for (int a = 0; a < work->partition.rank; a++)
+        is_independent[work->partition.row[a]] = 1;
+    crossing->count = 0;
+    for (int a = 0; a < work->m; a++)
+        if (is_independent[a])
+            crossing->rows[crossing->count++] = a;
+}
+
+/* The first and last of these rows that have an entry above rounding in each column. */
+static void find_spans(struct refdyn_singular_crossing *crossing, const struct refdyn_workspace *work) {
+    const int n = work->n;
+    for (int j = 0; j < n; j++) {
+        crossing->first[j] = crossing->count;
+        crossing->last[j] = -1;
+    }
+    for (int a = 0; a < crossing->count; a++) {
+        const double *row = work->u + crossing->rows[a] * n;
+        const double least = DBL_EPSILON * refdyn_largest(row, n, NULL);
+        for (int j = 0; j < n; j++)
+            if (fabs(row[j]) > least) {
+                crossing->first[j] = a < crossing->first[j] ? a : crossing->first[j];
+                crossing->last[j] = a;
+            }
+    }
+}
+
+/* Turns (x, y) so that y[0] becomes 0. */
+static void rotate(double *restrict x, double *restrict y, int count) {
+    const double length = sqrt(x[0] * x[0] + y[0] * y[0]), c = x[0] / length, s = y[0] / length;
+    for (int i = 0; i < count; i++) {
+        const double turned = c * x[i] + s * y[i];
+        y[i] = c * y[i] - s * x[i];
+        x[i] = turned;
+    }
+}
+
+/* R^T R + x x^T = R'^T R' by rotations; row a of R ends before end[a], x has entries in [from, to). */
+static void rotate_in(double *R, int *end, int count, double *x, int from, int to) {
+    for (int a = from; a < to; a++) {
+        if (x[a] == 0)
+            continue;
+        to = to > end[a] ? to : end[a];
+        end[a] = to;
+        rotate(R + a * count + a, x + a, to - a);
+    }
+}
+
+/* K^T = Q R, column by column of K: |R_aa| is the distance of row a from the span of those before it. Loops
+ * in a chain have few entries in R. */
+static const double *factor_rows(struct refdyn_singular_crossing *crossing, struct refdyn_workspace *work) {
+    const int n = work->n, count = crossing->count;
+    int *end = work->mark;
+    double *R = work->basis, *x = work->lambda;
+    find_spans(crossing, work);
+    memset(R, 0, (size_t)count * (size_t)count * sizeof *R);
+    memset(end, 0, (size_t)count * sizeof *end);
+    for (int j = 0; j < n; j++) {
+        memset(x, 0, (size_t)count * sizeof *x);
+        for (int a = crossing->first[j]; a <= crossing->last[j]; a++)
+            x[a] = work->u[crossing->rows[a] * n + j] * work->weight[j];
+        rotate_in(R, end, count, x, crossing->first[j], crossing->last[j] + 1);
+    }
+    return R;
+}
+
+/* ---- When ---- */
+
+/* A path of states: into step->stage, at t_begin + s. */
+typedef int path_function(struct refdyn_step *step, double s);
+
+/* The motion continued by the accelerations at the begin. */
+static int continued(struct refdyn_step *step, double s) {
+    const int n = step->n;
+    for (int j = 0; j < n; j++) {
+        const double rate = step->rates[j], acceleration = step->rates[n + j];
+        step->stage[j] = step->state[j] + s * (rate + s / 2 * acceleration);
+        step->stage[n + j] = rate + s * acceleration;
+    }
+    return REFDYN_OK;
+}
+
+/* Inside the step that was taken. */
+static int inside(struct refdyn_step *step, double s) {
+    const int status = step->method->kind->interpolate(step, s / (step->t_end - step->t_begin), step->side);
+    memcpy(step->stage, step->side, (size_t)(2 * step->n) * sizeof(double));
+    return status;
+}
+
+/* The factor R at a place of the path; NULL where there is none. */
+static const double *factor_at(struct refdyn_motion *motion, path_function *path, double s) {
+    struct refdyn_step *step = &motion->step;
+    const double t = refdyn_step_inside(step, step->t_begin + s);
+    if (path(step, s) || refdyn_row_terms(motion->work, t, step->stage, step->stage + step->n))
+        return NULL;
+    return factor_rows(&motion->crossing, motion->work);
+}
+
+/* Takes the distances at this place as the reference where they exceed those at earlier places. */
+static void refer_to(struct refdyn_motion *motion, path_function *path, double s) {
+    struct refdyn_singular_crossing *crossing = &motion->crossing;
+    const double *R = factor_at(motion, path, s);
+    for (int a = 0; R && a < crossing->count; a++)
+        crossing->distance[a] = fmax(crossing->distance[a], fabs(R[a * crossing->count + a]));
+}
+
+static void forget_references(struct refdyn_motion *motion) {
+    struct refdyn_singular_crossing *crossing = &motion->crossing;
+    list_rows(crossing, motion->work);
+    memset(crossing->distance, 0, (size_t)crossing->count * sizeof *crossing->distance);
+}
+
+/* The smallest ratio at a place of the path; INFINITY where there is none. */
+static double ratio_at(struct refdyn_motion *motion, path_function *path, double s) {
+    const struct refdyn_singular_crossing *crossing = &motion->crossing;
+    const double *R = factor_at(motion, path, s);
+    double least = INFINITY;
+    for (int a = 0; R && a < crossing->count; a++)
+        least = fmin(least, fabs(R[a * crossing->count + a]) / crossing->distance[a]);
+    return least;
+}
+
+/* The least ratio between two places, by golden section; *s is where. */
+static double find_least(struct refdyn_motion *motion, path_function *path, double from, double to,
+                         int narrowings, double *s) {
+    const double golden = (sqrt(5) - 1) / 2;
+    double left = to - golden * (to - from), right = from + golden * (to - from);
+    double at_left = ratio_at(motion, path, left), at_right = ratio_at(motion, path, right);
+    for (int i = 0; i < narrowings; i++) {
+        if (at_left < at_right) {
+            to = right, right = left, at_right = at_left;
+            left = to - golden * (to - from);
+            at_left = ratio_at(motion, path, left);
+        } else {
+            from = left, left = right, at_left = at_right;
+            right = from + golden * (to - from);
+            at_right = ratio_at(motion, path, right);
+        }
+    }
+    *s = at_left < at_right ? left : right;
+    return fmin(at_left, at_right);
+}
+
+/* Between the ends of the step that was taken. */
+static int between(struct refdyn_step *step, double s) {
+    refdyn_step_hermite(step, step->rates_new, s / (step->t_end - step->t_begin), step->stage);
+    return REFDYN_OK;
+}
+
+/* The first of the samples after `from` that is below a half and not above its neighbours; SAMPLES: none. */
+static int next_dip(const double *ratios, int from) {
+    for (int i = from + 1; i < SAMPLES - 1; i++)
+        if (ratios[i] < 0.5 && ratios[i] <= ratios[i + 1] && ratios[i] <= ratios[i - 1])
+            return i;
+    return SAMPLES;
+}
+
+/* The first place between the samples where a ratio may fall to 0; 0: there is none. */
+static double find_dip(struct refdyn_motion *motion, path_function *path, const double *at) {
+    double ratios[SAMPLES], s;
+    for (int i = 0; i < SAMPLES; i++)
+        ratios[i] = ratio_at(motion, path, at[i]);
+    for (int i = next_dip(ratios, 0); i < SAMPLES; i = next_dip(ratios, i))
+        if (find_least(motion, path, at[i - 1], at[i + 1], NARROWINGS, &s) < small_part)
+            return s;
+    return 0;
+}
+
+int refdyn_crossing_is_ahead(struct refdyn_motion *motion, double reach, double *t) {
+    const double known = motion->crossing.t - motion->step.t_begin;
+    double at[SAMPLES] = {0};
+    if (motion->work->partition.rank <= 0)
+        return 0;
+    if (known > 0) /* one that was not passed yet: as near as it may be */
+        reach = fmin(reach, nearer * known);
+    for (int i = 1; i < SAMPLES; i++) /* each twice as far away as the one before */
+        at[i] = reach / FIRST_SAMPLE * (1 << i);
+    forget_references(motion);
+    refer_to(motion, continued, 0);
+    const double s = find_dip(motion, continued, at);
+    if (s > 0)
+        *t = motion->step.t_begin + s;
+    return s > 0;
+}
+
+int refdyn_crossing_was_missed(struct refdyn_motion *motion) {
+    const struct refdyn_step *step = &motion->step;
+    const double h = step->t_end - step->t_begin;
+    double at[SAMPLES];
+    if (motion->work->partition.rank <= 0)
+        return 0;
+    for (int i = 0; i < SAMPLES; i++)
+        at[i] = h * i / (SAMPLES - 2); /* the last one after the step: a dip at its end is seen, too */
+    forget_references(motion);
+    refer_to(motion, between, 0);
+    refer_to(motion, between, h);
+    const double s = find_dip(motion, between, at);
+    ratio_at(motion, between, h);
+    if (!(s > 0 && s <= h))
+        return 0;
+    motion->crossing.t = step->t_begin + s;
+    return 1;
+}
+
+int refdyn_crossing_is_vain(const struct refdyn_motion *motion, double t) {
+    const struct refdyn_singular_crossing *crossing = &motion->crossing;
+    const struct refdyn_refused_crossing *refused = &crossing->refused;
+    const double before = refused->t - refused->t_begin, distance = t - motion->step.t_begin;
+    const int is_same = refused->tries > 0 && fabs(t - refused->t) < before;
+    return distance / places[0] > crossing->stretch || (is_same && distance > again_part * before);
+}
+
+double refdyn_crossing_end(struct refdyn_motion *motion, double t, double t_bound) {
+    struct refdyn_step *step = &motion->step;
+    struct refdyn_singular_crossing *crossing = &motion->crossing;
+    crossing->refused.why = REFDYN_NO_ROOM;
+    crossing->t = t;
+    for (int i = 0; i < PLACES; i++) {
+        const double t_new = step->t_begin + (t - step->t_begin) / places[i];
+        crossing->gap = gaps[i];
+        if (t_new <= t_bound)
+            return t_new;
+    }
+    return INFINITY;
+}
+
+int refdyn_crossing_is_near(const struct refdyn_motion *motion, double t) {
+    const struct refdyn_step *step = &motion->step;
+    const struct refdyn_singular_crossing *crossing = &motion->crossing;
+    return crossing->is_on && t < step->t_end &&
+           fabs(t - crossing->t) < near_part * (step->t_end - step->t_begin);
+}
+
+/* ---- The step ---- */
+
+/* Steps by this method from now on, whose stages the guide brings onto the programme; what the one before
+ * kept is gone. */
+static void follow_with(struct refdyn_motion *motion, enum refdyn_method method,
+                        const struct refdyn_stage_guide *guide) {
+    struct refdyn_step *step = &motion->step;
+    refdyn_method_use(method, step);
+    refdyn_step_guide(step, guide);
+    refdyn_programme_forget(&motion->programme);
+}
+
+/* Stages begin on the programme, also where motions are not projected otherwise. */
+int refdyn_crossing_enter(struct refdyn_motion *motion) {
+    struct refdyn_step *step = &motion->step;
+    struct refdyn_singular_crossing *crossing = &motion->crossing;
+    struct refdyn_workspace *work = motion->work;
+    const int n = work->n;
+    const size_t size = 2 * (size_t)n + 1;
+    crossing->before = step->number;
+    crossing->is_on = 1;
+    follow_with(motion, REFDYN_RK8, &crossing->guide);
+    crossing->refused.why = REFDYN_NO_STATE;
+    memcpy(crossing->unpassed, step->state, size * sizeof(double));
+    memcpy(crossing->unpassed + size, step->rates, refdyn_rates_bytes(step));
+    int status = refdyn_row_terms(work, step->t_begin, step->state, step->state + n);
+    if (status || motion->options.stabilise == REFDYN_PROJECT)
+        return status;
+    status = refdyn_programme_meet(&motion->programme, step, step->t_begin, step->state);
+    return status ? status : refdyn_rates(&step->evaluation, step->t_begin, step->state, step->rates);
+}
+
+void refdyn_crossing_leave(struct refdyn_motion *motion) {
+    struct refdyn_singular_crossing *crossing = &motion->crossing;
+    if (!crossing->is_on)
+        return;
+    crossing->is_on = 0;
+    follow_with(motion, crossing->before, NULL);
+}
+
+/* The largest rate where the rows lose rank, on the motion continued. */
+static double speed_there(const struct refdyn_motion *motion) {
+    const struct refdyn_step *step = &motion->step;
+    const struct refdyn_singular_crossing *crossing = &motion->crossing;
+    const double *qd = step->rates, *qdd = step->rates + motion->work->n;
+    double most = 0;
+    for (int j = 0; j < motion->work->n; j++)
+        most = fmax(most, fabs(qd[j] + (crossing->t - step->t_begin) * qdd[j]) / step->units[j]);
+    return most;
+}
+
+int refdyn_crossing_follow(struct refdyn_motion *motion, const double *before, const double *state) {
+    struct refdyn_step *step = &motion->step;
+    struct refdyn_singular_crossing *crossing = &motion->crossing;
+    const int n = motion->work->n;
+    const double speed = speed_there(motion);
+    const double way = speed * (crossing->t - step->t_begin);
+    if (refdyn_step_largest_change(step, state, before) <= moved_part * way &&
+        refdyn_step_largest_change(step, state + n, before + n) <= moved_part * speed)
+        return REFDYN_OK;
+    crossing->refused.why = REFDYN_OTHER_BRANCH;
+    return REFDYN_NO_CONVERGENCE;
+}
+
+/* A stage's state (2 n) onto the programme. */
+static int bring(void *context, double t, double *state) {
+    struct refdyn_motion *motion = context;
+    struct refdyn_step *step = &motion->step;
+    const int n = step->n, rank = motion->work->partition.rank;
+    double *before = step->side;
+    memcpy(before, state, (size_t)(2 * n) * sizeof *state);
+    int status = refdyn_row_terms(motion->work, t, state, state + n);
+    if (!status)
+        status = refdyn_programme_meet(&motion->programme, step, t, state);
+    if (!status && motion->work->partition.rank != rank)
+        status = REFDYN_NO_CONVERGENCE;
+    return status ? status : refdyn_crossing_follow(motion, before, state);
+}
+
+/* Sets the length of the next step through such a state from this one's error, over the largest accepted. */
+static void learn_stretch(struct refdyn_motion *motion, double error) {
+    const struct refdyn_step *step = &motion->step;
+    const double order = step->method->order_error + 1, h = step->t_end - step->t_begin;
+    const double factor = pow(error / error_aim, -1 / order);
+    const double stretch = h * (factor > stretch_least ? fmin(factor, stretch_most) : stretch_least);
+    double *known = &motion->crossing.stretch;
+    *known = error <= 1 && isfinite(*known) ? fmax(*known, stretch) : stretch;
+}
+
+int refdyn_crossing_judge(struct refdyn_motion *motion, double *error) {
+    const double tol = motion->options.tol, h = motion->step.t_end - motion->step.t_begin;
+    const double way = h * speed_there(motion);
+    const double most = tol > 0 ? fmax(error_share * tol, fmin(rounding / way, rounding_most)) : INFINITY;
+    *error = refdyn_step_largest_error(&motion->step, h);
+    learn_stretch(motion, *error / most);
+    if (*error <= most)
+        return REFDYN_OK;
+    motion->crossing.refused.why = REFDYN_LARGE_ERROR;
+    return REFDYN_NO_CONVERGENCE;
+}
+
+void refdyn_crossing_look_back(struct refdyn_motion *motion) {
+    struct refdyn_singular_crossing *crossing = &motion->crossing;
+    const struct refdyn_step *step = &motion->step;
+    const double predicted = crossing->t - step->t_begin, gap = crossing->gap * (step->t_end - step->t_begin);
+    double s;
+    find_least(motion, inside, predicted - gap, predicted + gap, NARROWINGS_TOLD, &s);
+    crossing->t = step->t_begin + s;
+}
+
+void refdyn_crossing_lay_out(struct refdyn_singular_crossing *crossing, const struct refdyn_model *model,
+                             struct layout *layout) {
+    crossing->unpassed = layout_doubles(layout, 2 * model->n + 1 + refdyn_rates_size(model));
+    crossing->distance = layout_doubles(layout, model->m);
+    crossing->rows = layout_ints(layout, model->m);
+    crossing->first = layout_ints(layout, model->n);
+    crossing->last = layout_ints(layout, model->n);
+}
+
+void refdyn_crossing_start(struct refdyn_motion *motion) {
+    struct refdyn_singular_crossing *crossing = &motion->crossing;
+    crossing->is_on = 0;
+    crossing->t = -INFINITY;
+    crossing->stretch = INFINITY;
+    crossing->refused = (struct refdyn_refused_crossing){.tries = 0};
+    crossing->guide = (struct refdyn_stage_guide){bring, motion};
+}
+
+/* ---- What is told ---- */
+
+void refdyn_crossing_record(struct refdyn_motion *motion, double error) {
+    const struct refdyn_step *step = &motion->step;
+    refdyn_statistics_crossing(
+        &motion->statistics, (struct refdyn_crossing){motion->crossing.t, step->t_begin, step->t_end, error});
+    motion->crossing.refused = (struct refdyn_refused_crossing){.tries = 0};
+}
+
+void refdyn_crossing_refuse(struct refdyn_motion *motion, double t_new) {
+    struct refdyn_singular_crossing *crossing = &motion->crossing;
+    struct refdyn_step *step = &motion->step;
+    const double *rates = crossing->unpassed + 2 * step->n + 1;
+    crossing->refused.tries++;
+    crossing->refused.t = crossing->t;
+    crossing->refused.t_begin = step->t_begin;
+    crossing->refused.stretch = t_new - step->t_begin;
+    if (!crossing->is_on)
+        return;
+    refdyn_step_place(step, step->t_begin, crossing->unpassed);
+    memcpy(step->rates, rates, refdyn_rates_bytes(step));
+    refdyn_crossing_leave(motion);
+}
+
+const char *refdyn_refusal_text(enum refdyn_refusal refusal) {
+    static const char *const texts[] = {
+        [REFDYN_NOT_REFUSED] = "not refused",
+        [REFDYN_NO_ROOM] =
+            "the step would have to end before, at a break, a change of inputs or the end of the motion",
+        [REFDYN_NO_STATE] = "no state on the programme was found",
+        [REFDYN_OTHER_BRANCH] = "the state found may lie on another branch",
+        [REFDYN_LARGE_ERROR] = "its error is larger than a tenth of the tolerance",
+    };
+    return (int)refusal >= 0 && refusal <= REFDYN_LARGE_ERROR ? texts[refusal] : "unknown refusal";
+}

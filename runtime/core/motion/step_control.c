@@ -1,0 +1,190 @@
+/*
+ * The lengths of steps: see motion.h.
+ *
+ * Takes the errors of accepted and refused steps, in tolerances; gives the next step. Explicit methods by a
+ * PI controller (Gustafsson, ACM TOMS 17:533-554, 1991; constants of Hairer, Norsett and Wanner, Solving ODEs
+ * I, IV.2), which keeps them from bouncing at their stability limit. Rosenbrock methods follow how the error
+ * changed, but never beyond what it allows (Gustafsson, ACM TOMS 20:496-517, 1994). The estimates of
+ * collocation are noisy: the filter H211b, b = 4 (Soderlind, ACM TOMS 29:1-26, 2003). Fixed steps: t = from +
+ * i h, so that the time gathers no error.
+ */
+#include "runtime/core/motion/motion.h"
+
+#include <float.h>
+#include <limits.h>
+#include <math.h>
+
+/* Steps aim at this part of the tolerance, so that few are refused: the same for methods of all orders, whose
+ * errors then are alike. */
+static const double aim = 0.06;
+/* an estimate that is near 0 by chance says nothing about the next step */
+static const double growth_most = 5;
+static const double growth_least = 0.2;
+static const double shrink_failed = 0.4; /* no estimate, so a guess */
+/* a step that failed is not soon tried again: no longer one than this part of it, then more by this factor,
+ * which is squared after each step that succeeds: one failure must not rule the rest of a motion */
+static const double cap_failed = 0.6, cap_growth = 1.04;
+static const double kept_least = 0.95, kept_most = 1.1; /* within them a step is kept, with its factors */
+/* a step of collocation that could be so many times longer is short for a reason, not by noise */
+static const double far_below = 2;
+static const double error_share = 0.7;      /* exponents times the order: of this error, */
+static const double error_last_share = 0.4; /* and of the one before */
+static const double error_least = 1e-4;     /* of the one before, lest a lucky step blows up the next */
+static const double first_share = 0.1; /* of the change tol^(1/order), which a step of that order may make */
+
+double refdyn_time_resolution(double t) {
+    return 4 * DBL_EPSILON * fabs(t);
+}
+
+double refdyn_control_least(double t_begin, double t_out) {
+    return fmax(refdyn_time_resolution(t_begin), refdyn_time_resolution(t_out));
+}
+
+/* ---- Fixed steps ---- */
+
+/* Cuts [t_begin, t_out] into equal steps; a part of 1e-8 of a step more than asked for does not make one
+ * more. */
+int refdyn_control_plan(struct refdyn_step_control *control, double h, double t_begin, double t_out) {
+    if (control->interval_done != control->interval_steps && control->to == t_out)
+        return REFDYN_OK;
+    const double count = ceil((t_out - t_begin) / h * (1 - sqrt(DBL_EPSILON)));
+    if (!(count < (double)LONG_MAX) || h < refdyn_control_least(t_begin, t_out))
+        return REFDYN_STEP_TOO_SMALL;
+    control->from = t_begin;
+    control->to = t_out;
+    control->interval_steps = count > 1 ? (long)count : 1;
+    control->interval_done = 0;
+    return REFDYN_OK;
+}
+
+double refdyn_control_fixed(const struct refdyn_step_control *control, double *t_new) {
+    const double h = (control->to - control->from) / (double)control->interval_steps;
+    const long next = control->interval_done + 1;
+    *t_new = next == control->interval_steps ? control->to : control->from + (double)next * h;
+    return h;
+}
+
+void refdyn_control_fixed_done(struct refdyn_step_control *control) {
+    control->interval_done++;
+}
+
+void refdyn_control_leave_interval(struct refdyn_step_control *control) {
+    control->interval_done = control->interval_steps = 0;
+}
+
+/* ---- Adaptive steps ---- */
+
+void refdyn_control_begin(struct refdyn_step_control *control, double h) {
+    control->next = h;
+    control->cap = INFINITY;
+    control->cap_growth = 1;
+    control->error_last = 1;
+    control->last = control->refused = 0;
+}
+
+/* Order of the step's error: what its size goes with. */
+static double order_of(const struct refdyn_method_definition *method) {
+    return method->order_error + 1;
+}
+
+void refdyn_control_drop(struct refdyn_step_control *control, double least) {
+    if (control->next < least)
+        control->next = 0;
+}
+
+void refdyn_control_find(struct refdyn_step_control *control, const struct refdyn_step *step, double t_stop,
+                         double interval) {
+    const int n = step->n;
+    if (control->next > 0)
+        return;
+    const double change = first_share * pow(step->tolerance, 1 / order_of(step->method));
+    double h = t_stop - step->t_begin;
+    for (int j = 0; j < n; j++) {
+        const double unit = step->units[j];
+        const double speed = fabs(step->rates[j]) / unit, acceleration = fabs(step->rates[n + j]) / unit;
+        if (h * speed > change)
+            h = change / speed;
+        if (h * h / 2 * acceleration > change)
+            h = sqrt(2 * change / acceleration);
+    }
+    control->next = isfinite(h) ? h : interval;
+}
+
+void refdyn_control_bound(struct refdyn_step_control *control, double h) {
+    control->next = fmin(control->next, h);
+}
+
+double refdyn_control_clip(const struct refdyn_step_control *control, double t_begin, double t_stop) {
+    const double left = t_stop - t_begin, h = control->next;
+    if (h >= left * (1 - sqrt(DBL_EPSILON)))
+        return left;
+    return 2 * h > left ? left / 2 : h;
+}
+
+static double bounded(double x, double least, double most) {
+    return x < least ? least : x > most ? most : x;
+}
+
+/* What the error of a step of h allows: the step, over h, whose error is what is aimed at. */
+static double factor_allowed(const struct refdyn_method_definition *method, double error) {
+    return pow(fmax(error, DBL_MIN) / aim, -1 / order_of(method));
+}
+
+/* What the next step is over this one, before bounds. Before the first step nothing is known but its error.
+ */
+static double factor_after_accepted(const struct refdyn_step_control *control,
+                                    const struct refdyn_method_definition *method, double h, double error) {
+    const enum refdyn_controller controller = method->kind->controller;
+    const double order = order_of(method), now = fmax(error, DBL_MIN), last = control->error_last;
+    const double change = h / control->last;
+    if (control->last > 0 && controller == REFDYN_PI)
+        return pow(now / aim, -error_share / order) * pow(last / aim, error_last_share / order);
+    const double allowed = factor_allowed(method, error);
+    if (control->last == 0)
+        return allowed;
+    if (controller == REFDYN_PREDICTIVE || allowed > far_below)
+        return allowed * fmin(1, change * pow(last / now, 1 / order));
+    return pow(now / aim * last / aim, -0.25 / order) * pow(change, -0.25);
+}
+
+void refdyn_control_accepted(struct refdyn_step_control *control,
+                             const struct refdyn_method_definition *method, double h, double error) {
+    const double proposed =
+        h * bounded(factor_after_accepted(control, method, h, error), growth_least, growth_most);
+    if (method->kind->controller == REFDYN_FILTER && proposed > h * kept_least && proposed < h * kept_most)
+        control->next = h;
+    else /* a step that was cut short to land says nothing against the longer one, unless its error does */
+        control->next = h < control->next
+                            ? fmax(proposed, fmin(control->next, h * factor_allowed(method, error)))
+                            : proposed;
+    control->next = fmin(control->next, control->cap);
+    control->cap *= control->cap_growth;
+    control->cap_growth *= control->cap_growth;
+    control->error_last = fmax(error, error_least);
+    control->last = h;
+    control->refused = 0;
+}
+
+/* Order by which the error has fallen from the last refused attempt to this one, at most that of the method:
+ * beside a kink, or while a stiff transient lasts, it is lower. */
+static double observed_order(const struct refdyn_step_control *control,
+                             const struct refdyn_method_definition *method, double h, double error) {
+    const double order = order_of(method);
+    if (!(control->refused > h))
+        return order;
+    return bounded(log(control->refused_error / error) / log(control->refused / h), 1, order);
+}
+
+void refdyn_control_refused(struct refdyn_step_control *control,
+                            const struct refdyn_method_definition *method, double h, double error) {
+    const double order = observed_order(control, method, h, error);
+    control->refused = isfinite(error) ? h : 0;
+    control->refused_error = error;
+    control->next =
+        h * (isfinite(error) ? bounded(pow(error / aim, -1 / order), growth_least, 1) : shrink_failed);
+}
+
+void refdyn_control_failed(struct refdyn_step_control *control, double h) {
+    control->cap = cap_failed * h;
+    control->cap_growth = cap_growth;
+}

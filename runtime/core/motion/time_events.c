@@ -1,0 +1,224 @@
+/*
+ * Kinks and jumps of formulas of time alone: see motion.h.
+ *
+ * Takes the emitted `breaks`, times that parameters and inputs tell, and `switches`, what changes sign at all
+ * others; gives the times at which steps end.
+ */
+#include "runtime/core/motion/motion.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* Samples of the switches in a step; in the first step, whose length is not known yet; and at most, where the
+ * switches vary fast. */
+enum { SAMPLES = 32, SAMPLES_AT_START = 1000, SAMPLES_MOST = 4000 };
+/* Largest advance of a phase between two samples [rad], so that a parabola through three shows each extreme.
+ */
+static const double phase_most = 0.4;
+static const double parabola_misses = 0.125;
+
+/* Rows of events->switches: values at three times; one more row is for the time that is evaluated. */
+enum { ROWS = 3 };
+
+void refdyn_events_lay_out(struct refdyn_time_events *events, const struct refdyn_model *model,
+                           struct layout *layout) {
+    events->count = model->break_count;
+    events->times = layout_doubles(layout, model->break_count);
+    events->switches = layout_doubles(layout, (ROWS + 1) * model->switch_count);
+}
+
+void refdyn_events_find(struct refdyn_time_events *events, const struct refdyn_workspace *work, double t,
+                        const double *q, const double *qd) {
+    double *times = events->times;
+    events->next = 0;
+    events->switched = -INFINITY;
+    if (!work->model->breaks)
+        return;
+    work->model->breaks(work->p, work->x, t, q, qd, times);
+    for (int i = 1; i < events->count; i++) {
+        const double moved = times[i];
+        int place = i;
+        for (; place > 0 && times[place - 1] > moved; place--)
+            times[place] = times[place - 1];
+        times[place] = moved;
+    }
+}
+
+/* Rounding of a time event and of what is compared with the time there. */
+static double blur(double t) {
+    return fmax(2 * DBL_EPSILON * fabs(t), DBL_MIN);
+}
+
+double refdyn_events_right_of(const struct refdyn_time_events *events, double t) {
+    if (events->count == 0 && events->switched == -INFINITY)
+        return t;
+    const double same = refdyn_time_resolution(t);
+    double right = t;
+    for (int i = 0; i < events->count; i++)
+        if (fabs(events->times[i] - t) <= same)
+            right = fmax(right, events->times[i] + blur(t));
+    return fabs(events->switched - t) <= same ? fmax(right, events->switched + blur(t)) : right;
+}
+
+/* ---- What changes its sign at times that are not known ---- */
+
+/* A search from the begin of a step: the last times at which switches were evaluated, and the values there.
+ */
+struct search {
+    const struct refdyn_step *step;
+    int count;
+    double t[ROWS], *values[ROWS], *now;
+    double reached; /* nothing changes its sign before this */
+};
+
+static void evaluate(const struct search *search, double t, double *values) {
+    const struct refdyn_step *step = search->step;
+    const struct refdyn_workspace *work = step->evaluation.work;
+    work->model->switches(work->p, work->x, t, step->state, step->state + step->n, values);
+}
+
+/* Do the signs at t differ from those at the last time of the search? */
+static int has_switched(const struct search *search, double t) {
+    const double *kept = search->values[ROWS - 1];
+    evaluate(search, t, search->now);
+    for (int i = 0; i < search->count; i++)
+        if ((search->now[i] < 0) != (kept[i] < 0))
+            return 1;
+    return 0;
+}
+
+/* Shifts times and values by one place. */
+static void take_up(struct search *search, double t) {
+    double *room = search->values[0];
+    for (int k = 0; k + 1 < ROWS; k++) {
+        search->t[k] = search->t[k + 1];
+        search->values[k] = search->values[k + 1];
+    }
+    search->t[ROWS - 1] = t;
+    search->values[ROWS - 1] = search->now;
+    search->now = room;
+}
+
+/* Distance to the next sample: `most`, or less where phase_most allows less at t. */
+static double spacing(const struct search *search, double t, double most) {
+    const struct refdyn_step *step = search->step;
+    const struct refdyn_workspace *work = step->evaluation.work;
+    double pace = 0;
+    if (work->model->pace)
+        work->model->pace(work->p, work->x, t, step->state, step->state + step->n, &pace);
+    return pace * most > phase_most ? phase_most / pace : most;
+}
+
+/* May a value be beyond zero where the parabola predicts v? For a sine, the error of the parabola is up to
+ * the part parabola_misses of the differences between its three places. */
+static int may_be_beyond(const struct dip *dip, double v) {
+    const double most = fmax(dip->v[0], fmax(dip->v[1], dip->v[2]));
+    const double least = fmin(dip->v[0], fmin(dip->v[1], dip->v[2]));
+    return v < fmax(least / 2, parabola_misses * (most - least));
+}
+
+/* A time between the last three at which switch i is beyond zero, although it is not at these; INFINITY:
+ * there is none. */
+static double find_dip(const struct search *search, int i) {
+    const double side = search->values[ROWS - 1][i] < 0 ? -1 : 1;
+    struct dip dip;
+    double x, v;
+    for (int k = 0; k < ROWS; k++) {
+        dip.x[k] = search->t[k];
+        dip.v[k] = side * search->values[k][i];
+    }
+    const struct dip seen = dip;
+    for (int tries = 0; tries < DIPS_MOST && dip_bottom(&dip, &x, &v) && may_be_beyond(&seen, v); tries++) {
+        evaluate(search, x, search->now);
+        v = side * search->now[i];
+        if (v < 0)
+            return x;
+        dip_narrow(&dip, x, v);
+    }
+    return INFINITY;
+}
+
+/* The first of such times of all switches. */
+static double find_dips(const struct search *search) {
+    double first = INFINITY;
+    for (int i = 0; i < search->count; i++)
+        first = fmin(first, find_dip(search, i));
+    return first;
+}
+
+/* A time until which signs differ from those at the begin for the first time, after search->reached;
+ * INFINITY: none is found. The last sample lies beyond `until`, so that times near `until` lie between three.
+ */
+static double look_ahead(struct search *search, double until, int samples) {
+    const double most = (until - search->t[ROWS - 1]) / samples;
+    for (int i = 1; i <= SAMPLES_MOST && search->reached < until; i++) {
+        const double last = search->t[ROWS - 1], t = last + spacing(search, last, most);
+        if (!(t > last))
+            break;
+        if (has_switched(search, t))
+            return t;
+        take_up(search, t);
+        const double dip = i + 1 >= ROWS ? find_dips(search) : INFINITY;
+        if (isfinite(dip))
+            return dip;
+        search->reached = i + 1 >= ROWS ? search->t[1] : search->reached;
+    }
+    return INFINITY;
+}
+
+/* The first time in (t_begin, until] with other signs than those right of t_begin, INFINITY: none is seen as
+ * far as *reached. */
+static double find_switch(struct refdyn_time_events *events, const struct refdyn_step *step, double least,
+                          double until, int samples, double *reached) {
+    const int count = step->evaluation.work->model->switch_count;
+    const double from = step->t_begin + 2 * least;
+    struct search search = {.step = step, .count = count, .reached = from};
+    *reached = INFINITY;
+    if (count == 0 || !(until > from))
+        return INFINITY;
+    for (int k = 0; k < ROWS; k++)
+        search.values[k] = events->switches + k * count;
+    search.now = events->switches + ROWS * count;
+    evaluate(&search, from, search.now);
+    take_up(&search, from);
+    double after = look_ahead(&search, until, samples), before = search.reached;
+    while (isfinite(after) && after - before > blur(after)) {
+        const double middle = before + (after - before) / 2;
+        *(has_switched(&search, middle) ? &after : &before) = middle;
+    }
+    *reached = search.reached < until ? search.reached : INFINITY;
+    return after;
+}
+
+/* Where the step may end, with this known time event ahead. */
+static double farthest(const struct refdyn_reach *reach, double t_begin, double ahead) {
+    if (reach->step > 0)
+        return fmin(t_begin + reach->step, ahead);
+    return isfinite(ahead)            ? ahead
+           : isfinite(reach->t_final) ? fmax(reach->t_final, reach->t_out)
+                                      : reach->t_out;
+}
+
+/* Goes past the known ones that lie behind; is one at t_begin? */
+static int pass_by(struct refdyn_time_events *events, double t_begin, double least) {
+    int is_there = fabs(events->switched - t_begin) <= least;
+    for (; events->next < events->count && !(events->times[events->next] > t_begin + least); events->next++)
+        is_there |= events->times[events->next] >= t_begin - least;
+    return is_there;
+}
+
+double refdyn_events_ahead(struct refdyn_time_events *events, struct refdyn_step *step,
+                           const struct refdyn_reach *reach) {
+    const int samples = reach->step > 0 ? SAMPLES : SAMPLES_AT_START;
+    if (pass_by(events, step->t_begin, reach->t_least))
+        refdyn_step_break_off(step, 1);
+    const double known = events->next < events->count ? events->times[events->next] : INFINITY;
+    const double until = farthest(reach, step->t_begin, known);
+    double searched;
+    const double found = find_switch(events, step, reach->t_least, until, samples, &searched);
+    events->switched = isfinite(found) ? found : events->switched;
+    const double ahead = fmin(known, isfinite(found) ? found : searched);
+    refdyn_step_limit(step, isfinite(ahead) ? ahead - blur(ahead) : INFINITY);
+    return ahead;
+}

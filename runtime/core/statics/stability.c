@@ -1,0 +1,107 @@
+/* Is an equilibrium stable? See statics.h. */
+#include "runtime/core/statics/statics.h"
+
+#include <math.h>
+
+#include "runtime/core/linear/linear.h"
+
+/* In units of the terms that entries are made of: as small an eigenvalue is 0, as small a difference across
+ * the diagonal none, and pivots above the last one leave no eigenvalue in doubt. */
+static const double zero = 1e-11, asymmetry = 1e-9, pivot_clear = 1e-6;
+
+/* Entries H_ij in units of size_i size_j: that of the diagonal, or, where there is none, of the row. */
+static void find_sizes(const struct balance *b, double *size) {
+    const int left = b->count - b->rank;
+    for (int i = 0; i < left; i++) {
+        double largest = b->magnitude[i * left + i];
+        for (int j = 0; j < left && b->magnitude[i * left + i] == 0; j++)
+            largest = fmax(largest, b->magnitude[i * left + j]);
+        size[i] = largest > 0 ? sqrt(largest) : 1;
+    }
+}
+
+/* D^-1 S D^-1; is H symmetric? */
+static int scale(const struct balance *b, const double *size, double *S) {
+    const int left = b->count - b->rank;
+    int is_symmetric = 1;
+    for (int i = 0; i < left; i++)
+        for (int j = 0; j < left; j++) {
+            const double above = b->stiffness[i * left + j], below = b->stiffness[j * left + i];
+            const double unit = size[i] * size[j];
+            S[i * left + j] = -(above + below) / 2 / unit;
+            is_symmetric &= fabs(above - below) <= asymmetry * unit;
+        }
+    return is_symmetric;
+}
+
+static struct spectrum room_of(const struct balance *b) {
+    return (struct spectrum){.size = b->trial.Q, .values = b->trial.g, .vectors = b->tangent};
+}
+
+void refdyn_stability_find_spectrum(struct balance *b, struct spectrum *spectrum) {
+    const int left = b->count - b->rank;
+    *spectrum = room_of(b);
+    find_sizes(b, spectrum->size);
+    spectrum->is_symmetric = scale(b, spectrum->size, b->H);
+    refdyn_symmetric_eigenvalues(b->H, left, spectrum->values, spectrum->vectors);
+    for (int i = 0; i < left; i++) {
+        spectrum->unstable += spectrum->values[i] < -zero;
+        spectrum->neutral += fabs(spectrum->values[i]) <= zero;
+    }
+}
+
+void refdyn_stability_lowest(const struct balance *b, const struct spectrum *spectrum, double *y) {
+    const int left = b->count - b->rank;
+    int lowest = 0;
+    for (int i = 1; i < left; i++)
+        lowest = spectrum->values[i] < spectrum->values[lowest] ? i : lowest;
+    for (int i = 0; i < left; i++)
+        y[i] = spectrum->vectors[i * left + lowest] / spectrum->size[i];
+}
+
+/* Most equilibria are stable, and this is the quickest way to see it. */
+static int is_clearly_stable(struct balance *b, struct refdyn_statics_result *result) {
+    const int left = b->count - b->rank;
+    const struct spectrum room = room_of(b);
+    find_sizes(b, room.size);
+    result->has_potential = scale(b, room.size, b->H);
+    int is_clear = refdyn_factor(b->H, left, left) < 0;
+    for (int i = 0; i < left; i++)
+        is_clear &= b->H[i * (left + 1)] > pivot_clear;
+    return is_clear;
+}
+
+/* The coordinate that moves most when the independent ones move along b->y, in units. */
+static int most_moved(struct balance *b) {
+    double *step = b->scale, largest = 0;
+    int most = -1;
+    for (int k = 0; k < b->rank; k++)
+        b->p[k] = 0;
+    refdyn_balance_expand(b, b->y, b->p, step);
+    for (int i = 0; i < b->count; i++)
+        if (fabs(step[i]) / b->unit[b->free[i]] > largest) {
+            largest = fabs(step[i]) / b->unit[b->free[i]];
+            most = b->free[i];
+        }
+    return most;
+}
+
+void refdyn_stability_judge(struct balance *b, struct refdyn_statics_result *result) {
+    struct spectrum spectrum;
+    const int is_clear = is_clearly_stable(b, result);
+    if (!result->has_potential) {
+        result->criterion = REFDYN_BY_LINEAR_MOTION;
+        if (refdyn_linear_motion_count(b, &result->unstable, &result->neutral))
+            return;
+        result->criterion = REFDYN_BY_SYMMETRIC_PART;
+    }
+    if (is_clear)
+        return;
+    refdyn_stability_find_spectrum(b, &spectrum);
+    result->unstable = spectrum.unstable;
+    result->neutral = spectrum.neutral;
+    if (spectrum.unstable > 0) {
+        refdyn_stability_lowest(b, &spectrum, b->y);
+        result->unstable_coordinate = most_moved(b);
+    }
+}

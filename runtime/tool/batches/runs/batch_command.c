@@ -1,0 +1,301 @@
+/* `refdyn batch`: many motions of one model, into one file. */
+#include "runtime/tool/batches/runs/runs.h"
+#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/motions/equilibria/equilibria.h"
+#include "runtime/tool/support/system/system.h"
+
+#include <string.h>
+#include <unistd.h>
+
+/* What a call writes. */
+struct results {
+    struct targets targets;
+    struct target *runs, *summary;
+    struct journal journal;
+    bool is_csv;
+};
+
+/* ---- Opening ---- */
+
+static enum status check_csv(const struct batch_setup *setup) {
+    const char *path = setup->options.output, *unfit = runs_csv_unfit(&setup->layout);
+    if (unfit)
+        return usage_error(setup->options.command,
+                           "-o %s: one row a case has no place for the times of %s, "
+                           "a file RUNS.h5 has",
+                           path, unfit);
+    const char *twice = runs_csv_twice(&setup->layout);
+    if (twice)
+        return usage_error(setup->options.command,
+                           "-o %s: two columns would have the name %s, in a file RUNS.h5 they lie in groups",
+                           path, twice);
+    return STATUS_DONE;
+}
+
+/* Can the file of this name hold what is kept? Without a name, as in a trial, an HDF5 file is meant. */
+static enum status check_output(const struct batch_setup *setup) {
+    const char *path = setup->options.output;
+    if (path && text_ends_with(path, ".csv"))
+        return check_csv(setup);
+    if (path && !text_names_hdf5(path))
+        return usage_error(setup->options.command, "-o %s: a name that ends in .h5 or .csv is needed", path);
+    return kept_fits_hdf5(&setup->sweep.keep, &setup->layout) ? STATUS_DONE : STATUS_FAULT;
+}
+
+static bool spare(void *context, const char *path) {
+    targets_spare(context, path);
+    return true;
+}
+
+/* What the batch reads is no place for what it writes. */
+static void spare_inputs(struct targets *targets, const struct batch_setup *setup) {
+    const struct options *options = &setup->options;
+    scene_spare_sources(&setup->base, targets);
+    targets_spare(targets, options->table ? options->table : options->operands[1]);
+    batch_for_each_file(setup, spare, targets);
+}
+
+/* The journal is no place for the summary either. */
+static bool is_journal(const struct options *options) {
+    return options->summary && strcmp(options->summary, text_format("%s.journal", options->output)) == 0;
+}
+
+static enum status open_results(struct results *results, struct batch_setup *setup) {
+    const struct options *options = &setup->options;
+    results->is_csv = text_ends_with(options->output, ".csv");
+    if (is_journal(options))
+        return usage_error(options->command, "--summary %s: the journal of %s, another name is needed",
+                           options->summary, options->output);
+    spare_inputs(&results->targets, setup);
+    targets_spare(&results->targets, text_format("%s.journal", options->output));
+    results->runs = target_open(&results->targets, options->output);
+    if (results->runs && options->summary)
+        results->summary = target_open(&results->targets, options->summary);
+    if (!results->runs || (options->summary && !results->summary))
+        return STATUS_FAULT;
+    const bool is_open = journal_open(&results->journal, options->output, &setup->key,
+                                      setup->sweep.cases.count, setup->layout.width, options->resume) &&
+                         journal_is_within(&results->journal, setup->first, setup->end);
+    return is_open ? STATUS_DONE : STATUS_FAULT;
+}
+
+/* ---- A trial ---- */
+
+enum { TRIAL_CASES = 32 };
+
+/* Takes every so-many-th case. */
+struct trial_cases {
+    long first, distance;
+};
+
+static bool is_left_out(void *context, long number) {
+    const struct trial_cases *cases = context;
+    return (number - cases->first) % cases->distance != 0;
+}
+
+static bool forget(void *context, const struct case_record *record) {
+    (void)context;
+    (void)record;
+    return true;
+}
+
+static void print_size(double bytes) {
+    static const char *const units[] = {"B", "kB", "MB", "GB", "TB"};
+    int unit = 0;
+    for (; bytes >= 1000 && unit < 4; unit++)
+        bytes /= 1000;
+    fprintf(stderr, "file         about %.3g %s\n", bytes, units[unit]);
+}
+
+static void print_cases(const struct batch_setup *setup) {
+    const struct cases *cases = &setup->sweep.cases;
+    fprintf(stderr, "cases        %ld", setup->end - setup->first);
+    if (setup->end - setup->first < cases->count)
+        fprintf(stderr, " of %ld", cases->count);
+    fprintf(stderr, ", %d structure%s; what varies:", setup->structures.count,
+            setup->structures.count > 1 ? "s" : "");
+    for (int i = 0; i < cases->width; i++)
+        fprintf(stderr, " %s", cases->columns[i].name);
+    fputc('\n', stderr);
+}
+
+/* What the batch would be, from a trial of few cases, of which nothing is kept. */
+static enum status run_dry(struct batch_setup *setup) {
+    const long all = setup->end - setup->first;
+    struct trial_cases cases = {setup->first, (all + TRIAL_CASES - 1) / TRIAL_CASES};
+    const struct batch_sink sink = {&cases, is_left_out, forget};
+    struct batch_count count;
+    print_cases(setup);
+    const enum status status = batch_run(setup, &sink, &count);
+    if (status != STATUS_DONE || count.cases == 0)
+        return status;
+    const double width = setup->layout.width + setup->sweep.cases.width + 4;
+    fprintf(stderr,
+            "time         about %.3g s on %d thread%s, from a trial of %ld cases, of which %ld failed\n",
+            count.wall_s * (double)all / (double)count.cases, setup->threads, setup->threads > 1 ? "s" : "",
+            count.cases, count.failed);
+    print_size((double)all * width * sizeof(double));
+    return STATUS_DONE;
+}
+
+/* ---- The batch ---- */
+
+static bool journal_has(void *context, long number) {
+    const struct journal *journal = context;
+    return journal->offsets[number] != 0;
+}
+
+static bool journal_take(void *context, const struct case_record *record) {
+    return journal_put(context, record);
+}
+
+static bool write_csv(struct results *results, const struct batch_setup *setup, struct batch_count *count) {
+    FILE *out = results->runs->file;
+    struct case_record record;
+    const bool has_reasons = results->journal.has_reasons;
+    runs_csv_header(&setup->layout, has_reasons, out);
+    for (long number = setup->first; number < setup->end; number++) {
+        if (!journal_get(&results->journal, number, &record))
+            return false;
+        runs_csv_row(&setup->layout, has_reasons, &record, out);
+    }
+    batch_time_passed(count);
+    return true;
+}
+
+/* The shares of the cases add up to all processor time of this call. */
+static bool share_time(struct runs_writer *writer, struct batch_count *count) {
+    batch_time_passed(count);
+    return runs_share_time(writer, count->cpu_s - count->cases_cpu_s);
+}
+
+static bool write_hdf5(struct results *results, const struct batch_setup *setup, struct batch_count *count) {
+    struct case_record record;
+    struct runs_writer *writer = runs_create(results->runs->part, &setup->layout, setup->end - setup->first);
+    bool is_good = writer != NULL;
+    for (long number = setup->first; number < setup->end && is_good; number++)
+        is_good = journal_get(&results->journal, number, &record) && runs_put(writer, &record);
+    is_good = is_good && share_time(writer, count);
+    if (is_good)
+        return runs_finish(writer);
+    if (writer)
+        runs_drop(writer);
+    return false;
+}
+
+static bool write_summary(const struct batch_setup *setup, const struct batch_count *count,
+                          struct target *target) {
+    struct document document;
+    document_open(&document);
+    put_open(&document, NULL, '{');
+    put_whole(&document, "cases", count->cases);
+    put_whole(&document, "failed", count->failed);
+    if (setup->structures.count > 0 && setup->structures.list[0].needs & NEEDS_STATICS) {
+        put_whole(&document, "unstable", count->unstable.count);
+        put_whole(&document, "beyond_limit_point", count->beyond.count);
+    }
+    if (count->far.count)
+        put_whole(&document, "far_starts", count->far.count);
+    put_number(&document, "wall_s", count->wall_s);
+    put_number(&document, "cpu_s", count->cpu_s);
+    put_number(&document, "cases_per_s", count->wall_s > 0 ? (double)count->cases / count->wall_s : 0);
+    put_whole(&document, "lanes", setup->lanes);
+    put_whole(&document, "threads", setup->threads);
+    put_close(&document, '}');
+    return document_close(&document, target->file) && target_finish(target);
+}
+
+static void warn_of_starts(const struct noted_cases *noted, const char *equilibrium) {
+    if (noted->count)
+        fprintf(stderr, "refdyn: warning: %ld case%s from %s, the first is case %ld\n", noted->count,
+                noted->count > 1 ? "s start" : " starts", equilibrium, noted->first);
+}
+
+static void print_count(const struct batch_setup *setup, const struct batch_count *count) {
+    const long all = setup->end - setup->first;
+    fprintf(stderr, "cases        %ld, %ld of them computed now, %ld of these failed\n", all, count->cases,
+            count->failed);
+    warn_of_starts(&count->unstable, "an unstable equilibrium");
+    warn_of_starts(&count->beyond, "an equilibrium that the growing load does not lead to");
+    if (count->far.count)
+        fprintf(
+            stderr,
+            "refdyn: warning: %ld case%s far from the programme, the first is case %ld; `refdyn sim` of one "
+            "says how far its start was moved\n",
+            count->far.count, count->far.count > 1 ? "s start" : " starts", count->far.first);
+    fprintf(stderr, "time         %.3g s CPU, %.3g s wall on %d thread%s: %.4g cases a second\n",
+            count->cpu_s, count->wall_s, setup->threads, setup->threads > 1 ? "s" : "",
+            count->wall_s > 0 ? (double)count->cases / count->wall_s : 0);
+    if (setup->lanes > 1)
+        fprintf(stderr, "lanes        %d; of %ld steps %ld were taken one by one\n", setup->lanes,
+                count->steps, count->steps_alone);
+}
+
+/* All cases are in the journal: they become the file. */
+static enum status finish(struct results *results, const struct batch_setup *setup,
+                          struct batch_count *count) {
+    const bool is_written =
+        results->is_csv ? write_csv(results, setup, count) : write_hdf5(results, setup, count);
+    if (!is_written || !target_finish(results->runs)) {
+        fprintf(stderr, "refdyn: the cases are in %s; --resume writes the file from there\n",
+                results->journal.path);
+        return STATUS_FAULT;
+    }
+    journal_remove(&results->journal);
+    print_count(setup, count);
+    return !results->summary || write_summary(setup, count, results->summary) ? STATUS_DONE : STATUS_FAULT;
+}
+
+static enum status compute(struct results *results, struct batch_setup *setup) {
+    const struct batch_sink sink = {&results->journal, journal_has, journal_take};
+    struct batch_count count;
+    interrupt_defer(true);
+    const enum status status = batch_run(setup, &sink, &count);
+    if (status == STATUS_DONE)
+        return finish(results, setup, &count);
+    fprintf(stderr, "refdyn: %s%ld of %ld cases are in %s; --resume goes on\n",
+            interrupted ? "interrupted: " : "", results->journal.count, setup->end - setup->first,
+            results->journal.path);
+    return status;
+}
+
+/* With --resume and without a journal: a file that is there is the result already, or is not to be replaced.
+ * A CSV does not tell of what batch it is. */
+static enum present_result find_present(const struct batch_setup *setup) {
+    const char *path = setup->options.output;
+    if (!setup->options.resume || text_ends_with(path, ".csv"))
+        return PRESENT_NONE;
+    const bool has_journal = access(text_format("%s.journal", path), F_OK) == 0;
+    return has_journal ? PRESENT_NONE : present_result(setup, path, setup->first, setup->end);
+}
+
+static enum status compute_missing(struct results *results, struct batch_setup *setup) {
+    const enum present_result present = find_present(setup);
+    if (present == PRESENT_OTHER) {
+        fprintf(stderr, "refdyn: --resume needs the same batch; without it the file is replaced\n");
+        return STATUS_FAULT;
+    }
+    if (present == PRESENT_COMPLETE) {
+        fprintf(stderr, "refdyn: %s has all %ld cases: nothing is left to do\n", setup->options.output,
+                setup->end - setup->first);
+        return STATUS_DONE;
+    }
+    const enum status status = open_results(results, setup);
+    return status == STATUS_DONE ? compute(results, setup) : status;
+}
+
+enum status run_batch(const struct options *options) {
+    struct batch_setup setup;
+    struct results results = {.journal = {.file = -1}};
+    if (!options->output && !options->dry_run)
+        return usage_error(options->command, "-o is missing");
+    enum status status = batch_setup_open(&setup, options);
+    if (status == STATUS_DONE)
+        status = check_output(&setup);
+    if (status == STATUS_DONE)
+        status = options->dry_run ? run_dry(&setup) : compute_missing(&results, &setup);
+    journal_close(&results.journal);
+    targets_release(&results.targets);
+    batch_setup_close(&setup);
+    return status;
+}

@@ -1,0 +1,231 @@
+/*
+ * What tells a batch from others: texts and hashes of its model, its sweep and its options, and hashes of the
+ * files that its motions read.
+ *
+ * They stand in the head of the journal, so that only the same batch goes on with it, and as attributes in
+ * the file of runs, from which a single case can be run again.
+ */
+#include "runtime/tool/batches/runs/runs.h"
+#include "gen/read/read.h"
+#include "runtime/tool/support/format/format.h"
+
+#include <errno.h>
+#include <jansson.h>
+#include <sha2.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+bool batch_for_each_file(const struct batch_setup *setup, bool call(void *context, const char *path),
+                         void *context) {
+    const struct cases *cases = &setup->sweep.cases;
+    const char *state = options_state_path(setup->options.from);
+    if (state && !call(context, state))
+        return false;
+    for (int i = 0; i < cases->width; i++)
+        for (int k = 0; cases->columns[i].kind == VARIED_SAMPLES && k < cases->columns[i].text_count; k++)
+            if (!call(context, cases->columns[i].texts[k]))
+                return false;
+    return true;
+}
+
+_Static_assert((int)JOURNAL_HASH == (int)SHA256_DIGEST_STRING_LENGTH, "a hash fits");
+
+static void hash_text(const char *text, char *hash) {
+    SHA2_CTX sha;
+    SHA256Init(&sha);
+    SHA256Update(&sha, (const uint8_t *)text, strlen(text));
+    SHA256End(&sha, hash);
+}
+
+/* {"NAME.lua": "text", ...}, the model first. */
+static void put_sources(struct document *document, const struct batch_setup *setup) {
+    const struct sources *sources = setup->base.generation.model.sources;
+    put_open(document, NULL, '{');
+    for (int i = 0; i < sources->count; i++) {
+        const char *slash = strrchr(sources->list[i].path, '/');
+        put_text(document, slash ? slash + 1 : sources->list[i].path, sources->list[i].text);
+    }
+    put_close(document, '}');
+}
+
+/* The options of the motions, by their names on the command line. */
+static const struct {
+    const char *name;
+    size_t offset; /* in struct options */
+} number_options[] = {{"until", offsetof(struct options, until)},
+                      {"every", offsetof(struct options, every)},
+                      {"step", offsetof(struct options, step)},
+                      {"step-max", offsetof(struct options, step_max)},
+                      {"tol", offsetof(struct options, tolerance)},
+                      {"lanes", offsetof(struct options, lanes)}},
+  text_options[] = {{"method", offsetof(struct options, method)},
+                    {"from", offsetof(struct options, from)},
+                    {"hold", offsetof(struct options, hold)},
+                    {"release", offsetof(struct options, release)},
+                    {"way", offsetof(struct options, way)},
+                    {"stabilise", offsetof(struct options, stabilise)},
+                    {"singular", offsetof(struct options, singular)},
+                    {"start", offsetof(struct options, start)},
+                    {"accelerations", offsetof(struct options, accelerations)},
+                    {"loops", offsetof(struct options, loops)}};
+enum {
+    NUMBERS = sizeof number_options / sizeof number_options[0],
+    TEXTS = sizeof text_options / sizeof text_options[0]
+};
+
+static void put_options(struct document *document, const struct batch_setup *setup) {
+    const struct options *options = &setup->options;
+    const char *base = (const char *)options;
+    put_open(document, NULL, '{');
+    put_open(document, "set", '{');
+    for (int i = 0; i < options->setting_count; i++)
+        put_text(document, options->settings[i].name, options->settings[i].value);
+    put_close(document, '}');
+    for (int i = 0; i < NUMBERS; i++) {
+        const double value = *(const double *)(const void *)(base + number_options[i].offset);
+        if (value > 0)
+            put_number(document, number_options[i].name, value);
+    }
+    for (int i = 0; i < TEXTS; i++) {
+        const char *text = *(const char *const *)(const void *)(base + text_options[i].offset);
+        if (text)
+            put_text(document, text_options[i].name, text);
+    }
+    put_close(document, '}');
+}
+
+void batch_read_options(const json_t *from, struct options *options) {
+    json_t *set = json_object_get(from, "set"), *value;
+    const char *name;
+    char *base = (char *)options;
+    options->settings = allocate(json_object_size(set) + 1, sizeof *options->settings);
+    json_object_foreach(set, name, value) options->settings[options->setting_count++] =
+        (struct setting){.name = name, .value = json_is_string(value) ? json_string_value(value) : ""};
+    for (int i = 0; i < NUMBERS; i++)
+        *(double *)(void *)(base + number_options[i].offset) =
+            json_number_value(json_object_get(from, number_options[i].name));
+    for (int i = 0; i < TEXTS; i++)
+        *(const char **)(void *)(base + text_options[i].offset) =
+            json_string_value(json_object_get(from, text_options[i].name));
+}
+
+bool batch_hash_file(const char *path, char hash[static JOURNAL_HASH]) {
+    uint8_t block[4096];
+    SHA2_CTX sha;
+    const char *fault;
+    FILE *file = input_open(path, &fault);
+    SHA256Init(&sha);
+    for (size_t length; file && (length = fread(block, 1, sizeof block, file)) > 0;)
+        SHA256Update(&sha, block, length);
+    const bool is_read = file && !ferror(file);
+    if (!is_read)
+        complain_line(path, 0, text_format("%s, a readable file is needed", file ? strerror(errno) : fault));
+    if (file)
+        fclose(file);
+    SHA256End(&sha, hash);
+    return is_read;
+}
+
+/* A file that is gone has no hash. */
+static bool put_file(void *context, const char *path) {
+    char hash[JOURNAL_HASH];
+    put_text(context, path, batch_hash_file(path, hash) ? hash : "");
+    return true;
+}
+
+/* {"PATH": "hash", ...} */
+static void put_files(struct document *document, const struct batch_setup *setup) {
+    put_open(document, NULL, '{');
+    batch_for_each_file(setup, put_file, document);
+    put_close(document, '}');
+}
+
+/* A document as text, in the setup's memory. */
+static const char *text_of(struct batch_setup *setup,
+                           void put(struct document *document, const struct batch_setup *setup)) {
+    struct document document;
+    char *text = NULL;
+    size_t size;
+    FILE *stream = text_stream(&text, &size);
+    document_open(&document);
+    put(&document, setup);
+    document_close(&document, stream);
+    fclose(stream);
+    const char *copy = memory_text(&setup->memory, text);
+    free(text);
+    return copy;
+}
+
+/* A word as a shell takes it: in single quotes where it is empty or has a character that means something. */
+static void add_word(struct text *text, const char *word) {
+    static const char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+./,:=@%";
+    if (*word && word[strspn(word, plain)] == '\0') {
+        text_add(text, "%s", word);
+        return;
+    }
+    text_add(text, "'");
+    for (; *word; word++)
+        text_add(text, "%.*s", *word == '\'' ? 4 : 1, *word == '\'' ? "'\\''" : word);
+    text_add(text, "'");
+}
+
+static const char *command_of(struct batch_setup *setup) {
+    const struct options *options = &setup->options;
+    struct text text = {.memory = &setup->memory};
+    for (int i = 0; i < options->argument_count; i++) {
+        text_add(&text, "%s", i ? " " : "");
+        add_word(&text, options->arguments[i]);
+    }
+    return text.data;
+}
+
+/* Where paths of the options and of the cases begin; "." where nothing tells. */
+static const char *present_folder(struct batch_setup *setup) {
+    char *folder = getcwd(NULL, 0);
+    const char *copy = memory_text(&setup->memory, folder ? folder : ".");
+    free(folder);
+    return copy;
+}
+
+static void add(struct batch_setup *setup, const char *name, const char *text) {
+    setup->layout.attributes[setup->layout.attribute_count++] = (struct attribute){name, text};
+}
+
+static const char *const part_names[JOURNAL_PARTS] = {"model", "sweep", "options", "files"};
+
+bool batch_check_texts(const struct runs_reader *runs, const char *path) {
+    char hash[JOURNAL_HASH], name[16];
+    for (int part = 0; part < JOURNAL_PARTS; part++) {
+        snprintf(name, sizeof name, "%s_hash", part_names[part]);
+        const char *text = runs_attribute(runs, part_names[part]), *kept = runs_attribute(runs, name);
+        hash_text(text ? text : "", hash);
+        if (!text || !kept || strcmp(hash, kept) != 0) {
+            complain_line(path, 0,
+                          text_format("damaged: attribute %s does not fit %s", part_names[part], name));
+            return false;
+        }
+    }
+    return true;
+}
+
+void batch_identify(struct batch_setup *setup) {
+    enum { ATTRIBUTES = 5 + 2 * JOURNAL_PARTS };
+    const char *model = text_of(setup, put_sources), *options = text_of(setup, put_options),
+               *files = text_of(setup, put_files);
+    const char *sweep = setup->sweep.text;
+    const char *const texts[JOURNAL_PARTS] = {model, sweep, options, files};
+    for (int part = 0; part < JOURNAL_PARTS; part++)
+        hash_text(texts[part], setup->key.hash[part]);
+    setup->layout.attributes = memory_get(&setup->memory, ATTRIBUTES * sizeof *setup->layout.attributes);
+    add(setup, "refdyn", REFDYN_VERSION);
+    add(setup, "model_name", memory_text(&setup->memory, setup->base.generation.model.name));
+    for (int part = 0; part < JOURNAL_PARTS; part++) {
+        add(setup, part_names[part], texts[part]);
+        add(setup, memory_format(&setup->memory, "%s_hash", part_names[part]), setup->key.hash[part]);
+    }
+    add(setup, "command", command_of(setup));
+    add(setup, "folder", present_folder(setup));
+    add(setup, "lanes", memory_format(&setup->memory, "%d", setup->lanes));
+}

@@ -1,0 +1,254 @@
+/*
+ * `refdyn sim --case K --of RUNS.h5`: one case of a batch once more, as CSV.
+ *
+ * Takes the model, the options and the case's values from the file; gives the same numbers at the times at
+ * which the batch looked, with all columns of a motion.
+ */
+#include "runtime/tool/batches/runs/runs.h"
+#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/scene/scene.h"
+#include "runtime/tool/motions/simulate/simulate.h"
+#include "runtime/tool/support/system/system.h"
+
+#include <errno.h>
+#include <jansson.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct again {
+    struct batch_setup setup;
+    struct runs_reader *runs;
+    struct scratch folder; /* of the model's files */
+    bool has_folder;
+    json_t *model, *options, *files;
+    struct targets targets;
+    struct target *rows;
+    struct table table;
+    bool has_rows; /* the motion has begun */
+    int status;    /* of the runtime */
+};
+
+static enum status complain(const char *path, const char *fact) {
+    fprintf(stderr, "refdyn: %s: %s\n", path, fact);
+    return STATUS_FAULT;
+}
+
+/* ---- What the file tells ---- */
+
+static json_t *load_attribute(const struct runs_reader *runs, const char *name) {
+    const char *text = runs_attribute(runs, name);
+    return text ? json_loads(text, 0, NULL) : NULL;
+}
+
+/* The model's files in a folder of their own; the first is the model. */
+static enum status write_model(struct again *again, const char **path) {
+    const char *name;
+    json_t *text;
+    *path = NULL;
+    again->has_folder = scratch_open(&again->folder, scratch_parent(), "refdyn-case-");
+    if (!again->has_folder)
+        return STATUS_FAULT;
+    json_object_foreach(again->model, name, text) {
+        const char *file = memory_format(&again->setup.memory, "%s/%s", again->folder.path, name);
+        FILE *out = strchr(name, '/') ? NULL : fopen(file, "wx");
+        if (!out || fputs(json_string_value(text) ? json_string_value(text) : "", out) < 0 ||
+            fclose(out) != 0)
+            return complain(file, strerror(errno));
+        *path = *path ? *path : file;
+    }
+    return *path ? STATUS_DONE : STATUS_FAULT;
+}
+
+static void read_options(struct again *again, const struct options *given, const char **path) {
+    struct options *options = &again->setup.options;
+    *options = (struct options){.command = given->command, .operands = path, .operand_count = 1};
+    batch_read_options(again->options, options);
+}
+
+/* Texts of other cases are not needed: their files may be gone. */
+static void leave_one_text(struct varied *column) {
+    if (!column->texts)
+        return;
+    column->texts += (int)column->values[0];
+    column->text_count = 1;
+    column->values[0] = 0;
+}
+
+/* The case alone, as case number 0. */
+static enum status read_case(struct again *again, const char *path, double number) {
+    struct memory *memory = &again->setup.memory;
+    const struct cases *all = &runs_layout(again->runs)->cases;
+    struct cases *cases = &again->setup.sweep.cases;
+    long row = 0;
+    while (row < runs_count(again->runs) && (double)runs_numbers(again->runs)[row] != number)
+        row++;
+    if (row == runs_count(again->runs))
+        return complain(path, memory_format(memory, "it has no case %.0f", number));
+    *cases = (struct cases){.count = 1, .width = all->width};
+    cases->columns = memory_get(memory, ((size_t)all->width + 1) * sizeof *cases->columns);
+    for (int i = 0; i < all->width; i++) {
+        cases->columns[i] = all->columns[i];
+        cases->columns[i].values = memory_get(memory, sizeof(double));
+        cases->columns[i].values[0] = all->columns[i].values[row];
+        if (!isfinite(cases->columns[i].values[0]))
+            return complain(path, memory_format(memory, "/cases/%s: case %.0f has %g, which must be finite",
+                                                all->columns[i].name, number, cases->columns[i].values[0]));
+        leave_one_text(&cases->columns[i]);
+    }
+    return STATUS_DONE;
+}
+
+/* What made the batch look at its times: outputs where anything is kept of them, and times of their own. */
+static void read_keep(struct again *again, const char *const *of) {
+    const struct runs_layout *layout = runs_layout(again->runs);
+    struct keep *keep = &again->setup.sweep.keep;
+    keep->final = true;
+    for (int i = 0; i < layout->item_count; i++) {
+        const char *group = layout->items[i].group;
+        if (strcmp(group, "extremes") == 0 || strcmp(group, "norms") == 0 || strcmp(group, "history") == 0)
+            keep->history = (struct name_list){&layout->items[i].name, of, 1};
+    }
+    for (int i = 0; i < layout->axis_count; i++)
+        if (strcmp(layout->axes[i].path, "at/t") == 0) {
+            keep->at = layout->axes[i].values;
+            keep->at_count = layout->axes[i].count;
+        }
+}
+
+/* ---- The motion ---- */
+
+static int write_row(void *context, const struct refdyn_batch_case *one, int number) {
+    struct again *again = context;
+    if (number == 0) {
+        again->has_rows = true;
+        table_start(&again->table, one->integrator, NULL);
+        table_header(&again->table, again->rows->file);
+    }
+    table_fill(&again->table);
+    table_row(&again->table, again->rows->file);
+    return 0;
+}
+
+static int is_interrupted(void *context) {
+    (void)context;
+    return interrupted != 0;
+}
+
+/* The text without the folder of the model, which no longer exists when the place is read. */
+static const char *without_folder(const struct again *again, const char *text) {
+    const size_t length = strlen(again->folder.path);
+    return strncmp(text, again->folder.path, length) == 0 && text[length] == '/' ? text + length + 1 : text;
+}
+
+static int print_refused_values(const struct again *again, const struct refdyn_batch_case *one,
+                                const struct refdyn_batch_result *result) {
+    const struct scene *scene = &again->setup.structures.list[0].scene;
+    char text[REFUSED_LENGTH];
+    const char *fact = without_folder(again, scene_refused_fact(scene, one->integrator->work, text));
+    if (result->stage == REFDYN_AT_STEPS)
+        events_print_refused(one->integrator, fact);
+    else
+        fprintf(stderr, "%s\n", fact);
+    return 0;
+}
+
+static int note_end(void *context, const struct refdyn_batch_case *one,
+                    const struct refdyn_batch_result *result) {
+    struct again *again = context;
+    const struct refdyn_integrator *integrator = one->integrator;
+    struct scene *scene = &again->setup.structures.list[0].scene;
+    if (result->status == REFDYN_EVENT_ENDS) {
+        table_fill(&again->table);
+        table_row(&again->table, again->rows->file);
+        return 0;
+    }
+    again->status = result->status;
+    if (!result->status)
+        return 0;
+    if (result->status == REFDYN_REFUSED)
+        return print_refused_values(again, one, result);
+    scene->work.fault = integrator->work->fault;
+    numbers_failed(scene, result->status, result->t, integrator->q, integrator->qd);
+    return 0;
+}
+
+/* What a signal had it leave stays readable, as that of a motion. */
+static enum status leave_part(struct again *again) {
+    fputs("refdyn: interrupted\n", stderr);
+    if (again->has_rows && target_close_part(again->rows) && again->rows->part)
+        fprintf(stderr, "refdyn: what was computed until then is in %s\n", again->rows->part);
+    return STATUS_NUMBERS;
+}
+
+static enum status move(struct again *again) {
+    struct structure *structure = &again->setup.structures.list[0];
+    struct refdyn_batch batch = batch_of_structure(&again->setup, structure);
+    batch.count = batch.threads = 1;
+    batch.context = again;
+    batch.output = write_row;
+    batch.end = note_end;
+    batch.stop = is_interrupted;
+    interrupt_defer(true);
+    const int result = refdyn_batch_run(&batch, NULL);
+    if (interrupted)
+        return leave_part(again);
+    if (result)
+        return complain(structure->scene.model->name, refdyn_status_text(result));
+    if (!again->has_rows)
+        return again->status == REFDYN_REFUSED ? STATUS_FAULT : STATUS_NUMBERS;
+    const enum status status = target_finish(again->rows) ? STATUS_DONE : STATUS_FAULT;
+    return again->status ? STATUS_NUMBERS : status;
+}
+
+static bool spare(void *context, const char *path) {
+    targets_spare(context, path);
+    return true;
+}
+
+static enum status open_case(struct again *again, const struct options *given, const char **path) {
+    const char *of = given->of;
+    again->model = load_attribute(again->runs, "model");
+    again->options = load_attribute(again->runs, "options");
+    again->files = load_attribute(again->runs, "files");
+    if (json_object_size(again->model) == 0 || !json_is_object(again->options))
+        return complain(of, "the file does not tell its model and options");
+    if (!batch_check_texts(again->runs, of))
+        return STATUS_FAULT;
+    enum status status = write_model(again, path);
+    read_options(again, given, path);
+    if (status == STATUS_DONE)
+        status = read_case(again, of, given->case_number);
+    const struct case_files files = {
+        .hashes = again->files, .folder = runs_attribute(again->runs, "folder"), .runs = of};
+    if (status == STATUS_DONE && !case_files_find(&files, &again->setup))
+        status = STATUS_FAULT;
+    read_keep(again, &given->of);
+    if (status == STATUS_DONE)
+        status = batch_setup_complete(&again->setup);
+    targets_spare(&again->targets, of);
+    batch_for_each_file(&again->setup, spare, &again->targets);
+    if (status == STATUS_DONE && !(again->rows = target_open(&again->targets, given->output)))
+        status = STATUS_FAULT;
+    return status;
+}
+
+enum status run_case_again(const struct options *options) {
+    if (options->output && text_names_hdf5(options->output))
+        return usage_error(options->command, "-o %s: a case of --of is written as CSV", options->output);
+    struct again again = {.setup = {.memory = arena_start()}, .runs = runs_open(options->of)};
+    const char *path;
+    enum status status = again.runs ? open_case(&again, options, &path) : STATUS_FAULT;
+    if (status == STATUS_DONE)
+        status = move(&again);
+    targets_release(&again.targets);
+    batch_setup_close(&again.setup);
+    if (again.has_folder)
+        scratch_close(&again.folder);
+    if (again.runs)
+        runs_close(again.runs);
+    json_decref(again.model);
+    json_decref(again.options);
+    json_decref(again.files);
+    return status;
+}

@@ -1,0 +1,206 @@
+/* Which numbers a batch keeps of a case, and at which times it looks: see runs.h. */
+#include "runtime/tool/batches/runs/runs.h"
+#include "gen/base/base.h"
+#include "runtime/tool/motions/simulate/simulate.h"
+
+#include <math.h>
+#include <string.h>
+
+static const char *const extremes_names[] = {"smallest", "time of the smallest", "largest",
+                                             "time of the largest"};
+enum { EXTREMES = 4 };
+
+/* ---- Times ---- */
+
+static bool needs_outputs(const struct keep *keep) {
+    return keep->extremes.count > 0 || keep->norms.count > 0 || keep->history.count > 0;
+}
+
+struct seen_times seen_times_make(struct memory *memory, const struct keep *keep, double t, double until,
+                                  double every) {
+    const bool is_seen = needs_outputs(keep) || every > 0;
+    const double distance = motion_distance(until - t, every);
+    const long outputs = is_seen ? motion_count_outputs(until - t, distance) - 1 : 1;
+    const size_t most = (size_t)outputs + (size_t)keep->at_count + 2;
+    double *times = memory_get(memory, most * sizeof *times);
+    int *output = memory_get(memory, most * sizeof *output), *at = memory_get(memory, most * sizeof *at);
+    struct seen_times seen = {.t = times, .output = output, .at = at, .output_count = (int)outputs + 1};
+    int next_at = 0;
+    for (long i = 0; i <= outputs;) {
+        const double t_output = i == outputs ? until : t + (double)i * distance;
+        const double t_at = next_at < keep->at_count ? keep->at[next_at] : INFINITY;
+        times[seen.count] = fmin(t_output, t_at);
+        at[seen.count] = t_at <= t_output ? next_at++ : -1;
+        output[seen.count++] = t_output <= t_at ? (int)i++ : -1;
+    }
+    return seen;
+}
+
+/* ---- Items ---- */
+
+/* A list of items that grows. */
+struct listing {
+    struct memory *memory;
+    struct kept *kept;
+    struct runs_layout *layout;
+    int capacity, kind_capacity, column_capacity;
+};
+
+static void add_item(struct listing *listing, enum kept_kind kind, const char *column, const char *unit) {
+    static const char *const groups[] = {"final", "at", "extremes", "norms", "history"};
+    static const char *const axes[] = {NULL, "at/t", "extremes/which", NULL, "history/t"};
+    struct runs_layout *layout = listing->layout;
+    struct kept *kept = listing->kept;
+    const int sizes[] = {1, 0, EXTREMES, 1, kept->times.output_count};
+    int size = sizes[kind];
+    for (int i = 0; kind == KEPT_AT && i < kept->times.count; i++)
+        size += kept->times.at[i] >= 0;
+    const int count = layout->item_count++;
+    layout->items =
+        memory_room(listing->memory, layout->items, count, &listing->capacity, sizeof *layout->items);
+    kept->kinds =
+        memory_room(listing->memory, kept->kinds, count, &listing->kind_capacity, sizeof *kept->kinds);
+    kept->columns =
+        memory_room(listing->memory, kept->columns, count, &listing->column_capacity, sizeof *kept->columns);
+    kept->kinds[count] = kind;
+    kept->columns[count] = memory_text(listing->memory, column);
+    layout->items[count] = (struct kept_item){.group = groups[kind],
+                                              .name = kept->columns[count],
+                                              .unit = unit ? memory_text(listing->memory, unit) : NULL,
+                                              .size = size,
+                                              .offset = layout->width,
+                                              .axis = axes[kind]};
+    layout->width += size;
+}
+
+static bool has_item(const struct listing *listing, enum kept_kind kind, const char *column) {
+    for (int i = 0; i < listing->layout->item_count; i++)
+        if (listing->kept->kinds[i] == kind && strcmp(listing->kept->columns[i], column) == 0)
+            return true;
+    return false;
+}
+
+/* The state: t, coordinates, rates and points, which are the first columns of the table, and for contacts the
+ * forces and times of rest, which are the last. */
+static void add_state(struct listing *listing, enum kept_kind kind, const struct table *table,
+                      const struct refdyn_model *model) {
+    const int first = 1 + 2 * model->n + 9 * model->point_count;
+    const int last = table->count - 2 * (model->m - refdyn_programme_rows(model));
+    for (int i = kind == KEPT_AT; i < table->count; i++) /* the times of `at` are its axis */
+        if ((i < first || i >= last) && !has_item(listing, kind, table->names[i]))
+            add_item(listing, kind, table->names[i], table->units[i]);
+}
+
+/* Those of the names that the model has. */
+static void add_named(struct listing *listing, enum kept_kind kind, const struct name_list *list,
+                      const struct table *table) {
+    for (int i = 0; i < list->count; i++) {
+        const int column = text_index(list->names[i], table->names, table->count);
+        if (column >= 0 && !has_item(listing, kind, list->names[i]))
+            add_item(listing, kind, list->names[i], table->units[column]);
+    }
+}
+
+static void add_model(struct listing *listing, const struct keep *keep, const struct refdyn_model *model) {
+    struct refdyn_workspace work = {.model = model, .n = model->n, .m = model->m};
+    struct refdyn_integrator integrator = {.work = &work};
+    struct table table;
+    table_start(&table, &integrator, NULL);
+    if (keep->final)
+        add_state(listing, KEPT_FINAL, &table, model);
+    if (keep->at_count > 0)
+        add_state(listing, KEPT_AT, &table, model);
+    add_named(listing, KEPT_EXTREMES, &keep->extremes, &table);
+    add_named(listing, KEPT_NORM, &keep->norms, &table);
+    add_named(listing, KEPT_HISTORY, &keep->history, &table);
+}
+
+/* ---- Axes ---- */
+
+static double *times_of(struct memory *memory, const struct seen_times *times, const int *which, int *count) {
+    double *values = memory_get(memory, (size_t)times->count * sizeof *values);
+    *count = 0;
+    for (int i = 0; i < times->count; i++)
+        if (which[i] >= 0)
+            values[(*count)++] = times->t[i];
+    return values;
+}
+
+static void add_axes(struct memory *memory, const struct keep *keep, const struct kept *kept,
+                     struct runs_layout *layout) {
+    struct kept_axis *axes = memory_get(memory, 3 * sizeof *axes);
+    layout->axes = axes;
+    if (keep->at_count > 0) {
+        struct kept_axis *axis = &axes[layout->axis_count++];
+        *axis = (struct kept_axis){.path = "at/t", .unit = "s"};
+        axis->values = times_of(memory, &kept->times, kept->times.at, &axis->count);
+    }
+    if (keep->extremes.count > 0)
+        axes[layout->axis_count++] =
+            (struct kept_axis){.path = "extremes/which", .count = EXTREMES, .names = extremes_names};
+    if (keep->history.count > 0) {
+        struct kept_axis *axis = &axes[layout->axis_count++];
+        *axis = (struct kept_axis){.path = "history/t", .unit = "s"};
+        axis->values = times_of(memory, &kept->times, kept->times.output, &axis->count);
+    }
+}
+
+/* ---- Names that no model has ---- */
+
+/* Complains of the first one; false: there is one. */
+static bool are_known(const struct name_list *list, const struct listing *listing, enum kept_kind kind,
+                      const struct refdyn_model *model, const char *field) {
+    for (int i = 0; i < list->count; i++) {
+        if (has_item(listing, kind, list->names[i]))
+            continue;
+        struct refdyn_workspace work = {.model = model, .n = model->n, .m = model->m};
+        struct refdyn_integrator integrator = {.work = &work};
+        struct table table;
+        table_start(&table, &integrator, NULL);
+        const char *near = message_nearest_name(list->names[i], table.names, table.count);
+        fprintf(stderr, "%s: keep.%s: a motion has no column '%s'%s%s\n", list->places[i], field,
+                list->names[i], near ? ", the nearest is " : "", near ? near : "");
+        return false;
+    }
+    return true;
+}
+
+/* ---- Names that a file of HDF5 cannot have ---- */
+
+static const char *find_unfit(const char *group, const char *name, const struct runs_layout *layout) {
+    const char *path = text_format("%s/%s", group, name);
+    for (int i = 0; i < layout->axis_count; i++)
+        if (strcmp(layout->axes[i].path, path) == 0)
+            return text_format("a file of HDF5 has its axis /%s under this name", path);
+    return text_unfit_for_hdf5(name);
+}
+
+static bool check_fit(const struct name_list *list, const char *group, const struct runs_layout *layout) {
+    for (int i = 0; i < list->count; i++) {
+        const char *why = find_unfit(group, list->names[i], layout);
+        if (why) {
+            fprintf(stderr, "%s: keep.%s: '%s': %s; leave it out, or rename the column\n", list->places[i],
+                    group, list->names[i], why);
+            return false;
+        }
+    }
+    return true;
+}
+
+bool kept_fits_hdf5(const struct keep *keep, const struct runs_layout *layout) {
+    return check_fit(&keep->extremes, "extremes", layout) && check_fit(&keep->norms, "norms", layout) &&
+           check_fit(&keep->history, "history", layout);
+}
+
+/* ---- The whole ---- */
+
+bool kept_lay_out(struct memory *memory, const struct keep *keep, const struct refdyn_model *const *models,
+                  int model_count, struct kept *kept, struct runs_layout *layout) {
+    struct listing listing = {.memory = memory, .kept = kept, .layout = layout};
+    for (int i = 0; i < model_count; i++)
+        add_model(&listing, keep, models[i]);
+    add_axes(memory, keep, kept, layout);
+    return are_known(&keep->extremes, &listing, KEPT_EXTREMES, models[0], "extremes") &&
+           are_known(&keep->norms, &listing, KEPT_NORM, models[0], "norms") &&
+           are_known(&keep->history, &listing, KEPT_HISTORY, models[0], "history");
+}

@@ -1,0 +1,352 @@
+/* `refdyn merge`: files of runs of the same batch as one, in the order of the cases. */
+#include "runtime/tool/support/hdf5/hdf5_files.h"
+#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/system/system.h"
+#include "runtime/tool/support/format/format.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char missing_name[] = "missing";
+
+/* What differs between parts of one batch: when and how they were made. */
+static const char *const free_names[] = {"command", "created", "started", "finished",  "wall_s",
+                                         "cpu_s",   "threads", "host",    missing_name};
+/* Kept of the first file, from which paths of the cases are looked up. */
+static const char folder_name[] = "folder";
+
+/* One call. */
+struct merge {
+    int file_count;
+    const char *const *paths;
+    struct runs_reader **readers; /* (file_count) NULL: not opened */
+    long *rows;                   /* (file_count) the next one of each */
+    struct runs_layout layout;    /* of what is written */
+    long count;                   /* cases of all */
+    struct memory memory;
+    struct targets targets;
+};
+
+static bool refuse(const char *path, const char *fact) {
+    complain_line(path, 0, fact);
+    return false;
+}
+
+/* ---- The same batch ---- */
+
+static bool is_free(const char *name) {
+    for (size_t i = 0; i < sizeof free_names / sizeof free_names[0]; i++)
+        if (strcmp(name, free_names[i]) == 0)
+            return true;
+    return false;
+}
+
+/* The first attribute of `a` that `b` has not or has otherwise; NULL: none. */
+static const char *other_attribute(const struct runs_reader *a, const struct runs_reader *b) {
+    const struct runs_layout *layout = runs_layout(a);
+    for (int i = 0; i < layout->attribute_count; i++) {
+        const char *name = layout->attributes[i].name, *other = runs_attribute(b, name);
+        if (!is_free(name) && strcmp(name, folder_name) != 0 &&
+            (!other || strcmp(layout->attributes[i].text, other) != 0))
+            return name;
+    }
+    return NULL;
+}
+
+static bool is_same_text(const char *a, const char *b) {
+    return a == b || (a && b && strcmp(a, b) == 0);
+}
+
+static bool is_same_item(const struct kept_item *a, const struct kept_item *b) {
+    return is_same_text(a->group, b->group) && is_same_text(a->name, b->name) &&
+           is_same_text(a->unit, b->unit) && is_same_text(a->axis, b->axis) && a->size == b->size;
+}
+
+static bool is_same_axis(const struct kept_axis *a, const struct kept_axis *b) {
+    if (!is_same_text(a->path, b->path) || !is_same_text(a->unit, b->unit) || a->count != b->count ||
+        !a->values != !b->values)
+        return false;
+    for (int i = 0; i < a->count; i++)
+        if (a->values ? a->values[i] != b->values[i] : !is_same_text(a->names[i], b->names[i]))
+            return false;
+    return true;
+}
+
+static bool is_same_column(const struct varied *a, const struct varied *b) {
+    return is_same_text(a->name, b->name) && is_same_text(a->target, b->target) &&
+           is_same_text(a->unit, b->unit) && a->kind == b->kind && !a->texts == !b->texts;
+}
+
+/* What differs in the layouts, in words; NULL: nothing. */
+static const char *other_part(const struct runs_layout *a, const struct runs_layout *b) {
+    if (a->cases.width != b->cases.width)
+        return "what varies";
+    for (int i = 0; i < a->cases.width; i++)
+        if (!is_same_column(&a->cases.columns[i], &b->cases.columns[i]))
+            return "what varies";
+    if (a->item_count != b->item_count || a->axis_count != b->axis_count)
+        return "what is kept of a case";
+    for (int i = 0; i < a->item_count; i++)
+        if (!is_same_item(&a->items[i], &b->items[i]))
+            return "what is kept of a case";
+    for (int i = 0; i < a->axis_count; i++)
+        if (!is_same_axis(&a->axes[i], &b->axes[i]))
+            return "an axis of what is kept";
+    return NULL;
+}
+
+static bool check_same(const struct merge *merge, int file) {
+    const struct runs_reader *a = merge->readers[0], *b = merge->readers[file];
+    const char *name = other_attribute(a, b);
+    name = name ? name : other_attribute(b, a);
+    if (name)
+        return refuse(merge->paths[file], text_format("is of another batch than %s: attribute '%s' differs",
+                                                      merge->paths[0], name));
+    if (runs_batch_count(a) != runs_batch_count(b))
+        return refuse(merge->paths[file],
+                      text_format("is of another batch than %s: it has %ld cases and not %ld",
+                                  merge->paths[0], runs_batch_count(b), runs_batch_count(a)));
+    const char *part = other_part(runs_layout(a), runs_layout(b));
+    return !part || refuse(merge->paths[file],
+                           text_format("is of another batch than %s: %s differs", merge->paths[0], part));
+}
+
+/* ---- Numbers of cases as ranges ---- */
+
+/* "3-5, 9" grows number by number. */
+struct ranges {
+    FILE *out;
+    char *text;
+    size_t size;
+    long first, last; /* of the range that is not yet written */
+    long count;
+};
+
+static void ranges_start(struct ranges *ranges) {
+    *ranges = (struct ranges){.first = -1};
+    ranges->out = text_stream(&ranges->text, &ranges->size);
+}
+
+static void write_range(struct ranges *ranges) {
+    const bool is_first = ranges->count == ranges->last - ranges->first + 1;
+    if (ranges->count == 0)
+        return;
+    fprintf(ranges->out, "%s%ld", is_first ? "" : ", ", ranges->first);
+    if (ranges->last > ranges->first)
+        fprintf(ranges->out, "-%ld", ranges->last);
+}
+
+/* All numbers from `from` on and before `to`; they ascend from call to call. */
+static void ranges_add(struct ranges *ranges, long from, long to) {
+    if (from >= to)
+        return;
+    if (ranges->count == 0 || from > ranges->last + 1) {
+        write_range(ranges);
+        ranges->first = from;
+    }
+    ranges->last = to - 1;
+    ranges->count += to - from;
+}
+
+/* The text in ranges->text, to be freed. */
+static void ranges_end(struct ranges *ranges) {
+    write_range(ranges);
+    fclose(ranges->out);
+}
+
+/* Complains of the cases that two files have. */
+static bool check_apart(const struct merge *merge, int a, int b) {
+    const long *x = runs_numbers(merge->readers[a]), *y = runs_numbers(merge->readers[b]);
+    const long x_count = runs_count(merge->readers[a]), y_count = runs_count(merge->readers[b]);
+    struct ranges ranges;
+    ranges_start(&ranges);
+    for (long i = 0, j = 0; i < x_count && j < y_count;) {
+        if (x[i] == y[j])
+            ranges_add(&ranges, x[i], x[i] + 1);
+        const bool moves_x = x[i] <= y[j], moves_y = y[j] <= x[i];
+        i += moves_x;
+        j += moves_y;
+    }
+    ranges_end(&ranges);
+    if (ranges.count > 0)
+        refuse(merge->paths[b], text_format("has cases that %s has, too: %s", merge->paths[a], ranges.text));
+    free(ranges.text);
+    return ranges.count == 0;
+}
+
+static bool check_all(const struct merge *merge) {
+    for (int i = 1; i < merge->file_count; i++)
+        if (!check_same(merge, i))
+            return false;
+    for (int i = 1; i < merge->file_count; i++)
+        for (int j = 0; j < i; j++)
+            if (!check_apart(merge, j, i))
+                return false;
+    return true;
+}
+
+/* ---- What is written ---- */
+
+/* The file whose next case has the lowest number, -1: all are done. */
+static int next_file(const struct merge *merge) {
+    int next = -1;
+    long lowest = 0;
+    for (int i = 0; i < merge->file_count; i++) {
+        if (merge->rows[i] == runs_count(merge->readers[i]))
+            continue;
+        const long number = runs_numbers(merge->readers[i])[merge->rows[i]];
+        if (next < 0 || number < lowest) {
+            next = i;
+            lowest = number;
+        }
+    }
+    return next;
+}
+
+/* Cases that no file has, as ranges in heap memory; NULL: all are there. Tells them. */
+static char *find_missing(struct merge *merge, long total) {
+    struct ranges ranges;
+    long expected = 0;
+    ranges_start(&ranges);
+    for (int file; (file = next_file(merge)) >= 0;) {
+        const long number = runs_numbers(merge->readers[file])[merge->rows[file]++];
+        ranges_add(&ranges, expected, number);
+        expected = number + 1;
+    }
+    ranges_add(&ranges, expected, total);
+    ranges_end(&ranges);
+    memset(merge->rows, 0, (size_t)merge->file_count * sizeof *merge->rows);
+    if (ranges.count > 0) {
+        fprintf(stderr, "refdyn: warning: %ld of %ld cases are in none of the files: %s\n", ranges.count,
+                total, ranges.text);
+        return ranges.text;
+    }
+    free(ranges.text);
+    return NULL;
+}
+
+/* A column of the first file, with the values of all by the number of the case. The texts of one file stand
+ * behind those of the files before. */
+static struct varied join_column(struct merge *merge, int column, long total) {
+    struct varied joined = runs_layout(merge->readers[0])->cases.columns[column];
+    joined.values = memory_get(&merge->memory, ((size_t)total + 1) * sizeof *joined.values);
+    joined.text_count = 0;
+    for (int i = 0; i < merge->file_count; i++)
+        joined.text_count += runs_layout(merge->readers[i])->cases.columns[column].text_count;
+    if (joined.texts)
+        joined.texts = memory_get(&merge->memory, ((size_t)joined.text_count + 1) * sizeof *joined.texts);
+    for (int i = 0, before = 0; i < merge->file_count; i++) {
+        const struct varied *part = &runs_layout(merge->readers[i])->cases.columns[column];
+        const long *numbers = runs_numbers(merge->readers[i]);
+        for (int k = 0; k < part->text_count; k++)
+            joined.texts[before + k] = part->texts[k];
+        for (long row = 0; row < runs_count(merge->readers[i]); row++)
+            joined.values[numbers[row]] = part->values[row] + (part->texts ? before : 0);
+        before += part->text_count;
+    }
+    return joined;
+}
+
+/* Those of the first file that are not about its part of the batch alone. */
+static void join_attributes(struct merge *merge, const char *missing) {
+    const struct runs_layout *first = runs_layout(merge->readers[0]);
+    struct attribute *attributes =
+        memory_get(&merge->memory, ((size_t)first->attribute_count + 1) * sizeof *attributes);
+    int count = 0;
+    for (int i = 0; i < first->attribute_count; i++)
+        if (!is_free(first->attributes[i].name))
+            attributes[count++] = first->attributes[i];
+    if (missing)
+        attributes[count++] = (struct attribute){missing_name, missing};
+    merge->layout.attributes = attributes;
+    merge->layout.attribute_count = count;
+}
+
+/* Numbers of cases are below `total`, which a damaged file may have far too large. */
+static bool check_total(const struct merge *merge, long total) {
+    enum { MOST = 100000000 };
+    return total <= MOST ||
+           refuse(merge->paths[0],
+                  text_format("is of a batch of %ld cases, at most %d are merged", total, (int)MOST));
+}
+
+static void join_layout(struct merge *merge, long total, const char *missing) {
+    struct cases *cases = &merge->layout.cases;
+    merge->layout = *runs_layout(merge->readers[0]);
+    cases->count = total;
+    cases->columns = memory_get(&merge->memory, ((size_t)cases->width + 1) * sizeof *cases->columns);
+    for (int i = 0; i < cases->width; i++)
+        cases->columns[i] = join_column(merge, i, total);
+    for (int i = 0; i < merge->file_count; i++)
+        merge->count += runs_count(merge->readers[i]);
+    join_attributes(merge, missing);
+}
+
+static bool copy_cases(struct merge *merge, struct runs_writer *writer) {
+    for (int file; (file = next_file(merge)) >= 0;) {
+        struct case_record record;
+        if (!runs_get(merge->readers[file], merge->rows[file]++, &record) || !runs_put(writer, &record))
+            return false;
+    }
+    return true;
+}
+
+static bool write_all(struct merge *merge, struct target *target) {
+    struct runs_writer *writer = runs_create(target->part, &merge->layout, merge->count);
+    if (!writer)
+        return false;
+    if (copy_cases(merge, writer))
+        return runs_finish(writer) && target_finish(target);
+    runs_drop(writer);
+    return false;
+}
+
+/* ---- The command ---- */
+
+static bool open_files(struct merge *merge) {
+    for (int i = 0; i < merge->file_count; i++) {
+        merge->readers[i] = runs_open(merge->paths[i]);
+        if (!merge->readers[i])
+            return false;
+    }
+    return true;
+}
+
+static bool merge_into(struct merge *merge, const char *path) {
+    for (int i = 0; i < merge->file_count; i++)
+        targets_spare(&merge->targets, merge->paths[i]);
+    struct target *target = target_open(&merge->targets, path);
+    if (!target)
+        return false;
+    if (!target->part)
+        return refuse(target->name, "output: HDF5 needs a file, which this is not");
+    if (!text_names_hdf5(path))
+        return refuse(path, "output: HDF5 is what is written, a name that ends in .h5 is needed");
+    if (!open_files(merge) || !check_all(merge))
+        return false;
+    const long total = runs_batch_count(merge->readers[0]);
+    if (!check_total(merge, total))
+        return false;
+    char *missing = find_missing(merge, total);
+    join_layout(merge, total, missing);
+    const bool is_written = write_all(merge, target);
+    free(missing);
+    return is_written;
+}
+
+enum status run_merge(const struct options *options) {
+    const size_t count = (size_t)options->operand_count;
+    struct merge merge = {.file_count = options->operand_count,
+                          .paths = options->operands,
+                          .readers = allocate(count, sizeof *merge.readers),
+                          .rows = allocate(count, sizeof *merge.rows),
+                          .memory = arena_start()};
+    const bool is_good = merge_into(&merge, options->output);
+    for (int i = 0; i < merge.file_count; i++)
+        if (merge.readers[i])
+            runs_close(merge.readers[i]);
+    targets_release(&merge.targets);
+    memory_release(&merge.memory);
+    return is_good ? STATUS_DONE : STATUS_FAULT;
+}

@@ -1,0 +1,208 @@
+/* Sweep files: see sweeps.h. The language is read in gen/read/, the cases are made in expand.c. */
+#include "runtime/tool/batches/sweeps/sweeps.h"
+#include "runtime/tool/support/format/format.h"
+
+#include <stdio.h>
+#include <string.h>
+
+struct sweep_reading {
+    struct sweep_file file;
+    struct case_names names;
+    struct messages messages; /* of what the model does not have */
+    struct sweep *sweep;
+    struct case_table table; /* all columns: those that vary, then derived ones */
+};
+
+/* ---- Names ---- */
+
+static bool has_options(const struct sweep_reading *reading) {
+    for (int i = 0; i < reading->file.vary_count; i++)
+        if (case_names_is_option(&reading->names, reading->file.varies[i].name))
+            return true;
+    return false;
+}
+
+static const char *path_of(const struct sweep_reading *reading, int column) {
+    const bool is_derived = column >= reading->file.vary_count;
+    return memory_format(reading->names.memory, "%s%s", is_derived ? "derive: " : "vary.",
+                         reading->table.columns[column].name);
+}
+
+/* What can be said before there is a case. Names that derive gives may be options, too. */
+static void find_varied(struct sweep_reading *reading) {
+    const struct sweep_file *file = &reading->file;
+    const bool derives_options = file->derive && reading->names.generation->model.option_count > 0;
+    const bool may_wait = has_options(reading) || derives_options;
+    for (int i = 0; i < file->vary_count; i++) {
+        const struct vary *vary = &file->varies[i];
+        const struct case_column column = {.name = vary->name, .place = vary->place};
+        const char *path = memory_format(reading->names.memory, "vary.%s", vary->name);
+        struct varied varied;
+        if (case_names_find(&reading->names, path, &column, may_wait, &varied) && varied.target &&
+            vary_is_random(vary) && (varied.kind == VARIED_OPTION || varied.kind == VARIED_SAMPLES))
+            message_error(&reading->messages, vary->place, "%s: random numbers, a list of values is needed",
+                          path);
+    }
+    if (file->sequence != SEQUENCE_RANDOM && !quasi_random_is_there())
+        message_error(&reading->messages, file->place, "sequence: %s needs a refdyn that is built with GSL",
+                      file->sequence == SEQUENCE_SOBOL ? "sobol" : "halton");
+}
+
+/* ---- Cases ---- */
+
+/* The table of what varies, with what is derived behind it; complaints of the file are in its messages. */
+static bool make_table(struct sweep_reading *reading) {
+    struct memory *memory = reading->names.memory;
+    struct case_table given, derived;
+    expand_cases(&reading->file, memory, &given);
+    if (!sweep_file_derive(&reading->file, &given, memory, &derived))
+        return false;
+    reading->table = (struct case_table){.count = given.count, .width = given.width + derived.width};
+    reading->table.columns = memory_get(memory, (size_t)reading->table.width * sizeof *given.columns);
+    memcpy(reading->table.columns, given.columns, (size_t)given.width * sizeof *given.columns);
+    if (derived.width)
+        memcpy(reading->table.columns + given.width, derived.columns,
+               (size_t)derived.width * sizeof *given.columns);
+    return true;
+}
+
+static void make_cases(struct sweep_reading *reading) {
+    const struct case_table *table = &reading->table;
+    struct cases *cases = &reading->sweep->cases;
+    bool options_vary = false;
+    *cases = (struct cases){.count = table->count, .width = table->width};
+    cases->columns = memory_get(reading->names.memory, (size_t)table->width * sizeof *cases->columns);
+    for (int i = 0; i < table->width; i++)
+        options_vary = options_vary || case_names_is_option(&reading->names, table->columns[i].name);
+    for (int i = 0; i < table->width; i++)
+        if (case_names_find(&reading->names, path_of(reading, i), &table->columns[i], options_vary,
+                            &cases->columns[i]))
+            case_names_convert(&reading->names, path_of(reading, i), &table->columns[i], table->count,
+                               &cases->columns[i]);
+    if (!reading->messages.errors)
+        case_names_check(&reading->names, table, cases);
+}
+
+/* ---- What is kept, and how motions run ---- */
+
+static const char *place_text(struct memory *memory, struct place place) {
+    return memory_format(memory, "%s:%d", place.file, place.line);
+}
+
+static struct name_list copy_names(struct memory *memory, const struct sweep_names *names) {
+    struct name_list list = {.count = names->count};
+    list.names = memory_get(memory, ((size_t)names->count + 1) * sizeof *list.names);
+    const char **places = memory_get(memory, ((size_t)names->count + 1) * sizeof *places);
+    for (int i = 0; i < names->count; i++) {
+        list.names[i] = memory_text(memory, names->names[i]);
+        places[i] = place_text(memory, names->places[i]);
+    }
+    list.places = places;
+    return list;
+}
+
+static void copy_keep(struct sweep_reading *reading, double t_end) {
+    struct memory *memory = reading->names.memory;
+    const struct sweep_keep *keep = &reading->file.keep;
+    for (int i = 0; i < keep->at_count; i++)
+        if (keep->at[i] > t_end)
+            message_error(&reading->messages, keep->at_place,
+                          "keep.at[%d]: time %.15g, the motions end at %.15g", i + 1, keep->at[i], t_end);
+    reading->sweep->keep =
+        (struct keep){.final = keep->final,
+                      .extremes = copy_names(memory, &keep->extremes),
+                      .norms = copy_names(memory, &keep->norms),
+                      .history = copy_names(memory, &keep->history),
+                      .at = memory_grow(memory, keep->at, (size_t)keep->at_count * sizeof *keep->at,
+                                        ((size_t)keep->at_count + 1) * sizeof *keep->at),
+                      .at_count = keep->at_count};
+}
+
+/* Where the file gives an option, for what is wrong with it. */
+static void tell(struct sweep_reading *reading, struct options *options, const char *option,
+                 const char *field) {
+    struct memory *memory = reading->names.memory;
+    const size_t size = sizeof *options->told, count = (size_t)options->told_count;
+    struct told_option *told = memory_grow(memory, options->told, count * size, (count + 1) * size);
+    told[options->told_count++] =
+        (struct told_option){option, field, place_text(memory, sweep_file_place(&reading->file, field))};
+    options->told = told;
+}
+
+/* An option that the command line has not. */
+static void set_number(struct sweep_reading *reading, struct options *options, double *target, double value,
+                       const char *option, const char *field) {
+    if (*target > 0 || !(value > 0))
+        return;
+    *target = value;
+    tell(reading, options, option, field);
+}
+
+static void set_text(struct sweep_reading *reading, struct options *options, const char **target,
+                     const char *value, const char *option) {
+    if (*target || !value)
+        return;
+    *target = memory_text(reading->names.memory, value);
+    tell(reading, options, option, option);
+}
+
+/* Options of the command line win; fixed steps there put away the tolerance of the file, and the reverse. */
+static void set_options(struct sweep_reading *reading, struct options *options) {
+    const struct sweep_run *run = &reading->file.run;
+    const bool has_step = options->step > 0, has_tolerance = options->tolerance > 0 || options->step_max > 0;
+    set_number(reading, options, &options->until, run->t_end, "until", "t_end");
+    set_number(reading, options, &options->every, run->every, "every", "every");
+    set_number(reading, options, &options->step, has_tolerance ? 0 : run->step, "step", "step");
+    set_number(reading, options, &options->tolerance, has_step ? 0 : run->tol, "tol", "tol");
+    set_number(reading, options, &options->step_max, has_step ? 0 : run->step_max, "step-max", "step_max");
+    set_text(reading, options, &options->method, run->method, "method");
+    set_text(reading, options, &options->stabilise, run->stabilise, "stabilise");
+    set_text(reading, options, &options->singular, run->singular, "singular");
+    set_text(reading, options, &options->start, run->start, "start");
+    set_text(reading, options, &options->hold, run->hold, "hold");
+    set_text(reading, options, &options->release, run->release, "release");
+    set_text(reading, options, &options->way, run->way, "way");
+    const bool is_file = run->from && strcmp(run->from, "initial") != 0 && strcmp(run->from, "statics") != 0;
+    set_text(reading, options, &options->from,
+             is_file && *run->from != '/'
+                 ? memory_format(reading->names.memory, "%s%s", reading->names.folder, run->from)
+                 : run->from,
+             "from");
+    tell(reading, options, "keep", "keep");
+}
+
+/* ---- The file ---- */
+
+static bool read_sweep(struct sweep_reading *reading, const char *path, struct options *options) {
+    if (!sweep_file_read(&reading->file, path))
+        return false;
+    find_varied(reading);
+    const double t_end = options->until > 0 ? options->until : reading->file.run.t_end;
+    copy_keep(reading, t_end);
+    if (reading->messages.errors || !make_table(reading))
+        return false;
+    make_cases(reading);
+    if (reading->messages.errors)
+        return false;
+    set_options(reading, options);
+    reading->sweep->text = sweep_file_text(&reading->file, reading->names.memory);
+    return true;
+}
+
+enum status sweep_read(struct sweep *sweep, struct memory *memory, const char *path,
+                       const struct generation *generation, struct options *options) {
+    struct sweep_reading reading = {.sweep = sweep, .messages = {.memory = memory}};
+    *sweep = (struct sweep){.text = ""};
+    reading.names = (struct case_names){.memory = memory,
+                                        .messages = &reading.messages,
+                                        .generation = generation,
+                                        .options = options,
+                                        .folder = case_folder(memory, path)};
+    const bool is_read = read_sweep(&reading, path, options);
+    case_messages_print(&reading.file.messages);
+    case_messages_print(&reading.messages);
+    if (!is_read && reading.file.messages.errors + reading.messages.errors == 0)
+        fprintf(stderr, "refdyn: %s: out of memory\n", path);
+    sweep_file_release(&reading.file);
+    return is_read ? STATUS_DONE : STATUS_FAULT;
+}

@@ -1,0 +1,190 @@
+/*
+ * `refdyn export`: a model as an FMU, for other simulators.
+ *
+ * Takes a scene and options of motions, which Co-Simulation steps with; gives a ZIP archive with sources,
+ * libraries and their description.
+ */
+#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/scene/scene.h"
+#include "runtime/tool/commands/export/export.h"
+#include "runtime/tool/motions/simulate/simulate.h"
+
+#include <math.h>
+#include <string.h>
+
+extern const char fmu_licence[];
+extern const size_t fmu_licence_size;
+
+static const double default_span = 10; /* [s] of the default experiment */
+
+/* Beside what the start takes: what steps, outputs and directional derivatives do. */
+static const char *quantities(const struct options *options, const struct model *model) {
+    const bool has_rows = model->row_count > 0;
+    const bool has_inputs = model->input_count > 0;
+    const char *derivatives = has_rows ? "d_qdd" : "d_qdd_free";
+    return text_format("energy,power,course,M,h,Q,implicit,%s,r,rd,C,d,J,Jd_qd,%s.q,%s.qd%s%s%s%s%s",
+                       has_rows ? "constrained,qdd_free" : "qdd_free", derivatives, derivatives,
+                       has_inputs ? text_format(",%s.x", derivatives) : "",
+                       has_rows ? ",d_force.q,d_force.qd" : "", has_rows && has_inputs ? ",d_force.x" : "",
+                       options->from && strcmp(options->from, "statics") == 0 ? ",Q_q" : "",
+                       has_rows ? ",row_terms" : "");
+}
+
+/* ---- Options ---- */
+
+const char *const fmu_version_words[] = {[FMI_2] = "2.0", [FMI_3] = "3.0", NULL};
+
+static enum status choose_version(const struct options *options, enum fmi_version *version) {
+    int place = 0;
+    const enum status status = options_choose(options, "fmu", options->fmu, fmu_version_words, &place);
+    *version = (enum fmi_version)place;
+    return status;
+}
+
+static enum status check_platforms(const struct options *options, const char *const *list) {
+    for (; *list; list++)
+        if (!platform_find(*list))
+            return option_error(options, "platform", ": '%s' is none of %s", *list, platform_names());
+    return STATUS_DONE;
+}
+
+/* Methods of GSL are none of the core's, which FMUs carry. */
+static enum status check_method(const struct options *options) {
+    return by_gsl_has(options->method)
+               ? option_error(options, "method", ": '%s' is a method of GSL, which FMUs do not contain",
+                              options->method)
+               : STATUS_DONE;
+}
+
+/* ---- The FMU ---- */
+
+/* Where M is singular derivatives of accelerations divide by zero. */
+static bool are_finite(const struct scene *scene, refdyn_function *function, int count) {
+    double *values = allocate((size_t)count, sizeof *values);
+    function(scene->work.p, scene->work.x, scene->state.t, scene->q, scene->qd, values);
+    for (int i = 0; i < count; i++)
+        if (!isfinite(values[i]))
+            return false;
+    return true;
+}
+
+/* What keeps the FMU from directional derivatives; NULL: they are there, with a column for each coordinate,
+ * rate and input. */
+static const char *find_why_no_derivatives(const struct scene *scene) {
+    const struct refdyn_model *model = scene->model;
+    const int n = model->n;
+    struct emitted_function function;
+    const char *wanted = model->m > 0 ? "d_qdd" : "d_qdd_free";
+    for (int i = 0; gen_function(&scene->generation, i, &function); i++) {
+        int count = 0;
+        for (int k = 0; k < function.part_count; k++)
+            count += gen_result_part(&scene->generation, i, k).count;
+        if (strcmp(function.quantity, wanted) != 0)
+            continue;
+        if (count != n * (2 * n + model->input_count))
+            break;
+        const bool is_good = are_finite(scene, model->m > 0 ? model->d_qdd : model->d_qdd_free, count);
+        return is_good ? NULL : "those of the accelerations are not finite at the start";
+    }
+    return "the model has none of its accelerations";
+}
+
+static void add_text(struct fmu *fmu, const char *path, void (*put)(FILE *out, const struct fmu *fmu)) {
+    char *text;
+    size_t size;
+    FILE *out = text_stream(&text, &size);
+    put(out, fmu);
+    fclose(out);
+    fmu_files_add(&fmu->files, path, text, size);
+}
+
+static void add_sources(struct fmu *fmu) {
+    for (int i = 0; i < fmu->sources.count; i++) {
+        const struct fmu_file *source = &fmu->sources.list[i];
+        fmu_files_add(&fmu->files, text_format("sources/%s", source->path), source->text, source->size);
+    }
+}
+
+static enum status write_fmu(struct fmu *fmu, const char *const *platforms) {
+    struct scene *scene = fmu->scene;
+    catalogue_make(&fmu->catalogue, scene, fmu->version == FMI_3);
+    fmu->why_no_derivatives = find_why_no_derivatives(scene);
+    fmu_make_sources(fmu);
+    add_text(fmu, "modelDescription.xml", fmu->version == FMI_2 ? description_put_2 : description_put_3);
+    for (; *platforms; platforms++)
+        if (!binary_make(fmu, platform_find(*platforms)))
+            return STATUS_FAULT;
+    add_sources(fmu);
+    if (fmu->version == FMI_3)
+        add_text(fmu, "sources/buildDescription.xml", description_put_build);
+    fmu_files_add(&fmu->files, "documentation/licenses/license.txt", fmu_licence, fmu_licence_size);
+    return archive_put(scene->result->file, &fmu->files) && target_finish(scene->result) ? STATUS_DONE
+                                                                                         : STATUS_FAULT;
+}
+
+static void print_summary(const struct fmu *fmu) {
+    const struct refdyn_model *model = fmu->scene->model;
+    fprintf(stderr, "%s: FMI %s, Model Exchange and Co-Simulation (%s, tolerance %g)\n", fmu->name,
+            fmu->version == FMI_2 ? "2.0" : "3.0", refdyn_method_name((int)fmu->options.method),
+            fmu->options.tol);
+    fprintf(stderr, "states %d, inputs %d, variables %d, event indicators %d%s%s\n", 2 * model->n,
+            model->input_count, fmu->catalogue.count, fmu_count_indicators(model),
+            fmu->why_no_derivatives ? "; no directional derivatives: " : "",
+            fmu->why_no_derivatives ? fmu->why_no_derivatives : "");
+}
+
+/* The motion's start and options, then the FMU. */
+static enum status export_scene(struct scene *scene, const struct options *options, struct fmu *fmu,
+                                const char *const *platforms) {
+    enum status status = motion_fit(scene, options, &fmu->options);
+    if (status == STATUS_DONE)
+        status = motion_place(scene, options);
+    if (status != STATUS_DONE)
+        return status;
+    fmu->scene = scene;
+    fmu->name = scene->model->name;
+    fmu->has_start = options->from && strcmp(options->from, "initial") != 0;
+    fmu->until = options->until > 0 ? options->until : scene->state.t + default_span;
+    struct options timed = *options;
+    timed.until = fmu->until;
+    status = motion_check_times(scene, &timed);
+    if (status == STATUS_DONE)
+        status = write_fmu(fmu, platforms);
+    if (status == STATUS_DONE)
+        print_summary(fmu);
+    return status;
+}
+
+/* Reads the model to know which quantities it has, then all of it again with these. */
+static enum status open_and_export(const struct options *options, struct fmu *fmu,
+                                   const char *const *platforms) {
+    struct scene scene;
+    struct options own = *options;
+    enum status status = scene_read(&scene, options, false);
+    if (status == STATUS_DONE)
+        own.emit = quantities(options, &scene.generation.model);
+    scene_close(&scene);
+    if (status != STATUS_DONE)
+        return status;
+    status = scene_open(&scene, &own, NEEDS_RESULT | NEEDS_ALL, options_state_path(options->from));
+    if (status == STATUS_DONE)
+        status = export_scene(&scene, options, fmu, platforms);
+    scene_close(&scene);
+    return status;
+}
+
+enum status run_export(const struct options *options) {
+    struct fmu fmu = {.version = FMI_2};
+    const char *list = options->platform ? options->platform : "linux64";
+    const char **platforms = options_list(list);
+    enum status status = choose_version(options, &fmu.version);
+    if (status == STATUS_DONE)
+        status = check_platforms(options, platforms);
+    if (status == STATUS_DONE)
+        status = check_method(options);
+    if (status == STATUS_DONE)
+        status = motion_options(options, &fmu.options);
+    if (status != STATUS_DONE)
+        return status;
+    return archive_is_there() ? open_and_export(options, &fmu, platforms) : STATUS_FAULT;
+}

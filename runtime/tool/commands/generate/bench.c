@@ -1,0 +1,234 @@
+/* `refdyn bench`: time and operations of each emitted quantity, and what generating and compiling took. */
+#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/scene/scene.h"
+#include "runtime/tool/support/format/format.h"
+#include "runtime/tool/support/system/system.h"
+
+#include <math.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { BATCHES = 41, LOW_BATCH = 4, HIGH_BATCH = 36 /* of the sorted batches: one tenth and nine tenths */ };
+
+static const double batch_seconds =
+    5e-4; /* long against the clock's resolution, short against a time slice */
+
+struct quantity {
+    const char *name;
+    size_t offset; /* of its function in struct refdyn_model */
+};
+
+#define QUANTITY(name) \
+    { #name, offsetof(struct refdyn_model, name) }
+
+static const struct quantity quantities[] = {
+    QUANTITY(M),           QUANTITY(h),
+    QUANTITY(Q),           QUANTITY(u),
+    QUANTITY(v),           QUANTITY(phi),
+    QUANTITY(psi),         QUANTITY(k),
+    QUANTITY(r),           QUANTITY(rd),
+    QUANTITY(C),           QUANTITY(d),
+    QUANTITY(energy),      QUANTITY(power),
+    QUANTITY(Q_q),         QUANTITY(qdd_free),
+    QUANTITY(qdd),         QUANTITY(force),
+    QUANTITY(equations),   QUANTITY(course),
+    QUANTITY(breaks),      QUANTITY(anchor),
+    QUANTITY(start),       QUANTITY(M_h),
+    QUANTITY(f),           QUANTITY(row_terms),
+    QUANTITY(point_terms), QUANTITY(constrained),
+    QUANTITY(terms),       QUANTITY(accelerations),
+    QUANTITY(tangent),     QUANTITY(tangent_vectors),
+    QUANTITY(d_qdd),       QUANTITY(d_qdd_free),
+    QUANTITY(d_force),     QUANTITY(d_statics),
+    QUANTITY(d_rows),      QUANTITY(switches),
+    QUANTITY(event),       QUANTITY(event_terms),
+    QUANTITY(pace),        QUANTITY(required),
+};
+
+enum { QUANTITY_COUNT = sizeof quantities / sizeof quantities[0] };
+
+/* A function that is measured, and what it takes. */
+struct subject {
+    refdyn_function *function;
+    struct scene *scene;
+    double *rest; /* (3 n + 1 + m) rates, and what `constrained` gives: for a tangent; zeros */
+    double *out;
+};
+
+static void call(const struct subject *subject, long times) {
+    const struct scene *scene = subject->scene;
+    const struct refdyn_workspace *work = &scene->work;
+    for (long i = 0; i < times; i++)
+        subject->function(work->p, work->x, scene->state.t, scene->q, subject->rest, subject->out);
+}
+
+static double timed(const struct subject *subject, long times) {
+    double start = cpu_seconds();
+    call(subject, times);
+    return cpu_seconds() - start;
+}
+
+static int by_size(const void *a, const void *b) {
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* Nanoseconds a call of each batch, sorted. */
+static void measure(const struct subject *subject, double ns[static BATCHES]) {
+    long times = 1;
+    while (timed(subject, times) < batch_seconds)
+        times *= 2;
+    for (int i = 0; i < BATCHES; i++)
+        ns[i] = 1e9 * timed(subject, times) / (double)times;
+    qsort(ns, BATCHES, sizeof *ns, by_size);
+}
+
+/* Rounded to a tenth of a nanosecond: the rest is noise. */
+static double tenths(double ns) {
+    return round(10 * ns) / 10;
+}
+
+static bool print_quantity(FILE *out, const char *name, const struct subject *subject,
+                           const struct operation_count *count) {
+    struct document document;
+    double ns[BATCHES];
+    measure(subject, ns);
+    document_open(&document);
+    document.one_line = true;
+    put_open(&document, NULL, '{');
+    put_text(&document, "quantity", name);
+    put_whole(&document, "n", subject->scene->model->n);
+    put_whole(&document, "adds", count->adds);
+    put_whole(&document, "muls", count->muls);
+    put_whole(&document, "divs", count->divs);
+    put_whole(&document, "funcs", count->functions);
+    put_whole(&document, "bytes", count->bytes);
+    put_number(&document, "ns", tenths(ns[BATCHES / 2]));
+    put_number(&document, "ns_low", tenths(ns[LOW_BATCH]));
+    put_number(&document, "ns_high", tenths(ns[HIGH_BATCH]));
+    put_close(&document, '}');
+    return document_close(&document, out);
+}
+
+static refdyn_function *function_of(const struct refdyn_model *model, const struct quantity *quantity) {
+    refdyn_function *function;
+    memcpy(&function, (const char *)model + quantity->offset, sizeof function);
+    return function;
+}
+
+/* A state without symmetry near the initial one, the same on every run: fractions of multiples of the golden
+ * ratio. */
+static void disturb(struct scene *scene) {
+    const double golden = 0.6180339887498949, angle = 0.1, rate = 0.5; /* rad or m; rad/s or m/s */
+    double part = 0.2385;
+    for (int i = 0; i < 2 * scene->model->n; i++) {
+        part += golden;
+        part -= (double)(long)part;
+        if (i < scene->model->n)
+            scene->q[i] += angle * (part - 0.5);
+        else
+            scene->qd[i - scene->model->n] += rate * (part - 0.5);
+    }
+    scene->state.t = 2.385;
+}
+
+/* Numbers of the largest result: the equations, the points' columns, the derivatives, vectors of joints,
+ * values that the model names. */
+static size_t result_size(const struct refdyn_model *model) {
+    size_t n = (size_t)model->n, m = (size_t)model->m, points = (size_t)model->point_count;
+    size_t variables = 2 * n + 1 + (size_t)model->input_count + (size_t)model->parameter_count;
+    size_t named = (size_t)model->course_count + (size_t)model->break_count + (size_t)model->switch_count +
+                   1 + (size_t)model->anchored_count + (size_t)model->change_count +
+                   ((size_t)model->event_count + (size_t)model->kink_count) * (2 * n + 3);
+    size_t vectors = n * (2 + 3 * (REFDYN_VECTOR_COUNT + (size_t)model->coupling_count));
+    return (n + 3 * m + 1) * (variables + n + 4) + 3 * points * (n + 1) + vectors + named;
+}
+
+/* Rates, accelerations and multipliers of the state; those that it has not are 0. */
+static double *find_rest(struct scene *scene) {
+    const size_t n = (size_t)scene->model->n;
+    double *rest = allocate(3 * n + 1 + (size_t)scene->model->m, sizeof *rest);
+    memcpy(rest, scene->qd, n * sizeof *rest);
+    if (!refdyn_accelerate(&scene->work, scene->state.t, scene->q, scene->qd, REFDYN_BAUMGARTE, rest + n))
+        refdyn_multipliers(&scene->work, rest + n, rest + 2 * n + 1);
+    return rest;
+}
+
+/* Times of infinities and NaN would tell nothing. A time event that never comes is infinite. */
+static bool is_finite(const struct subject *subject, const char *name) {
+    const size_t size = result_size(subject->scene->model);
+    if (strcmp(name, "breaks") == 0)
+        return true;
+    memset(subject->out, 0, size * sizeof *subject->out);
+    call(subject, 1);
+    for (size_t i = 0; i < size; i++)
+        if (!isfinite(subject->out[i])) {
+            fprintf(stderr, "refdyn: %s: %s is not finite\n", subject->scene->model->name, name);
+            return false;
+        }
+    return true;
+}
+
+static enum status print_quantities(struct scene *scene, FILE *out) {
+    struct subject subject = {.scene = scene, .rest = find_rest(scene)};
+    subject.out = allocate(result_size(scene->model), sizeof *subject.out);
+    enum status status = STATUS_DONE;
+    for (int i = 0; i < QUANTITY_COUNT && status == STATUS_DONE; i++) {
+        subject.function = function_of(scene->model, &quantities[i]);
+        if (!subject.function)
+            continue;
+        const char *name = quantities[i].name;
+        if (!is_finite(&subject, name) ||
+            !print_quantity(out, name, &subject, gen_count(&scene->generation, name)))
+            status = numbers_failed(scene, REFDYN_NOT_FINITE, scene->state.t, scene->q, scene->qd);
+    }
+    return status;
+}
+
+/* The same model generated once more, timed, and compiled in a folder of its own. */
+static enum status print_build(const struct options *options, FILE *out) {
+    struct scene scene;
+    struct build_cost cost = {.seconds = 0};
+    double start = wall_seconds();
+    long source_bytes = 0;
+    enum status status = scene_read(&scene, options, false);
+    if (status == STATUS_DONE && gen_plan(&scene.generation, options->emit) != GEN_OK)
+        status = STATUS_FAULT;
+    const struct emitted_file *files = status == STATUS_DONE ? gen_files(&scene.generation) : NULL;
+    int count = files ? gen_file_count(&scene.generation) : 0;
+    double gen_seconds = wall_seconds() - start;
+    for (int i = 0; i < count; i++)
+        source_bytes += (long)files[i].length;
+    if (status == STATUS_DONE && !compile_measure(files, count, &cost))
+        status = STATUS_FAULT;
+    scene_close(&scene);
+    if (status != STATUS_DONE)
+        return status;
+    struct document document;
+    document_open(&document);
+    document.one_line = true;
+    put_open(&document, NULL, '{');
+    put_text(&document, "quantity", "build");
+    put_number(&document, "gen_s", gen_seconds);
+    put_number(&document, "cc_s", cost.seconds);
+    put_whole(&document, "source_bytes", source_bytes);
+    put_whole(&document, "object_bytes", cost.object_bytes);
+    put_whole(&document, "peak_kb", cost.peak_kb);
+    put_close(&document, '}');
+    return document_close(&document, out) ? STATUS_DONE : STATUS_NUMBERS;
+}
+
+static enum status bench(struct scene *scene, const struct options *options) {
+    disturb(scene);
+    enum status status = print_quantities(scene, scene->result->file);
+    if (status == STATUS_DONE)
+        status = print_build(options, scene->result->file);
+    if (status == STATUS_DONE && !target_finish(scene->result))
+        status = STATUS_FAULT;
+    return status;
+}
+
+enum status run_bench(const struct options *options) {
+    return scene_run(options, NEEDS_RESULT | NEEDS_ALL, NULL, bench);
+}

@@ -1,0 +1,115 @@
+/*
+ * `refdyn gen` and `refdyn check`: the C of a model into a folder, what a pass of the generator has made, and
+ * what was read of a model. Take a scene that is read, give files or text on stdout.
+ */
+#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/scene/scene.h"
+#include "runtime/tool/results/figures/figures.h"
+#include "runtime/tool/commands/generate/generate.h"
+#include "runtime/tool/support/system/system.h"
+#include "runtime/tool/results/view/view.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* All files are written before the first one gets its name; `depfile` (NULL: none) is the last of them. */
+static bool write_files(struct scene *scene, const char *folder, const char *depfile) {
+    const struct emitted_file *files = gen_files(&scene->generation);
+    const int emitted = gen_file_count(&scene->generation), count = emitted + (depfile != NULL);
+    struct target **open = allocate((size_t)count, sizeof *open);
+    sigset_t before;
+    bool is_good = true;
+    for (int i = 0; i < emitted && is_good; i++) {
+        open[i] = target_open(&scene->targets, text_format("%s/%s", folder, files[i].name));
+        is_good = open[i] && target_write(open[i], files[i].text, files[i].length);
+    }
+    if (depfile && is_good) {
+        const char *rule = depfile_text(&scene->generation, folder);
+        open[emitted] = target_open(&scene->targets, depfile);
+        is_good = open[emitted] && target_write(open[emitted], rule, strlen(rule));
+    }
+    interrupt_hold(&before); /* all or none */
+    for (int i = 0; i < count && is_good; i++)
+        is_good = target_finish(open[i]);
+    interrupt_release(&before);
+    return is_good;
+}
+
+/* Into the folder of -o, which is there. */
+static enum status emit_into_folder(struct scene *scene, const struct options *options) {
+    struct generation *generation = &scene->generation;
+    const char *folder = options->output;
+    const enum status status = scene_outcome(scene, options, gen_check_folder(generation, folder));
+    if (status != STATUS_DONE)
+        return status;
+    if (!write_files(scene, folder, options->depfile))
+        return STATUS_FAULT;
+    return scene_outcome(scene, options, gen_remove_stale_parts(generation, folder));
+}
+
+static enum status emit_scene(struct scene *scene, const struct options *options) {
+    struct generation *generation = &scene->generation;
+    generation->has_lanes = options->for_lanes;
+    generation->has_casadi = options->for_casadi;
+    scene_spare_sources(scene, &scene->targets);
+    if (!targets_make_folder(&scene->targets, options->output)) /* told before the work */
+        return STATUS_FAULT;
+    enum status status = scene_outcome(scene, options, gen_plan(generation, options->emit));
+    if (status == STATUS_DONE)
+        status = emit_into_folder(scene, options);
+    if (status == STATUS_DONE)
+        gen_print_summary(generation, stdout);
+    return status;
+}
+
+static enum status explain_pass(struct scene *scene, const struct options *options) {
+    struct generation *generation = &scene->generation;
+    const char *wrong = gen_wrong_pass(generation, options->explain);
+    if (wrong)
+        return usage_error(options->command, "--explain: %s", wrong);
+    if (options->output || options->depfile)
+        return usage_error(options->command, "--explain prints and writes no files, %s is too much",
+                           options->output ? "-o" : "--depfile");
+    return scene_outcome(scene, options, gen_explain(generation, options->emit, options->explain, stdout));
+}
+
+static enum status generate(struct scene *scene, const struct options *options) {
+    const char *wrong = options->emit ? gen_wrong_emit(&scene->generation, options->emit) : NULL;
+    if (wrong)
+        return usage_error(options->command, "--emit: %s", wrong);
+    return options->explain ? explain_pass(scene, options) : emit_scene(scene, options);
+}
+
+enum status run_gen(const struct options *options) {
+    return scene_run(options, 0, NULL, generate);
+}
+
+/* The picture of --draw. */
+static enum status draw_model(struct scene *scene, const struct options *options) {
+    const struct picture_format *format = picture_format_of(options->draw);
+    char *svg;
+    size_t size;
+    if (!format)
+        return usage_error(options->command, "--draw: '%s' ends in none of .svg, .png, .pdf", options->draw);
+    scene_spare_sources(scene, &scene->targets);
+    struct target *target = picture_can_write(format) ? target_open(&scene->targets, options->draw) : NULL;
+    if (!target)
+        return STATUS_FAULT;
+    FILE *out = text_stream(&svg, &size);
+    model_drawing_put(out, &scene->generation);
+    fclose(out);
+    const bool is_good = picture_write(format, svg, target->file) && target_finish(target);
+    free(svg);
+    return is_good ? STATUS_DONE : STATUS_FAULT;
+}
+
+static enum status check(struct scene *scene, const struct options *options) {
+    const enum status status = options->draw ? draw_model(scene, options) : STATUS_DONE;
+    if (status == STATUS_DONE)
+        gen_print_model(&scene->generation, stdout);
+    return status;
+}
+
+enum status run_check(const struct options *options) {
+    return scene_run(options, 0, NULL, check);
+}

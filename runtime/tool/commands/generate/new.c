@@ -1,0 +1,120 @@
+/*
+ * `refdyn new NAME`: a model to begin from, and the settings by which the Lua language server of an editor
+ * finds the definitions of the model language. Takes the model's name; gives NAME.lua and .luarc.json in the
+ * current folder. The model's text is model.lua, with NAME for its name.
+ */
+#include "runtime/tool/support/command_line/command_line.h"
+#include "gen/read/read.h"
+#include "runtime/tool/support/format/format.h"
+
+#include <errno.h>
+#include <libgen.h>
+#include <limits.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+extern const char new_model[];
+
+static const char placeholder[] = "NAME", editor_settings[] = ".luarc.json";
+
+/* What is wrong with the name of a model: that it is a path or a file, or what the generator says. NULL:
+ * nothing. */
+static const char *name_fault(const char *name) {
+    struct messages messages = {.memory = &program_memory};
+    const char *shown = message_safe_text(&program_memory, name, strlen(name));
+    if (strchr(name, '/'))
+        return text_format("'%s' is a path, the model's name alone is taken: its file goes into this folder",
+                           shown);
+    if (text_ends_with(name, ".lua"))
+        return text_format("'%s' is the name of a file, that of the model is taken, without .lua", shown);
+    names_check_model(&messages, (struct named){.name = name, .place = {.file = ""}});
+    return messages.count > 0 ? messages.list[0].text : NULL;
+}
+
+static bool complain(const char *path, const char *what, const char *fact) {
+    put_plain_text(stderr, path);
+    fprintf(stderr, ": output: %s%s\n", what, fact);
+    return false;
+}
+
+/* A file that is not there yet; NULL with errno where it cannot be made. */
+static FILE *create(const char *path) {
+    return fopen(path, "wx");
+}
+
+/* False, and the file is gone, when not all could be written. */
+static bool finish(FILE *file, const char *path) {
+    const bool is_good = !ferror(file);
+    if (fclose(file) == 0 && is_good)
+        return true;
+    complain(path, "not all could be written: ", strerror(errno));
+    unlink(path);
+    return false;
+}
+
+static bool write_model(const char *path, const char *name) {
+    FILE *file = create(path);
+    if (!file && errno == EEXIST)
+        return complain(path, "", "it is there already, and stays as it is");
+    if (!file)
+        return complain(path, "cannot be made: ", strerror(errno));
+    const char *at = new_model;
+    for (const char *next; (next = strstr(at, placeholder)); at = next + strlen(placeholder))
+        fprintf(file, "%.*s%s", (int)(next - at), at, name);
+    fputs(at, file);
+    return finish(file, path);
+}
+
+/* The folder of refdyn.lua, beside the program as an installation and a build have it; NULL: not there. */
+static const char *editor_folder(void) {
+    char *program = realpath("/proc/self/exe", NULL);
+    char *folder =
+        program
+            ? realpath(text_format("%s/" REFDYN_DATA_FROM_PROGRAM "/models/editor", dirname(program)), NULL)
+            : NULL;
+    free(program);
+    return folder;
+}
+
+/* Such a file of the folder's other models stays. */
+static bool write_editor_settings(void) {
+    const char *folder = editor_folder();
+    struct document document;
+    if (!folder) {
+        fputs("refdyn new: warning: refdyn.lua, which tells editors the model language, is not where the "
+              "program is "
+              "installed\n",
+              stderr);
+        return true;
+    }
+    FILE *file = create(editor_settings);
+    if (!file && errno == EEXIST) {
+        printf("%s: it was there, and stays as it is\n", editor_settings);
+        return true;
+    }
+    if (!file)
+        return complain(editor_settings, "cannot be made: ", strerror(errno));
+    document_open(&document);
+    put_open(&document, NULL, '{');
+    put_text(&document, "runtime.version", "Lua 5.4");
+    put_open(&document, "workspace.library", '[');
+    put_text(&document, NULL, folder);
+    put_close(&document, ']');
+    put_close(&document, '}');
+    document_close(&document, file);
+    if (!finish(file, editor_settings))
+        return false;
+    printf("%s: an editor with the Lua language server completes fields and functions\n", editor_settings);
+    return true;
+}
+
+enum status run_new(const struct options *options) {
+    const char *name = options->operands[0], *path = text_format("%s.lua", name), *fault = name_fault(name);
+    if (fault)
+        return usage_error(options->command, "%s", fault);
+    if (!write_model(path, name))
+        return STATUS_FAULT;
+    printf("%s: a small arm with a flexible link, its comments say what to try\n", path);
+    return write_editor_settings() ? STATUS_DONE : STATUS_FAULT;
+}

@@ -1,0 +1,61 @@
+/* Names of a URDF file as identifiers: see import.h. What C takes is asked of the generator. */
+#include "runtime/tool/commands/import/import.h"
+#include "gen/base/base.h"
+#include "gen/read/read.h"
+#include "runtime/tool/support/format/format.h"
+
+#include <ctype.h>
+#include <string.h>
+
+enum { LONGEST = 100 };
+
+static const char *const lua_words[] = {
+    "and",   "break", "do",  "else", "elseif", "end",    "false", "for",  "function", "goto",  "if",    "in",
+    "local", "nil",   "not", "or",   "repeat", "return", "then",  "true", "until",    "while", "ground"};
+
+static bool is_free(const char *name, bool is_of_model) {
+    struct messages messages = {.memory = &program_memory};
+    const struct named named = {name, {"", 0}};
+    if (strlen(name) > LONGEST || text_index(name, lua_words, sizeof lua_words / sizeof *lua_words) >= 0)
+        return false;
+    if (is_of_model)
+        names_check_model(&messages, named);
+    else
+        names_check(&messages, "link", &named, 1);
+    return messages.errors == 0;
+}
+
+/* Each character that is none of an identifier becomes _. */
+static char *with_letters(const char *name) {
+    char *made = allocate(LONGEST + 1, 1);
+    for (int i = 0; *name && i < LONGEST; i++) {
+        const unsigned long point = utf8_next(&name);
+        made[i] = point < 0x80 && isalnum((int)point) ? (char)point : '_';
+    }
+    return made;
+}
+
+static const char *made_of(const char *name, const char *lead, bool is_of_model) {
+    const char *made = is_free(name, is_of_model) ? name : with_letters(name);
+    return is_free(made, is_of_model) ? made : text_format("%.20s_%.70s", lead, made);
+}
+
+const char **identifiers_make(const char *const *names, int count, const char *lead) {
+    const char **made = allocate((size_t)count + 1, sizeof *made);
+    for (int i = 0; i < count; i++)
+        if (is_free(names[i], false))
+            made[i] = names[i];
+        else
+            made[i] = "";
+    for (int i = 0; i < count; i++) {
+        const char *name = *made[i] ? made[i] : made_of(names[i], lead, false);
+        while (!*made[i] && text_index(name, made, count) >= 0)
+            name = text_format("%.90s_%d", name, i + 1);
+        made[i] = name;
+    }
+    return made;
+}
+
+const char *identifiers_model(const char *name) {
+    return made_of(name, "robot", true);
+}

@@ -1,0 +1,331 @@
+/*
+ * `refdyn import`: a URDF file as a Lua model. Takes the file and which of its links are beams; gives the
+ * model's text, and on stderr what was read and what was left out.
+ */
+#include "gen/base/base.h"
+#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/commands/import/import.h"
+#include "runtime/tool/support/system/system.h"
+#include "runtime/tool/support/format/format.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double pi = 3.14159265358979323846;
+
+/* ---- sections ---- */
+
+/* int y^2 dA and int z^2 dA as theory, sect. 3.2; the Lua functions of these names have the same. */
+static void set_tube(struct beam_choice *beam, const double v[2]) {
+    const double out = v[0] * v[0], in = v[1] * v[1];
+    beam->area = pi / 4 * (out - in);
+    beam->Iy = beam->Iz = pi / 64 * (out * out - in * in);
+}
+
+static void set_rectangle(struct beam_choice *beam, const double v[2]) {
+    beam->area = v[0] * v[1];
+    beam->Iy = beam->area * v[1] * v[1] / 12;
+    beam->Iz = beam->area * v[0] * v[0] / 12;
+}
+
+static const struct section {
+    const char *name;
+    int count;
+    void (*set)(struct beam_choice *beam, const double v[2]);
+} sections[] = {{"round", 1, set_tube}, {"tube", 2, set_tube}, {"rectangle", 2, set_rectangle}};
+
+/* `count` numbers of a list, parted by `marks`. */
+static bool take_numbers(char *rest, const char *marks, double *out, int count) {
+    for (int i = 0; i < count; i++) {
+        const char *word = strsep(&rest, marks);
+        if (!word || !text_to_number(word, &out[i]))
+            return false;
+    }
+    return !rest;
+}
+
+/* "tube:0.05:0.044" */
+static bool take_section(struct beam_choice *beam, const char *text) {
+    char *rest = text_format("%s", text), number[NUMBER_LENGTH], second[NUMBER_LENGTH];
+    const char *name = strsep(&rest, ":");
+    double v[2] = {0};
+    for (size_t i = 0; rest && i < sizeof sections / sizeof *sections; i++) {
+        if (strcmp(sections[i].name, name) != 0)
+            continue;
+        if (!take_numbers(rest, ":", v, sections[i].count) || v[0] <= 0 || v[sections[i].count - 1] <= 0)
+            return false;
+        sections[i].set(beam, v);
+        beam->section = sections[i].count == 1 ? text_format("rd.%s(%s)", name, exact_text(v[0], number))
+                                               : text_format("rd.%s(%s, %s)", name, exact_text(v[0], number),
+                                                             exact_text(v[1], second));
+        return isfinite(beam->Iy) && isfinite(beam->Iz) && beam->Iy > 0 && beam->Iz > 0;
+    }
+    return false;
+}
+
+/* ---- options of beams ---- */
+
+static enum status refuse_without_beam(const struct options *options) {
+    const struct {
+        const char *name;
+        bool is_given;
+    } given[] = {{"section", options->section}, {"tip", options->tip}, {"E", options->E > 0},
+                 {"nu", options->nu},           {"eta", options->eta}, {"rho", options->rho > 0},
+                 {"rfe", options->rfe > 0}};
+    for (size_t i = 0; i < sizeof given / sizeof *given; i++)
+        if (given[i].is_given)
+            return usage_error(options->command, "--%s: it is of beams, --flexible LINK is missing",
+                               given[i].name);
+    return STATUS_DONE;
+}
+
+static enum status take_beam(const struct options *options, struct beam_choice *beam) {
+    double *tip = allocate(3, sizeof *tip);
+    *beam = (struct beam_choice){.E = options->E, .nu = 0.3, .rho = options->rho, .rfe = 4};
+    if (!options->flexible)
+        return refuse_without_beam(options);
+    if (!options->section || !(options->E > 0))
+        return usage_error(options->command, "--flexible: %s is missing",
+                           options->section ? "--E" : "--section");
+    if (!take_section(beam, options->section))
+        return option_error(options, "section",
+                            ": '%s' is none of round:DIAMETER, tube:OUTER:INNER, rectangle:WIDTH_Y:HEIGHT_Z",
+                            options->section);
+    if (options->nu && (!text_to_number(options->nu, &beam->nu) || !(beam->nu > -1 && beam->nu <= 0.5)))
+        return option_error(options, "nu", ": '%s' is no number above -1 and up to 0.5", options->nu);
+    if (options->eta && (!text_to_number(options->eta, &beam->eta) || beam->eta < 0))
+        return option_error(options, "eta", ": '%s' is no number from 0 on", options->eta);
+    if (options->tip && !take_numbers(text_format("%s", options->tip), ",", tip, 3))
+        return option_error(options, "tip", ": '%s' is not of the form x,y,z", options->tip);
+    if (options->tip && strchr(options->flexible, ','))
+        return option_error(options, "tip", ": it is that of one link, --flexible has several");
+    beam->rfe = options->rfe > 0 ? (int)options->rfe : beam->rfe;
+    beam->tip = options->tip ? tip : NULL;
+    return STATUS_DONE;
+}
+
+static bool complain_of_link(const struct robot *robot, const char *name) {
+    const char **known = allocate((size_t)robot->link_count, sizeof *known);
+    for (int i = 0; i < robot->link_count; i++)
+        known[i] = robot->links[i].name;
+    const char *near = message_nearest_name(name, known, robot->link_count);
+    return robot_complain(robot, 0, "--flexible: there is no link '%s'%s%s%s", name,
+                          near ? ", the nearest is '" : "", near ? near : "", near ? "'" : "");
+}
+
+static bool make_beams(const struct robot *robot, const struct options *options,
+                       struct model_choice *choice) {
+    const char **names = options_list(options->flexible);
+    struct flexible *flexible = allocate((size_t)robot->link_count, sizeof *flexible);
+    for (choice->flexible_count = 0; names[choice->flexible_count]; choice->flexible_count++) {
+        const char *name = names[choice->flexible_count];
+        const int link = robot_find_link(robot, name);
+        if (link < 0)
+            return complain_of_link(robot, name);
+        if (!flexible_make(robot, link, choice->beam, &flexible[choice->flexible_count]))
+            return false;
+    }
+    choice->flexible = flexible;
+    return true;
+}
+
+/* ---- what is not as in the file ---- */
+
+static void warn_of_joint(const struct robot *robot, const struct robot_joint *joint,
+                          const struct model_choice *choice) {
+    const bool is_single = joint_is_single(joint);
+    if (joint->friction > 0 && (choice->friction_width == 0 || !is_single))
+        robot_warn(robot, joint->line, "joint %s: friction %g is left out%s", joint->name, joint->friction,
+                   is_single ? ", --friction-width RATE takes it" : "");
+    const struct joint_limits *limits = &joint->limits;
+    const bool is_limited = limits->has_range || limits->has_rate || limits->has_force;
+    if (is_limited && !is_single && joint->kind != JOINT_FIXED)
+        robot_warn(robot, joint->line, "joint %s: limits of several coordinates are left out", joint->name);
+    if (choice->has_drives && !is_single && joint->kind != JOINT_FIXED)
+        robot_warn(robot, joint->line, "joint %s: it has several coordinates, which get no inputs",
+                   joint->name);
+    if (joint->damping > 0 && !is_single && joint->kind != JOINT_FIXED)
+        robot_warn(robot, joint->line, "joint %s: damping %g of several coordinates is left out", joint->name,
+                   joint->damping);
+}
+
+/* (link_count) has the link, or what it carries, mass? */
+static bool *find_loaded(const struct robot *robot) {
+    bool *is_loaded = allocate((size_t)robot->link_count, sizeof *is_loaded);
+    for (int k = robot->link_count - 1; k >= 0; k--) {
+        const int i = robot->order[k], joint = robot->links[i].joint;
+        is_loaded[i] = is_loaded[i] || robot->links[i].has_mass;
+        if (joint >= 0 && is_loaded[i])
+            is_loaded[robot->joints[joint].parent] = true;
+    }
+    return is_loaded;
+}
+
+/* A joint that moves no mass has no acceleration: lidars and wheels without <inertial> are such. The first
+ * one of those that carry each other is told. */
+static void warn_of_massless(const struct robot *robot) {
+    const bool *is_loaded = find_loaded(robot);
+    bool *is_told = allocate((size_t)robot->link_count, sizeof *is_told);
+    for (int k = 0; k < robot->link_count; k++) {
+        const int i = robot->order[k];
+        if (robot->links[i].joint < 0 || is_loaded[i])
+            continue;
+        const struct robot_joint *joint = &robot->joints[robot->links[i].joint];
+        if (joint->kind != JOINT_FIXED && !is_told[joint->parent])
+            robot_warn(robot, joint->line,
+                       "joint %s: nothing that it moves has mass, a motion needs one, or a fixed joint",
+                       joint->name);
+        is_told[i] = is_told[joint->parent] || joint->kind != JOINT_FIXED;
+    }
+}
+
+static void mend_inertias(struct robot *robot) {
+    for (int i = 0; i < robot->link_count; i++) {
+        struct robot_link *link = &robot->links[i];
+        const double *I = link->inertia, was[6] = {I[0], I[1], I[2], I[3], I[4], I[5]};
+        if (!inertia_mend(link->inertia))
+            continue;
+        tidy(link->inertia, 6, I[0] + I[1] + I[2]);
+        robot_warn(robot, link->line,
+                   "link %s: no body has the moments %g %g %g with the products %g %g %g, the nearest "
+                   "that one has are "
+                   "taken: %g %g %g with %g %g %g",
+                   link->name, was[0], was[1], was[2], was[3], was[4], was[5], I[0], I[1], I[2], I[3], I[4],
+                   I[5]);
+    }
+}
+
+static const double right_angles_most = 0.01; /* [rad] */
+
+/* Of frames as they are read: how many are nearly right angles, and how far from these. */
+struct nearly_right {
+    double within;  /* angles that are as near become right ones */
+    int set;        /* how many of them there were */
+    double changed; /* by how much at most */
+    int count;      /* of those that are nearly right, and stay as they are */
+    double farthest;
+};
+
+static void set_right(struct nearly_right *angles, double rpy[3]) {
+    const double nearly = 1e-4, right = pi / 2;
+    for (int i = 0; i < 3; i++) {
+        const double turns = nearbyint(rpy[i] / right), off = fabs(rpy[i] - turns * right);
+        const double around = fmod(turns, 4), nearest = around > 2    ? around - 4
+                                                        : around < -2 ? around + 4
+                                                                      : around;
+        if (off > 0 && off <= angles->within) {
+            rpy[i] = nearest * right;
+            angles->set++;
+            angles->changed = fmax(angles->changed, off);
+        } else if (off > 0 && off <= nearly) {
+            angles->count++;
+            angles->farthest = fmax(angles->farthest, off);
+        }
+    }
+}
+
+/* Frames at exactly right angles make for less to compute. */
+static void set_right_angles(struct robot *robot, double within) {
+    struct nearly_right angles = {.within = within};
+    for (int i = 0; i < robot->joint_count; i++)
+        set_right(&angles, robot->joints[i].pose.rpy);
+    for (int i = 0; i < robot->link_count; i++)
+        set_right(&angles, robot->links[i].pose.rpy);
+    if (angles.set > 0)
+        fprintf(stderr, "%d angle%s made right, by %.2g rad at most\n", angles.set,
+                angles.set == 1 ? " is" : "s are", angles.changed);
+    if (angles.count > 0)
+        fprintf(stderr,
+                "%d angle%s but for %.2g rad at most: --right-angles %.1g takes %s, which costs fewer "
+                "operations\n",
+                angles.count, angles.count == 1 ? " is a right one" : "s are right ones", angles.farthest,
+                1.5 * angles.farthest, angles.count == 1 ? "it as that" : "them as these");
+}
+
+static void print_beam(const struct robot *robot, const struct flexible *beam) {
+    const struct robot_link *link = &robot->links[beam->link];
+    fprintf(stderr,
+            "link %s: a beam of %.6g m with %.6g of %.6g kg, rho %.6g kg/m^3; the rest, %.6g kg, is fixed to "
+            "it at "
+            "%.6g m\n",
+            link->name, beam->length, link->mass - beam->rest.mass, link->mass, beam->rho, beam->rest.mass,
+            flexible_along(beam, beam->rest.center));
+}
+
+/* ---- the command ---- */
+
+static int count_coordinates(const struct robot *robot, const struct model_choice *choice) {
+    int count = choice->is_floating ? 6 : 0;
+    for (int i = 0; i < robot->joint_count; i++) {
+        const enum joint_kind kind = robot->joints[i].kind;
+        count += kind == JOINT_FIXED ? 0 : kind == JOINT_PLANAR ? 3 : kind == JOINT_FLOATING ? 6 : 1;
+    }
+    return count;
+}
+
+static bool read_robot(struct robot *robot, const struct options *options, struct model_choice *choice) {
+    if (!robot_read(robot, options->operands[0]) || !robot_make_tree(robot))
+        return false;
+    if (count_coordinates(robot, choice) == 0 && !options->flexible)
+        return robot_complain(robot, robot->line,
+                              "robot: no joint of it moves, one is needed, or --floating for the root");
+    mend_inertias(robot);
+    set_right_angles(robot, options->right_angles);
+    for (int i = 0; i < robot->joint_count; i++)
+        warn_of_joint(robot, &robot->joints[i], choice);
+    if (!make_beams(robot, options, choice))
+        return false;
+    warn_of_massless(robot);
+    return true;
+}
+
+/* "1 joint", "7 joints" */
+static const char *counted(int count, const char *what) {
+    return text_format("%d %s%s", count, what, count == 1 ? "" : "s");
+}
+
+static int count_inputs(const struct robot *robot, const struct model_choice *choice) {
+    int count = 0;
+    for (int i = 0; i < robot->joint_count && choice->has_drives; i++)
+        count += joint_is_driven(&robot->joints[i]);
+    return count;
+}
+
+static void print_summary(const struct robot *robot, const struct model_choice *choice) {
+    for (int i = 0; i < choice->flexible_count; i++)
+        print_beam(robot, &choice->flexible[i]);
+    fprintf(stderr, "%s, %s, %s beside those of beams", counted(robot->link_count, "link"),
+            counted(robot->joint_count, "joint"), counted(count_coordinates(robot, choice), "coordinate"));
+    fprintf(stderr, "%s%s\n", choice->has_drives ? ", " : "",
+            choice->has_drives ? counted(count_inputs(robot, choice), "input") : "");
+}
+
+enum status run_import(const struct options *options) {
+    struct robot robot;
+    struct beam_choice beam;
+    struct targets targets = {.first = NULL};
+    const char *path = options->operands[0], *slash = strrchr(path, '/');
+    struct model_choice choice = {.source = slash ? slash + 1 : path,
+                                  .is_floating = options->floating,
+                                  .has_drives = options->drives,
+                                  .friction_width = options->friction_width,
+                                  .beam = &beam};
+    if (options->right_angles > right_angles_most)
+        return option_error(options, "right-angles",
+                            ": %g rad is no rounding of an angle, at most %g are taken",
+                            options->right_angles, right_angles_most);
+    const enum status status = take_beam(options, &beam);
+    if (status != STATUS_DONE)
+        return status;
+    targets_spare(&targets, path);
+    struct target *target = target_open(&targets, options->output);
+    bool is_good = target && read_robot(&robot, options, &choice);
+    if (is_good) {
+        print_summary(&robot, &choice);
+        write_model(&robot, &choice, target->file);
+        is_good = target_finish(target);
+    }
+    targets_release(&targets);
+    return is_good ? STATUS_DONE : STATUS_FAULT;
+}

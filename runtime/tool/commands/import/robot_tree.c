@@ -1,0 +1,113 @@
+/* The tree of a robot's links: see import.h. Takes links and joints as read; gives who carries whom. */
+#include "runtime/tool/commands/import/import.h"
+#include "gen/base/base.h"
+#include "runtime/tool/support/format/format.h"
+
+#include <math.h>
+
+static bool complain_of_roots(const struct robot *robot, int a, int b) {
+    return robot_complain(robot, robot->links[b].line,
+                          "link %s: no joint carries it, nor link %s in line %d, one root is needed",
+                          robot->links[b].name, robot->links[a].name, robot->links[a].line);
+}
+
+static bool set_carriers(struct robot *robot) {
+    for (int i = 0; i < robot->link_count; i++)
+        robot->links[i].joint = robot->links[i].first = robot->links[i].sibling = -1;
+    for (int i = 0; i < robot->joint_count; i++) {
+        struct robot_link *child = &robot->links[robot->joints[i].child];
+        if (child->joint >= 0)
+            return robot_complain(robot, robot->joints[i].line,
+                                  "joint %s: link %s is carried by joint %s already, which closes a loop: a "
+                                  "URDF is a tree",
+                                  robot->joints[i].name, child->name, robot->joints[child->joint].name);
+        child->joint = i;
+    }
+    return true;
+}
+
+static bool find_root(struct robot *robot) {
+    robot->root = -1;
+    for (int i = 0; i < robot->link_count; i++) {
+        if (robot->links[i].joint >= 0)
+            continue;
+        if (robot->root >= 0)
+            return complain_of_roots(robot, robot->root, i);
+        robot->root = i;
+    }
+    return robot->root >= 0 ||
+           robot_complain(robot, robot->line, "robot: each link is carried by a joint, a root is needed");
+}
+
+/* Lists of what each link carries, in the order of the joints. */
+static void list_children(struct robot *robot) {
+    for (int i = robot->joint_count - 1; i >= 0; i--) {
+        struct robot_link *parent = &robot->links[robot->joints[i].parent];
+        robot->links[robot->joints[i].child].sibling = parent->first;
+        parent->first = robot->joints[i].child;
+    }
+}
+
+/* The link behind `at` on a way through the tree that goes down first; -1: it ends. */
+static int next_link(const struct robot *robot, int at) {
+    if (robot->links[at].first >= 0)
+        return robot->links[at].first;
+    while (at != robot->root && robot->links[at].sibling < 0)
+        at = robot->joints[robot->links[at].joint].parent;
+    return at == robot->root ? -1 : robot->links[at].sibling;
+}
+
+/* A link that the way from the root does not pass is on a loop, or carried by one. */
+static bool complain_of_loop(const struct robot *robot, const bool *is_passed) {
+    int at = 0;
+    while (is_passed[at])
+        at++;
+    for (int i = 0; i < robot->link_count; i++)
+        at = robot->joints[robot->links[at].joint].parent;
+    return robot_complain(robot, robot->links[at].line,
+                          "link %s: carries itself in a loop of joints, a URDF is a tree",
+                          robot->links[at].name);
+}
+
+/* 0, or where 0 is not in it the middle of the range, to six digits where these are in it. */
+static double start_within(const struct joint_limits *limits) {
+    double middle = limits->from / 2 + limits->to / 2, near;
+    if (!limits->has_range || (limits->from <= 0 && limits->to >= 0))
+        return 0;
+    const bool is_near =
+        text_to_number(text_format("%.6g", middle), &near) && near >= limits->from && near <= limits->to;
+    return is_near ? near : middle;
+}
+
+double robot_start(const struct robot *robot, const struct robot_joint *joint) {
+    double offset = 0, multiplier = 1;
+    while (joint->leader >= 0) {
+        offset += multiplier * joint->offset;
+        multiplier *= joint->multiplier;
+        joint = &robot->joints[joint->leader];
+    }
+    return offset + multiplier * start_within(&joint->limits);
+}
+
+static bool check_starts(const struct robot *robot) {
+    for (int i = 0; i < robot->joint_count; i++)
+        if (!isfinite(robot_start(robot, &robot->joints[i])))
+            return robot_complain(robot, robot->joints[i].line,
+                                  "joint %s: what it follows takes it out of all numbers",
+                                  robot->joints[i].name);
+    return true;
+}
+
+bool robot_make_tree(struct robot *robot) {
+    if (!set_carriers(robot) || !find_root(robot))
+        return false;
+    list_children(robot);
+    bool *is_passed = allocate((size_t)robot->link_count, sizeof *is_passed);
+    robot->order = allocate((size_t)robot->link_count, sizeof *robot->order);
+    int count = 0;
+    for (int at = robot->root; at >= 0; at = next_link(robot, at)) {
+        is_passed[at] = true;
+        robot->order[count++] = at;
+    }
+    return count == robot->link_count ? check_starts(robot) : complain_of_loop(robot, is_passed);
+}

@@ -1,0 +1,32 @@
+/* `refdyn completion FORM`: a shell's script of completion, or the manual page. */
+#include "runtime/tool/support/system/system.h"
+#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/commands/shell/shell.h"
+
+#include <string.h>
+
+static const struct {
+    const char *name;
+    void (*put)(FILE *out, const struct command *commands);
+} forms[] = {{"bash", put_bash_completion},
+             {"zsh", put_zsh_completion},
+             {"fish", put_fish_completion},
+             {"man", put_manual_page}};
+
+enum { FORM_COUNT = sizeof forms / sizeof *forms };
+
+enum status run_completion(const struct options *options) {
+    const char *form = options->operands[0];
+    struct targets targets = {.first = NULL};
+    int place = 0;
+    while (place < FORM_COUNT && strcmp(forms[place].name, form) != 0)
+        place++;
+    if (place == FORM_COUNT)
+        return usage_error(options->command, "'%s' is none of %s", form, options->command->operands);
+    struct target *target = target_open(&targets, options->output);
+    if (target)
+        forms[place].put(target->file, options->commands);
+    const bool is_good = target && target_finish(target);
+    targets_release(&targets);
+    return is_good ? STATUS_DONE : STATUS_FAULT;
+}

@@ -1,0 +1,215 @@
+/* `refdyn modes`: frequencies, damping ratios and shapes of small motions about a state at rest. */
+#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/scene/scene.h"
+#include "runtime/tool/motions/equilibria/equilibria.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double pi = 3.14159265358979323846;
+/* [rad, m] as far from an equilibrium as goes without a word */
+static const double programme_tol = 1e-6;
+
+/* What is printed. */
+struct analysis {
+    struct scene *scene;
+    const char *at;
+    int *held;  /* (n) */
+    double phi; /* largest |phi| */
+    double *C;  /* (points x 3 x n) */
+    int count;  /* modes to print */
+    struct linear linear;
+    struct spectrum spectrum;
+};
+
+static const char *place_of(const struct options *options) {
+    return options->at ? options->at : "statics";
+}
+
+/* Small motions of such a row would need derivatives of v. */
+static bool is_in_accelerations(const struct row *row) {
+    return row->level == ROW_ACCELERATION;
+}
+
+static enum status check(struct scene *scene) {
+    if (!scene->model->tangent) {
+        fprintf(stderr, "refdyn: %s: modes takes the corrected form only\n", scene->model->name);
+        return STATUS_FAULT;
+    }
+    return scene_refuse_row(scene, is_in_accelerations,
+                            "is a row in accelerations, modes takes rows of positions and velocities only");
+}
+
+/* What a state says of its rates is passed over. */
+static void warn_of_rates(const struct scene *scene, const char *path) {
+    for (int i = 0; scene->state.qd && i < scene->model->n; i++) {
+        if (scene->state.qd[i] == 0)
+            continue;
+        fprintf(stderr, "%s: warning: qd: modes are those of small motions from rest, rates are taken as 0\n",
+                path);
+        return;
+    }
+}
+
+/* q of --at, qd = 0, parameters as in a motion that starts there. */
+static enum status place(struct analysis *analysis, const struct options *options) {
+    struct scene *scene = analysis->scene;
+    enum status status = STATUS_DONE;
+    if (strcmp(analysis->at, "statics") == 0) {
+        struct equilibrium equilibrium;
+        status = find_equilibrium(scene, options, &equilibrium);
+        analysis->held = equilibrium.held;
+    } else {
+        status = refuse_statics_options(options, "--at statics");
+        if (status == STATUS_DONE)
+            status = choose_held(scene, options, analysis->held);
+    }
+    warn_of_rates(scene, options->at);
+    memset(scene->qd, 0, (size_t)scene->model->n * sizeof *scene->qd);
+    refdyn_anchor(&scene->work, scene->state.t, scene->q, scene->qd, scene->given);
+    return status;
+}
+
+/* ---- Warnings ---- */
+
+static void print_warnings(const struct analysis *analysis) {
+    const struct linear *linear = &analysis->linear;
+    const int off = linear_out_of_balance(linear);
+    print_rows_left_out(analysis->scene->model, analysis->spectrum.redundant,
+                        analysis->spectrum.redundant_count);
+    if (off >= 0)
+        fprintf(stderr, "refdyn: warning: this is no equilibrium: %s is out of balance by %.4g\n",
+                analysis->scene->model->coordinates[linear->place[off]].name, fabs(linear->force[off]));
+    if (analysis->phi > programme_tol)
+        fprintf(stderr, "refdyn: warning: the state is off the programme: largest |phi| %.4g\n",
+                analysis->phi);
+}
+
+/* -1 for a growth without oscillation, 0 where nothing brings the motion back. */
+static double damping_of(const struct mode *mode) {
+    const double omega = cabs(mode->eigenvalue);
+    return omega > 0 ? 0 - creal(mode->eigenvalue) / omega : 0; /* no -0 */
+}
+
+static void print_table(const struct analysis *analysis) {
+    fputs("mode  frequency [Hz]  omega [rad/s]  damping ratio\n", stderr);
+    for (int i = 0; i < analysis->count; i++) {
+        const struct mode *mode = &analysis->spectrum.modes[i];
+        fprintf(stderr, "%4d  %14.6g  %13.6g  %13.6g%s\n", i + 1, (cimag(mode->eigenvalue) + 0.0) / (2 * pi),
+                cabs(mode->eigenvalue), damping_of(mode), creal(mode->eigenvalue) > 0 ? "  unstable" : "");
+    }
+}
+
+/* ---- JSON ---- */
+
+static void put_complex(struct document *document, const char *key, const double complex *values, int count) {
+    static const char *const parts[] = {"re", "im"};
+    put_open(document, key, '{');
+    for (int part = 0; part < 2; part++) {
+        put_open(document, parts[part], '[');
+        for (int i = 0; i < count; i++)
+            put_number(document, NULL, (part ? cimag(values[i]) : creal(values[i])) + 0.0); /* no -0 */
+        put_close(document, ']');
+    }
+    put_close(document, '}');
+}
+
+static void put_shape(struct document *document, const struct analysis *analysis, const struct mode *mode) {
+    const struct refdyn_model *model = analysis->scene->model;
+    const int n = model->n;
+    double complex *shape = allocate((size_t)n, sizeof *shape);
+    for (int j = 0; j < analysis->linear.n; j++)
+        shape[analysis->linear.place[j]] = mode->shape[j];
+    put_complex(document, "shape", shape, n);
+    put_open(document, "points", '{');
+    for (int i = 0; i < model->point_count; i++) {
+        double complex moved[3] = {0}; /* C shape */
+        for (int axis = 0; axis < 3; axis++)
+            for (int j = 0; j < n; j++)
+                moved[axis] += analysis->C[(3 * i + axis) * n + j] * shape[j];
+        put_complex(document, model->points[i], moved, 3);
+    }
+    put_close(document, '}');
+}
+
+static void put_mode(struct document *document, const struct analysis *analysis, const struct mode *mode) {
+    const double re = creal(mode->eigenvalue) + 0.0, im = cimag(mode->eigenvalue) + 0.0; /* no -0 */
+    put_open(document, NULL, '{');
+    put_number(document, "frequency", im / (2 * pi));
+    put_number(document, "omega", cabs(mode->eigenvalue));
+    put_number(document, "damping", damping_of(mode));
+    put_array(document, "eigenvalue", (const double[]){re, im}, 2);
+    put_shape(document, analysis, mode);
+    put_close(document, '}');
+}
+
+static enum status print_analysis(const struct analysis *analysis) {
+    struct scene *scene = analysis->scene;
+    const struct spectrum *spectrum = &analysis->spectrum;
+    struct document document;
+    int unstable = 0;
+    document_open(&document);
+    for (int i = 0; i < spectrum->count; i++)
+        unstable += creal(spectrum->modes[i].eigenvalue) > 0;
+    put_open(&document, NULL, '{');
+    put_text(&document, "name", scene->model->name);
+    put_coordinates(&document, "coordinates", scene->model, NULL);
+    put_text(&document, "at", analysis->at);
+    put_state(&document, scene);
+    put_positions(&document, scene);
+    put_coordinates(&document, "held", scene->model, analysis->held);
+    put_number(&document, "phi", analysis->phi);
+    put_number(&document, "residual", analysis->linear.residual);
+    put_whole(&document, "unstable", unstable);
+    put_open(&document, "modes", '[');
+    for (int i = 0; i < analysis->count; i++)
+        put_mode(&document, analysis, &spectrum->modes[i]);
+    put_close(&document, ']');
+    put_close(&document, '}');
+    return scene_finish(scene, &document);
+}
+
+/* ---- The command ---- */
+
+static int compute(struct analysis *analysis, const struct options *options) {
+    struct scene *scene = analysis->scene;
+    const struct refdyn_model *model = scene->model;
+    int result = linearise(&analysis->linear, scene, analysis->held);
+    if (result == REFDYN_OK)
+        result = find_spectrum(&analysis->spectrum, &analysis->linear);
+    if (result != REFDYN_OK)
+        return result;
+    analysis->phi = refdyn_residuals(&scene->work).phi;
+    analysis->count = analysis->spectrum.count;
+    if (options->modes > 0 && options->modes < analysis->count)
+        analysis->count = (int)options->modes;
+    if (model->point_count)
+        model->C(scene->work.p, scene->work.x, scene->state.t, scene->q, scene->qd, analysis->C);
+    return REFDYN_OK;
+}
+
+static enum status analyse(struct scene *scene, const struct options *options) {
+    const size_t n = (size_t)scene->model->n, points = (size_t)scene->model->point_count;
+    struct analysis analysis = {.scene = scene, .at = place_of(options)};
+    analysis.held = allocate(n, sizeof *analysis.held);
+    analysis.C = allocate(3 * points * n, sizeof *analysis.C);
+    enum status status = check(scene);
+    if (status == STATUS_DONE)
+        status = place(&analysis, options);
+    int result = status == STATUS_DONE ? compute(&analysis, options) : REFDYN_OK;
+    if (result != REFDYN_OK)
+        status = numbers_failed(scene, result, scene->state.t, scene->q, NULL);
+    if (status == STATUS_DONE && result == REFDYN_OK)
+        status = print_analysis(&analysis);
+    if (status == STATUS_DONE) {
+        print_warnings(&analysis);
+        print_table(&analysis);
+    }
+    return status;
+}
+
+enum status run_modes(const struct options *options) {
+    return scene_run(options, NEEDS_RESULT | NEEDS_STATICS | NEEDS_POINTS | NEEDS_TANGENT | NEEDS_LINEAR,
+                     options_state_path(options->at), analyse);
+}

@@ -1,0 +1,423 @@
+/*
+ * Eigenvalues and shapes of small motions: see equilibria.h.
+ *
+ * Coordinates are measured in 1/sqrt(M_jj). With x = Z y for the position rows, x' = N w + G x for all rows
+ * (scene.h), the equations are the pencil
+ *     y' = (N w + G Z y)_independent
+ *     N^T M N w' = -N^T ((K + (D + M G) G) Z y + (D + M G) N w)
+ * or E z' = A z, in a time unit 1/s that lies between those of stiff and soft coordinates. The eigenvalues
+ * tau of (A - E)^-1 E, with balancing (LAPACK dgeev), give mu = 1 + 1/tau: both ends of a wide spectrum keep
+ * digits that those of E^-1 A lose at its low end. Each is then improved by the generalized Rayleigh quotient
+ * of its left and right vectors (Ostrowski, Arch. Rational Mech. Anal. 3:325-340, 1959), whose error is the
+ * product of theirs.
+ */
+#include "runtime/tool/motions/equilibria/equilibria.h"
+#include "runtime/tool/scene/scene.h"
+
+#include <lapacke.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* In units of the scale s: two equal eigenvalues 0 of one vector are apart by sqrt(DBL_EPSILON). */
+static const double zero_tol = 1e-6;
+/* Damping ratios below it are rounding. */
+static const double axis_tol = 1e-10;
+/* Pairs nearer to each other, of their size, are two that are equal: a critically damped one splits by
+ * sqrt(DBL_EPSILON). */
+static const double pair_tol = 1e-7;
+/* Shapes of equal eigenvalues that differ by less are one. */
+static const double same_tol = 1e-4;
+/* Sizes of eigenvalues, or of entries of a shape, that differ by less are equal. */
+static const double equal_tol = 1e-9;
+/* Part of an eigenvalue; its left and right vectors are nearly at right angles where more is asked for. */
+static const double improvement_limit = 1e-3;
+/* Of the largest entry of a shape: smaller parts are rounding. */
+static const double part_tol = 1e-12;
+/* Softer coordinates than this part of the stiffest one do not move the scale. */
+static const double low_share = 1e-6;
+/* Of the scale: a shift that closed forms do not meet. */
+static const double shift_share = 0.6180339887498949;
+
+struct pencil {
+    const struct linear *linear;
+    int n, position_count, size; /* of x, y, z */
+    double *unit;                /* (n) 1/sqrt(M_jj) */
+    double *M, *D, *K;           /* (n x n) scaled */
+    struct freedom position, velocity;
+    double scale;           /* s [1/s] */
+    double *A, *E, *factor; /* (size x size) factor: of A - E */
+    int *pivots;
+    double *tau_re, *tau_im, *left, *right; /* (size), (size x size): as dgeev gives them */
+};
+
+/* ---- The pencil ---- */
+
+/* out (rows x columns) += factor * left (rows x inner) * right (inner x columns) */
+static void add_product(double *out, double factor, const double *left, const double *right, int rows,
+                        int inner, int columns) {
+    for (int i = 0; i < rows; i++)
+        for (int k = 0; k < inner; k++) {
+            const double entry = factor * left[i * inner + k];
+            for (int j = 0; j < columns && entry != 0; j++)
+                out[i * columns + j] += entry * right[k * columns + j];
+        }
+}
+
+static double *product(const double *left, const double *right, int rows, int inner, int columns) {
+    double *out = allocate_matrix(rows, columns);
+    add_product(out, 1, left, right, rows, inner, columns);
+    return out;
+}
+
+/* left^T right, both n rows */
+static double *product_of_columns(const double *left, int left_columns, const double *right, int columns,
+                                  int n) {
+    double *out = allocate_matrix(left_columns, columns);
+    for (int i = 0; i < n; i++)
+        add_product(out, 1, left + i * left_columns, right + i * columns, left_columns, 1, columns);
+    return out;
+}
+
+static double *scaled(const struct pencil *pencil, const double *matrix, int rows, bool both) {
+    const int n = pencil->n;
+    double *out = allocate_matrix(rows, n);
+    for (int i = 0; i < rows; i++)
+        for (int j = 0; j < n; j++)
+            out[i * n + j] = (both ? pencil->unit[i] : 1) * matrix[i * n + j] * pencil->unit[j];
+    return out;
+}
+
+/* Between the largest and the smallest sqrt(K_jj / M_jj), or D_jj / M_jj where nothing is stiff. */
+static void choose_scale(struct pencil *pencil) {
+    double low = INFINITY, high = 0;
+    for (int order = 0; order < 2 && high == 0; order++)
+        for (int j = 0; j < pencil->n; j++) {
+            const double entry = fabs((order ? pencil->D : pencil->K)[j * (pencil->n + 1)]);
+            const double rate = order ? entry : sqrt(entry);
+            low = rate > 0 ? fmin(low, rate) : low;
+            high = fmax(high, rate);
+        }
+    pencil->scale = shift_share * (high > 0 ? sqrt(fmax(low, low_share * high)) * sqrt(high) : 1);
+}
+
+static void find_freedoms(struct pencil *pencil) {
+    const struct linear *linear = pencil->linear;
+    const int n = pencil->n;
+    double *u = scaled(pencil, linear->u, linear->m, false);
+    double *psi_q = scaled(pencil, linear->psi_q, linear->m, false);
+    double *level_q = allocate_matrix(linear->m, n);
+    int count = 0;
+    for (int i = 0; i < linear->m; i++)
+        if (linear->is_level_q[i])
+            memcpy(level_q + count++ * n, u + i * n, (size_t)n * sizeof *u);
+    find_freedom(&pencil->position, level_q, NULL, count, n);
+    find_freedom(&pencil->velocity, u, psi_q, linear->m, n);
+    pencil->position_count = n - pencil->position.rank;
+    pencil->size = pencil->position_count + n - pencil->velocity.rank;
+}
+
+/* Puts a block into a matrix of the pencil's size. */
+static void put_block(const struct pencil *pencil, double *matrix, int row, int column, const double *block,
+                      int rows, int columns, double factor) {
+    for (int i = 0; i < rows; i++)
+        for (int j = 0; j < columns; j++)
+            matrix[(row + i) * pencil->size + column + j] = factor * block[i * columns + j];
+}
+
+/* y' : rows of x' that are independent in position. */
+static void put_rates(struct pencil *pencil, const double *drift, int rates) {
+    const int n = pencil->n, positions = pencil->position_count;
+    for (int i = 0; i < positions; i++) {
+        const int row = pencil->position.column[n - positions + i];
+        put_block(pencil, pencil->A, i, 0, drift + row * positions, 1, positions, 1 / pencil->scale);
+        put_block(pencil, pencil->A, i, positions, pencil->velocity.basis + row * rates, 1, rates, 1);
+        pencil->E[i * (pencil->size + 1)] = 1;
+    }
+}
+
+/* MASS_NOT_POSITIVE unless the mass of what is free has a factor. */
+static int put_motion(struct pencil *pencil, const double *drift, int rates) {
+    const int n = pencil->n, positions = pencil->position_count;
+    const double *N = pencil->velocity.basis, s = pencil->scale;
+    double *damping = product(pencil->M, pencil->velocity.drift, n, n, n);
+    double *stiffness = product(pencil->K, pencil->position.basis, n, n, positions);
+    for (int i = 0; i < n * n; i++)
+        damping[i] += pencil->D[i];
+    add_product(stiffness, 1, damping, drift, n, n, positions);
+    double *on_rates = product(damping, N, n, n, rates), *mass = product(pencil->M, N, n, n, rates);
+    double *mass_part = product_of_columns(N, rates, mass, rates, n);
+    double *stiffness_part = product_of_columns(N, rates, stiffness, positions, n);
+    double *damping_part = product_of_columns(N, rates, on_rates, rates, n);
+    put_block(pencil, pencil->E, positions, positions, mass_part, rates, rates, 1);
+    put_block(pencil, pencil->A, positions, 0, stiffness_part, rates, positions, -1 / (s * s));
+    put_block(pencil, pencil->A, positions, positions, damping_part, rates, rates, -1 / s);
+    const lapack_int info = rates ? LAPACKE_dpotrf(LAPACK_ROW_MAJOR, 'U', rates, mass_part, rates) : 0;
+    return info == 0 ? REFDYN_OK : REFDYN_MASS_NOT_POSITIVE;
+}
+
+static int build_pencil(struct pencil *pencil, const struct linear *linear) {
+    const int n = linear->n;
+    *pencil = (struct pencil){.linear = linear, .n = n};
+    pencil->unit = allocate_matrix(n, 1);
+    for (int j = 0; j < n; j++)
+        pencil->unit[j] = 1 / sqrt(linear->M[j * (n + 1)]);
+    pencil->M = scaled(pencil, linear->M, n, true);
+    pencil->D = scaled(pencil, linear->D, n, true);
+    pencil->K = scaled(pencil, linear->K, n, true);
+    choose_scale(pencil);
+    find_freedoms(pencil);
+    pencil->A = allocate_matrix(pencil->size, pencil->size);
+    pencil->E = allocate_matrix(pencil->size, pencil->size);
+    const int positions = pencil->position_count, rates = pencil->size - positions;
+    double *drift = product(pencil->velocity.drift, pencil->position.basis, n, n, positions);
+    put_rates(pencil, drift, rates);
+    return put_motion(pencil, drift, rates);
+}
+
+/* ---- Eigenvalues ---- */
+
+static int solve_pencil(struct pencil *pencil) {
+    const int size = pencil->size;
+    const size_t room = (size_t)size * (size_t)size;
+    double *T = allocate_matrix(size, size);
+    pencil->factor = allocate_matrix(size, size);
+    pencil->pivots = allocate((size_t)size, sizeof *pencil->pivots);
+    pencil->tau_re = allocate_matrix(size, 1);
+    pencil->tau_im = allocate_matrix(size, 1);
+    pencil->left = allocate_matrix(size, size);
+    pencil->right = allocate_matrix(size, size);
+    for (size_t i = 0; i < room; i++) {
+        pencil->factor[i] = pencil->A[i] - pencil->E[i];
+        T[i] = pencil->E[i];
+    }
+    lapack_int info =
+        LAPACKE_dgesv(LAPACK_ROW_MAJOR, size, size, pencil->factor, size, pencil->pivots, T, size);
+    if (info == 0)
+        info = LAPACKE_dgeev(LAPACK_ROW_MAJOR, 'V', 'V', size, T, size, pencil->tau_re, pencil->tau_im,
+                             pencil->left, size, pencil->right, size);
+    /* T^H w = conj(tau) w and w = (A - E)^H v: v is the pencil's left vector; it is real-linear in w */
+    if (info == 0)
+        info = LAPACKE_dgetrs(LAPACK_ROW_MAJOR, 'T', size, size, pencil->factor, size, pencil->pivots,
+                              pencil->left, size);
+    return info == 0 ? REFDYN_OK : REFDYN_NOT_FINITE;
+}
+
+/* Entry i of vector k: dgeev keeps real and imaginary parts of a pair in two columns. */
+static double complex entry(const struct pencil *pencil, const double *vectors, int i, int k) {
+    const double *row = vectors + i * pencil->size;
+    return pencil->tau_im[k] == 0 ? row[k] : row[k] + I * row[k + 1];
+}
+
+/* mu - v^H (mu E - A) z / (v^H E z) */
+static double complex improved(const struct pencil *pencil, double complex mu, int k) {
+    double complex residual = 0, weight = 0;
+    for (int i = 0; i < pencil->size; i++) {
+        const double complex v = conj(entry(pencil, pencil->left, i, k));
+        double complex on_A = 0, on_E = 0;
+        for (int j = 0; j < pencil->size; j++) {
+            const double complex z = entry(pencil, pencil->right, j, k);
+            on_A += pencil->A[i * pencil->size + j] * z;
+            on_E += pencil->E[i * pencil->size + j] * z;
+        }
+        residual += v * (mu * on_E - on_A);
+        weight += v * on_E;
+    }
+    const double complex correction = residual / weight;
+    return cabs(correction) <= improvement_limit * cabs(mu) ? mu - correction : mu;
+}
+
+/* What is rounding becomes 0. */
+static double complex rounded(double complex mu) {
+    const double size = cabs(mu);
+    return fabs(creal(mu)) <= axis_tol * size ? I * cimag(mu) : mu;
+}
+
+/* ---- Shapes ---- */
+
+/* Entry of x that is largest; the first of those that are equal to rounding. */
+static int largest_entry(const double complex *x, int n) {
+    double largest = 0;
+    for (int j = 0; j < n; j++)
+        largest = fmax(largest, cabs(x[j]));
+    for (int j = 0; j < n; j++)
+        if (cabs(x[j]) >= (1 - equal_tol) * largest)
+            return j;
+    return -1;
+}
+
+static double complex without_rounding(double complex value) {
+    const double re = creal(value), im = cimag(value);
+    return (fabs(re) > part_tol ? re : 0) + I * (fabs(im) > part_tol ? im : 0);
+}
+
+static void normalise(double complex *x, int n) {
+    const int at = largest_entry(x, n);
+    const double complex size = at < 0 ? 1 : x[at];
+    for (int j = 0; j < n && size != 0; j++)
+        x[j] = j == at ? 1 : without_rounding(x[j] / size);
+}
+
+/* x = Z y of vector k, in the model's units. */
+static double complex *shape_of(const struct pencil *pencil, int k) {
+    const int positions = pencil->position_count;
+    double complex *x = allocate((size_t)pencil->n, sizeof *x);
+    for (int i = 0; i < pencil->n; i++) {
+        for (int j = 0; j < positions; j++)
+            x[i] += pencil->position.basis[i * positions + j] * entry(pencil, pencil->right, j, k);
+        x[i] *= pencil->unit[i];
+    }
+    normalise(x, pencil->n);
+    return x;
+}
+
+static void add_mode(struct spectrum *spectrum, double complex eigenvalue, const double complex *shape) {
+    spectrum->modes[spectrum->count++] = (struct mode){eigenvalue, shape};
+}
+
+/* ---- Eigenvalues 0 ---- */
+
+/* Real and imaginary parts of vectors whose eigenvalue is 0, one a row. A motion at constant speed and the
+ * rest that it leaves have the same positions but for rounding, so that elimination leaves one of both. */
+struct resting {
+    double *vectors; /* (count x n) */
+    int count;
+};
+
+static void add_resting(struct resting *resting, const double complex *x, int n, bool is_real) {
+    for (int part = 0; part < (is_real ? 1 : 2); part++, resting->count++)
+        for (int j = 0; j < n; j++)
+            resting->vectors[resting->count * n + j] = part ? cimag(x[j]) : creal(x[j]);
+}
+
+/* Size, row and column of the largest entry from row `from` on; the first of those that are equal to
+ * rounding. */
+static double find_largest(const struct resting *resting, int n, int from, int *row, int *column) {
+    double largest = 0;
+    for (int i = from; i < resting->count; i++)
+        for (int j = 0; j < n; j++)
+            if (fabs(resting->vectors[i * n + j]) > (1 + equal_tol) * largest) {
+                largest = fabs(resting->vectors[i * n + j]);
+                *row = i;
+                *column = j;
+            }
+    return largest;
+}
+
+static void exchange_rows(double *a, double *b, int n) {
+    for (int j = 0; j < n; j++) {
+        const double kept = a[j];
+        a[j] = b[j];
+        b[j] = kept;
+    }
+}
+
+static void clear_column(struct resting *resting, int n, int row, int column) {
+    double *pivot = resting->vectors + row * n;
+    const double size = pivot[column];
+    for (int j = 0; j < n; j++)
+        pivot[j] /= size;
+    for (int i = 0; i < resting->count; i++) {
+        double *vector = resting->vectors + i * n;
+        const double factor = vector[column];
+        for (int j = 0; j < n && i != row; j++)
+            vector[j] -= factor * pivot[j];
+    }
+}
+
+/* One mode for each coordinate that the vectors leave free, in the order of the coordinates. */
+static void add_resting_modes(struct spectrum *spectrum, struct resting *resting, int n) {
+    int *row_of = allocate((size_t)n, sizeof *row_of), count = 0, row, column;
+    while (count < resting->count && find_largest(resting, n, count, &row, &column) > same_tol) {
+        exchange_rows(resting->vectors + row * n, resting->vectors + count * n, n);
+        clear_column(resting, n, count, column);
+        row_of[column] = ++count;
+    }
+    for (int j = 0; j < n; j++) {
+        if (!row_of[j])
+            continue;
+        const double *vector = resting->vectors + (row_of[j] - 1) * n;
+        double complex *x = allocate((size_t)n, sizeof *x);
+        for (int i = 0; i < n; i++)
+            x[i] = fabs(vector[i]) > zero_tol ? vector[i] : 0;
+        normalise(x, n);
+        add_mode(spectrum, 0, x);
+    }
+}
+
+/* ---- All modes ---- */
+
+static bool stands_before(const struct mode *a, const struct mode *b) {
+    const double size_a = cabs(a->eigenvalue), size_b = cabs(b->eigenvalue);
+    if (fabs(size_a - size_b) > equal_tol * fmax(size_a, size_b))
+        return size_a < size_b;
+    return creal(a->eigenvalue) > creal(b->eigenvalue);
+}
+
+static void sort_modes(struct spectrum *spectrum) {
+    for (int i = 1; i < spectrum->count; i++)
+        for (int j = i; j > 0 && stands_before(&spectrum->modes[j], &spectrum->modes[j - 1]); j--) {
+            const struct mode kept = spectrum->modes[j];
+            spectrum->modes[j] = spectrum->modes[j - 1];
+            spectrum->modes[j - 1] = kept;
+        }
+}
+
+/* A pair that is real but for rounding: two modes, whose shapes are apart unless the system is defective. */
+static void add_real_pair(struct spectrum *spectrum, double eigenvalue, const double complex *x, int n) {
+    double complex *parts = allocate(2 * (size_t)n, sizeof *parts);
+    double apart = 0;
+    for (int j = 0; j < n; j++) {
+        parts[j] = creal(x[j]);
+        parts[n + j] = cimag(x[j]);
+        apart = fmax(apart, fabs(cimag(x[j])));
+    }
+    normalise(parts, n);
+    normalise(parts + n, n);
+    add_mode(spectrum, eigenvalue, parts);
+    add_mode(spectrum, eigenvalue, apart > same_tol ? parts + n : parts);
+}
+
+/* dgeev names the tau with the positive imaginary part first; mu = 1 + 1/tau has the negative one. */
+static void add_vector(struct spectrum *spectrum, const struct pencil *pencil, struct resting *resting,
+                       int k) {
+    const int n = pencil->n;
+    const bool is_real = pencil->tau_im[k] == 0;
+    const double complex mu = 1 + 1 / (pencil->tau_re[k] + I * pencil->tau_im[k]);
+    double complex *x = shape_of(pencil, k);
+    if (cabs(mu) <= zero_tol)
+        add_resting(resting, x, n, is_real);
+    else {
+        const double complex eigenvalue = pencil->scale * rounded(conj(improved(pencil, mu, k)));
+        for (int j = 0; j < n; j++)
+            x[j] = conj(x[j]);
+        if (!is_real && fabs(cimag(eigenvalue)) <= pair_tol * cabs(eigenvalue))
+            add_real_pair(spectrum, creal(eigenvalue), x, n);
+        else
+            add_mode(spectrum, eigenvalue, x);
+    }
+}
+
+static void collect(struct spectrum *spectrum, const struct pencil *pencil) {
+    const int n = pencil->n;
+    struct resting resting = {.vectors = allocate_matrix(pencil->size, n)};
+    spectrum->modes = allocate((size_t)pencil->size, sizeof *spectrum->modes);
+    for (int k = 0; k < pencil->size; k += pencil->tau_im[k] == 0 ? 1 : 2)
+        add_vector(spectrum, pencil, &resting, k);
+    add_resting_modes(spectrum, &resting, n);
+    sort_modes(spectrum);
+}
+
+int find_spectrum(struct spectrum *spectrum, const struct linear *linear) {
+    struct pencil pencil;
+    *spectrum = (struct spectrum){.count = 0};
+    int status = build_pencil(&pencil, linear);
+    if (status == REFDYN_OK && pencil.size > 0)
+        status = solve_pencil(&pencil);
+    if (status == REFDYN_OK) {
+        collect(spectrum, &pencil);
+        spectrum->redundant = pencil.velocity.row + pencil.velocity.rank;
+        spectrum->redundant_count = pencil.velocity.count - pencil.velocity.rank;
+    }
+    return status;
+}

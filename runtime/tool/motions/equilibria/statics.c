@@ -1,0 +1,104 @@
+/* `refdyn statics`: the equilibrium of a model under its loads, with coordinates and rows that hold. */
+#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/scene/scene.h"
+#include "runtime/tool/motions/equilibria/equilibria.h"
+
+#include <string.h>
+
+/* Beside warnings, what the numbers of the result may need explained. */
+static void print_notes(const struct scene *scene, const struct equilibrium *equilibrium) {
+    const struct refdyn_statics_result *result = &equilibrium->result;
+    if (result->limit_points)
+        fprintf(stderr, "refdyn: %d limit point%s of the load passed\n", result->limit_points,
+                result->limit_points > 1 ? "s" : "");
+    if (!result->unstable)
+        print_criterion(result);
+    if (result->is_indeterminate)
+        fputs("refdyn: the forces of the contacts are not unique, the least ones are reported\n", stderr);
+    print_rows_without_part(scene, &equilibrium->options);
+}
+
+/* Contacts that take part, which begin at row `from` of the options: their gaps, and the forces of those that
+ * carry. */
+static void put_contacts(struct document *document, const struct scene *scene,
+                         const struct equilibrium *equilibrium, int from) {
+    const struct refdyn_statics_options *options = &equilibrium->options;
+    const struct refdyn_statics_result *result = &equilibrium->result;
+    const int first = refdyn_programme_rows(scene->model);
+    put_open(document, "contacts", '[');
+    for (int i = from; i < options->row_count; i++) {
+        put_open(document, NULL, '{');
+        put_text(document, "name", scene->model->rows[options->rows[i]].name);
+        put_number(document, "gap", result->contact_gap[options->rows[i] - first]);
+        put_number(document, "force", result->lambda[i]);
+        put_close(document, '}');
+    }
+    put_close(document, ']');
+}
+
+static void put_rows(struct document *document, const struct scene *scene,
+                     const struct equilibrium *equilibrium) {
+    const struct refdyn_statics_options *options = &equilibrium->options;
+    const int first = refdyn_programme_rows(scene->model);
+    int count = 0;
+    put_open(document, "rows", '[');
+    for (; count < options->row_count && options->rows[count] < first; count++)
+        put_text(document, NULL, scene->model->rows[options->rows[count]].name);
+    put_close(document, ']');
+    put_array(document, "lambda", equilibrium->result.lambda, count);
+    put_number(document, "phi", equilibrium->result.phi);
+    if (scene->model->m > first)
+        put_contacts(document, scene, equilibrium, count);
+}
+
+static void put_stability(struct document *document, const struct refdyn_statics_result *result) {
+    put_text(document, "stability", stability_text(result));
+    put_whole(document, "unstable", result->unstable);
+    put_whole(document, "neutral", result->neutral);
+    put_truth(document, "potential", result->has_potential);
+    put_text(document, "criterion", statics_criterion_words[result->criterion]);
+}
+
+static void put_equilibrium(struct document *document, const struct scene *scene,
+                            const struct equilibrium *equilibrium) {
+    const struct refdyn_model *model = scene->model;
+    put_coordinates(document, "coordinates", model, NULL);
+    put_state(document, scene);
+    put_positions(document, scene);
+    put_open(document, "hold_force", '[');
+    for (int i = 0; i < model->n; i++)
+        if (equilibrium->held[i])
+            put_number(document, NULL, equilibrium->hold_force[i]);
+    put_close(document, ']');
+    put_number(document, "residual", equilibrium->result.residual);
+    put_rows(document, scene, equilibrium);
+    put_stability(document, &equilibrium->result);
+}
+
+static void warn_of_rates(const struct scene *scene, const char *path) {
+    for (int i = 0; scene->state.qd && i < scene->model->n; i++) {
+        if (scene->state.qd[i] == 0)
+            continue;
+        fprintf(stderr, "%s: warning: qd: statics takes rates as 0\n", path);
+        return;
+    }
+}
+
+static enum status find_and_print(struct scene *scene, const struct options *options) {
+    struct equilibrium equilibrium;
+    warn_of_rates(scene, options->state);
+    const enum status status = find_equilibrium(scene, options, &equilibrium);
+    if (status != STATUS_DONE)
+        return status;
+    struct document document;
+    document_open(&document);
+    put_open(&document, NULL, '{');
+    put_equilibrium(&document, scene, &equilibrium);
+    put_close(&document, '}');
+    print_notes(scene, &equilibrium);
+    return scene_finish(scene, &document);
+}
+
+enum status run_statics(const struct options *options) {
+    return scene_run(options, NEEDS_RESULT | NEEDS_STATICS | NEEDS_POINTS, options->state, find_and_print);
+}

@@ -1,0 +1,161 @@
+/*
+ * The tolerance of a motion from its error: see simulate.h.
+ *
+ * Each run is compared with the one before it. Errors fall with the tolerance, so that two runs tell the next
+ * one; each is to cost half as much again as the one before, else what they cost together has no bound.
+ */
+#include "runtime/tool/motions/simulate/simulate.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+static const double first_tol = 10;      /* of the error asked for: a motion's error often is a part of it, */
+static const double first_most = 1e-4;   /* but a motion must be resolved */
+static const double tol_least = 1e-14;   /* rounding is larger */
+static const double fall_least = 0.1;    /* of the tolerance from run to run, */
+static const double fall_most = 1e-4;    /* lest an extrapolation goes astray */
+static const double fall_unknown = 0.01; /* where the runs do not tell */
+/* From run to run: geometric, so that all cost at most three times the last. */
+static const double cost_growth = 1.5;
+static const double allowed_part = 0.8; /* of the error asked for: what is estimated may be larger */
+static const double aimed_part = 0.2;   /* of it: the next run shall do */
+
+/* Of the fall of errors with the tolerance, which by its making is about 1. */
+static const double exponent_most = 0.75, exponent_least = 0.2;
+static const double worth = 2.7; /* steps of all runs over those of the one that is taken */
+
+enum { FAILURES_MOST = 3 };
+
+static void release(struct candidate *candidate) {
+    trial_release(&candidate->trial);
+    estimate_release(&candidate->estimate);
+    if (candidate->rows)
+        fclose(candidate->rows);
+    *candidate = (struct candidate){.rows = NULL};
+}
+
+static void estimate(struct candidate *judged, const struct candidate *other, double share) {
+    estimate_release(&judged->estimate);
+    estimate_make(&judged->estimate, &judged->trial.track, &other->trial.track, share);
+    judged->has_estimate = true;
+}
+
+static double error_of(const struct candidate *candidate) {
+    return candidate->estimate.largest.error;
+}
+
+static bool is_good(const struct candidate *candidate, double allowed) {
+    return candidate->estimate.is_trusted && error_of(candidate) <= allowed;
+}
+
+/* The tolerance falls by this factor to the next run. */
+static double find_fall(const struct candidate *now, double accuracy, int order) {
+    const double cheap = fmin(fall_least, pow(cost_growth, -order));
+    if (now->trial.result != REFDYN_OK || (now->has_estimate && !now->estimate.is_trusted))
+        return fall_unknown;
+    if (!now->has_estimate)
+        return cheap;
+    const double wanted = aimed_part * accuracy / error_of(now);
+    return fmax(fall_most, fmin(cheap, wanted));
+}
+
+static double tolerance_of(const struct candidate *candidate) {
+    return candidate->trial.motion.integrator.options.tol;
+}
+
+static long tries_of(const struct candidate *candidate) {
+    const struct refdyn_statistics *statistics = &candidate->trial.motion.integrator.statistics;
+    return statistics->steps + statistics->rejected;
+}
+
+/* How errors fall with the tolerance: as the last two differences of runs did, but no faster than is safe. */
+static double find_exponent(const struct search *search, double difference) {
+    if (search->difference_before == 0 || difference == 0)
+        return exponent_most;
+    const double seen = log(difference / search->difference_before) / log(search->fall_before);
+    return fmax(exponent_least, fmin(seen, exponent_most));
+}
+
+/* Compares the last two runs and takes the coarser one where that is good enough and worth what all runs
+ * cost, else the finer one; false: neither is. */
+static bool judge(struct search *search, struct candidate *before, struct candidate *now, double accuracy) {
+    const double fall = tolerance_of(now) / tolerance_of(before);
+    estimate(before, now, pow(fall, exponent_most));
+    const double difference = before->estimate.difference;
+    const double exponent = find_exponent(search, difference);
+    estimate(before, now, pow(fall, exponent));
+    estimate(now, before, pow(fall, -exponent));
+    search->is_exhausted = search->difference_before > 0 && difference > search->difference_before;
+    search->difference_before = difference;
+    search->fall_before = fall;
+    const bool is_before_good = is_good(before, allowed_part * accuracy);
+    search->taken =
+        is_before_good && (double)search->tries <= worth * (double)tries_of(before) ? before : now;
+    search->is_reached = is_before_good || is_good(now, allowed_part * accuracy);
+    return search->is_reached;
+}
+
+static void run(struct search *search, struct candidate *candidate, const struct task *task,
+                const struct refdyn_options *integration) {
+    *candidate = (struct candidate){.rows = tmpfile()};
+    if (!candidate->rows)
+        perror("refdyn: a temporary file");
+    else {
+        struct row_sink rows = row_sink_numbers(candidate->rows);
+        trial_run(&candidate->trial, task, integration, &rows);
+    }
+    search->cpu_total_s += candidate->trial.motion.cpu_s;
+    search->tries += tries_of(candidate);
+}
+
+/* The next run: at a tolerance `fall` times the last one, and with steps that are shorter in that proportion
+ * even where not the tolerance rules them. False: it is at its end. */
+static bool tighten(struct refdyn_options *integration, const struct candidate *now, double fall, int order) {
+    const double tol = fmax(integration->tol * fall, tol_least);
+    if (!(tol < integration->tol * fall_least * 2))
+        return false;
+    if (now->trial.result == REFDYN_OK)
+        integration->step_max =
+            now->trial.motion.integrator.statistics.step_largest * pow(tol / integration->tol, 1.0 / order);
+    integration->tol = tol;
+    return true;
+}
+
+enum status search_run(struct search *search, const struct task *task,
+                       const struct refdyn_options *integration) {
+    struct refdyn_options options = *integration;
+    struct task each = *task;
+    const double accuracy = task->options->accuracy;
+    const int order = refdyn_method_order(options.method);
+    int failures = 0, place = 0;
+    *search = (struct search){.taken = NULL};
+    const double smallest_unit = fmin(1, task->scene->model->length); /* [rad, m] of what has the tolerance */
+    options.tol = fmax(fmin(first_tol * accuracy / smallest_unit, first_most), tol_least / fall_least);
+    for (struct candidate *before = NULL;;) {
+        struct candidate *now = &search->candidates[place];
+        run(search, now, &each, &options);
+        each.on_start = NULL; /* all start alike */
+        if (!now->rows || now->trial.usage != STATUS_DONE)
+            return now->rows ? now->trial.usage : STATUS_FAULT;
+        search->last = now;
+        const bool is_run = now->trial.result == REFDYN_OK;
+        if (now->trial.result == MOTION_INTERRUPTED || (!is_run && ++failures == FAILURES_MOST)) {
+            search->taken = NULL;
+            return STATUS_NUMBERS;
+        }
+        if (is_run && before && judge(search, before, now, accuracy))
+            return STATUS_DONE;
+        if (search->is_exhausted || !tighten(&options, now, find_fall(now, accuracy, order), order))
+            return STATUS_NUMBERS;
+        before = is_run ? now : NULL;
+        place = is_run ? 1 - place : place;
+        search->taken = before;
+        release(&search->candidates[place]);
+    }
+}
+
+void search_release(struct search *search) {
+    release(&search->candidates[0]);
+    release(&search->candidates[1]);
+    search->taken = NULL;
+}

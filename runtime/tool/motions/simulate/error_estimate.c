@@ -1,0 +1,146 @@
+/* The error of a whole motion: see simulate.h. */
+#include "runtime/tool/motions/simulate/simulate.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Runs further apart than this, as a part of the way of the motion, are not yet near it: errors then do not
+ * stand as the orders say, or grow like those of a chaotic motion. */
+static const double near_part = 0.05;
+
+void track_start(struct track *track, const struct refdyn_model *model, long room) {
+    const size_t outputs = (size_t)room;
+    *track = (struct track){.model = model};
+    track->t = allocate_large(outputs, sizeof *track->t);
+    track->q = allocate_large(outputs * (size_t)model->n, sizeof *track->q);
+    track->r = allocate_large(outputs * 3 * (size_t)model->point_count, sizeof *track->r);
+}
+
+void track_add(struct track *track, const struct refdyn_integrator *integrator) {
+    const struct refdyn_workspace *work = integrator->work;
+    const struct refdyn_model *model = work->model;
+    const long i = track->count++;
+    track->t[i] = integrator->t;
+    memcpy(track->q + i * model->n, integrator->q, (size_t)model->n * sizeof *track->q);
+    if (model->point_count > 0)
+        model->r(work->p, work->x, integrator->t, integrator->q, integrator->qd,
+                 track->r + 3 * i * model->point_count);
+}
+
+void track_release(struct track *track) {
+    free(track->t);
+    free(track->q);
+    free(track->r);
+    *track = (struct track){.count = 0};
+}
+
+/* ---- The estimate ---- */
+
+static long count_common(const struct track *a, const struct track *b) {
+    const long most = a->count < b->count ? a->count : b->count;
+    long count = 0;
+    while (count < most && a->t[count] == b->t[count])
+        count++;
+    return count;
+}
+
+static double distance(const double *a, const double *b) {
+    return hypot(hypot(a[0] - b[0], a[1] - b[1]), a[2] - b[2]);
+}
+
+static void raise_peak(struct peak *peak, double error, double t) {
+    if (!(error <= peak->error)) /* NaN counts as larger */
+        *peak = (struct peak){error, t};
+}
+
+/* NaN when one of them is. */
+static double larger(double a, double b) {
+    return isnan(a) || a > b ? a : b;
+}
+
+double track_distance(const struct track *a, long i, const struct track *b, long j) {
+    const int n = a->model->n, points = a->model->point_count;
+    double largest = 0;
+    for (int k = 0; k < points; k++)
+        largest = larger(largest, distance(a->r + 3 * (i * points + k), b->r + 3 * (j * points + k)));
+    for (int k = 0; k < n && points == 0; k++)
+        largest = larger(largest, fabs(a->q[i * n + k] - b->q[j * n + k]));
+    return largest;
+}
+
+double track_way(const struct track *track, long count) {
+    double way = 0;
+    for (long i = 0; i < count; i++)
+        way = fmax(way, track_distance(track, i, track, 0));
+    return way;
+}
+
+static void compare_output(struct estimate *estimate, const struct track *a, const struct track *b, long i,
+                           double factor) {
+    const int n = estimate->model->n, points = estimate->model->point_count;
+    for (int k = 0; k < points; k++) {
+        const long at = 3 * (i * points + k);
+        const double error = factor * distance(a->r + at, b->r + at);
+        estimate->distances[k * estimate->count + i] = error;
+        raise_peak(&estimate->points[k], error, a->t[i]);
+    }
+    for (int j = 0; j < n; j++)
+        raise_peak(&estimate->coordinates[j], factor * fabs(a->q[i * n + j] - b->q[i * n + j]), a->t[i]);
+    raise_peak(&estimate->largest, factor * track_distance(a, i, b, i), a->t[i]);
+}
+
+void estimate_make(struct estimate *estimate, const struct track *judged, const struct track *other,
+                   double share) {
+    const struct refdyn_model *model = judged->model;
+    const long count = count_common(judged, other);
+    const double factor = 1 / fabs(1 - share);
+    *estimate = (struct estimate){.model = model, .count = count, .t = judged->t};
+    estimate->distances = allocate_large((size_t)(count * model->point_count), sizeof *estimate->distances);
+    estimate->points = allocate((size_t)model->point_count, sizeof *estimate->points);
+    estimate->coordinates = allocate((size_t)model->n, sizeof *estimate->coordinates);
+    for (long i = 0; i < count; i++)
+        compare_output(estimate, judged, other, i, factor);
+    estimate->difference = estimate->largest.error / factor;
+    estimate->is_trusted = estimate->difference <= near_part * track_way(judged, count);
+}
+
+void estimate_print(const struct estimate *estimate) {
+    const struct refdyn_model *model = estimate->model;
+    fprintf(stderr, "error        %.2g estimated, largest at t = %.6g s\n", estimate->largest.error,
+            estimate->largest.t);
+    for (int k = 0; k < model->point_count; k++)
+        fprintf(stderr, "  %-10s %.2g m at t = %.6g s\n", model->points[k], estimate->points[k].error,
+                estimate->points[k].t);
+    for (int j = 0; j < model->n; j++)
+        fprintf(stderr, "  %-10s %.2g %s at t = %.6g s\n", model->coordinates[j].name,
+                estimate->coordinates[j].error, model->coordinates[j].unit, estimate->coordinates[j].t);
+    if (!estimate->is_trusted)
+        fputs("refdyn: warning: the estimated error is not to be trusted: a finer motion goes another way (a "
+              "coarse --tol or --step, or chaos)\n",
+              stderr);
+}
+
+void estimate_put(const struct estimate *estimate, struct document *document) {
+    const struct refdyn_model *model = estimate->model;
+    put_open(document, "error", '{');
+    put_array(document, "t", estimate->t, (int)estimate->count);
+    put_open(document, "points", '{');
+    for (int k = 0; k < model->point_count; k++)
+        put_array(document, model->points[k], estimate->distances + k * estimate->count,
+                  (int)estimate->count);
+    put_close(document, '}');
+    put_open(document, "coordinates", '{');
+    for (int j = 0; j < model->n; j++)
+        put_number(document, model->coordinates[j].name, estimate->coordinates[j].error);
+    put_close(document, '}');
+    put_number(document, "largest", estimate->largest.error);
+    put_number(document, "largest_t", estimate->largest.t);
+    put_truth(document, "is_trusted", estimate->is_trusted);
+    put_close(document, '}');
+}
+
+void estimate_release(struct estimate *estimate) {
+    free(estimate->distances);
+    *estimate = (struct estimate){.count = 0};
+}

@@ -1,0 +1,114 @@
+/* Where a motion left the limits of its joints: see simulate.h. */
+#include "runtime/tool/motions/simulate/simulate.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* By no more than this part of a limit, or of the range between two, a motion leaves it by rounding alone. */
+static const double slack = 1e-9;
+
+/* What is watched of a joint. */
+enum { POSITION, RATE, FORCE, KINDS };
+
+static const struct {
+    const char *what, *slide_unit, *turn_unit;
+} kinds[KINDS] = {[POSITION] = {"position", "m", "rad"},
+                  [RATE] = {"rate", "m/s", "rad/s"},
+                  [FORCE] = {"force", "N", "N m"}};
+
+static void watch(struct limit_record *record, const struct frame *frame, int place, int kind, double least,
+                  double most) {
+    if (isinf(least) && isinf(most))
+        return;
+    record->has_forces |= kind == FORCE;
+    record->list[record->count++] = (struct watched_limit){
+        .coordinate = frame->name,
+        .what = kinds[kind].what,
+        .unit = frame->joint.is_revolute ? kinds[kind].turn_unit : kinds[kind].slide_unit,
+        .place = place,
+        .least = least,
+        .most = most};
+}
+
+void limits_start(struct limit_record *record, const struct scene *scene) {
+    const struct tree *tree = &scene->generation.tree;
+    *record =
+        (struct limit_record){.list = allocate_large(KINDS * (size_t)tree->count, sizeof *record->list)};
+    for (int i = 0; i < tree->count; i++) {
+        const struct limits *limits = tree->frames[i].joint.limits;
+        if (!limits)
+            continue;
+        watch(record, &tree->frames[i], i, POSITION, limits->from, limits->to);
+        watch(record, &tree->frames[i], i, RATE, -limits->rate, limits->rate);
+        watch(record, &tree->frames[i], i, FORCE, -limits->force, limits->force);
+    }
+    record->force = allocate_large((size_t)tree->count, sizeof *record->force);
+}
+
+/* How large numbers about this limit are. */
+static double size_of(const struct watched_limit *limit) {
+    if (isfinite(limit->least) && isfinite(limit->most))
+        return limit->most - limit->least;
+    return fmax(1, fabs(isfinite(limit->most) ? limit->most : limit->least));
+}
+
+static void look(struct watched_limit *limit, double value, double t) {
+    const double beyond = fmax(limit->least - value, value - limit->most);
+    if (beyond <= fmax(limit->beyond, slack * size_of(limit)))
+        return;
+    limit->beyond = beyond;
+    limit->value = value;
+    limit->t = t;
+}
+
+void limits_add(struct limit_record *record, struct refdyn_integrator *integrator) {
+    if (record->has_forces)
+        refdyn_integrator_force(integrator, record->force);
+    for (int i = 0; i < record->count; i++) {
+        struct watched_limit *limit = &record->list[i];
+        const double *values = limit->what == kinds[POSITION].what ? integrator->q
+                               : limit->what == kinds[RATE].what   ? integrator->qd
+                                                                   : record->force;
+        look(limit, values[limit->place], integrator->t);
+    }
+}
+
+void limits_print(const struct limit_record *record) {
+    char text[NUMBER_LENGTH];
+    for (int i = 0; i < record->count; i++) {
+        const struct watched_limit *limit = &record->list[i];
+        if (limit->beyond > 0)
+            fprintf(
+                stderr, "refdyn: warning: %s leaves its limits: %s %.6g %s at t = %s s, %s %.6g is allowed\n",
+                limit->coordinate, strcmp(limit->what, kinds[FORCE].what) ? limit->what : "programme force",
+                limit->value, limit->unit, near_text(limit->t, text),
+                limit->value > limit->most ? "at most" : "at least",
+                limit->value > limit->most ? limit->most : limit->least);
+    }
+}
+
+void limits_put(const struct limit_record *record, struct document *document) {
+    if (record->count == 0)
+        return;
+    put_open(document, "limits", '[');
+    for (int i = 0; i < record->count; i++) {
+        const struct watched_limit *limit = &record->list[i];
+        if (!(limit->beyond > 0))
+            continue;
+        put_open(document, NULL, '{');
+        put_text(document, "coordinate", limit->coordinate);
+        put_text(document, "limit", limit->what);
+        put_number(document, "value", limit->value);
+        put_number(document, "allowed", limit->value > limit->most ? limit->most : limit->least);
+        put_number(document, "t", limit->t);
+        put_close(document, '}');
+    }
+    put_close(document, ']');
+}
+
+void limits_release(struct limit_record *record) {
+    free(record->list);
+    free(record->force);
+    *record = (struct limit_record){.count = 0};
+}

@@ -1,0 +1,478 @@
+/* `refdyn sim`: one motion, written as it goes, with a summary; its error, or the tolerance that an error
+ * needs. */
+#include "runtime/tool/motions/simulate/simulate.h"
+#include "runtime/tool/support/system/system.h"
+#include "runtime/tool/support/format/format.h"
+
+#include <errno.h>
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* Of the tolerance, in the run that tells the error of the other one. Errors scatter about the tolerance by a
+ * factor of ten, above all those of collocation: a tenth of it would now and then have the same error. */
+static const double verify_part = 0.01;
+/* Below it rounding is larger than what steps add; a tenth of the tolerance then has to do. */
+static const double verify_least = 1e-14, verify_most = 0.1;
+
+enum { MOVES_SHOWN = 8 };
+
+static void print_remedies(const struct options *options, const struct refdyn_options *chosen) {
+    static const char *const what[] = {
+        [REFDYN_NONE] = "with --stabilise none it stays off, --stabilise baumgarte would pull it in",
+        [REFDYN_BAUMGARTE] = "the stabilisation (baumgarte) pulls it in",
+        [REFDYN_PROJECT] = "with projections the motion goes on from the nearest state on the programme, and "
+                           "only its first row is off; baumgarte would pull it in"};
+    fprintf(
+        stderr,
+        "  Two remedies: solve for a consistent start with --start project,\n"
+        "  or start off the programme: %s.\n  This motion runs from the start as it is%s.\n",
+        chosen->gain_share > 0 && chosen->tol > 0
+            ? "gains from the step (baumgarte-auto) let no step begin there whose error is judged; those of "
+              "the rows (baumgarte), or --step, pull it in"
+            : what[chosen->stabilise],
+        options->start ? ", as asked" : "");
+}
+
+static double farthest_move(const double *moved, int n, int *most) {
+    for (int j = 0; j < n; j++)
+        *most = fabs(moved[j]) > fabs(moved[*most]) ? j : *most;
+    return fabs(moved[*most]);
+}
+
+/* Coordinates by how far a projection has moved them, the farthest first. */
+static void print_moves(const struct refdyn_integrator *integrator, const double *q) {
+    const struct refdyn_model *model = integrator->work->model;
+    double *left = allocate((size_t)model->n, sizeof *left);
+    int most = 0;
+    memcpy(left, integrator->start_moved, (size_t)model->n * sizeof *left);
+    fprintf(stderr,
+            "refdyn: warning: the start is far from the programme. The nearest state that was found moves");
+    for (int i = 0; i < MOVES_SHOWN && farthest_move(left, model->n, &most) > 0; i++) {
+        fprintf(stderr, "%s %s by %.4g %s to %.6g", i ? "," : "", model->coordinates[most].name,
+                integrator->start_moved[most], model->coordinates[most].unit,
+                q[most] + integrator->start_moved[most]);
+        left[most] = 0;
+    }
+    fputs("; give a nearer start where another assembly is meant\n", stderr);
+}
+
+/* A start off the programme: the residual of each row, and what can be done. */
+static void print_start(const struct options *options, const struct motion *motion) {
+    const struct refdyn_integrator *integrator = &motion->integrator;
+    static const char *const levels[] = {"position", "velocity", "acceleration"};
+    const struct refdyn_workspace *work = integrator->work;
+    char text[2][NUMBER_LENGTH];
+    if (!integrator->start_is_off)
+        return;
+    if (integrator->start_is_far)
+        print_moves(integrator, motion->scene->q);
+    if (integrator->options.project_start) {
+        fprintf(stderr,
+                "refdyn: the start was off the programme (largest |phi| %.4g, |psi| %.4g) and was projected "
+                "onto it\n",
+                integrator->start.phi, integrator->start.psi);
+        return;
+    }
+    fprintf(stderr, "refdyn: warning: the start is off the programme:\n");
+    for (int i = 0; i < work->m; i++) {
+        enum refdyn_row_level level = work->model->rows[i].level;
+        if (level == REFDYN_ACCELERATION)
+            continue;
+        fprintf(stderr, "  %s (%s): ", work->model->rows[i].name, levels[level]);
+        if (level == REFDYN_POSITION)
+            fprintf(stderr, "phi = %s, ", exact_text(work->phi[i], text[0]));
+        fprintf(stderr, "psi = %s\n", exact_text(work->psi[i], text[1]));
+    }
+    print_remedies(options, &integrator->options);
+}
+
+/* Impacts whose value lies beyond zero at the start: what has passed its stop already does not meet it. */
+static void print_beyond(const struct motion *motion) {
+    const struct refdyn_integrator *integrator = &motion->integrator;
+    const struct refdyn_workspace *work = integrator->work;
+    const struct refdyn_model *model = work->model;
+    char text[NUMBER_LENGTH];
+    if (model->event_count == 0)
+        return;
+    double *values = allocate((size_t)model->event_count + (size_t)model->kink_count, sizeof *values);
+    model->event(work->p, work->x, integrator->t, integrator->q, integrator->qd, values);
+    for (int i = 0; i < model->event_count; i++)
+        if (model->events[i].is_impact && model->events[i].direction * values[i] > 0)
+            fprintf(
+                stderr,
+                "refdyn: warning: the start lies beyond the event %s, its value is %s: an impact is where "
+                "the value comes to zero from the other side\n",
+                model->events[i].name, exact_text(values[i], text));
+}
+
+/* Warns of contacts that were given as resting: the motion itself finds which contacts rest. */
+static void print_free_contacts(const struct motion *motion) {
+    const struct refdyn_integrator *integrator = &motion->integrator;
+    const struct refdyn_model *model = integrator->work->model;
+    for (int i = 0; i < model->event_count; i++) {
+        const struct refdyn_event *event = &model->events[i];
+        const int k = event->contact - 1 - refdyn_programme_rows(model);
+        const int place = k >= 0 ? model->changes[event->first_change].place : -1;
+        if (place >= 0 && motion->values[place] != 0 && integrator->contact_mode[k] == REFDYN_CONTACT_FREE)
+            fprintf(stderr, "refdyn: warning: %s is set, but the contact does not rest at the start\n",
+                    model->parameters[place].name);
+    }
+}
+
+/* ---- Runs ---- */
+
+static void on_start(const struct task *task, const struct motion *motion) {
+    target_keep_part(task->scene->result);
+    print_start(task->options, motion);
+    print_beyond(motion);
+    print_free_contacts(motion);
+    print_redundant_rows(&task->scene->work);
+}
+
+/* The partial file stays, under its own name, if there are rows in it. */
+static bool keep_part(struct target *target, bool has_rows, bool has_last) {
+    if (!has_rows) {
+        target_drop_part(target);
+        return true;
+    }
+    if (!target_close_part(target))
+        return false;
+    if (target->part)
+        fprintf(stderr, "refdyn: what was computed until then is in %s%s\n", target->part,
+                has_last ? "; its last row is the whole last state" : "");
+    return true;
+}
+
+/* That a way through a state where the rows lose rank was looked for, and what came of it. */
+static void print_refused(const struct refdyn_refused_crossing *refused) {
+    char text[NUMBER_LENGTH];
+    if (refused->tries == 0)
+        return;
+    fprintf(stderr, "refdyn: passing was tried %d time%s, last through t = %s s", refused->tries,
+            refused->tries > 1 ? "s" : "", exact_text(refused->t, text));
+    if (isfinite(refused->stretch))
+        fprintf(stderr, " by a step of %.3g s", refused->stretch);
+    fprintf(stderr, ": %s\n", refdyn_refusal_text(refused->why));
+}
+
+/* How far the start is from the programme, and how near its projection came. */
+static void print_start_residuals(const struct trial *trial) {
+    const struct scene *scene = trial->motion.scene;
+    const struct refdyn_integrator *integrator = &trial->motion.integrator;
+    if (trial->result != REFDYN_NO_CONVERGENCE && trial->result != REFDYN_ROWS_INCONSISTENT)
+        return;
+    print_residuals(integrator->work, scene->state.t, scene->q, scene->qd, "the start");
+    if (memcmp(scene->q, integrator->q, (size_t)scene->model->n * sizeof *integrator->q) != 0)
+        print_residuals(integrator->work, scene->state.t, integrator->q, integrator->qd,
+                        "where the projection ended");
+}
+
+/* Do rates drive forces to their limits? */
+static bool has_friction(const struct refdyn_integrator *integrator) {
+    return integrator->work->model->saturates;
+}
+
+static void print_failure(const struct trial *trial) {
+    const struct motion *motion = &trial->motion;
+    const struct refdyn_integrator *integrator = &motion->integrator;
+    const struct scene *scene = motion->scene;
+    char text[NUMBER_LENGTH], refused[REFUSED_LENGTH];
+    if (trial->unfit)
+        fprintf(stderr, "refdyn: column %s is infinite or no number\n", trial->unfit);
+    if (!trial->is_started) {
+        numbers_failed(scene, trial->result, scene->state.t, scene->q, scene->qd);
+        print_start_residuals(trial);
+    } else if (trial->result == MOTION_INTERRUPTED || trial->result == MOTION_NOT_WRITTEN)
+        fprintf(stderr, "refdyn: %s at t = %s s\n",
+                trial->result == MOTION_INTERRUPTED ? "interrupted" : "the rows could no longer be written",
+                exact_text(integrator->t, text));
+    else if (trial->result == REFDYN_REFUSED)
+        events_print_refused(integrator, scene_refused_fact(scene, integrator->work, refused));
+    else {
+        if (integrator->cause > 0 && integrator->cause != trial->result)
+            fprintf(stderr, "refdyn: at t = %s s: %s\n", exact_text(integrator->failed_t, text),
+                    refdyn_status_text(integrator->cause));
+        numbers_failed(scene, trial->result, integrator->t, integrator->q, integrator->qd);
+        events_print_failed(integrator);
+        if (print_condition(integrator->work, integrator->t, integrator->q, integrator->qd) &&
+            integrator->options.singular == REFDYN_STOP)
+            fputs("refdyn: --singular pass leads through where a branch can be followed\n", stderr);
+        print_refused(&integrator->refused);
+        if (trial->result == REFDYN_SLIDES ||
+            (trial->result == REFDYN_STEP_TOO_SMALL && has_friction(integrator)))
+            fputs("refdyn: a force jumps, or reaches a limit, as a rate passes a value: friction needs a "
+                  "width, as that of rd.friction(level, rate, width), of 1e-10 or more\n",
+                  stderr);
+        if (trial->result == REFDYN_EVENTS_ACCUMULATE)
+            fputs("refdyn: impacts of rd.event do not come to rest; those of rd.contact do\n", stderr);
+        if (trial->result == REFDYN_SLIDES)
+            fputs("refdyn: a switch, as of a relay, needs two levels: two events that set an input\n",
+                  stderr);
+        if (trial->result > REFDYN_OK && !trial->unfit)
+            fputs("refdyn: a smaller --step or --tol may help\n", stderr);
+    }
+}
+
+static enum status stop(const struct trial *trial, struct target *target, const struct row_sink *rows) {
+    const struct summary summary = {.trial = trial};
+    print_failure(trial);
+    if (trial->is_started)
+        summary_print(&summary);
+    const bool is_kept = keep_part(target, trial->is_started && !rows->is_lost, !trial->unfit);
+    return is_kept && trial->result != MOTION_NOT_WRITTEN ? STATUS_NUMBERS : STATUS_FAULT;
+}
+
+/* The complete file and the summary. */
+static enum status finish(const struct summary *summary, const struct scene *scene) {
+    summary_print(summary);
+    enum status status = target_finish(scene->result) ? STATUS_DONE : STATUS_FAULT;
+    if (scene->summary) {
+        const enum status written = summary_write(summary, scene->summary);
+        status = status == STATUS_DONE ? written : status;
+    }
+    return status;
+}
+
+/* ---- --verify ---- */
+
+/* A hundredth of the tolerance, or half the step; where not the tolerance rules the steps they are shorter,
+ * too, and where it does not rule iterations, a hundredth of what does. share: of the error, that remains. */
+static struct refdyn_options finer(const struct refdyn_integrator *integrator, double *share) {
+    struct refdyn_options options = integrator->options;
+    const int order = refdyn_method_order(integrator->method);
+    if (options.tol > 0) {
+        const long *steps_by = integrator->statistics.steps_by;
+        if (steps_by[REFDYN_RADAU9] > 0 || steps_by[REFDYN_GAUSS12] > 0)
+            options.tol = refdyn_settled_tolerance(options.tol);
+        *share = fmin(fmax(verify_part, verify_least / options.tol), verify_most);
+        options.tol *= *share;
+        options.step_max = integrator->statistics.step_largest * pow(*share, 1.0 / order);
+        if (has_friction(integrator) && refdyn_has_tangent(integrator->work->model))
+            options.method = REFDYN_RADAU9; /* another one may leave out the same events twice */
+    } else {
+        options.step /= 2;
+        *share = pow(0.5, order);
+    }
+    return options;
+}
+
+/* The same motion once more, to the same end, and the error of the first one. */
+static enum status verify(const struct trial *trial, const struct task *task, struct summary *summary,
+                          struct estimate *estimate) {
+    const struct refdyn_integrator *integrator = &trial->motion.integrator;
+    double share;
+    const struct refdyn_options options = finer(integrator, &share);
+    struct task again = *task;
+    struct trial second;
+    again.until = integrator->t;
+    again.has_stops = false;
+    again.on_start = NULL;
+    trial_run(&second, &again, &options, NULL);
+    enum status status = second.result == REFDYN_OK ? STATUS_DONE : STATUS_NUMBERS;
+    if (status == STATUS_DONE) {
+        estimate_make(estimate, &trial->track, &second.track, share);
+        summary->estimate = estimate;
+        summary->cpu_total_s += second.motion.cpu_s;
+    } else {
+        fputs("refdyn: the finer motion of --verify:\n", stderr);
+        print_failure(&second);
+    }
+    trial_release(&second);
+    return status;
+}
+
+static enum status simulate(const struct task *task, const struct refdyn_options *integration,
+                            struct row_sink *rows) {
+    struct target *target = task->scene->result;
+    struct trial trial;
+    struct estimate estimate = {.count = 0};
+    struct summary summary = {.trial = &trial};
+    trial_run(&trial, task, integration, rows);
+    enum status status = trial.usage;
+    if (status != STATUS_DONE)
+        keep_part(target, false, false);
+    else if (trial.result != REFDYN_OK)
+        status = stop(&trial, target, rows);
+    else {
+        summary.cpu_total_s = trial.motion.cpu_s;
+        enum status verified = STATUS_DONE;
+        if (task->options->verify && trial.motion.integrator.t > trial.motion.from)
+            verified = verify(&trial, task, &summary, &estimate);
+        status = finish(&summary, task->scene);
+        status = status == STATUS_DONE ? verified : status;
+    }
+    estimate_release(&estimate);
+    trial_release(&trial);
+    return status;
+}
+
+/* ---- --accuracy ---- */
+
+/* False: they are not all in the temporary file or in the result, as is told. */
+static bool copy_rows(struct candidate *from, struct row_sink *to, struct target *target) {
+    struct table table;
+    if (fflush(from->rows) != 0 || ferror(from->rows)) { /* then errno is that of the write which failed */
+        fprintf(stderr, "refdyn: a temporary file: not all could be written: %s\n", strerror(errno));
+        keep_part(target, false, false);
+        return false;
+    }
+    if (!from->trial.is_started)
+        return true;
+    table_start(&table, &from->trial.motion.integrator, from->trial.motion.scene->compiled.spatial);
+    const bool is_copied = row_sink_copy(from->rows, to, &table);
+    if (to->is_lost)
+        keep_part(target, false, false);
+    return is_copied || !to->is_lost; /* the end of a file of text tells itself */
+}
+
+/* What came of the search, once the rows of its best run are in the target. */
+static enum status conclude(const struct search *search, const struct candidate *best,
+                            const struct task *task, struct row_sink *rows) {
+    struct target *target = task->scene->result;
+    const struct summary summary = {.trial = &best->trial,
+                                    .estimate = best->has_estimate ? &best->estimate : NULL,
+                                    .accuracy = task->options->accuracy,
+                                    .cpu_total_s = search->cpu_total_s};
+    if (search->is_reached)
+        return finish(&summary, task->scene);
+    if (best->trial.result != REFDYN_OK)
+        return stop(&best->trial, target, rows);
+    summary_print(&summary);
+    fprintf(stderr, "refdyn: --accuracy %g cannot be reached", summary.accuracy);
+    if (best->has_estimate)
+        fprintf(stderr, ", the best estimated error is %.2g", best->estimate.largest.error);
+    fputs("\n", stderr);
+    return keep_part(target, true, false) ? STATUS_NUMBERS : STATUS_FAULT;
+}
+
+static enum status search(const struct task *task, const struct refdyn_options *integration,
+                          struct row_sink *rows) {
+    struct target *target = task->scene->result;
+    struct search search;
+    enum status status = search_run(&search, task, integration);
+    if (status == STATUS_DONE || status == STATUS_NUMBERS) {
+        struct candidate *best = search.taken ? search.taken : search.last;
+        status = copy_rows(best, rows, target) ? conclude(&search, best, task, rows) : STATUS_FAULT;
+    } else
+        keep_part(target, false, false);
+    search_release(&search);
+    return status;
+}
+
+/* ---- The command ---- */
+
+/* Has a row gains, as the model was told, or places for those that the runtime may set from the step? */
+static bool has_gains(const struct scene *scene, bool are_set_by_step) {
+    const struct refdyn_model *model = scene->model;
+    for (int i = 0; model->gains && i < 2 * model->m; i++)
+        if (model->gains[i] >= 0 && (are_set_by_step || scene->work.p[model->gains[i]] != 0))
+            return true;
+    return false;
+}
+
+static void print_gains(const struct scene *scene, const struct refdyn_options *integration) {
+    if (integration->stabilise == REFDYN_BAUMGARTE && scene->model->m > 0 &&
+        !has_gains(scene, integration->gain_share > 0))
+        fputs("refdyn: warning: no row has gains (alpha, beta), so that baumgarte leaves the residuals to "
+              "drift; --stabilise project holds them\n",
+              stderr);
+}
+
+static bool wants_hdf5(const struct options *options) {
+    return options->output && text_names_hdf5(options->output);
+}
+
+/* A signal ends the motion and leaves its rows in order. */
+static enum status run_task(const struct task *task, const struct refdyn_options *integration) {
+    const struct options *options = task->options;
+    const struct target *target = task->scene->result;
+    struct row_sink rows =
+        wants_hdf5(options) ? row_sink_hdf5(target->part, task) : row_sink_csv(target->file);
+    const enum status status = motion_check_times(task->scene, options);
+    if (status != STATUS_DONE)
+        return status;
+    print_gains(task->scene, integration);
+    interrupt_defer(true);
+    return options->accuracy > 0 ? search(task, integration, &rows) : simulate(task, integration, &rows);
+}
+
+/* Which options of the error go together. */
+static enum status check_error_options(const struct options *options,
+                                       const struct refdyn_options *integration) {
+    if (options->accuracy > 0 && (options->tolerance > 0 || integration->tol == 0))
+        return usage_error(options->command, "--accuracy finds the tolerance: %s does not go with it",
+                           options->tolerance > 0 ? "--tol"
+                           : options->step > 0    ? "--step"
+                                                  : "a method with fixed steps");
+    if (options->verify && integration->tol > 0 && integration->tol * verify_most < DBL_EPSILON)
+        return usage_error(options->command, "--verify needs --tol %g or larger", DBL_EPSILON / verify_most);
+    return STATUS_DONE;
+}
+
+static enum status run_scene(struct scene *scene, const struct options *options,
+                             struct refdyn_options *integration) {
+    struct inputs inputs = {.path = NULL};
+    const struct task task = {.scene = scene,
+                              .options = options,
+                              .until = options->until,
+                              .has_stops = options->stop_count > 0,
+                              .on_start = on_start};
+    enum status status = motion_fit(scene, options, integration);
+    if (status == STATUS_DONE && options->inputs) {
+        scene->inputs = &inputs;
+        status = inputs_read(&inputs, options->inputs, scene->model) ? STATUS_DONE : STATUS_FAULT;
+        if (status == STATUS_DONE)
+            inputs_set(&inputs, scene->state.t, scene->work.x);
+    }
+    if (status == STATUS_DONE)
+        status = motion_place(scene, options);
+    if (status == STATUS_DONE)
+        status = run_task(&task, integration);
+    scene->inputs = NULL;
+    return status;
+}
+
+/* An HDF5 output must be a file, and has a group with a dataset for each course. */
+static enum status check_hdf5(const struct scene *scene) {
+    const struct model *model = &scene->generation.model;
+    enum status status = STATUS_DONE;
+    if (!scene->result->part) {
+        complain_line(scene->result->name, 0, "output: HDF5 needs a file, which this is not");
+        return STATUS_FAULT;
+    }
+    for (int i = 0; i < model->course_count; i++) {
+        const struct course *course = &model->courses[i];
+        const char *why = text_unfit_for_hdf5(course->name);
+        if (why) {
+            complain_line(
+                course->place.file, course->place.line,
+                text_format("courses: '%s': %s; rename the course, or write a CSV", course->name, why));
+            status = STATUS_FAULT;
+        }
+    }
+    return status;
+}
+
+enum status run_sim(const struct options *options) {
+    struct refdyn_options integration;
+    struct scene scene;
+    if (wants_hdf5(options) && !HAS_HDF5)
+        return usage_error(options->command,
+                           "-o %s: this refdyn is built without HDF5, CSV is what it writes",
+                           options->output);
+    enum status status = motion_options(options, &integration);
+    if (status == STATUS_DONE)
+        status = check_error_options(options, &integration);
+    if (status != STATUS_DONE)
+        return status;
+    const unsigned tangent = refdyn_method_is_implicit(integration.method) ? NEEDS_TANGENT : 0;
+    status = scene_open(&scene, options, NEEDS_RESULT | NEEDS_POINT_RATES | motion_needs(options) | tangent,
+                        options_state_path(options->from));
+    if (status == STATUS_DONE && wants_hdf5(options))
+        status = check_hdf5(&scene);
+    if (status == STATUS_DONE)
+        status = run_scene(&scene, options, &integration);
+    scene_close(&scene);
+    return status;
+}

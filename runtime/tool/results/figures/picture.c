@@ -1,0 +1,82 @@
+/* A figure as SVG, PNG or PDF: see figures.h. */
+#include "runtime/tool/results/figures/figures.h"
+#include "runtime/tool/support/system/system.h"
+#include "runtime/tool/support/format/format.h"
+
+#include <errno.h>
+#include <string.h>
+
+struct picture_format {
+    const char *suffix;
+    const char *const *argv; /* what makes it from SVG; NULL: nothing */
+};
+
+static const char converter[] = "rsvg-convert";
+/* Two pixels for one; a PDF says when it was made, which would make each another one. */
+static const char *const make_png[] = {converter, "--format=png", "--zoom=2", NULL};
+static const char *const make_pdf[] = {"env", "SOURCE_DATE_EPOCH=0", converter, "--format=pdf", NULL};
+
+static const struct picture_format formats[] = {{".svg", NULL}, {".png", make_png}, {".pdf", make_pdf}};
+
+const struct picture_format *picture_format_of(const char *path) {
+    const char *dot = strrchr(path, '.');
+    for (size_t i = 0; dot && i < sizeof formats / sizeof formats[0]; i++)
+        if (strcmp(dot, formats[i].suffix) == 0)
+            return &formats[i];
+    return NULL;
+}
+
+bool picture_can_write(const struct picture_format *format) {
+    const bool is_good = !format->argv || process_find(converter);
+    if (!is_good)
+        fprintf(stderr, "refdyn: %s makes %s files and is not installed (Debian: apt install librsvg2-bin)\n",
+                converter, format->suffix);
+    return is_good;
+}
+
+static bool run(const struct picture_format *format, const struct scratch *scratch, const char *svg,
+                const char *made) {
+    enum { BY_SIGNAL = 128 /* and its number, as the result of a process: see system.h */ };
+    const char *log = scratch_file(scratch, "log");
+    struct process process;
+    const int error = process_start(&process, scratch, format->argv, svg, made, log);
+    const bool has_ended = !error && process_wait(&process, 1) == 0;
+    if (has_ended && process.result == 0)
+        return true;
+    if (interrupt_is_new())
+        return false;
+    fprintf(stderr, "refdyn: %s failed", converter);
+    if (error)
+        fprintf(stderr, ": %s", strerror(error));
+    else if (process.result > BY_SIGNAL)
+        fprintf(stderr, ", by signal %d (%s)", process.result - BY_SIGNAL,
+                strsignal(process.result - BY_SIGNAL));
+    fputs(":\n", stderr);
+    file_copy(log, stderr);
+    return false;
+}
+
+static bool convert(const struct picture_format *format, const struct scratch *scratch, const char *svg,
+                    FILE *out) {
+    const char *made = scratch_file(scratch, "made");
+    if (!scratch_write(scratch, "svg", svg, strlen(svg)) ||
+        !run(format, scratch, scratch_file(scratch, "svg"), made))
+        return false;
+    const bool is_good = file_copy(made, out);
+    if (!is_good)
+        fprintf(stderr, "refdyn: %s: %s\n", made, strerror(errno));
+    return is_good;
+}
+
+bool picture_write(const struct picture_format *format, const char *svg, FILE *out) {
+    struct scratch scratch;
+    if (!format->argv) {
+        fputs(svg, out); /* whether all was written is asked where the file is closed */
+        return true;
+    }
+    if (!scratch_open(&scratch, scratch_parent(), "refdyn-plot-"))
+        return false;
+    const bool is_good = convert(format, &scratch, svg, out);
+    scratch_close(&scratch);
+    return is_good;
+}

@@ -1,0 +1,142 @@
+/* `refdyn plot`: the figures of some motions over each other, in one file. */
+#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/format/format.h"
+#include "runtime/tool/results/figures/figures.h"
+#include "runtime/tool/support/system/system.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* One call. */
+struct drawing {
+    const struct options *options;
+    const struct picture_format *format;
+    struct panels panels;
+    struct targets targets;
+    struct target *target;
+    bool is_of_runs; /* the operand is a file of runs, which is drawn alone */
+};
+
+static bool is_file_of_runs(const char *path) {
+    return run_is_hdf5(path) && !motion_is_in(path);
+}
+
+static enum status check_runs(struct drawing *drawing) {
+    const struct options *options = drawing->options;
+    for (int i = 0; i < options->operand_count; i++) {
+        drawing->is_of_runs = is_file_of_runs(options->operands[i]);
+        if (drawing->is_of_runs && options->operand_count > 1)
+            return usage_error(options->command, "%s: a file of runs is drawn alone", options->operands[i]);
+    }
+    if (drawing->is_of_runs && options->units)
+        return usage_error(options->command, "--units: a file of runs has its own");
+    return STATUS_DONE;
+}
+
+static enum status check_usage(struct drawing *drawing) {
+    const struct options *options = drawing->options;
+    const enum status status = check_runs(drawing);
+    const char *unknown = drawing->is_of_runs ? NULL : panels_choose(&drawing->panels, options->panel);
+    drawing->format = picture_format_of(options->output);
+    if (status == STATUS_DONE && unknown)
+        return usage_error(options->command, "--panel: '%s' is none of %s", unknown, panels_names());
+    if (status == STATUS_DONE && !drawing->format)
+        return usage_error(options->command, "-o: '%s' ends in none of .svg, .png, .pdf", options->output);
+    return status;
+}
+
+/* The object "units" of a summary. */
+static bool read_units(struct panels *panels, const char *path) {
+    char *text = read_text(path, "units");
+    json_error_t error;
+    json_t *root = text ? json_loads(text, JSON_REJECT_DUPLICATES, &error) : NULL;
+    panels->units = json_incref(json_object_get(root, "units"));
+    const bool is_good = json_is_object(panels->units);
+    if (text && !is_good)
+        complain_line(path, root ? 1 : error.line,
+                      text_format("units: %s, a summary of refdyn sim is needed",
+                                  root ? "no object 'units'" : error.text));
+    json_decref(root);
+    return is_good;
+}
+
+/* Heads are the names of the runs. */
+static void draw(const struct panels *panels, FILE *out) {
+    enum { WIDTH = 480, HEIGHT = 300, COLUMNS_MAX = 3 };
+    const int count = panels->count;
+    struct figure figure = {.heads = allocate((size_t)panels->run_count, sizeof *figure.heads),
+                            .head_count = panels->run_count,
+                            .charts = panels->charts,
+                            .count = count,
+                            .columns = count > 2 * COLUMNS_MAX ? COLUMNS_MAX
+                                       : count > 1             ? 2
+                                                               : 1,
+                            .width = WIDTH,
+                            .height = HEIGHT};
+    for (int i = 0; i < panels->run_count; i++) {
+        figure.heads[i].name = panels->runs[i].name;
+        if (panels->run_count > 1)
+            figure.heads[i].stroke = style_run(i, panels->run_count);
+    }
+    chart_draw_figure(out, &figure);
+}
+
+static bool write_drawing(struct drawing *drawing) {
+    char *svg;
+    size_t size;
+    FILE *out = text_stream(&svg, &size);
+    panels_make(&drawing->panels);
+    draw(&drawing->panels, out);
+    fclose(out);
+    bool is_good = drawing->panels.count > 0;
+    if (!is_good)
+        complain_line(drawing->options->operands[0], 1,
+                      "run: no column that these panels draw, a CSV file of refdyn sim is needed");
+    is_good = is_good && picture_write(drawing->format, svg, drawing->target->file) &&
+              target_finish(drawing->target);
+    free(svg);
+    return is_good;
+}
+
+/* The same of a file of runs. */
+static bool write_runs(struct drawing *drawing) {
+    const struct options *options = drawing->options;
+    char *svg;
+    size_t size;
+    FILE *out = text_stream(&svg, &size);
+    bool is_good = runs_figure_draw(options->operands[0], options->panel, out);
+    fclose(out);
+    is_good = is_good && picture_write(drawing->format, svg, drawing->target->file) &&
+              target_finish(drawing->target);
+    free(svg);
+    return is_good;
+}
+
+/* Opens the target and reads all files of single motions. */
+static bool open_files(struct drawing *drawing) {
+    const struct options *options = drawing->options;
+    for (int i = 0; i < options->operand_count; i++)
+        targets_spare(&drawing->targets, options->operands[i]);
+    if (options->units)
+        targets_spare(&drawing->targets, options->units);
+    drawing->target =
+        picture_can_write(drawing->format) ? target_open(&drawing->targets, options->output) : NULL;
+    bool is_good = drawing->target && (!options->units || read_units(&drawing->panels, options->units));
+    for (int i = 0; i < options->operand_count && is_good && !drawing->is_of_runs; i++)
+        is_good = run_read(&drawing->panels.runs[i], options->operands[i]);
+    return is_good;
+}
+
+enum status run_plot(const struct options *options) {
+    struct drawing drawing = {.options = options, .panels = {.run_count = options->operand_count}};
+    struct panels *panels = &drawing.panels;
+    const enum status status = check_usage(&drawing);
+    if (status != STATUS_DONE)
+        return status;
+    panels->runs = allocate((size_t)panels->run_count, sizeof *panels->runs);
+    const bool is_good =
+        open_files(&drawing) && (drawing.is_of_runs ? write_runs(&drawing) : write_drawing(&drawing));
+    targets_release(&drawing.targets);
+    json_decref(panels->units);
+    return is_good ? STATUS_DONE : STATUS_FAULT;
+}

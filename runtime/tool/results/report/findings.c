@@ -1,0 +1,251 @@
+/* What the runs of a study say: see report.h. */
+#include "runtime/tool/results/report/report.h"
+#include "runtime/tool/support/format/format.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Errors at which methods are compared. */
+static const double levels[LEVEL_COUNT] = {1e-3, 1e-6, 1e-9};
+
+enum { SLOPE_RUNS = 3 };                /* two points lie on a line whatever they are */
+static const double clear_of_floor = 3; /* errors so many floors large are the method's own, */
+static const double clear_of_rounding =
+    30; /* and so many times the least error of one that has come to rounding */
+static const double gain_least =
+    0.7; /* error beside that of the setting before: a half at order 1 and half the step */
+static const double plateau_slope = 0.05; /* log steps over log 1/tol: below half of 1/8, that of order 8 */
+
+const char *study_unit(const struct study *study) {
+    return study->has_points ? "m" : "m or rad";
+}
+
+const char *series_name(const struct study *study, const struct series *series) {
+    int same = 0;
+    for (int i = 0; i < study->series_count; i++)
+        same += study->series[i].method == series->method;
+    return text_format("%s%s%s", refdyn_method_name((int)series->method), same > 1 ? ", " : "",
+                       same > 1 ? stabilise_names[series->stabilise] : "");
+}
+
+const char *trial_setting(const struct method_run *trial) {
+    return trial->tol > 0 ? text_format("tolerance %.3g", trial->tol)
+                          : text_format("step %.3g s", trial->step);
+}
+
+const char *trial_outcome(const struct method_run *trial) {
+    if (is_done(trial))
+        return "done";
+    if (trial->result == MOTION_TOO_SLOW)
+        return text_format("stopped: too slow, some %.2g s were expected and %.2g s were left for it",
+                           trial->cpu_s, trial->cpu_limit_s);
+    const bool has_cause = trial->cause > 0 && trial->cause != trial->result;
+    return text_format("stopped at t = %.6g s: %s%s%s", trial->stopped_t, refdyn_status_text(trial->result),
+                       has_cause ? ", after: " : "", has_cause ? refdyn_status_text(trial->cause) : "");
+}
+
+static double setting_of(const struct method_run *trial) {
+    return trial->tol > 0 ? trial->tol : trial->step;
+}
+
+/* ---- The reference */
+
+static const char *kind_of(enum refdyn_method method) {
+    if (!refdyn_method_is_implicit(method))
+        return "explicit";
+    return method == REFDYN_GAUSS12 || method == REFDYN_RADAU9 ? "collocation" : "Rosenbrock";
+}
+
+const char *findings_reference(const struct study *study) {
+    const struct method_run *a = &study->references[0], *b = &study->references[1];
+    const char *kind = kind_of(a->method), *unit = study_unit(study);
+    const bool is_found = has_reference(study);
+    struct text text = {.memory = &program_memory};
+    text_add(&text, "%s %s at tolerance %g and %s at tolerance %g ",
+             is_found ? "Reference:" : "There is no reference:", refdyn_method_name((int)a->method), a->tol,
+             refdyn_method_name((int)b->method), b->tol);
+    if (is_found)
+        text_add(&text, "agree to %.2g %s at %ld times; ", study->floor, unit, study->outputs);
+    else
+        text_add(&text, "are %.2g %s apart, on a way of %.2g; ", study->floor, unit, study->way);
+    text_add(&text, "errors are distances from the first, and none below %.2g %s is claimed.\n", study->floor,
+             unit);
+    if (strcmp(kind, kind_of(b->method)) == 0)
+        text_add(&text,
+                 "Both methods of the reference are %s methods, which makes it weaker: none of another kind "
+                 "came to the end.\n",
+                 kind);
+    return text.data;
+}
+
+/* ---- The order that errors show */
+
+static double least_error(const struct study *study, const struct series *series) {
+    double least = INFINITY;
+    for (int i = 0; i < series->count; i++)
+        if (is_settled(study, &series->trials[i]))
+            least = fmin(least, series->trials[i].error);
+    return least;
+}
+
+/* Errors above it are those of the formula: clear of what the reference can tell, and of the rounding that
+ * the series has come to when near its least error a smaller step or tolerance gained nothing. */
+static double floor_of(const struct study *study, const struct series *series) {
+    const double rounding = clear_of_rounding * least_error(study, series);
+    double before = INFINITY;
+    bool is_met = false;
+    for (int i = 0; i < series->count; i++)
+        if (is_settled(study, &series->trials[i])) {
+            is_met = is_met || (before < rounding && series->trials[i].error > gain_least * before);
+            before = series->trials[i].error;
+        }
+    return fmax(clear_of_floor * study->floor, is_met ? rounding : 0);
+}
+
+/* Least-squares slope of log error over log setting, above the floor. */
+static const char *tell_slope(const struct study *study, const struct series *series) {
+    const double floor = floor_of(study, series);
+    double x = 0, y = 0, xx = 0, xy = 0;
+    int n = 0;
+    for (int i = 0; i < series->count; i++) {
+        const struct method_run *trial = &series->trials[i];
+        if (!is_settled(study, trial) || !(trial->error > floor))
+            continue;
+        const double u = log(setting_of(trial)), v = log(trial->error);
+        x += u;
+        y += v;
+        xx += u * u;
+        xy += u * v;
+        n++;
+    }
+    if (n < SLOPE_RUNS)
+        return "-";
+    return text_format("%s^%.2f (%d runs)", series->is_fixed ? "step" : "tolerance",
+                       (n * xy - x * y) / (n * xx - x * x), n);
+}
+
+static const char *tell_least_error(const struct study *study, const struct series *series) {
+    const double least = least_error(study, series);
+    return least <= study->floor ? "floor" : isfinite(least) ? text_format("%.1e", least) : "-";
+}
+
+/* ---- What rules the step */
+
+/* The first run near the motion whose larger step failed or left it; 0: none. */
+static int edge_of_steps(const struct study *study, const struct series *series) {
+    for (int i = 1; i < series->count; i++)
+        if (is_settled(study, &series->trials[i]) && !is_settled(study, &series->trials[i - 1]))
+            return i;
+    return 0;
+}
+
+/* As long as a tighter tolerance makes hardly more steps, stability rules them and not the error: the last
+ * such run; 0: none. */
+static int end_of_plateau(const struct series *series) {
+    int last = 0;
+    for (int i = 1; i < series->count && last == i - 1; i++) {
+        const struct method_run *now = &series->trials[i], *before = now - 1;
+        const double more = log((double)now->steps / (double)before->steps);
+        if (is_done(now) && is_done(before) && more < plateau_slope * log(before->tol / now->tol))
+            last = i;
+    }
+    return last;
+}
+
+static double mean_step(const struct study *study, const struct method_run *trial) {
+    return (study->references[0].stopped_t - study->from) / (double)trial->steps;
+}
+
+/* With steps the largest stable one; with tolerances those at which stability rules the steps, which the
+ * automatic choice and implicit methods do not have. */
+static const char *tell_stability(const struct study *study, const struct series *series) {
+    const int edge = series->is_fixed ? edge_of_steps(study, series) : 0;
+    if (edge > 0)
+        return text_format("step %.3g s, not %.3g s", series->trials[edge].step,
+                           series->trials[edge - 1].step);
+    const bool has_limit =
+        !series->is_fixed && series->method != REFDYN_AUTO && !refdyn_method_is_implicit(series->method);
+    const int last = has_limit ? end_of_plateau(series) : 0;
+    if (last > 0)
+        return text_format("step %.2g s at tolerances from %g to %g", mean_step(study, &series->trials[last]),
+                           series->trials[0].tol, series->trials[last].tol);
+    return "-";
+}
+
+/* ---- What ended early */
+
+/* The first of the runs from `first` on that ended early, for lack of time or for another reason, and how
+ * many more did. */
+static void put_stops(struct text *text, const struct series *series, int first, bool is_slow) {
+    const struct method_run *stopped = NULL;
+    int more = -1;
+    for (int i = first; i < series->count; i++) {
+        const struct method_run *trial = &series->trials[i];
+        if (is_done(trial) || (trial->result == MOTION_TOO_SLOW) != is_slow)
+            continue;
+        stopped = stopped ? stopped : trial;
+        more++;
+    }
+    if (!stopped)
+        return;
+    text_add(text, "%s%s: %s", text->length > 0 ? "; " : "", trial_setting(stopped),
+             is_slow ? "too slow" : trial_outcome(stopped));
+    if (more > 0)
+        text_add(text, "; and %d more", more);
+}
+
+/* Steps beyond the limit of stability are told there. */
+static const char *tell_stops(const struct study *study, const struct series *series) {
+    struct text text = {.memory = &program_memory};
+    put_stops(&text, series, series->is_fixed ? edge_of_steps(study, series) : 0, false);
+    put_stops(&text, series, 0, true);
+    return text.data ? text.data : "";
+}
+
+/* ---- What the clock said */
+
+/* CPU time of the quickest run with at most this error; INFINITY: none. */
+static double quickest(const struct series *series, double level) {
+    double cpu_s = INFINITY;
+    for (int i = 0; i < series->count; i++)
+        if (is_done(&series->trials[i]) && series->trials[i].error <= level)
+            cpu_s = fmin(cpu_s, series->trials[i].cpu_s);
+    return cpu_s;
+}
+
+/* Beside the quickest of the methods that the automatic choice chooses from, or of itself when it is alone.
+ */
+static const char *tell_time(const struct study *study, const struct series *series, double level) {
+    const double cpu_s = level >= study->floor ? quickest(series, level) : INFINITY;
+    double best = INFINITY;
+    for (int i = 0; i < study->series_count; i++)
+        if (study->series[i].method != REFDYN_AUTO)
+            best = fmin(best, quickest(&study->series[i], level));
+    if (!isfinite(cpu_s))
+        return "-";
+    return isfinite(best) ? text_format("%.3g (%.2f)", cpu_s, cpu_s / best) : text_format("%.3g", cpu_s);
+}
+
+/* ---- The table */
+
+const char findings_note[] = "CPU times are those of the integration on one core, the least of repeated "
+                             "runs, and in brackets beside the "
+                             "quickest method but auto; another call gives others. All else is the same on "
+                             "every machine, of the runs that "
+                             "there was time for.";
+
+const char *findings_cell(const struct study *study, const struct series *series, int column) {
+    static const struct {
+        const char *head;
+        const char *(*tell)(const struct study *study, const struct series *series);
+    } told[] = {{"method", series_name},
+                {"error goes with", tell_slope},
+                {"least error", tell_least_error},
+                {"limit of stability", tell_stability},
+                {"ended early", tell_stops}};
+    const int level = column - 1, place = column == 0 ? 0 : column - LEVEL_COUNT;
+    if (level < 0 || level >= LEVEL_COUNT)
+        return series ? told[place].tell(study, series) : told[place].head;
+    return series ? tell_time(study, series, levels[level])
+                  : text_format("CPU s for %g %s", levels[level], study_unit(study));
+}

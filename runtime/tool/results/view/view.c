@@ -1,0 +1,143 @@
+/* `refdyn view`: motions as one HTML page, in which they are seen from all sides. */
+#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/scene/scene.h"
+#include "runtime/tool/results/figures/figures.h"
+#include "runtime/tool/support/format/format.h"
+#include "runtime/tool/results/view/view.h"
+
+#include <stdlib.h>
+
+/* One call. */
+struct viewing {
+    const struct options *options;
+    struct run *runs; /* (run_count) */
+    int run_count;
+    struct targets targets;
+    struct target *target;
+    char *three;
+};
+
+static enum status check_usage(const struct options *options) {
+    bool has_csv = false;
+    for (int i = 0; i < options->operand_count; i++) {
+        const char *path = options->operands[i];
+        const bool is_hdf5 = run_is_hdf5(path);
+        has_csv = has_csv || !is_hdf5;
+        if (!is_hdf5 && !options->model)
+            return usage_error(options->command, "%s: a CSV does not tell its model, --model is needed",
+                               path);
+    }
+    if (!has_csv && (options->model || options->setting_count > 0))
+        return usage_error(options->command, "%s: all runs are files of HDF5, which tell their models",
+                           options->model ? "--model" : "--set");
+    return STATUS_DONE;
+}
+
+/* ---- Data ---- */
+
+/* The axis against which gravity acts; z where it does not act along an axis. */
+static int upward(const struct generation *generation) {
+    const struct model *model = &generation->model;
+    for (int axis = AXIS_X; axis <= AXIS_Z; axis++)
+        if (parameters_evaluate(model->graph, model->parameters, model->gravity[axis]) < 0 &&
+            model->gravity[(axis + 1) % 3] == 0 && model->gravity[(axis + 2) % 3] == 0)
+            return axis;
+    return AXIS_Z;
+}
+
+static void put_palette(FILE *out) {
+    enum { COLOURS = 10 };
+    fputs("\"palette\":[", out);
+    for (int i = 0; i < COLOURS; i++)
+        fprintf(out, "%s\"#%06x\"", i ? "," : "", style_quantity(i, COLOURS, 0, 1).colour);
+    fputs("],\n", out);
+}
+
+static void put_read_run(FILE *out, const struct viewing *viewing, const struct run *run,
+                         struct generation *generation) {
+    const struct drawn_rows rows = drawn_run_rows(run, viewing->run_count);
+    fputs("{\"name\":", out);
+    put_json_text(out, run->name);
+    fputs(",\"model\":", out);
+    put_json_text(out, generation->model.name);
+    fprintf(out, ",\"up\":%d,\n", upward(generation));
+    drawn_model_put(out, generation);
+    fputs(",\n", out);
+    drawn_run_put(out, run, &generation->tree, &rows);
+    fputs(",\n", out);
+    applied_forces_put(out, generation, run, &rows);
+    fputs(",\n", out);
+    programme_curves_put(out, generation, run);
+    fputc('}', out);
+}
+
+static enum status put_run(FILE *out, const struct viewing *viewing, const struct run *run) {
+    struct viewed_model viewed;
+    const enum status status = viewed_model_read(&viewed, run, viewing->options);
+    if (status == STATUS_DONE)
+        put_read_run(out, viewing, run, &viewed.scene.generation);
+    viewed_model_release(&viewed);
+    return status;
+}
+
+static enum status put_data(FILE *out, const struct viewing *viewing) {
+    enum status status = STATUS_DONE;
+    fputs("{\n", out);
+    put_palette(out);
+    fputs("\"runs\":[", out);
+    for (int i = 0; i < viewing->run_count && status == STATUS_DONE; i++) {
+        fputs(i ? ",\n" : "\n", out);
+        status = put_run(out, viewing, &viewing->runs[i]);
+    }
+    fputs("]}", out);
+    return status;
+}
+
+/* ---- Files ---- */
+
+/* Opens the target, and reads three.js and all runs. */
+static bool open_files(struct viewing *viewing) {
+    const struct options *options = viewing->options;
+    for (int i = 0; i < options->operand_count; i++)
+        targets_spare(&viewing->targets, options->operands[i]);
+    if (options->model)
+        targets_spare(&viewing->targets, options->model);
+    viewing->three = page_read_three();
+    viewing->target = viewing->three ? target_open(&viewing->targets, options->output) : NULL;
+    bool is_good = viewing->target;
+    for (int i = 0; i < viewing->run_count && is_good; i++)
+        is_good = run_read(&viewing->runs[i], options->operands[i]);
+    return is_good;
+}
+
+static const char *title_of(const struct viewing *viewing) {
+    const char *title = viewing->runs[0].name;
+    for (int i = 1; i < viewing->run_count; i++)
+        title = text_format("%s, %s", title, viewing->runs[i].name);
+    return title;
+}
+
+static enum status write_page(const struct viewing *viewing) {
+    char *data;
+    size_t size;
+    FILE *out = text_stream(&data, &size);
+    enum status status = put_data(out, viewing);
+    fclose(out);
+    if (status == STATUS_DONE) {
+        page_put(viewing->target->file, title_of(viewing), viewing->three, data);
+        status = target_finish(viewing->target) ? STATUS_DONE : STATUS_FAULT;
+    }
+    free(data);
+    return status;
+}
+
+enum status run_view(const struct options *options) {
+    struct viewing viewing = {.options = options, .run_count = options->operand_count};
+    enum status status = check_usage(options);
+    if (status != STATUS_DONE)
+        return status;
+    viewing.runs = allocate((size_t)viewing.run_count, sizeof *viewing.runs);
+    status = open_files(&viewing) ? write_page(&viewing) : STATUS_FAULT;
+    targets_release(&viewing.targets);
+    return status;
+}

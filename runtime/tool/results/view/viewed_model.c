@@ -1,0 +1,131 @@
+/* The model of a run that is drawn: see view.h. */
+#include "runtime/tool/results/view/view.h"
+#include "runtime/tool/support/format/format.h"
+
+#include <math.h>
+#include <string.h>
+
+/* What a file of HDF5 tells of its model. */
+struct carried {
+    struct setting *settings;
+    int count, room;
+    const struct scratch *folder;
+    const char *run;  /* the file itself */
+    const char *file; /* of the model, in the folder; NULL: not there */
+    char *path;       /* that it had when it was read */
+    bool has_failed;
+};
+
+/* ---- A model from a file of HDF5 ---- */
+
+static void take_setting(void *context, const struct motion_fact *fact) {
+    struct carried *carried = context;
+    char number[NUMBER_LENGTH];
+    if (!fact->text && !isfinite(fact->number) && !carried->has_failed) {
+        complain_line(
+            carried->run, 0,
+            text_format("%s: %s is %g, which must be finite", fact->object, fact->name, fact->number));
+        carried->has_failed = true;
+    }
+    carried->settings = memory_room(&program_memory, carried->settings, carried->count, &carried->room,
+                                    sizeof *carried->settings);
+    carried->settings[carried->count++] = (struct setting){
+        .name = text_format("%s", fact->name),
+        .value = text_format("%s", fact->text ? fact->text : exact_text(fact->number, number))};
+}
+
+static void take_path(void *context, const struct motion_fact *fact) {
+    struct carried *carried = context;
+    if (fact->text && strcmp(fact->name, "model_file") == 0)
+        carried->path = text_format("%s", fact->text);
+}
+
+/* Files that a model requires lie in its folder: their names are enough. */
+static void write_file(void *context, const struct motion_fact *fact) {
+    struct carried *carried = context;
+    const char *slash = strrchr(fact->name, '/');
+    const char *name = slash ? slash + 1 : fact->name;
+    if (!fact->text || carried->has_failed)
+        return;
+    carried->has_failed = !scratch_write(carried->folder, name, fact->text, strlen(fact->text));
+    if (carried->path && strcmp(carried->path, fact->name) == 0)
+        carried->file = scratch_file(carried->folder, name);
+}
+
+static bool take_all(struct carried *carried) {
+    struct motion_reader *reader = motion_open(carried->run);
+    if (!reader)
+        return false;
+    motion_give_facts(reader, "/", take_path, carried);
+    motion_give_facts(reader, "/options", take_setting, carried);
+    motion_give_facts(reader, "/parameters", take_setting, carried);
+    motion_give_facts(reader, "/model_files", write_file, carried);
+    motion_close(reader);
+    if (!carried->has_failed && !carried->file)
+        complain_line(carried->run, 0, "the file does not tell its model");
+    return !carried->has_failed && carried->file;
+}
+
+static enum status read_carried(struct viewed_model *viewed, const char *path,
+                                const struct options *options) {
+    struct carried carried = {.folder = &viewed->folder, .run = path};
+    viewed->has_folder = scratch_open(&viewed->folder, scratch_parent(), "refdyn-view-");
+    if (!viewed->has_folder || !take_all(&carried))
+        return STATUS_FAULT;
+    const struct options reading = {.command = options->command,
+                                    .operands = &carried.file,
+                                    .operand_count = 1,
+                                    .settings = carried.settings,
+                                    .setting_count = carried.count,
+                                    .fold = true};
+    return scene_read(&viewed->scene, &reading, false);
+}
+
+/* ---- Any run ---- */
+
+static enum status read_given(struct viewed_model *viewed, const struct options *options) {
+    const char *model = options->model;
+    struct options reading = *options;
+    reading.operands = &model;
+    reading.operand_count = 1;
+    reading.fold = true;
+    return scene_read(&viewed->scene, &reading, true);
+}
+
+static enum status refuse_columns(const struct run *run, const char *fact) {
+    complain_line(run->path, run_is_hdf5(run->path) ? 0 : 1, fact);
+    return STATUS_FAULT;
+}
+
+static enum status check_columns(const struct viewed_model *viewed, const struct run *run) {
+    const struct generation *generation = &viewed->scene.generation;
+    const struct tree *tree = &generation->tree;
+    const char *model = generation->model.name;
+    if (run->coordinate_count != tree->count)
+        return refuse_columns(run,
+                              text_format("run: it has %d coordinates, model %s has %d; --model and --set "
+                                          "have to be those of the motion",
+                                          run->coordinate_count, model, tree->count));
+    for (int i = 0; i < tree->count; i++)
+        if (strcmp(run->columns[run->coordinates + i], tree->frames[i].name) != 0)
+            return refuse_columns(run, text_format("run: coordinate %d is '%s', that of model %s is '%s'",
+                                                   i + 1, run->columns[run->coordinates + i], model,
+                                                   tree->frames[i].name));
+    return STATUS_DONE;
+}
+
+enum status viewed_model_read(struct viewed_model *viewed, const struct run *run,
+                              const struct options *options) {
+    *viewed = (struct viewed_model){.has_folder = false};
+    const enum status status =
+        run_is_hdf5(run->path) ? read_carried(viewed, run->path, options) : read_given(viewed, options);
+    /* What a command may take to read a model is spent; few numbers are asked of it now. */
+    viewed->scene.generation.memory.work_bound = 0;
+    return status == STATUS_DONE ? check_columns(viewed, run) : status;
+}
+
+void viewed_model_release(struct viewed_model *viewed) {
+    scene_close(&viewed->scene);
+    if (viewed->has_folder)
+        scratch_close(&viewed->folder);
+}

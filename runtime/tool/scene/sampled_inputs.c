@@ -1,0 +1,144 @@
+/* Sampled inputs from a CSV file: see scene.h. */
+#include "runtime/tool/scene/scene.h"
+#include "runtime/tool/support/format/format.h"
+#include "gen/base/base.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+const char table_input_lead[] = "input_";
+
+/* A file being read: what each of its columns is. */
+struct reading {
+    struct inputs *inputs;
+    const struct refdyn_model *model;
+    struct csv csv;
+    int *role; /* (csv.count) number among the inputs' columns, or one of: */
+};
+
+enum { ROLE_NONE = -1, ROLE_TIME = -2 };
+
+static bool no_input(const struct reading *reading) {
+    const struct refdyn_model *model = reading->model;
+    if (model->input_count == 0)
+        return csv_complain(&reading->csv, "the model has no inputs");
+    const char *names = model->inputs[0].name;
+    for (int i = 1; i < model->input_count; i++)
+        names = text_format("%s, %s", names, model->inputs[i].name);
+    return csv_complain(&reading->csv, "no column is an input, those of the model are %s", names);
+}
+
+/* The column of an input: in the CSV of a motion that has another column of its name, the one with the kind
+ * before it (simulate.h). `t` is the time alone. */
+static int find_input(const struct reading *reading, const char *name) {
+    const struct csv *csv = &reading->csv;
+    int column = csv_column(csv, text_format("%s%s", table_input_lead, name));
+    if (column < 0 && strcmp(name, "t") != 0)
+        column = csv_column(csv, name);
+    return column;
+}
+
+/* A column that is no input is passed over; one that was meant to be an input is told of. */
+static void warn_of_passed(const struct reading *reading) {
+    const struct refdyn_model *model = reading->model;
+    const struct csv *csv = &reading->csv;
+    const char **missing = allocate((size_t)model->input_count, sizeof *missing);
+    int count = 0;
+    for (int i = 0; i < model->input_count; i++)
+        if (find_input(reading, model->inputs[i].name) < 0)
+            missing[count++] = model->inputs[i].name;
+    for (int i = 0; i < csv->count; i++) {
+        const char *near =
+            reading->role[i] == ROLE_NONE ? message_nearest_name(csv->names[i], missing, count) : NULL;
+        if (near)
+            complain_line(csv->path, csv->line,
+                          text_format("warning: inputs: column %s is passed over, the nearest input is %s",
+                                      csv->names[i], near));
+    }
+}
+
+bool inputs_are_set_by_event(const struct refdyn_model *model, int input) {
+    for (int i = 0; i < model->change_count; i++)
+        if (model->changes[i].what == REFDYN_CHANGED_INPUT && model->changes[i].place == input)
+            return true;
+    return false;
+}
+
+static bool assign_columns(struct reading *reading) {
+    struct inputs *inputs = reading->inputs;
+    const struct csv *csv = &reading->csv;
+    const struct refdyn_model *model = reading->model;
+    reading->role = allocate((size_t)csv->count, sizeof *reading->role);
+    inputs->place = allocate((size_t)model->input_count, sizeof *inputs->place);
+    for (int i = 0; i < csv->count; i++)
+        reading->role[i] = strcmp(csv->names[i], "t") == 0 ? ROLE_TIME : ROLE_NONE;
+    for (int i = 0; i < model->input_count; i++) {
+        const int column = find_input(reading, model->inputs[i].name);
+        if (column < 0)
+            continue;
+        reading->role[column] = inputs->samples.width;
+        inputs->place[inputs->samples.width++] = i;
+    }
+    if (csv_column(csv, "t") < 0)
+        return csv_complain(csv, "no column is called t, the time of each sample is needed");
+    inputs->samples.place = inputs->place;
+    if (inputs->samples.width == 0)
+        return no_input(reading);
+    for (int k = 0; k < inputs->samples.width; k++)
+        if (inputs_are_set_by_event(model, inputs->place[k]))
+            return csv_complain(csv, "column %s: events of the model set this input, samples cannot",
+                                model->inputs[inputs->place[k]].name);
+    warn_of_passed(reading);
+    return true;
+}
+
+/* The time of a sample and the values behind it. */
+static double *row_of(const struct inputs *inputs, int sample) {
+    return inputs->rows + (size_t)sample * (size_t)(inputs->samples.width + 1);
+}
+
+static bool take_row(struct reading *reading) {
+    struct inputs *inputs = reading->inputs;
+    const struct csv *csv = &reading->csv;
+    struct refdyn_samples *samples = &inputs->samples;
+    inputs->rows = memory_room(&program_memory, inputs->rows, samples->count, &inputs->room,
+                               (size_t)(samples->width + 1) * sizeof *inputs->rows);
+    samples->rows = inputs->rows;
+    double *row = row_of(inputs, samples->count);
+    for (int i = 0; i < csv->count; i++) {
+        const int role = reading->role[i];
+        double value;
+        if (role == ROLE_NONE)
+            continue;
+        if (!csv_number(csv, i, &value))
+            return false;
+        row[role == ROLE_TIME ? 0 : 1 + role] = value;
+    }
+    if (samples->count > 0 && !(*row > *row_of(inputs, samples->count - 1)))
+        return csv_complain(csv, "t = %g does not lie behind the sample before", *row);
+    samples->count++;
+    return true;
+}
+
+static bool take_rows(struct reading *reading) {
+    int answer = 1;
+    while (answer > 0 && (answer = csv_next(&reading->csv)) > 0)
+        answer = take_row(reading) ? 1 : -1;
+    if (answer == 0 && reading->inputs->samples.count == 0)
+        return csv_complain(&reading->csv, "no sample, a header and at least one line of numbers are needed");
+    return answer == 0;
+}
+
+bool inputs_read(struct inputs *inputs, const char *path, const struct refdyn_model *model) {
+    struct reading reading = {.inputs = inputs, .model = model};
+    *inputs = (struct inputs){.path = path};
+    const bool is_good =
+        csv_open(&reading.csv, path, "inputs") && assign_columns(&reading) && take_rows(&reading);
+    csv_close(&reading.csv);
+    return is_good;
+}
+
+void inputs_set(struct inputs *inputs, double t, double *x) {
+    inputs->next = refdyn_samples_set(&inputs->samples, t, x);
+}

@@ -1,0 +1,172 @@
+/* One build of emitted C: see compile.h. No shell is involved, so any path will do. */
+#include "runtime/tool/support/compile/compile.h"
+#include "refdyn_batch.h"
+#include "runtime/tool/support/format/format.h"
+#include "runtime/tool/support/system/system.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+/*
+ * -ffp-contract=off: a multiplication and an addition are two roundings on every machine and with every
+ * compiler, as in the generator's interpreter. -fno-math-errno: sqrt is one instruction; nothing reads errno.
+ * Neither -ffast-math nor -march=native: the first changes results, the second breaks a cache that two
+ * machines share.
+ */
+const char *const compile_flags[] = {"-std=c11",        "-O2", "-fPIC", "-ffp-contract=off",
+                                     "-fno-math-errno", NULL};
+
+/*
+ * Passes of gcc that find nothing in emitted C, which shares its common values already: without them it
+ * compiles in 0.6 of the time, and what comes out is as fast. Vectors in long blocks of scalars take -O3
+ * minutes to find and are slower; loops over arrays stay vectors.
+ */
+const char *const gcc_flags[] = {"-fno-tree-slp-vectorize",
+                                 "-fno-tree-pre",
+                                 "-fno-gcse",
+                                 "-fno-rerun-cse-after-loop",
+                                 "-fno-tree-dominator-opts",
+                                 "-fno-tree-vrp",
+                                 "-fno-code-hoisting",
+                                 "-fno-schedule-insns2",
+                                 "-fno-ivopts",
+                                 "-fno-tree-ccp",
+                                 "-fno-dse",
+                                 "-fno-cprop-registers",
+                                 "-fno-forward-propagate",
+                                 "-fira-region=one",
+                                 "-fno-lra-remat",
+                                 "-fno-caller-saves",
+                                 "-fno-peephole2",
+                                 "-fno-ree",
+                                 "-fno-tree-dse",
+                                 "-fno-ipa-cp",
+                                 "-fno-ipa-icf",
+                                 "-fno-ipa-sra",
+                                 NULL};
+
+/* clang says that it is a GNU compiler, too. */
+static const char gcc_question[] = "#if !defined(__GNUC__) || defined(__clang__)\n#error not gcc\n#endif\n";
+
+const char *const *lanes_flags(int width) {
+    static const char *const two[] = {"-DLANES=2", NULL}, *const four[] = {"-DLANES=4", "-mavx2", NULL},
+                             *const eight[] = {"-DLANES=8", "-mavx512f", NULL};
+    static const char *const four_apart[] = {"-DLANES=4", NULL}, *const eight_apart[] = {"-DLANES=8", NULL};
+    const bool is_apart = width > refdyn_batch_widest(); /* the compiler takes the vectors apart */
+    return width == 8 ? is_apart ? eight_apart : eight : width == 4 ? is_apart ? four_apart : four : two;
+}
+
+static const char blanks[] = " \t\n";
+
+/* $CC is a program's file, blanks included, or a command of words apart by blanks ("ccache gcc"). */
+bool toolchain_find(struct toolchain *chain) {
+    const char *command = getenv("CC");
+    if (!command || command[strspn(command, blanks)] == '\0')
+        command = "cc";
+    char *text = text_format("%s", command), *rest = NULL;
+    const char **words = allocate(strlen(command) / 2 + 2, sizeof *words);
+    int count = 0;
+    if (strchr(command, '/') && access(command, X_OK) == 0)
+        words[count++] = text;
+    else
+        for (char *word = strtok_r(text, blanks, &rest); word; word = strtok_r(NULL, blanks, &rest))
+            words[count++] = word;
+    chain->words = words;
+    chain->program = process_find(chain->words[0]);
+    if (!chain->program)
+        fprintf(stderr, "refdyn: no C compiler '%s' is installed; $CC names another one\n", chain->words[0]);
+    return chain->program;
+}
+
+static void object_job(struct job *job, const struct toolchain *chain, const struct build *build,
+                       const char *name) {
+    *job = (struct job){.source = scratch_file(&build->scratch, name)};
+    job_add_words(job, chain->words);
+    job->object = text_format("%.*s.o", (int)strlen(job->source) - 2, job->source);
+    job->log = text_format("%s.log", job->object);
+    job_add_words(job, compile_flags);
+    if (build->lanes &&
+        gen_is_for_lanes(name)) /* vectors gain a fifth by the passes that numbers do without */
+        job_add_words(job, lanes_flags(build->lanes));
+    else if (build->is_gcc)
+        job_add_words(job, gcc_flags);
+    job_add_words(job, (const char *[]){"-c", job->source, "-o", job->object, NULL});
+}
+
+/* For gcc alone, and for one that knows all of its flags. */
+static void question_job(struct job *job, const struct toolchain *chain, const struct scratch *scratch) {
+    *job = (struct job){.source = scratch_file(scratch, "question.c")};
+    job_add_words(job, chain->words);
+    job->log = text_format("%s.log", job->source);
+    job_add_words(job, gcc_flags);
+    job_add_words(job, (const char *[]){"-fsyntax-only", job->source, NULL});
+}
+
+static void link_job(struct job *job, const struct toolchain *chain, const struct build *build,
+                     const struct job *objects, int count) {
+    *job = (struct job){.log = text_format("%s.log", build->library)};
+    job_add_words(job, chain->words);
+    job_add_word(job, "-shared");
+    for (int i = 0; i < count; i++)
+        job_add_word(job, objects[i].object);
+    job_add_words(job, (const char *[]){"-o", build->library, "-lm", NULL});
+}
+
+/* What it says to the question is not shown. */
+bool toolchain_is_gcc(const struct toolchain *chain, const struct scratch *scratch) {
+    struct job job;
+    struct process process;
+    question_job(&job, chain, scratch);
+    return scratch_write(scratch, "question.c", gcc_question, strlen(gcc_question)) &&
+           process_start(&process, scratch, job.argv, NULL, job.log, NULL) == 0 &&
+           process_wait(&process, 1) == 0 && process.result == 0;
+}
+
+static long file_size(const char *path) {
+    struct stat status;
+    return stat(path, &status) == 0 ? (long)status.st_size : 0;
+}
+
+static bool compile_and_link(struct build *build, const struct toolchain *chain, struct job *jobs, int count,
+                             struct build_cost *cost) {
+    struct job link;
+    double start = wall_seconds();
+    if (!jobs_run(&build->scratch, jobs, count, &cost->peak_kb))
+        return false;
+    link_job(&link, chain, build, jobs, count);
+    bool is_good = jobs_run(&build->scratch, &link, 1, &cost->peak_kb);
+    cost->seconds = wall_seconds() - start;
+    for (int i = 0; i < count; i++)
+        cost->object_bytes += file_size(jobs[i].object);
+    return is_good;
+}
+
+static bool is_source(const char *name) {
+    const char *dot = strrchr(name, '.');
+    return dot && strcmp(dot, ".c") == 0;
+}
+
+bool build_run(struct build *build, const struct toolchain *chain, const struct emitted_file *files,
+               int count, struct build_cost *cost) {
+    struct build_cost own = {.seconds = 0};
+    struct job *jobs = allocate((size_t)count, sizeof *jobs);
+    int job_count = 0;
+    bool is_good =
+        scratch_write(&build->scratch, "refdyn_model.h", refdyn_model_header, refdyn_model_header_size) &&
+        scratch_write(&build->scratch, "refdyn_lanes.h", refdyn_lanes_header, refdyn_lanes_header_size);
+    build->library = scratch_file(&build->scratch, "model.so");
+    build->is_gcc = toolchain_is_gcc(chain, &build->scratch);
+    for (int i = 0; i < count && is_good; i++) {
+        is_good = scratch_write(&build->scratch, files[i].name, files[i].text, files[i].length);
+        if (is_good && is_source(files[i].name))
+            object_job(&jobs[job_count++], chain, build, files[i].name);
+    }
+    is_good = is_good && compile_and_link(build, chain, jobs, job_count, &own);
+    if (cost)
+        *cost = own;
+    return is_good;
+}

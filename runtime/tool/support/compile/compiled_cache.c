@@ -1,0 +1,200 @@
+/* The folder of compiled models: see compile.h. */
+#include "runtime/tool/support/compile/compile.h"
+#include "runtime/tool/support/system/system.h"
+#include "runtime/tool/support/format/format.h"
+
+#include <dlfcn.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <limits.h>
+#include <sha2.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+/* The end of a sealed library: this, the SHA-256 in hexadecimal digits, and its zero. */
+static const char seal_lead[] = "refdyn seal ";
+
+enum { SEAL_LENGTH = sizeof seal_lead - 1 + SHA256_DIGEST_STRING_LENGTH };
+
+/* ---- Whose it is ---- */
+
+static bool is_ours(const struct stat *status) {
+    return status->st_uid == geteuid() && (status->st_mode & (S_IWGRP | S_IWOTH)) == 0;
+}
+
+/* A folder above in which everybody may rename what is not his: one that all may write, without the sticky
+ * bit. Other rights there do no harm, since the folder itself and the libraries are checked as they are
+ * opened. */
+static const char *find_open_parent(const char *path) {
+    char *parent = text_format("%s", path);
+    for (char *slash; (slash = strrchr(parent, '/'));) {
+        struct stat status;
+        slash[slash == parent] = '\0';
+        if (stat(parent, &status) != 0 || ((status.st_mode & S_IWOTH) && !(status.st_mode & S_ISVTX)))
+            return parent;
+        if (slash == parent)
+            break;
+    }
+    return NULL;
+}
+
+/* What is wrong with a folder that is there; NULL: nothing. */
+static const char *find_danger(const struct cache *cache) {
+    struct stat status;
+    if (fstat(cache->folder, &status) != 0)
+        return strerror(errno);
+    if (status.st_uid != geteuid())
+        return "it belongs to another user, who could put code there";
+    if (!is_ours(&status))
+        return "others may write there (chmod go-w)";
+    const char *parent = find_open_parent(cache->path);
+    return parent ? text_format("everybody may rename folders in %s", parent) : NULL;
+}
+
+/* ---- Which one ---- */
+
+/* Opens a folder, made when it is missing. The reason why not, NULL: it is open. */
+static const char *open_folder(struct cache *cache, const char *path, int flags) {
+    if (!folder_make(path, 0700, NULL))
+        return strerror(errno);
+    cache->path = realpath(path, allocate(PATH_MAX, 1));
+    cache->folder = cache->path ? open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC | flags) : -1;
+    const char *reason = cache->folder < 0 ? strerror(errno) : find_danger(cache);
+    if (reason)
+        cache_close(cache);
+    return reason;
+}
+
+/* $REFDYN_CACHE. */
+static bool open_own(struct cache *cache, const char *path) {
+    const char *reason = open_folder(cache, path, 0);
+    if (reason)
+        fprintf(stderr, "refdyn: %s: cannot be the cache folder: %s; REFDYN_CACHE names another one\n", path,
+                reason);
+    return !reason;
+}
+
+/* refdyn in the XDG cache folder; without a word where the user has none that can be written. */
+static bool open_xdg(struct cache *cache) {
+    const char *xdg = getenv("XDG_CACHE_HOME"), *home = getenv("HOME");
+    const char *path = xdg && *xdg == '/'     ? text_format("%s/refdyn", xdg)
+                       : home && *home == '/' ? text_format("%s/.cache/refdyn", home)
+                                              : NULL;
+    if (!path)
+        return false;
+    const char *reason = open_folder(cache, path, 0);
+    if (reason && access(path, F_OK) == 0)
+        fprintf(stderr, "refdyn: warning: %s is no cache folder: %s; another one is taken\n", path, reason);
+    if (!reason && access(cache->path, W_OK | X_OK) != 0)
+        cache_close(cache);
+    return cache->folder >= 0;
+}
+
+/* For users without a home. */
+static bool open_temporary(struct cache *cache) {
+    const char *path = text_format("%s/refdyn-%ld", scratch_parent(), (long)geteuid());
+    const char *reason = open_folder(cache, path, O_NOFOLLOW);
+    if (reason)
+        fprintf(stderr, "refdyn: %s: no folder for compiled models: %s; set REFDYN_CACHE or HOME\n", path,
+                reason);
+    return !reason;
+}
+
+bool cache_open(struct cache *cache) {
+    const char *own = getenv("REFDYN_CACHE");
+    *cache = (struct cache){.folder = -1};
+    if (own && *own)
+        return open_own(cache, own);
+    return open_xdg(cache) || open_temporary(cache);
+}
+
+void cache_close(struct cache *cache) {
+    if (cache->folder >= 0)
+        close(cache->folder);
+    cache->folder = -1;
+}
+
+/* ---- Libraries ---- */
+
+/* The seal of the first `length` bytes of a file; false: so many are not there. */
+static bool make_seal(int file, off_t length, char seal[static SEAL_LENGTH]) {
+    uint8_t block[1 << 15];
+    SHA2_CTX sha;
+    SHA256Init(&sha);
+    for (off_t at = 0; at < length;) {
+        const off_t left = length - at;
+        const ssize_t count =
+            pread(file, block, left < (off_t)sizeof block ? (size_t)left : sizeof block, at);
+        if (count <= 0)
+            return false;
+        SHA256Update(&sha, block, (size_t)count);
+        at += count;
+    }
+    memcpy(seal, seal_lead, sizeof seal_lead - 1);
+    SHA256End(&sha, seal + sizeof seal_lead - 1);
+    return true;
+}
+
+static bool is_whole(int file, off_t size) {
+    char found[SEAL_LENGTH], wanted[SEAL_LENGTH];
+    const off_t length = size - SEAL_LENGTH;
+    return length > 0 && pread(file, found, SEAL_LENGTH, length) == SEAL_LENGTH &&
+           make_seal(file, length, wanted) && memcmp(found, wanted, SEAL_LENGTH) == 0;
+}
+
+/* A descriptor of the library, checked; -1: it is not to be loaded. */
+static int open_library(const struct cache *cache, const char *key) {
+    struct stat status;
+    const char *name = text_format("%s.so", key);
+    const int file = openat(cache->folder, name, O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+    if (file >= 0 && fstat(file, &status) == 0 && S_ISREG(status.st_mode) && is_ours(&status) &&
+        is_whole(file, status.st_size))
+        return file;
+    if (file >= 0)
+        close(file);
+    return -1;
+}
+
+/* By its descriptor, so that nobody can put another file in its place between the check and the loading. */
+void *cache_load(const struct cache *cache, const char *key, int *file) {
+    *file = open_library(cache, key);
+    if (*file < 0)
+        return NULL;
+    const char *path = text_format("/proc/self/fd/%d", *file);
+    void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+    if (!library)
+        close(*file);
+    return library;
+}
+
+const char *cache_find(const struct cache *cache, const char *key) {
+    const int file = open_library(cache, key);
+    if (file < 0)
+        return NULL;
+    close(file);
+    return text_format("%s/%s.so", cache->path, key);
+}
+
+/* Writes the seal behind the library, which nobody else may write from then on. */
+static bool seal(const char *library) {
+    char text[SEAL_LENGTH];
+    struct stat status;
+    const int file = open(library, O_RDWR | O_CLOEXEC);
+    bool is_good = file >= 0 && fstat(file, &status) == 0 && make_seal(file, status.st_size, text) &&
+                   pwrite(file, text, SEAL_LENGTH, status.st_size) == SEAL_LENGTH &&
+                   fchmod(file, status.st_mode & (S_IRWXU | S_IRGRP | S_IXGRP | S_IROTH | S_IXOTH)) == 0;
+    if (file >= 0)
+        is_good = close(file) == 0 && is_good;
+    return is_good;
+}
+
+bool cache_add(const struct cache *cache, const char *key, const char *library) {
+    const char *name = text_format("%s.so", key);
+    const bool is_good = seal(library) && renameat(AT_FDCWD, library, cache->folder, name) == 0;
+    if (!is_good)
+        fprintf(stderr, "refdyn: %s/%s: cannot be made: %s\n", cache->path, name, strerror(errno));
+    return is_good;
+}

@@ -1,0 +1,303 @@
+/* What this folder offers. */
+#ifndef REFDYN_TOOL_HDF5_PRIVATE_H
+#define REFDYN_TOOL_HDF5_PRIVATE_H
+
+#include <hdf5.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <sys/types.h>
+
+#include "gen/base/base.h"
+
+/*
+ * What all HDF5 files of the project share: how they are made, written and closed, and the messages when that
+ * fails.
+ *
+ * Equal contents give equal bytes: no times are kept. Groups list their members in the order in which they
+ * were made. Texts are UTF-8 of variable length. All functions complain once for a file, on stderr, as
+ * FILE: fact; after that they do nothing and return false.
+ */
+
+/* Attributes of a file: its content, and the version of its layout. */
+#define HDF5_CONTENT "content"
+#define HDF5_VERSION "layout_version"
+
+struct hdf5_file {
+    hid_t id;
+    char *path;      /* as it is named in complaints */
+    hid_t text;      /* the type of texts */
+    bool has_failed; /* and was complained of */
+};
+
+enum { HDF5_MOST_ROOM = 1 << 22 /* bytes of rows that are held at a time */ };
+
+/* A new file in the place of what is there; hdf5_release in any case. `content` and `version` say what is in
+ * it: "refdyn runs", 1. */
+bool hdf5_create(struct hdf5_file *file, const char *path, const char *content, int version);
+/* All is on the disk. */
+bool hdf5_finish(struct hdf5_file *file);
+void hdf5_release(struct hdf5_file *file);
+
+/* Why the last call of HDF5 failed, in words. */
+const char *hdf5_cause(void);
+/* Complains with `fact` and the cause that HDF5 has, which it forgets at the next call of it, unless the file
+ * has failed before. Returns false. */
+bool hdf5_fail(struct hdf5_file *file, const char *fact);
+/* The same without a cause of HDF5's: what is in the file is wrong. */
+bool hdf5_refuse(struct hdf5_file *file, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+/* Attributes of the group or dataset `object`. */
+bool hdf5_put_text(struct hdf5_file *file, const char *object, const char *name, const char *text);
+bool hdf5_put_texts(struct hdf5_file *file, const char *object, const char *name, const char *const *texts,
+                    int count);
+bool hdf5_put_whole(struct hdf5_file *file, const char *object, const char *name, long value);
+bool hdf5_put_number(struct hdf5_file *file, const char *object, const char *name, double value);
+
+/* The group and all that lead to it, where they are missing. */
+bool hdf5_make_group(struct hdf5_file *file, const char *path);
+
+/* A dataset of `rows` x `size`, or of `rows` numbers where `size` is 0; of rows that come later when it
+ * grows. */
+struct hdf5_shape {
+    hsize_t rows, size;
+    bool grows;
+};
+
+/* The new dataset, in groups that are made; negative: it could not be made. */
+hid_t hdf5_make_dataset(struct hdf5_file *file, const char *path, hid_t type, struct hdf5_shape shape);
+/* A dimension scale of `count` numbers or texts, `values` of the memory type `type`; a unit may be NULL. */
+bool hdf5_make_scale(struct hdf5_file *file, const char *path, hid_t stored, hid_t type, long count,
+                     const void *values, const char *unit);
+/* Axis number `axis` of a dataset runs along a scale. */
+bool hdf5_attach_scale(struct hdf5_file *file, hid_t dataset, const char *scale, unsigned axis);
+
+/*
+ * The gate: a separate process that reads HDF5 files for the program.
+ *
+ * The library crashes on some damaged files, and follows links to other files. The gate therefore checks
+ * every object before it reads any of its data. If it crashes, the program reports a damaged file. The
+ * program itself calls no function of HDF5 to read; hdf5_input.c checks what the gate sends.
+ *
+ * The gate refuses:
+ * - links to other files and names, and two names of one object;
+ * - data in other files (external, virtual), and filters that are not HDF5's own;
+ * - data that are missing or cannot fit into the file;
+ * - names that are not UTF-8, and scales along which a dataset is missing.
+ *
+ * Through the socket go numbers of 8 bytes, in the byte order of the machine, and texts as length and bytes:
+ * first all objects, then one answer for each request. An answer begins with an enum gate_answer.
+ */
+
+enum gate_answer {
+    GATE_FACT,   /* a text: why the file is refused; nothing follows */
+    GATE_OBJECT, /* one more: its group, kind, rank, two sizes, path, axis or "", attributes: each its kind,
+                    name, count, values */
+    GATE_END,    /* there are no more objects */
+    GATE_ROWS    /* all numbers of the rows, or all texts */
+};
+
+/* Kinds of objects and attributes. */
+enum hdf5_kind { HDF5_GROUP, HDF5_TEXTS, HDF5_WHOLES, HDF5_NUMBERS, HDF5_OTHER, HDF5_KIND_COUNT };
+
+/* Rows [first, first + count) of the dataset that is object number `object`. */
+struct gate_request {
+    int64_t object, first, count;
+};
+
+enum {
+    GATE_SECONDS = 1,                /* CPU time that a request may take [s], */
+    GATE_BYTES_PER_SECOND = 1000000, /* and 1 s more for so many bytes of the file */
+    GATE_SINGLE = -1,                /* count of an attribute that is not a list */
+    GATE_NO_MORE = -1                /* instead of a kind: the object has no more attributes */
+};
+
+/* Serves the file until the other end of the socket is closed. Does not return. */
+_Noreturn void gate_serve(const char *path, int socket);
+
+/*
+ * Answers that the gate for HDF5 files sends to the program (hdf5_private.h has the order), and its limits of
+ * time, memory and texts.
+ *
+ * The program receives each answer whole. If the gate cannot answer, it sends a fact instead and ends.
+ */
+
+struct answers {
+    FILE *out;    /* to the program */
+    FILE *stream; /* the answer in the making, into `text` */
+    char *text;
+    size_t length;
+    double bytes;     /* size of the file that is read */
+    double text_left; /* bytes of texts that the present request may still take */
+};
+
+/* Answers go through the socket and concern the file `path`. Limits memory, and the work until the first
+ * request. */
+void answers_start(struct answers *answers, const char *path, int socket);
+/* Limits the work of the next request. */
+void answers_bound_work(struct answers *answers);
+
+void answers_begin(struct answers *answers, enum gate_answer answer);
+void answers_put_whole(struct answers *answers, int64_t number);
+void answers_put_bytes(struct answers *answers, const char *text, size_t length);
+void answers_end(struct answers *answers);
+
+/* Sends the fact and ends the process. */
+_Noreturn void answers_refuse(struct answers *answers, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+/* Returns `result` of a function of HDF5. If that is an error, refuses with it as a fact about the object. */
+hid_t answers_good(struct answers *answers, const char *path, hid_t result);
+
+/*
+ * An HDF5 file that is read: all its objects with their attributes, and rows of its datasets. Rows are read
+ * in blocks, so that memory does not grow with their count.
+ *
+ * A separate process reads the file (hdf5_private.h says what is refused). The functions complain once about a
+ * file, on stderr, as FILE: fact; after that they do nothing and return false.
+ */
+
+struct hdf5_attribute {
+    const char *name;
+    enum hdf5_kind kind;
+    bool is_list;
+    int count;          /* values */
+    const char **texts; /* (count) or NULL */
+    double *numbers;    /* (count) or NULL */
+};
+
+struct hdf5_object {
+    const char *path; /* "/q", of the file itself "/" */
+    const char *name; /* the end of the path */
+    const char *axis; /* path of the scale along the second axis; NULL: there is none */
+    int group;        /* its number; -1: the file itself */
+    enum hdf5_kind kind;
+    int rank;     /* of a dataset, else 0 */
+    long size[2]; /* of a dataset with one or two axes: rows, and numbers in a row, 0 if it has one axis */
+    struct hdf5_attribute *attributes;
+    int attribute_count, attribute_room;
+};
+
+/* A dataset and its place in a row. */
+struct hdf5_taken {
+    int object;
+    int place; /* of its first number among the numbers of a row, or of its text among the texts */
+};
+
+struct hdf5_input {
+    const char *path;
+    struct memory memory; /* of the objects */
+    struct hdf5_object *objects;
+    int count, room; /* in the order in which they were made; the content of a group follows it */
+
+    struct hdf5_taken *taken;
+    int taken_count, taken_room;
+    int width, text_width;     /* numbers and texts of a row */
+    long first, held, block;   /* rows in memory, and how many there is room for */
+    double *values;            /* (block x width) */
+    char **texts;              /* (block x text_width) in heap memory */
+    double bytes;              /* of the file */
+    pid_t gate;                /* 0: it does not run */
+    int socket;                /* to the gate */
+    FILE *answers;             /* from the gate */
+    bool is_quiet, has_failed; /* never complains; has failed, and complained unless it is quiet */
+};
+
+/* The file must have this attribute "content" and this version of it; `what` says it in words: "file of
+ * runs". hdf5_input_close in any case. */
+bool hdf5_input_open(struct hdf5_input *input, const char *path, const char *content, int version,
+                     const char *what);
+/* Whether the file has that content; never complains. */
+bool hdf5_input_is(const char *path, const char *content);
+void hdf5_input_close(struct hdf5_input *input);
+/* Complains that the content of the file is wrong. Returns false. */
+bool hdf5_input_refuse(struct hdf5_input *input, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+
+/* NULL: the file, or the object, has no such thing. */
+const struct hdf5_object *hdf5_input_find(const struct hdf5_input *input, const char *path);
+const struct hdf5_attribute *hdf5_object_attribute(const struct hdf5_object *object, const char *name);
+/* A single text; NULL: there is none. It lives as long as the input. */
+const char *hdf5_object_text(const struct hdf5_object *object, const char *name);
+/* A single whole number. False: there is none. */
+bool hdf5_object_whole(const struct hdf5_object *object, const char *name, long *value);
+
+/* All values of a dataset with one axis, in the input's memory; NULL, with a complaint. */
+double *hdf5_input_numbers(struct hdf5_input *input, const struct hdf5_object *object);
+const char **hdf5_input_texts(struct hdf5_input *input, const struct hdf5_object *object);
+
+/* Rows will have the numbers, or the text, of this dataset from `place` on. */
+void hdf5_input_take(struct hdf5_input *input, const struct hdf5_object *object, int place);
+/* Allocates room for `width` numbers and `text_width` texts a row, after all datasets are taken. */
+void hdf5_input_make_room(struct hdf5_input *input, int width, int text_width);
+/* One row of `total`: its numbers and texts, which stay where they are until the next call. */
+bool hdf5_input_row(struct hdf5_input *input, long row, long total, const double **values, char ***texts);
+
+/*
+ * Rows of an HDF5 file. A row is one number or several, or a text, in each dataset. Rows are written in
+ * blocks, so that memory does not grow with their count.
+ */
+
+/* A dataset and what it has of a row. */
+struct hdf5_column {
+    hid_t dataset;
+    int place; /* of its first number among the numbers of a row, or of its text among the texts */
+    int size;  /* numbers, 0: one in a dataset with one axis */
+    bool is_text;
+    bool grows;
+};
+
+struct hdf5_rows {
+    struct hdf5_file *file;
+    struct hdf5_column *columns;
+    int column_count, column_room;
+    int width, text_width; /* numbers and texts of a row */
+    long first, count;     /* the rows that are held; first counts from the start of the file */
+    long room;
+    double *values; /* (room x width) */
+    char **texts;   /* (room x text_width) in heap memory */
+};
+
+/* How many rows with so many numbers and texts a block holds. */
+long hdf5_rows_in_block(int width, int text_width);
+
+/* Columns are added before the first row; hdf5_rows_release in any case. */
+void hdf5_rows_start(struct hdf5_rows *rows, struct hdf5_file *file);
+/* The dataset belongs to the rows from now on. False: it is none. */
+bool hdf5_rows_add(struct hdf5_rows *rows, struct hdf5_column column);
+/* Room for `width` numbers and `text_width` texts a row; rows that are held are forgotten. */
+void hdf5_rows_make_room(struct hdf5_rows *rows, int width, int text_width);
+
+/* The next row, copied. */
+bool hdf5_rows_put(struct hdf5_rows *rows, const double *values, const char *const *texts);
+/* What is held goes into the file. */
+bool hdf5_rows_flush(struct hdf5_rows *rows);
+void hdf5_rows_release(struct hdf5_rows *rows);
+
+/*
+ * Names that who writes and who reads a file of one motion agree on.
+ */
+
+#define MOTION_CONTENT "refdyn motion"
+#define MOTION_COLUMNS "columns" /* of each dataset, by number */
+
+enum { MOTION_VERSION = 1 };
+
+/*
+ * Names that who writes and who reads a file of runs agree on.
+ */
+
+#define RUNS_CONTENT "refdyn runs"
+#define RUNS_BATCH_COUNT "batch_cases" /* of the whole batch, of which a file may have a part */
+#define RUNS_KIND "kind"
+#define RUNS_TARGET "target"
+
+enum { RUNS_VERSION = 1 };
+
+/* What of each case has a dataset at the top: the first numbers of a row. */
+enum { RUNS_NUMBER, RUNS_STATUS, RUNS_STEPS, RUNS_CPU, RUNS_HEAD_COUNT };
+
+/* By enum varied_kind. */
+extern const char *const runs_kinds[];
+enum { RUNS_KIND_COUNT = 6 };
+
+#endif

@@ -1,0 +1,300 @@
+/* The files that a command writes: see system.h. */
+#include "runtime/tool/support/system/system.h"
+#include "runtime/tool/support/format/format.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <libgen.h>
+#include <limits.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+enum { LINKS_MOST = 40 /* as Linux follows */, TRIES = 100 };
+
+static bool refuse(const char *name, const char *fact) {
+    put_plain_text(stderr, name);
+    fprintf(stderr, ": output: %s\n", fact);
+    return false;
+}
+
+static bool refuse_for(const char *name, const char *what) {
+    return refuse(name, text_format("%s: %s", what, strerror(errno)));
+}
+
+/* ---- Where it will be ---- */
+
+/* Where a link leads; NULL with errno. */
+static char *follow(char *path) {
+    char *text = allocate(PATH_MAX + 1, 1);
+    if (readlink(path, text, PATH_MAX) < 0)
+        return NULL;
+    return *text == '/' ? text : text_format("%s/%s", dirname(path), text);
+}
+
+/* Links there lead to what is open, which has no name that could be taken: /dev/stdout. */
+static bool is_of_system(const char *path) {
+    return strncmp(path, "/dev/", strlen("/dev/")) == 0 || strncmp(path, "/proc/", strlen("/proc/")) == 0;
+}
+
+/* Sets path, or leaves it NULL for what is written itself. */
+static bool find_path(struct target *target) {
+    char *path = text_format("%s", target->name);
+    struct stat status = {.st_mode = S_IFREG};
+    int links = 0;
+    while (lstat(path, &status) == 0 && S_ISLNK(status.st_mode) && !is_of_system(path)) {
+        errno = ELOOP;
+        path = links++ < LINKS_MOST ? follow(path) : NULL;
+        if (!path)
+            return refuse_for(target->name, "the link cannot be followed");
+        status.st_mode = S_IFREG;
+    }
+    if (S_ISREG(status.st_mode) || S_ISDIR(status.st_mode))
+        target->path = path;
+    return S_ISDIR(status.st_mode) ? refuse(target->name, "is a folder, a file is needed") : true;
+}
+
+/* A folder with the sticky bit, in which files belong to their users. */
+static bool is_in_common_folder(const char *path, struct stat *folder) {
+    return stat(dirname(text_format("%s", path)), folder) == 0 && (folder->st_mode & S_ISVTX);
+}
+
+/* What renaming will meet: a file that may not be replaced. */
+static bool check_present(const struct target *target) {
+    struct stat status, folder;
+    if (stat(target->path, &status) != 0)
+        return true;
+    if (faccessat(AT_FDCWD, target->path, W_OK, AT_EACCESS) != 0)
+        return refuse_for(target->name, "is there and may not be written");
+    if (is_in_common_folder(target->path, &folder) && geteuid() != 0 && status.st_uid != geteuid() &&
+        folder.st_uid != geteuid())
+        return refuse(target->name, "is another user's, in a folder in which files belong to their users");
+    return true;
+}
+
+/* ---- Files that are one ---- */
+
+static bool is_file(const char *path, const struct stat *file) {
+    struct stat status;
+    return path && stat(path, &status) == 0 && status.st_ino == file->st_ino && status.st_dev == file->st_dev;
+}
+
+/* What file that is, apart from `target` itself, NULL: none that matters. */
+static const char *find_owner(const struct targets *targets, const struct target *target,
+                              const struct stat *file) {
+    for (int i = 0; i < targets->spared_count; i++)
+        if (is_file(targets->spared[i], file))
+            return targets->spared[i];
+    for (const struct target *other = targets->first; other; other = other->next)
+        if (other != target && (is_file(other->path, file) || is_file(other->part, file)))
+            return other->name;
+    return NULL;
+}
+
+static bool check_apart(const struct targets *targets, const struct target *target, const char *path) {
+    struct stat status;
+    const char *owner = stat(path, &status) == 0 ? find_owner(targets, target, &status) : NULL;
+    return !owner || refuse(target->name, text_format("%s is the file %s, which this command reads or "
+                                                      "writes, too; another name is needed",
+                                                      path, owner));
+}
+
+/* ---- NAME.part ---- */
+
+static void remove_part(void *what) {
+    const struct target *target = what;
+    unlink(target->part);
+}
+
+/* Whether what was opened still has the name: another program may have finished it in between. */
+static bool is_still(const char *path, int file) {
+    struct stat status;
+    return fstat(file, &status) == 0 && is_file(path, &status);
+}
+
+/* A descriptor of NAME.part, locked; -1 with a complaint. */
+static int open_part(const struct target *target) {
+    for (int i = 0; i < TRIES; i++) {
+        struct stat status, folder;
+        const int file =
+            open(target->part, O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK | O_NOCTTY, 0666);
+        if (file < 0 || fstat(file, &status) != 0) {
+            refuse_for(target->part, "cannot be written");
+            return -1;
+        }
+        const bool is_plain = S_ISREG(status.st_mode) &&
+                              (status.st_uid == geteuid() || !is_in_common_folder(target->part, &folder));
+        const bool is_busy = is_plain && flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+        if (is_plain && !is_busy && is_still(target->part, file))
+            return file;
+        close(file);
+        if (is_busy || !is_plain) {
+            refuse(target->name, is_busy ? "another refdyn is writing this file, wait for it or name another"
+                                         : "NAME.part is there and is no plain file of yours, remove it");
+            return -1;
+        }
+    }
+    refuse(target->name, "NAME.part comes and goes, another name is needed");
+    return -1;
+}
+
+/* Empties it, when a byte can be written: a full disk is told now. */
+static bool empty_part(const struct target *target, int file) {
+    if (pwrite(file, "\n", 1, 0) == 1 && ftruncate(file, 0) == 0)
+        return true;
+    return refuse_for(target->part, "cannot be written");
+}
+
+static bool take_part(const struct targets *targets, struct target *target) {
+    struct stat before;
+    target->part = text_format("%s.part", target->path);
+    const bool is_new = lstat(target->part, &before) != 0;
+    if (!check_apart(targets, target, target->path) || !check_apart(targets, target, target->part))
+        return false;
+    const int file = open_part(target);
+    if (file < 0)
+        return false;
+    /* Once more: a file system may take two names for one. */
+    if (check_apart(targets, target, target->part) && empty_part(target, file)) {
+        undo_add(&target->undo, remove_part, target);
+        target->file = fdopen(file, "w");
+        target->lock = fcntl(file, F_DUPFD_CLOEXEC, 0);
+        return true;
+    }
+    if (is_new)
+        unlink(target->part);
+    close(file);
+    return false;
+}
+
+/* ---- Opening ---- */
+
+static bool open_stdout(struct target *target) {
+    const int mode = fcntl(STDOUT_FILENO, F_GETFL);
+    if (mode < 0 || (mode & O_ACCMODE) == O_RDONLY)
+        return refuse("stdout", "is closed, -o FILE writes to a file");
+    target->file = stdout;
+    return true;
+}
+
+static bool open_itself(struct target *target) {
+    const int file = open(target->name, O_WRONLY | O_APPEND | O_CLOEXEC | O_NOCTTY);
+    target->file = file < 0 ? NULL : fdopen(file, "w");
+    return target->file || refuse_for(target->name, "cannot be written");
+}
+
+static bool open_target(const struct targets *targets, struct target *target, const char *path) {
+    if (!path)
+        return open_stdout(target);
+    if (!find_path(target))
+        return false;
+    if (!target->path)
+        return open_itself(target);
+    if (!check_present(target))
+        return false;
+    sigset_t before;
+    interrupt_hold(&before); /* no signal comes between the file and the way to undo it */
+    const bool is_taken = take_part(targets, target);
+    interrupt_release(&before);
+    return is_taken;
+}
+
+struct target *target_open(struct targets *targets, const char *path) {
+    struct target *target = allocate(1, sizeof *target);
+    *target = (struct target){.name = text_format("%s", path ? path : "stdout"), .lock = -1};
+    if (open_target(targets, target, path) && target->file) {
+        target->next = targets->first;
+        targets->first = target;
+        return target;
+    }
+    return NULL;
+}
+
+void targets_spare(struct targets *targets, const char *path) {
+    targets->spared = memory_room(&program_memory, targets->spared, targets->spared_count,
+                                  &targets->spared_room, sizeof *targets->spared);
+    targets->spared[targets->spared_count++] = text_format("%s", path);
+}
+
+/* When a signal ends the program. */
+static void remove_folders(void *what) {
+    const struct targets *targets = what;
+    folder_unmake(targets->folders);
+}
+
+bool targets_make_folder(struct targets *targets, const char *path) {
+    sigset_t before;
+    interrupt_hold(&before);
+    const bool is_made = folder_make(path, 0777, &targets->folders);
+    if (is_made)
+        undo_add(&targets->undo, remove_folders, targets);
+    interrupt_release(&before);
+    if (!is_made)
+        return refuse_for(*path ? path : "''", "the folder cannot be made");
+    return faccessat(AT_FDCWD, path, W_OK | X_OK, AT_EACCESS) == 0 ||
+           refuse_for(path, "the folder cannot be written into");
+}
+
+/* ---- The end ---- */
+
+void target_keep_part(struct target *target) {
+    target->is_used = true;
+    undo_forget(&target->undo);
+}
+
+void target_drop_part(struct target *target) {
+    target->is_used = false;
+}
+
+static bool refuse_rest(const struct target *target) {
+    return refuse_for(target->part ? target->part : target->name, "not all could be written");
+}
+
+bool target_write(struct target *target, const char *text, size_t length) {
+    const bool is_good = fwrite(text, 1, length, target->file) == length && fflush(target->file) == 0;
+    return is_good || refuse_rest(target);
+}
+
+/* Closes the file; stdout stays open. */
+static bool close_file(struct target *target) {
+    bool is_good = !ferror(target->file);
+    is_good = fflush(target->file) == 0 && is_good;
+    if (target->file != stdout)
+        is_good = fclose(target->file) == 0 && is_good;
+    target->file = NULL;
+    return is_good || refuse_rest(target);
+}
+
+bool target_close_part(struct target *target) {
+    target_keep_part(target);
+    return close_file(target);
+}
+
+bool target_finish(struct target *target) {
+    if (!close_file(target))
+        return false;
+    if (target->path && rename(target->part, target->path) != 0)
+        return refuse_for(target->name, "cannot be made");
+    target_keep_part(target);
+    return true;
+}
+
+static void release(struct target *target) {
+    if (!target->is_used && target->lock >= 0)
+        unlink(target->part);
+    undo_forget(&target->undo);
+    if (target->file && target->file != stdout)
+        fclose(target->file);
+    if (target->lock >= 0)
+        close(target->lock);
+}
+
+void targets_release(struct targets *targets) {
+    for (struct target *target = targets->first; target; target = target->next)
+        release(target);
+    undo_forget(&targets->undo);
+    folder_unmake(targets->folders);
+    *targets = (struct targets){.first = NULL};
+}

@@ -1,0 +1,146 @@
+/* Other programs: see system.h. */
+#define _DEFAULT_SOURCE /* wait4 */
+#include "runtime/tool/support/system/system.h"
+#include "runtime/tool/support/format/format.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <spawn.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+extern char **environ;
+
+static bool is_program(const char *path) {
+    struct stat status;
+    return stat(path, &status) == 0 && S_ISREG(status.st_mode) && access(path, X_OK) == 0;
+}
+
+char *process_find(const char *name) {
+    const char *path = strchr(name, '/') ? "" : getenv("PATH");
+    if (strchr(name, '/') && is_program(name))
+        return text_format("%s", name);
+    while (path && *path && *name) {
+        const size_t length = strcspn(path, ":");
+        char *file = length ? text_format("%.*s/%s", (int)length, path, name) : text_format("./%s", name);
+        if (is_program(file))
+            return file;
+        path += length + (path[length] == ':');
+    }
+    return NULL;
+}
+
+/* Standard input, output and errors. */
+static int redirect(posix_spawn_file_actions_t *actions, const char *input, const char *output,
+                    const char *errors) {
+    const int flags = O_WRONLY | O_CREAT | O_TRUNC;
+    int error =
+        posix_spawn_file_actions_addopen(actions, STDIN_FILENO, input ? input : "/dev/null", O_RDONLY, 0);
+    if (!error)
+        error = posix_spawn_file_actions_addopen(actions, STDOUT_FILENO, output, flags, 0666);
+    if (!error && errors)
+        error = posix_spawn_file_actions_addopen(actions, STDERR_FILENO, errors, flags, 0666);
+    if (!error && !errors)
+        error = posix_spawn_file_actions_adddup2(actions, STDOUT_FILENO, STDERR_FILENO);
+    return error;
+}
+
+/* In the folder's group, with SIGPIPE as programs expect it. */
+static int set_attributes(posix_spawnattr_t *attributes, const struct scratch *scratch) {
+    const int flags = POSIX_SPAWN_SETSIGDEF | (scratch ? POSIX_SPAWN_SETPGROUP : 0);
+    sigset_t defaults;
+    sigemptyset(&defaults);
+    sigaddset(&defaults, SIGPIPE);
+    int error = scratch ? posix_spawnattr_setpgroup(attributes, scratch->group) : 0;
+    if (!error)
+        error = posix_spawnattr_setsigdefault(attributes, &defaults);
+    if (!error)
+        error = posix_spawnattr_setflags(attributes, (short)flags);
+    return error;
+}
+
+/* This environment with TMPDIR=folder. */
+static char **make_environment(const char *folder) {
+    static const char name[] = "TMPDIR=";
+    int count = 0, kept = 0;
+    while (environ[count])
+        count++;
+    char **list = allocate((size_t)count + 2, sizeof *list);
+    list[kept++] = text_format("%s%s", name, folder);
+    for (int i = 0; i < count; i++)
+        if (strncmp(environ[i], name, strlen(name)) != 0)
+            list[kept++] = environ[i];
+    return list;
+}
+
+static int spawn(struct process *process, const struct scratch *scratch, const char *const *argv,
+                 const posix_spawn_file_actions_t *actions) {
+    posix_spawnattr_t attributes;
+    int error = posix_spawnattr_init(&attributes);
+    if (error)
+        return error;
+    error = set_attributes(&attributes, scratch);
+    if (!error) /* posix_spawnp does not write to argv */
+        error = posix_spawnp(&process->pid, argv[0], actions, &attributes, (char *const *)argv,
+                             scratch ? make_environment(scratch->path) : environ);
+    posix_spawnattr_destroy(&attributes);
+    return error;
+}
+
+int process_start(struct process *process, const struct scratch *scratch, const char *const *argv,
+                  const char *input, const char *output, const char *errors) {
+    posix_spawn_file_actions_t actions;
+    int error = posix_spawn_file_actions_init(&actions);
+    if (error)
+        return error;
+    *process = (struct process){.pid = 0};
+    error = redirect(&actions, input, output, errors);
+    if (!error)
+        error = spawn(process, scratch, argv, &actions);
+    if (error)
+        *process = (struct process){.pid = 0, .result = 127};
+    posix_spawn_file_actions_destroy(&actions);
+    return error;
+}
+
+static int find(const struct process *processes, int count, pid_t pid) {
+    for (int i = 0; i < count; i++)
+        if (processes[i].pid == pid)
+            return i;
+    return -1;
+}
+
+static bool has_running(const struct process *processes, int count) {
+    for (int i = 0; i < count; i++)
+        if (processes[i].pid > 0)
+            return true;
+    return false;
+}
+
+/* By looks, since a signal that came before a call that waits would not end it. */
+int process_wait(struct process *processes, int count) {
+    const struct timespec pause = {.tv_nsec = 2000000}; /* short beside any of these programs */
+    while (has_running(processes, count) && !interrupt_is_new()) {
+        int status;
+        struct rusage usage;
+        const pid_t pid = wait4(-1, &status, WNOHANG, &usage);
+        const int i = pid > 0 ? find(processes, count, pid) : -1;
+        if (pid < 0 && errno != EINTR)
+            return -1;
+        if (pid <= 0)
+            nanosleep(&pause, NULL);
+        if (i < 0)
+            continue;
+        processes[i].pid = 0;
+        processes[i].result = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+        processes[i].peak_kb = usage.ru_maxrss;
+        return i;
+    }
+    return -1;
+}

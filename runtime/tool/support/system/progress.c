@@ -1,0 +1,48 @@
+/* A progress bar: see system.h. */
+#include "runtime/tool/support/system/system.h"
+
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+enum { BAR_WIDTH = 40 };
+
+static const double silent_seconds = 1;    /* shorter work shows no bar */
+static const double refresh_seconds = 0.1; /* ten drawings a second look smooth and cost nothing */
+
+void progress_start(struct progress *progress, const char *what) {
+    *progress =
+        (struct progress){.what = what, .started = wall_seconds(), .is_terminal = isatty(STDERR_FILENO) == 1};
+}
+
+static bool is_due_at(const struct progress *progress, double now) {
+    return now - progress->started >= silent_seconds && now - progress->drawn >= refresh_seconds;
+}
+
+bool progress_is_due(const struct progress *progress) {
+    return progress->is_terminal && is_due_at(progress, wall_seconds());
+}
+
+void progress_show(struct progress *progress, double fraction) {
+    if (!progress->is_terminal)
+        return;
+    double now = wall_seconds(), elapsed = now - progress->started;
+    if (!is_due_at(progress, now))
+        return;
+    char bar[BAR_WIDTH + 1] = "";
+    int filled = (int)(fraction * BAR_WIDTH);
+    filled = filled < 0 ? 0 : filled > BAR_WIDTH ? BAR_WIDTH : filled;
+    memset(bar, '#', (size_t)filled);
+    double left = fraction > 0 ? elapsed * (1 - fraction) / fraction : 0;
+    fprintf(stderr, "\r%s [%-*s] %3.0f %%, %.0f s left \033[K", progress->what, BAR_WIDTH, bar,
+            100 * fraction, left);
+    fflush(stderr);
+    progress->drawn = now;
+    progress->is_shown = true;
+}
+
+void progress_end(struct progress *progress) {
+    if (progress->is_shown)
+        fputs("\r\033[K", stderr);
+    progress->is_shown = false;
+}
