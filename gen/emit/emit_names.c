@@ -137,3 +137,13 @@ void emit_name_values(struct emission *x) {
         x->slot_names[s] = unique_name(x, table, size, name);
     }
 }
+
+/* ---- The place of an element's value in an array ---- */
+
+void emit_run_index(struct text *text, int first, int stride) {
+    if (first)
+        text_add(text, "%d + ", first);
+    if (stride > 1)
+        text_add(text, "%d * ", stride);
+    text_add(text, "e");
+}

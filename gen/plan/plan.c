@@ -15,24 +15,6 @@ enum {
     LONGEST_PIECE = 400
 };
 
-/* Signs are free: -x, and a value held in derivatives, stand wherever they are used. */
-static bool is_sign(const struct graph *g, expression e) {
-    return g->nodes[e].operation == OP_NEG || g->nodes[e].operation == OP_HOLD;
-}
-
-/* Moved out of all functions but `prepare`; a sign stays where it is. */
-static bool is_parameter_only(const struct graph *g, expression e) {
-    return operation_is_gain(g->nodes[e].operation) ||
-           (g->nodes[e].depends == ON_PARAMETER && operation_arity(g->nodes[e].operation) > 0 &&
-            !is_sign(g, e));
-}
-
-static bool is_moved(const struct plan *plan, const struct function *function, expression e) {
-    if (function == &plan->prepare)
-        return false;
-    return function->keeps_parameters ? plan->is_derived[e] : is_parameter_only(plan->g, e);
-}
-
 static int slot_index(const struct graph *g, expression e) {
     return graph_as_slot(g, e) ? expr_as_symbol(g, e)->index : -1;
 }
@@ -52,7 +34,7 @@ static bool need_operands(const struct plan *plan, const struct function *functi
     bool passed = slot && need(needed, slot->next, e);
     if (slot)
         need(needed, slot->initial, e);
-    if (is_moved(plan, function, e))
+    if (plan_is_moved(plan, function, e))
         return passed;
     for (int k = 0; k < operation_arity(g->nodes[e].operation); k++)
         needed[g->nodes[e].operand[k]] = true;
@@ -92,10 +74,10 @@ static uint32_t *count_uses(const struct plan *plan, const struct function *func
     uint32_t *uses = memory_scratch(plan->memory, g->count * sizeof *uses);
     use_roots(plan, function, uses);
     for (expression e = g->count; e-- > 0;) {
-        if (!function->is_needed[e] || is_moved(plan, function, e))
+        if (!function->is_needed[e] || plan_is_moved(plan, function, e))
             continue;
         for (int k = 0; k < operation_arity(g->nodes[e].operation); k++)
-            uses[g->nodes[e].operand[k]] += is_sign(g, e) ? uses[e] : 1;
+            uses[g->nodes[e].operand[k]] += plan_is_sign(g, e) ? uses[e] : 1;
     }
     return uses;
 }
@@ -108,15 +90,15 @@ static void choose_statements(struct plan *plan, const struct function *function
     for (expression e = 0; e < g->count; e++) {
         const struct node *node = &g->nodes[e];
         const int arity = operation_arity(node->operation);
-        if (!uses[e] || !arity || is_moved(plan, function, e))
+        if (!uses[e] || !arity || plan_is_moved(plan, function, e))
             continue;
-        int total = is_sign(g, e) ? 0 : 1;
+        int total = plan_is_sign(g, e) ? 0 : 1;
         for (int k = 0; k < arity; k++)
             total += length[node->operand[k]];
         assert(total <= UINT8_MAX);
         plan->is_statement[e] =
             plan->is_derived[e] ||
-            (!is_sign(g, e) && (uses[e] > 1 || g->names[e] || total >= LONGEST_EXPRESSION));
+            (!plan_is_sign(g, e) && (uses[e] > 1 || g->names[e] || total >= LONGEST_EXPRESSION));
         length[e] = (uint8_t)(plan->is_statement[e] ? 0 : total);
     }
 }
@@ -158,8 +140,8 @@ static void count_operations(const struct plan *plan, struct function *function)
             continue;
         const enum operation operation = g->nodes[e].operation;
         const long trips = plan_trips_of(plan, e);
-        values += graph_as_slot(g, e) ? 0 : operation == OP_SYMBOL || is_moved(plan, function, e) ? trips : 0;
-        if (!is_moved(plan, function, e))
+        values += graph_as_slot(g, e) ? 0 : operation == OP_SYMBOL || plan_is_moved(plan, function, e) ? trips : 0;
+        if (!plan_is_moved(plan, function, e))
             plan_count_node(plan, e, count);
     }
     for (int i = 0; i < function->loop_count; i++)
@@ -218,13 +200,10 @@ static void cut_pieces(struct plan *plan, struct function *function) {
 
 static void plan_function(struct plan *plan, struct function *function) {
     const struct memory_mark mark = memory_mark(plan->memory);
-    struct graph *g = plan->g;
     mark_function(plan, function);
     choose_statements(plan, function, count_uses(plan, function));
     count_operations(plan, function);
-    for (expression e = 0; e < g->count; e++)
-        if (function->is_needed[e] && is_moved(plan, function, e))
-            plan->is_derived[e] = true;
+    plan_collect_derived(plan, function);
     schedule_function(plan, function);
     cut_pieces(plan, function);
     memory_back(plan->memory, mark);
@@ -249,19 +228,6 @@ static void add_up_parts(struct function *function) {
     }
     for (int i = 0; function->part_count && i < function->loop_count; i++)
         loops_count_operations(function, &function->loops[i], sum);
-}
-
-static void plan_prepare(struct plan *plan) {
-    struct function *prepare = &plan->prepare;
-    expression *derived = memory_get(plan->memory, plan->g->count * sizeof *derived);
-    int count = 0;
-    for (expression e = 0; e < plan->g->count; e++)
-        if (plan->is_derived[e])
-            derived[count++] = e;
-    prepare->quantity = "prepare";
-    const int array = plan_open_result(plan->memory, prepare, "derived", "", count, 0);
-    plan_set_entries(plan->memory, prepare, array, 0, derived, count);
-    plan_function(plan, prepare);
 }
 
 void plan_count_results(const struct function *function, uint32_t *uses) {
@@ -320,6 +286,7 @@ void plan_functions(struct plan *plan) {
             plan_function(plan, &plan->functions[f]);
     for (int f = 0; f < plan->function_count; f++)
         add_up_parts(&plan->functions[f]);
-    plan_prepare(plan);
+    prepare_open(plan);
+    plan_function(plan, &plan->prepare);
     list_parameters(plan);
 }

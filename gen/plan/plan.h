@@ -283,6 +283,12 @@ const struct function *plan_find_function(const struct plan *plan, const char *q
 void plan_close_graph(struct plan *plan);
 /* order_of_sums.c: in all functions. */
 void order_of_sums(struct plan *plan);
+/* prepare.c: a sign, which stands where it is used; whether an expression is computed by `prepare` and not by this
+ * function; collects such values of a function; opens `prepare` with all of them as its results. */
+bool plan_is_sign(const struct graph *g, expression e);
+bool plan_is_moved(const struct plan *plan, const struct function *function, expression e);
+void plan_collect_derived(struct plan *plan, const struct function *function);
+void prepare_open(struct plan *plan);
 /* plan.c: statements, derived values, pieces, counts; when sums are in order. */
 void plan_functions(struct plan *plan);
 enum { FEWEST_ANGLES = 4 }; /* of one pass: as wide as vectors of doubles mostly are */

@@ -1,19 +1,18 @@
-/* What every file of the runtime rests on. */
+/*
+ * What every file of the runtime includes before anything else: requirements on arithmetic, the layout of arrays in one
+ * piece of memory, checks of models and workspaces.
+ */
 #ifndef REFDYN_CORE_H
 #define REFDYN_CORE_H
 
 #include <float.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include "refdyn.h"
 
 /*
- * The arithmetic that the runtime is written for: NaN, infinities and signed zeros, each operation rounded to
- * a double by itself and in the order that is written.
+ * ---- Arithmetic ----
  *
- * Every source file includes this before all else. It stops where a compiler tells that its flags change
- * that, and turns off what compilers change without telling. What remains, refdyn_arithmetic_is_exact finds.
+ * The runtime relies on NaN, infinities and signed zeros, and on each operation being rounded to a double by itself, in
+ * the order that is written. Compilation stops where predefined macros show that the compiler's flags change this.
+ * Pragmas turn off what compilers change silently; refdyn_arithmetic_is_exact finds the rest at run time.
  */
 
 #ifdef __FAST_MATH__
@@ -41,11 +40,15 @@ _Static_assert(
 #pragma GCC optimize("fp-contract=off")
 #endif
 
-/* Does what this library was compiled to do round and order its operations as they are written? */
+#include <stddef.h>
+#include <stdint.h>
+
+#include "refdyn.h"
+
+/* 1 where this compiled library rounds and orders its operations as they are written, otherwise 0. */
 int refdyn_arithmetic_is_exact(void);
 
-/* Functions that become part of each of their callers. */
-
+/* A function that the compiler puts into each of its callers. */
 #if defined(__GNUC__)
 #define INLINE static inline __attribute__((always_inline))
 #else
@@ -53,17 +56,17 @@ int refdyn_arithmetic_is_exact(void);
 #endif
 
 /*
- * Laying arrays out in one piece of memory: the same list of takes counts bytes (base NULL) and hands them
- * out.
+ * ---- Layout of arrays in one piece of memory ----
+ *
+ * The same sequence of calls first counts bytes (base NULL) and then hands out the arrays.
  */
-
 struct layout {
-    char *base; /* NULL: only count */
-    size_t used;
+    char *base;  /* NULL: only count */
+    size_t used; /* bytes; SIZE_MAX: more than a size_t can count */
 };
 
-/* Next array of count doubles, or of ints, which fill whole doubles, so that both stay aligned; NULL while
- * counting. More bytes than a size_t can count are SIZE_MAX, which no memory has. */
+/* The next array of `count` doubles or ints; NULL while counting. Ints fill whole doubles, so that both stay
+ * aligned. */
 static inline double *layout_doubles(struct layout *layout, int count) {
     double *array = layout->base ? (double *)(void *)(layout->base + layout->used) : NULL;
     const size_t left = (SIZE_MAX - layout->used) / sizeof(double), wanted = (size_t)count;
@@ -80,16 +83,16 @@ static inline int layout_fits(const void *memory, size_t size, size_t needed) {
     return memory && needed < SIZE_MAX && (uintptr_t)memory % sizeof(double) == 0 && size >= needed;
 }
 
-/* May a model be used, and a workspace; units of its coordinates. */
+/* ---- Models and workspaces ---- */
 
-/* Is it there, and of this version? Another one's fields may be read no further than interface_version. */
+/* Whether there is a model and it has this version. In other versions only interface_version may be read. */
 static inline int refdyn_model_is_readable(const struct refdyn_model *model) {
     return model && model->interface_version == REFDYN_MODEL_VERSION;
 }
 
-/* Errors: BAD_MODEL, OTHER_VERSION. */
+/* Whether a model may be used. Errors: BAD_MODEL, OTHER_VERSION. */
 int refdyn_model_status(const struct refdyn_model *model);
-/* The same of a workspace's model; BAD_MEMORY when its arrays are not laid out. */
+/* The same for a workspace's model; BAD_MEMORY when the arrays have not been laid out. */
 int refdyn_workspace_status(const struct refdyn_workspace *work);
 
 /* Number of doubles in the result of `required`. */
@@ -99,8 +102,8 @@ int refdyn_required_count(const struct refdyn_model *model);
 static inline int refdyn_contact_mode_place(const struct refdyn_model *model, int i) {
     return model->changes[model->events[i].first_change].place;
 }
-/* Change of coordinate j that counts as much as 1 rad: `length` for a translation, 0: that of the model; 1
- * for a rotation. */
+/* The change of coordinate j that counts as much as 1 rad: 1 for a rotation; for a translation `length`, or the
+ * model's length where that is 0 [m]. */
 double refdyn_coordinate_unit(const struct refdyn_model *model, int j, double length);
 
 #endif

@@ -4,6 +4,8 @@
 
 #include <math.h>
 #include <string.h>
+#include <stdlib.h>
+#include <ctype.h>
 
 void runs_charts_add_head(struct runs_charts *figure, char *text) {
     figure->heads = memory_room(&figure->memory, figure->heads, figure->head_count, &figure->head_room,
@@ -31,4 +33,274 @@ double *runs_charts_read(struct runs_charts *figure, const struct kept_item *ite
         memcpy(values + (size_t)row * part, record.values + item->offset + place, part * sizeof *values);
     }
     return values;
+}
+
+/* ---- Percentiles over time ---- */
+
+enum { PERCENTILES = 5, MEDIAN = 2, BANDS = 2, NUMBERS_MOST = 1 << 22 /* of all cases, held at a time */ };
+
+static const double parts[PERCENTILES] = {0.05, 0.25, 0.5, 0.75, 0.95};
+static const char *const names[BANDS] = {"5 to 95 %", "25 to 75 %"};
+
+static int compare(const void *a, const void *b) {
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* Between neighbours in order, as numpy's default; NaN of none. */
+static double percentile(const double *sorted, long count, double part) {
+    const double at = part * (double)(count - 1);
+    const long below = (long)at;
+    if (count == 0)
+        return NAN;
+    if (below + 1 >= count)
+        return sorted[count - 1];
+    return sorted[below] + (at - (double)below) * (sorted[below + 1] - sorted[below]);
+}
+
+/* Of one time: value `k` of `stride` of each case. Those that are no numbers take no part. */
+static void find_percentiles(const double *values, long cases, int stride, int k, double *sorted,
+                             double found[static PERCENTILES]) {
+    long count = 0;
+    for (long row = 0; row < cases; row++)
+        if (runs_charts_can_draw(values[row * stride + k]))
+            sorted[count++] = values[row * stride + k];
+    qsort(sorted, (size_t)count, sizeof *sorted, compare);
+    for (int i = 0; i < PERCENTILES; i++)
+        found[i] = percentile(sorted, count, parts[i]);
+}
+
+/* Courses (PERCENTILES x size), by as many times at once as there is room for. */
+static bool fill(struct runs_charts *figure, const struct kept_item *item, double *courses) {
+    const long cases = runs_count(figure->reader);
+    const int most = cases > 0 && NUMBERS_MOST / cases > 1 ? (int)(NUMBERS_MOST / cases) : 1;
+    double *sorted = memory_get(&figure->memory, ((size_t)cases + 1) * sizeof *sorted);
+    for (int first = 0; first < item->size; first += most) {
+        const int count = item->size - first < most ? item->size - first : most;
+        struct runs_charts part = {.reader = figure->reader, .memory = arena_start()};
+        const double *values = runs_charts_read(&part, item, first, count);
+        for (int k = 0; k < count && values; k++) {
+            double found[PERCENTILES];
+            find_percentiles(values, cases, count, k, sorted, found);
+            for (int i = 0; i < PERCENTILES; i++)
+                courses[i * item->size + first + k] = found[i];
+        }
+        memory_release(&part.memory);
+        if (!values)
+            return false;
+    }
+    return true;
+}
+
+static const struct kept_axis *find_axis(const struct runs_layout *layout, const char *path) {
+    for (int i = 0; i < layout->axis_count; i++)
+        if (path && strcmp(layout->axes[i].path, path) == 0)
+            return &layout->axes[i];
+    return NULL;
+}
+
+/* Times at which there is a value, moved to the front, with their values; returns how many. */
+static long keep_finite(double *x, double *courses, int size) {
+    long kept = 0;
+    for (int i = 0; i < size; i++) {
+        if (!isfinite(courses[MEDIAN * size + i]))
+            continue;
+        x[kept] = x[i];
+        for (int k = 0; k < PERCENTILES; k++)
+            courses[k * size + kept] = courses[k * size + i];
+        kept++;
+    }
+    return kept;
+}
+
+static void add_key(struct chart *chart, const char *name, struct stroke stroke) {
+    const int key = chart_key(chart, name, strlen(name)); /* the list of keys may move */
+    chart->keys[key].stroke = stroke;
+}
+
+static void add_courses(struct chart *chart, const double *x, const double *courses, int size, long count) {
+    for (int i = 0; i < BANDS; i++) {
+        const struct stroke stroke = style_band(i);
+        chart_add_band(chart, (struct band){.x = x,
+                                            .low = courses + i * size,
+                                            .high = courses + (PERCENTILES - 1 - i) * size,
+                                            .count = count,
+                                            .colour = stroke.colour});
+        add_key(chart, names[i], stroke);
+    }
+    const struct stroke median = style_quantity(0, 1, 0, 1);
+    chart_add_curve(chart, (struct curve){.x = x,
+                                          .y = courses + MEDIAN * size,
+                                          .count = count,
+                                          .stride = 1,
+                                          .stroke = median,
+                                          .key = BANDS});
+    add_key(chart, "median", median);
+}
+
+bool bands_add(struct runs_charts *figure, const struct kept_item *item) {
+    const struct kept_axis *axis = find_axis(runs_layout(figure->reader), item->axis);
+    const size_t size = (size_t)item->size;
+    double *x = memory_get(&figure->memory, (size + 1) * sizeof *x);
+    double *courses = memory_get(&figure->memory, (PERCENTILES * size + 1) * sizeof *courses);
+    for (int i = 0; i < item->size; i++)
+        x[i] = axis && axis->values ? axis->values[i] : i;
+    if (!fill(figure, item, courses))
+        return false;
+    const long count = keep_finite(x, courses, item->size);
+    if (count < 2)
+        return true;
+    struct chart *chart = &figure->charts[figure->chart_count++];
+    *chart = (struct chart){.title = text_format("%s over time, percentiles of the cases", item->name),
+                            .x_label = runs_charts_label("", "t", axis ? axis->unit : NULL),
+                            .y_label = runs_charts_label("", item->name, item->unit)};
+    add_courses(chart, x, courses, item->size, count);
+    return true;
+}
+
+/* ---- The worst cases ---- */
+
+enum { REASONS_MOST = 3, EXTREMES_MOST = 4, COLUMNS_MOST = 4, LARGEST = 2, EXTREMES = 4, KINDS_MOST = 64 };
+
+/* Reasons of failed cases without their numbers, which differ from case to case. */
+struct reasons {
+    char *texts[KINDS_MOST];
+    long counts[KINDS_MOST];
+    int count;
+    long failed;
+};
+
+/* The case with the largest absolute value of an extreme. */
+struct worst {
+    const struct kept_item *item;
+    double value, t;
+    long row; /* -1: none */
+};
+
+static bool begins_number(const char *text) {
+    return isdigit((unsigned char)text[*text == '-']);
+}
+
+/* "at t = 0.25 s" as "at t = ... s", in heap memory. */
+static char *without_numbers(const char *text) {
+    char *kept = allocate_large(3 * strlen(text) + 1, 1), *end = kept;
+    while (*text)
+        if (begins_number(text)) {
+            text += strspn(text, "0123456789.eE+-");
+            end = strcpy(end, "...") + 3;
+        } else
+            *end++ = *text++;
+    *end = '\0';
+    return kept;
+}
+
+static void add_reason(struct reasons *reasons, const char *reason) {
+    char *text = without_numbers(reason);
+    int i = 0;
+    reasons->failed++;
+    while (i < reasons->count && strcmp(reasons->texts[i], text) != 0)
+        i++;
+    if (i < reasons->count || i == KINDS_MOST)
+        free(text);
+    else
+        reasons->texts[reasons->count++] = text;
+    if (i < KINDS_MOST)
+        reasons->counts[i]++;
+}
+
+/* Smallest and largest value, each with its time behind it. */
+static void look(struct worst *worst, const struct case_record *record, long row) {
+    for (int k = 0; k <= LARGEST; k += LARGEST) {
+        const double value = record->values[worst->item->offset + k];
+        if (isfinite(value) && (worst->row < 0 || fabs(value) > fabs(worst->value))) {
+            worst->value = value;
+            worst->t = record->values[worst->item->offset + k + 1];
+            worst->row = row;
+        }
+    }
+}
+
+/* Those of which smallest and largest are kept. */
+static int find_items(const struct runs_layout *layout, struct worst *worst) {
+    int count = 0;
+    for (int i = 0; i < layout->item_count && count < EXTREMES_MOST; i++)
+        if (strcmp(layout->items[i].group, "extremes") == 0 && layout->items[i].size == EXTREMES)
+            worst[count++] = (struct worst){.item = &layout->items[i], .row = -1};
+    return count;
+}
+
+/* ---- In words ---- */
+
+/* The most frequent one, which is taken off the list; -1: none is left. */
+static int next_reason(const struct reasons *reasons) {
+    int next = -1;
+    for (int i = 0; i < reasons->count; i++)
+        if (reasons->counts[i] > 0 && (next < 0 || reasons->counts[i] > reasons->counts[next]))
+            next = i;
+    return next;
+}
+
+static void tell_reasons(struct runs_charts *figure, struct reasons *reasons) {
+    const long cases = runs_count(figure->reader);
+    runs_charts_add_head(figure, text_format("%s: %ld case%s, %ld failed", figure->path, cases,
+                                             cases == 1 ? "" : "s", reasons->failed));
+    for (int i = 0, which; i < REASONS_MOST && (which = next_reason(reasons)) >= 0; i++) {
+        const char *text = reasons->texts[which];
+        runs_charts_add_head(figure, text_format("%ld failed: %s", reasons->counts[which],
+                                                 *text ? text : "no reason is told"));
+        reasons->counts[which] = 0;
+    }
+    for (int i = 0; i < reasons->count; i++)
+        free(reasons->texts[i]);
+}
+
+/* "case 17 (m_E = 3, program = none)". */
+static void print_case(FILE *out, const struct runs_charts *figure, long row) {
+    const struct cases *cases = &runs_layout(figure->reader)->cases;
+    fprintf(out, "case %ld", runs_numbers(figure->reader)[row]);
+    for (int i = 0; i < cases->width && i < COLUMNS_MOST; i++) {
+        const struct varied *varied = &cases->columns[i];
+        fprintf(out, "%s%s = ", i ? ", " : " (", varied->name);
+        if (varied->texts)
+            fputs(varied->texts[(int)varied->values[row]], out);
+        else
+            fprintf(out, "%.4g", varied->values[row]);
+    }
+    if (cases->width > COLUMNS_MOST)
+        fputs(", ...", out);
+    fputs(cases->width > 0 ? ")" : "", out);
+}
+
+static void tell_worst(struct runs_charts *figure, const struct worst *worst) {
+    const char *unit = worst->item->unit;
+    char *text;
+    size_t size;
+    if (worst->row < 0)
+        return;
+    FILE *out = text_stream(&text, &size);
+    fprintf(out, "largest |%s|: %.4g%s%s at t = %.4g s in ", worst->item->name, fabs(worst->value),
+            unit && *unit ? " " : "", unit ? unit : "", worst->t);
+    print_case(out, figure, worst->row);
+    fclose(out);
+    runs_charts_add_head(figure, text_format("%s", text));
+    free(text);
+}
+
+bool worst_add(struct runs_charts *figure) {
+    struct worst worst[EXTREMES_MOST];
+    struct reasons reasons = {.count = 0};
+    const int count = find_items(runs_layout(figure->reader), worst);
+    bool is_good = true;
+    for (long row = 0; row < runs_count(figure->reader) && is_good; row++) {
+        struct case_record record;
+        is_good = runs_get(figure->reader, row, &record);
+        if (is_good && record.status != 0)
+            add_reason(&reasons, record.reason);
+        for (int i = 0; i < count && is_good; i++)
+            look(&worst[i], &record, row);
+    }
+    tell_reasons(figure, &reasons);
+    for (int i = 0; i < count; i++)
+        tell_worst(figure, &worst[i]);
+    return is_good;
 }

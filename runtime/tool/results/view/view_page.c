@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
+#include <math.h>
 
 /* Texts of page/, embedded by the build. */
 extern const char view_body[], view_style[], view_three_licence[], view_motion[], view_camera[],
@@ -54,4 +55,30 @@ void page_put(FILE *out, const char *title, const char *three, const char *data)
     for (size_t i = 0; i < sizeof scripts / sizeof *scripts; i++)
         put_script(out, scripts[i]);
     fputs("</body>\n</html>\n", out);
+}
+
+/* ---- Numbers of a page ---- */
+
+void put_length(FILE *out, double value) {
+    fprintf(out, "%.7g", isfinite(value) ? value + 0.0 : 0);
+}
+
+void put_cosine(FILE *out, double value) {
+    const double unit = 1e8, rounded = round(value * unit) / unit;
+    put_length(out, rounded == 0 ? 0 : rounded); /* no -0 */
+}
+
+double rounded_unit(double largest, int digits) {
+    return largest > 0 && isfinite(largest) ? pow(10, floor(log10(largest)) + 1 - digits) : 1;
+}
+
+void put_course(FILE *out, const double *values, long count, long stride, double unit) {
+    long long before = 0;
+    fputc('[', out);
+    for (long i = 0; i < count; i++) {
+        const long long now = llround(values[i * stride] / unit);
+        fprintf(out, "%s%lld", i ? "," : "", now - before);
+        before = now;
+    }
+    fputc(']', out);
 }
