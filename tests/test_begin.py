@@ -328,7 +328,7 @@ def test_project_with_options(project, prefix):
     twin.write_text((project / "arm.lua").read_text().replace('name = "arm"', 'name = "twin"'))
     (project / "CMakeLists.txt").write_text("""cmake_minimum_required(VERSION 3.25)
 project(mine LANGUAGES C)
-find_package(refdyn 0.1 REQUIRED)
+find_package(refdyn REQUIRED)
 refdyn_generate(flexible arm.lua SET elements=3 m_load=1.25 programme=false EMIT M h Q LANES ACCELERATIONS dense)
 add_executable(mine main.c)
 target_link_libraries(mine flexible refdyn::shared)
