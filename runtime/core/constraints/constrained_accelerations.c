@@ -1,14 +1,16 @@
 /*
  * Accelerations under programme constraints, and the force that keeps the programme.
  *
- * Takes M f u v k of the workspace; gives qdd and r = M qdd - f. Generalized programme motion equations
- * (theory, sect. 8.2): (M_i + P^T M_d) qdd = f_i + P^T f_d with K qdd = k. Eliminating qdd_d = P qdd_i +
- * c, c = K_d^-1 k, leaves n - rank equations with a symmetric positive definite matrix: R qdd_i = [P^T 1] (f
+ * In: M, f, u, v, k of the workspace. Out: qdd and the programme force r = M qdd - f. Generalized programme
+ * motion equations (theory, sect. 8.2): (M_i + P^T M_d) qdd = f_i + P^T f_d with K qdd = k. Eliminating qdd_d
+ * = P qdd_i + c, c = K_d^-1 k, leaves n - rank equations with a symmetric positive definite matrix: R qdd_i =
+ * [P^T 1] (f
  * - M_d^T c),   R = M_ii + P^T M_di + M_id P + P^T M_dd P.
  *
- * M as it is rounded tells qdd to eps times the condition of R, the emitted O(n m) function, which has no M,
- * to eps times that of u M^-1 u^T. What the latter misses, M^-1 u^T dlambda, is the smallest change in the
- * metric of M that meets the rows: taken by the partition, it leaves the better of both (theory, sect. 8.2).
+ * This solution has an error of eps times the condition of R, because M is rounded. The emitted O(n m)
+ * function, which forms no M, has an error of eps times the condition of u M^-1 u^T. The latter error, M^-1
+ * u^T dlambda, is a smallest change in the metric of M; computed and removed with the partition, it leaves
+ * the smaller of both errors (theory, sect. 8.2).
  */
 #include "runtime/core/constraints/constraints.h"
 
@@ -52,8 +54,8 @@ static void reduce_mass(struct refdyn_workspace *work) {
     }
 }
 
-/* side := f - M_d^T c in the order of the partition, then its independent part plus P^T times the dependent
- * one; f NULL: zero */
+/* side := f - M_d^T c in the order of the partition; then its independent part, plus P^T times the dependent
+ * part. f NULL: zero. */
 static void reduce_force(struct refdyn_workspace *work, const double *f) {
     const int n = work->n, rank = work->partition.rank, count = n - rank;
     for (int b = 0; b < n; b++)
@@ -64,7 +66,7 @@ static void reduce_force(struct refdyn_workspace *work, const double *f) {
         dense_add(work->side + rank, work->side[k], work->P + k * (count + 1), count);
 }
 
-/* qdd_d = P qdd_i + c, both into the order of the model. */
+/* qdd_d = P qdd_i + c, written in the order of the model. */
 static void expand(const struct refdyn_workspace *work, double *qdd) {
     const int n = work->n, rank = work->partition.rank, count = n - rank;
     const int *restrict column = work->partition.column;
@@ -76,7 +78,7 @@ static void expand(const struct refdyn_workspace *work, double *qdd) {
     }
 }
 
-/* A failure that infinities or NaN have caused is told as that. */
+/* Returns NOT_FINITE instead of a status that infinities or NaN have caused. */
 static int explain(struct refdyn_workspace *work, int status, struct refdyn_fault fault) {
     if (refdyn_fault_not_finite(work))
         return REFDYN_NOT_FINITE;
@@ -104,10 +106,10 @@ int refdyn_solve(struct refdyn_workspace *work, enum refdyn_stabilise stabilise,
     return explain(work, REFDYN_NOT_FINITE, (struct refdyn_fault){.row = -1, .coordinate = -1});
 }
 
-/* Emitted accelerations that differ by more than this part from those of the partition are not near them. */
+/* Emitted accelerations count as near those of the partition up to this relative difference. */
 static const double near = 1e-4;
 
-/* The smallest change of qdd, in the metric of M, with u qdd = sign right. */
+/* Changes qdd by the least in the metric of M so that u qdd = sign right. */
 static void meet_rows(struct refdyn_workspace *work, const double *right, double sign, double *qdd) {
     const int n = work->n, rank = work->partition.rank, count = n - rank, width = count + 1;
     double *c = work->P + count;
@@ -122,7 +124,7 @@ static void meet_rows(struct refdyn_workspace *work, const double *right, double
     dense_add(qdd, 1, work->change, n);
 }
 
-/* Uses work->change. */
+/* Overwrites work->change. */
 static int is_near(struct refdyn_workspace *work, const double *x, const double *y) {
     for (int j = 0; j < work->n; j++)
         work->change[j] = x[j] - y[j];
@@ -130,7 +132,7 @@ static int is_near(struct refdyn_workspace *work, const double *x, const double 
            refdyn_largest(work->change, work->n, NULL) <= near * refdyn_largest(y, work->n, NULL);
 }
 
-/* Uses work->reduced. */
+/* Overwrites work->reduced. */
 static int has_inverse(struct refdyn_workspace *work) {
     const int n = work->n;
     memcpy(work->reduced, work->M, (size_t)(n * n) * sizeof *work->M);

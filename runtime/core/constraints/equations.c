@@ -1,9 +1,8 @@
 /*
- * The equations of motion and the rows at a state: their evaluation, and how far the state is off the
- * programme.
+ * The equations of motion and the rows at a state, and the distance of the state from the programme.
  *
- * Takes the emitted functions of the model, one for all quantities or one for each; gives M f u v phi psi k
- * in the workspace, and in which row or coordinate they are infinite or undefined.
+ * In: the emitted functions of the model, one for all quantities or one for each. Out: M, f, u, v, phi, psi,
+ * k in the workspace, and the row or coordinate where they are infinite or undefined.
  */
 #include "runtime/core/constraints/constraints.h"
 
@@ -21,7 +20,7 @@ static void call(refdyn_function *function, const struct refdyn_workspace *work,
         function(work->p, work->x, t, q, qd, out);
 }
 
-/* u v phi psi k; what the model lacks stays 0. */
+/* u, v, phi, psi and k; quantities that the model lacks stay 0. */
 static void call_rows(struct refdyn_workspace *work, double t, const double *q, const double *qd) {
     const struct refdyn_model *model = work->model;
     if (model->row_terms) {
@@ -35,7 +34,7 @@ static void call_rows(struct refdyn_workspace *work, double t, const double *q, 
     call(model->k, work, t, q, qd, work->k);
 }
 
-/* The equations from one function for each quantity. */
+/* Evaluates each quantity by its own function. */
 static void call_each(struct refdyn_workspace *work, double t, const double *q, const double *qd) {
     const struct refdyn_model *model = work->model;
     call(model->M, work, t, q, qd, work->M);

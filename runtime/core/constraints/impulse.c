@@ -1,5 +1,5 @@
 /*
- * Jumps of rates by an impulse: see constraints.h.
+ * Jumps of rates by an impulse.
  *
  * An impulse p along a gradient g acts with impulses mu of the rows u that hold before and after it. It
  * changes the rates by dqd with
@@ -28,8 +28,8 @@ double refdyn_leave_rest(const struct refdyn_workspace *work, int count, double 
     return before > 0 ? sqrt(dense_dot(x, x, n)) / before : 0;
 }
 
-/* Row a in the metric M, less its parts along the first `count` vectors of the basis, becomes the next one,
- * with length 1. Returns that length before; 0: the row depends on those before. */
+/* Removes from row a, in the metric M, its components along the first `count` vectors of the basis, and
+ * appends it with length 1. Returns the length before that; 0 if the row depends on those before it. */
 static double spread_row(struct refdyn_workspace *work, int a, int count) {
     const int n = work->n;
     double *row = work->basis + count * n;
@@ -67,7 +67,7 @@ int refdyn_impulse(struct refdyn_workspace *work, const double *gradient, double
     return REFDYN_OK;
 }
 
-/* u_a L^-T . z, of a state's row a and z = L^T dqd. */
+/* Returns u_a L^-T . z for row a and z = L^T dqd. */
 static double along_row(const struct refdyn_workspace *work, int a, const double *z, double *room) {
     memcpy(room, work->u + a * work->n, (size_t)work->n * sizeof *room);
     refdyn_factor_half_forward(work->reduced, work->n, work->n, room);

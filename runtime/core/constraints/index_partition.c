@@ -1,12 +1,12 @@
 /*
  * Index partitioning: K = [K_d K_i] with a well-conditioned K_d, and its elimination.
  *
- * Takes the rows u and right side of the workspace; gives P = -K_d^-1 K_i, c = K_d^-1 k and the redundant
- * rows. Theory, sect. 8.1. Choice: Gaussian elimination with full pivoting of K, its columns scaled by
+ * In: the rows u and the right side in the workspace. Out: P = -K_d^-1 K_i, c = K_d^-1 k and the redundant
+ * rows (theory, sect. 8.1). Choice: Gaussian elimination with full pivoting of K, its columns scaled by
  * 1/sqrt(M_jj) (coordinates then count by their share of kinetic energy), its rows by their largest entry
- * (Wehage and Haug, J. Mech. Design 104:247-255, 1982). Watch: since K_d^-1 K = [1 -P], |[1 -P]| tells how
- * far this choice is worse conditioned than K itself, and the smallest pivot how near K_d is to being
- * singular.
+ * (Wehage and Haug, J. Mech. Design 104:247-255, 1982). Watch: since K_d^-1 K = [1 -P], the norm |[1 -P]|
+ * measures how much worse this choice is conditioned than K itself; the smallest pivot measures how near K_d
+ * is to a singular matrix.
  */
 #include "runtime/core/constraints/constraints.h"
 
@@ -16,10 +16,10 @@
 
 #include "runtime/core/linear/linear.h"
 
-/* A choice is given up when its condition has grown by this factor: pivots then have lost one digit. */
+/* A choice is replaced when its condition has grown by this factor: its pivots have then lost one digit. */
 static const double worse = 10;
-/* Off the programme a row that depends on others on it looks independent, by about as much as coordinates
- * miss; one that was found redundant stays so below this many times that, and below the second. */
+/* Off the constraint manifold a redundant row looks independent, in proportion to the residual. A redundant
+ * row stays redundant up to the first factor times the residual, and up to the second value. */
 static const double misses = 10, misses_most = 1e-3;
 
 static void swap_int(int *a, int *b) {
@@ -28,14 +28,14 @@ static void swap_int(int *a, int *b) {
     *b = kept;
 }
 
-/* weight_j = 1/sqrt(M_jj); a coordinate without mass counts as one with the least mass that is not noise. */
+/* weight_j = 1/sqrt(M_jj). A coordinate without mass gets the weight of the smallest mass above rounding. */
 static double weight_of(const struct refdyn_workspace *work, int j, double largest_mass) {
     const double mass = work->M[j * work->n + j], least = DBL_EPSILON * largest_mass;
     return 1 / sqrt(mass > least ? mass : least > 0 ? least : 1);
 }
 
-/* Rows with scaled columns and largest entry 1 into work->rows, in the order of the model; a row of zeros
- * stays zeros. */
+/* Writes rows with scaled columns and largest entry 1 into work->rows, in the order of the model. A zero row
+ * stays zero. */
 static void scale_rows(struct refdyn_workspace *work) {
     const int n = work->n;
     double largest_mass = 0;
@@ -53,13 +53,13 @@ static void scale_rows(struct refdyn_workspace *work) {
     }
 }
 
-/* Scaled pivot above which a row that was redundant no longer is. */
+/* Returns the scaled pivot above which a redundant row becomes independent. */
 static double regained(const struct refdyn_workspace *work) {
     return work->rank_tol + fmin(misses * refdyn_distance(work, work->phi), misses_most);
 }
 
-/* Orders rows and columns by full pivoting among the coordinates that are declared (m), or all: their scaled
- * rows are the columns of K^T. Returns the rank found. */
+/* Orders rows and columns by full pivoting among the declared coordinates (m), or among all if NULL. The
+ * scaled rows are the columns of K^T. Returns the rank. */
 static int pivot_fully(struct refdyn_workspace *work, const int *declared) {
     struct refdyn_partition *partition = &work->partition;
     const int n = work->n;
@@ -113,11 +113,12 @@ static int is_declared(const struct refdyn_workspace *work) {
     return work->model->dependent != NULL;
 }
 
-/* First choice: the declared set, unless it is singular while K has a higher rank. Later: the best set. */
+/* The first choice is the declared set, unless it is singular while K has a higher rank; later choices are
+ * the best set. */
 static void choose(struct refdyn_workspace *work) {
     struct refdyn_partition *partition = &work->partition;
     const int n = work->n, rank_before = partition->rank;
-    int *before = work->mark + n; /* (m): marks of rows are not in use here */
+    int *before = work->mark + n; /* (m): no row is marked during a choice */
     for (int a = 0; a < rank_before; a++)
         before[a] = partition->column[a];
     const int *declared = work->model->dependent;
@@ -136,13 +137,13 @@ static void choose(struct refdyn_workspace *work) {
     partition->changes += !same;
 }
 
-/* Where row a of [P c] stands. */
+/* Row a of [P c]. */
 static double *row_of_P(const struct refdyn_workspace *work, int a) {
     return work->P + a * (work->n - work->partition.rank + 1);
 }
 
-/* K_d^T column by column into work->rows, [-K_i k] of all rows into work->P, and the scaled size of each row.
- */
+/* Writes K_d^T column by column into work->rows, [-K_i k] of all rows into work->P, and the scaled size of
+ * each row. */
 static void gather_rows(struct refdyn_workspace *work, const double *right, double sign) {
     const int n = work->n, rank = work->partition.rank;
     const int *restrict column = work->partition.column;
@@ -177,8 +178,8 @@ static int factor_dependent(struct refdyn_workspace *work) {
     return smallest > work->rank_tol / worse;
 }
 
-/* [P c] = K_d^-1 [-K_i k], and what that leaves of redundant rows: with qdd_d = P qdd_i + c it should be 0.
- */
+/* [P c] = K_d^-1 [-K_i k], and the remaining right side of redundant rows, which is 0 if they agree with
+ * qdd_d = P qdd_i + c. */
 static void solve_dependent(struct refdyn_workspace *work) {
     const int rank = work->partition.rank, width = work->n - rank + 1;
     const int *column = work->partition.column;
@@ -206,7 +207,7 @@ static void estimate_condition(struct refdyn_workspace *work) {
     work->partition.condition = sqrt(square) / work->partition.pivot;
 }
 
-/* True when a row that was redundant at the choice no longer is. */
+/* Returns whether a row that was redundant at the choice has become independent. */
 static int rank_has_grown(const struct refdyn_workspace *work) {
     const int rank = work->partition.rank;
     if (rank >= work->partition.rank_most)
@@ -220,8 +221,8 @@ static int rank_has_grown(const struct refdyn_workspace *work) {
     return 0;
 }
 
-/* By how much the right side of a redundant row may miss: a part of its largest term, and what coefficients
- * that were taken for 0 make of the accelerations that the forces alone give. */
+/* Returns the allowed remaining right side of a redundant row: a fraction of its largest term, plus the
+ * product of coefficients that were taken for 0 with the accelerations of the forces alone. */
 static double allowed_miss(const struct refdyn_workspace *work, int a, double right) {
     const int n = work->n, rank = work->partition.rank;
     const double *row = work->u + work->partition.row[a] * n;
@@ -233,8 +234,8 @@ static double allowed_miss(const struct refdyn_workspace *work, int a, double ri
     return work->consistency_tol * term + regained(work) * work->row_size[a] * acceleration;
 }
 
-/* The right side that is left of a redundant row must be 0, on the programme: between the ends of a step,
- * where the rank does not grow, states are off it. */
+/* Checks that the remaining right side of each redundant row is 0. This holds on the programme only; within a
+ * step, where the rank does not grow, states are off the programme. */
 static int check_redundant(struct refdyn_workspace *work, const double *right) {
     const int rank = work->partition.rank;
     for (int a = rank; a < work->m && a < work->partition.rank_most; a++) {
@@ -247,7 +248,7 @@ static int check_redundant(struct refdyn_workspace *work, const double *right) {
     return REFDYN_OK;
 }
 
-/* The kept choice, if it still is good enough: returns 0 when another one is needed. */
+/* Eliminates with the present choice. Returns 0 if another choice is needed. */
 static int eliminate_kept(struct refdyn_workspace *work, const double *right, double sign, int *status) {
     gather_rows(work, right, sign);
     if (!factor_dependent(work))
@@ -297,7 +298,7 @@ int refdyn_partition_renew(struct refdyn_workspace *work) {
     return status;
 }
 
-/* Redundant rows are judged beside the forces, which the row terms alone do not tell. */
+/* Redundant rows are compared with the forces, which the row terms do not contain. */
 int refdyn_partition_watch(struct refdyn_workspace *work, double t, const double *q, const double *qd) {
     struct refdyn_partition *partition = &work->partition;
     int status = REFDYN_OK;

@@ -1,5 +1,5 @@
 /*
- * The shortest vector that meets one-sided conditions: see constraints.h.
+ * The shortest vector that meets one-sided conditions.
  *
  * The method begins with x = 0 and activates the condition that x violates most. Let z be the part of its
  * normal orthogonal to the normals of the active conditions. x moves along z until the condition is met, or

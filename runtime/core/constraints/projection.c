@@ -1,10 +1,11 @@
 /*
- * Consistent states: how far a state is off the programme, and the nearest one on it (theory, sect. 8.3).
+ * Consistent states: the distance of a state from the programme, and its projection onto it (theory,
+ * sect. 8.3).
  *
- * Takes a state; gives the smallest change, in the metric M, of positions and then of velocities that meets
- * the rows: min dq^T M dq with u dq = -phi:   dq = -M^-1 u^T (u M^-1 u^T)^-1 phi, and the same with psi for
- * dqd (Ascher, Chin, Petzold and Reich, Mech. Struct. Mach. 23:135-157, 1995). From near the programme that
- * is Newton's iteration; from far away nearest_state.c finds the positions first.
+ * In: a state. Out: the state after the smallest change, in the metric M, of positions and then of velocities
+ * that satisfies the rows: min dq^T M dq with u dq = -phi:   dq = -M^-1 u^T (u M^-1 u^T)^-1 phi, and the same
+ * with psi for dqd (Ascher, Chin, Petzold and Reich, Mech. Struct. Mach. 23:135-157, 1995). Near the
+ * programme this is Newton's iteration; from far away nearest_state.c finds the positions first.
  */
 #include "runtime/core/constraints/constraints.h"
 
@@ -18,7 +19,7 @@
 #define NAMED(name) name##_of_one
 #include "runtime/core/constraints/programme_distance.inc"
 
-/* Positions are met by the rows up to position level, velocities by those up to velocity level. */
+/* Position rows determine positions; rows up to velocity level determine velocities. */
 struct level {
     enum refdyn_row_level last;
     const double *residual; /* (m) */
@@ -73,7 +74,8 @@ static int is_done(const struct refdyn_workspace *work, struct level level, cons
     return level_is_done_of_one(&rows, x, last);
 }
 
-/* Beside a residual of this size the rows hold that are used, so a redundant one has it. */
+/* Returns whether the independent rows are satisfied compared with a residual of this size: then a redundant
+ * row has it. */
 static int used_rows_hold(const struct refdyn_workspace *work, double size) {
     for (int k = 0; k < work->partition.rank; k++) {
         const int a = work->partition.row[k];
@@ -134,8 +136,8 @@ static int correct_in_mass(struct refdyn_workspace *work, double t, double *q, d
     return refdyn_equations(work, t, q, qd);
 }
 
-/* Newton; velocities are judged once the positions no longer change them. along: or NULL, in the metric of M.
- */
+/* Newton's iteration. Velocities are checked after the positions have converged, because positions change
+ * them. along NULL: in the metric of M. */
 int refdyn_project_along(struct refdyn_workspace *work, const struct refdyn_directions *along, double t,
                          double *q, double *qd) {
     double last_phi = INFINITY, last_psi = INFINITY;

@@ -1,11 +1,13 @@
 /*
- * Rates of change of a motion's state: see constraints.h.
+ * Rates of change of a motion's state.
  *
- * Takes a state (q, qd, work); gives qd, qdd, qd . Q_nonconservative + r . qd and lambda. Accelerations come
- * from the emitted O(n m) function where the model has one and its rows are independent, from the index
- * partition otherwise and where the rows are near losing rank: it has the condition of K, u M^-1 u^T has its
- * square; and where M is singular, as with frames without mass that rows determine. Power costs nothing
- * unless it is asked for.
+ * In: a state (q, qd, work). Out: qd, qdd, the power qd . Q_nonconservative + r . qd, and lambda.
+ * Accelerations come from the emitted O(n m) function where the model has one and its rows are independent.
+ * The index partition computes them otherwise, and also
+ *  - where the rows are near losing rank, because its error grows with the condition of K, that of u M^-1 u^T
+ * with the square;
+ *  - where M is singular, for example at frames without mass that rows determine.
+ * The power is computed on request only.
  */
 #include "runtime/core/constraints/constraints.h"
 
@@ -13,7 +15,8 @@
 
 #include "runtime/core/linear/linear.h"
 
-/* Both give qdd, the power of the programme force and lambda, as struct NAME_constrained_result. */
+/* This function and `constrained` compute qdd, the power of the programme force and lambda, laid out as
+ * struct NAME_constrained_result. */
 static int by_partition(const struct refdyn_evaluation *evaluation, double t, const double *q,
                         const double *qd, double *accelerated) {
     struct refdyn_workspace *work = evaluation->work;
@@ -38,7 +41,7 @@ static void by_emitted(const struct refdyn_evaluation *evaluation, double t, con
     (model->m == 0 ? model->qdd_free : model->constrained)(work->p, work->x, t, q, qd, accelerated);
 }
 
-/* Do only rows of contacts that do not rest drop out? The emitted function leaves these out itself. */
+/* Returns whether only rows of open contacts drop out. The emitted function leaves these out itself. */
 static int has_all_rows(const struct refdyn_workspace *work) {
     const struct refdyn_model *model = work->model;
     int free = 0;
@@ -57,7 +60,7 @@ static int has_emitted(const struct refdyn_evaluation *evaluation) {
     return model->m == 0 ? model->qdd_free != NULL : model->constrained != NULL && has_all_rows(work);
 }
 
-/* Why accelerations are not finite: the equations tell. */
+/* Evaluates the equations to find out why accelerations are not finite. */
 static int explain(const struct refdyn_evaluation *evaluation, double t, const double *q, const double *qd,
                    double *qdd) {
     const int status = refdyn_accelerate(evaluation->work, t, q, qd, evaluation->stabilise, qdd);

@@ -11,14 +11,14 @@
 
 #include "runtime/core/linear/linear.h"
 
-/* L L^T = M into work->reduced; returns -1, or the coordinate that has no pivot. */
+/* Factors L L^T = M into work->reduced. Returns -1, or the coordinate without a positive pivot. */
 static int factor_reduced(struct refdyn_workspace *work) {
     memcpy(work->reduced, work->M, (size_t)(work->n * work->n) * sizeof(double));
     return refdyn_factor(work->reduced, work->n, work->n);
 }
 
-/* The same for M + u^T W u, W diagonal with the size of M. The term adds the same to every change that meets
- * the rows, so that the smallest change is that of M, which may be singular there. */
+/* Factors M + u^T W u, with W diagonal and of the size of M. The additional term is equal for all changes
+ * that satisfy the rows, so that the smallest change is that of M even where M is singular. */
 static int factor_with_rows(struct refdyn_workspace *work) {
     const int n = work->n;
     double trace = 0;
@@ -45,7 +45,7 @@ int refdyn_factor_metric(struct refdyn_workspace *work) {
     return REFDYN_MASS_NOT_POSITIVE;
 }
 
-/* A = u L^-T for the marked rows, each divided by its length; wanted follows. Rows without length are
+/* A = u L^-T for the marked rows, each divided by its length, as is its entry of `wanted`. Zero rows are
  * unmarked. */
 static void spread_rows(struct refdyn_workspace *work, int *active) {
     const int n = work->n;
@@ -64,7 +64,7 @@ static void spread_rows(struct refdyn_workspace *work, int *active) {
     }
 }
 
-/* The marked row with the most that is its own, -1 when none has more than rank_tol. */
+/* Returns the marked row with the largest independent part; -1 if no such part exceeds rank_tol. */
 static int longest_row(const struct refdyn_workspace *work, const int *active, double *length) {
     const int n = work->n;
     int longest = -1;

@@ -1,9 +1,9 @@
 /*
- * The linearised equations of motion and the matrix of a linearly implicit step: see implicit.h.
+ * The linearised equations of motion and the matrix of a linearly implicit step.
  *
- * Takes the emitted `tangent` (generator's README, Derivatives) and the independent rows of the partition;
- * gives solutions: by L U factorisation of dense matrices, or in O(n) from `tangent_vectors` (linear.h) where
- * that takes fewer operations.
+ * In: the emitted `tangent` (generator's README, Derivatives) and the independent rows of the partition. Out:
+ * solutions, by L U factorisation of dense matrices, or in O(n) from `tangent_vectors` (linear.h) where that
+ * needs fewer operations.
  */
 #include "runtime/core/implicit/implicit.h"
 
@@ -83,7 +83,7 @@ void refdyn_linear_drop_factors(struct refdyn_linear *linear) {
     linear->all_h = 0;
 }
 
-/* Solutions of chains read the vectors, too, so that factors are gone with them. */
+/* Discards factors, because the solutions of chains read the vectors as well. */
 static void find_tangent(struct refdyn_linear *linear, const struct refdyn_workspace *work, double t,
                          const double *q, const double *rates) {
     const struct refdyn_model *model = work->model;
@@ -153,7 +153,7 @@ int refdyn_linear_at_begin(struct refdyn_linear *linear, struct refdyn_workspace
     return status;
 }
 
-/* The independent rows of the partition stand behind the coordinates. */
+/* The independent rows of the partition follow the coordinates. */
 static void take_rows(struct refdyn_linear *linear, const struct refdyn_workspace *work) {
     linear->size = linear->n + work->partition.rank;
     memcpy(linear->rows, work->partition.row, (size_t)work->partition.rank * sizeof(int));
@@ -269,8 +269,8 @@ static int factor_equations(struct refdyn_linear *linear, const struct refdyn_wo
     return factor(linear);
 }
 
-/* M and u from the vectors of joints. All else may be infinite where these are not, as at the root of a force
- * that is 0, and does not count. M and u depend on rates alone among what a tangent is taken at. */
+/* Evaluates M and u from the vectors of joints. The other parts are ignored; they may be infinite, for
+ * example at the root of a force that is 0. */
 static int evaluate_mass(struct refdyn_linear *linear, struct refdyn_workspace *work, double t,
                          const double *state) {
     const size_t n = (size_t)linear->n, m = (size_t)linear->m;
@@ -362,7 +362,7 @@ static int factor_complex(struct refdyn_linear *linear, int k, double re, double
     return failed < 0 ? REFDYN_OK : REFDYN_MATRIX_SINGULAR;
 }
 
-/* Complex operations are four real ones; those of chains, side by side, take the time of four together. */
+/* A complex operation costs four real ones; chains compute four complex ones side by side in this time. */
 long refdyn_linear_weight(const struct refdyn_linear *linear, int count, const double *lambda) {
     const int is_real = lambda[1] == 0, is_one = count == 1 && is_real;
     return linear->is_chain && !is_one ? 4 : 4 * count - (is_real ? 3 : 0);
@@ -411,9 +411,8 @@ double *refdyn_linear_take_directions(struct refdyn_linear *linear) {
     return linear->directions;
 }
 
-/* Steps whose lengths differ by less than this part share factors. The two steps into which the rest of a
- * motion is divided differ by rounding only, which must not decide whether Newton's iteration uses old
- * factors. */
+/* Steps whose lengths differ by a smaller fraction share factors. The last two steps of a motion differ by
+ * rounding only, which must not decide whether Newton's iteration reuses factors. */
 static const double same_length = 1e-6;
 
 int refdyn_linear_has_factors(const struct refdyn_linear *linear, const struct refdyn_workspace *work,
@@ -465,7 +464,7 @@ static void change_accelerations(struct refdyn_linear *linear, const double *dq,
         da[j] = -linear->x[j];
 }
 
-/* Entry j of each row, rows of the partition behind the coordinates, with the sign of a right side. */
+/* Entry j of each row with the sign of a right side; rows of the partition follow the coordinates. */
 static void take_column(struct refdyn_linear *linear, const double *force, const double *row, int width,
                         int j) {
     for (int i = 0; i < linear->size; i++)
@@ -516,7 +515,7 @@ int refdyn_linear_spectrum(struct refdyn_linear *linear, struct refdyn_workspace
     refdyn_linear_drop_factors(linear);
     if (status)
         return status;
-    for (int j = 0; j < n; j++) { /* some vector that is at right angles to no mode */
+    for (int j = 0; j < n; j++) { /* a vector orthogonal to no mode */
         v[j] = 1 + 0.618 * (j % 3) - 0.382 * (j % 5);
         q[j] = v[j];
     }
@@ -532,7 +531,7 @@ int refdyn_linear_spectrum(struct refdyn_linear *linear, struct refdyn_workspace
         }
     }
     judge_shape(linear, q, rate, damping);
-    growth = pow(growth, 1.0 / GROWTH_ITERATIONS); /* it sees what stabilised rows do, too */
+    growth = pow(growth, 1.0 / GROWTH_ITERATIONS); /* includes the modes of stabilised rows */
     *rate = isfinite(growth) ? fmax(*rate, growth) : *rate;
     return REFDYN_OK;
 }

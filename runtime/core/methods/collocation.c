@@ -1,9 +1,9 @@
 /*
  * Collocation methods on the constrained equations of motion: the step and its interpolant.
  *
- * Takes a state and a step h; gives the state after it, an estimate of its error, and states between, by
- * collocation_step.inc. Tangent and factors serve later steps as long as the iteration converges with them.
- * Formulas in methods.h.
+ * In: a state and a step h. Out: the state after it, an error estimate, and states between.
+ * collocation_step.inc has the step, methods.h the formulas. Tangent and factors are reused in later steps
+ * while the iteration converges with them.
  */
 #include "runtime/core/methods/methods.h"
 
@@ -16,8 +16,8 @@
 
 #include "runtime/core/methods/collocation_step.inc"
 
-/* Newton's iteration goes below what the tolerance asks for, of no larger one than this: what is left would
- * excite fast modes that nothing damps. */
+/* Upper bound on the tolerance that Newton's iteration works to: larger remaining corrections would excite
+ * fast modes without damping. */
 static const double settled_most = 1e-5;
 
 double refdyn_settled_tolerance(double tol) {
@@ -50,7 +50,7 @@ static int saturates(const struct refdyn_step *step) {
     return step->evaluation.work->model->saturates;
 }
 
-/* A guided step may have no room for matrices. */
+/* Returns whether a guided step has no memory for matrices. */
 static int goes_without_matrices(const struct refdyn_step *step) {
     return step->guide && step->linear->complexes < step->method->kind->complexes;
 }
@@ -70,8 +70,8 @@ static struct collocation_of_one collocation_of(struct taking *taking) {
     return collocation;
 }
 
-/* The tangent in the middle of the step, where the first guess puts it, suits all stages; without a guess, or
- * where that state is no good, at the begin. */
+/* Evaluates the tangent at the middle of the step predicted by the first guess, because this suits all
+ * stages. Without a guess, or if that state is not finite, evaluates it at the start. */
 static int find_tangent(struct refdyn_step *step, const struct collocation_of_one *collocation) {
     if (collocation->last_h > 0) {
         state_between_of_one(collocation, 0.5, step->stage);
@@ -94,8 +94,8 @@ static int factor(struct refdyn_step *step, const struct collocation_of_one *col
                                              table->lambda, collocation->h);
 }
 
-/* Where forces saturate and corrections no longer fall: what the stages miss is rounding of stiff springs, of
- * a step of at least this length [s] and of the largest acceleration. */
+/* Where forces saturate and corrections no longer decrease, the defect of the stages is rounding of stiff
+ * springs: for steps of at least this length [s], and up to this fraction of the largest acceleration. */
 static const double shortest = 1e-3, small = 1e-6;
 
 static int misses_rounding_alone(const struct collocation_of_one *collocation,

@@ -1,4 +1,4 @@
-/* The methods by number and by name: see methods.h. */
+/* The methods by number and by name. */
 #include "runtime/core/base/core.h"
 
 #include <string.h>
@@ -11,7 +11,7 @@ REFDYN_METHODS(REFDYN_DECLARED)
 #define REFDYN_LISTED(number, method) [number] = &refdyn_method_##method,
 static const struct refdyn_method_definition *const methods[] = {REFDYN_METHODS(REFDYN_LISTED)};
 
-/* Where steps are concerned, facts of its Rosenbrock method. */
+/* `auto`: its properties of steps are those of its Rosenbrock method. */
 const struct refdyn_method_definition refdyn_method_automatic = {
     .name = "auto", .order = 5, .order_error = 4};
 
@@ -43,7 +43,8 @@ int refdyn_method_find(const char *name) {
     return -1;
 }
 
-/* Takes the tangent itself: not auto, which goes without where the model has none. */
+/* Returns whether the method needs the tangent. `auto` does not: without a tangent it uses explicit methods.
+ */
 static int needs_tangent(enum refdyn_method method) {
     const struct refdyn_method_definition *definition = refdyn_method_definition(method);
     return definition && definition->kind && definition->kind->is_implicit;

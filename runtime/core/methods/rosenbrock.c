@@ -1,9 +1,9 @@
 /*
  * Rosenbrock methods on the constrained equations of motion: the step and its interpolant.
  *
- * Takes a state and a step h; gives the state after it, the error that the embedded formula estimates, and
- * states between. Each stage is one evaluation of the accelerations and one solution with the matrix of
- * implicit.h, g = gamma h, which is factored once a step. Formulas in methods.h.
+ * In: a state and a step h. Out: the state after it, the error estimate of the embedded formula, and states
+ * between. Each stage needs one evaluation of the accelerations and one solution with the matrix of
+ * implicit.h for g = gamma h, which is factored once a step. methods.h has the formulas.
  */
 #include "runtime/core/methods/methods.h"
 
@@ -48,7 +48,7 @@ static int take(struct refdyn_step *step, double h) {
     return refdyn_is_finite(step->state_new, 2 * step->n) ? REFDYN_OK : REFDYN_NOT_FINITE;
 }
 
-/* Once a step. */
+/* Evaluates the additional stages of the interpolant, once a step. */
 static int look_into(struct refdyn_step *step) {
     const struct arrays_of_one arrays = arrays_of(step);
     struct taking taking = {step, step->t_end - step->t_begin};
@@ -56,7 +56,7 @@ static int look_into(struct refdyn_step *step) {
     int status = REFDYN_OK;
     if (step->is_looked_into || table_of(step)->interpolant_stages == 0)
         return REFDYN_OK;
-    if (!refdyn_linear_is_at_begin(step->linear)) /* somebody else has taken the step */
+    if (!refdyn_linear_is_at_begin(step->linear)) /* batches have taken the step */
         status = factor(step, taking.h);
     if (!status)
         status = look_into_rosenbrock_of_one(table_of(step), &arrays, taking.h, &needs);

@@ -1,9 +1,9 @@
 /*
  * Explicit Runge-Kutta methods: the step, and its interpolant.
  *
- * Takes a state (q, qd, work) and a step h; gives the state after it, the error that the embedded formulas
- * estimate, and states between. Formulas in methods.h. The work of non-conservative and programme forces
- * is one more component of the state.
+ * In: a state (q, qd, work) and a step h. Out: the state after it, the error estimate of the embedded
+ * formulas, and states between. methods.h has the formulas. The work of non-conservative and programme forces
+ * is a component of the state.
  */
 #include "runtime/core/methods/methods.h"
 
@@ -32,7 +32,7 @@ static int take(struct refdyn_step *step, double h) {
     const struct refdyn_tableau *tableau = tableau_of(step);
     const struct arrays_of_one arrays = arrays_of(step);
     struct taking taking = {step, h};
-    /* not of stages that are moved: then the first of two errors alone is safe */
+    /* with projected stages only the first of the two error estimates is reliable */
     const int has_low = !step->guide;
     const int status = take_explicit_of_one(tableau, &arrays, h, has_low, find_rates, &taking);
     if (!status && step->method->is_last_new)
@@ -41,7 +41,7 @@ static int take(struct refdyn_step *step, double h) {
     return status;
 }
 
-/* The rates that only the interpolant needs, once a step. */
+/* Evaluates the additional stages of the interpolant, once a step. */
 static int look_into(struct refdyn_step *step, const struct refdyn_tableau *tableau, double h) {
     const struct arrays_of_one arrays = arrays_of(step);
     struct taking taking = {step, h};

@@ -5,8 +5,8 @@
  * and Prince, J. Comput. Appl. Math. 6:19-26, 1980, RK5(4)7M; between the ends Shampine, Math. Comput.
  * 46:135-150, 1986, in the form of Hairer, Norsett and Wanner, Solving ODEs I, 2nd ed., II.6. rk8: Dormand
  * and Prince of order 8 with embedded formulas of order 5 and 3 and an interpolant of order 7 (Hairer,
- * Norsett and Wanner, II.5, II.6, II.10). What they give as nested products of theta and 1 - theta is sorted
- * by powers of theta here.
+ * Norsett and Wanner, II.5, II.6, II.10). Interpolants published as nested products of theta and 1 - theta
+ * are sorted by powers of theta here.
  */
 #include "runtime/core/methods/methods.h"
 

@@ -1,33 +1,34 @@
 /*
- * Divided differences of the accelerations of a collocation step: see methods.h.
+ * Detects jumps and kinks of friction within a collocation step by divided differences of its accelerations.
  *
- * Takes the accelerations at its begin and at its stages; gives an error that no stiffness damps.
+ * In: the accelerations at the start and at the stages. Out: an error that stiffness does not damp.
  */
 #include "runtime/core/methods/methods.h"
 
 #include <math.h>
 
-/* Radians a step of what is smooth: a kink anywhere in it looks like more than 2.4, and a jump. */
+/* Largest radians a step of a smooth motion: a jump or a kink anywhere in the step looks like more than 2.4.
+ */
 static const double smooth = 2.3;
-/* Radians that stand for a jump or a kink: they make the error that of the velocity, several times what h
- * makes of the position, over some ten steps. */
+/* Radians that represent a jump or a kink. With this value the error is that of the velocity over about ten
+ * steps, several times the error of the position over h. */
 static const double unresolved = 50;
-/* What the polynomial misses of accelerations, over their difference of order s: the largest product of
- * distances from s + 1 nodes is about that. */
+/* Defect of the polynomial over the difference of order s: about the largest product of distances from s + 1
+ * nodes. */
 static const double missed = 0.005;
-/* It follows them where it misses less than this part of the largest one. */
+/* The polynomial follows the accelerations if its defect is below this fraction of the largest one. */
 static const double followed = 0.25;
-/* Rates that change by less in a step are at rest [unit/s]: a hundredth of the smallest width of friction. */
+/* Rates that change by less in a step count as at rest [unit/s]: a hundredth of the smallest width of
+ * friction. */
 static const double at_rest = 1e-12;
-/* The error, in tolerances, of a step that misses just that part. */
+/* Error, in tolerances, of a step whose defect equals that fraction. */
 static const double refused = 2;
 
 static double node(const struct refdyn_collocation_table *table, int j) {
     return j == 0 ? 0 : table->c[j - 1];
 }
 
-/* Differences of the next order in place of those before; the size of the largest, times order!/smooth^order.
- */
+/* Replaces differences by those of the next order. Returns the largest, times order!/smooth^order. */
 static double differ(const struct refdyn_step *step, int order, double *d) {
     const struct refdyn_collocation_table *table = step->method->table;
     const int n = step->n;
@@ -43,7 +44,7 @@ static double differ(const struct refdyn_step *step, int order, double *d) {
     return largest;
 }
 
-/* Of each coordinate the largest of `count` accelerations: most (n). */
+/* most (n) := the largest of `count` accelerations of each coordinate. */
 static void find_most(const double *accelerations, int count, int n, double *most) {
     for (int j = 0; j < n; j++)
         most[j] = 0;
@@ -52,8 +53,8 @@ static void find_most(const double *accelerations, int count, int n, double *mos
             most[j] = fmax(most[j], fabs(accelerations[i * n + j]));
 }
 
-/* The largest part of these accelerations that the polynomial misses where the rate changes; top (n): their
- * difference of order s. */
+/* Returns the largest relative defect of the polynomial among coordinates whose rate changes; top (n):
+ * differences of order s. */
 static double largest_part_missed(const struct refdyn_step *step, const double *most, const double *top,
                                   double h) {
     double part = 0;

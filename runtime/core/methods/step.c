@@ -1,8 +1,8 @@
 /*
- * What all methods do alike with a step: see methods.h.
+ * Operations on a step that are common to all methods.
  *
- * Takes a step and the states at its ends; gives its next begin, sizes of changes and errors, and the cubic
- * between its ends.
+ * In: a step and the states at its ends. Out: the start of the next one, sizes of changes and errors, and the
+ * cubic between the ends.
  */
 #include "runtime/core/methods/methods.h"
 

@@ -1,0 +1,120 @@
+"""Pages and comments speak of what there is: folders stand in their README, files exist, "is written only by" holds."""
+import re
+import subprocess
+
+import pytest
+
+from program import SOURCE, some
+
+TRACKED = subprocess.run(["git", "-C", SOURCE, "ls-files", "--cached", "--others", "--exclude-standard"], capture_output=True, text=True)
+FILES = some(path for path in (TRACKED.stdout.split() if TRACKED.returncode == 0 else
+                               (str(path.relative_to(SOURCE)) for path in SOURCE.rglob("*") if path.is_file())) if (SOURCE / path).exists())
+NAMES = {path.rpartition("/")[2] for path in FILES}
+C_FILES = [path for path in FILES if path.startswith(("gen/", "runtime/", "tests/")) and path.endswith((".c", ".h", ".inc", ".def"))]
+PAGES = [path for path in FILES if path.endswith(".md")]
+# What the pages' examples write, and files of other programs.
+OTHERS = {"NAME", "arm", "main", "motion", "motion_auto", "emitted", "pendulum", "robot", "sweep", "rr", "user", "controller"}
+
+
+def text_of(path):
+    return (SOURCE / path).read_text()
+
+
+# ---- Folders ----
+
+def readme_above(folder):
+    """The nearest README above a folder, and the folder's path from there."""
+    parts = folder.split("/")
+    for depth in range(len(parts) - 1, -1, -1):
+        page = "/".join([*parts[:depth], "README.md"])
+        if page in FILES:
+            return page, "/".join(parts[depth:])
+    raise AssertionError(f"{folder}: no README above it")
+
+
+def is_listed(table, name):
+    """Whether a row names the folder, as `name/`, `name` or the target of a link."""
+    return re.search(rf"[`(\[]{re.escape(name)}/?(?:README\.md)?[`)\]]", table) is not None
+
+
+@pytest.mark.parametrize("top", ["gen", "runtime", "tests"])
+def test_every_folder_stands_in_the_readme_above_it(top):
+    folders = some({path.rpartition("/")[0] for path in FILES if path.startswith(top + "/") and path.endswith((".c", ".h", ".py", ".lua"))} - {top})
+    missing = []
+    for folder in folders:
+        page, name = readme_above(folder)
+        table = "\n".join(line for line in text_of(page).splitlines() if line.startswith("|"))
+        if not is_listed(table, name):
+            missing.append(f"{page}: {name}/")
+    assert not missing
+
+
+def test_missing_folders_are_seen():
+    table = "| [base](base) | | `read/` | `tool/support` |"
+    assert is_listed(table, "base") and is_listed(table, "read") and is_listed(table, "tool/support") and not is_listed(table, "tool")
+
+
+# ---- Files ----
+
+def missing_files(text, folder=""):
+    """Names of our kinds of files in a text that no file has."""
+    found = re.findall(r"(?<![\w./*<-])((?:\.\./)*(?:[\w-]+/)*[A-Za-z]\w*\.(?:c|h|inc|def|py|cmake))(?![\w*])", text)
+    missing = []
+    for name in found:
+        base = name.rpartition("/")[2]
+        path = name.replace("../", "")
+        is_there = base in NAMES and (path == base or any(file == path or file.endswith("/" + path) for file in FILES))
+        if not is_there and base.partition(".")[0] not in OTHERS:
+            missing.append(name)
+    return missing
+
+
+def test_missing_files_are_seen():
+    assert missing_files("`gen/graph/graph.h`, `graph.h`, [x](../gen/graph/graph.c), main.c, <lua.h>") == []
+    assert missing_files("`gen/read/graph.h` and `nowhere.c`") == ["gen/read/graph.h", "nowhere.c"]
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_files_that_a_page_names_exist(page):
+    text = re.sub(r"^```.*?^```", "", text_of(page), flags=re.M | re.S)
+    assert not missing_files(text)
+
+
+def test_files_that_comments_name_exist():
+    missing = {}
+    for path in C_FILES:
+        if path.startswith("tests/") or path.endswith("refdyn_model.h"):
+            continue
+        names = missing_files(" ".join(re.findall(r"/\*.*?\*/", text_of(path), re.S)))
+        if names:
+            missing[path] = names
+    assert not missing
+
+
+# ---- Who writes what ----
+
+def writers(member, files):
+    """Files that assign to a member of a struct, or to one of its own members."""
+    way = rf"(?:->|\.){member}(?:\[[^\]]*\]|(?:->|\.)\w+)*"
+    assignment = re.compile(rf"{way}\s*(?:[-+*/|&]?=(?!=)|\+\+|--)|(?:\+\+|--)[\w\->.]*{way}")
+    return {path.rpartition("/")[2] for path in files
+            if assignment.search(re.sub(r"/\*.*?\*/", "", text_of(path), flags=re.S))}
+
+
+def promises():
+    """(header, member, file) of every comment that says of a member that it `is written only by` a file."""
+    for path in C_FILES:
+        if path.startswith("runtime/core/"):
+            for member, file in re.findall(r"(\w+) (?:is|are) written\s+(?:\*\s+)?only\s+(?:\*\s+)?by\s+(?:\*\s+)?(\w+\.c)", text_of(path)):
+                yield path, member, file
+
+
+def test_writers_are_seen():
+    assert writers("looks_again", C_FILES) and not writers("no_such_member", C_FILES)
+
+
+def test_what_is_written_only_by_one_file():
+    core = [path for path in C_FILES if path.startswith("runtime/")]
+    broken = [f"{path}: {member} is written by {sorted(writers(member, core) - {file})}, too" for path, member, file in promises()
+              if writers(member, core) - {file}]
+    assert not broken
