@@ -1,5 +1,5 @@
--- A free body with two arms, one of them branching again: slides and turns at one link, a ball joint, products of
--- inertia, springs with rest values, an input, and one row of each level.
+-- A free body with two arms, one of which branches again. It combines slides and turns at one link, a ball joint, products
+-- of inertia, springs with rest values, an input, and one row of each level.
 local rd = require "refdyn"
 local p  = rd.parameters {
   { "k", 120, "N/m" }, { "rest", 0.15, "m" }, { "c", 1.5, "N s/m" }, { "gain", 20, "1/s" }, { "g", 9.81, "m/s^2" },

@@ -1,11 +1,11 @@
--- Bricard's linkage: six hinges, each at right angles to the next, between rods of one length along the edges of a
--- cube; the ground is the sixth rod. Counting rows it cannot move, yet it has one freedom and a redundant row. Checked
--- against the angles of threefold symmetry, cos a + cos b + cos a cos b = 0 (Chen, You and Tarnai, International
--- Journal of Solids and Structures 42, 2005), and by its energy.
+-- Bricard's linkage: six hinges, each at right angles to the next, join rods of equal length along the edges of a cube;
+-- the ground is the sixth rod. By a count of rows it cannot move, yet it has one degree of freedom and a redundant row.
+-- Checked: the angles of threefold symmetry satisfy cos a + cos b + cos a cos b = 0 (Chen, You and Tarnai, International
+-- Journal of Solids and Structures 42, 2005), and the energy is constant.
 local rd = require "refdyn"
 local p  = rd.parameters { { "L", 1, "m" }, { "m", 1, "kg" }, { "g", 9.81, "m/s^2" } }
 
--- A rod from its hinge to `tip`, one of whose entries is not 0.
+-- A rod from its hinge to `tip`, of which exactly one entry is not 0.
 local function rod(name, on, at, joint, tip)
   local function square(i) return tip[i]^2 end
   local yz, xz, xy = square(2) + square(3), square(1) + square(3), square(1) + square(2)

@@ -1,12 +1,12 @@
--- A cable as a chain of equal bars, hung between two points of one height; at the time `release` its right end falls.
--- Checked against the polygon in which such bars hang, tan(slope of bar i) = m g (n + 1 - 2 i) / (2 H), which it starts
--- in; against its limit, the catenary; and against the fall of a folded chain's end, which takes 0.847 of a free fall's
--- time (Calkin and March, American Journal of Physics 57, 1989). Dimensions are our own.
+-- A cable, modelled as a chain of equal bars that hangs between two points of equal height; at the time `release` its right
+-- end is let go. Checked: it starts as the polygon in which such bars hang, tan(slope of bar i) = m g (n + 1 - 2 i) / (2 H);
+-- the polygon approaches the catenary; and the end of a folded chain falls in 0.847 of the time of a free fall (Calkin and
+-- March, American Journal of Physics 57, 1989). Dimensions are our own.
 local rd = require "refdyn"
 local n  = rd.option("bars", 12, { from = 2 })
 local p  = rd.parameters {
   { "length", 3, "m" }, { "mass", 0.6, "kg" }, { "d", 0.01, "m" }, { "g", 9.81, "m/s^2" },
-  { "pull", 1.2, "N" }, { "release", 0.2, "s" },                        -- pull: H, from which the span follows
+  { "pull", 1.2, "N" }, { "release", 0.2, "s" },                        -- pull: H, determines the span
 }
 local bar = p.length / n
 

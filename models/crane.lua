@@ -1,6 +1,6 @@
--- A crane: a flexible boom on a slewing column, a load on a rope that is hoisted along a smooth course. Checked with a
--- stiff boom against the period of a pendulum of any amplitude, 4 sqrt(l/g) K(sin(angle/2)), and with the flexible one
--- by its energy and by its moment of momentum about the column, which is what the slewing motor gives.
+-- A crane: a flexible boom on a slewing column, and a load on a rope that hoists it smoothly. Checked with a stiff boom: the
+-- load swings with the period of a pendulum of any amplitude, 4 sqrt(l/g) K(sin(angle/2)). Checked with the flexible boom:
+-- the balance of energy, and the angular momentum about the column, which is the time integral of the slewing torque.
 local rd = require "refdyn"
 local n  = rd.option("n_rfe", 3, { from = 1 })
 local p  = rd.parameters {

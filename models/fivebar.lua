@@ -1,5 +1,5 @@
--- A five-bar parallel robot in a plane: two driven hinges on the ground, two bars from each, joined at the tool.
--- Checked against its direct kinematics, the intersection of two circles, along a driven course.
+-- A planar parallel robot of five bars: two driven hinges on the ground, each with two bars in series that meet at the tool.
+-- Checked along a driven motion against its direct kinematics, the intersection of two circles.
 local rd = require "refdyn"
 local p  = rd.parameters {
   { "base", 0.3, "m" }, { "upper", 0.35, "m" }, { "lower", 0.5, "m" }, { "m_tool", 0.6, "kg" },
@@ -7,7 +7,7 @@ local p  = rd.parameters {
   { "rate", 4, "rad/s" },
 }
 
--- The lower bars meet above the line between both elbows.
+-- The lower bars meet above the line between the elbows.
 local x     = p.base + p.upper * (rd.cos(p.right) - rd.cos(p.left))
 local y     = p.upper * (rd.sin(p.right) - rd.sin(p.left))
 local lift  = rd.acos(rd.sqrt(x^2 + y^2) / (2 * p.lower))

@@ -1,7 +1,7 @@
--- A four-bar linkage, a crank-rocker, in the vertical x-y plane: a motor turns the crank from rest by a steady torque.
--- Checked against Freudenstein's equation for the rocker's angle and against the crank's rate that the work of motor
--- and weight leaves it, in closed form.
--- With spatial joints three of the rows that close it are redundant.
+-- A four-bar linkage (crank-rocker) in the vertical x-y plane. A motor with constant torque turns the crank from rest.
+-- Checked against closed forms: the rocker's angle by Freudenstein's equation, and the crank's rate from the work of the
+-- motor and of gravity.
+-- With spatial joints, three of the rows that close the linkage are redundant.
 local rd = require "refdyn"
 local joints = rd.option("joints", "planar", { "planar", "spatial" })
 local p  = rd.parameters {
@@ -11,7 +11,7 @@ local p  = rd.parameters {
 
 local torque = rd.input("torque", 1.5, "N m")
 
--- Rocker and coupler angles that close the loop at the start: the diagonal from the crank's pin to the rocker's pivot.
+-- Start angles of rocker and coupler that close the loop, from the diagonal between crank pin and rocker pivot.
 local x, y     = p.d - p.a * rd.cos(p.crank), -p.a * rd.sin(p.crank)
 local diagonal = rd.sqrt(x^2 + y^2)
 local coupler  = rd.atan2(y, x) + rd.acos((diagonal^2 + p.b^2 - p.c^2) / (2 * diagonal * p.b))

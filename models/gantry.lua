@@ -1,6 +1,6 @@
--- A gantry: bridge, trolley and ram on three slides at right angles, each driven along a course
--- against friction. Checked in closed form: the mass matrix is the diagonal of the carried masses, and each drive's
--- force is its carried mass times acceleration, its friction and, on the ram, the weight.
+-- A gantry: bridge, trolley and ram on three slides at right angles, each driven along a given motion against friction.
+-- Checked against closed forms: the mass matrix is the diagonal matrix of the carried masses, and the force of each drive
+-- is the carried mass times its acceleration, plus friction and, for the ram, the weight.
 local rd = require "refdyn"
 local p  = rd.parameters {
   { "g", 9.81, "m/s^2" }, { "steel", 7850, "kg/m^3" }, { "m_load", 20, "kg" }, { "T", 2, "s" },

@@ -1,5 +1,5 @@
 -- The manipulator with a flexible arm of "Reference Dynamics Based Motion Planning for Robotic Systems with
--- Flexible Components", Sect. 5.5. Marked as assumed: what the chapter does not print.
+-- Flexible Components", Sect. 5.5. Values that the chapter does not print are marked as assumed.
 local rd      = require "refdyn"
 local n       = rd.option("n_rfe", 4, { from = 1 })                     -- rigid finite elements; 1: rigid arm
 local program = rd.option("program", "consistent", { "consistent", "chapter", "none" })
@@ -26,11 +26,11 @@ return rd.model {
   links = {
     { "base", joint = { "z" }, mass = p.m_base, spring = { z = p.s_sup }, damper = { z = p.d_sup } },
     { "column", on = "base", joint = { "psi" }, mass = p.m_col, center = { 0, 0, p.h / 2 },
-      inertia = { zz = p.Izz_col } },                                   -- its other moments never act
+      inertia = { zz = p.Izz_col } },                                   -- other moments have no effect
     { "arm", on = "column", at = { 0, 0, p.h }, turn = { { "x", rd.pi / 2 } },
       joint = { "psi" }, start = { psi = rd.pi / 4 },
       beam = { length = p.L, section = rd.round(p.d), E = p.E, nu = p.nu, rho = p.rho, eta = p.eta,
-               rfe = n, dofs = dofs, springs = "printed" } },                 -- the chapter's, as all reference values
+               rfe = n, dofs = dofs, springs = "printed" } },                 -- form of the chapter and of all reference values
     { "effector", on = "arm.tip", turn = { { "y", rd.pi / 2 } }, joint = { "z" }, mass = p.m_E },
   },
   points      = { E = "effector" },
@@ -41,7 +41,7 @@ return rd.model {
   constraints = function(s)
     local E  = s.points.E
     local xc = rd.parameter("xc", s.start.points.E.x - p.a, "m")        -- the start lies on the ellipse
-    local x  = program == "chapter" and E.x or E.x - xc                 -- chapter: centred on the column
+    local x  = program == "chapter" and E.x or E.x - xc                 -- chapter: centre on the column
     if program == "none" then return {} end
     return {
       rd.position { (x / p.a)^2 + (E.y / p.b)^2 - 1, alpha = p.alpha, beta = p.beta, name = "ellipse" },

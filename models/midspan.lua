@@ -1,5 +1,5 @@
--- A clamped beam with a load on a hinge in the middle: a pendulum that hangs at x = a. Checked against the deflection
--- of a cantilever under its own weight and a single load: P a^2 (3 x - a) / (6 E I) beyond the load.
+-- A clamped beam with a pendulum on a hinge between its ends, at x = a. Checked against the deflection of a cantilever
+-- under its own weight and a single load P, which beyond the load adds P a^2 (3 x - a) / (6 E I).
 local rd = require "refdyn"
 local n  = rd.option("n_rfe", 4, { from = 2 })
 local p  = rd.parameters {

@@ -1,5 +1,5 @@
--- A flexible pendulum with torsion: a steel rod on a hinge, a mass beside its tip, nothing but gravity. Its energy
--- is constant.
+-- A flexible pendulum that bends and twists: a steel rod on a hinge, with an eccentric mass at its tip. Only gravity acts.
+-- Its energy is constant.
 local rd = require "refdyn"
 local n  = rd.option("n_rfe", 4, { from = 1 })
 local p  = rd.parameters {

@@ -1,5 +1,5 @@
--- A planar arm with two flexible links in a horizontal plane: its tip goes along a line x + y = const, driven at
--- both hinges, with a rate that the second row prescribes.
+-- An arm with two flexible links in a horizontal plane, driven at both hinges. Its tip moves along a line x + y = const at
+-- the rate that the second row prescribes.
 local rd = require "refdyn"
 local n  = rd.option("n_rfe", 3, { from = 1 })
 local p  = rd.parameters {

@@ -1,7 +1,7 @@
--- A SCARA robot with two flexible links, on the cycle by which such robots are compared: 25 mm up, 305 mm across, 25 mm
--- down, and back. Its motors follow the angles that rigid links would need, and the tool swings. Lengths are those of
--- ABB's IRB 910SC-3/0.65; sections and masses are our own. Checked with rigid links by the cycle and by the torques of a
--- two-link arm in closed form, with flexible ones by Castigliano's theorem: how far the tool sags.
+-- A SCARA robot with two flexible links on the cycle by which such robots are compared: 25 mm up, 305 mm across, 25 mm
+-- down, and back. Its motors follow the angles that rigid links would need, so the tool swings. Lengths are from ABB's IRB
+-- 910SC-3/0.65; sections and masses are our own. Checked with rigid links: the cycle, and the torques of a two-link arm in
+-- closed form. Checked with flexible links: the sag of the tool, by Castigliano's theorem.
 local rd = require "refdyn"
 local n  = rd.option("n_rfe", 2, { from = 1 })                          -- of each link
 local p  = rd.parameters {
@@ -10,7 +10,7 @@ local p  = rd.parameters {
   { "x", 0.4, "m" }, { "across", 0.305, "m" }, { "up", 0.025, "m" }, { "T", 0.75, "s" },
 }
 
--- Where the tool is to be, and which angles lead there; T is the time of one way.
+-- Prescribed position of the tool, and the joint angles for it. T is the time from one end of the cycle to the other.
 local function step(t, from, to) return rd.smoothstep(t, from * p.T, to * p.T) end
 local function y_of(t) return p.across * (step(t, 0.1, 0.9) - step(t, 1.1, 1.9) - 0.5) end
 local function z_of(t) return p.up * (step(t, 0, 0.2) - step(t, 0.8, 1) + step(t, 1, 1.2) - step(t, 1.8, 2)) end

@@ -1,5 +1,5 @@
 -- A slider-crank with a flexible rod; the crank is driven from rest to a steady rate. Checked with a rigid rod against
--- x = r cos a + sqrt(l^2 - r^2 sin^2 a), and with the flexible one by its energy and by how it nears the rigid one.
+-- x = r cos a + sqrt(l^2 - r^2 sin^2 a). Checked with the flexible one: energy, and the limit of high stiffness.
 local rd = require "refdyn"
 local n  = rd.option("n_rfe", 4, { from = 1 })
 local p  = rd.parameters {
@@ -8,7 +8,7 @@ local p  = rd.parameters {
 }
 local tilt = -rd.asin(p.r * rd.sin(p.angle) / p.l)                      -- of the rod, at the start
 
--- The rate rises as 1 - cos until T and stays.
+-- The rate rises as 1 - cos until T and then stays constant.
 local function crank(t)
   local rising = rd.min(t, p.T)
   return p.angle + p.rate * (rising / 2 - p.T / (2 * rd.pi) * rd.sin(rd.pi * rising / p.T) + rd.max(t - p.T, 0))

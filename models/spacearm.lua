@@ -1,5 +1,5 @@
--- A satellite that floats freely, with an arm of a stiff and a flexible link whose joints are driven from within.
--- Checked: nothing acts from outside, so momentum and moment of momentum stay, and the centre of mass moves evenly.
+-- A free-floating satellite whose arm has a stiff and a flexible link, with internal drives at the joints. Checked: without
+-- external forces, linear and angular momentum are constant, and the centre of mass moves with constant velocity.
 local rd = require "refdyn"
 local n  = rd.option("n_rfe", 3, { from = 1 })
 local p  = rd.parameters {

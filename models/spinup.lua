@@ -1,8 +1,8 @@
--- A flexible arm in spin-up: its hub turns from rest to 6 rad/s within 15 s. That is more than the arm's first
--- frequency, 3.8 rad/s: without the tension of the centrifugal force it would run away; it lags by 0.57 m and comes
--- back. The benchmark of Kane, Ryan and Banerjee (Journal of Guidance, Control, and Dynamics 10, 1987) with the numbers
--- of Simo and Vu-Quoc (Journal of Applied Mechanics 53, 1986, part II): 10 m, EI = 1.4e4 N m^2, 1.2 kg/m. Checked
--- against a beam under that tension, by assumed modes.
+-- Spin-up of a flexible arm: its hub accelerates from rest to 6 rad/s within 15 s. This exceeds the arm's first natural
+-- frequency, 3.8 rad/s; without the tension due to the centrifugal force the deflection would grow without bound. The tip
+-- lags by 0.57 m and returns. The benchmark of Kane, Ryan and Banerjee (Journal of Guidance, Control, and Dynamics 10, 1987)
+-- with the data of Simo and Vu-Quoc (Journal of Applied Mechanics 53, 1986, part II): 10 m, EI = 1.4e4 N m^2, 1.2 kg/m.
+-- Checked against the assumed modes of a beam under this tension.
 local rd = require "refdyn"
 local n  = rd.option("n_rfe", 8, { from = 2 })
 local p  = rd.parameters {
@@ -25,7 +25,7 @@ return rd.model {
   points = { tip = "arm.tip" },
   courses = function(s)
     local tip, psi = s.points.tip, turn(s.t)
-    return { deflection = tip.y * rd.cos(psi) - tip.x * rd.sin(psi) }   -- of the tip, as the hub sees it
+    return { deflection = tip.y * rd.cos(psi) - tip.x * rd.sin(psi) }   -- of the tip, seen from the hub
   end,
   constraints = function(s) return { rd.drive { "arm_psi", turn(s.t), alpha = 20, beta = 20 } } end,
 }

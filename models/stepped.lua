@@ -1,4 +1,4 @@
--- A clamped beam of three sections, thinner towards its tip, under a load there. Checked against the deflection of a
+-- A clamped beam of three sections, thinner towards the tip, with a load at the tip. Checked against the deflection of a
 -- stepped Euler-Bernoulli cantilever: the integral of P (L - x)^2 / (E I(x)).
 local rd = require "refdyn"
 local n  = rd.option("n", 1, { from = 1 })                              -- refines all three sections

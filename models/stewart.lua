@@ -1,15 +1,15 @@
 -- A Stewart platform (D. Stewart, "A platform with six degrees of freedom", Proceedings of the Institution of
--- Mechanical Engineers 180, 1965) on six legs whose driven lengths let it heave, roll and turn. A leg is a distance, or
--- a cylinder on a universal joint and a rod that slides in it and ends in a ball. Dimensions are our own. Checked: the
--- platform moves as the programme says, and its legs push with what the balance of forces asks for.
+-- Mechanical Engineers 180, 1965). The driven lengths of its six legs make it heave, roll and turn. A leg is a distance, or
+-- a cylinder on a universal joint with a sliding rod that ends in a ball joint. Dimensions are our own. Checked: the
+-- platform follows the programme, and the forces of its legs satisfy the balance of forces.
 local rd = require "refdyn"
-local legs = rd.option("legs", "light", { "light", "heavy" })           -- with mass: 24 coordinates instead of 6
+local legs = rd.option("legs", "light", { "light", "heavy" })           -- heavy: with mass, 24 coordinates, not 6
 local p  = rd.parameters {
   { "height", 1, "m" }, { "heave", 0.1, "m" }, { "roll", 0.15, "rad" }, { "turn", 0.2, "rad" }, { "rate", 3, "rad/s" },
   { "T", 1, "s" }, { "m_platform", 80, "kg" }, { "m_cylinder", 6, "kg" }, { "m_rod", 3, "kg" }, { "g", 9.81, "m/s^2" },
 }
 
--- Feet in pairs on a circle of 0.8 m, ends in pairs, between these, on one of 0.5 m.
+-- The feet are in pairs on a circle of radius 0.8 m, the upper ends in pairs between them on a circle of radius 0.5 m.
 local function on_circle(radius, angle) return { radius * rd.cos(angle), radius * rd.sin(angle), 0 } end
 local feet, ends = {}, {}
 for i = 1, 6 do
@@ -17,7 +17,7 @@ for i = 1, 6 do
   feet[i], ends[i] = on_circle(0.8, middle - 0.2 * side), on_circle(0.5, middle - 0.85 * side)
 end
 
--- The length from foot to end with the platform at a height, rolled about x and turned, and its three components.
+-- Length of leg i and its three components, from foot to end, for a platform at a height, rolled about x and turned about z.
 local function leg(i, height, roll, turn)
   local side = ends[i][1] * rd.sin(turn) + ends[i][2] * rd.cos(turn)    -- before the roll
   local x    = ends[i][1] * rd.cos(turn) - ends[i][2] * rd.sin(turn) - feet[i][1]
@@ -25,7 +25,7 @@ local function leg(i, height, roll, turn)
   return rd.sqrt(x^2 + y^2 + z^2), x, y, z
 end
 
--- The programme, from rest.
+-- The programme begins at rest.
 local function length_at(t, i)
   local w, angle = rd.smoothstep(t, 0, p.T), p.rate * t
   return (leg(i, p.height + p.heave * w * rd.sin(angle), p.roll * w * rd.cos(angle), p.turn * w * rd.sin(2 * angle)))

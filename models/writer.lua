@@ -1,11 +1,11 @@
--- An arm that writes: four axes lead an upright pen along the strokes of letters, and in arches from one to the next.
--- Lengths are those of the Mitsubishi Movemaster RV-M1 without its roll axis; masses, pen and letters are our own.
--- Checked: the pen is where the strokes begin and end, and the joints have the angles of the law of cosines.
+-- An arm that writes: four axes move an upright pen along the strokes of letters, and in arches between the strokes.
+-- Lengths are from the Mitsubishi Movemaster RV-M1 without its roll axis; masses, pen and letters are our own.
+-- Checked: the pen reaches both ends of each stroke, and the joint angles satisfy the law of cosines.
 local rd = require "refdyn"
 local p  = rd.parameters { { "speed", 0.15, "m/s" }, { "g", 9.81, "m/s^2" } }
-local height, upper, fore, hand = 0.3, 0.25, 0.16, 0.172                -- of the shoulder; lengths, pen included
+local height, upper, fore, hand = 0.3, 0.25, 0.16, 0.172                -- of the shoulder; lengths, including the pen
 
--- The letters "Rd": smooth curves through points of the sheet, which is read from the other side of the table.
+-- The letters "Rd": smooth curves through points of the sheet, to be read from the other side of the table.
 local function at(right, up) return { 0.3 - 0.1 * up, 0.1 * right - 0.065, 0 } end
 local strokes = {
   { at(0, 1), at(0, 0) },
@@ -15,7 +15,7 @@ local strokes = {
   { at(1.3, 1), at(1.3, 0) },
 }
 
--- Where the pen is to be: each path adds nothing before its time and its whole way after it.
+-- Prescribed position of the pen: a path contributes nothing before its time, and its whole displacement after it.
 local function pen(t)
   local place, time, last = at(0, 1), 0, nil
   local function follow(points)
@@ -32,7 +32,7 @@ local function pen(t)
   return place
 end
 
--- Angles at the start: the law of cosines between shoulder and wrist, which is above the pen.
+-- Start angles by the law of cosines between the shoulder and the wrist, which is above the pen.
 local x, y = at(0, 1)[1], at(0, 1)[2]
 local r, h = rd.sqrt(x^2 + y^2), hand - height
 local bend = rd.acos((r^2 + h^2 - upper^2 - fore^2) / (2 * upper * fore))

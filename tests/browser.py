@@ -1,4 +1,4 @@
-"""How the tests look at a page: a headless Chromium without a network, whose WebGL is drawn by software."""
+"""How the tests open a page: headless Chromium without a network, with WebGL rendered in software."""
 import json
 import os
 import pathlib
@@ -20,7 +20,7 @@ def run(page, fragment, *options):
 
 
 def ask(page, script, fragment=""):
-    """What `script`, the body of a function that runs when the page is ready, returns, and what the console said."""
+    """Returns the result of `script`, the body of a function that runs when the page is ready, and the messages of the console."""
     text = page.read_text()
     end = text.rindex("</body>")
     probe = ("<script>const probe = document.createElement('pre'); probe.id = 'probe';\n"
@@ -35,6 +35,6 @@ def ask(page, script, fragment=""):
 
 
 def photograph(page, fragment, picture, *options):
-    """A picture of the page as PNG."""
+    """Saves a picture of the page as PNG."""
     done = run(page, fragment, "--virtual-time-budget=2000", *options, f"--screenshot={picture}")
     assert pathlib.Path(picture).exists(), done.stderr[-2000:]

@@ -1,8 +1,9 @@
-"""The sums of theory, sect. 2.1 to 2.3, as they are written, in 60 digits: T_i and T_ij of every body, traces of 4 x 4 products.
+"""The sums of theory, sect. 2.1 to 2.3, as they are written, in 60 digits: T_i and T_ij of every body, traces of products of 4 x 4
+matrices.
 
-A model is plain data (see `random_models.py`). Nothing here is fast or clever, and nothing is shared with the
-generator. Energies of named springs, programme rows and velocities of points are differentiated by central
-differences, which at 60 digits leave 28 correct ones or more.
+A model is plain data (see `random_models.py`). Nothing here is fast or clever, and nothing is shared with the generator. Energies of named
+springs, programme rows and velocities of points are differentiated by central differences, which at 60 digits leave at least 28 correct
+digits.
 """
 import functools
 import types
@@ -55,7 +56,7 @@ def elementary(kind, value, order):
 
 
 def turns(link):
-    """Constant rotations; an angle that is a text is "rd.pi/2", and meant exactly."""
+    """Constant rotations. An angle given as text is "rd.pi/2" and exact."""
     return [elementary(TURNS["xyz".index(axis)], mpmath.pi / 2 if isinstance(angle, str) else number(angle), 0)
             for axis, angle in link.get("turn", [])]
 
@@ -97,7 +98,7 @@ def round_body(outer, inner, length, axis):
 
 
 def shape(body):
-    """H of a solid of even density, in its own frame."""
+    """H of a solid of uniform density in its own frame."""
     if body.tag == "box":
         a, b, c = numbers(body["size"])
         H = second_moments(a * b * c, *(a * b * c * edge ** 2 / 12 for edge in (a, b, c)))
@@ -158,14 +159,14 @@ ORDER = ("psi", "theta", "phi")
 
 
 def commutators(turns):
-    """Half the commutators of three turns one behind the other: what their rotation vector has beside them, to second order."""
+    """Half the commutators of three successive turns: the second-order part of their rotation vector, beyond the turns themselves."""
     axes = [identity(3)[AXES[kind]] for kind in ORDER]
     vector = sum(numpy.cross(axes[a], axes[b]) * turns[a] * turns[b] / 2 for a, b in ((0, 1), (0, 2), (1, 2)))
     return numbers(axis.dot(vector) for axis in axes)
 
 
 class Beam:
-    """One segment's numbers: what it does not say itself, its beam says."""
+    """The numbers of one segment; the beam provides those that the segment omits."""
 
     def __init__(self, beam, segment):
         part = {**beam, **segment}
@@ -205,7 +206,7 @@ class Beam:
 # ---- the tree ----
 
 def moved(factors, *constants):
-    """Factors with constant ones behind them, neighbours among those multiplied."""
+    """Factors followed by constant ones; adjacent constant factors are multiplied."""
     for constant in constants:
         if factors and not isinstance(factors[-1], int):
             factors = factors[:-1] + [factors[-1].dot(constant)]
@@ -220,7 +221,7 @@ class Tree:
     def __init__(self, model):
         self.model = model
         self.names, self.kinds, self.spring, self.rest, self.damper, self.start = [], [], [], [], [], []
-        self.strained = []  # coordinates of three turns whose springs act on strains
+        self.strained = []  # coordinates of three turns with springs on the strains
         self.bodies = []  # (factors, H); a factor is a 4 x 4 matrix or the index of a coordinate
         self.frames, self.elements, self.places = {"ground": []}, {}, {}
         for link in model["links"]:
@@ -236,14 +237,14 @@ class Tree:
         return len(self.names) - 1
 
     def place(self, value):
-        """Factors of a place, each place found once."""
+        """Factors of a place; each place is computed once."""
         key = repr(value)
         if key not in self.places:
             self.places[key] = self.find_place(value)
         return self.places[key]
 
     def find_place(self, value):
-        """Of "ground", "arm", "arm.tip", a point, or { on, along, at, turn }."""
+        """Finds the place of "ground", "arm", "arm.tip", a point, or { on, along, at, turn }."""
         if isinstance(value, str):
             return self.points[value] if value in getattr(self, "points", {}) else self.frames[value]
         factors = self.place(value.get("on", "ground"))
@@ -292,7 +293,7 @@ class Tree:
         self.frames[name + ".tip"] = factors
 
     def product(self, factors, q, derivatives=()):
-        """T, T_i or T_ij: each coordinate named in `derivatives` is differentiated once for each time it is named."""
+        """T, T_i or T_ij: each coordinate is differentiated as often as `derivatives` names it."""
         result = identity()
         for factor in factors:
             if isinstance(factor, int):
@@ -316,7 +317,7 @@ class Tree:
         return result
 
     def turn_columns(self, factors, q):
-        """Angular velocities by unit rates: the axial vectors of R_i R^T."""
+        """Angular velocities for unit rates: the axial vectors of R_i R^T."""
         result = numpy.array([[number(0)] * self.n for _ in range(3)], dtype=object)
         R = self.product(factors, q)[:3, :3]
         for i in self.moving(factors):
@@ -370,7 +371,7 @@ class Axes:
 
 
 class Names:
-    """Members by name, made when asked for."""
+    """Members by name, made on first use."""
 
     def __init__(self, make):
         self.make = make
@@ -384,7 +385,7 @@ class Names:
 
 
 class View:
-    """The state as formulas of the model see it."""
+    """The state as the formulas of a model see it."""
 
     def __init__(self, tree, t, q, qd, qdd=None):
         self.tree, self.t = tree, number(t)
@@ -399,7 +400,7 @@ class View:
             points=Names(lambda name: Vector(self, tree.points[name])), axes=Names(lambda name: Axes(self, tree.frames[name])))
 
     def frame(self, factors, s):
-        """T of a place when the motion has gone on for s seconds."""
+        """T of a place after s seconds of motion."""
         key = id(factors), s
         if key not in self.known:
             self.known[key] = self.tree.product(factors, self.q + self.qd * s + self.qdd * s ** 2 / 2)
@@ -438,7 +439,7 @@ FUNCTIONS = types.SimpleNamespace(
 
 @functools.lru_cache(maxsize=None)
 def knots(samples):
-    """x, y and second derivatives of the natural cubic spline, by a full system."""
+    """x, y and second derivatives of the natural cubic spline, from a full linear system."""
     x, y = numbers(at for at, _ in samples), numbers(value for _, value in samples)
     n = len(x)
     A, b = mpmath.eye(n), mpmath.zeros(n, 1)
@@ -507,7 +508,7 @@ def loads(view):
 
 
 def other_forces(tree, t, q, qd):
-    """Dampers, named forces and loads, and what named springs and energies give."""
+    """Dampers, named forces and loads, and the forces of named springs and energies."""
     q, qd = numbers(q), numbers(qd)
     view = View(tree, t, q, qd)
     J = strain_slopes(tree, q)
@@ -538,7 +539,7 @@ def weight_forces(tree, q):
 
 
 def strains(tree, q):
-    """Coordinates, strains of the turns of elements in their places."""
+    """Coordinates, with strains in place of the turns of elements."""
     w = numbers(q)
     for places in tree.strained:
         w[places] = w[places] + commutators(w[places])
@@ -550,7 +551,7 @@ def stretches(tree, q):
 
 
 def strain_slopes(tree, q):
-    """J = dw/dq; w is of second order, so that differences are exact."""
+    """J = dw/dq. w is of second order, so differences are exact."""
     return numpy.array([(strains(tree, numbers(q) + e) - strains(tree, numbers(q) - e)) / 2 for e in identity(tree.n)], dtype=object).T
 
 
@@ -572,7 +573,7 @@ def potential(tree, q):
     gravity = numbers(list(tree.model["gravity"]) + [0])
     energy = sum(s * x ** 2 / 2 for s, x in zip(tree.spring, stretches(tree, q))) + named_energy(tree, q)
     for factors, H in tree.bodies:
-        if tree.moving(factors):  # what is welded to the ground is part of it
+        if tree.moving(factors):  # a body welded to the ground is part of it
             energy -= gravity.dot(tree.product(factors, q).dot(H[:, 3]))
     return energy
 
@@ -616,7 +617,7 @@ def dynamics(tree, t, q, qd):
 # ---- rows ----
 
 def normals(direction):
-    """Two unit vectors across: the next axes of an axis, else made with the axis that is farthest away."""
+    """Two unit vectors across an axis: the next axes if it is a frame's axis, otherwise built from the axis that is farthest away."""
     if sorted(abs(direction)) == [0, 0, 1]:
         axis = list(abs(direction)).index(1)
         return [numbers(int(i == (axis + step) % 3) for i in range(3)) for step in (1, 2)]
@@ -651,7 +652,7 @@ def row_levels(entry):
 
 
 def residuals(view, entry):
-    """What one entry of `constraints` says to be zero."""
+    """Residuals of one entry of `constraints`."""
     def gap(a, b):
         return view.place(a).now - view.place(b).now
 

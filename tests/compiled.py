@@ -1,4 +1,4 @@
-"""Emitted C compiled, without a warning, and called: every quantity of a model, without the runtime."""
+"""Compiles emitted C, without warnings, and calls it: every quantity of a model, without the runtime."""
 import ctypes
 import subprocess
 
@@ -8,7 +8,7 @@ from program import SOURCE, refdyn
 
 WARNINGS = "-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror".split()
 
-# Calls a quantity by its name; sets parameters as a motion does that starts where the model says.
+# Calls a quantity by its name; sets parameters like a motion that starts in the model's initial state.
 SHIM = """
 #include "MODEL.h"
 #include <stddef.h>
@@ -76,7 +76,7 @@ class Compiled:
     def __init__(self, path, folder, *options):
         folder.mkdir(parents=True, exist_ok=True)
         refdyn("gen", path, *options, "-o", folder)
-        name = min(folder.glob("*.h"), key=lambda file: len(file.name)).stem  # companions have longer names
+        name = min(folder.glob("*.h"), key=lambda file: len(file.name)).stem  # the names of companions are longer
         (folder / "shim.c").write_text(SHIM.replace("MODEL", name))
         subprocess.run(["gcc", "-std=c11", "-O0", "-ffp-contract=off", *WARNINGS, "-fPIC", "-shared", "-I", SOURCE / "runtime", "-o",
                         folder / "model.so", *folder.glob("*.c"), "-lm"], check=True)
@@ -97,7 +97,7 @@ class Compiled:
         return shapes.get(name, (n,))
 
     def __call__(self, name, state):
-        """The quantity's values, or None when the model has none."""
+        """Returns the quantity's values, or None if the model lacks it."""
         out = array(numpy.full(self.shape(name), numpy.nan))
         q, qd = array(state["q"]), array(state["qd"])
         call = self.library.call

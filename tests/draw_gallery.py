@@ -1,8 +1,8 @@
 #!/usr/bin/python3
-"""Draws the pictures of docs/gallery.md anew, all of them or those named: `draw_gallery.py [NAME ...]`.
+"""Redraws the pictures of docs/gallery.md, all of them or the named ones: `draw_gallery.py [NAME ...]`.
 
-Takes the commands from that page, and from here what the camera sees: a fragment of `refdyn view`'s page (docs/view.md). Each is drawn
-twice as large, and made smaller with a palette of its own. Needs a build, Chromium and Pillow (`.ci/install build draw test`).
+The commands come from that page. The view of the camera is set here by a fragment of `refdyn view`'s page (docs/view.md). Each picture is
+drawn at twice its size, then reduced with its own palette. Needs a build, Chromium and Pillow (`.ci/install build draw test`).
 """
 import pathlib
 import re

@@ -1,6 +1,6 @@
-"""The friction suite: scenes that stick and slide, their equations once more by hand, and how a run is judged.
+"""The friction suite: scenes that stick and slide, their equations written again by hand, and the criteria for a run.
 
-The model files are those of models/friction; `accelerations(t, q, v, w)` here is written without them.
+The model files are in models/friction; `accelerations(t, q, v, w)` here is written independently of them.
 """
 import typing
 
@@ -10,11 +10,12 @@ from program import TESTS, motion, oracle
 
 WIDTHS = ("1e-2", "1e-4", "1e-6", "1e-8", "1e-10")
 TOLERANCES = ("1e-3", "1e-4", "1e-5", "1e-6", "1e-7", "1e-8", "1e-9")
-# Of a motion; more would shorten the steps of collocation.
+# Samples of a motion; more would shorten the steps of collocation.
 SAMPLES = 4
-# An error is allowed to be this many tolerances, and steps this many times those of the best method by name.
+# Allowed error in tolerances, and allowed steps in multiples of the steps of the best single method.
 ALLOWED, STEPS_ALLOWED = 10, 2
-# At this tolerance layers are met though gauss12 by name may go over them and stay within ten tolerances: pendulum and stack.
+# At this tolerance `auto` must resolve the layers, although gauss12 alone may step over them and stay within ten tolerances: pendulum and
+# stack.
 ROUGH, ROUGH_STEPS_ALLOWED = "1e-3", 2.2
 
 
@@ -57,7 +58,7 @@ def arm(t, q, v, w):
 
 
 def stack(t, q, v, w):
-    """Of the lower block, and of the upper one on it."""
+    """Accelerations of the lower block, and of the upper block relative to it."""
     low, top = numpy.array([1.8, 2.2]) * numpy.clip(v / w, -1, 1)
     a = (7 * numpy.sin(3 * t) - 20 * q[0] - low + top) / 2
     return numpy.array([a, -top - a])

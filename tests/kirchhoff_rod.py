@@ -1,7 +1,8 @@
-"""An inextensible, shear-rigid rod, clamped at the origin along x, under a dead load at its tip: a boundary value problem solved by shooting.
+"""An inextensible, shear-rigid rod, clamped at the origin along x, under a dead load at its tip: a boundary value problem solved by
+shooting.
 
-Independent of rigid finite elements: r' = R e_x, R' = R [k]x, R S (k - k_0) = m and m = (r_tip - r) x F, with S = diag(G It, E Iy, E Iz). The
-tip's place is the unknown, since m depends on it alone.
+Independent of rigid finite elements: r' = R e_x, R' = R [k]x, R S (k - k_0) = m and m = (r_tip - r) x F, with S = diag(G It, E Iy, E Iz).
+The only unknown is the position of the tip, since m depends on nothing else.
 """
 import math
 
@@ -10,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 
 def torsion_constant(a, b):
-    """St. Venant's, of a rectangle with sides a >= b."""
+    """Saint-Venant's torsion constant of a rectangle with sides a >= b."""
     tail = sum(math.tanh(k * math.pi * a / (2 * b)) / k ** 5 for k in range(1, 400, 2))
     return a * b ** 3 / 3 * (1 - 192 * b / (math.pi ** 5 * a) * tail)
 
@@ -33,7 +34,7 @@ def tip_reached(length, rigidity, curvature, force, tip):
 
 
 def rod_tip(length, rigidity, force, curvature=(0, 0, 0)):
-    """The tip's place [m], its equation solved to 1e-12; rigidity: about x, y, z [N m^2]; curvature of the unloaded rod [rad/m]."""
+    """Position of the tip [m], solved to 1e-12; rigidity about x, y, z [N m^2]; curvature of the unloaded rod [rad/m]."""
     rigidity, force, curvature = (numpy.array(v, dtype=float) for v in (rigidity, force, curvature))
     tip = numpy.array([length, 0, 0], dtype=float)
     for part in (0.25, 0.5, 0.75, 1):

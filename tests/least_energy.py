@@ -1,22 +1,22 @@
-"""Least energy under equations, for what a test writes as formulas: the judge of equilibria."""
+"""Least energy under equations, for formulas written in a test: the reference for equilibria."""
 import numpy
 
-STEP = 1e-30  # of complex differences, which have no rounding of their own
+STEP = 1e-30  # step of complex differences, which have no cancellation
 
 
 def gradient(function, x):
-    """Of a function of an array, by complex differences: a row for each of its values."""
+    """Gradient of a function of an array by complex differences: one row for each of its values."""
     return numpy.array([numpy.imag(function(x + 1j * STEP * unit)) / STEP for unit in numpy.eye(len(x))]).T
 
 
 def curvature(energy, rows, force, x, h=1e-5):
-    """Of the energy + force . rows."""
+    """Curvature of energy + force . rows."""
     slope = lambda y: gradient(energy, y) + force @ gradient(rows, y)
     return numpy.array([(slope(x + h * unit) - slope(x - h * unit)) / (2 * h) for unit in numpy.eye(len(x))])
 
 
 def look(energy, rows, x):
-    """The way onto the rows, a basis of what they leave free, the multipliers, and the curvature in that basis."""
+    """Correction onto the rows, a basis of the directions that they leave free, the multipliers, and the curvature in that basis."""
     slope, J = gradient(energy, x), gradient(rows, x)
     onto = -numpy.linalg.pinv(J, rcond=1e-6) @ rows(x)
     _, sizes, basis = numpy.linalg.svd(J)
@@ -28,14 +28,14 @@ def look(energy, rows, x):
 
 
 def meet(rows, x):
-    """x moved onto the rows."""
+    """Moves x onto the rows."""
     for _ in range(30):
         x = x - numpy.linalg.pinv(gradient(rows, x), rcond=1e-3) @ rows(x)
     return x
 
 
 def least_energy(energy, rows, x, reach=0.3):
-    """x and the multipliers where the energy is least downhill from x, and rows(x) = 0. Rows may depend on others."""
+    """x and the multipliers where the energy downhill from x is least and rows(x) = 0. Rows may be redundant."""
     x = numpy.array(x, float)
     for _ in range(500):
         onto, free, force, values, downhill = look(energy, rows, x)
@@ -49,6 +49,6 @@ def least_energy(energy, rows, x, reach=0.3):
 
 
 def negative_directions(energy, rows, x):
-    """In how many directions the energy falls from an equilibrium; its largest slope along the rows."""
+    """Number of directions in which the energy decreases from an equilibrium, and its largest slope along the rows."""
     onto, _, _, values, downhill = look(energy, rows, numpy.array(x, float))
     return int((values < 0).sum()), max(abs(onto).max(), abs(downhill).max())

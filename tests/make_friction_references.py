@@ -1,6 +1,6 @@
-"""Writes oracle/friction.json anew: scenes of friction_suite.py from the equations written there, by Radau's method of SciPy.
+"""Rewrites oracle/friction.json: the scenes of friction_suite.py, from the equations written there, by SciPy's Radau method.
 
-    /usr/bin/python3 make_friction_references.py [SCENE...]
+/usr/bin/python3 make_friction_references.py [SCENE...]
 """
 import json
 import sys
@@ -13,7 +13,7 @@ from friction_suite import SAMPLES, SCENES, WIDTHS
 from program import TESTS
 
 PLACE = TESTS / "oracle" / "friction.json"
-# Relative; absolute of positions [m, rad], of rates: this part of the width.
+# Relative tolerance; absolute tolerance of positions [m, rad]; that of rates as a fraction of the width.
 RELATIVE, POSITION, OF_WIDTH = 1e-13, 1e-14, 1e-5
 
 

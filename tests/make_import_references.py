@@ -1,6 +1,6 @@
-"""Writes oracle/import.json anew: M, h and gravity of the robots of robots/ by Pinocchio, which `pip install pin` brings.
+"""Rewrites oracle/import.json: M, h and gravity of the robots in robots/, computed by Pinocchio (`pip install pin`).
 
-    python3 make_import_references.py
+python3 make_import_references.py
 """
 import json
 

@@ -1,9 +1,9 @@
-"""Writes oracle/robot.json anew: the arm of models/robot.lua by Pinocchio, at random states.
+"""Rewrites oracle/robot.json: the arm of models/robot.lua at random states, computed by Pinocchio.
 
     python3 -m venv VENV && VENV/bin/pip install pin && VENV/bin/python make_robot_references.py
 
-The arm stands here a second time, number by number, so that a misread field of the model is found, too. Accelerations of
-the points E and grip: spatial Jacobians in the ground's axes at the point (LOCAL_WORLD_ALIGNED), and their rate times qd.
+The arm is written here a second time, number by number, so that a misread field of the model is detected, too. Accelerations of the points
+E and grip come from spatial Jacobians in the ground's axes at the point (LOCAL_WORLD_ALIGNED) and their rate times qd.
 """
 import json
 import pathlib
@@ -14,7 +14,7 @@ import pinocchio
 
 PLACE = pathlib.Path(__file__).parent / "oracle" / "robot.json"
 ACROSS, TILT, TOOL, ROTOR = (0.12, 0.97, -0.05), 0.17, 0.831, 1.37e-4
-# Name, position, turns, kind, axis, mass, centre, inertia xx yy zz xy xz yz about it, rotor's inertia, gear.
+# Name, position, turns, kind, axis, mass, centre, inertia xx yy zz xy xz yz about the centre, rotor's inertia, gear.
 LINKS = [
     ("pan", (0.021, -0.013, 0.163), [("z", 0.21)], "turn", (0, 0, 1), 3.761, (0.007, -0.021, 0.013),
      (0.0121, 0.0113, 0.0094, 0.0004, -0.0003, 0.0007), ROTOR, 101),

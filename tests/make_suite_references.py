@@ -1,6 +1,6 @@
-"""Writes oracle/suite_*.json anew: each case by two methods at tight tolerances, which have to agree.
+"""Rewrites oracle/suite_*.json: each case by two methods at tight tolerances, which must agree.
 
-    REFDYN=../build/release/bin/refdyn /usr/bin/python3 make_suite_references.py [CASE...]
+REFDYN=../build/release/bin/refdyn /usr/bin/python3 make_suite_references.py [CASE...]
 """
 import json
 import sys

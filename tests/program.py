@@ -11,25 +11,25 @@ TESTS = SOURCE / "tests"
 MODELS = SOURCE / "models"
 BUILD = pathlib.Path(os.environ.get("REFDYN_BUILD", SOURCE / "build" / "release"))
 REFDYN = os.path.abspath(os.environ.get("REFDYN", BUILD / "bin" / "refdyn"))
-# 0 shows the real residuals: every comparison then fails and prints its figure.
+# 0 shows the actual residuals: every comparison then fails and prints its figure.
 SCALE = float(os.environ.get("REFDYN_TOLERANCE_SCALE", "1"))
 
 # The public header is the only place where the version is written.
 VERSION = ".".join(re.findall(r"^#define REFDYN_VERSION_(?:MAJOR|MINOR|PATCH) (\d+)$", (SOURCE / "runtime" / "refdyn.h").read_text(), re.M))
 REFERENCE = MODELS / "manipulator.lua"
-# tests/long: all models where otherwise a few stand for them.
+# tests/long: all models instead of a few representatives.
 LONG = "REFDYN_LONG" in os.environ
 
 
 def some(paths):
-    """All of them in order; there has to be one, so that no test passes on no file."""
+    """Sorts the paths. There must be at least one, so that no test passes without a file."""
     paths = sorted(paths)
     assert paths, "no file of that name"
     return paths
 
 
 def sources(folder, *patterns):
-    """Files of a folder of the project and of all folders in it."""
+    """Files of a folder of the project and of its subfolders."""
     return some(path for pattern in patterns or ("*.[ch]",) for path in (SOURCE / folder).rglob(pattern))
 
 
@@ -51,17 +51,17 @@ def models_of_tests():
 
 
 def few_models():
-    """Those that are built otherwise than another one, all of them in tests/long: where one model takes seconds."""
+    """Models that differ in structure from the others; all models in tests/long. Used where one model takes seconds."""
     return [path for path in all_models() if LONG or path.stem not in ("chain", "puma", "scara", "writer")]
 
 
 def few_models_of_tests():
-    """Every third of them, all of them in tests/long: where models of `models/` take long already."""
+    """Every third model; all of them in tests/long. Used where the models of `models/` already take long."""
     return models_of_tests() if LONG else models_of_tests()[::3]
 
 
 def refdyn(*arguments, status=0, env=None, cwd=None, timeout=300):
-    """Runs the program and checks its exit status; the finished process."""
+    """Runs the program, checks its exit status and returns the finished process."""
     done = subprocess.run([REFDYN, *map(str, arguments)], capture_output=True, text=True, cwd=cwd, timeout=timeout,
                           env={**os.environ, **(env or {})})
     if status is not None:
@@ -76,7 +76,7 @@ def settings(values):
 
 
 def evaluate(model, state=None, *arguments, env=None):
-    """The JSON object of `refdyn eval`."""
+    """The JSON object that `refdyn eval` prints."""
     with tempfile.NamedTemporaryFile("w", suffix=".json") as file:
         json.dump(state or {}, file)
         file.flush()
@@ -92,7 +92,7 @@ def flat(value):
 
 
 def difference(found, expected, scale=None):
-    """Largest difference over the largest expected entry (or over `scale`)."""
+    """Largest difference divided by the largest expected entry (or by `scale`)."""
     found, expected = flat(found), flat(expected)
     assert len(found) == len(expected), f"{len(found)} entries, not {len(expected)}"
     size = scale if scale is not None else max((abs(float(e)) for e in expected), default=0)
@@ -101,13 +101,13 @@ def difference(found, expected, scale=None):
 
 
 def close(what, found, expected, tolerance, scale=None):
-    """One line when found and expected differ by more than tolerance; '' otherwise."""
+    """One line if found and expected differ by more than the tolerance, otherwise ''."""
     error = difference(found, expected, scale)
     return "" if error <= tolerance * SCALE else f"{what}: differs by {error:.2e}, allowed {tolerance * SCALE:.0e}"
 
 
 def check(lines):
-    """Fails with one line for each fact that does not hold."""
+    """Fails with one line for each fact that is wrong."""
     lines = [line for line in lines if line]
     assert not lines, "\n" + "\n".join(lines)
 

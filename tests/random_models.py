@@ -1,6 +1,6 @@
-"""Random models as data, and the same models as Lua. Equal seeds give equal models.
+"""Random models as data, and the same models as Lua. Equal seeds produce equal models.
 
-Formulas are texts that Lua and, with ** for ^, Python read alike. Forces without an energy vanish at t = 0 and rest.
+Formulas are texts that Lua and, with ** for ^, Python read alike. Forces without an energy vanish at t = 0 and at rest.
 """
 import random
 import re
@@ -10,7 +10,7 @@ TURNS = ("psi", "theta", "phi")
 
 
 class Tagged:
-    """rd.tag { items, fields }, or rd.tag(items) where no field is named and the tag is a section's."""
+    """rd.tag { items, fields }, or rd.tag(items) if no field is named and the tag is a section's."""
 
     def __init__(self, tag, *items, **fields):
         self.tag, self.items, self.fields = tag, items, fields
@@ -26,11 +26,11 @@ class Tagged:
 
 
 class Formula(str):
-    """A text that stands in Lua as it is."""
+    """A text that is copied to Lua unchanged."""
 
 
 class Parameter(float):
-    """A number that the model has as a parameter."""
+    """A number that is a parameter of the model."""
 
 
 def value(rng, low, high):
@@ -58,7 +58,7 @@ def turning(rng):
 
 
 def solid(rng):
-    """Mass, centre and tensor of four random point masses: a body that can exist, with products of inertia."""
+    """Mass, centre and tensor of four random point masses: a possible body with products of inertia."""
     parts = [(rng.uniform(0.2, 2), [rng.uniform(-0.4, 0.4) for _ in range(3)]) for _ in range(4)]
     mass = sum(m for m, _ in parts)
     center = [sum(m * r[i] for m, r in parts) / mass for i in range(3)]
@@ -184,7 +184,7 @@ WAYS = ("one link", "links", "euler", "two", "apart", "turned", "child", "weight
 
 
 def add_ball(rng, links, on, name, way):
-    """Turns at one point: three in one link or in several, which are eliminated together, and what is nearly so."""
+    """Turns at one point: three in one link or in several links, which are eliminated together, and similar cases that are not."""
     axes = rng.sample(["psi", "theta", "phi"], 3)
     if way == "one link":
         links.append(jointed(rng, name, axes, on=on, **placing(rng), **massive(rng)))
@@ -249,7 +249,7 @@ def random_links(rng, few):
 # ---- runs of equal elements ----
 
 def equal_links(rng, name, on):
-    """A chain of links that differ in their names alone."""
+    """A chain of links that differ only in their names."""
     kinds = rng.sample(KINDS, rng.choice([1, 1, 2, 3]))
     given = {**at_random(rng, kinds), **(massive(rng) if rng.random() < 0.8 else solid(rng))}
     place = placing(rng)
@@ -263,7 +263,7 @@ def equal_links(rng, name, on):
 
 
 def long_beam(rng, most):
-    """A beam of many elements; most of all: about so many of them."""
+    """A beam of many elements, of approximately the given number."""
     dofs = rng.choice([("psi",), ("theta",), ("psi", "theta"), ("theta", "phi"), TURNS, TURNS])
     common = {"section": section(rng), "E": 2.1e9, "nu": 0.31, "rho": value(rng, 1000, 3000), "rfe": rng.randint(2, most)}
     if len(dofs) < 3:
@@ -283,7 +283,7 @@ def long_beam(rng, most):
 
 
 def add_long_beam(rng, links, on, name, most):
-    """A beam on `on`, and what it carries in the middle and at its tip; the names of all that carries more."""
+    """Adds a beam on `on` with loads in the middle and at its tip; returns the names of all possible carriers."""
     rod = jointed(rng, name, rng.choice([["theta"], ["psi"], [], [], ["phi", "psi"]]), **filled(on=on), **placing(rng, 0.3),
                   **(solid(rng) if rng.random() < 0.2 else {}))
     rod["beam"] = long_beam(rng, most)
@@ -299,7 +299,7 @@ def add_long_beam(rng, links, on, name, most):
 
 
 def interleaved(rng, links):
-    """The same links in another order, carriers before what they carry."""
+    """The same links in another order, each carrier before the links that it carries."""
     left, placed, result = list(links), set(), []
     while left:
         ready = [link for link in left if "on" not in link or link["on"].split(".")[0] in placed]
@@ -310,7 +310,7 @@ def interleaved(rng, links):
 
 
 def run_links(rng, most):
-    """Beams of many elements and chains of equal links, one on the other or side by side."""
+    """Beams of many elements and chains of equal links, in series or in parallel."""
     links, carriers = [], [None]
     if rng.random() < 0.15:
         links.append(jointed(rng, "base", ["free"], **massive(rng)))
@@ -350,7 +350,7 @@ class Scene:
         return self.rng.choice(self.coordinates)
 
     def name_few(self):
-        """Most elements stay without names and points, which would take them out of runs."""
+        """Leaves most elements without names and points, which would exclude them from runs."""
         own = [name for name in self.coordinates if not re.search(r"_\d+$|^chain", name)]
         chosen = set(self.rng.sample(self.coordinates, min(2, len(self.coordinates))) + self.rng.sample(own, min(3, len(own))))
         self.coordinates = [name for name in self.coordinates if name in chosen]
@@ -368,7 +368,7 @@ class Scene:
         return {**fields, **filled(at=vector(rng, 0.5), turn=some(rng, 0.3, lambda: turning(rng)))}
 
     def two_names(self):
-        """Two carriers that move against each other."""
+        """Two carriers that move relative to each other."""
         first = self.rng.choice(self.names)
         paths = {name: path_coordinates(self.links, name) for name in self.names + ["ground"]}
         return first, self.rng.choice([name for name in paths if paths[name] != paths[first]])
@@ -388,7 +388,7 @@ class Scene:
 
 
 def path_coordinates(links, name):
-    """Coordinates between a place and the ground, beams as a whole."""
+    """Coordinates between a place and the ground, with beams as a whole."""
     by_name = {link["name"]: link for link in links}
     link = by_name.get(name.split(".")[0])
     if not link:
@@ -399,7 +399,7 @@ def path_coordinates(links, name):
 
 
 def torque(rng, scene):
-    """Against another link or the ground: against its own one it would do nothing, which is refused."""
+    """A torque against another link or the ground; against its own link it would have no effect and be refused."""
     name = rng.choice(scene.names)
     place, value, follows = scene.place(name), load(rng, scene), axes(rng, scene)
     against = some(rng, 0.4, lambda: rng.choice(scene.names))
@@ -463,7 +463,7 @@ def closing(rng):
 
 
 def one_row(rng, scene, free, way=None):
-    """One entry of constraints; `free`: coordinates that none drives yet."""
+    """One entry of constraints; `free`: coordinates without a drive so far."""
     gains = {gain: value(rng, 0.5, 4) for gain in ("alpha", "beta") if rng.random() < 0.7}
     ways = ["position", "velocity", "acceleration"] * 3 + ["loop"] * 2
     ways += ["parallel", "perpendicular", "on_line", "on_plane", "distance"] + ["drive", "lock"] * bool(free)
@@ -504,7 +504,7 @@ def random_rows(rng, scene):
 
 
 def random_model(seed, few=True, elements=0):
-    """few: about ten coordinates at the most. elements: of beams, and chains of equal links, which loops run over."""
+    """few: at most about ten coordinates. elements: of beams and chains of equal links, which become loops."""
     rng = random.Random(seed)
     make = (lambda: run_links(rng, elements)) if elements else (lambda: random_links(rng, few))
     links, ways = make()
@@ -546,7 +546,7 @@ def random_state(rng, n, size=0.6):
 
 
 def features(model):
-    """What of the language a model uses: fields, tags, ways of turning, levels of rows."""
+    """Parts of the language that a model uses: fields, tags, ways of turning, levels of rows."""
     def words(data):
         if isinstance(data, Tagged):
             yield " ".join([data.tag] + list(data.get("joint", ())))
@@ -567,7 +567,7 @@ def features(model):
 
 
 def statics_model(seed):
-    """A random model that stands: a spring at every joint, loads that act at rest, no rows; one coordinate held in half of them."""
+    """A random model with an equilibrium: a spring at every joint, loads that act at rest, no rows. Half of the models hold one coordinate."""
     rng = random.Random(seed)
     model = random_model(seed)
     model.pop("form", None)
@@ -586,7 +586,7 @@ def statics_model(seed):
 
 
 def at_rest(data):
-    """The same load with cosines of time for sines."""
+    """The same load with cosines of time instead of sines."""
     if isinstance(data, Formula):
         return Formula(data.replace("rd.sin(", "rd.cos("))
     return tuple(map(at_rest, data)) if isinstance(data, tuple) else data
@@ -595,7 +595,7 @@ def at_rest(data):
 # ---- as Lua ----
 
 class Writer:
-    """Data as Lua; parameters get names in the order in which they occur, the same one the same name."""
+    """Writes data as Lua. Parameters are named in order of occurrence; equal parameters share a name."""
 
     def __init__(self):
         self.parameters = []

@@ -1,4 +1,4 @@
-"""The stiff and extreme cases: what each is, how it is run, and the error of a run against its reference."""
+"""The stiff and extreme cases: their definition, how each is run, and the error of a run against its reference."""
 import typing
 
 import numpy
@@ -8,12 +8,12 @@ from program import REFERENCE, TESTS, motion, oracle, settings
 SUITE = TESTS / "models" / "suite"
 ARM, CHAIN, SWING, TOP = [SUITE / f"{name}.lua" for name in ("arm", "chain", "swing", "top")]
 FOUR_BAR = TESTS / "models" / "four_bar.lua"
-# What every case is run with, and from which tolerance on.
+# Methods of every case; decades of tolerances from the case's `tol` on; outputs of a motion.
 ONE_METHOD = ("rodas5p",)
 METHODS = ("auto", *ONE_METHOD)
 DECADES = 4
 SAMPLES = 4
-# Coordinates of larger models are too many for a reference: their points stand for them.
+# Larger models have too many coordinates for a reference; positions of points replace them.
 COORDINATES_MOST = 16
 
 
@@ -24,11 +24,11 @@ class Case(typing.NamedTuple):
     until: float
     values: dict = {}
     options: tuple = ()
-    # Largest error of a coordinate [rad] or a point [m] over the tolerance of a step.
+    # Largest error of a coordinate [rad] or a point [m] in units of the tolerance of a step.
     allowed: float = 1
-    # The largest tolerance: vibrations that are smaller than it are not followed, and its error then is theirs.
+    # The largest tolerance: smaller vibrations are not followed, and the error then is their amplitude.
     tol: float = 1e-4
-    # Two methods, as different as the case lets them be.
+    # Two methods, as different as possible for the case.
     references: tuple = (("rk8", "--tol", "1e-13"), ("rodas6p", "--tol", "1e-12"))
 
     @property
@@ -36,9 +36,9 @@ class Case(typing.NamedTuple):
         return "suite_" + self.name.replace(" ", "_").replace(",", "").replace("-", "_")
 
 
-# Explicit steps of a millionth of a second and less would take hours.
+# Explicit steps of a millionth of a second or less would take hours.
 STIFF = (("rodas6p", "--tol", "1e-12"), ("rodas5p", "--tol", "1e-11"))
-# An explicit method beside another: implicit ones lose digits there.
+# An explicit method for comparison: implicit ones lose digits here.
 SINGULAR = (("rk8", "--tol", "1e-13"), ("rk4", "--step", "4e-7"))
 
 CASES = [
@@ -64,7 +64,7 @@ CASES = [
     Case("top 1e-1", "theta passes pi/2 at 0.1", TOP, 1, dict(miss=1e-1), allowed=5, references=SINGULAR),
     Case("top 1e-2", "theta passes pi/2 at 0.01", TOP, 1, dict(miss=1e-2), allowed=10, references=SINGULAR),
     Case("top 1e-3", "theta passes pi/2 at 0.001", TOP, 1, dict(miss=1e-3), allowed=30, references=SINGULAR),
-    # Twice omega; the first frequency of the arm whose tip is led is 127.9 rad/s.
+    # Twice omega; the first frequency of the arm with prescribed tip is 127.9 rad/s.
     Case("programme, slow", "row at 0.05 of the first frequency", ARM, 1, dict(row="swing", m_E=0.05, omega=3.2), allowed=2),
     Case("programme, fast", "row at 0.3 of the first frequency", ARM, 1, dict(row="swing", m_E=0.05, omega=19, stroke=0.03)),
     Case("programme, resonant", "row at the first frequency", ARM, 0.5,
@@ -95,19 +95,19 @@ def run(case, *arguments, timeout=300):
 
 
 def observed(columns):
-    """What a reference keeps: positions of points, and coordinates when they are few."""
+    """Values that a reference keeps: positions of points, and coordinates if they are few."""
     coordinates = [name for name in columns if name + "_d" in columns]
     points = [name for name in columns if name + "dd" in columns]
     return points + (coordinates if len(coordinates) <= COORDINATES_MOST else [])
 
 
 def error(columns, reference):
-    """Largest difference from a reference; NaN where either is."""
+    """Largest difference from a reference; NaN if either contains NaN."""
     return max(abs(columns[name] - values).max() for name, values in reference.items())
 
 
 def told(summary, reference):
-    """The largest error that --verify estimates of what a reference keeps; a point has three columns."""
+    """The largest error that --verify estimates for the values of a reference; a point has three columns."""
     groups = summary["error"]["points"].items(), summary["error"]["coordinates"].items()
     listed = {name: values for group in groups for name, values in group}
     return max(numpy.max(values) for name, values in listed.items() if name in reference or f"{name}_x" in reference)

@@ -1,8 +1,8 @@
-"""Digits of the emitted accelerations, as loops and as straight code.
+"""Accuracy of the emitted accelerations, as loops and as straight code.
 
-`oracle/accelerations.json`: the reference manipulator without programme or torque at one state for each number of elements,
-by another formulation (articulated bodies in 6 x 6 matrices) in 60 digits. Many more states: the emitted C once more with
-113-bit numbers in place of double, where both variants must agree to 30 digits.
+`oracle/accelerations.json` has the reference manipulator without programme or torque at one state for each number of elements, computed
+with another formulation (articulated bodies in 6 x 6 matrices) in 60 digits. For many more states the emitted C is compiled again with
+113-bit numbers in place of double; both variants must then agree to 30 digits.
 """
 import ctypes
 import json
@@ -51,7 +51,7 @@ def options_of(n_rfe, variant):
 
 
 class Wide:
-    """qdd_free with 113-bit numbers; the pass over sines and cosines, which has the digits of a double, is told to ask libm."""
+    """qdd_free with 113-bit numbers. The pass over sines and cosines has only the digits of a double, so it uses libm here."""
 
     def __init__(self, folder, n_rfe, variant):
         refdyn("gen", REFERENCE, *options_of(n_rfe, variant), "-o", folder)
@@ -139,13 +139,13 @@ void evaluate(const NARROW *state, NARROW *high, NARROW *low) {
     }
 }
 """
-# By the partition alone 4e-13, 8e-11, 3e-13, 2e-14, 3e-12; by the emitted function alone those of the
-# bricard, whose rows are nearly dependent, 1e-12. That of the crane is what its condition makes of rounded angles.
+# By the partition alone 4e-13, 8e-11, 3e-13, 2e-14, 3e-12. By the emitted function alone the bricard has 1e-12, since
+# its rows are nearly dependent. The error of the crane is its condition number times the rounding of angles.
 REPORTED = {"manipulator 4": 2e-15, "manipulator 20": 2e-15, "slidercrank": 1e-14, "bricard": 1e-13, "crane": 1e-13}
 
 
 def wide_accelerations(path, folder, n, *options):
-    """The coordinates where the model starts, and qdd under rows with gains in 113-bit numbers, as the sum of two doubles."""
+    """Coordinates of the initial state, and qdd under rows with gains in 113-bit numbers, as the sum of two doubles."""
     refdyn("gen", path, *options, "--emit", "qdd,start", "-o", folder)
     for source in folder.glob("*.c"):
         source.write_text(re.sub("<= (0.785|100000.0);", "< 0;", re.sub(r"fabs\(x\[i\]\) <= [0-9.]*", "fabs(x[i]) <= -1.0", source.read_text())))
@@ -166,7 +166,7 @@ def wide_accelerations(path, folder, n, *options):
 
 @pytest.mark.parametrize("which", REPORTED)
 def test_reported(which, tmp_path):
-    """`refdyn eval`, and the start of a motion: the better of what the partition and the emitted function give."""
+    """`refdyn eval` and the start of a motion report the better one of the partition's and the emitted function's results."""
     name, *elements = which.split()
     path, options = MODELS / f"{name}.lua", ["--set", f"n_rfe={elements[0]}"] if elements else []
     rng, lines, n = random.Random(7), [], len(evaluate(path, None, *options)["coordinates"])
@@ -180,7 +180,7 @@ def test_reported(which, tmp_path):
 
 
 def test_start_of_a_motion(tmp_path):
-    """Accelerations of the first line: those of the end-effector, C qdd + d."""
+    """Accelerations of the end-effector in the first line, C qdd + d."""
     options, rng = ["--set", "n_rfe=20", "--set", "program=chapter"], random.Random(8)
     _, wide = wide_accelerations(REFERENCE, tmp_path, 61, *options)
     state = {"t": 0, "q": [rng.uniform(-0.1, 0.1) for _ in range(61)], "qd": [rng.uniform(-1, 1) for _ in range(61)]}

@@ -1,7 +1,5 @@
-"""
-`refdyn batch`: its numbers are those of `refdyn sim`, whatever the threads, kills and neighbours; what is kept of them;
-what a journal survives; `refdyn sim --case`.
-"""
+"""`refdyn batch`: its numbers equal those of `refdyn sim`, regardless of threads, kills and neighbouring cases; what the file of runs
+keeps; how the journal survives failures; `refdyn sim --case`."""
 import hashlib
 import os
 import random
@@ -29,7 +27,7 @@ CASES = 24
 
 
 def datasets(path):
-    """All numbers and texts of a file but processor times, by name."""
+    """All numbers and texts of a file by name, except CPU times."""
     found = {}
 
     def add(name, item):
@@ -76,7 +74,7 @@ def test_each_case_is_a_motion_of_sim(done, tmp_path):
 
 
 def write_state(folder, file, case):
-    """The start of a case as a STATE.json: the swept start value, all else as the model has it."""
+    """The start of a case as a STATE.json: the swept start value, and the model's initial state otherwise."""
     import json
     pieces = int(file["cases/pieces"][case])
     q = [file["cases/arm_psi"][case]] + [0.05] * (pieces - 1)
@@ -99,7 +97,7 @@ def in_lanes(tmp_path_factory):
 
 @pytest.mark.parametrize("arguments", [["--lanes", "4"], ["--lanes", "8", "--threads", "3"], ["--lanes", "4", "--threads", "1"]])
 def test_lanes_do_not_matter(arguments, in_lanes, tmp_path):
-    """Numbers in lanes are the same for all widths, threads and neighbours; those of one case at a time differ by rounding."""
+    """Results in lanes are the same for all widths, threads and neighbours; results of one case at a time differ by rounding."""
     batch(tmp_path, SWEEP, *arguments)
     assert datasets(tmp_path / "runs.h5") == datasets(in_lanes)
     batch(tmp_path, SWEEP, *arguments, "--cases", "3:4", output="one.h5")
@@ -112,7 +110,7 @@ def test_lanes_do_not_matter(arguments, in_lanes, tmp_path):
 
 
 def test_parts_are_joined(done, tmp_path):
-    """Ranges in any order, each for itself, make the same file."""
+    """Ranges run separately, in any order, and merged make the same file."""
     for name, cases in (("b.h5", "9:17"), ("a.h5", ":9"), ("c.h5", "17:")):
         batch(tmp_path, SWEEP, "--cases", cases, "--lanes", "1", output=name)
     refdyn("merge", tmp_path / "c.h5", tmp_path / "a.h5", tmp_path / "b.h5", "-o", tmp_path / "all.h5")
@@ -120,8 +118,8 @@ def test_parts_are_joined(done, tmp_path):
 
 
 def test_a_failed_case_leaves_the_others(tmp_path):
-    """A mass that the model refuses in one row of a table, infinite accelerations in another: these cases fail, in words,
-    and no bit of the others changes."""
+    """The model refuses a mass in one row of a table, and another row has infinite accelerations: these cases fail with a reason, and no
+    bit of the others changes."""
     rows = [f"{0.5 + 0.01 * i!r},{0.2 + 0.001 * i!r},0.1" for i in range(40)]
     good = tmp_path / "good.csv"
     good.write_text("mass,arm_psi,torque\n" + "\n".join(rows) + "\n")
@@ -165,7 +163,8 @@ WRONG = [("ramp", 0), ("ramp", -1), ("rise", 1), ("width", 0), ("hole", 0.05), (
 
 
 def test_what_a_case_is_refused_for(tmp_path):
-    """Numbers within formulas, order of two of them, sections, places along beams, inertias, directions: with the words of sim."""
+    """Numbers within formulas, the order of two of them, sections, places along beams, inertias, directions: a case fails with the message
+    of sim."""
     (tmp_path / "needs.lua").write_text(NEEDS)
     names = sorted({name for name, _ in WRONG})
     sound = dict(ramp=2, rise=3, width=0.1, hole=0.03, size=0.02, at=0.4, yy=0.2, xy=0.01, way=1, density=7800)
@@ -189,7 +188,7 @@ def test_from_statics(tmp_path):
 
 @pytest.mark.parametrize("threads", [1, 4])
 def test_no_equilibrium(threads, tmp_path):
-    """A case that finds none has made no steps, whatever its thread did before."""
+    """A case without an equilibrium reports no steps, regardless of what its thread did before."""
     sweep = HEAD + 'return rd.sweep { vary = { torque = { 0.1, 1e308, 0.2, -1e308 }, arm_psi_d = 3 }, t_end = 1, from = "statics" }'
     batch(tmp_path, sweep, "--threads", threads)
     with h5py.File(tmp_path / "runs.h5") as file:
@@ -199,7 +198,7 @@ def test_no_equilibrium(threads, tmp_path):
 
 
 def test_courses_of_inputs(tmp_path):
-    """Files of samples vary; each motion is that of `sim --inputs`."""
+    """Files of samples vary; each motion equals `sim --inputs`."""
     (tmp_path / "calm.csv").write_text("t,torque\n0,0.1\n")
     (tmp_path / "gust.csv").write_text("t,torque\n0,0.1\n0.0731,0.4\n0.1713,-0.3\n")
     batch(tmp_path, HEAD + 'return rd.sweep { vary = { inputs = { "calm.csv", "gust.csv" } }, t_end = 0.3 }', "--lanes", "1")
@@ -210,7 +209,7 @@ def test_courses_of_inputs(tmp_path):
 
 
 def test_one_case_again(done, in_lanes, tmp_path):
-    """`sim --case` needs the file alone, and gives the same bits at the times that the batch looked at."""
+    """`sim --case` needs only the file, and computes the same bits at the output times of the batch."""
     for case in (3, 22):
         refdyn("sim", "--case", case, "--of", in_lanes, "-o", tmp_path / "lanes.csv", cwd=tmp_path)
         with h5py.File(in_lanes) as file:
@@ -264,7 +263,7 @@ def write_files(folder):
 
 
 def test_one_case_again_after_its_files_changed(tmp_path):
-    """A case takes its own files only, the same as in the batch, and does not write over them."""
+    """A case reads only its own files, unchanged since the batch, and does not overwrite them."""
     write_files(tmp_path)
     batch(tmp_path, WITH_FILES.replace("1000", "2").replace("10,", "0.3,"))
     again = ["sim", "--case", "0", "--of", tmp_path / "runs.h5", "-o"]
@@ -284,7 +283,7 @@ def test_one_case_again_after_its_files_changed(tmp_path):
 
 
 def test_one_case_again_after_its_files_moved(done, tmp_path):
-    """Files are found from the folder of the call, from that of the batch and from that of the file of runs; else all three are told."""
+    """Files are searched from the folder of the call, of the batch and of the file of runs; if all fail, the message names all three."""
     home, away = tmp_path / "home", tmp_path / "away"
     home.mkdir()
     write_files(home)
@@ -307,7 +306,7 @@ def test_one_case_again_after_its_files_moved(done, tmp_path):
 
 
 def test_what_a_structure_lacks(tmp_path):
-    """A start value of the third rod varies in cases that have one, and is NaN in the others."""
+    """A start value of the third rod varies in the cases that have one, and is NaN in the others."""
     batch(tmp_path, HEAD + "return rd.sweep { vary = { third_psi = { 0.1, 0.2 }, pieces = { 2, 3 } }, t_end = 0.1 }")
     with h5py.File(tmp_path / "runs.h5") as file:
         assert [int(pieces) for pieces in file["cases/pieces"][...]] == [2, 2, 3, 3]
@@ -317,7 +316,7 @@ def test_what_a_structure_lacks(tmp_path):
 
 
 def test_names_of_many_structures(tmp_path):
-    """A name that only the 66th structure has is known, and the one that none has is told of."""
+    """A name that only the 66th structure has is known; a name that no structure has causes an error message."""
     (tmp_path / "chain.lua").write_text("""local rd = require "refdyn"
 local links = {}
 for i = 1, rd.option("n", 1, { from = 1 }) do
@@ -349,7 +348,7 @@ def test_help_names_the_methods_that_a_batch_takes():
 
 
 def test_one_case_again_is_interrupted(tmp_path):
-    """A signal ends it between steps, and what was computed stays readable."""
+    """A signal ends it between steps, and the completed rows remain readable."""
     batch(tmp_path, HEAD + 'return rd.sweep { vary = { mass = 1.3 }, t_end = 3000, every = 1, tol = 1e-10, keep = { history = { "tip_z" } } }')
     run = tmp_path / "case.csv.part"
     process = subprocess.Popen([REFDYN, "sim", "--case", "0", "--of", str(tmp_path / "runs.h5"), "-o", str(tmp_path / "case.csv")],
@@ -389,7 +388,7 @@ def test_csv_names_starts_apart_from_ends(tmp_path):
 
 
 def test_command_is_told(tmp_path):
-    """As a shell takes it, whatever the words have in them."""
+    """The command is quoted for a shell, regardless of the characters in it."""
     import shlex
     output = "it's \"50 %\" $x.h5"
     batch(tmp_path, VARY % ("mass = 1", ""), "--from", "statics", "--hold", "", output=output)
@@ -399,7 +398,7 @@ def test_command_is_told(tmp_path):
 
 
 def test_csv_with_texts(tmp_path):
-    """Names of files with a comma and quotes, as other programs read them."""
+    """Names of files with a comma and quotes are readable by other programs."""
     import csv
     names = ["a,b.csv", 'say "x".csv', "plain.csv"]
     for name in names:
@@ -413,14 +412,14 @@ def test_csv_with_texts(tmp_path):
 
 
 def test_input_has_one_source(tmp_path):
-    """Samples would hide the number that varies."""
+    """Samples of an input would hide its varied number."""
     write_files(tmp_path)
     said = batch(tmp_path, HEAD + 'return rd.sweep { vary = { inputs = "gust.csv", torque = { 1, 2 } }, t_end = 0.1 }', status=1).stderr
     assert "the input torque varies as a number and in files of inputs, one of them is needed" in said, said
 
 
 def test_failed_cases_again(tmp_path):
-    """Told as in the batch, and no empty file is left where no motion began."""
+    """The message equals the batch's, and no empty file remains if no motion began."""
     (tmp_path / "cases.csv").write_text("mass,torque\n-5,0\n1,1e308\n")
     refdyn("batch", MODEL, "--table", tmp_path / "cases.csv", "--until", "0.1", "--from", "statics", "-o", tmp_path / "runs.h5")
     for case, status in ((0, 1), (1, 3)):
@@ -477,7 +476,7 @@ def long_done(tmp_path_factory):
 
 
 def test_killed_at_any_moment(long_done, tmp_path):
-    """kill -9 at twenty random moments, each time it goes on; the file is that of an undisturbed batch."""
+    """kill -9 at twenty random moments, each followed by a resumption; the file equals that of an undisturbed batch."""
     path, seconds = long_done
     moments = random.Random(5)
     for kill in range(20):
@@ -516,7 +515,7 @@ def test_interrupted(long_done, tmp_path):
     assert datasets(tmp_path / "runs.h5") == datasets(long_done[0])
 
 
-def test_another_batch_does_not_go_on(tmp_path):
+def test_resume_refuses_another_batch(tmp_path):
     interrupt(tmp_path)
     kept = (tmp_path / "runs.h5.journal").read_bytes()
     changes = {"cases": (LONG.replace("3000", "2999"), MODEL, []), "options": (LONG.replace("1e-9", "1e-8"), MODEL, [])}
@@ -529,8 +528,8 @@ def test_another_batch_does_not_go_on(tmp_path):
         assert (tmp_path / "runs.h5.journal").read_bytes() == kept
 
 
-def test_another_range_does_not_go_on(long_done, tmp_path):
-    """Cases that are done are not thrown away; a wider range takes them."""
+def test_resume_refuses_another_range(long_done, tmp_path):
+    """Completed cases are not discarded; a wider range includes them."""
     interrupt(tmp_path, "--cases", "0:2000")
     kept = (tmp_path / "runs.h5.journal").read_bytes()
     said = batch(tmp_path, LONG, "--resume", "--cases", "2500:2501", status=1).stderr
@@ -540,7 +539,7 @@ def test_another_range_does_not_go_on(long_done, tmp_path):
     assert datasets(tmp_path / "runs.h5") == datasets(long_done[0])
 
 
-def test_changed_files_do_not_go_on(tmp_path):
+def test_resume_refuses_changed_files(tmp_path):
     write_files(tmp_path)
     interrupt(tmp_path, sweep=WITH_FILES)
     for name in ("calm.csv", "state.json"):
@@ -581,7 +580,7 @@ def test_damaged_journals(damage, long_done, tmp_path):
 
 
 def test_short_file_with_the_name_of_the_journal(tmp_path):
-    """Somebody's text is neither written over nor removed; the beginning of a journal is."""
+    """A file of the user is neither overwritten nor removed; the incomplete beginning of a journal is."""
     journal = tmp_path / "runs.h5.journal"
     journal.write_text("a note")
     assert "this is no journal of a batch" in batch(tmp_path, SWEEP, status=1).stderr
@@ -592,7 +591,7 @@ def test_short_file_with_the_name_of_the_journal(tmp_path):
 
 
 def test_outputs_spare_inputs(tmp_path):
-    """Files of samples and of the state, which the batch reads, are not written over."""
+    """Files of samples and of the state, which the batch reads, are not overwritten."""
     (tmp_path / "in.csv").write_text("t,torque\n0,0.1\n")
     (tmp_path / "state.h5").write_text('{"q": [0.3, 0.1], "qd": [0, 0]}')
     sweep = HEAD + 'return rd.sweep { vary = { inputs = "in.csv" }, t_end = 0.1, from = "state.h5" }'
@@ -604,7 +603,7 @@ def test_outputs_spare_inputs(tmp_path):
 
 
 def test_disk_full(tmp_path):
-    """Where no more can be written, what was computed stays, and the batch goes on once there is room."""
+    """On a full disk the completed results remain, and the batch resumes when there is space."""
     (tmp_path / "sweep.lua").write_text(SWEEP)
 
     def limit():
@@ -612,7 +611,7 @@ def test_disk_full(tmp_path):
         resource.setrlimit(resource.RLIMIT_FSIZE, (9000, 9000))
     command = [REFDYN, "batch", str(MODEL), str(tmp_path / "sweep.lua"), "-o", str(tmp_path / "runs.h5")]
     refdyn("check", MODEL)
-    batch(tmp_path, SWEEP, "--dry-run")  # compiled before files are short
+    batch(tmp_path, SWEEP, "--dry-run")  # compiled before the file size is limited
     done = subprocess.run(command, preexec_fn=limit, capture_output=True, text=True)
     assert done.returncode == 1 and "File too large" in done.stderr and "--resume" in done.stderr, done.stderr
     batch(tmp_path, SWEEP, "--resume")
@@ -680,7 +679,7 @@ def test_wrong_outputs(output, message, tmp_path):
 
 
 def test_memory_does_not_grow(tmp_path):
-    """100,000 cases of a small model: under 300 MB."""
+    """100,000 cases of a small model use less than 300 MB."""
     sweep = HEAD + "return rd.sweep { vary = { mass = rd.uniform(0.5, 2) }, draws = 100000, t_end = 0.01, tol = 1e-4, method = 'rk54' }"
     (tmp_path / "sweep.lua").write_text(sweep)
     process = subprocess.Popen([REFDYN, "batch", str(MODEL), str(tmp_path / "sweep.lua"), "-o", str(tmp_path / "runs.h5")])

@@ -1,4 +1,5 @@
-"""Methods in lanes: what a case gives depends on no width, thread or neighbour, and is what it gives alone but for the tolerance."""
+"""Methods in lanes: the result of a case depends on no width, thread or neighbour, and equals the result of a single motion to within the
+tolerance."""
 import re
 
 import h5py
@@ -45,7 +46,7 @@ def test_lanes_do_not_matter(method, scene, tmp_path):
 
 @pytest.mark.parametrize("model, taken_alone", [(REFERENCE, 0.0), (TESTS / "models" / "bouncing.lua", 1.0)])
 def test_steps_taken_one_by_one_are_counted(model, taken_alone, tmp_path):
-    """Those of a model with named events all are."""
+    """All steps of a model with named events are."""
     name = "m_E" if taken_alone == 0 else "e"
     (tmp_path / "cases.csv").write_text(f"{name}\n" + "".join(f"{0.31 + 0.07 * i}\n" for i in range(5)))
     done = refdyn("batch", model, "--table", "cases.csv", "-o", "runs.csv", "--lanes", 4, "--method", "rk8", "--tol", "1e-4", "--until", 0.02, cwd=tmp_path)

@@ -1,4 +1,4 @@
-"""Beams bent in two planes and twisted: their order of convergence, against a rod that is solved on its own (kirchhoff_rod.py)."""
+"""Beams bent in two planes and twisted: their order of convergence, compared with a rod that is solved independently (kirchhoff_rod.py)."""
 import json
 
 import numpy
@@ -39,13 +39,13 @@ def test_princeton_beam(P, angle):
 
 
 def test_printed_springs_are_of_first_order():
-    """Those of the chapter, which the option keeps: the known errors."""
+    """The springs of the chapter, which the option keeps, have the known errors."""
     errors, orders, _ = judged(tips(P=13.345, angle=60, springs="printed"), rod_tip(LENGTH, RIGIDITY, force(13.345, 60)))
     assert (abs(orders - 1) < 0.05).all() and abs(errors[-1] / 2.974e-3 - 1) < 1e-3, (errors, orders)
 
 
 def test_beam_that_is_curved_in_two_planes():
-    """Bent and twisted without load, and loaded on top of it."""
+    """Bent and twisted without load, and loaded in addition."""
     exact = rod_tip(LENGTH, RIGIDITY, force(4.448, 30), [2, 1.5, 0])
     errors, orders, limit = judged(tips(P=4.448, angle=30, curved="true"), exact)
     assert (abs(orders - 2) < 0.1).all(), (errors, orders)
@@ -53,7 +53,7 @@ def test_beam_that_is_curved_in_two_planes():
 
 
 def test_two_turns_have_no_strains(tmp_path):
-    """The option says nothing there, and a warning says that."""
+    """The option has no effect there, and a warning says so."""
     model = PRINCETON.read_text().replace("springs = springs,", 'springs = springs, dofs = "psi, theta",')
     (tmp_path / "strip.lua").write_text(model)
     line = 1 + model[:model.index("springs = springs,")].count("\n")

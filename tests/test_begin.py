@@ -1,4 +1,4 @@
-"""What a new user begins with: `refdyn new`, completion, the manual page, a project of five lines, the shared library."""
+"""First steps of a new user: `refdyn new`, completion, the manual page, a project of five lines, the shared library."""
 import json
 import os
 import re
@@ -24,7 +24,7 @@ def run(*words, status=0, env=None, **options):
 
 @pytest.fixture(scope="module")
 def prefix(tmp_path_factory):
-    """An installation for /usr, below a DESTDIR, that was moved: nothing in it may know where it was."""
+    """An installation for /usr, below a DESTDIR, that was moved: no file in it may contain its first location."""
     folder = tmp_path_factory.mktemp("begin")
     run("cmake", "--install", BUILD, "--prefix", "/usr", env={"DESTDIR": folder / "first"})
     (folder / "first" / "usr").rename(folder / "a prefix")
@@ -40,7 +40,7 @@ def arm(tmp_path):
 
 
 def test_new_model_is_good(arm):
-    """All that its comments propose runs; the load keeps its height, the motor its rate."""
+    """All commands in its comments run; the load keeps its height, the motor its rate."""
     text = (arm / "arm.lua").read_text()
     proposed = [words.split() for words in re.findall(r"^--   .*:  +refdyn (.*)$", text, re.M)]
     assert [words[0] for words in proposed] == ["check", "statics", "modes", "sim", "plot", "view", "gen"]
@@ -121,7 +121,7 @@ COMMANDS = re.findall(r"^  (\w+) ", refdyn("--help").stdout, re.M)
 
 
 def completions(folder, *lines):
-    """Of command lines, each a list of words whose last one is completed, what bash's function gives."""
+    """Completions by bash's function for command lines, each a list of words whose last word is completed."""
     asked = "".join("COMP_WORDS=({}); COMP_CWORD={}; _refdyn; printf '%s\\n' \"${{COMPREPLY[@]}}\"; echo =\n".format(
         " ".join(f"'{word}'" for word in line), len(line) - 1) for line in lines)
     script = f'set -u; source <("{REFDYN}" completion bash)\n{asked}'
@@ -276,7 +276,7 @@ def test_depfile(tmp_path):
     assert "--depfile is too much" in refdyn("gen", model, "--explain", "sums", "--depfile", tmp_path / "x.d", status=2).stderr
 
 
-# ---- a project of one's own ----
+# ---- a user's own project ----
 
 def block(language):
     return re.search(rf"^```{language}\n(.*?)^```", PAGE, re.M | re.S).group(1)
@@ -298,7 +298,7 @@ def build(project, **options):
 
 
 def test_project_of_the_page(project, prefix):
-    """It builds, follows changes of the model, and tells what is wrong with it."""
+    """It builds, follows changes of the model, and reports errors in it."""
     configure(project, prefix)
     build(project)
     coordinates, energy = re.match(r"(\d+) coordinates, potential energy (\S+) J: done", run(project / "build" / "mine")).groups()
@@ -320,7 +320,8 @@ def test_project_of_the_page(project, prefix):
 
 
 def test_project_with_options(project, prefix):
-    """Several models, also in one target, words of gen, a file that is required, lanes, a shared library; comments leave the objects as they are."""
+    """Several models, also in one target, options of gen, a required file, lanes, a shared library; changed comments leave the objects
+    unchanged."""
     (project / "links.lua").write_text('return { { "cart", joint = "x", mass = 2, spring = { x = 3 } } }\n')
     (project / "cart.lua").write_text('local rd = require "refdyn"\nreturn rd.model { name = "cart", links = require "links" }\n')
     twin = project / "twin" / "arm.lua"

@@ -1,4 +1,4 @@
-"""Emitted functions as CasADi loads them (`--for-casadi`), CasADi from PyPI; the examples of docs/casadi.md."""
+"""CasADi (from PyPI) loads emitted functions (`--for-casadi`); the examples of docs/casadi.md run."""
 import ctypes
 import importlib
 import os
@@ -18,7 +18,7 @@ ARM = EXAMPLE / "arm.lua"
 COMPILERS = [["gcc", "-std=c11"], ["clang", "-std=c11"], ["g++", "-std=c++17", "-x", "c++"], ["clang++", "-std=c++17", "-x", "c++"]]
 WARNINGS = "-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror".split()
 INCLUDE = ["-I", SOURCE / "runtime"]
-# Rows of two levels, an input, parameters of which one is anchored; and an arm without rows, folded.
+# Rows of two levels, an input, parameters of which one is anchored; and an arm without rows, with --fold.
 SCENES = [(REFERENCE, ["--set", "n_rfe=1", "--set", "drive=input", "--emit", "M,h,u,phi,psi,k,r,C,force,constrained,qdd_free,qdd,step"]),
           (ARM, ["--fold", "--emit", "M,qdd,step"])]
 # A kink in time, events and friction, a closed chain, 65 coordinates as loops.
@@ -32,7 +32,7 @@ def name_of(scene):
 
 
 def install(folder):
-    """CasADi from PyPI, by the pip of a fresh environment. NumPy is Debian's."""
+    """Installs CasADi from PyPI with the pip of a fresh environment. NumPy is Debian's."""
     with tempfile.TemporaryDirectory(dir=BUILD) as part:
         subprocess.run([sys.executable, "-m", "venv", f"{part}/v"], check=True)
         done = subprocess.run([f"{part}/v/bin/python", "-m", "pip", "install", "-q", "--no-deps", "--disable-pip-version-check", "--target", f"{part}/casadi",
@@ -44,7 +44,7 @@ def install(folder):
 
 @pytest.fixture(scope="session")
 def site():
-    """The folder where CasADi lies: in the build, where it is put once."""
+    """The folder with CasADi in the build; it is installed there once."""
     folder = BUILD / f"casadi-{sys.version_info.major}.{sys.version_info.minor}"
     if not folder.exists():
         install(folder)
@@ -59,7 +59,7 @@ def casadi(site):
 
 
 def build(scene, folder):
-    """The shared library of a scene, by the command that its source tells, and the model's name."""
+    """The shared library of a scene, built by the command that its source names, and the model's name."""
     refdyn("gen", scene[0], *scene[1], "--for-casadi", "-o", folder)
     name = next(folder.glob("*_casadi.c")).stem[:-len("_casadi")]
     command = re.search(r"^ \*     (cc .*)$", (folder / f"{name}_casadi.c").read_text(), re.M)[1]
@@ -82,7 +82,7 @@ def flat(matrix):
 
 
 def arguments_of(function, start):
-    """By name, without symmetry, near the start."""
+    """Arguments by name, without symmetry, near the start."""
     random = numpy.random.default_rng(5)
     values = {"t": numpy.array([0.3]), "h": numpy.array([1e-4])}
     for name, size in (("q", 0.02), ("qd", 0.02), ("inputs", 0.3), ("parameters", 0)):
@@ -96,7 +96,7 @@ def results(function, arguments):
 
 
 def difference(function, arguments, i, j):
-    """Columns of all results by one entry, of order 6."""
+    """Derivative of all results by one entry, by differences of order 6."""
     name, value = function.name_in(i), arguments[i][j]
     sizes = {"parameters": 5e-4 * (abs(value) or 1e-5), "h": 4e-3 * value, "t": 1e-2, "inputs": 0.05}
     size = sizes.get(name, 5e-5)
@@ -109,7 +109,7 @@ def difference(function, arguments, i, j):
 
 
 def wrong_derivatives(function, arguments):
-    """One line for each block that is not what differences give."""
+    """One line for each block that differs from the differences."""
     values = results(function, arguments)
     blocks = function.jacobian()(*arguments, *[0 * value for value in values])
     blocks, ends, lines = [numpy.array(block) for block in blocks], numpy.cumsum([len(value) for value in values]), []
@@ -151,7 +151,7 @@ def test_values_and_derivatives(scene, tmp_path, casadi):
 
 
 def test_true_patterns(tmp_path, casadi):
-    """Entries that are never other than zero are none: of branches, of what rows do not read."""
+    """Entries that are always zero are not in the pattern: those of other branches, and those that rows do not read."""
     library, name = build((MODELS / "branched.lua", ["--emit", "M,C"]), tmp_path)
     start = casadi.external(f"{name}_defaults", library)()
     M, C = (casadi.external(f"{name}_{quantity}", library) for quantity in "MC")
@@ -165,7 +165,7 @@ def test_true_patterns(tmp_path, casadi):
 
 
 def test_expressions_of_casadi(tmp_path, casadi):
-    """Derivatives go through CasADi's graph, forward and in reverse; CasADi's own C calls the functions."""
+    """Derivatives pass through CasADi's graph, forward and in reverse; CasADi's own C calls the functions."""
     library, name = build(SCENES[1], tmp_path)
     qdd, start = casadi.external(f"{name}_qdd", library), casadi.external(f"{name}_defaults", library)()
     q, qd, t, inputs, parameters = arguments_of(qdd, start)
@@ -195,7 +195,8 @@ def test_expressions_of_casadi(tmp_path, casadi):
 
 
 def test_second_derivatives_by_differences(tmp_path, casadi):
-    """As docs/casadi/rest_to_rest.py has them: of exact first ones, with rows and an input; quantities without any on request."""
+    """Second derivatives as in docs/casadi/rest_to_rest.py: differences of exact first derivatives, with rows and an input; quantities
+    without derivatives on request."""
     library, name = build((REFERENCE, ["--set", "n_rfe=2", "--set", "drive=input", "--emit", "qdd,h"]), tmp_path)
     start, lines = casadi.external(f"{name}_defaults", library)(), []
     qdd, jacobian = casadi.external(f"{name}_qdd", library), casadi.external(f"jac_{name}_qdd", library, {"enable_fd": True})
@@ -264,7 +265,7 @@ def test_it_compiles_without_a_warning(compiler, tmp_path):
 
 
 def test_parts_of_a_long_model(tmp_path):
-    """Sources in several parts are one file here; the file goes when it is not asked for."""
+    """Sources in several parts become one file here; the file is removed when it is no longer requested."""
     scene = (REFERENCE, ["--set", "n_rfe=10", "--loops", "never", "--emit", "M,qdd"])
     refdyn("gen", *[scene[0], *scene[1]], "--for-casadi", "-o", tmp_path)
     assert (tmp_path / "manipulator_2.c").exists() and '#include "manipulator_2.c"' in (tmp_path / "manipulator_casadi.c").read_text()
@@ -276,7 +277,7 @@ def test_parts_of_a_long_model(tmp_path):
 # ---- The examples ----
 
 def test_two_discretisations_find_one_minimum(tmp_path, casadi, monkeypatch):
-    """Shooting comes nearer by the square of the step: what it tends to is the minimum of collocation."""
+    """The error of shooting falls with the square of the step, and its limit is the minimum of collocation."""
     library, _ = build((ARM, ["--emit", "qdd,step"]), tmp_path)
     monkeypatch.setattr(sys, "argv", ["rest_to_rest.py", library])
     example = runpy.run_path(str(EXAMPLE / "rest_to_rest.py"), run_name="example")
@@ -300,7 +301,7 @@ def test_predictive_control(tmp_path):
 
 
 def test_steps_for_acados(tmp_path):
-    """By acados' form of a function, against the step itself: with declarations of ours, acados is not there."""
+    """acados' form of a function compared with the step itself, with our own declarations, since acados is not installed."""
     refdyn("gen", ARM, "--set", "n_rfe=2", "--fold", "--emit", "step,start", "-o", tmp_path)
     subprocess.run(["cc", "-O1", "-Wall", "-Wextra", "-Werror", *INCLUDE, "-I", tmp_path, "-I", TESTS / "casadi", "-I", EXAMPLE, TESTS / "casadi" / "call_acados.c",
                     "-lm", "-o", tmp_path / "call"], check=True)
@@ -325,7 +326,7 @@ def test_steps_for_acados(tmp_path):
 
 @pytest.mark.skipif(not LONG, reason="takes long: tests/long")
 def test_the_page(tmp_path, site):
-    """Its commands but the first: both discretisations have one minimum to 1e-4, and the loop of 1 kHz brings the arm to rest."""
+    """All its commands except the first: both discretisations have the same minimum to 1e-4, and the 1 kHz loop brings the arm to rest."""
     (tmp_path / "docs").symlink_to(SOURCE / "docs")
     env = {**os.environ, "REFDYN_INCLUDE": str(SOURCE / "runtime"), "PATH": f"{BUILD / 'bin'}:{os.environ['PATH']}", "PYTHONPATH": site}
     page = (SOURCE / "docs" / "casadi.md").read_text()

@@ -1,4 +1,5 @@
-"""The tangent in vectors against the one in matrices: products, solutions with real and complex g, bordered by rows and couplings."""
+"""The tangent in vectors compared with the tangent in matrices: products, solutions with real and complex g, bordered by rows and
+couplings."""
 import subprocess
 
 import pytest
@@ -11,11 +12,11 @@ CASES |= {f"tests_{path.stem}": (path, {}) for path in few_models_of_tests()}
 CASES |= {"rigid": (REFERENCE, dict(n_rfe=1)), "flexible": (REFERENCE, dict(eta=1e-3)), "planar_chain": (MODELS / "planar.lua", dict(n_rfe=6)),
           "fine": (REFERENCE, dict(n_rfe=16, eta=1e-3)), "driven": (REFERENCE, dict(drive="input"))}
 CASES |= {f"runs_{kind}": (RUNS, dict(kind=kind, rfe=3)) for kind in ("sides", "segments", "slides", "driven")}
-CLOSED = {"bricard"}  # where rows depend on each other: elsewhere they leave nothing free, and what O(n) solves for them is u M^-1 u^T
-EXACT = 1e-12     # of products: of the size of what is summed
-SOLVED = 3e-15    # of solutions, times the condition: what a change of all terms makes of them, over that change
+CLOSED = {"bricard"}  # for redundant rows: otherwise they leave nothing free, and the O(n) solver computes u M^-1 u^T for them
+EXACT = 1e-12     # of products, relative to the size of the summands
+SOLVED = 3e-15    # of solutions, times the condition: the effect of a relative change of all terms, divided by that change
 
-# Prints figures, the largest of several states: products with M, D, K; and for each g of solutions the error and the condition.
+# Prints the largest figures of several states: products with M, D, K; for each g of solutions the error and the condition.
 PROGRAM = """
 #include "MODEL.h"
 #include "linear/chain.h"
@@ -292,7 +293,7 @@ def test_chain(case, runtime, tmp_path):
 
 @pytest.mark.parametrize("elements, wanted, other", [(4, "tangent", "tangent_vectors"), (24, "tangent_vectors", "tangent")])
 def test_what_takes_fewer_operations(elements, wanted, other, tmp_path):
-    """`implicit` is one of the two, and the summary of a motion says when it is the one by joints."""
+    """`implicit` is one of the two, and the summary of a motion says when it is the elimination by joints."""
     refdyn("gen", REFERENCE, "--set", f"n_rfe={elements}", "--emit", "implicit", "-o", tmp_path)
     header = (tmp_path / "manipulator.h").read_text()
     assert f"manipulator_{wanted}(" in header and f"manipulator_{other}(" not in header

@@ -1,4 +1,4 @@
-"""No files, and no folders, of the generator and of the runtime call each other in a circle, as the linker sees them."""
+"""No files, and no folders, of the generator and of the runtime call each other in a circle, according to the symbols that the linker sees."""
 import collections
 import subprocess
 
@@ -8,7 +8,7 @@ from program import BUILD, SOURCE, sources
 
 
 def object_files():
-    """Objects of the build by source file, for sources that there are: a build may keep objects of files that have gone."""
+    """Objects of the build by source file, for existing sources: a build may keep objects of deleted files."""
     found = {}
     for path in BUILD.rglob("*.c.o"):
         within = str(path.relative_to(BUILD)).partition(".dir/")[2]
@@ -18,7 +18,7 @@ def object_files():
 
 
 def symbols(objects):
-    """Names that each file gives to others, and names that it takes from them."""
+    """Names that each file defines for others, and names that it needs from them."""
     given, taken = collections.defaultdict(set), collections.defaultdict(set)
     file_of = {str(path): file for file, path in objects.items()}
     listing = subprocess.run(["nm", "-A", "-P", *file_of], capture_output=True, text=True, check=True).stdout
@@ -34,7 +34,7 @@ def symbols(objects):
 
 @pytest.fixture(scope="module")
 def calls():
-    """(file, file) to the names for which the first one needs the second."""
+    """(file, file) to the names for which the first file needs the second."""
     objects = object_files()
     assert objects, f"no object of gen/ or runtime/ in {BUILD}: build first"
     missing = {str(path.relative_to(SOURCE)) for folder in ("gen", "runtime") for path in sources(folder, "*.c")} - set(objects)
@@ -55,7 +55,7 @@ def calls():
 
 
 def reached(edges, start):
-    """All that there is a way to."""
+    """All nodes that can be reached."""
     seen, waiting = set(), [start]
     while waiting:
         new = {to for by, to in edges if by == waiting[-1]} - seen
@@ -66,13 +66,13 @@ def reached(edges, start):
 
 
 def circles(edges):
-    """Sets of all that can reach each other; each is told once, in order."""
+    """Sets of nodes that can reach each other; each set is reported once, in order."""
     reach = {node: reached(edges, node) for node in {node for edge in edges for node in edge}}
     return sorted({tuple(sorted(other for other in reach[node] if node in reach[other])) for node in reach if node in reach[node]})
 
 
 def told(calls):
-    """Circles with what ties them, as text."""
+    """Circles and the names that form them, as text."""
     lines = []
     for circle in circles(calls):
         lines.append(f"a circle of {len(circle)}: {', '.join(circle)}")
@@ -81,7 +81,7 @@ def told(calls):
 
 
 def by_folder(calls, depth):
-    """The same of folders, those that lie deeper taken as the folder of that depth that they lie in."""
+    """The same for folders; deeper folders count as their ancestor of the given depth."""
     found = collections.defaultdict(set)
     for (by, to), names in calls.items():
         folders = tuple("/".join(file.split("/")[:-1][:depth]) for file in (by, to))

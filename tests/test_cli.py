@@ -1,4 +1,4 @@
-"""The command line: exit statuses, messages, files at fault, the compile cache, and what a failed run leaves."""
+"""The command line: exit statuses, messages, faulty files, the compile cache, and the files that a failed run leaves."""
 import csv
 import json
 import math
@@ -96,7 +96,7 @@ def test_missing_model(tmp_path):
 
 
 def test_faults_of_no_line_name_none(tmp_path):
-    """What is about a file as a whole, or about the command line, is said without a line."""
+    """Messages about a file as a whole, or about the command line, have no line number."""
     (tmp_path / "empty.lua").write_text("")
     (tmp_path / "file").write_text("")
     facts = {
@@ -136,7 +136,7 @@ def test_columns_of_one_name_are_warned_of(tmp_path):
 
 
 def test_impossible_parameter_in_state(tmp_path):
-    """What a state gives is checked as what --set gives: the model's line, nothing computed."""
+    """Values from a state are checked like values from --set: the message has the model's line, and nothing is computed."""
     (tmp_path / "state.json").write_text('{"parameters": {"m_E": -1}}')
     done = refdyn("eval", REFERENCE, "--state", tmp_path / "state.json", status=1)
     assert PLACE.search(done.stderr) and "positive" in done.stderr, done.stderr
@@ -169,7 +169,7 @@ def test_statics_hold():
     assert list(usual)[:2] == ["coordinates", "q"] and len(usual["hold_force"]) == 3
     same = statics("--hold", "column_psi,arm_psi,effector_z")
     assert same["q"] == usual["q"]
-    # One more held coordinate: it stays where it was, its force is told, in the order of q.
+    # One more held coordinate: it keeps its value and its force is reported, in the order of q.
     more = statics("--hold", "effector_z,arm_psi,column_psi,base_z")
     assert more["q"][0] == 0 and len(more["hold_force"]) == 4
     assert abs(more["hold_force"][0] - 9.81 * (18.54331045 + 10 + 2 + 7801 * 3.141592653589793 * 0.01413200743**2 / 4 * 2)) < 1e-9
@@ -177,7 +177,7 @@ def test_statics_hold():
 
 
 def test_statics_all_free(tmp_path):
-    """--hold '' frees what the model holds: two weights on springs, one of them held by the model."""
+    """--hold '' frees the coordinates that the model holds: two weights on springs, one of which the model holds."""
     model = tmp_path / "weights.lua"
     model.write_text('local rd = require "refdyn"\nreturn rd.model { name = "weights", gravity = { 0, 0, -10 }, hold = { "b_z" },\n'
                      '  links = { { "a", joint = { "z" }, mass = 1, spring = { z = 100 } },\n'
@@ -230,7 +230,7 @@ return rd.model { name = "twin", gravity = { 0, 0, -9.81 },
 
 
 def test_redundant_rows_are_named(tmp_path):
-    """A row that says what another one says is left out, by name; one that contradicts it ends the run."""
+    """A row that follows from another one is omitted and named; a row that contradicts another one ends the run."""
     model = tmp_path / "twin.lua"
     model.write_text(TWIN.replace("RATE", "0"))
     done = refdyn("sim", model, "--until", "0.1", "-o", tmp_path / "run.csv")
@@ -241,7 +241,7 @@ def test_redundant_rows_are_named(tmp_path):
 
 
 def test_failed_run_keeps_what_it_had(tmp_path):
-    """A coordinate under a force that grows without bound: the numbers fail, the rows so far stay readable."""
+    """A coordinate under a force that grows without bound: the computation fails, and the rows so far remain readable."""
     model = tmp_path / "runaway.lua"
     model.write_text('local rd = require "refdyn"\nreturn rd.model { name = "runaway",\n'
                      '  links = { { "cart", joint = { "x" }, mass = 1, start = { x = 1 } } },\n'
@@ -266,14 +266,14 @@ def test_failed_gen_leaves_nothing(tmp_path):
     if os.geteuid() != 0:
         refdyn("gen", PENDULUM, "-o", out, status=1)
         assert not list(out.iterdir())
-    # The folder's name is taken by a file.
+    # A file already has the folder's name.
     (tmp_path / "file").write_text("")
     done = refdyn("gen", PENDULUM, "-o", tmp_path / "file", status=1)
     assert "file" in done.stderr
 
 
 def test_gen_leaves_no_parts_of_an_earlier_emission(tmp_path):
-    """Parts that a longer emission made are removed, and no file that is not one of the model's parts."""
+    """Parts of an earlier, longer emission are removed; all other files remain."""
     refdyn("gen", REFERENCE, "--set", "n_rfe=32", "--loops", "never", "--emit", "all,d_qdd", "-o", tmp_path)
     assert len(list(tmp_path.glob("manipulator_*.c"))) >= 3
     own = {"manipulator_extra.c": "int extra;\n", "other_2.c": (tmp_path / "manipulator_2.c").read_text()}
@@ -294,7 +294,7 @@ def test_full_device():
 
 
 def counting_compiler(folder):
-    """A compiler that notes each call."""
+    """A compiler that records each call."""
     script = folder / "compiler with blanks"
     script.write_text(f'#!/bin/sh\necho call >>"{folder}/calls"\nexec cc "$@"\n')
     script.chmod(0o755)
@@ -316,7 +316,7 @@ def test_second_call_does_not_compile(tmp_path):
     assert once > 0
     second = evaluate(model, None, "--set", "n_rfe=1", env=env)
     assert calls(folder) == once and first == second
-    # Another value of a parameter is not another program, another structure is.
+    # Another value of a parameter needs no other program; another structure does.
     evaluate(model, None, "--set", "n_rfe=1", "--set", "m_E=3.5", env=env)
     assert calls(folder) == once
     evaluate(model, None, "--set", "n_rfe=2", env=env)
@@ -337,7 +337,7 @@ def test_compiler_that_fails(tmp_path):
 
 @pytest.mark.parametrize("home", [{}, {"HOME": "/proc/none"}, {"HOME": ""}], ids=str)
 def test_cache_without_a_home(home, tmp_path):
-    """A user without a home compiles into a folder of his own in TMPDIR; one that others may write is not taken."""
+    """A user without a home compiles into a private folder in TMPDIR; a folder that others may write to is refused."""
     env = {name: value for name, value in os.environ.items() if name not in ("HOME", "XDG_CACHE_HOME", "REFDYN_CACHE")}
     env.update(home, TMPDIR=str(tmp_path))
     done = subprocess.run([REFDYN, "eval", PENDULUM], env=env, capture_output=True, text=True)
@@ -350,7 +350,7 @@ def test_cache_without_a_home(home, tmp_path):
 
 
 def test_spoiled_cache(tmp_path):
-    """A file in the cache that is no library is replaced, or told of; it never crashes the program."""
+    """A file in the cache that is no library is replaced, or an error is reported; it never crashes the program."""
     env = {"REFDYN_CACHE": str(tmp_path)}
     first = evaluate(PENDULUM, None, env=env)
     for path in some(tmp_path.rglob("*.so")):
@@ -367,7 +367,7 @@ def test_results_go_to_stdout_or_file(tmp_path):
 
 
 def test_what_is_no_plain_file_is_written_itself(tmp_path):
-    """-o /dev/null or a link is written through and stays what it is: no file of that name takes its place."""
+    """-o /dev/null or a link is written through and keeps its kind: no regular file replaces it."""
     link = tmp_path / "link"
     link.symlink_to("/dev/null")
     refdyn("sim", PENDULUM, "--until", "0.1", "--step", "1e-2", "-o", link, "--summary", link)
@@ -418,7 +418,7 @@ def test_bench():
 
 @pytest.mark.parametrize("model", ["manipulator", "gantry", "planar", "pendulum"])
 def test_bench_has_every_quantity(model, tmp_path):
-    """A line for each function that `refdyn gen` lists, with the same counts."""
+    """One line for each function that `refdyn gen` lists, with the same counts."""
     emit = ["--emit", "all,tangent,tangent_vectors,d_qdd,d_qdd_free,d_force,d_statics,d_rows"]
     said = refdyn("gen", MODELS / f"{model}.lua", *emit, "-o", tmp_path).stdout
     listed = re.findall(r"^(\w+) +(\d+) +(\d+) +(\d+) +(\d+)$", said, re.M)
@@ -439,19 +439,19 @@ def test_warnings_are_told_once(command, tmp_path):
 
 
 def read_report(folder):
-    """The lines of the one CSV there."""
+    """The lines of the only CSV file there."""
     [path] = folder.glob("*.csv")
     with open(path) as file:
         return list(csv.DictReader(file))
 
 
 def findings(text):
-    """The rows of the printed table, the heads first."""
+    """The rows of the printed table, headers first."""
     return [re.split("  +", line.strip()) for line in text.splitlines() if re.match(r"\S+(, \w+)?  +", line)]
 
 
 def test_report(tmp_path):
-    """Slope, floor, page and figure; everything but the times is the same on a second call."""
+    """Slope, floor, page and figure; everything except the times is the same on a second call."""
     done, kept = [], []
     for folder in (tmp_path / "one", tmp_path / "two"):
         done.append(refdyn("report", REFERENCE, "--set", "n_rfe=1", "--until", "0.5", "--methods", "rk4,rodas5p", "--steps", "4e-3,2e-3,1e-3",
@@ -476,7 +476,7 @@ def test_report(tmp_path):
 
 
 def test_report_errors_are_those_of_the_motion(tmp_path):
-    """The same error as against the motion that other programs found."""
+    """The error equals the error relative to the motion that other programs computed."""
     arguments = ["--set", "n_rfe=1", "--until", "10", "--every", "0.5"]
     refdyn("report", REFERENCE, *arguments, "--methods", "rodas5p", "--tols", "1e-6", "-o", tmp_path)
     [claimed] = [float(line["error"]) for line in read_report(tmp_path) if line["kind"] == "run"]
@@ -487,14 +487,14 @@ def test_report_errors_are_those_of_the_motion(tmp_path):
 
 
 def test_report_shows_every_stabilisation(tmp_path):
-    """Each goes down to steps with which it is stable, however small its gains make them."""
+    """Each stabilisation is refined to steps with which it is stable, however small its gains make them."""
     refdyn("report", REFERENCE, "--vary", "n_rfe=1", "--methods", "rk4", "--from", "statics", "--until", "0.2", "-o", tmp_path)
     done = [line for line in read_report(tmp_path) if line["kind"] == "run" and line["result"] == "done"]
     assert {line["stabilise"] for line in done} == {"none", "baumgarte", "project"} and {line["variant"] for line in done} == {"n_rfe=1"}
 
 
 def test_report_takes_references_of_different_kinds(tmp_path):
-    """Stiff damping leaves a collocation and a Rosenbrock method; without the tangent there are explicit ones alone, and auto."""
+    """Stiff damping leaves a collocation and a Rosenbrock method; without the tangent only explicit methods and auto remain."""
     done = refdyn("report", REFERENCE, "--set", "n_rfe=16", "--set", "eta=1.3e-2", "--from", "statics", "--until", "0.5", "--methods",
                   "auto,rodas5p", "--tols", "1e-5", "--seconds", "16", "-o", tmp_path / "stiff")
     lines = read_report(tmp_path / "stiff")
@@ -520,7 +520,7 @@ PRINTED = ["--set", "n_rfe=1", "--set", "form=printed", "--until", "0.05"]
 
 
 def test_methods_of_the_printed_form(tmp_path):
-    """It has no tangent: an implicit method is refused with those that go; without --method one of them is taken."""
+    """The printed form has no tangent: an implicit method is refused with a list of possible ones; without --method one of these is chosen."""
     done = refdyn("sim", REFERENCE, *PRINTED, "--method", "rodas5p", "-o", tmp_path / "run.csv", status=1)
     assert "tangent" in done.stderr and "printed" in done.stderr and "rk54" in done.stderr, done.stderr
     assert not list(tmp_path.iterdir())
@@ -536,7 +536,7 @@ def test_too_many_outputs(command, tmp_path):
 
 
 def test_methods_and_steps(tmp_path):
-    """--tol or nothing: steps are found; --step: they are fixed, whatever the method. The methods are listed."""
+    """With --tol, or by default, steps are adaptive; with --step they are fixed, for every method. The methods are listed."""
     known = refdyn("sim", "--help").stdout
     for method in ("rk4", "rk54", "rk8", "rodas5p", "rodas6p", "ros34pw2", "radau9", "gauss12"):
         assert method in known and method in refdyn("sim", PENDULUM, "--until", "1", "--method", "rk3", status=2).stderr

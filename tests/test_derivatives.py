@@ -1,8 +1,8 @@
-"""Emitted derivatives against differences of the functions that they are derivatives of.
+"""Emitted derivatives compared with differences of the functions.
 
-The emitted C is compiled once more with 113-bit numbers in place of double; central differences of order six then leave
-more than 25 digits. What is compared was computed by the same emitted lines, so that only formulas count, not rounding; the
-pass over angles alone is made for doubles, so that libm takes its place.
+The emitted C is compiled again with 113-bit numbers in place of double; central differences of order six then leave more than 25 digits.
+The same emitted lines compute the compared values, so only formulas matter, not rounding. The pass over angles is only accurate to doubles,
+so libm replaces it.
 """
 import ctypes
 import random
@@ -30,11 +30,11 @@ CASES += [(REFERENCE, (*LOOPS, "--set", "n_rfe=6")), (REFERENCE, (*LOOPS, "--fol
 CASES += [(TESTS / "models" / "runs.lua", (*LOOPS, "--set", f"kind={kind}", "--set", "rfe=3")) for kind in ("sides", "segments", "slides", "driven")]
 CASES += [(path, ()) for path in few_models_of_tests()] + [(seed, ()) for seed in RANDOM]
 NAMES = [f"random {path}" if isinstance(path, int) else " ".join([path.stem, *options]) for path, options in CASES]
-EXACT = 1e-13    # of the largest entry: rotations that are numbers are orthogonal to 1e-16
-SOLVED = 1e-9    # what ill-conditioned equations make of that
+EXACT = 1e-13    # of the largest entry: numerical rotations are orthogonal to 1e-16
+SOLVED = 1e-9    # the same for ill-conditioned equations
 ROUNDED = 1e-6   # of emitted code in doubles
 
-# Doubles are wider here than constants are, which emitted C refuses elsewhere.
+# Doubles are wider here than constants, which emitted C refuses elsewhere.
 WIDE = ("#define _GNU_SOURCE\n#include <math.h>\n#include <stdlib.h>\n#include <string.h>\n#define double _Float128\n"
         "#define _Static_assert(...) struct no_such_check\n" + "".join(f"#undef {name}\n#define {name} {name}f128\n" for name in FUNCTIONS))
 
@@ -236,7 +236,7 @@ class Emitted:
         return gains.reshape(self.m, 2)
 
     def replace_gains(self, by):
-        """From now on the i-th gain is `by` times i, of rows that share one the last; None: those of the model again."""
+        """Makes the i-th gain `by` times i, where rows that share a gain have the last value; None restores the gains of the model."""
         self.library.replace_gains(by is not None, ctypes.c_double(by or 0))
 
     def fields(self, quantity):
@@ -252,7 +252,7 @@ class Emitted:
         return out if known else None
 
     def result(self, quantity, state):
-        """The parts of a result by name; {} when the model has it not."""
+        """The parts of a result by name; {} if the model lacks it."""
         fields, parts, at = self.fields(quantity), {}, 0
         values = self.values(quantity, state, sum(count for _, count in fields)) if fields else []
         for name, count in fields:
@@ -261,13 +261,13 @@ class Emitted:
         return parts
 
     def slopes(self, quantity, state, count, by):
-        """count x variables, by differences."""
+        """Array of count x variables, by differences."""
         columns = [self.values(quantity, state, count, by, index) for index in range(self.counts[by])]
         return numpy.array(columns).reshape(self.counts[by], count).T
 
 
 def compare(what, found, expected, tolerance=EXACT, size=0.0):
-    """Columns in the size of the largest, or of the values themselves: what cancels is zero up to that."""
+    """Compares columns relative to the largest one, or to the values themselves: cancelling terms are zero to that accuracy."""
     if not expected.size:
         return ["" if found is None else f"{what}: not asked for"]
     largest = max(abs(expected).max(), size, 1e-300)
@@ -285,7 +285,7 @@ def compare_blocks(wide, quantity, of, state, count, before="", without=()):
     for by in ("q", "qd", "t", "x", "p"):
         if by not in without:
             slopes, found = wide.slopes(of, state, count, by), parts.get(before + by)
-            if by == "p":  # in the units of the values, one column as the other
+            if by == "p":  # in the units of the values, all columns alike
                 slopes, found = slopes * wide.p, found if found is None else found.reshape(slopes.shape) * wide.p
             lines += compare(f"{quantity}.{before}{by}", found, slopes, tolerance, size)
     return lines
@@ -307,7 +307,7 @@ def compare_tangent(wide, state, of_rows=0.0):
 
 
 def size_of(wide, quantity, part, state):
-    """Of the values whose derivative a part is."""
+    """Size of the values whose derivative a part is."""
     of = part.rpartition("_")[0] if quantity == "d_rows" else {"d_statics": "Q", "tangent": "M"}.get(quantity, quantity[2:])
     values = wide.values(of, state, wide.m if quantity == "d_rows" else wide.n ** 2 if of == "M" else wide.n)
     return 0 if values is None else abs(values).max()
@@ -364,7 +364,7 @@ def test_derivatives(compiled):
 
 
 def test_power(compiled):
-    """What `constrained` gives as power is that of the programme force."""
+    """The power that `constrained` computes is the power of the programme force."""
     wide, narrow, state = compiled
     if not wide.m:
         return
@@ -395,7 +395,7 @@ def compare_accelerations(wide, state):
 
 
 def test_gains(compiled):
-    """Gains that a caller replaces behind `prepare` are those of k, of the accelerations and of the tangent."""
+    """Gains that a caller replaces after `prepare` apply to k, to the accelerations and to the tangent."""
     wide, _, state = compiled
     if not wide.m:
         return
@@ -435,7 +435,7 @@ def places_of_gains(folder, path, *options):
     (TESTS / "models" / "programme.lua", ()), (TESTS / "models" / "suite" / "arm.lua", ("--set", "row=swing"))],
     ids=lambda value: getattr(value, "stem", ""))
 def test_gains_have_places(path, options, tmp_path):
-    """Apart for 2 alpha and beta^2, though their values be equal; and --fold, which makes parameters numbers, keeps them."""
+    """Separate places for 2 alpha and beta^2, even if their values are equal; --fold, which turns parameters into numbers, keeps them."""
     places = places_of_gains(tmp_path / "symbolic", path, *options)
     folded = places_of_gains(tmp_path / "folded", path, *options, "--fold")
     assert [place >= 0 for place in folded] == [place >= 0 for place in places]
@@ -464,7 +464,7 @@ def statements(folder):
 
 
 def test_text_is_that_of_one_element(tmp_path):
-    """No n^2 lines, and none for each element."""
+    """Neither n^2 lines nor separate lines for each element."""
     sizes = []
     for n in (6, 60):
         refdyn("gen", REFERENCE, "--set", f"n_rfe={n}", "--emit", "tangent", "-o", tmp_path / str(n))

@@ -1,4 +1,5 @@
-"""The emitted C: clean in both languages and compilers, equal on every run, and nothing in it that a scene does not use."""
+"""The emitted C: free of warnings in both languages and with both compilers, equal on every run, and without anything that a scene does not
+use."""
 import json
 import re
 import shutil
@@ -56,7 +57,7 @@ def test_compiles_alone_without_warning(scene, tmp_path):
 @pytest.mark.parametrize("kind, rfe", [("driven", 4), ("rods", 3), ("sides", 6)])
 @pytest.mark.parametrize("level", ["-O2", "-O3"] if LONG else ["-O2"])
 def test_derivatives_compile_optimised_without_warning(kind, rfe, level, tmp_path):
-    """An optimiser looks for values that are read and never set: loops of derivatives show that there are none."""
+    """An optimiser finds values that are read but never set, and checks that loops of derivatives set all of them."""
     files = emit(tmp_path, RUNS, "--set", f"kind={kind}", "--set", f"rfe={rfe}", "--emit", "tangent,d_qdd,d_statics")
     for source in (name for name in files if name.endswith(".c")):
         subprocess.run(["gcc", "-std=c11", *WARNINGS, level, "-c", source, "-o", "out.o"], cwd=tmp_path, check=True)
@@ -64,7 +65,7 @@ def test_derivatives_compile_optimised_without_warning(kind, rfe, level, tmp_pat
 
 @pytest.mark.parametrize("scene", SCENES[::2], ids=name_of)
 def test_needs_libm_alone(scene, tmp_path):
-    """No symbol from outside but functions of libm; no variable that changes; no allocation."""
+    """No external symbol except functions of libm; no variable that changes; no allocation."""
     files = emit(tmp_path, scene[0], *scene[1])
     objects = []
     for source in (name for name in files if name.endswith(".c")):
@@ -141,7 +142,7 @@ def test_parameter_that_nothing_reads(tmp_path):
     assert used >= {"m_E", "s_sup", "d_sup", "E", "rho", "a", "b", "alpha", "beta", "v0", "T"}
     free = parameters(emit(tmp_path / "free", REFERENCE, "--set", "program=none"))
     assert not free & {"a", "b", "alpha", "beta", "v0", "T", "xc"}
-    # It may be set all the same.
+    # It may nevertheless be set.
     refdyn("gen", REFERENCE, "--set", "program=none", "--set", "alpha=5", "-o", tmp_path / "free")
 
 
@@ -179,7 +180,7 @@ def test_emit_narrows(tmp_path):
 
 
 def test_size_grows_as_it_should(tmp_path):
-    """Linearly in the number of elements for accelerations, at most quadratically for M."""
+    """Linear in the number of elements for accelerations, at most quadratic for M."""
     def size(quantity, n_rfe):
         files = emit(tmp_path / f"{quantity}_{n_rfe}", REFERENCE, "--emit", quantity, "--set", f"n_rfe={n_rfe}")
         return sum(len(text) for name, text in files.items() if name.endswith(".c"))
@@ -206,7 +207,7 @@ def test_every_number_generates(tmp_path):
         refdyn("gen", REFERENCE, "--set", f"n_rfe={n_rfe}", "-o", tmp_path / str(n_rfe))
 
 
-# A slide without mass: accelerations exist with its constraint only.
+# A massless slide: accelerations exist only with its constraint.
 MASSLESS = """local rd      = require "refdyn"
 local held    = rd.option("held", true)
 local p       = rd.parameters { { "L", 1, "m" } }
@@ -225,7 +226,7 @@ return rd.model {
 
 @pytest.mark.parametrize("options", [[], ["held=false"]], ids=" ".join)
 def test_what_is_no_finite_number(options, tmp_path):
-    """Where a value cannot exist the C says NAN or INFINITY of math.h: it compiles, and the program names the coordinate."""
+    """If a value cannot exist, the C contains NAN or INFINITY of math.h: it compiles, and the program names the coordinate."""
     options = [word for setting in options for word in ("--set", setting)] + ["--fold"]
     model = tmp_path / "massless.lua"
     model.write_text(MASSLESS)
@@ -240,7 +241,7 @@ def test_what_is_no_finite_number(options, tmp_path):
         assert json.loads(done.stdout)["qdd_free"] is None
 
 
-# Each of them would end a literal or a comment of C, or change on its way, if it were copied as it is.
+# Copied unchanged, each of them would end a literal or a comment of C, or change.
 TEXTS = ['the "slide"', "x*/y /* z", "alpha\\beta \\", "what??/ ??= ?", "größe [µm]", "\\n %s", '*/"}; int broken = "']
 TEXTS_MODEL = """local rd = require "refdyn"
 local o = rd.option("o", "a */ // b")
@@ -268,7 +269,7 @@ def quoted(text):
 
 
 def test_texts_of_the_author(tmp_path):
-    """Units, names of rows and courses, and options: C reads them as they are written, whatever stands in them."""
+    """Units, names of rows and courses, and options: C reads them exactly as written, whatever they contain."""
     coordinates = "x y z phi theta psi".split()
     rows = TEXTS[:len(coordinates) - 1]
     model = TEXTS_MODEL.replace("READ", " + ".join(f"p.p{i}" for i in range(len(TEXTS)))).replace("UNIT", quoted(TEXTS[0]))

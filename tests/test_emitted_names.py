@@ -1,6 +1,6 @@
-"""Names in the emitted C say the truth: no value is used under the name of a body, an element, a row or a constant that it is not of.
+"""Names in the emitted C are true: no value has the name of a body, an element, a row or a constant to which it does not belong.
 
-Equal expressions are computed once and have one name, so a name must be true for all that have the value in common.
+Equal expressions are computed once and have one name, so a name must be true for all owners of the value.
 """
 import re
 
@@ -20,7 +20,7 @@ def name_of(scene):
 
 @pytest.fixture(scope="module", params=MODELS, ids=name_of)
 def emitted(request, tmp_path_factory):
-    """Text of the sources, continued lines joined; names of coordinates, and for each those that carry it, itself among them."""
+    """Text of the sources with continued lines joined; names of coordinates, and for each of them its carriers and itself."""
     folder = tmp_path_factory.mktemp("emitted")
     refdyn("gen", request.param[0], *request.param[1], "-o", folder)
     text = "".join(path.read_text() for path in sorted(folder.glob("*.c")))
@@ -44,7 +44,7 @@ def statements(text):
 
 
 class Owners:
-    """To whose frame a name belongs: arm_psi_2_sin to that of arm_psi_2, arm_psi_e_sin to those of all elements."""
+    """The frame to which a name belongs: arm_psi_2_sin to that of arm_psi_2, arm_psi_e_sin to the frames of all elements."""
 
     def __init__(self, names):
         self.coordinates = {name: [i] for i, name in enumerate(names)}
@@ -60,8 +60,8 @@ class Owners:
 
 
 def test_bodies(emitted):
-    """A value that is named after a frame is made of what is on its way to the ground or beyond it, and a body's own inertia
-    counts only for those that carry the body."""
+    """A value named after a frame depends only on frames on the way to the ground or beyond it; a body's own inertia counts only for its
+    carriers."""
     text, names, carriers = emitted
     owners = Owners(names)
     seen = 0
@@ -81,7 +81,7 @@ def test_bodies(emitted):
 
 
 def test_rows(emitted):
-    """What a row gives, or a point, is called after no other row."""
+    """The value of a row, or of a point, is not named after another row."""
     text, names, _ = emitted
     for target, expression in statements(text):
         result = re.match(r"(?:out->)?(phi|psi|v|k|u|C|r|rd|d)\[(\d+)( \+)?", target)
@@ -93,7 +93,7 @@ def test_rows(emitted):
 
 
 def test_constants(emitted):
-    """constant_7 is what has no short name of its own: never one operation on two values that have names."""
+    """constant_7 has no short name: it is never one operation on two named values."""
     for target, expression in statements(emitted[0]):
         inline = INLINE.fullmatch(expression) if "derived.constant_" in target else None
         assert not inline or len("".join(inline.groups())) > 40, f"{target} = {expression}"

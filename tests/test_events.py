@@ -1,5 +1,5 @@
-"""Events of the state: their times against closed forms and independent solutions, by methods of all kinds; what they set;
-events at the start, at the same time, that graze or accumulate; what summaries, CSV and batches tell of them."""
+"""State events: their times compared with closed forms and independent solutions, by methods of all kinds; the values they set; events at
+the start, simultaneous, grazing or accumulating ones; their reports in summaries, CSV and batches."""
 import csv
 import json
 import math
@@ -27,7 +27,7 @@ def events(name, *arguments):
 
 
 def failed(name, *arguments):
-    """What a motion says that fails."""
+    """The message of a motion that fails."""
     return refdyn("sim", MODELS / f"{name}.lua", *arguments, "-o", tempfile.mkdtemp() + "/run.csv", status=3).stderr
 
 
@@ -36,7 +36,7 @@ def settings(**values):
 
 
 def root(function, low, high):
-    """By bisection; function changes its sign between them."""
+    """Root by bisection; the function changes its sign between the ends."""
     for _ in range(200):
         middle = (low + high) / 2
         low, high = (middle, high) if (function(middle) < 0) == (function(low) < 0) else (low, middle)
@@ -78,14 +78,14 @@ def test_ball_comes_to_rest(e):
 
 
 def test_ball_without_restitution():
-    """No time lies between an impact and the next one."""
+    """No time passes between an impact and the next one."""
     told = failed("ball", "--until", 60, *settings(e=0))
     assert told.startswith("refdyn: ball: t = 0.4515236")
     assert "events follow each other without time between" in told
 
 
 def test_vibrating_table():
-    """The gap's rate has that of the table in it; restitution is that of the gap."""
+    """The gap's rate includes the rate of the table; restitution applies to the gap."""
     times, _ = events("ball", "--until", 2, "--method", "rk8", "--tol", 1e-10, *settings(A=0.02, e=0.9))
     A, w, e = 0.02, 20, 0.9
     t, z, v, expected = 0.0, 1.0, 0.0, []
@@ -137,7 +137,7 @@ def step_of_bulirsch(f, y, h):
 
 
 def test_arm_on_stop(tmp_path):
-    """A flexible arm's tip against an extrapolation method with its own impacts, M^-1 by numpy."""
+    """A flexible arm's tip compared with an extrapolation method with its own impacts, M^-1 by numpy."""
     until, e, stop = 0.8, 0.6, -0.35
     arm = Compiled(MODELS / "arm.lua", tmp_path / "arm")
     n = arm.n
@@ -196,7 +196,7 @@ def test_relay(method):
 @pytest.mark.parametrize("stabilise", ["project", "baumgarte", "none"])
 @pytest.mark.parametrize("method", ["rk8", "radau9", "rodas5p"])
 def test_impact_with_rows(method, stabilise):
-    """The impulse leaves rows as they are: a point on a circle as a turn."""
+    """The impulse respects the rows: a point on a circle moves like a turn."""
     fine = ("--until", 6, "--tol", 1e-11)
     turn, _ = events("pendulum", *fine, "--method", "rk8")
     row, _ = events("pendulum", *fine, "--method", method, "--stabilise", stabilise, *settings(form="row"))
@@ -223,7 +223,7 @@ def test_parameter(method):
 
 
 def test_second_run_has_first_values():
-    """What events have set does not outlive a motion: --verify and --accuracy run it again."""
+    """Values set by events do not survive a motion: --verify and --accuracy run it again."""
     run = ("--until", 3, "--method", "rk8")
     _, _, alone = motion(MODELS / "spring.lua", *run)
     _, _, verified = motion(MODELS / "spring.lua", *run, "--verify")
@@ -234,8 +234,8 @@ def test_second_run_has_first_values():
 @pytest.mark.parametrize("form", ["max", "where", "energy"])
 @pytest.mark.parametrize("method, tolerance", [("gauss12", 1e-11), ("radau9", 1e-7), ("rk8", 1e-4)])
 def test_kinks(method, tolerance, form):
-    """Steps end where a formula of coordinates has a kink: a ball on a spring is in touch for half a turn and a little more.
-    What methods of high order reach is lost by a factor of 1e5 and more where a step leads across."""
+    """Steps end where a formula of coordinates has a kink: a ball touches a spring for slightly more than half a period. A step across the
+    kink would reduce the accuracy of high-order methods by a factor of 1e5 and more."""
     times, _ = events("penalty", "--until", 10, "--method", method, "--tol", 1e-9, *settings(form=form))
     w, fall = math.sqrt(1e5), math.sqrt(2 / G)
     touch = 2 * (math.pi - math.atan(G * fall * w / G)) / w
@@ -245,7 +245,7 @@ def test_kinks(method, tolerance, form):
 
 @pytest.mark.parametrize("k, h, tolerance", [(107505, 0.575, 1e-6), (759220, 0.532, 1e-7), (213970.4290570586, 1.047816429399195, 1e-10)])
 def test_kinks_after_refused_steps(k, h, tolerance):
-    """auto sees kinks, however far the steps have led that it has refused: the energy of a ball on a stiff spring stays."""
+    """auto detects kinks, however far its refused steps reached: the energy of a ball on a stiff spring is constant."""
     run, _, _ = motion(MODELS / "stiff.lua", "--until", 8, "--every", 1, "--tol", tolerance, *settings(k=k, h=h))
     energy = [v**2 / 2 + G * z + k * min(z, 0)**2 / 2 for z, v in zip(run["ball_z"], run["ball_z_d"])]
     check([close("energy", [value / (G * h) for value in energy], [1] * len(energy), 1e3 * tolerance)])
@@ -259,7 +259,7 @@ return rd.model { name = "jumps", links = { { "b", joint = "x", mass = 1, start 
 
 @pytest.mark.parametrize("method", ["auto", "rk54", "radau9", "gauss12", "rodas5p"])
 def test_jump_of_a_force(tmp_path, method):
-    """Parabolas that meet where the force jumps, each on the side that its passage leads to."""
+    """Parabolas that meet where the force jumps, each on the side to which its crossing leads."""
     (tmp_path / "jumps.lua").write_text(JUMPS)
     t, x, v, side = 0, 0.3, 0.7, 1
     while True:
@@ -276,7 +276,7 @@ def test_jump_of_a_force(tmp_path, method):
 
 
 def test_directions():
-    """A ball thrown up passes a level twice."""
+    """A ball thrown up crosses a level twice."""
     v, h = 5, 1
     up, down = 0.0, (v + math.sqrt(v * v + 2 * G * h)) / G
     level = ("--until", 2)
@@ -292,7 +292,7 @@ def test_directions():
 
 @pytest.mark.parametrize("part", [1e-3, 1e-6, 1e-9])
 def test_grazing(part):
-    """A level just below the top is passed twice in one step, one just above is not."""
+    """A level just below the top is crossed twice in one step; a level just above is not crossed."""
     v, top = 2, 2 / G
     level = v * top / 2
     times, _ = events("ball", "--until", 1, "--method", "rk8", *settings(act="both", v=v, h=-level * (1 - part)))
@@ -303,7 +303,7 @@ def test_grazing(part):
 
 
 def test_start():
-    """On zero, an event is where it leaves zero in the event's direction."""
+    """A value that starts at zero is an event if it leaves zero in the event's direction."""
     for v, act, count in ((-1, "record", 1), (1, "record", 1), (1, "up", 1), (-1, "up", 0), (1, "both", 2), (-1, "both", 1)):
         times, _ = events("ball", "--until", 1, *settings(h=0, v=v, act=act))
         found = [t for list in times.values() for t in list]
@@ -316,7 +316,7 @@ def test_start():
 
 @pytest.mark.parametrize("apart", [0, 1e-14, 1e-10, 1e-3])
 def test_at_the_same_time(apart):
-    """Three balls, alike or nearly so: all impacts of each."""
+    """Three balls, equal or nearly equal: all impacts of each."""
     times, _ = events("ball", "--until", 2.4, *settings(balls=3, apart=apart))
     check([close(f"ball {i}", times[f"impact {i}"], bounces(0.8, 1 + (i - 1) * apart, 4), 1e-11) for i in (1, 2, 3)])
 
@@ -358,7 +358,7 @@ def same_events(found, expected, allowed=1e-9):
 @pytest.mark.parametrize("action", ["restitution = 0.7", "rates = { b_z = -0.7 * v }"])
 @pytest.mark.parametrize("direction", ["both", "up"])
 def test_carried_across_once(tmp_path, action, direction):
-    """A rate that an impact or an action carries across zero, once each time, and its way back."""
+    """A rate that an impact or an action carries across zero: one event each time, and one on its way back."""
     lines = f'rd.event {{ z - 0.55, direction = "down", {action}, name = "level" }}, rd.event {{ v + 0.1, direction = "{direction}", name = "rate" }}'
     back = [("rate", LEVEL + 0.22)] if direction == "both" else []
     expected = ([("rate", 0.01)] if direction == "both" else []) + [("level", LEVEL), ("rate", LEVEL)] + back
@@ -367,7 +367,7 @@ def test_carried_across_once(tmp_path, action, direction):
 
 
 def test_jumps_once(tmp_path):
-    """Inputs that an event or samples switch, and step functions of time and place."""
+    """Inputs that an event or samples switch, and step functions of time and position."""
     lines = 'rd.event { z - 0.55, inputs = { u = 1 }, name = "level" }, rd.event { u - 0.5, name = "carried" }'
     same_events(falling(tmp_path, lines), [("level", LEVEL), ("carried", LEVEL)])
     (tmp_path / "u.csv").write_text("t,u\n0,0\n0.31,1\n0.62,0\n")
@@ -389,14 +389,15 @@ def test_leaves_a_stretch_of_zero(tmp_path, value, t, method):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_grazes_exactly(tmp_path, method):
-    """Nothing, or to the accuracy of the steps there and back."""
+    """No event, or two events within the accuracy of the steps."""
     found = falling(tmp_path, 'rd.event { z - 0.8, name = "g" }', "--method", method, z=0, v=4)
     assert len(found) in (0, 2, 4, 6) and all(abs(t - 0.4) < 1e-6 for _, t in found), found
 
 
 @pytest.mark.parametrize("method", METHODS)
 def test_at_outputs(tmp_path, method):
-    """Impacts at 1 s and 2 s, wherever rounding puts them: rows show the state before, and the end has its event, too."""
+    """Impacts at 1 s and 2 s, on whichever side rounding puts them: output rows show the state before, and the event at the end occurs,
+    too."""
     (tmp_path / "falling.lua").write_text(FALLING.format(z=5, v=0, events='rd.event { z, restitution = 0.5, name = "floor" }'))
     fixed = ["--step", 0.01] if method == "rk4" else ["--tol", 1e-7]
     for until, rates in (1, [-10]), (2, [-10, -5]):
@@ -422,7 +423,8 @@ return rd.model { name = "losing", gravity = { 0, 0, -10 }, links = { { "b", joi
 
 
 def test_values_that_the_model_refuses(tmp_path):
-    """Before they are set, with the event and the line of what is wrong; a second run begins with the values of the first."""
+    """The check precedes the setting, and the message names the event and the faulty line; a second run begins with the values of the
+    first."""
     model = tmp_path / "losing.lua"
     model.write_text(LOSING.replace("LEFT", "s.q.b_z - 0.55"))
     done = refdyn("sim", model, "--until", 2, "-o", tmp_path / "run.csv", status=3)
@@ -434,7 +436,7 @@ def test_values_that_the_model_refuses(tmp_path):
 
 
 def test_stops_beside_events():
-    """A condition of the command line that comes first."""
+    """A stop condition of the command line that occurs first."""
     _, told, summary = motion(MODELS / "ball.lua", "--until", 2, "--stop", "ball1_z<0.5", *settings(act="ends"))
     check([close("stop", [summary["stop"]["t"]], [math.sqrt(1 / G)], 1e-12)])
     assert summary["events"] == [] and "ended" not in summary and "stopped" in told
@@ -450,7 +452,7 @@ def test_inputs_belong_to_one(tmp_path):
 
 
 def test_batch(tmp_path):
-    """Cases that an event ends are done, at its time and state; others fail with its name."""
+    """Cases that an event ends are done, with its time and state; others fail with its name."""
     (tmp_path / "cases.csv").write_text("h\n1\n2\n30\n")
     command = ("batch", MODELS / "ball.lua", "--table", tmp_path / "cases.csv")
     refdyn(*command, "--until", 1, *settings(act="ends"), "-o", tmp_path / "ended.csv")
@@ -481,7 +483,7 @@ def test_refused(tmp_path):
 @pytest.mark.parametrize("floor", [-1e3, 0, 0.3, 1e6])
 @pytest.mark.parametrize("name", ["floor", "floor_inches"])
 def test_impacts_accumulate_wherever_the_floor_is(name, floor):
-    """The rounding of a height would keep a ball bouncing: below it, impacts have no end. In inches, above a tilted base."""
+    """The rounding of a height would keep a ball bouncing; impacts below this size accumulate. In inches, above a tilted base."""
     told = failed(name, "--until", 60, *settings(floor=floor))
     assert ": events follow each other without time between" in told and "at the event floor" in told
     height = 1 if name == "floor" else math.cos(0.3) * math.cos(0.2)
@@ -499,7 +501,7 @@ def test_a_driven_crane_stays_at_its_buffer(method, e):
 
 @pytest.mark.parametrize("e", [0, 0.5, 0.9])
 def test_a_rod_that_falls_flat_does_not_fall_through(e):
-    """Both ends meet the floor together, and the impact of each drives the other one down again."""
+    """Both ends meet the floor simultaneously, and the impact of each end pushes the other one down again."""
     told = failed("rod", "--until", 30, *settings(e=e))
     assert ": events follow each other without time between" in told
     state = dict(re.findall(r"(rod_\w+) = ([-+.\de]+)", told))

@@ -1,4 +1,4 @@
-"""`refdyn gen --explain PASS`: what the generator holds behind each pass, the same on each call, and nothing is written."""
+"""`refdyn gen --explain PASS`: the data of the generator after each pass, the same on each call, without written files."""
 import re
 
 import pytest
@@ -29,7 +29,7 @@ def test_wrong_passes_are_told(tmp_path):
 
 
 def test_trees():
-    """Five elements stand as frames of their own, then as one, between an entry and an exit."""
+    """Five elements are separate frames at first, then one, between an entry and an exit."""
     expanded, rolled = (explain(name, "--set", "n_rfe=6", "--set", "dofs=psi").splitlines() for name in ("expand", "roll"))
     assert len(expanded) == 9 and expanded[5] == "  frame 5, on 4: arm_psi_3 turns about z, coordinate 5"
     assert [line for line in rolled if line.endswith(" e") or " run " in line] == [
@@ -47,7 +47,7 @@ def counts(text, quantity):
 
 
 def test_before_and_behind_the_order_of_sums():
-    """As many operations of each kind, sums in another order."""
+    """The same number of operations of each kind; sums in another order."""
     derived, ordered = (explain(name, "--emit", "Q") for name in ("derive", "sums"))
     before, behind = counts(derived, "Q"), counts(ordered, "Q")
     assert before["ADD"] + before["SUB"] == behind["ADD"] + behind["SUB"] > 20 and before["MUL"] == behind["MUL"]
@@ -60,7 +60,7 @@ def test_counts_are_those_of_the_graph():
 
 
 def test_plan_is_what_is_run():
-    """Each named value is computed before it is read, or by `prepare`; entries of M stand behind what they are made of."""
+    """Each named value is computed before it is read, or by `prepare`; entries of M follow their operands."""
     text = explain("plan", "--emit", "M", "--loops", "never", "--set", "n_rfe=2")
     body, prepare = text.split("prepare: nodes")
     known = set(definitions(prepare))

@@ -1,4 +1,4 @@
-"""Every feature of the model language against values found without it: by hand, or by a few lines of numpy."""
+"""Every feature of the model language compared with values computed without it: by hand, or by a few lines of numpy."""
 import json
 import re
 
@@ -56,7 +56,7 @@ def test_solid(kind):
 
 
 def test_bodies_of_one_link():
-    """Moments add up; the heights too, in the potential energy."""
+    """Moments add up, and so do the heights in the potential energy."""
     found = evaluate(model("bodies"), {"q": [0.7, 0], "qd": [0, 0]})
     turned = evaluate(model("bodies"), {"q": [0.7, pi / 2], "qd": [0, 0]})
     check([close("M", found["M"], [[18, 4], [4, 2.575]], 1e-14), close("Q", found["Q"], [-18 * 9.81, -4 * 9.81], 1e-14),
@@ -132,7 +132,7 @@ def test_closures(entry):
 
 
 def test_fourbar_closed_by_a_hinge():
-    """The parallelogram keeps its angles, with the rate that the height leaves it: one freedom of three coordinates."""
+    """The parallelogram keeps its angles, at the rate that follows from its height: one degree of freedom of three coordinates."""
     run, said, _ = motion(model("four_bar"), "--until", 0.5, *FINE)
     inertia = 0.3**2 * 1.2 + 2 * 0.75 * ((0.3**2 + 0.02**2) / 12 + 0.15**2)
     crank = run["crank_psi"]
@@ -143,7 +143,7 @@ def test_fourbar_closed_by_a_hinge():
 
 
 def test_orientation():
-    """The hand stays level, so that it swings with the arm as a mass at its end."""
+    """The hand stays level, so the arm swings as with a mass at its end."""
     run, _, _ = motion(model("orientation"), "--until", 1, *FINE)
     arm, inertia = run["arm_theta"], 2 * ((1 + 0.05**2) / 12 + 0.25) + 0.5
     rate = sqrt(2 * 9.81 * 1.5 * numpy.maximum(sin(arm) - sin(0.2), 0) / inertia)
@@ -155,7 +155,7 @@ def test_orientation():
 
 
 def test_turned_places():
-    """Axes of a point and their rates, a load along them, an axis of a row, a place beside the tip of a turned beam."""
+    """Axes of a point and their rates, a load along them, an axis of a row, a place next to the tip of a turned beam."""
     found = evaluate(model("places"), {"q": [0.5, 0.7], "qd": [1.3, 0]})
     run, _, _ = motion(model("places"), "--until", 0.5, "--every", 0.1, "--start", "project", *FINE)
     lines = [close("Q", found["Q"], [3 * cos(0.2), 0], 1e-14), close("phi", found["phi"], [sin(1.1)], 1e-15),
@@ -173,7 +173,7 @@ def test_turned_places():
 # ---- samples ----
 
 def natural_spline(knots, values, x, order=0):
-    """Of the natural cubic spline, by its second derivatives; straight beyond the ends."""
+    """Second derivatives of the natural cubic spline; straight beyond the ends."""
     knots, values, n = numpy.array(knots, float), numpy.array(values, float), len(knots)
     h = numpy.diff(knots)
     A, b = numpy.eye(n), numpy.zeros(n)
@@ -189,7 +189,7 @@ def natural_spline(knots, values, x, order=0):
 
 
 def test_path_and_spline():
-    """The hand passes all samples at an even speed, and turns as the spline says, straight after its end."""
+    """The hand passes all samples at constant speed and turns according to the spline, straight beyond its end."""
     run, _, _ = motion(model("follow_path"), "--until", 15, "--every", 0.01, "--start", "project", *FINE)
     hand, t = numpy.array([run["hand_x"], run["hand_y"]]), run["t"]
     step = sqrt((numpy.diff(hand)**2).sum(axis=0))
@@ -247,7 +247,7 @@ def test_functions(at):
 # ---- beams ----
 
 def test_segments():
-    """Stiffness and damping of each element as `check` lists them, and as the forces of rates have the damping."""
+    """Stiffness and damping of each element as `check` lists them, and damping as it acts in forces of rates."""
     EI = {"square": 7e10 * 0.02**4 / 12, "tube": 7e10 * pi / 64 * (0.02**4 - 0.016**4)}
     listed = re.findall(r"boom_(\w+) \[rad\].* spring ([0-9.e+-]+).*, damper ([0-9.e+-]+)",
                         refdyn("check", model("beams")).stdout)
@@ -261,7 +261,7 @@ def test_segments():
     assert [name for name, _, _ in listed] == names
     rates = numpy.arange(1, 13) / 10
     still = evaluate(model("beams"), {"qd": [0] * 12})
-    # straight, where strains change as turns do
+    # straight, where strains change like turns
     slow, moving = (evaluate(model("beams"), {"q": [0] * 12, "qd": list(qd)}) for qd in (0 * rates, rates))
     same = numpy.array(still["points"]["same"]["C"])
     check([close(name, [float(s)], [expected], 5e-6) for (name, s, _), expected in zip(listed, stiffness)]
@@ -273,13 +273,13 @@ def test_segments():
 
 
 def still_weight():
-    """Potential energy at the start: the springs rest, the beam is level, the link hangs 0.1 m below."""
+    """Potential energy at the start: the springs are unloaded, the beam is level, the link hangs 0.1 m below."""
     return -0.3 * 9.81 * 0.1
 
 
 @pytest.mark.parametrize("turn", ["psi", "theta", "phi"])
 def test_curvature(turn):
-    """At rest an arc of three elements with the right angle at its end; a moment E I 1.2 makes it straight."""
+    """At rest an arc of three elements with a right angle at its end; a moment E I 1.2 straightens it."""
     free, straight = (json.loads(refdyn("statics", model("curved"), *settings({"turn": turn, "M": M})).stdout)
                       for M in (0, -0.6))
     axis = {"psi": "z", "theta": "y", "phi": "x"}[turn]

@@ -1,4 +1,4 @@
-"""FMUs of `refdyn export`: what is in them, what is refused, and what FMPy (from PyPI) finds, compiles and simulates."""
+"""FMUs of `refdyn export`: their contents, what is refused, and how FMPy (from PyPI) reads, compiles and simulates them."""
 import ctypes
 import importlib
 import os
@@ -37,7 +37,7 @@ SCENES = {
     "wave": (TESTS / "models" / "switched.lua", ["--set", "form=wave"], 0.9),
     "input of events": (TESTS / "models" / "events" / "block.lua", [], 1),
 }
-# Scenes and versions that are tried; all of them in tests/long.
+# Scenes and versions; all of them in tests/long.
 FEW = [("rows", "2.0"), ("inputs", "3.0"), ("free", "2.0")]
 CHOSEN = [(scene, version) for scene in SCENES for version in VERSIONS] if LONG else FEW
 
@@ -58,7 +58,7 @@ def description(file):
 
 
 def variables(about):
-    """Attributes by name; of FMI 2.0 those of the element inside, too."""
+    """Attributes by name; for FMI 2.0 also those of the inner element."""
     return {entry.get("name"): {**entry.attrib, **(entry[0].attrib if len(entry) else {})} for entry in about.find("ModelVariables")}
 
 
@@ -117,7 +117,8 @@ def test_variables(linkage):
 
 
 def test_parameters_of_events(tmp_path):
-    """Those that events set change: they are no parameters to an importer. What has no unit names none. No model's file is one of ours."""
+    """Parameters that events set change during a motion, so they are no parameters for an importer. A variable without a unit names none.
+    No file of a model has a name of ours."""
     text = (TESTS / "models" / "events" / "spring.lua").read_text().replace('1, "m"', '1')
     model = tmp_path / "refdyn_fmu_model.lua"
     model.write_text(re.sub(r'name = "\w+"', 'name = "fmu_model"', text, count=1))
@@ -156,7 +157,7 @@ WINE = next((path for path in (shutil.which("wine64"), "/usr/lib/wine/wine64") i
 
 
 def test_compilers_that_are_missing(tmp_path):
-    """Each named with what to do, and no FMU is left."""
+    """Each missing compiler is named with the remedy, and no FMU remains."""
     done = refdyn("export", MODEL, "--fmu", "2.0", "-o", "a.fmu", status=1, cwd=tmp_path, env={"CC": "no-such-cc", "REFDYN_CACHE": str(tmp_path / "cache")})
     assert "no-such-cc" in done.stderr
     done = refdyn("export", MODEL, "--fmu", "2.0", "-o", "a.fmu", status=1, cwd=tmp_path, env={"CC": "cc -U__LP64__", "REFDYN_CACHE": str(tmp_path / "cache")})
@@ -173,7 +174,7 @@ def test_compilers_that_are_missing(tmp_path):
 @pytest.mark.skipif(not (LONG and MINGW), reason="takes long: tests/long; and needs gcc-mingw-w64-x86-64")
 @pytest.mark.parametrize("version", VERSIONS)
 def test_windows_library(version, tmp_path):
-    """It exports the functions of FMI and needs no library but Windows's."""
+    """It exports the functions of FMI and needs only libraries of Windows."""
     file = export(MODELS / "fourbar.lua", version, tmp_path / "a.fmu", "--platform", "win64")
     assert export(MODELS / "fourbar.lua", version, tmp_path / "b.fmu", "--platform", "win64").read_bytes() == file.read_bytes()
     folder = "win64" if version == "2.0" else "x86_64-windows"
@@ -188,7 +189,7 @@ def test_windows_library(version, tmp_path):
 
 @pytest.mark.skipif(not (LONG and MINGW and WINE), reason="takes long: tests/long; and needs gcc-mingw-w64-x86-64 and wine64")
 def test_windows_motion(tmp_path):
-    """By Wine, as on Linux."""
+    """The motion under Wine equals the motion on Linux."""
     file = export(MODELS / "fourbar.lua", "2.0", tmp_path / "a.fmu", "--platform", "linux64,win64")
     zipfile.ZipFile(file).extractall(tmp_path)
     guid = description(file).get("guid")
@@ -207,7 +208,7 @@ def test_windows_motion(tmp_path):
 
 @pytest.fixture(scope="session")
 def fmpy(tmp_path_factory):
-    """FMPy and what it needs without notebooks, in a fresh environment. NumPy is Debian's."""
+    """FMPy and its requirements without notebooks, in a fresh environment. NumPy is Debian's."""
     folder = tmp_path_factory.mktemp("fmpy")
     subprocess.run([sys.executable, "-m", "venv", "--system-site-packages", folder / "v"], check=True)
     python = folder / "v" / "bin" / "python"
@@ -241,7 +242,7 @@ def simulate(fmpy, folder, kind, until, outputs, **ways):
 
 
 def differences(run, found, names, tolerance):
-    """At the times of FMPy that are some of the motion."""
+    """Differences at those times of FMPy that are also output times of the motion."""
     rows = [(i, int(k)) for i, t in enumerate(found["time"]) for k in np.flatnonzero(np.isclose(run["t"], t, rtol=0, atol=1e-9))]
     assert len(rows) >= OUTPUTS, f"{len(rows)} times in common"
     here, there = map(list, zip(*rows))
@@ -262,7 +263,7 @@ def test_validate(fmpy, fmus, scene, version):
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize(("scene", "version"), CHOSEN)
 def test_motion(fmpy, fmus, scene, version, kind, capfd):
-    """As `sim` finds it, without a message."""
+    """Equal to `sim`, without a message."""
     model, arguments, until = SCENES[scene]
     run, _, _ = motion(model, *arguments, "--until", until, "--every", until / OUTPUTS, "--tol", 1e-9)
     names = coordinates_of(run)
@@ -274,7 +275,7 @@ def test_motion(fmpy, fmus, scene, version, kind, capfd):
 @pytest.mark.skipif(not LONG, reason="takes long: tests/long")
 @pytest.mark.parametrize("version", VERSIONS)
 def test_rows_do_not_drift(fmpy, version, tmp_path):
-    """In Model Exchange, where a row has no gains of its own: at a coarse tolerance (without gains 2e-2), and as `sim` finds it."""
+    """Model Exchange with rows whose gains the model does not set: at a coarse tolerance (without any gains 2e-2), and as in `sim`."""
     model = TESTS / "fmi" / "crank.lua"
     file = str(export(model, version, tmp_path / "a.fmu"))
     coarse = fmpy.simulate_fmu(file, fmi_type="ModelExchange", stop_time=20, relative_tolerance=1e-5, output_interval=0.1, output=["phi_1"])
@@ -287,7 +288,7 @@ def test_rows_do_not_drift(fmpy, version, tmp_path):
 # ---- One instance ----
 
 class Instance:
-    """One instance of an FMU in either version, by the same calls."""
+    """One instance of an FMU in either version, with the same calls."""
 
     def __init__(self, fmpy, folder, is_exchange, is_begun=True, **start):
         about = fmpy.read_model_description(folder)
@@ -371,7 +372,7 @@ REFUSALS = {"m": (-0.05, "links[1].mass: value -0.05, a positive number is neede
 
 @pytest.mark.parametrize("version", VERSIONS)
 def test_values_that_the_model_refuses(fmpy, version, tmp_path, capfd):
-    """At the start and while the motion stands between steps; each in words. Other values are taken."""
+    """At the start, and between steps; each with a message. Other values are accepted."""
     (tmp_path / "refused.lua").write_text(REFUSED_MODEL)
     folder = fmpy.extract(str(export(tmp_path / "refused.lua", version, tmp_path / "a.fmu")), str(tmp_path / "files"))
     for is_exchange in (True, False):
@@ -425,7 +426,7 @@ def test_directional_derivatives(fmpy, fmus, scene, version):
 
 @pytest.mark.parametrize("version", versions_of("rows"))
 def test_states_of_instances(fmpy, fmus, version):
-    """Two instances beside each other; a state that is taken and given back; reset: the same to the bit."""
+    """Two simultaneous instances; a state that is saved and restored; reset: equal to the bit."""
     folder = fmus("rows", version)[1]
     one, other = Instance(fmpy, folder, False), Instance(fmpy, folder, False, torque=0.4)
     middle = one.steps(0, 10)
@@ -444,7 +445,7 @@ def test_states_of_instances(fmpy, fmus, version):
 
 @pytest.mark.parametrize("version", versions_of("inputs"))
 def test_parameter_changes(fmpy, fmus, version, tmp_path):
-    """A tunable parameter and an input that change between steps: as two motions of `sim`, one from the other's end."""
+    """A tunable parameter and an input change between steps: as in two motions of `sim`, one from the end of the other."""
     model, arguments, _ = SCENES["inputs"]
     one = Instance(fmpy, fmus("inputs", version)[1], False)
     one.steps(0, 10)
@@ -464,7 +465,7 @@ def test_parameter_changes(fmpy, fmus, version, tmp_path):
 
 @pytest.mark.parametrize("version", versions_of("rows"))
 def test_no_end_before_the_start(fmpy, fmus, version):
-    """Terminate is refused while an instance initialises, which then goes on."""
+    """Terminate is refused while an instance initialises; the initialisation then continues."""
     one = Instance(fmpy, fmus("rows", version)[1], True, is_begun=False)
     one.enter_initialisation()
     with pytest.raises(Exception, match=f"fmi{version[0]}Terminate"):
@@ -477,7 +478,7 @@ def test_no_end_before_the_start(fmpy, fmus, version):
 
 @pytest.mark.parametrize("version", versions_of("rows"))
 def test_values_set_before_events(fmpy, fmus, version):
-    """A parameter and an input that are set in the first event mode hold, whether they are set before or after the events are taken."""
+    """A parameter and an input set in the first event mode are valid, whether they are set before or after the events are handled."""
     folder = fmus("rows", version)[1]
     found = []
     for order in ("initialising", "before", "after"):
@@ -503,7 +504,7 @@ def test_values_set_before_events(fmpy, fmus, version):
 
 @pytest.mark.skipif(not LONG, reason="takes long: tests/long")
 def test_anchored_parameter(fmpy, tmp_path):
-    """It follows the start, also where the importer writes the exported value back; another value holds."""
+    """It follows the start, also if the importer writes the exported value back; another value replaces it."""
     folder = fmpy.extract(str(export(TESTS / "models" / "programme.lua", "2.0", tmp_path / "a.fmu")), str(tmp_path / "files"))
     exported = float(variables(description(tmp_path / "a.fmu"))["height"]["start"])
     heights = []
@@ -516,7 +517,7 @@ def test_anchored_parameter(fmpy, tmp_path):
 
 @pytest.mark.parametrize("version", versions_of("rows"))
 def test_tolerances(fmpy, fmus, version):
-    """Co-Simulation refuses one that no method can keep; Model Exchange takes no steps and needs none."""
+    """Co-Simulation refuses a tolerance that no method can keep; Model Exchange takes no steps and needs no tolerance."""
     for tolerance in (1e-17, 1, 3.5):
         one = Instance(fmpy, fmus("rows", version)[1], False, is_begun=False)
         with pytest.raises(Exception, match="SetupExperiment|EnterInitializationMode"):
@@ -533,7 +534,7 @@ def test_tolerances(fmpy, fmus, version):
 @pytest.mark.skipif(not LONG, reason="takes long: tests/long")
 @pytest.mark.parametrize("version", VERSIONS)
 def test_compiled_by_fmpy(fmpy, fmus, version, tmp_path):
-    """The same motion, to rounding, and no warning of the compiler about our files."""
+    """The same motion, to rounding, and no compiler warning about our files."""
     _, folder = fmus("rows", version)
     copy = tmp_path / "files"
     shutil.copytree(folder, copy, ignore=shutil.ignore_patterns("binaries"))
@@ -547,7 +548,7 @@ def test_compiled_by_fmpy(fmpy, fmus, version, tmp_path):
 
 @pytest.mark.skipif(not LONG, reason="takes long: tests/long")
 def test_the_page(fmpy, tmp_path):
-    """Its commands, with FMPy from where the tests have it."""
+    """Its commands, with the FMPy of the tests."""
     (tmp_path / "models").symlink_to(MODELS)
     page = (SOURCE / "docs" / "fmi.md").read_text()
     script = "\n".join(line for block in re.findall(r"^```sh\n(.*?)^```", page, re.M | re.S) for line in block.splitlines() if "pip install" not in line)

@@ -1,6 +1,6 @@
-"""The formulas of gen/theory.md as they are written there, in numpy: sections 4, 5 and 7 against the sums of section 2.
+"""The formulas of gen/theory.md as they are written there, in numpy: sections 4, 5 and 7 compared with the sums of section 2.
 
-The tree has prismatic and revolute joints, a branch, and three turns at one point; its placements, bodies and state are random.
+The tree has prismatic and revolute joints, a branch, and three turns at one point. Placements, bodies and state are random.
 """
 import types
 
@@ -99,7 +99,7 @@ def definitions(q, qd):
 # ---- Section 4 ----
 
 def motion(q, qd, qdd=None, is_reference=False):
-    """Sections 4.1 to 4.3, minus gravity; 7.1 with qdd; with wd = 0 behind the ball joint as a reference of 5.5."""
+    """Sections 4.1 to 4.3, minus gravity; 7.1 with qdd; with wd = 0 after the ball joint as a reference of 5.5."""
     still = types.SimpleNamespace(w=zeros(3), v=zeros(3), wd=zeros(3), a=-GRAVITY, R=eye(3), r=zeros(3), B=zeros((3, 3)))
     frames = []
     for i, f in enumerate(TREE):
@@ -260,7 +260,7 @@ def unit_motion(i):
 
 
 def eliminate(frames):
-    """Sections 5.1, 5.2 and 5.4, inward: what each stage keeps for the way outward."""
+    """Sections 5.1, 5.2 and 5.4, inward: the data that each stage keeps for the outward recursion."""
     IA = [numpy.block([[f.body.J, skew(f.body.mc)], [skew(f.body.mc).T, f.body.m * eye(3)]]) for f in TREE]
     p, kept = [load(i, k) for i, k in enumerate(frames)], {}
     for stage in reversed(STAGES):
@@ -278,7 +278,7 @@ def eliminate(frames):
 
 
 def carried(frames, stage, parent):
-    """Section 5.4: the parent's motion at the last frame of a stage, its joints at rest."""
+    """Section 5.4: the parent's motion at the last frame of a stage, with the joints of the stage at rest."""
     wd, a = parent[:3], parent[3:] + cross(parent[:3], frames[stage[0]].s)
     for i in stage:
         wd, a = frames[i].E @ wd, frames[i].E @ a

@@ -1,4 +1,5 @@
-"""Friction that sticks and slides: `auto` beside references, what `--verify` says of every method, which formulas count as such."""
+"""Friction that sticks and slides: `auto` compared with references, what `--verify` reports for every method, which formulas count as
+friction."""
 import math
 import re
 
@@ -8,18 +9,18 @@ import pytest
 from friction_suite import ALLOWED, ROUGH, ROUGH_STEPS_ALLOWED, SCENES, STEPS_ALLOWED, TOLERANCES, WIDTHS, run
 from program import LONG, SCALE, check, close, motion, refdyn
 
-# tests/long: all of them.
+# tests/long: all scenes.
 SOME_WIDTHS = WIDTHS if LONG else ("1e-2", "1e-6", "1e-10")
 SOME_TOLERANCES = TOLERANCES if LONG else ("1e-3", "1e-6", "1e-8")
-# Others by name; an explicit one has no time for small widths.
+# Other methods by name; an explicit one has no time for small widths.
 OTHERS = ("gauss12", "rodas5p")
-# An estimate is allowed to be so many times smaller than the error that it stands for, where it is to be trusted.
+# A trustworthy estimate may be at most this many times smaller than the error that it estimates.
 MISSED = 10
 
 
 @pytest.mark.parametrize("scene", SCENES, ids=lambda scene: scene.name)
 def test_auto_meets_its_tolerance(scene):
-    """Sticking and sliding at every width, by steps whose number hardly follows it."""
+    """Sticking and sliding at every width, in a number of steps that hardly depends on the width."""
     for width in SOME_WIDTHS:
         runs = {tol: run(scene, width, "auto", tol) for tol in SOME_TOLERANCES}
         check([f"width {width}, tol {tol}: error {found.error:.1e}" for tol, found in runs.items()
@@ -30,7 +31,7 @@ def test_auto_meets_its_tolerance(scene):
 
 @pytest.mark.parametrize("scene", SCENES if LONG else SCENES[1:3], ids=lambda scene: scene.name)
 def test_steps_beside_the_best_method(scene):
-    """Of those by name that are within ten tolerances, too."""
+    """The best single method is chosen among those within ten tolerances."""
     for width in SOME_WIDTHS:
         for tol in SOME_TOLERANCES:
             others = [run(scene, width, method, tol) for method in OTHERS if not (method == "rodas5p" and float(width) < 1e-5)]
@@ -43,7 +44,7 @@ def test_steps_beside_the_best_method(scene):
 @pytest.mark.parametrize("method", ["auto", *OTHERS])
 @pytest.mark.parametrize("scene", SCENES if LONG else SCENES[:2], ids=lambda scene: scene.name)
 def test_what_is_trusted_is_right(scene, method):
-    """Also of methods that never see it slide: the finer motion is by the points of Radau."""
+    """Also for methods that never resolve the sliding: the finer motion uses the points of Radau."""
     for width in SOME_WIDTHS if method == "auto" else ("1e-2", "1e-6"):
         for tol in SOME_TOLERANCES:
             found = run(scene, width, method, tol, "--verify")
@@ -60,7 +61,7 @@ return rd.model { name = "stopping", links = { { "block", joint = "x", mass = 1,
 
 @pytest.mark.parametrize("width", ["1e-1", "1e-4", "1e-7", "1e-10"])
 def test_block_stops(tmp_path, width):
-    """In closed form: sinh(v/w) falls by e^(-L t/(m w)), so that the way is the integral of v/(L tanh(v/w)) over v."""
+    """In closed form: sinh(v/w) falls by e^(-L t/(m w)), so the distance is the integral of v/(L tanh(v/w)) over v."""
     model, w, level, speed = tmp_path / "stopping.lua", float(width), 1.3, 0.7
     model.write_text(STOPPING)
     # v coth(v/w) = v + 2 v/(e^(2 v/w) - 1); of the second term, 2 w^2 times the integral of y/(e^(2 y) - 1)
@@ -70,7 +71,7 @@ def test_block_stops(tmp_path, width):
     way = (speed**2 / 2 + w**2 * numpy.sum((term[1:] + term[:-1]) / 2 * numpy.diff(y))) / level
     for tol in 1e-4, 1e-6, 1e-8:
         found, said, summary = motion(model, "--set", f"w={width}", "--until", 5, "--every", 5, "--tol", tol)
-        left = w / level * w * math.exp(-level * 5 / w) if w > 0.05 else 0  # what is still to come
+        left = w / level * w * math.exp(-level * 5 / w) if w > 0.05 else 0  # remaining integral
         assert abs(found["block_x"][-1] + left - way) < ALLOWED * tol * SCALE, said
 
 
@@ -82,7 +83,8 @@ return rd.model { name = "clamped", links = { { "block", joint = "x", mass = 1 }
 
 
 def pushed(until, w, L=1.3):
-    """x of x'' = 2 sin 3t - L clamp(x'/w), from rest: closed forms in and beside the layer, joined where bisection finds its ends."""
+    """x of x'' = 2 sin 3t - L clamp(x'/w), from rest: closed forms inside and outside the layer, joined at its ends, which bisection
+    locates."""
     k = L / w
 
     def particular(t):
@@ -117,7 +119,7 @@ def pushed(until, w, L=1.3):
 
 @pytest.mark.parametrize("method", ["auto", "radau9", "gauss12", "rodas5p", "rk8"])
 def test_kinks_in_rates(tmp_path, method):
-    """Steps end where a straight line meets its level: those that lead across are thousands of tolerances off."""
+    """Steps end where a straight line meets its level: steps across it have errors of thousands of tolerances."""
     model = tmp_path / "clamped.lua"
     model.write_text(CLAMPED)
     lines = []
@@ -149,7 +151,7 @@ def test_formulas_that_saturate(tmp_path, formula):
 
 
 def test_points_of_loops(tmp_path):
-    """The rate of a point at the end of a chain that loops run over is carried from element to element."""
+    """The rate of a point at the end of a chain with loops is carried from element to element."""
     (tmp_path / "chain.lua").write_text("""local rd = require "refdyn"
 return rd.model { name = "chain", links = { { "arm", joint = "psi", beam = { length = 1, section = rd.round(0.01), E = 2e11, nu = 0.3, rho = 7800, rfe = 12, dofs = "psi" } } },
   points = { tip = "arm.tip" }, forces = function(s) local v = s.points.tip.yd; return { rd.force { "tip", { 0, FORCE, 0 } } } end }
@@ -169,7 +171,7 @@ return rd.model { name = "relay", links = { { "b", joint = "x", mass = 1, start 
 
 @pytest.mark.parametrize("method", ["auto", "rk54", "rk8", "rodas5p", "rodas6p", "ros34pw2", "gauss12"])
 def test_relay_that_slides(tmp_path, method):
-    """Forces that lead back to their jump from both sides: a message, not steps without end. It slides once x + v/2 is met."""
+    """Forces that return to their jump from both sides cause a message instead of steps without end. The relay slides once x + v/2 is zero."""
     (tmp_path / "relay.lua").write_text(RELAY)
     done = refdyn("sim", tmp_path / "relay.lua", "--until", 5, "--method", method, "-o", tmp_path / "run.csv", status=3)
     assert "friction needs a width" in done.stderr
@@ -180,7 +182,7 @@ def test_relay_that_slides(tmp_path, method):
 
 
 def test_friction_that_jumps(tmp_path):
-    """A sign has no state in which it sticks: what to write instead is told."""
+    """A sign function has no state in which it sticks: the message says what to write instead."""
     (tmp_path / "formula.lua").write_text(SCENE.replace("FORMULA", "1.3 * rd.where(rd.less(r, 0), -1, 1) + rd.sin(3 * s.t)"))
     done = refdyn("sim", tmp_path / "formula.lua", "--until", 1, "-o", tmp_path / "run.csv", status=3)
     assert ("refdyn: a force jumps, or reaches a limit, as a rate passes a value: friction needs a width, as that of "

@@ -1,4 +1,4 @@
-"""The models of the gallery against closed forms, published figures and identities; their page."""
+"""The models of the gallery compared with closed forms, published figures and identities; their page."""
 import json
 import re
 import struct
@@ -53,7 +53,7 @@ def fourbar_angles(crank):
 
 
 def fourbar_rate(crank, start, torque):
-    """The crank's rate from rest: torque times angle is what kinetic and potential energy gain."""
+    """The crank's rate from rest: torque times angle equals the gain of kinetic and potential energy."""
     masses = {length: 2700 * length * 0.04 * 0.01 for length in (A, B, C)}
     own = {length: mass * (length**2 + 0.04**2) / 12 for length, mass in masses.items()}
 
@@ -78,7 +78,7 @@ def turned(angle):
 
 @pytest.mark.parametrize("joints", ["planar", "spatial"])
 def test_fourbar(joints):
-    """Over more than a turn; with hinges in space the rows across the plane are found redundant, and named."""
+    """Over more than a turn. With hinges in space, the rows across the plane are redundant and named."""
     run, said, summary = motion(model("fourbar"), "--set", f"joints={joints}", "--until", 0.6, *FINE)
     crank = run["crank_psi"]
     coupler, rocker = fourbar_angles(crank)
@@ -102,8 +102,8 @@ def test_fourbar_is_the_same_with_spatial_joints():
 @pytest.mark.parametrize("stabilise", ["project", "baumgarte"])
 @pytest.mark.parametrize("method", ["rk54", "rk8", "rodas5p"])
 def test_bricard_between_steps(method, stabilise):
-    """Off the programme the redundant row looks independent and contradicts the others: the linkage comes neither to rest for
-    that nor to steps that are shorter than their errors ask for."""
+    """Off the programme the redundant row looks independent and contradicts the others. Nevertheless the linkage neither stops there nor
+    needs shorter steps than its errors require."""
     steps = []
     for tol in "1e-4", "1e-9":
         run, _, summary = motion(model("bricard"), "--until", 2, "--method", method, "--tol", tol, "--stabilise", stabilise)
@@ -114,7 +114,7 @@ def test_bricard_between_steps(method, stabilise):
 
 
 def test_bricard():
-    """One of five rows is redundant all the way; it swings far; the angles keep threefold symmetry."""
+    """One of five rows is redundant during the whole motion; the swing is large; the angles keep threefold symmetry."""
     run, said, summary = motion(model("bricard"), "--until", 2, *FINE)
     assert len(re.findall("redundant rows, left out: close 1 [a-z0-9 ]+\n", said)) == 1, said
     corners = [numpy.array([run[f"{name}_{axis}"] for axis in "xyz"]) for name in "ABCDE"]
@@ -153,7 +153,7 @@ def test_gantry():
 # ---- beams ----
 
 def torsion_constant(a, b):
-    """Of a rectangle, by Saint-Venant's series (Timoshenko and Goodier, sect. 109)."""
+    """Torsion constant of a rectangle by Saint-Venant's series (Timoshenko and Goodier, sect. 109)."""
     odd = numpy.arange(1, 999, 2)
     return a * b**3 / 3 * (1 - 192 * b / (pi**5 * a) * (numpy.tanh(odd * pi * a / (2 * b)) / odd**5).sum())
 
@@ -178,7 +178,7 @@ def stepped_deflection(x, load, which):
 
 
 def test_stepped_beam():
-    """The sections turn at midpoints of equal parts: the error falls as (2 n - 1)^-2, and extrapolation is exact."""
+    """The sections turn at midpoints of equal parts: the error falls like (2 n - 1)^-2, and extrapolation is exact."""
     load, across, torque = 1e-3, 3e-4, 2e-3
     found = [statics("stepped", n=n, P_down=load, P_across=across)["points"] for n in (1, 2)]
     lines = []
@@ -194,7 +194,7 @@ def test_stepped_beam():
 
 
 def test_link_in_the_middle_of_a_beam():
-    """Small gravity keeps it linear; the place is at a cell's end for 5 and 10 cells, where extrapolation is exact."""
+    """Small gravity keeps the problem linear. The hinge is at a cell's end for 5 and 10 cells, where extrapolation is exact."""
     L, a, EI, g = 1.5, 0.9, 2.1e11 * pi / 64 * 0.02**4, 1e-4
     P, w = 3 * g, 7800 * pi / 4 * 0.02**2 * g
 
@@ -236,7 +236,7 @@ def test_fivebar():
 # ---- crane ----
 
 def test_crane_swings_as_a_pendulum():
-    """With a stiff boom, a held rope and no drive: zero after a quarter of the period, the other side after a half."""
+    """With a stiff boom, a held rope and no drive: the swing is zero after a quarter of the period, and reversed after a half."""
     period = 4 * sqrt(2.5 / 9.81) * float(mpmath.ellipk(sin(0.9 / 2)**2))
     run, _, _ = motion(model("crane"), *settings({"n_rfe": 1, "slew": 0, "lift": 0, "swing": 0.9}),
                        "--until", repr(float(period)), "--every", repr(float(period / 4)), *FINE)
@@ -244,8 +244,9 @@ def test_crane_swings_as_a_pendulum():
 
 
 def test_crane_balances():
-    """Slewing and hoisting: moment of momentum about the column is what the motor gave, and energy is accounted for. Stability
-    rules the steps, so that errors of tolerances a tenth apart differ by a factor of 80: from 7e-12 to 6e-10 about 1e-9, at most 1e-11 here."""
+    """Slewing and hoisting: the angular momentum about the column is the motor's angular impulse, and energy is balanced. Stability
+    determines the steps, so that errors at tolerances a factor of ten apart differ by a factor of 80: from 7e-12 to 6e-10 about 1e-9, at
+    most 1e-11 here."""
     names = names_of("crane")
     run, _, summary = motion(model("crane"), "--until", 4, "--every", 1, "--method", "rk8", "--tol", "1e-10")
     q, qd = states(run, names)
@@ -278,7 +279,7 @@ def test_slidercrank_with_a_stiff_rod():
 
 
 def test_slidercrank_nears_the_stiff_rod():
-    """Driven slowly the rod bends in proportion to 1 / E."""
+    """In a slow motion the rod bends in proportion to 1 / E."""
     slow = ["--set", "rate=3", "--set", "T=1", "--until", 1.5, "--every", 0.05, "--method", "rk54", "--tol", "1e-10"]
     stiff, _, _ = motion(model("slidercrank"), "--set", "n_rfe=1", *slow)
     soft, twice = (motion(model("slidercrank"), "--set", f"E={E}", "--set", "eta=1e-3", *slow) for E in (7e9, 1.4e10))
@@ -290,7 +291,7 @@ def test_slidercrank_nears_the_stiff_rod():
 # ---- space arm ----
 
 def momentum(q, qd):
-    """Mass, centre of mass, momentum and its moment about the origin, from the rows of M qd of the free base."""
+    """Mass, centre of mass, momentum and angular momentum about the origin, from the rows of M qd of the free base."""
     M = mass_matrix("spacearm", q)
     x, y, z, psi, theta, _ = q[:6]
     generalized, mass = M @ qd, M[0, 0]
@@ -320,7 +321,7 @@ def test_spacearm():
 # ---- planar arm, branched tree ----
 
 def test_planar_arm():
-    """Stiff, its joints follow by the law of cosines from the tip's course; flexible, the tip keeps that course."""
+    """With rigid links, the joints follow from the tip's path by the law of cosines; with flexible links the tip keeps that path."""
     run, _, summary = motion(model("planar"), "--set", "n_rfe=1", "--until", 2, *FINE)
     l1, l2, t = 0.8, 0.63, run["t"]
     rising = numpy.minimum(t, 1)
@@ -359,20 +360,20 @@ def smooth(t, start, end):
 
 
 def scara_course(t):
-    """Across, and up: there and back, 0.75 s each."""
+    """Across and up: there and back, 0.75 s each."""
     ways = [smooth(t, 0.75 * start, 0.75 * end) for start, end in ((0.1, 0.9), (1.1, 1.9), (0, 0.2), (0.8, 1), (1, 1.2), (1.8, 2))]
     return 0.305 * (ways[0] - ways[1] - 0.5), 0.025 * (ways[2] - ways[3] + ways[4] - ways[5])
 
 
 def scara_angles(t):
-    """Of rigid links, whose tool goes across at x = 0.4 m."""
+    """Angles of rigid links whose tool moves across at x = 0.4 m."""
     (l1, l2), y = SCARA_LENGTHS, scara_course(t)[0]
     lower = numpy.arccos((0.16 + y**2 - l1**2 - l2**2) / (2 * l1 * l2))
     return numpy.array([arctan2(y, 0.4) - arctan2(l2 * sin(lower), l1 + l2 * cos(lower)), lower])
 
 
 def scara_torques(q, qd, qdd):
-    """Two links in a plane: hub, beams with their sections' inertia, elbow, quill, and the rotors, each at its own joint alone."""
+    """Two links in a plane: hub, beams with their sections' inertia, elbow, quill, and the rotors, each acting only at its own joint."""
     (l1, l2), [(A1, I1), (A2, I2)] = SCARA_LENGTHS, SCARA_SECTIONS
     m1, m2 = 2700 * A1 * l1, 2700 * A2 * l2
     upper = 4 * 0.1**2 / 8 + m1 * l1**2 / 3 + 2700 * I1 * l1 + 2e-5 * 80**2
@@ -396,7 +397,7 @@ def test_scara_with_stiff_links():
 
 
 def test_scara_sags():
-    """Castigliano: bending of both links, and torsion of the first by what the second weighs beside its axis. Small gravity keeps it
+    """Castigliano: bending of both links, and torsion of the first by the eccentric weight of the second. Small gravity keeps the problem
     linear, and extrapolation is exact."""
     (l1, l2), [(A1, I1), (A2, I2)], g = SCARA_LENGTHS, SCARA_SECTIONS, 1e-3
     w1, w2, P, E = 2700 * A1 * g, 2700 * A2 * g, 1 * g, 7e10
@@ -413,7 +414,8 @@ def test_scara_sags():
 # ---- Puma 560 ----
 
 def test_puma():
-    """The published inertia of the third link is one that no body has: 0.0075 kg m^2 more of it act on the second and third axes."""
+    """The published inertia of the third link is impossible for a body: the model lacks 0.0075 kg m^2 of it, which act on the second and
+    third axes."""
     rigid = evaluate(model("puma"), {}, *settings({"n_rfe": 1, "rho": 1e-12}))
     M = [[3.6594, -0.4044, 0.1006, -0.0025, 0, 0], [-0.4044, 4.4137, 0.3509, 0, 0.0024, 0], [0.1006, 0.3509, 0.9378, 0, 0.0015, 0],
          [-0.0025, 0, 0, 0.1925, 0, 0], [0, 0.0024, 0.0015, 0, 0.1713, 0], [0, 0, 0, 0, 0, 0.1941]]
@@ -458,7 +460,7 @@ def test_stewart_platform_moves_as_programmed(legs):
 
 
 def test_stewart_platform_at_rest(tmp_path):
-    """A leg's weight beside its foot is borne by a force across it at the platform; forces along the legs balance the platform."""
+    """The transverse part of a leg's weight is borne by its foot and by the platform; forces along the legs balance the platform."""
     state = tmp_path / "state.json"
     state.write_text('{"t": 1.3}')
     found = json.loads(refdyn("statics", model("stewart"), "--set", "legs=heavy", "--state", state).stdout)
@@ -478,7 +480,8 @@ def test_stewart_platform_at_rest(tmp_path):
 # ---- spin-up ----
 
 def spinup_deflections(times, size=5, step=4e-3):
-    """Of the tip, by polynomials x^2 ... and the fourth-order rule: bending, tension rho A w^2 (L^2 - x^2) / 2, its softening in the plane, and lag."""
+    """Deflections of the tip, by polynomials x^2 ... and the fourth-order rule: bending, tension rho A w^2 (L^2 - x^2) / 2, its softening
+    in the plane, and inertia."""
     L, EI, mass = 10, 1.4e4, 1.2
     k = numpy.arange(2, size + 2)
     power = k[:, None] + k
@@ -506,7 +509,7 @@ def spinup_deflections(times, size=5, step=4e-3):
 
 
 def test_spinup():
-    """The theory is linear in the deflection, which is 6 % of the length; the beam of elements converges with (n - 1)^-2."""
+    """The theory is linear in the deflection, which is 6 % of the length; the beam of elements converges like (n - 1)^-2."""
     coarse, fine = (motion(model("spinup"), "--set", f"n_rfe={n}", "--until", 20, "--every", 0.1, "--tol", "1e-8")[0] for n in (8, 15))
     extrapolated = fine["deflection"] + (fine["deflection"] - coarse["deflection"]) / 3
     theory = spinup_deflections(fine["t"])
@@ -521,7 +524,7 @@ def hanging_slopes(n, pull=1.2, weight=0.6 * 9.81):
 
 
 def test_chain_hangs(tmp_path):
-    """From another place of the same span it comes to the polygon, whose sag goes to the catenary's with n^-2."""
+    """From another position of the same span it reaches the polygon, whose sag converges to the catenary's like n^-2."""
     state = tmp_path / "state.json"
     start = hanging_slopes(12) + 0.3 * sin(2 * numpy.arange(12))
     state.write_text(json.dumps({"q": list(numpy.diff(start, prepend=0))}))
@@ -535,7 +538,7 @@ def test_chain_hangs(tmp_path):
 
 @pytest.mark.skipif(not LONG, reason="REFDYN_LONG: fine bars take long to compile")
 def test_chain_falls():
-    """Folded closely and released at once, its end falls ahead of a stone."""
+    """Folded closely and released at once, its end falls faster than a stone."""
     run, _, summary = motion(model("chain"), *settings({"bars": 60, "pull": 0.004, "release": 0}), "--until", 0.75, "--every", 0.002, "--tol", "1e-7")
     lowest = run["t"][run["tip_z"].argmin()]
     check([close("fall", [lowest / sqrt(2 * 3 / 9.81)], [0.847], 2e-2), balanced(summary, 1e-6)])
@@ -551,7 +554,7 @@ def on_sheet(points):
 
 
 def writer_angles(x, y, z):
-    """Elbow up, the hand straight down: the triangle of shoulder, elbow and wrist."""
+    """Elbow up, hand vertical: the triangle of shoulder, elbow and wrist."""
     upper, fore, r, h = 0.25, 0.16, numpy.hypot(x, y), z + 0.172 - 0.3
     far = numpy.hypot(r, h)
     shoulder = -arctan2(h, r) - numpy.arccos((upper**2 + far**2 - fore**2) / (2 * upper * far))
@@ -560,7 +563,7 @@ def writer_angles(x, y, z):
 
 
 def test_writer():
-    """The pen is down between the ends of each stroke and nowhere else, and draws straight ones as the smooth step says."""
+    """The pen is down only between the ends of each stroke, and draws straight strokes by the smooth step."""
     run, _, summary = motion(model("writer"), "--until", 7, "--every", 0.001)
     t, place = run["t"], numpy.array([run[f"pen_{axis}"] for axis in "xyz"])
     down = numpy.concatenate([[0], abs(place[2]) < 1e-12, [0]]).astype(int)

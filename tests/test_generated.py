@@ -1,4 +1,4 @@
-"""generated/ is what the generator writes today, byte for byte."""
+"""generated/ is exactly what the generator writes now, byte for byte."""
 import pytest
 
 from program import REFERENCE, SOURCE, refdyn

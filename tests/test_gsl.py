@@ -8,7 +8,7 @@ import pytest
 from program import BUILD, CORE_FILES, REFERENCE, SCALE, SOURCE, TESTS, check, close, motion, oracle, read_run, refdyn
 from test_motions import JUMP, deviations, start_file
 
-# Case, its reference, arguments; then for each method the tolerance and the error of the end-effector [m] that it is for.
+# Case, its reference, arguments; then for each method the tolerance and the allowed error of the end-effector [m].
 MOTIONS = {
     "rigid": ("traj_seed_rigid", ["--set", "n_rfe=1"], {"msbdf": 1e-11, "bsimp": 1e-8}),
     "flexible": ("traj_seed_flexible_4", ["--set", "n_rfe=4", "--from", "statics"], {"msbdf": 1e-8, "bsimp": 1e-8}),
@@ -30,7 +30,7 @@ def test_reference_motion(which, method, capsys):
     assert of_r <= 1e-6 * SCALE and of_q <= 1e-6 * SCALE
     assert summary["method"] == method and f"method       {method}, tolerance" in said
     assert ("baumgarte" if method == "msbdf" else "project") in said
-    # Outputs of bsimp lie on the programme, those of msbdf as near as its gains hold them.
+    # Outputs of bsimp are on the programme; outputs of msbdf are as close as its gains keep them.
     assert summary["phi_max"] < (1e-12 if method == "bsimp" else 1e-6)
 
 
@@ -49,7 +49,7 @@ def test_flexible_pendulum(tmp_path, method, tolerance):
 
 @pytest.mark.parametrize("method, tolerance", [("msbdf", 1e-9), ("bsimp", 1e-9)])
 def test_breaks_end_a_step(tmp_path, method, tolerance):
-    """A force that jumps and one with a kink: the method starts again behind them, and never looks across."""
+    """A force that jumps and a force with a kink: the method restarts after them and never evaluates across them."""
     model, at = tmp_path / "jump.lua", 0.333
     model.write_text(JUMP.replace("TIME", str(at)))
     run, _, summary = motion(model, "--until", "1", "--every", "0.25", "--method", method, "--tol", tolerance)
@@ -72,7 +72,7 @@ def test_same_bytes(tmp_path):
 
 @pytest.mark.parametrize("method, tolerance", [("msbdf", 1e-5), ("bsimp", 1e-7)])
 def test_through_a_singular_state(method, tolerance):
-    """Stretched and folded arm, against the same motion by rows that keep their rank."""
+    """Stretched and folded arm, compared with the same motion under rows that keep their rank."""
     arm = TESTS / "models" / "arm_through.lua"
     for arguments in (["--until", 1.6], ["--until", 1.5, "--set", "rate=2.5"]):
         expected, _, _ = motion(arm, *arguments, "--set", "rows=angles", "--tol", "1e-12")

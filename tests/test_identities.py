@@ -1,4 +1,4 @@
-"""What holds whatever the model: over all models of the repository and random trees."""
+"""Identities that are true for every model: all models of the repository and random trees."""
 import json
 import random
 import re
@@ -164,7 +164,7 @@ def end_of_motion(folder, *arguments):
 @pytest.mark.parametrize("method, order, option, values", [
     ("rk4", 4, "--step", (0.005, 0.0025, 0.00125)), ("rk54", 5, "--tol", (1e-6, 1e-8, 1e-10))])
 def test_observed_order(method, order, option, values, tmp_path):
-    """The error falls with the number of steps as the method's order says."""
+    """The error falls with the number of steps according to the method's order."""
     exact, _ = end_of_motion(tmp_path, "--method", "rk4", "--step", 0.0002)
     ends = [end_of_motion(tmp_path, "--method", method, option, value) for value in values]
     errors, steps = numpy.array([abs(q - exact).max() for q, _ in ends]), numpy.array([count for _, count in ends])
@@ -172,13 +172,13 @@ def test_observed_order(method, order, option, values, tmp_path):
     assert (abs(observed - order) < 0.4).all(), (errors, steps, observed)
 
 
-# Order, and the numbers of steps between which the error is neither rough nor rounding.
+# Order, and the numbers of steps between which the error is neither pre-asymptotic nor rounding.
 ORDERS = {"rk4": (4, (80, 120, 160)), "rk54": (5, (120, 160, 240)), "rk8": (8, (24, 30, 40)), "rodas5p": (5, (80, 120, 160)),
           "rodas6p": (6, (60, 80, 120)), "ros34pw2": (3, (80, 120, 160))}
 
 
 def end_on_programme(folder, method, step, stabilise):
-    """Coordinates and rates of an elastic arm whose tip is led, after 0.5 s."""
+    """Coordinates and rates of an elastic arm with a prescribed tip, after 0.5 s."""
     refdyn("sim", TESTS / "models" / "suite" / "arm.lua", *settings(dict(n_rfe=3, row="swing", E="2e9", omega=4, ratio=0.02)),
            "--until", 0.5, "--every", 0.5, "--method", method, "--step", step, "--stabilise", stabilise,
            "-o", folder / "run.csv")
@@ -198,20 +198,20 @@ def exact_on_programme(tmp_path_factory):
 @pytest.mark.parametrize("stabilise", ["none", "baumgarte", "project"])
 @pytest.mark.parametrize("method", ORDERS)
 def test_observed_order_on_a_programme(method, stabilise, exact_on_programme, tmp_path):
-    """Rows that depend on time cost no method its order, however they are kept."""
+    """Rows that depend on time reduce no method's order, however they are kept."""
     order, counts = ORDERS[method]
     errors = [abs(end_on_programme(tmp_path, method, 0.5 / count, stabilise) - exact_on_programme).max() for count in counts]
     observed = -numpy.polyfit(numpy.log(counts), numpy.log(errors), 1)[0]
     assert abs(observed - order) < 0.5, (errors, observed)
 
 
-# Of methods of high order a stiff arm shows rounding before its order: the rigid manipulator, with gains that are slow beside a
-# step; fast ones are followed to the order of the stages alone.
+# With a stiff arm, high-order methods reach rounding before their order shows: here the rigid manipulator, with gains that are slow
+# compared with a step; fast gains are followed only to the order of the stages.
 HIGH_ORDERS = {"radau9": (9, (13, 16, 20, 25)), "gauss12": (12, (8, 10, 12, 14))}
 
 
 def manipulator_after_1_s(folder, method, step, stabilise):
-    """Coordinates and rates on its programme, an ellipse that is run through in time."""
+    """Coordinates and rates on the programme, an ellipse that is traversed in time."""
     refdyn("sim", MODELS / "manipulator.lua", *settings(dict(n_rfe=1, alpha=4, beta=4)), "--until", 1, "--every", 1,
            "--method", method, "--step", step, "--stabilise", stabilise, "-o", folder / "run.csv")
     run = read_run(folder / "run.csv")
@@ -239,7 +239,7 @@ def test_observed_high_order_on_a_programme(method, stabilise, exact_manipulator
 
 
 def test_energy_balance(tmp_path):
-    """Work of drives, dampers and programme forces accounts for the change of energy, in every model; where nothing works it stays."""
+    """The work of drives, dampers and programme forces equals the change of energy in every model; without work, energy is constant."""
     for path in all_models():
         said = refdyn("sim", path, "--method", "rk4", "--step", "1e-5", "--until", "0.05", "-o", tmp_path / "run.csv",
                       "--summary", tmp_path / "summary.json").stderr

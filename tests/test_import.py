@@ -1,4 +1,4 @@
-"""`refdyn import`: robots of robots/ against Pinocchio's values, links as beams, names, and every file that is refused."""
+"""`refdyn import`: robots of robots/ compared with Pinocchio's values, links as beams, names, and every refused file."""
 import json
 import math
 import pathlib
@@ -24,7 +24,7 @@ def joint(inside="", name="j", kind="continuous", parent="a", child="b"):
 
 
 def imported(folder, text, *arguments, status=0, name="r.urdf"):
-    """The model's text, and what was said."""
+    """The model's text, and the messages."""
     (folder / name).write_text(text) if isinstance(text, str) else (folder / name).write_bytes(text)
     done = refdyn("import", name, "-o", "r.lua", *arguments, cwd=folder, status=status)
     return (folder / "r.lua").read_text() if status == 0 else None, done.stderr
@@ -36,13 +36,13 @@ def model_of(folder, text, *arguments):
 
 
 def undamped(model):
-    """Damping is no part of Pinocchio's values."""
+    """Pinocchio's values have no damping."""
     model.write_text(re.sub(r"damper = \{[^}]*\},?", "", model.read_text()))
     return model
 
 
 def compare(model, coordinates, state):
-    """Lines about what differs from Pinocchio at a state of robot `coordinates`."""
+    """Lines about differences from Pinocchio at a state of robot `coordinates`."""
     own = json.loads(refdyn("eval", model).stdout)["coordinates"]
     assert sorted(own) == sorted(coordinates)
     place = [coordinates.index(name) for name in own]
@@ -77,7 +77,7 @@ def with_beam(folder, robot, link, more):
 
 @pytest.mark.parametrize("which", BEAMS)
 def test_straight_beam_is_the_link(which, tmp_path):
-    """Mass, centre and inertia of a beam and its rest are the link's, and what it carries is in its place."""
+    """Mass, centre and inertia of a beam and its rest equal the link's, and the links that it carries keep their places."""
     robot, link, more = BEAMS[which]
     model, rigid = with_beam(tmp_path, robot, link, more), REFERENCES[robot]
     own = json.loads(refdyn("eval", model).stdout)["coordinates"]
@@ -92,7 +92,7 @@ def test_straight_beam_is_the_link(which, tmp_path):
 
 
 def test_stiff_beam_tends_to_the_link(tmp_path):
-    """What bears gravity at the joints differs from the rigid robot's in proportion to 1/E."""
+    """Joint forces against gravity differ from the rigid robot's in proportion to 1/E."""
     text = (ROBOTS / "two.urdf").read_text().replace('<axis xyz="0 0 1"/>', '<axis xyz="0.3 -0.5 0.2"/>')
     rigid = json.loads(refdyn("statics", model_of(tmp_path, text)).stdout)["hold_force"]
     flexible, errors = model_of(tmp_path, text, "--flexible", "upper", *BEAM), []
@@ -153,7 +153,7 @@ def test_wrong_use(message, tmp_path):
     assert said.splitlines()[0] == f"refdyn import: {message}" and not (tmp_path / "r.lua").exists()
 
 
-# ---- What else a joint has ----
+# ---- Other data of a joint ----
 
 def test_damping_and_friction(tmp_path):
     text = (ROBOTS / "gripper.urdf").read_text()
@@ -172,7 +172,7 @@ def test_damping_and_friction(tmp_path):
 
 
 def test_joints_that_follow(tmp_path):
-    """right = -1.25 left + 0.0042, cover = 3.7 right; left starts in the middle of its range, which 0 is not in."""
+    """right = -1.25 left + 0.0042, cover = 3.7 right; left starts at the centre of its range, which does not contain 0."""
     model = model_of(tmp_path, (ROBOTS / "gripper.urdf").read_text(), "--friction-width", "0.37")
     own = json.loads(refdyn("eval", model).stdout)["coordinates"]
     psi, left, right, cover = (own.index(name) for name in ("wrist_psi", "left_y", "right_y", "cover_psi"))
@@ -185,7 +185,7 @@ def test_joints_that_follow(tmp_path):
 
 
 def test_limits(tmp_path):
-    """As the emitted C has them, what is left out infinite."""
+    """As in the emitted C, where omitted limits are infinite."""
     text = HEAD + PAIR + '<link name="c"/><link name="d"/>' + "".join((
         joint('<limit lower="-1.25" upper="2.5" velocity="3.5" effort="47"/>', kind="revolute"), joint('<limit lower="-1" upper="1" effort="7"/>', "k", child="c"),
         joint('<limit upper="1.5" velocity="0"/>', "l", "prismatic", child="d"))) + "</robot>"
@@ -196,7 +196,7 @@ def test_limits(tmp_path):
 
 
 def test_floating_root(tmp_path):
-    """As a floating joint between the ground and the root."""
+    """It equals a floating joint between the ground and the root."""
     text = (ROBOTS / "two.urdf").read_text()
     other = text.replace('<link name="base">', '<link name="world"/>\n' + joint(kind="floating", parent="world", child="base") + '<link name="base">')
     found = [json.loads(refdyn("eval", model_of(tmp_path, *arguments)).stdout) for arguments in ((text, "--floating"), (other,))]
@@ -211,7 +211,7 @@ IMPOSSIBLE = {
 
 @pytest.mark.parametrize("which", IMPOSSIBLE)
 def test_impossible_inertia(which, tmp_path):
-    """Becomes the nearest one that a body has, which the generator takes."""
+    """It becomes the nearest possible one, which the generator accepts."""
     numbers, mended = IMPOSSIBLE[which]
     given = numbers.split()
     inertia = " ".join(f'{name}="{number}"' for name, number in zip(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), given))
@@ -224,7 +224,7 @@ def test_impossible_inertia(which, tmp_path):
 
 @pytest.mark.parametrize("none", ["0", "-1e-20"])
 def test_moments_of_plane_robots(none, tmp_path):
-    """A link that turns about one axis may have the moment about it alone."""
+    """A link that turns about one axis may have only the moment about that axis."""
     text = HEAD + PAIR.replace('ixx="0.3"', f'ixx="{none}"').replace('iyy="0.4"', 'iyy="0"') + joint('<axis xyz="0 0 1"/>') + "</robot>"
     model, said = imported(tmp_path, text)
     assert "warning" not in said and "inertia = { zz = 0.5 }" in model
@@ -265,7 +265,7 @@ def test_no_drive_for_several_coordinates(tmp_path):
 
 
 def test_points_of_frames_and_slides(tmp_path):
-    """A frame such as a tool's is a point though something hangs on it; no point has the columns of a slide."""
+    """A frame such as a tool's becomes a point although it carries something; no point has the columns of a slide."""
     model, _ = imported(tmp_path, HEAD + ARM + "</robot>")
     assert 'points = { flange = "flange", slide_end = "slide", cart_end = "cart" }' in model
     assert refdyn("check", tmp_path / "r.lua").stderr == ""
@@ -334,7 +334,7 @@ def test_angles_that_are_not_nearly_right(tmp_path):
     assert said.startswith("refdyn import: --right-angles: 0.5 rad is no rounding of an angle, at most 0.01 are taken\n")
 
 
-# ---- What is left out, and what is refused ----
+# ---- What is omitted, and what is refused ----
 
 LEFT_OUT = {
     "shapes": ('<link name="a"><visual><geometry><mesh filename="x.stl"/></geometry></visual><collision/></link>\n<link name="b">' + MASS + '<visual/>\n<visual/></link>'
@@ -469,7 +469,7 @@ def test_output_is_not_the_file_that_is_read(tmp_path):
     assert (tmp_path / "r.urdf").read_text().endswith("</robot>")
 
 
-# ---- Robots of others ----
+# ---- Published robots ----
 
 DESCRIPTIONS = "cmeel.prefix/share/example-robot-data/robots"
 OTHERS = {"ur5": "ur_description/urdf/ur5_robot.urdf", "panda": "panda_description/urdf/panda.urdf"}
@@ -478,7 +478,7 @@ OTHERS = {"ur5": "ur_description/urdf/ur5_robot.urdf", "panda": "panda_descripti
 @pytest.mark.skipif(not LONG, reason="tests/long")
 @pytest.mark.parametrize("robot", OTHERS)
 def test_robots_of_others(robot, tmp_path):
-    """Where Pinocchio and the Python package example-robot-data are installed."""
+    """Needs Pinocchio and the Python package example-robot-data."""
     pytest.importorskip("pinocchio")
     from urdf_by_pinocchio import Reference
     places = [pathlib.Path(folder) / DESCRIPTIONS / OTHERS[robot] for folder in sys.path]

@@ -1,4 +1,4 @@
-"""Who may include whom, and what no file of ours may contain."""
+"""Who may include which headers, and what no file of ours may contain."""
 import re
 
 from program import CORE_FILES, SOURCE, sources
@@ -32,7 +32,7 @@ def test_only_the_files_of_the_script_know_lua():
 
 
 def test_generator_includes_no_runtime():
-    """But for what emitted code and its callers agree on."""
+    """Except for the header that emitted code and its callers share."""
     runtime = (CORE_HEADERS | headers(TOOL_FILES)) - {"refdyn_model.h", "refdyn_lanes.h", "chain_cost.h"}
     wrong = [(path.name, name) for path, name in includes(GENERATOR_FILES)
              if name.split("/")[-1] in runtime and SOURCE / name not in GENERATOR_FILES]
@@ -60,14 +60,14 @@ def code(path):
 
 
 def test_runtime_core_is_quiet():
-    """The core never prints, exits, or allocates."""
+    """The core never prints, exits or allocates."""
     for path in CORE_FILES:
         calls = re.findall(r"\b(printf|fprintf|puts|perror|exit|abort|malloc|calloc|realloc|free)\s*\(", code(path))
         assert not calls, f"{path.name} calls {sorted(set(calls))}"
 
 
 def changing_variable(line):
-    """Whether a line at file scope defines a variable that may change (a pointer to constants may, too)."""
+    """Whether a line at file scope defines a variable that may change (also a pointer to constants)."""
     declared = re.match(r"(?!typedef|extern|return|goto|else|#)([A-Za-z_][\w\s*]*\w(\[[^\]]*\])*)\s*(=[^=]|;)", line)
     if not declared or re.match(r"(struct|enum|union)\s+\w+\s*;", line):
         return False

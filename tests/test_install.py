@@ -1,4 +1,4 @@
-"""Installs into a temporary prefix and builds a user's program against it, by CMake and by pkg-config."""
+"""Installs into a temporary prefix and builds a user's program against it, with CMake and with pkg-config."""
 import os
 import re
 import shutil
@@ -18,7 +18,7 @@ def run(*command, **options):
 
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory):
-    """The prefix, moved after the installation: nothing in it may know where it was."""
+    """The prefix, moved after the installation: no file in it may contain its first location."""
     folder = tmp_path_factory.mktemp("install")
     run("cmake", "--install", BUILD, "--prefix", folder / "first")
     (folder / "first").rename(folder / "prefix")
@@ -29,7 +29,7 @@ def installed(tmp_path_factory):
 
 
 def check_program(folder, program):
-    """It gives what `refdyn sim` gives, and needs libc and libm alone."""
+    """The program computes what `refdyn sim` computes, and needs only libc and libm."""
     t, base_z = map(float, run(program).split())
     expected = read_run(folder / "run.csv")
     assert t == 0.1 and abs(base_z - expected["base_z"][-1]) <= 1e-12 and base_z != 0
@@ -95,7 +95,7 @@ def test_pkg_config_where_folders_begin_at_the_root(library, include, tmp_path):
 
 
 def test_emitted_code_needs_one_small_header(installed):
-    """The emitted files and refdyn_model.h, in a folder of their own, are all that a user needs to call them."""
+    """The emitted files and refdyn_model.h, in a separate folder, are all that a user needs to call them."""
     folder = installed / "alone"
     shutil.copytree(installed / "emitted", folder)
     header = next((installed / "prefix").rglob("refdyn_model.h"))

@@ -1,4 +1,4 @@
-"""Emitted C for motions side by side: each lane gives what the functions of one motion give, whatever stands in the others."""
+"""Emitted C for motions side by side: each lane computes what the functions for one motion compute, regardless of the other lanes."""
 import re
 import shutil
 import subprocess
@@ -10,7 +10,7 @@ from program import LONG, REFERENCE, SOURCE, TESTS, all_models, models_of_tests,
 WIDTHS = (1, 2, 4, 8)
 WARNINGS = "-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror".split()
 COMPILERS = [["gcc", "-std=c11"], ["clang", "-std=c11"], ["g++", "-std=c++17", "-x", "c++"], ["clang++", "-std=c++17", "-x", "c++"]]
-# What integrators call; vectors that the processor lacks take compilers long, so that little is asked for of large models.
+# The quantities that integrators call; compilers need long for vectors that the processor lacks, so large models have few quantities.
 CALLED = ["--emit", "M,h,Q,energy,qdd_free,constrained"]
 DERIVATIVES = ["--emit", "all,tangent,tangent_vectors,d_statics"]
 RUNS, FUNCTIONS, SWITCHED = (TESTS / "models" / f"{name}.lua" for name in ("runs", "functions", "switched"))
@@ -20,7 +20,7 @@ ALL = [(path, []) for path in all_models() + models_of_tests()]
 SOME = {"crane", "spacearm", "fourbar", "functions", "switched"}
 SCENES = (ALL if LONG else [scene for scene in ALL if scene[0].stem in SOME]) + [RODS, FLEXIBLE]
 FEW = [(FUNCTIONS, []), (SWITCHED, []), (REFERENCE, ["--set", "n_rfe=1", *DERIVATIVES])]
-# Sums that are fused differently, or sines of libm, differ by rounding, and what is solved with them by more.
+# Differently fused sums, or sines of libm, differ by rounding; solutions with them differ more.
 ROUNDING, SOLVED = 1e-13, 1e-10
 SOLUTIONS = re.compile("qdd|qdd_free|constrained|accelerations|force|d_qdd")
 
@@ -37,7 +37,7 @@ def emit(folder, scene, *options):
 
 
 def compile_all(folder, scene, compiler, widths=WIDTHS):
-    """All sources, that of lanes for each width; the symbols of the objects of lanes by width."""
+    """Compiles all sources, and the source of lanes for each width; returns the symbols of the objects of lanes by width."""
     name, files = emit(folder, scene, "--for-lanes")
     include = ["-I", SOURCE, "-I", SOURCE / "runtime"]
     jobs = [(source, []) for source in files if source.endswith(".c") and not source.endswith("_lanes.c")]
@@ -52,7 +52,7 @@ def compile_all(folder, scene, compiler, widths=WIDTHS):
 
 
 def compared(folder, scene, compiler, widths=WIDTHS):
-    """Quantity and width, error, entries with other bits, entries, and neighbours that were reached."""
+    """Quantity and width, error, entries with other bits, entries, and the number of influences of other lanes."""
     compile_all(folder, scene, compiler, widths)
     lines = subprocess.run([folder / "compare"], check=True, capture_output=True, text=True).stdout.splitlines()
     rows = []
@@ -84,7 +84,7 @@ def test_optimised_lanes_are_motions(scene, compiler, tmp_path):
 
 @pytest.mark.parametrize("compiler", [["gcc", "-O2", "-ffp-contract=off"], ["clang", "-O2", "-ffp-contract=off"]], ids=name_of)
 def test_same_bits_without_fused_sums(compiler, tmp_path):
-    """Where functions of one motion take their sines in the pass, too, and none is that of a formula."""
+    """Where functions of one motion also compute their sines in the pass, and no sine is in a formula."""
     rows = compared(tmp_path, (REFERENCE, ["--set", "n_rfe=4", "--set", "program=none", *CALLED]), compiler, [4])
     assert not [row for row in rows if row[3] and row[1] in ("M", "h", "energy")]
     check(rows)
@@ -131,7 +131,7 @@ def test_equal_on_every_run_and_beside_the_same_files(scene, tmp_path):
 
 
 def test_old_lanes_are_removed(tmp_path):
-    """They would be compiled with functions that they are not made for; a file of somebody else stays."""
+    """They would be compiled with functions for which they are not made; a file of the user remains."""
     scene = FEW[-1]
     name, files = emit(tmp_path, scene, "--for-lanes")
     refdyn("gen", scene[0], *scene[1], "-o", tmp_path)

@@ -1,4 +1,4 @@
-"""Runs of equal elements as loops, as straight code, with M as a matrix: every quantity is the same."""
+"""Runs of equal elements as loops, as straight code, and with M as a matrix: every quantity is the same."""
 import os
 import random
 import re
@@ -33,7 +33,8 @@ def sizes(found, expected):
 
 
 def compare(found, expected, state):
-    """Lines where one variant differs from the other; accelerations in the sense of M, as its condition allows no other."""
+    """Lines where one variant differs from the other. Accelerations are compared in the metric of M, as its condition number allows no
+    other comparison."""
     lines = []
     for name in QUANTITIES:
         one, other = found(name, state), expected(name, state)
@@ -70,8 +71,10 @@ def test_other_variants(kind, other, tmp_path):
     check(compare(found, loops, state_of(loops, 3)))
 
 
-# (elements, coordinates of one) of each loop at rfe = 4: at the root and the tip of a tree, split by what is named or carried. A run begins
-# at the first turn of an element, and the first element of a beam that is turned on what carries it is not like the others.
+# (elements, coordinates of one) of each loop at rfe = 4: at the root and the tip of a tree, split where a formula names an element or an
+# element
+# carries something. A run begins at the first turn of an element. The first element of a beam that is turned relative to its carrier
+# differs.
 EXPECTED = {
     "beam": [(2, 3)], "weighted": [], "sides": [(3, 3), (4, 2)], "segments": [(3, 3), (3, 3), (5, 3)], "tree": [],
     "middle": [(3, 3), (2, 3)], "chain": [(3, 1)], "slides": [(3, 2)], "swinging": [(4, 1)], "named": [(3, 3), (3, 3)],
@@ -91,7 +94,7 @@ def test_printed_form_has_no_loops(tmp_path):
     assert loops_of(REFERENCE, tmp_path, "--set", "n_rfe=8", "--set", "form=printed", "--loops", "always") == []
 
 
-# What has loops.
+# Models with loops.
 ROLLED = "M,h,Q,u,v,phi,psi,k,r,rd,C,d,energy,power,Q_q,qdd_free,qdd,force,equations,course,start"
 
 
@@ -107,7 +110,7 @@ def functions(folder):
 
 @pytest.mark.parametrize("emit", [ROLLED, "all"], ids=["each", "all"])
 def test_text_does_not_grow(tmp_path, emit):
-    """16 elements against 64: functions differ in numbers and in the length of tables."""
+    """16 elements compared with 64: functions differ only in numbers and in the length of tables."""
     for n_rfe in (16, 64):
         refdyn("gen", REFERENCE, "--set", f"n_rfe={n_rfe}", "--emit", emit, "-o", tmp_path / str(n_rfe))
     few, many = (functions(tmp_path / name) for name in ("16", "64"))
@@ -116,7 +119,7 @@ def test_text_does_not_grow(tmp_path, emit):
 
 
 def peak(*arguments):
-    """KiB that the program takes at most, its start by Python among them."""
+    """Peak memory of the program in KiB, including its start by Python."""
     process = subprocess.Popen([REFDYN, *map(str, arguments)], stdout=subprocess.DEVNULL)
     _, status, usage = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)
@@ -125,12 +128,12 @@ def peak(*arguments):
 
 
 def test_long_chain_is_small(tmp_path):
-    """512 elements, 1,537 coordinates: what `gen` takes, and what it writes."""
+    """512 elements, 1,537 coordinates: the memory of `gen` and the size of its files."""
     assert peak("gen", REFERENCE, "--set", "n_rfe=512", "-o", tmp_path) < 150_000
     assert sum(path.stat().st_size for path in some(tmp_path.iterdir())) < 300_000
 
 
-# Beams of different length one behind the other: 512 elements each.
+# Beams of different length in series: 512 elements each.
 SERIES = """local rd = require "refdyn"
 local links = {}
 for i = 1, rd.option("beams", 4) do
@@ -143,7 +146,7 @@ return rd.model { name = "series", gravity = { 0, -9.81, 0 }, links = links, poi
 
 @pytest.mark.parametrize("command", [["check"], ["gen"], ["gen", "--emit", "M,tangent,d_statics"]], ids=" ".join)
 def test_memory_is_linear(command, tmp_path):
-    """6,136 coordinates: n x n of anything would be 150 MB and more."""
+    """6,136 coordinates: any n x n array would need at least 150 MB."""
     (tmp_path / "series.lua").write_text(SERIES)
     folder = ["-o", tmp_path / "out"] if command[0] == "gen" else []
     one, four = (peak(*command, tmp_path / "series.lua", "--set", f"beams={beams}", *folder) for beams in (1, 4))
@@ -175,7 +178,7 @@ def test_runs_are_written_out_where_that_saves_a_quarter(n, tmp_path):
     assert is_written == (n < 7)
 
 
-# Thirty-two flexible links in a tree: functions so long that they are cut into pieces.
+# Thirty-two flexible links in a tree: functions long enough to be cut into pieces.
 FOREST = """local rd = require "refdyn"
 local p = rd.parameters { { "g", 9.75, "m/s^2" }, { "E", 2e9, "Pa" }, { "rho", 1200, "kg/m^3" }, { "d", 0.02, "m" } }
 local links = {}
@@ -192,7 +195,7 @@ return rd.model { name = "forest", gravity = { 0, 0, -p.g }, links = links, poin
 
 
 def test_loops_in_pieces(tmp_path):
-    """Values of loops that cross the cut of a function."""
+    """Values of loops that are used across the cut of a function."""
     (tmp_path / "forest.lua").write_text(FOREST)
     emit = ["--emit", "M,qdd,start"]
     loops, straight = (Compiled(tmp_path / "forest.lua", tmp_path / name, *emit, *variant) for name, variant in (("loops", LOOPS), ("straight", STRAIGHT)))

@@ -1,4 +1,4 @@
-"""Frames without mass that rows determine: M is singular, M on the motions that the rows allow is not."""
+"""Massless frames that rows determine: M is singular, but not on the motions that the rows allow."""
 import re
 
 import numpy
@@ -32,7 +32,7 @@ def pendulum(psi, rate, times):
 @pytest.mark.parametrize("stabilise", ["project", "baumgarte", "none"])
 @pytest.mark.parametrize("method", METHODS)
 def test_four_bar(method, stabilise):
-    """What has no mass does not hinder the crank."""
+    """The massless link does not affect the crank."""
     run, _, summary = motion(MODEL, *settings("four_bar", method), "--until", 0.8, "--every", 0.05, "--stabilise", stabilise)
     expected = pendulum(run["crank_psi"][0], run["crank_psi_d"][0], run["t"])
     check([close("crank", run["crank_psi"], expected, 2e-7), close("force on the crank", run["force_crank_psi"], 0 * run["t"], 1e-5, 1),
@@ -42,7 +42,7 @@ def test_four_bar(method, stabilise):
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("scene", ["slides", "rates"])
 def test_slides(scene, method):
-    """a + b is a free mass under 0.7 m/s^2; the projected start keeps its rate, c takes none of the change."""
+    """a + b is a free mass accelerated by 0.7 m/s^2; the projected start keeps its rate, and c does not change."""
     run, _, _ = motion(MODEL, *settings(scene, method), "--until", 1)
     t, sum_ = run["t"], run["a_x"] + run["b_x"]
     row = run["a_x"] - 0.5 * run["b_x"] + (0.2 * run["c_y"] - 0.02 if scene == "slides" else 0)
@@ -52,7 +52,7 @@ def test_slides(scene, method):
 
 @pytest.mark.parametrize("n_rfe", [4, 24])
 def test_rod(n_rfe):
-    """A flexible arm behind a rod: explicit, Rosenbrock and collocation agree, and energy is kept."""
+    """A flexible arm after a rod: explicit, Rosenbrock and collocation methods agree, and energy is constant."""
     arguments = ["--set", f"n_rfe={n_rfe}", "--until", 0.1]
     methods = ["auto", "rodas5p", "radau9"] + (["rk8"] if n_rfe == 4 else [])
     runs = [motion(MODEL, *settings("rod", method), *arguments) for method in methods]
@@ -62,7 +62,7 @@ def test_rod(n_rfe):
 
 
 def test_accelerations():
-    """Those of the bordered equations M qdd - u^T lambda = f, u qdd = k, solved densely."""
+    """Accelerations of the bordered equations M qdd - u^T lambda = f, u qdd = k, solved densely."""
     state = {"q": [0.31, 0.62, 0.13], "qd": [0.4, -0.3, 0.2], "t": 0.1}
     for scene in ("slides", "rates"):
         found = evaluate(MODEL, state, "--set", f"scene={scene}")
@@ -79,7 +79,7 @@ def test_rows_that_do_not_tell(tmp_path):
 
 
 def test_batch(tmp_path):
-    """Lanes give NaN there; each case is taken alone, and is that of `sim`."""
+    """Lanes compute NaN there; each case then runs alone, and equals `sim`."""
     table = tmp_path / "cases.csv"
     table.write_text("crank_psi_d\n0.7\n0.9\n1.1\n-0.2\n0.3\n")
     refdyn("batch", MODEL, "--table", table, "--until", 0.5, "--tol", 1e-9, "-o", tmp_path / "runs.csv")

@@ -1,4 +1,4 @@
-"""Every method on emitted models: two motions at once, in two threads, are those of one alone; none allocates memory."""
+"""Every method on emitted models: two simultaneous motions, in two threads, equal single motions; none allocates memory."""
 import subprocess
 
 import pytest
@@ -11,7 +11,7 @@ CASES = {"arm_led": (ARM, dict(n_rfe=2, row="swing", E="2e9", omega=4)), "arm_pu
 CASES |= {f"{name} in O(n)": CASES[name] for name in ("arm_led", "damped")}
 ROUNDS = 3
 
-# Prints, for each method and each way of keeping rows, whether all motions in threads equal those alone, what was allocated, steps.
+# For each method and each stabilisation, prints whether all motions in threads equal single ones, the allocations, and the steps.
 PROGRAM = """
 #include "MODEL.h"
 #include "refdyn.h"
@@ -182,5 +182,5 @@ def test_motions_in_two_threads(case, runtime, tmp_path):
     for line in lines:
         assert "status 0 0 equal 1 allocations 0 " in line, line
         assert line.endswith("apart 1"), line
-    if case.startswith("damped"):   # the automatic choice has trials there
+    if case.startswith("damped"):   # the automatic choice runs trials there
         assert all(" methods 2 " in line for line in lines[:3]), lines[:3]

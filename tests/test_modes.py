@@ -18,7 +18,7 @@ ROUNDED = 1e-12
 
 
 def analyse(model, *arguments, **values):
-    """The JSON object of `refdyn modes`, and what it said."""
+    """The JSON object of `refdyn modes`, and its messages."""
     done = refdyn("modes", model, *arguments, *settings(values))
     found = json.loads(done.stdout)
     check_form(found)
@@ -38,7 +38,7 @@ def shape(mode):
 
 
 def check_form(found):
-    """What every answer promises."""
+    """Properties of every answer."""
     sizes = [mode["omega"] for mode in found["modes"]]
     assert all(a <= b * (1 + 1e-9) for a, b in zip(sizes, sizes[1:])), sizes
     for mode in found["modes"]:
@@ -54,7 +54,7 @@ def check_form(found):
 
 
 def near(what, found, expected, tolerance):
-    """One line when complex numbers differ by more than tolerance of the largest; '' otherwise."""
+    """One line if complex numbers differ by more than tolerance times the largest, otherwise ''."""
     found, expected = numpy.asarray(found, complex).ravel(), numpy.asarray(expected, complex).ravel()
     assert len(found) == len(expected), f"{what}: {len(found)} entries, not {len(expected)}"
     return close(what, abs(found - expected), 0 * abs(expected), tolerance, scale=abs(expected).max())
@@ -69,7 +69,7 @@ def state(tmp_path, **values):
 # ---- Beams ----
 
 BETA_L = [1.875104068711961, 4.694091132974174, 7.854757438237613]
-# Number of spring-damping elements: by how many percent f1, f2, f3 of the clamped beam are too high, half elements at both ends.
+# Number of spring-damping elements; errors of f1, f2, f3 of the clamped beam in percent, all too high, with half elements at both ends.
 DEVIATIONS = {5: (0.925, 3.27, 5.08), 10: (0.230, 0.802, 1.30), 20: (0.0574, 0.200, 0.327), 40: (0.0143, 0.0498, 0.0817)}
 
 
@@ -84,8 +84,8 @@ def test_deviations_of_a_clamped_beam(elements):
 
 
 def test_digits_of_soft_modes_beside_stiff_ones(tmp_path):
-    """With torsion the spectrum is a million times as wide; bending in both planes keeps its digits, and Kelvin and Voigt's
-    damping ratio eta omega / 2, also where that is above 1. Torsion is a chain: omega_k = 2 sqrt(k/J) sin((2 k - 1) pi / 4 N)."""
+    """Torsion makes the spectrum a million times as wide; bending in both planes keeps its digits, and Kelvin and Voigt's damping ratio eta
+    omega / 2, also where this is above 1. Torsion is a chain: omega_k = 2 sqrt(k/J) sin((2 k - 1) pi / 4 N)."""
     full = tmp_path / "full.lua"
     full.write_text(BEAM.read_text().replace('dofs = "psi"', 'eta = 1e-3'))
     bending = [mode["omega"] for mode in modes(BEAM, n_rfe=21)]
@@ -101,13 +101,13 @@ def test_digits_of_soft_modes_beside_stiff_ones(tmp_path):
 
 
 def damped_roots(omega, ratio):
-    """Those with an imaginary part not below 0; the slow one of two that are real without loss of digits."""
+    """Roots with imaginary part not below 0; the slow one of two real roots is computed without cancellation."""
     fast = omega * (-ratio - cmath.sqrt(ratio**2 - 1))
     return [fast.conjugate()] if ratio < 1 else [omega**2 / fast, fast]
 
 
 def test_floating_beam(tmp_path):
-    """Free at both ends: six motions that nothing brings back, then beta L = 4.730041 and 7.853205."""
+    """Free at both ends: six motions without restoring force, then beta L = 4.730041 and 7.853205."""
     model = tmp_path / "floating.lua"
     place = '"rod", joint = "free", start = { x = 0.3, y = -2, psi = 0.4, theta = -0.7, phi = 1.1 }, '
     model.write_text(BEAM.read_text().replace('"rod", ', place).replace("5e-5", "1e-3"))
@@ -118,7 +118,7 @@ def test_floating_beam(tmp_path):
 
 
 def test_spring_that_is_next_to_nothing(tmp_path):
-    """It does not cost the stiff one its digits."""
+    """It does not reduce the accuracy of the stiff one."""
     model = tmp_path / "soft.lua"
     model.write_text('local rd = require "refdyn"\nreturn rd.model { name = "soft", links = {\n'
                      '  { "first", joint = { "x" }, mass = 1, spring = { x = 1e-60 } },\n'
@@ -127,20 +127,20 @@ def test_spring_that_is_next_to_nothing(tmp_path):
 
 
 def test_upright_column_falls_under_its_weight():
-    """Its frequency falls with its weight, and is 0 at g = 7.83735 E I / (rho A L^3) (Greenhill 1881)."""
+    """Its frequency falls as its weight grows, and is 0 at g = 7.83735 E I / (rho A L^3) (Greenhill 1881)."""
     def slowest(g):
         return modes(BEAM, "--at", "initial", "--modes", 1, n_rfe=41, g=g)[0]
     omegas = [slowest(g)["omega"] for g in (0, 2, 4, 6, 7.8)]
     assert all(a > b for a, b in zip(omegas, omegas[1:])), omegas
     below, above = slowest(7.8), slowest(7.9)
     assert below["damping"] == 0 and above["damping"] == -1
-    # omega^2 falls almost straight there
+    # omega^2 falls almost linearly there
     critical = 7.8 + 0.1 * below["omega"]**2 / (below["omega"]**2 + above["omega"]**2)
     check([close("g", critical, 7.83735, 5e-4)])
 
 
 def test_hanging_chain():
-    """The error falls with the square of the number of links, and its extrapolation is the string's frequency."""
+    """The error falls with the square of the number of links, and extrapolation yields the string's frequency."""
     exact = numpy.array([2.404825557695773, 5.520078110286311, 8.653727912911013]) / 2 * math.sqrt(9.81)
     coarse, fine = (numpy.array([mode["omega"] for mode in modes(CHAIN, "--modes", 3, links=links)]) for links in (64, 128))
     ratio = (coarse - exact) / (fine - exact)
@@ -165,7 +165,7 @@ def test_double_pendulum():
 
 
 def test_rows_against_fewer_coordinates():
-    """Two masses on slides kept by rods: the same frequencies, no mode of the stabilisation, the multipliers' stiffness."""
+    """Two masses on slides kept by rods: the same frequencies, no mode of the stabilisation, and the stiffness due to the multipliers."""
     reduced, redundant = modes(SMALL, kind="double"), modes(SMALL, "--at", "initial", kind="rods")
     assert len(redundant) == 2
     check([near("omega", eigenvalues(redundant), eigenvalues(reduced), ROUNDED),
@@ -192,7 +192,7 @@ def test_damped_oscillator(c):
     found = modes(SMALL, kind="oscillator", c=c)
     root = cmath.sqrt((c / 4)**2 - 9)
     expected = [-c / 4 + root] if root.imag > 0 else [-c / 4 + root, -c / 4 - root]
-    # two equal roots part by the square root of rounding
+    # rounding separates two equal roots by its square root
     check([near("eigenvalues", eigenvalues(found), expected, 1e-7 if c == 12 else ROUNDED)])
     if root.imag > 0:
         check([close("ratio", found[0]["damping"], c / 12, ROUNDED, 1), close("omega", found[0]["omega"], 3, ROUNDED)])
@@ -209,7 +209,7 @@ def test_upright_pendulum():
 
 
 def test_what_nothing_brings_back():
-    """A free body: six eigenvalues exactly 0, one for each coordinate. With elastic links on it the others stay what they are."""
+    """A free body: six eigenvalues exactly 0, one for each coordinate. Elastic links on it keep their eigenvalues."""
     assert [(mode["omega"], mode["damping"]) for mode in modes(TESTS / "models" / "solid.lua")] == 6 * [(0, 0)]
     found, _ = analyse(MODELS / "spacearm.lua", "--at", "initial")
     resting = [mode for mode in found["modes"] if mode["omega"] == 0]
@@ -221,7 +221,7 @@ def test_what_nothing_brings_back():
 # ---- Rows of velocities, multipliers ----
 
 def test_multipliers_turn_with_a_blade():
-    """Unsymmetric: the turning blade pushes the sledge, which does not turn the blade."""
+    """Unsymmetric: the turning blade pushes the sledge, but the sledge does not turn the blade."""
     found = modes(SMALL, "--at", "initial", kind="skate")
     turning = 2 * G / (8 - 2 * 50)
     check([near("eigenvalues", eigenvalues(found), [0, 2j, 1j * math.sqrt(50)], ROUNDED),
@@ -229,7 +229,7 @@ def test_multipliers_turn_with_a_blade():
 
 
 def test_velocity_that_depends_on_the_position():
-    """xd = -a x decays by a, whatever the gains; the load follows with -a^2 / (a^2 + 9)."""
+    """xd = -a x decays at the rate a, regardless of the gains; the load follows with -a^2 / (a^2 + 9)."""
     for a in (1.5, 40):
         found = sorted(modes(SMALL, "--at", "initial", kind="lag", a=a), key=lambda mode: mode["frequency"])
         check([near("eigenvalues", eigenvalues(found), [-a, 3j], ROUNDED),
@@ -245,7 +245,7 @@ def test_time_stands_still(t, tmp_path):
 
 
 def test_row_curved_in_the_rates():
-    """Its multiplier, 3 N with the slide z held, damps y; freed, z under 5 N is no equilibrium."""
+    """Its multiplier, 3 N with the slide z held, damps y; freed, z under 5 N has no equilibrium."""
     found, said = analyse(SMALL, "--at", "initial", kind="curved")
     ratio = 2 * 0.1 * 3 / 4
     expected = [0, -2 * ratio + 2j * math.sqrt(1 - ratio**2)]
@@ -260,11 +260,11 @@ def test_row_curved_in_the_rates():
 # ---- Held coordinates ----
 
 def test_held_coordinates_are_locked():
-    """What is held in statics keeps its value in small motions, too; the rows of the programme act on the others."""
+    """Coordinates held in statics keep their values in small motions, too; the rows of the programme act on the others."""
     found, _ = analyse(REFERENCE)
     assert found["held"] == ["column_psi", "arm_psi", "effector_z"]
-    # 13 coordinates, 3 held, a position row and a velocity row: 9 positions, of which the velocity row makes one rest
-    # the programme starts where the equilibrium is
+    # 13 coordinates, 3 held, a position row and a velocity row: 9 positions, one of which the velocity row keeps at rest
+    # the programme starts at the equilibrium
     assert found["phi"] < 1e-14 and max(map(abs, found["q"])) > 1e-3
     assert len(found["modes"]) == 9 and [mode["omega"] == 0 for mode in found["modes"]] == [True] + 8 * [False]
     more, _ = analyse(REFERENCE, "--hold", "column_psi,arm_psi,effector_z,base_z")
@@ -284,7 +284,7 @@ MOTIONS = [(TESTS / "models" / "double_pendulum.lua", []), (MODELS / "stepped.lu
 @pytest.mark.parametrize("number", [0, 1])
 @pytest.mark.parametrize("model, arguments", MOTIONS, ids=lambda value: getattr(value, "stem", None) or " ".join(value[1:2]))
 def test_simulated_motion(model, arguments, number, tmp_path):
-    """From q + a Re(shape), a Re(eigenvalue shape) the motion is q + a Re(shape e^(eigenvalue t)), but for terms in a^2."""
+    """From q + a Re(shape), a Re(eigenvalue shape) the motion is q + a Re(shape e^(eigenvalue t)), up to terms in a^2."""
     found, _ = analyse(model, *arguments)
     mode = found["modes"][number]
     value, entries = complex(*mode["eigenvalue"]), shape(mode)
@@ -314,7 +314,7 @@ def test_keys_and_count(tmp_path):
 
 
 def test_state_and_parameters(tmp_path):
-    """A state gives t, q and parameters; its rates do not count."""
+    """A state sets t, q and parameters; its rates have no effect."""
     at = state(tmp_path, t=2.5, q=[0.3], qd=[7], parameters={"c": 1.2})
     found, said = analyse(SMALL, "--at", at, kind="oscillator")
     assert found["t"] == 2.5 and found["q"] == [0.3] and found["at"] == str(at)
@@ -350,7 +350,8 @@ def test_wrong_usage(arguments, status, said, tmp_path):
 
 
 def test_loop_about_its_own_equilibrium():
-    """Found under the rows that close it; the same modes as from a state that tells it, and as many that grow as are unstable there."""
+    """Computed under the rows that close it; the same modes as from a state of the equilibrium, and as many growing modes as unstable
+    directions there."""
     for way, unstable in ("downhill", 0), ("load", 1):
         found = json.loads(refdyn("modes", MODELS / "bricard.lua", "--way", way).stdout)
         assert found["at"] == "statics" and found["unstable"] == unstable and found["phi"] < 1e-14 and found["residual"] < 1e-9
@@ -364,7 +365,7 @@ def test_models_at_fault(tmp_path):
 
 
 def test_numbers_that_fail(tmp_path):
-    """No equilibrium; a state where a force has no derivative; a mass matrix that is singular."""
+    """No equilibrium; a state where a force has no derivative; a singular mass matrix."""
     falling = tmp_path / "falling.lua"
     falling.write_text('local rd = require "refdyn"\nreturn rd.model { name = "falling", gravity = { 0, 0, -9.81 },\n'
                        '  links = { { "stone", joint = { "z" }, mass = 1 } } }\n')
@@ -434,7 +435,7 @@ def core(tmp_path_factory):
     (ARM, dict(n_rfe=4, root="clamp", dofs="psi,theta,phi", ratio=0.02)), (REFERENCE, dict(n_rfe=4)), (REFERENCE, dict(n_rfe=4, eta=1.3e-3)),
     (BEAM, dict(n_rfe=8))], ids=str)
 def test_spectrum(model, values, core, tmp_path):
-    """The runtime's largest rate, found by iteration of vectors, is within 30 % that of the fastest mode; its damping, too."""
+    """The runtime's largest rate, computed by vector iteration, is within 30 % of the fastest mode's rate; so is its damping."""
     found, _ = analyse(model, **values)
     refdyn("gen", model, *settings(values), "--emit", "all,tangent", "-o", tmp_path)
     name = next(tmp_path.glob("*.h")).stem

@@ -1,4 +1,4 @@
-"""`refdyn sim -o RUN.h5`: the numbers of the CSV to the bit, in groups, with all that the motion was made from."""
+"""`refdyn sim -o RUN.h5`: the numbers of the CSV to the bit, in groups, with all inputs of the motion."""
 import json
 import resource
 import subprocess
@@ -14,7 +14,7 @@ MANIPULATOR = [MODELS / "manipulator.lua", "--set", "n_rfe=2", "--until", "0.2"]
 
 
 def both(folder, *arguments, status=0):
-    """The open file of HDF5, the columns of the CSV, and the summary."""
+    """The open HDF5 file, the columns of the CSV, and the summary."""
     name = {0: "", 3: ".part"}[status]
     refdyn("sim", *arguments, "-o", folder / "run.h5", status=status)
     summary = [] if status else ["--summary", folder / "run.json"]
@@ -33,7 +33,7 @@ def datasets(file):
 
 
 def columns(file):
-    """As the CSV names them, with their units."""
+    """Columns named as in the CSV, with their units."""
     for name, dataset in datasets(file).items():
         if dataset.attrs.get("CLASS") == b"DIMENSION_SCALE" and name != "t":
             continue

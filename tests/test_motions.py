@@ -1,4 +1,4 @@
-"""The reference motions, the start off the programme, and what stays constant."""
+"""The reference motions, the start off the programme, and conserved quantities."""
 import json
 import math
 import os
@@ -12,7 +12,7 @@ from program import REFERENCE, SCALE, TESTS, check, close, evaluate, motion, ora
 
 
 def deviations(run, reference, names, points):
-    """Largest distance from the oracle's samples: of the end-effector [m] and of the coordinates."""
+    """Largest deviation from the oracle's samples: of the end-effector [m] and of the coordinates."""
     samples = reference["samples"]
     times = [sample["t"] for sample in samples]
     numpy.testing.assert_allclose(run["t"], times, rtol=0, atol=1e-12)
@@ -47,7 +47,7 @@ def test_reference_motion(which, capsys):
     assert summary["evaluations"] >= 4 * summary["steps"]
 
 
-# Two explicit methods and an implicit one for each, at steps that need a second or less.
+# Two explicit methods and an implicit one for each, at steps that need at most a second.
 TO_THE_LAST_DIGITS = [
     ("rigid", 1e-8, ["rk4 --step 1e-3 --stabilise project", "rk8 --tol 1e-9", "rodas5p --tol 1e-9"]),
     ("flexible", 1e-7, ["rk4 --step 1e-4", "rk8 --tol 1e-9", "rk54 --tol 1e-9", "rodas5p --tol 1e-9"]),
@@ -85,7 +85,7 @@ def test_flexible_pendulum(tmp_path):
     assert abs(found["energy"]["potential"] - first["potential"]) <= 1e-13 * first["potential"] * SCALE
     run, _, _ = motion(model, "--from", start, "--method", "rk4", "--step", "2e-6", "--every", "0.1", "--until", "3")
     _, of_q = deviations(run, reference, reference["coordinates"], False)
-    # Torsion at 2e4 rad/s: its phase is what the step leaves wrong.
+    # Torsion at 2e4 rad/s: the error of a step is mainly in its phase.
     assert of_q <= 1e-6 * SCALE, f"q differs by {of_q:.1e}"
     energy = first["kinetic"] + first["potential"]
     assert abs(run["energy"] - energy).max() <= 1e-9 * energy * SCALE
@@ -103,7 +103,7 @@ def test_flexible_pendulum_by_adaptive_steps(method, tmp_path):
 
 
 def test_start_off_the_programme():
-    """The chapter's own programme: the start is off the ellipse, which is said, and the motion is pulled in."""
+    """The chapter's own programme: the start is off the ellipse, which a warning says, and the gains pull the motion in."""
     run, said, summary = motion(REFERENCE, "--set", "n_rfe=1", "--set", "program=chapter", "--method", "rk4",
                                 "--step", "1e-3", "--every", "0.5", "--until", "4")
     assert "1.612" in said, said
@@ -116,7 +116,7 @@ def test_start_off_the_programme():
 
 
 def test_start_is_shown_as_it_is(tmp_path):
-    """With redundant rows, too, what is said and shown of a start off the programme is not of where its first step begins."""
+    """Also with redundant rows, the reported and shown start is off the programme, and not the projected beginning of the first step."""
     model = tmp_path / "off.lua"
     model.write_text((TESTS / "models" / "four_bar.lua").read_text().replace('start = { psi = 1 }', 'start = { psi = 1.05 }', 1))
     first = {}
@@ -160,7 +160,7 @@ def test_energy_is_constant(tmp_path):
 
 
 def test_printed_form_drifts(tmp_path):
-    """It feeds energy into the rigid arm; in the flexible one it does so within a millisecond."""
+    """It adds energy to the rigid arm, and to the flexible arm within a millisecond."""
     change, _ = energy_change(tmp_path, 0.1, "--set", "n_rfe=1", "--set", "form=printed")
     assert change > 1e-3, f"the printed form's energy changes by {change:.1e} only"
 
@@ -174,7 +174,7 @@ return rd.model { name = "sticking", links = { { "base", joint = "psi", mass = 1
 
 @pytest.mark.parametrize("width", ["1e-1", "1e-2", "1e-3", "1e-4"])
 def test_friction_lets_go(tmp_path, width):
-    """What sticks at first begins to slide, and sticks again: linear steps would damp what tells of it."""
+    """A sticking block begins to slide, and sticks again: linear steps would damp the signal of it."""
     model = tmp_path / "sticking.lua"
     model.write_text(STICKING.replace("WIDTH", width))
     scene = [model, "--until", 2, "--every", 0.1]
@@ -195,7 +195,7 @@ return rd.model { name = "jump", links = { { "cart", joint = { "x" }, mass = 2 }
 
 @pytest.mark.parametrize("method", [("rk4", "--step", "0.1"), ("rk54", "--tol", "1e-4")])
 def test_breaks_end_a_step(tmp_path, method):
-    """A force that jumps and one with a kink, both functions of time: polynomials between, so exact with any step."""
+    """A force that jumps and a force with a kink, both functions of time: polynomials in between, so any step is exact."""
     model, at = tmp_path / "jump.lua", 0.333
     model.write_text(JUMP.replace("TIME", str(at)))
     run, _, summary = motion(model, "--until", "1", "--every", "1", "--method", *method)
@@ -217,7 +217,7 @@ JUMPS |= {"twice": [(0.3, 2)], "wave": WAVE, "pulse": [(0.3, 1), (0.7, -1)], "ra
 @pytest.mark.parametrize("form", JUMPS)
 @pytest.mark.parametrize("method", ["rk54", "rk8", "rodas5p", "ros34pw2", "radau9", "gauss12", "auto", "rk4"])
 def test_breaks_in_any_form(method, form):
-    """A time is met exactly however a formula tells it: also what it tells right at the break, and what is not linear in time."""
+    """A time is met exactly in any formula: also one that is only right at the event, and one that is not linear in time."""
     how, within = (["--step", "0.01"], 2e-7) if method == "rk4" else (["--tol", "1e-7"], 2e-6)
     run, _, summary = motion(SWITCHED, "--set", f"form={form}", "--until", 1, "--every", 0.125, "--method", method, *how)
     t, stiffness = run["t"], 30
@@ -234,7 +234,7 @@ def test_breaks_in_any_form(method, form):
 @pytest.mark.parametrize("method", ["rk54", "rk8", "rodas5p", "rodas6p", "ros34pw2", "radau9", "gauss12",
                                     "auto"])
 def test_outputs_before_a_jump(tmp_path, method):
-    """States inside the step that ends at a jump know nothing of what comes behind it."""
+    """States inside the step that ends at a jump do not depend on the formula after it."""
     model, at = tmp_path / "jump.lua", 0.333
     model.write_text(JUMP.replace("TIME", str(at)))
     run, _, _ = motion(model, "--until", "0.4", "--every", "0.01", "--method", method, "--tol", "1e-4")
@@ -243,7 +243,7 @@ def test_outputs_before_a_jump(tmp_path, method):
 
 
 def test_auto_without_a_derivative(tmp_path):
-    """At a root of 0 no implicit step can begin; the explicit one of the automatic choice can."""
+    """At a root of 0 no implicit step can begin; the explicit method of the automatic choice can."""
     model = tmp_path / "root.lua"
     model.write_text("""local rd = require "refdyn"
 return rd.model { name = "root", links = { { "cart", joint = { "x" }, mass = 1 } },
@@ -255,7 +255,7 @@ return rd.model { name = "root", links = { { "cart", joint = { "x" }, mass = 1 }
 
 
 def test_auto_without_a_derivative_in_a_long_chain(tmp_path):
-    """The same where vectors of joints give M for projections: what is infinite beside it does not count."""
+    """The same where vectors of joints yield M for projections: infinite entries next to it have no effect."""
     model = tmp_path / "root_chain.lua"
     model.write_text("""local rd = require "refdyn"
 local links = {}

@@ -58,7 +58,7 @@ def test_quantities(seed, number):
 
 
 def gpme_residual(found):
-    """(M_i + P^T M_d) qdd - (h + Q)_i - P^T (h + Q)_d and K qdd - k, each over its largest term, in 40 digits."""
+    """(M_i + P^T M_d) qdd - (h + Q)_i - P^T (h + Q)_d and K qdd - k, each divided by its largest term, in 40 digits."""
     mpmath.mp.dps = 40
     n = len(found["h"])
     M, K = mpmath.matrix(found["M"]), mpmath.matrix(found["u"])
@@ -95,7 +95,7 @@ def test_projected_equations(seed, number):
 
 @pytest.mark.parametrize("seed, number", STATES)
 def test_printed_form(seed, number):
-    """h becomes -h + 2 s, and Q gains sum_j qd_j dQ_j/dqd_i: the dampers once more."""
+    """h becomes -h + 2 s, and Q gains sum_j qd_j dQ_j/dqd_i: the dampers a second time."""
     reference, state, found = at_state(seed, number, form="printed")
     h = [-h + 2 * second for h, second in zip(state["h"], state["h_second"])]
     Q = [Q - damper * qd for Q, damper, qd in zip(state["Q"], reference["damper"], state["qd"])]
@@ -103,7 +103,7 @@ def test_printed_form(seed, number):
 
 
 def test_eval_depends_on_its_state():
-    """The comparison can fail: two states of one file differ by far more than any tolerance."""
+    """The comparison can fail: two states of one file differ by much more than any tolerance."""
     first, second = at_state("seed_rigid", 0)[2], oracle("seed_rigid")["states"][1]
     assert close("M", first["M"], second["M"], 1e-3)
 

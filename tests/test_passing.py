@@ -1,5 +1,5 @@
-"""`sim --singular pass`: motions through states where the rows lose rank against the same motions by rows that do not, or
-closed forms; what cannot be passed stops, or turns as it must."""
+"""`sim --singular pass`: motions through states where the rows lose rank, compared with the same motions under regular rows or with closed
+forms. A motion that cannot pass stops, or reverses if it must."""
 import json
 import math
 import re
@@ -16,17 +16,17 @@ METHODS = ["auto", "rk54", "rk8", "rodas5p", "rodas6p", "radau9", "gauss12", "ro
 
 
 def root(function, low, high):
-    """By bisection; function(low) < 0 < function(high)."""
+    """Root by bisection; function(low) < 0 < function(high)."""
     for _ in range(100):
         middle = (low + high) / 2
         low, high = (middle, high) if function(middle) < 0 else (low, middle)
     return low
 
 
-# When the arm's elbow, 0.9 + rate t + 0.1 sin 2t, is straight (rate -1), and when it is folded (rate 2.5).
+# Times at which the arm's elbow, 0.9 + rate t + 0.1 sin 2t, is straight (rate -1) and folded (rate 2.5).
 STRETCHED = root(lambda t: -0.9 + t - 0.1 * math.sin(2 * t), 0, 2)
 FOLDED = root(lambda t: 0.9 + 2.5 * t + 0.1 * math.sin(2 * t) - math.pi, 0, 2)
-# Model, arguments, what makes the rows regular, when they lose rank (None: as the motion tells).
+# Model, arguments, settings that make the rows regular, times of rank loss (None: from the motion).
 CASES = {
     "stretched": (ARM, ["--until", 1.6], ["--set", "rows=angles"], [STRETCHED]),
     "folded": (ARM, ["--set", "rate=2.5", "--until", 1.5], ["--set", "rows=angles"], [FOLDED]),
@@ -57,7 +57,7 @@ def compare(run, expected, tolerance):
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("which", CASES)
 def test_through(which, method):
-    """Nothing of coordinates, rates and forces is lost, before and behind; when, and how well, is told."""
+    """Coordinates, rates and forces keep their accuracy before and after; the time and the accuracy of the crossing are reported."""
     model, arguments, _, times = CASES[which]
     for tol in (1e-5, 1e-8):
         run, said, summary = motion(model, *arguments, *PASS, "--method", method, "--tol", tol)
@@ -87,7 +87,7 @@ def test_through_however_stabilised(stabilise):
 
 @pytest.mark.parametrize("method", ["auto", "rodas5p", "radau9", "gauss12", "ros34pw2"])
 def test_through_with_stiff_modes(method):
-    """Steps of 10 ms beside modes of 5000 rad/s, which the step through the state has to follow."""
+    """Steps of 10 ms with modes of 5000 rad/s, which the step through the state must follow."""
     arguments = ["--set", "hang=true", "--until", 1.6, "--tol", 1e-7]
     expected, _, _ = motion(ARM, *arguments, "--set", "rows=angles", "--method", "rodas6p")
     run, _, summary = motion(ARM, *arguments, *PASS, "--method", method)
@@ -97,7 +97,7 @@ def test_through_with_stiff_modes(method):
 
 @pytest.mark.parametrize("method", [*METHODS, "rk4"])
 def test_parallelogram(method):
-    """Three of five rows redundant, flat three times: it stays a parallelogram, with the rate that its height leaves it."""
+    """Three of five rows are redundant, and it is flat three times: it stays a parallelogram, at the rate that follows from its height."""
     tol = ["--tol", 1e-8] if method != "rk4" else []
     run, said, summary = motion(FOUR_BAR, "--until", 1.2, *PASS, "--method", method, *tol)
     inertia = 0.3**2 * 1.2 + 2 * 0.75 * ((0.3**2 + 0.02**2) / 12 + 0.15**2)
@@ -114,7 +114,7 @@ def test_parallelogram(method):
 @pytest.mark.parametrize("method", ["auto", "rodas5p", "gauss12", "rk4"])
 @pytest.mark.parametrize("off", [0, 1e-9, -1e-6])
 def test_seen_there(off, method, tmp_path):
-    """An output at that very time has the rates and forces of its neighbours; without passing there is none."""
+    """An output at exactly this time has the rates and forces of its neighbours; without passing there is none."""
     there = STRETCHED + off
     arguments = ["--every", repr(float(there)), "--until", 2 * there]
     expected, _, _ = motion(ARM, *arguments, "--set", "rows=angles", *FINE)
@@ -129,7 +129,7 @@ def test_seen_there(off, method, tmp_path):
 @pytest.mark.parametrize("method", ["auto", "rk54", "rodas5p", "radau9", "rk4"])
 @pytest.mark.parametrize("which", CASES)
 def test_its_error_is_told(which, method):
-    """--verify sees the error that the passing adds, whatever the tolerance."""
+    """--verify includes the error of the crossing at every tolerance."""
     model, arguments, _, _ = CASES[which]
     settings = [["--step", 2e-3]] if method == "rk4" else [["--tol", tol] for tol in (1e-3, 1e-5, 1e-7)]
     for setting in settings:
@@ -144,7 +144,7 @@ def test_its_error_is_told(which, method):
 
 @pytest.mark.parametrize("method", [*METHODS, "rk4"])
 def test_beyond_reach(method, tmp_path):
-    """Stretched with no way on: it stops there, and says that it looked for one."""
+    """Stretched without a continuation: it stops there and reports that it searched for one."""
     said = refdyn("sim", REACH, "--until", 3, "--method", method, *PASS, "-o", tmp_path / "run.csv", status=3).stderr
     time = float(re.search(r"reach: t = (\S+) s", said)[1])
     end = math.sqrt(2 * (1 - math.cos(0.9)) / 0.3)
@@ -157,7 +157,7 @@ def test_beyond_reach(method, tmp_path):
 
 @pytest.mark.parametrize("which, miss", [("stretched", 1e-3), ("stretched", 1e-5), ("folded", -1e-3), ("folded", -1e-5)])
 def test_target_out_of_reach(which, miss, tmp_path):
-    """The same programmes, a little further than the arm can go, and back: no motion meets them."""
+    """The same programmes a little beyond the arm's reach and back: no motion satisfies them."""
     model, arguments, _, _ = CASES[which]
     said = refdyn("sim", model, *arguments, *PASS, "--start", "project", "--set", f"miss={miss}", "-o", tmp_path / "run.csv",
                   status=3).stderr
@@ -166,7 +166,7 @@ def test_target_out_of_reach(which, miss, tmp_path):
 
 @pytest.mark.parametrize("longer", [1e-3, -1e-4, 1e-5, -1e-6, 1e-7])
 def test_branches_that_do_not_meet(longer, tmp_path):
-    """A bar a little longer: nothing to pass, and the linkage has to turn into its other form, however sharply."""
+    """A slightly longer bar: there is nothing to pass, and the linkage must turn into its other form, however sharply."""
     near = tmp_path / "near.lua"
     near.write_text(FOUR_BAR.read_text().replace("at = { 0.3, 0, 0 } }, joint", f"at = {{ {float(0.3 + longer)!r}, 0, 0 }} }}, joint"))
     run, said, summary = motion(near, "--until", 0.4, "--start", "project", *PASS, "--tol", 1e-9)
@@ -177,7 +177,7 @@ def test_branches_that_do_not_meet(longer, tmp_path):
 
 
 def test_coarse_fixed_steps():
-    """A step through that leaves its branch is refused until it is short enough."""
+    """A step that leaves its branch at the crossing is refused until it is short enough."""
     model, arguments, _, _ = CASES["folded"]
     run, _, summary = motion(model, *arguments, *PASS, "--step", 0.05, "--stabilise", "project", "--every", 0.1)
     expected, _, _ = motion(model, *arguments, "--every", 0.1, "--set", "rows=angles", *FINE)
@@ -188,13 +188,13 @@ def test_coarse_fixed_steps():
 @pytest.mark.parametrize("tol", [1e-3, 1e-4, 1e-5])
 @pytest.mark.parametrize("method", ["auto", "rk8", "rodas6p", "radau9", "gauss12"])
 def test_long_steps(method, tol):
-    """Steps of a quarter of a turn go over none of the four unnoticed."""
+    """Steps of a quarter of a turn miss none of the four crossings."""
     _, _, summary = motion(FOUR_BAR, "--until", 2, "--every", 0.3, *PASS, "--method", method, "--tol", tol)
     assert summary["passed"]["count"] == 4
 
 
 def test_branches_that_seem_to_meet():
-    """As near as rounding they are taken for one."""
+    """Branches closer than rounding count as one."""
     _, _, summary = motion(FOUR_BAR, "--until", 0.4, *PASS)
     assert summary["passed"]["count"] == 1
 
@@ -206,7 +206,7 @@ def test_no_room(tmp_path):
 
 
 def test_hint(tmp_path):
-    """Where a motion stops there, it says what could help."""
+    """If a motion stops there, the message says what could help."""
     said = refdyn("sim", REACH, "--until", 3, "-o", tmp_path / "run.csv", status=3).stderr
     assert "refdyn: --singular pass leads through where a branch can be followed\n" in said and "passing was tried" not in said, said
 
@@ -237,7 +237,7 @@ def test_usage(tmp_path):
 
 
 def test_summary(tmp_path):
-    """Listed when it was asked for, and only then."""
+    """Crossings are listed only if the option is given."""
     _, _, asked = motion(ARM, "--until", 0.5, *PASS)
     _, _, other = motion(ARM, "--until", 0.5)
     assert asked["passed"] == {"count": 0, "t": [], "stretch": [], "error": [], "error_max": 0} and "passed" not in other
@@ -246,8 +246,8 @@ def test_summary(tmp_path):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_starts_flat(method, tmp_path):
-    """The motion begins where the rows have lost rank: four of five count as redundant there, three behind it. It falls half a
-    turn, by the same energy as in test_parallelogram."""
+    """The motion begins where the rows have lost rank: four of five count as redundant there, and three afterwards. It falls half a turn,
+    with the energy of test_parallelogram."""
     flat = tmp_path / "flat.lua"
     flat.write_text(FOUR_BAR.read_text().replace("psi = 1 }", "psi = 0 }").replace("psi = -1 }", "psi = 0 }"))
     run, _, _ = motion(flat, "--until", 0.55, *PASS, "--method", method, "--tol", 1e-9)
@@ -281,7 +281,7 @@ return rd.model { name = "chain", gravity = { 0, -9.81, 0 }, links = links, poin
 
 
 def test_many_loops(tmp_path):
-    """Rows of loops that share no coordinate are told apart as such: 2.5 times the time otherwise, five times with 40."""
+    """Rows of loops that share no coordinate are treated separately: otherwise the time is 2.5 times as long, and five times with 40."""
     model = tmp_path / "chain.lua"
     model.write_text(CHAIN)
     cpu = {}

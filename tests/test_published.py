@@ -1,4 +1,4 @@
-"""Cases that others have published: planar pendulum and car axis as constrained point masses, a cantilever bent far."""
+"""Published benchmarks: planar pendulum and car axis as constrained point masses, a cantilever with large deflection."""
 import json
 
 import numpy
@@ -14,7 +14,7 @@ CANTILEVER = TESTS / "models" / "cantilever.lua"
 @pytest.mark.parametrize("method", ["rk4 --step 1e-4", "rk4 --step 1e-4 --stabilise project", "rk8 --tol 1e-11",
                                     "rk54 --tol 1e-12", "rodas5p --tol 1e-11", "rodas6p --tol 1e-12"])
 def test_planar_pendulum(method, tmp_path):
-    """IFToMM A01: m = 1 kg, L = 1 m, from the horizontal at rest. The dependent coordinate has to change on the way."""
+    """IFToMM A01: m = 1 kg, L = 1 m, from the horizontal at rest. The dependent coordinate must change on the way."""
     refdyn("sim", PENDULUM, "--until", 10, "--every", 5, "--method", *method.split(), "-o", tmp_path / "run.csv")
     run = read_run(tmp_path / "run.csv")
     expected = [[-1, 0], [-0.942305435044, -0.334754338414], [-0.275087462576, -0.961419205099]]
@@ -38,7 +38,7 @@ def test_car_axis(method, tmp_path):
     assert error <= 1e-8 * SCALE, f"{error:.1e}"
 
 
-# P L^2/(E I), deflection across and shortening along, over L
+# P L^2/(E I), deflection across and shortening along, divided by L
 MATTIASSON = [(1, 0.301720774, 0.056433236), (2, 0.493457480, 0.160641721), (5, 0.713791524, 0.387628361),
               (10, 0.810609025, 0.554995598)]
 
@@ -51,8 +51,7 @@ def tip(load, n_rfe):
 
 @pytest.mark.parametrize("load, across, along", MATTIASSON)
 def test_cantilever_under_a_dead_load(load, across, along):
-    """The error falls with the square of the number of spring-damping elements, and its extrapolation is the published
-    value."""
+    """The error falls with the square of the number of spring-damping elements, and extrapolation yields the published value."""
     exact = numpy.array([across, along])
     coarse, middle, fine = [tip(load, elements + 1) for elements in (20, 40, 80)]
     for before, after in ((coarse, middle), (middle, fine)):
@@ -65,7 +64,7 @@ def test_cantilever_under_a_dead_load(load, across, along):
 @pytest.mark.parametrize("follows", ["false", "true"])
 @pytest.mark.parametrize("n_rfe", [2, 3, 4, 5, 8, 16, 33, 64])
 def test_cantilever_rolled_up(n_rfe, follows):
-    """A moment 2 pi E I/L at the tip turns it by 2 pi; with two or more spring-damping elements it meets the root."""
+    """A moment 2 pi E I/L at the tip turns it by 2 pi; with at least two spring-damping elements it meets the root."""
     found = json.loads(refdyn("statics", CANTILEVER, "--set", f"M={float(2 * numpy.pi)!r}", "--set", "g=0", "--set", f"n_rfe={n_rfe}",
                               "--set", f"follows={follows}").stdout)
     assert abs(sum(found["q"]) - 2 * numpy.pi) <= 1e-10 * SCALE

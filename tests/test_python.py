@@ -1,4 +1,4 @@
-"""The Python package: its wheel, built as a user builds it, and all that its page promises."""
+"""The Python package: its wheel, built as a user builds it, and everything that its page promises."""
 import copy
 import importlib
 import json
@@ -34,7 +34,7 @@ def run(*words, cwd=None, timeout=300, **env):
 
 
 def make_wheel(python, folder):
-    """By pip, whose build backend comes from PyPI."""
+    """Built by pip, whose build backend comes from PyPI."""
     done = subprocess.run([python, "-m", "pip", "wheel", "--no-deps", "-w", folder, SOURCE], capture_output=True, text=True, env={**os.environ, "PIP_DISABLE_PIP_VERSION_CHECK": "1"})
     said = done.stdout + done.stderr
     if done.returncode and re.search("Temporary failure in name resolution|Failed to establish a new connection|No matching distribution found", said):
@@ -45,7 +45,7 @@ def make_wheel(python, folder):
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory):
-    """The wheel, and the Python of a fresh environment where it is installed. NumPy, xarray and h5py are Debian's."""
+    """The wheel, and the Python of a fresh environment in which it is installed. NumPy, xarray and h5py are Debian's."""
     folder = tmp_path_factory.mktemp("python")
     run(sys.executable, "-m", "venv", "--system-site-packages", folder / "v")
     python = folder / "v" / "bin" / "python"
@@ -75,7 +75,7 @@ def states(model, count, seed=1):
 
 
 def same(found, expected):
-    """To the bit; values that are not there are NaN."""
+    """Equal to the bit; missing values are NaN."""
     return np.array_equal(np.asarray(found, float), np.array(expected, float), equal_nan=True)
 
 
@@ -101,7 +101,7 @@ def test_wheel_is_without_gsl(package):
 
 
 def test_is_found_by_cmake(package, tmp_path):
-    """Headers and library are where find_package looks."""
+    """Headers and library are in the folders of find_package."""
     refdyn("gen", REFERENCE, "--set", "name=manipulator_rigid", "--set", "n_rfe=1", "-o", tmp_path / "emitted")
     run("cmake", "-S", TESTS / "install", "-B", tmp_path / "build", f"-DCMAKE_PREFIX_PATH={package.prefix}", f"-DEMITTED={tmp_path / 'emitted'}")
 
@@ -132,7 +132,7 @@ def test_quantities_are_those_of_eval(package, file):
 
 
 def test_jacobians_of_many_states(package):
-    """They have no functions for lanes."""
+    """These quantities have no functions for lanes."""
     model = package.Model(ROBOT)
     q, qd = states(model, 5)
     assert model.J(q).shape == (5, 2, 6, 7) and model.Jd_qd(q, qd).shape == (5, 2, 6)
@@ -140,7 +140,7 @@ def test_jacobians_of_many_states(package):
 
 
 def test_accelerations_are_those_of_emitted_c(arm, tmp_path):
-    """`eval` refines them: against the emitted C itself."""
+    """`eval` refines them, so the comparison is with the emitted C itself."""
     refdyn("gen", REFERENCE, "-o", tmp_path)
     (tmp_path / "main.c").write_text('''#include "manipulator.h"
 #include <stdio.h>
@@ -215,7 +215,7 @@ def test_parameters_are_those_of_another_model(package, arm):
     q, qd = (array[0] for array in states(arm, 1))
     heavy = package.Model(REFERENCE, m_E=3)
     assert heavy.parameters["m_E"] == 3 and same(heavy.qdd(q, qd), arm.qdd(q, qd, parameters={"m_E": 3}))
-    # xc is a value at the start of the motion, which a depends on; given, it stays
+    # xc is a value at the start of the motion and depends on a; if it is set, it stays
     for given in ({"a": 0.9}, {"a": 0.9, "xc": 0.5}):
         told = evaluate(REFERENCE, {"q": q.tolist(), "qd": qd.tolist(), "parameters": given})
         assert same(arm.k(q, qd, parameters=given), told["k"])
@@ -232,7 +232,7 @@ def test_inputs(package):
 
 
 def test_contacts(package):
-    """Their forces and times of rest in motions, batches and equilibria."""
+    """Forces and times of rest of contacts in motions, batches and equilibria."""
     ball = package.Model(TESTS / "models" / "contacts" / "ball.lua")
     run, cases, rest = ball.simulate(3.0, every=0.1), ball.batch({"e": [0.1, 0.6]}, 5.0), ball.statics()
     fall = np.sqrt(2 / 9.81)
@@ -344,7 +344,7 @@ def ball(package):
 
 
 def test_constants_of_inputs_that_events_set(package, ball):
-    """Until the event does; samples of such an input are refused, those of another one go beside it."""
+    """They are valid until the event; samples of such an input are refused, samples of another input are accepted."""
     found = ball.simulate(1, every=0.1, inputs={"wind": -0.7, "t": [0, 0.1], "lift": [0.25, 0.5]})
     assert found.wind.values[0] == -0.7 and found.wind.values[-1] == -0.2 and found.lift.values[[0, -1]].tolist() == [0.25, 0.5]
     alone = ball.simulate(1, every=0.1, inputs={"wind": -0.7, "lift": 0.5})
@@ -355,7 +355,7 @@ def test_constants_of_inputs_that_events_set(package, ball):
 
 
 def test_an_input_of_the_model_is_not_compiled_anew(package):
-    """The same library for all values."""
+    """One library for all values."""
     models = [package.Model.from_text(BALL, wind=value) for value in (0.1, 0.337)]
     assert models[0]._libraries[None, False].told["library"] == models[1]._libraries[None, False].told["library"]
     assert models[1].inputs["wind"] == 0.337 and models[1].Q(models[1].q0)[0] == 0.337
@@ -363,7 +363,7 @@ def test_an_input_of_the_model_is_not_compiled_anew(package):
 
 
 def test_parameters_that_nothing_reads(ball):
-    """May be given, as the program takes them."""
+    """They may be set, as in the program."""
     assert list(ball.parameters) == ["stiff"] and same(ball.M(ball.q0, parameters={"unread": 2}), ball.M(ball.q0))
     assert json.loads(ball.simulate(0.1, parameters={"unread": 2}).parameters) == {"stiff": 3, "unread": 2}
 
@@ -388,7 +388,7 @@ def test_options_have_their_types(package, ball):
 
 @pytest.mark.parametrize("engine", ["netcdf4", "h5netcdf"])
 def test_datasets_as_netcdf(ball, arm, engine, tmp_path):
-    """With all attributes; complex numbers are beyond netCDF itself."""
+    """With all attributes; plain netCDF has no complex numbers."""
     pytest.importorskip("netCDF4" if engine == "netcdf4" else engine)
     motion, rest, modes = ball.simulate(2, every=0.1, stop="ball_z<0.3", parameters={"stiff": 0.7}), arm.statics(), arm.modes(modes=2)
     assert json.loads(motion.stop)["condition"] == "ball_z<0.3" and isinstance(motion.events, str)
@@ -411,7 +411,7 @@ def test_attributes_tell_the_model(arm, ball):
 
 
 def test_view(package, ball, tmp_path):
-    """The page is that of the program for the same run; parameters and options of the run count."""
+    """The page equals the program's for the same run, with the run's parameters and options."""
     low = package.Model.from_text(BALL, height=2, stiff=0.6)
     run = low.simulate(0.1, parameters={"stiff": 0.7})
     ball.view({"run": run}, tmp_path / "ball.html")
@@ -436,7 +436,7 @@ def accelerations_of(model, rate):
 
 
 def test_models_and_quantities_in_other_processes(ball):
-    """Bound methods, quantities and errors go there and back; a copy is the model itself."""
+    """Bound methods, quantities and errors are sent there and back; a copy is the model itself."""
     assert copy.copy(ball) is copy.deepcopy(ball) is ball and copy.deepcopy(ball.qdd) is ball.qdd
     again = pickle.loads(pickle.dumps(ball))
     assert same(again.qdd([0.3, 0.7], [1, 0]), ball.qdd([0.3, 0.7], [1, 0])) and again.options == ball.options and pickle.loads(pickle.dumps(again.M))(ball.q0).shape == (2, 2)
@@ -492,7 +492,7 @@ def test_warnings(package):
 
 
 def test_warnings_of_the_model_are_told_once(package):
-    """When it is read; and they are no part of what fails later."""
+    """They appear when the model is read, and not again in later errors."""
     with pytest.warns(package.ModelWarning, match="nothing loads it") as told:
         free = package.Model.from_text(GOOD.replace("spring = { psi = 20 }, ", "").replace("-9.81", "0"))
     assert len(told) == 1
@@ -586,7 +586,7 @@ NO_NUMBERS = {
 
 @pytest.mark.parametrize("message", NO_NUMBERS)
 def test_what_is_no_number(ball, message, tmp_path, monkeypatch):
-    """Nothing is computed, and no file is written over."""
+    """Nothing is computed, and no file is overwritten."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "precious").write_text("kept")
     with pytest.raises(TypeError, match=re.escape(message)):
@@ -595,7 +595,7 @@ def test_what_is_no_number(ball, message, tmp_path, monkeypatch):
 
 
 def test_rows_that_are_not_aligned(arm):
-    """Fields of packed records, one state and many, and bytes that begin anywhere; they are the same numbers."""
+    """Fields of packed records, one state and many, and bytes at any address: the same numbers."""
     n = len(arm.coordinates)
     records = np.zeros(3, dtype=np.dtype([("flag", "u1"), ("q", "f8", n)]))
     records["q"] = states(arm, 3)[0]
@@ -634,7 +634,8 @@ def test_a_model_does_not_change(ball):
 
 
 def test_texts_are_of_python(package, wheel):
-    """Arguments instead of options, the exception's data instead of files, numbers that one reads; `python -m refdyn`."""
+    """Python messages name arguments instead of options, the data of the exception instead of files, and readable numbers; `python -m
+    refdyn`."""
     assert package.ModelError.__module__ == package.NumericalError.__module__ == package.ModelWarning.__module__ == package.Model.__module__ == "refdyn"
     assert run(wheel[1], "-m", "refdyn", "--version") == f"refdyn {VERSION}\n"
     rigid = package.Model(REFERENCE, n_rfe=1)
@@ -660,7 +661,7 @@ def test_names_that_are_not_there(package):
 
 
 def test_a_file_that_changes(package, tmp_path):
-    """A model stays as it was read: what it requires, too, and what is compiled only then."""
+    """A model stays as it was read, including required files and functions that are compiled later."""
     file, part = tmp_path / "swing.lua", tmp_path / "mass.lua"
     file.write_text(GOOD.replace("mass = 2", 'mass = require "mass"'))
     part.write_text("return 2")
@@ -683,7 +684,7 @@ def test_a_file_that_changes(package, tmp_path):
 # ---- Threads ----
 
 def in_threads(work):
-    """work(number) in all threads at once; what they gave."""
+    """Runs work(number) in all threads at once; returns their results."""
     found, start = [None] * THREADS, threading.Barrier(THREADS)
 
     def one(number):
@@ -699,7 +700,7 @@ def in_threads(work):
 
 
 def test_threads_share_a_model(package):
-    """Its quantities are first named, and its lanes compiled, by all of them at once."""
+    """All threads name its quantities for the first time, and compile its lanes, at once."""
     arm = package.Model(REFERENCE, n_rfe=2)
     q, qd = states(arm, THREADS)
 
@@ -723,7 +724,7 @@ def test_threads_have_models_of_their_own(package):
 
 
 def test_the_lock_is_let_go(arm):
-    """Others run while C computes: the main thread wakes often during one long call."""
+    """Other threads run while C computes: the main thread wakes often during one long call."""
     q, qd = (np.repeat(array, 60000, axis=0) for array in states(arm, 1))
     arm.qdd(q[:2], qd[:2])
     compiled, function = arm.qdd._with_lanes()
@@ -750,7 +751,7 @@ def blocks(language):
 
 
 def test_page(wheel, tmp_path):
-    """The file that it shows, and the other programs behind it in one run, from a folder that has the models alone."""
+    """The file on the page, then its other programs in one run, from a folder that has only the models."""
     texts = [text for _, text in blocks("python")]
     assert [name for name, _ in blocks("python") if name] == ["arm.py"]
     (tmp_path / "models").symlink_to(MODELS)
@@ -769,7 +770,7 @@ def test_notebook(wheel, tmp_path):
 
 @pytest.mark.skipif(not LONG, reason="tests/long: downloads NumPy and xarray")
 def test_four_commands(tmp_path):
-    """As the page gives them, in an environment with nothing of Debian's."""
+    """As on the page, in an environment without Debian's packages."""
     copy = tmp_path / "refdyn"
     shutil.copytree(SOURCE, copy, ignore=COPY_WITHOUT)
     (copy / "arm.py").write_text(blocks("python")[0][1])

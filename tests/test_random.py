@@ -1,4 +1,4 @@
-"""The emitted C of random models against the brute-force evaluation of the sums, every quantity at 1e-13."""
+"""The emitted C of random models compared with the brute-force evaluation of the sums, every quantity at 1e-13."""
 import json
 import os
 import random
@@ -13,11 +13,11 @@ from compiled import WARNINGS, Compiled
 from program import BUILD, SOURCE, check, close, refdyn
 from random_models import KINDS, as_lua, features, random_model, random_state, statics_model
 
-# Together these models use all of the language that `NEEDED` lists; REFDYN_SEEDS=FROM:TO takes others.
+# Together these models use every part of the language in `NEEDED`; REFDYN_SEEDS=FROM:TO selects others.
 SEEDS = [20, 33, 38, 48, 60, 77, 117, 118, 127, 131, 173, 279, 301, 376, 379, 462]
 STATICS = [1, 2, 4]
 INTERPRETED = [33, 118, 279]
-# Beams of up to ELEMENTS elements and chains of equal links, which loops run over.
+# Beams of up to ELEMENTS elements and chains of equal links, which become loops.
 RUNS, ELEMENTS = [8, 9, 11, 15, 20, 22, 23, 27, 30, 36, 40, 46], 7
 if "REFDYN_SEEDS" in os.environ:
     SEEDS = STATICS = RUNS = range(*map(int, os.environ["REFDYN_SEEDS"].split(":")))
@@ -34,7 +34,7 @@ EXACT = 1e-13
 
 
 def residual(what, found, size, tolerance):
-    """One line when the largest entry of found is more than tolerance times size."""
+    """One line if the largest entry of found exceeds tolerance times size."""
     return close(what, [abs(entry) for entry in found], [0] * len(found), tolerance, max([float(abs(entry)) for entry in size] + [1e-300]))
 
 
@@ -136,7 +136,7 @@ def test_is_clean_c_plus_plus(seed, elements, tmp_path):
 
 
 def test_singular_mass_compiles(tmp_path):
-    """Two turns about one axis without a mass between: the emitted elimination divides by an exact zero, in clean C."""
+    """Two turns about one axis without a mass between them: the emitted elimination divides by an exact zero, in valid C."""
     turn = {"joint": ["theta"]}
     model = {**random_model(0), "links": [{"name": "a", **turn}, {"name": "b", "on": "a", **turn, "mass": 1.0, "center": (0.5, 0, 0)}],
              "points": {}, "forces": {"by_coordinate": {}, "list": []}, "rows": []}

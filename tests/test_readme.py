@@ -1,9 +1,9 @@
 """Every command line of every page runs: the lines of its fenced blocks marked `sh`.
 
-A page's blocks run one after another in a copy of the repository; those of the tutorial in an empty folder, where a
-block that begins with a file's name (```lua arm.lua) is that file, or goes into it before the line that its third word begins
-(```lua arm.lua hold). What builds or tests the repository itself is left out, since this test is part of it; the main
-job, models/run, is run once where it stands.
+The blocks of a page run one after another in a copy of the repository, those of the tutorial in an empty folder. A block that begins with a
+file's name (```lua arm.lua) is this file, or is inserted into it before the line that begins with the third word (```lua arm.lua hold).
+Commands that build or test the repository itself are omitted, since this test is part of them. The main job, models/run, runs once in the
+repository itself.
 """
 import os
 import re
@@ -59,7 +59,7 @@ def test_tutorial(tmp_path):
     assert re.search(r"^upper_psi +-?\d", said, re.M), said
 
 
-PAGES = [path for path in DOCUMENTS if path not in (TUTORIAL, SOURCE / "docs" / "python.md", SOURCE / "docs" / "casadi.md", SOURCE / "docs" / "fmi.md")]  # of which test_python.py, test_casadi.py and test_fmi.py run three
+PAGES = [path for path in DOCUMENTS if path not in (TUTORIAL, SOURCE / "docs" / "python.md", SOURCE / "docs" / "casadi.md", SOURCE / "docs" / "fmi.md")]  # test_python.py, test_casadi.py and test_fmi.py run the last three
 
 
 @pytest.mark.parametrize("document", PAGES, ids=[str(path.relative_to(SOURCE)) for path in PAGES])

@@ -1,4 +1,4 @@
-"""The judge of random models is judged: brute-force evaluation against the oracle, and `refdyn eval` against both."""
+"""Checks the reference of random models: brute-force evaluation against the oracle, and `refdyn eval` against both."""
 import random
 
 import numpy
@@ -44,7 +44,7 @@ def link(name, on, joint, at=(0.5, 0.02, 0.1), **fields):
             "inertia": {"xx": 0.05, "yy": 0.11, "zz": 0.12, "xy": 0.01, "xz": 0.004, "yz": -0.003}, **({"on": on} if on else {}), **fields}
 
 
-# Turns about parallel axes one behind the other: what is said of them, and links.
+# Successive turns about parallel axes: the message about them, and the links.
 PARALLEL = {
     "elbow": ("kept", [link("a", None, ["psi"]), link("b", "a", ["theta"]), link("c", "b", ["theta"]), link("d", "c", ["phi"]),
                        link("e", "d", ["theta"]), link("f", "e", ["phi"])]),
@@ -73,7 +73,7 @@ def test_parallel_axes(case, tmp_path):
 
 
 def test_brute_force_reproduces_the_oracle():
-    """The judge is judged: the seed manipulator, written as data, gives the values of oracle/seed_rigid.json."""
+    """The seed manipulator, written as data, yields the values of oracle/seed_rigid.json."""
     reference = oracle("seed_flexible_2")
     p, state = reference["params"], reference["states"][2]
     half_turn = float(numpy.pi / 2)

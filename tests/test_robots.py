@@ -1,4 +1,5 @@
-"""What robots have: joint axes in any direction, rotors, limits, angular velocities, orientations. Values by hand, in numpy, and by Pinocchio (make_robot_references.py)."""
+"""Features of robots: joint axes in any direction, rotors, limits, angular velocities, orientations. Values by hand, in numpy, and by
+Pinocchio (make_robot_references.py)."""
 import json
 import re
 
@@ -12,7 +13,7 @@ from test_features import rotation
 ROBOT = TESTS / "models" / "robot.lua"
 STATE = {"t": 0.3, "q": [0.37, -0.82, 1.13, -0.46, 0.71, 1.94, 0.023], "qd": [0.61, -1.27, 0.83, 1.71, -0.94, 2.13, -0.38]}
 ACROSS = (0.12, 0.97, -0.05)
-# Where each frame stands in the one before, and its joint: placement, turn of the placement, axis, is it a slide?
+# Placement of each frame in the one before, and its joint: position, turn of the placement, axis, is it a slide?
 CHAIN = [((0.021, -0.013, 0.163), rotation("z", 0.21), (0, 0, 1), False), ((0.013, 0.138, 0.004), rotation("y", 0.4), ACROSS, False),
          ((0.425, -0.119, 0.008), numpy.eye(3), ACROSS, False), ((0.392, 0.003, -0.011), numpy.eye(3), (0.17, 0.9, 0.1), False),
          ((0.004, 0.093, 0.002), numpy.eye(3), (0, 0, -1), False), ((-0.002, 0.006, -0.095), numpy.eye(3), (-0.3, 0.7, 0.2), False),
@@ -27,7 +28,7 @@ def about(axis, angle):
 
 
 def frames(q):
-    """Rotation, origin, and the joint's axis and whether it slides, of each frame in the ground's."""
+    """Rotation, origin, and the joint's axis and whether it slides, of each frame in the ground's axes."""
     R, r, found = numpy.eye(3), numpy.zeros(3), []
     for (at, turn, axis, slides), value in zip(CHAIN, q):
         r, R = r + R @ at, R @ turn
@@ -38,7 +39,7 @@ def frames(q):
 
 
 def test_axes():
-    """Points of the arm and their columns: e x (r - origin) of a turn, e of a slide."""
+    """Points of the arm and their columns: e x (r - origin) for a turn, e for a slide."""
     found, chain, lines = evaluate(ROBOT, STATE)["points"], frames(STATE["q"]), []
     for name, place, last in (("E", (0.011, 0.082, -0.017), 5), ("grip", (0.003, 0.031, 0.002), 6)):
         R, origin, *_ = chain[last]
@@ -56,7 +57,7 @@ return rd.model { name = "door",
 
 
 def test_axis_by_parameters(tmp_path):
-    """Components are parameters: any direction, along the frame's axes and against them, of any length."""
+    """The components are parameters: any direction, along the frame's axes and against them, of any length."""
     lines = []
     (tmp_path / "door.lua").write_text(DOOR)
     for axis in ((0, 0, 1), (0, 0, -3), (0, 2, 0), (0, -1, 0), (-1, 0, 0), (0.3, -0.2, 0.9), (0.3, 0.2, -1e-20), (1e-9, -1e-30, -1)):
@@ -69,7 +70,7 @@ def test_axis_by_parameters(tmp_path):
 
 
 def emitted(folder, links):
-    """The C of links without its remarks and its hash."""
+    """The C of links without its comments and its hash."""
     (folder / "arm.lua").write_text(f"""local rd = require "refdyn"
 return rd.model {{ name = "arm", gravity = {{ 0, 0, -9.81 }}, links = {{ {links} }} }}""")
     refdyn("gen", folder / "arm.lua", "-o", folder / "out")
@@ -80,7 +81,7 @@ BODY = "mass = 1.3, center = { 0.1, 0.2, 0.3 }, inertia = { xx = 0.1, yy = 0.1, 
 
 
 def test_axis_of_the_frame_costs_nothing(tmp_path):
-    """The C is that of the joint about that axis: an axis of the frame, of any length, and by its letter."""
+    """The C equals that of the joint about that axis: an axis of the frame, of any length, and by its letter."""
     plain = emitted(tmp_path, f'{{ "a", joint = "theta", {BODY} }}, {{ "b", on = "a", at = {{ 0.3, 0.1, 0 }}, joint = "z", {BODY} }}')
     for first, second in (("{ 0, 1, 0 }", "{ 0, 0, 0.2 }"), ('"y"', '"z"')):
         assert plain == emitted(tmp_path, f'{{ "a", joint = "theta", axis = {first}, {BODY} }}, '
@@ -90,7 +91,7 @@ def test_axis_of_the_frame_costs_nothing(tmp_path):
 
 
 def test_parallel_axes_stay_parallel(tmp_path):
-    """The elbow's frame is not turned in that of the shoulder: they are tried with the axes kept."""
+    """The elbow's frame is not turned relative to the shoulder's: the generator tries frames that keep their axes."""
     assert "choices: axes of parallel turns" in refdyn("gen", ROBOT, "-o", tmp_path).stdout
 
 
@@ -107,7 +108,7 @@ def test_references(method):
 
 
 def test_rotor_moves_nothing_else(tmp_path):
-    """A joint without mass turns by its rotor alone: I gear^2 qdd = tau; what it carries feels the rotor along its axis only."""
+    """A massless joint turns by its rotor alone: I gear^2 qdd = tau; the links that it carries feel the rotor only along its axis."""
     (tmp_path / "drive.lua").write_text("""local rd = require "refdyn"
 return rd.model { name = "drive", links = { { "shaft", joint = "psi", rotor = { psi = { inertia = 2e-4, gear = -50 } } } },
   forces = function(s) return { shaft_psi = 3 } end }""")
@@ -119,7 +120,8 @@ return rd.model { name = "drive", links = { { "shaft", joint = "psi", rotor = { 
 # ---- accelerations ----
 
 def test_accelerations_of_a_motion(tmp_path):
-    """Each row's are those of `eval` at that state, of coordinates and of points that ask for them; a file without them, as it was written before, is drawn alike."""
+    """Each row equals `eval` at this state, for coordinates and for points with accelerations; a file without them, in the older form, is
+    drawn alike."""
     refdyn("sim", ROBOT, "--until", 0.2, "--every", 0.1, "-o", tmp_path / "run.csv")
     run = read_run(tmp_path / "run.csv")
     names = evaluate(ROBOT)["coordinates"]
@@ -142,7 +144,7 @@ def test_accelerations_of_a_motion(tmp_path):
 
 
 def test_taken_names_of_accelerations(tmp_path):
-    """Where a course has the name, all accelerations tell their kind; they are none of the inputs in a figure."""
+    """If a course has the name, all accelerations have the ending of their kind; a figure does not show them as inputs."""
     (tmp_path / "taken.lua").write_text("""local rd = require "refdyn"
 return rd.model { name = "taken", gravity = { 0, 0, -9.81 }, links = { { "b", joint = "x, z", mass = 1 } },
   courses = function(s) return { b_z_dd = s.t } end }""")
@@ -163,7 +165,7 @@ return rd.model { name = "swing", links = {
 
 
 def test_times_of_warnings_are_short(tmp_path):
-    """The rate of an oscillator is largest at 95 outputs of 0.005 s, which is 0.47500000000000003 s."""
+    """The largest rate of an oscillator is at output 95 of 0.005 s, which is 0.47500000000000003 s."""
     (tmp_path / "mass.lua").write_text("""local rd = require "refdyn"
 return rd.model { name = "mass", gravity = { 0, 0, 0 }, links = {
   { "a", joint = "x", mass = 1, spring = { x = (rd.pi / 0.95)^2 }, start = { x = 1 }, limits = { x = { rate = 1 } } } } }""")
@@ -176,7 +178,7 @@ return rd.model { name = "fall", gravity = { 0, 0, -9.81 }, links = { { "a", joi
 
 
 def test_limits_of_a_motion(tmp_path):
-    """x = 0.1 + t + 2 t^2 with the force 2 x'' = 8, psi = -2 t: the farthest beyond each limit, its value and time."""
+    """x = 0.1 + t + 2 t^2 with the force 2 x'' = 8, psi = -2 t: the largest excess over each limit, its value and time."""
     (tmp_path / "swing.lua").write_text(SWING)
     done = refdyn("sim", tmp_path / "swing.lua", "--until", 0.5, "--every", 0.125, "-o", tmp_path / "run.csv", "--summary", tmp_path / "run.json")
     assert [re.sub(r" at t = \S+ s", "", line) for line in done.stderr.splitlines() if "limits" in line] == [
@@ -194,7 +196,7 @@ def test_limits_of_a_motion(tmp_path):
 
 
 def test_limits_elsewhere(tmp_path):
-    """They are told by `check`, stand in the C, and change nothing else there."""
+    """`check` reports them, the C contains them, and nothing else changes there."""
     (tmp_path / "swing.lua").write_text(SWING)
     text = refdyn("check", tmp_path / "swing.lua").stdout
     assert "slide_x [m] on the ground, starts at 0.1, limits from 0.2 to 0.5 rate 0.5 force 3\n" in text
@@ -219,7 +221,7 @@ def robot_with(folder, constraints):
 
 
 def test_angular_velocity(tmp_path):
-    """u of rows on w and wd is the angular part of the Jacobian, v its rate times qd; of a point and of the link that has it."""
+    """u of rows on w and wd is the angular part of the Jacobian, v its rate times qd; for a point and for its link."""
     path, lines = robot_with(tmp_path, "rd.velocity { E.wx }, rd.acceleration { E.wyd }, rd.velocity { s.axes.wrist_3.wz }"), []
     for state in oracle("robot")["states"]:
         found, point = evaluate(path, {"q": state["q"], "qd": state["qd"]}), state["points"]["E"]
@@ -256,7 +258,7 @@ def turned(angles):
 
 
 def test_path_in_space(tmp_path):
-    """E goes along a curve while its axes turn as given: position and orientation to 1e-12, on six rows."""
+    """E moves along a curve while its axes turn as given: position and orientation to 1e-12, by six rows."""
     names, start = evaluate(ROBOT)["coordinates"], evaluate(ROBOT)
     place = rotation("z", 0.3) @ rotation("x", -0.4)
     R = frames([0.2, -0.7, 0.9, -0.3, 0.4, 1.1, 0.012])[5][0] @ place
@@ -284,7 +286,7 @@ return rd.model {{ name = "body", links = {{ {{ "a", joint = "free", mass = 1, s
 
 @pytest.mark.parametrize("psi, theta", [(3, 0.02), (-2.2, 0.9), (1e-7, 0)])
 def test_orientation_has_one_solution(psi, theta, tmp_path):
-    """phi = 2 tan(angle / 2) about the axis; a start that is projected ends at the target, from far as well."""
+    """phi = 2 tan(angle / 2) about the axis; a projected start ends at the target, also from far away."""
     (tmp_path / "body.lua").write_text(BODY_FREE.format(psi=psi, theta=theta))
     R = turned((psi, theta, 0))
     sine = numpy.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])

@@ -1,4 +1,4 @@
-"""Rows that come and go at known times: at once, straight, smoothly; against the equations of each stretch by hand."""
+"""Rows that come and go at known times: at once, linearly, smoothly; compared with the equations of each interval by hand."""
 import re
 
 import numpy
@@ -15,7 +15,7 @@ references = {}
 
 
 def equations(q, qd):
-    """M and f of three point masses, from the positions' derivatives by the angles against the ground."""
+    """M and f of three point masses, from the derivatives of their positions by the absolute angles."""
     angles, rates = numpy.cumsum(q), numpy.cumsum(qd)
     M, f = numpy.zeros((3, 3)), numpy.zeros(3)
     J, bias = numpy.zeros((2, 3)), numpy.zeros(2)
@@ -48,7 +48,7 @@ def integrate(y, rows, start, end, found, h=2.5e-4):
 
 
 def reference(comes):
-    """Both rows until T and one from there on, or the other way round: then velocities change by the smallest kinetic energy."""
+    """Both rows until T and one afterwards, or the other way round: then velocities change with the smallest kinetic energy."""
     if comes not in references:
         y = numpy.array([0.4, -0.7, 1.1] + ([0.9, 0.5, -1.4] if comes else [0.9, 0, -0.9]))
         found = [y]
@@ -71,7 +71,7 @@ def compare(run, comes, tolerance):
 @pytest.mark.parametrize("weight", ["jump", "straight", "ramp", "cubic", "gone", "comes"])
 @pytest.mark.parametrize("method", METHODS)
 def test_motion(weight, method):
-    """Nothing is let go before its time, and nothing later."""
+    """No row is released too early or too late."""
     for tol in ([1e-6, 1e-9] if method != "rk4" else [None]):
         arguments = ["--until", END, "--every", EVERY, "--set", f"weight={weight}", "--method", method]
         run, said, summary = motion(MODEL, *arguments, *(["--tol", tol] if tol else ["--stabilise", "project"]))
@@ -89,7 +89,7 @@ def test_however_stabilised(weight, method, stabilise):
 
 @pytest.mark.parametrize("weight", ["jump", "cubic"])
 def test_forces(weight):
-    """Before T the programme force on the second link is that of both rows, behind it that of one: the same as on the others."""
+    """Before T the programme force on the second link is from both rows, after it from one: the same as on the other links."""
     run, _, _ = motion(MODEL, "--until", END, "--every", EVERY, "--set", f"weight={weight}", "--tol", 1e-9)
     expected, lines = reference(False), []
     for i, t in enumerate(run["t"]):
@@ -104,7 +104,7 @@ def test_forces(weight):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_position_that_is_not_met(method, tmp_path):
-    """A row that comes asks for another position: it stops there and says so."""
+    """A row that begins to act requires another position: the motion stops there with a message."""
     tol = [] if method == "rk4" else ["--tol", 1e-6]
     done = refdyn("sim", MODEL, "--until", END, "--set", "weight=step", "--method", method, "--stabilise", "project", *tol, "-o",
                   tmp_path / "run.csv", status=3)
@@ -115,7 +115,7 @@ def test_position_that_is_not_met(method, tmp_path):
 @pytest.mark.parametrize("weight", ["straight", "gone"])
 @pytest.mark.parametrize("method", ["auto", "rk8", "radau9"])
 def test_output_shortly_before(weight, method):
-    """Where a row tells next to nothing: what is seen there is on the programme and keeps its energy."""
+    """Where a row has almost faded: the state there is on the programme and keeps its energy."""
     for before in 1e-2, 1e-4, 1e-7:
         run, _, summary = motion(MODEL, "--until", END, "--every", (T - before) / 10, "--set", f"weight={weight}", "--method", method)
         check([close(f"{before} s", [run["b_psi"][10], sum(run[f"{name}_psi"][10] for name in "abc")], [-0.7, 0.8], 1e-9, 1)])
@@ -123,6 +123,6 @@ def test_output_shortly_before(weight, method):
 
 
 def test_output_at_the_time(tmp_path):
-    """An output at the very time shows the side before it."""
+    """An output at exactly this time shows the side before it."""
     run, _, _ = motion(MODEL, "--until", 2 * T, "--every", T, "--set", "weight=jump", "--tol", 1e-9)
     assert abs(run["b_psi_d"][1]) < 1e-9 and abs(run["b_psi_d"][2]) > 0.1

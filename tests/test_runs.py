@@ -1,4 +1,4 @@
-"""Files of runs: what is written is read to the bit by h5py and xarray and by refdyn; `refdyn merge`."""
+"""Files of runs: h5py, xarray and refdyn read to the bit what was written; `refdyn merge`."""
 import os
 import resource
 import signal
@@ -15,7 +15,7 @@ MAKE = BUILD / "bin" / "make_runs"
 TOTAL, TIMES = 40, [0, 0.1, 0.25, 0.5, 1]
 PROGRAMS = ["chapter", "größer als ∂x/∂t", "", "none"]
 WHICH = ["smallest", "its time", "largest", "its time, too"]
-# Of each item where its numbers are among those of a case, as make_runs.c has them.
+# Where the numbers of each item are among those of a case, as in make_runs.c.
 ITEMS = {"final/t": 0, "final/E_x": 1, "final/course": 2, "extremes/E_x": slice(3, 7), "history/E_x": slice(7, 12),
          "history/energy": slice(12, 17)}
 UNITS = {"final/t": "s", "final/E_x": "m", "extremes/E_x": "m", "history/E_x": "m", "history/energy": "J",
@@ -65,7 +65,7 @@ def same_bits(found, expected):
 
 
 def compare(path, numbers):
-    """Every value of the file by h5py."""
+    """Compares every value of the file, read by h5py."""
     with h5py.File(path) as file:
         kept = np.array([kept_of(k) for k in numbers]).reshape(len(numbers), 17)
         same_bits(file["case"][()], np.array(numbers, dtype="<i8"))
@@ -130,7 +130,7 @@ def test_memory_does_not_grow_with_cases(tmp_path):
 # ---- merge ----
 
 def parts(folder):
-    """All cases in three files: the even ones, and the odd ones in two."""
+    """All cases in three files: the even ones in one, and the odd ones in two."""
     return [make(folder / "odd.h5", 1, 2, 10), make(folder / "even.h5", 0, 2, 20), make(folder / "more.h5", 21, 2, 10)]
 
 
@@ -246,7 +246,7 @@ def limited(size):
 
 @pytest.mark.parametrize("size", [0, 500, 5000, 60000, 110000])
 def test_a_full_disk_is_told(tmp_path, size):
-    """By a limit on the size of files, which write() meets as it does a full disk."""
+    """A limit on the size of files makes write() fail like a full disk."""
     path = tmp_path / "runs.h5"
     assert make(path, count=1000, total=1000).stat().st_size > 120000
     done = subprocess.run([MAKE, path, "1000", "0", "1", "1000"], capture_output=True, text=True, timeout=60,

@@ -113,7 +113,7 @@ def test_what_cannot_be_drawn_is_told(tmp_path, arguments, status, fact):
 
 
 def test_files_without_numbers_are_told(tmp_path):
-    """All cases failed, or none is there."""
+    """All cases failed, or there is no case."""
     smooth(tmp_path / "runs.h5", *grid(3))
     with h5py.File(tmp_path / "runs.h5", "r+") as file:
         for name in ("extremes/E_x", "history/E_x", "history/energy"):

@@ -1,4 +1,4 @@
-"""What `refdyn sim` adds to a motion: its error, a tolerance from an error, sampled inputs, conditions that end it."""
+"""Additional options of `refdyn sim`: error of a motion, tolerance for an error, sampled inputs, stop conditions."""
 import json
 import math
 import re
@@ -16,7 +16,7 @@ REFERENCES = {}
 
 
 def exact(case):
-    """The motion with errors that do not count."""
+    """The motion with negligible errors."""
     key = str(case)
     if key not in REFERENCES:
         REFERENCES[key] = motion(*case, "--method", "rk8", "--tol", "1e-13")[0]
@@ -38,7 +38,7 @@ def errors(run, reference, summary):
                                  ("rk54", "--tol", "1e-7"), ("rk8", "--tol", "1e-6"), ("rk4", "--step", "2e-4"),
                                  ("rodas5p", "--step", "5e-3")], ids=" ".join)
 def test_verify(case, how):
-    """The estimate is within a factor 3 of the error against a motion that is as good as exact."""
+    """The estimate is within a factor 3 of the error relative to a practically exact motion."""
     run, said, summary = motion(*case, "--method", *how, "--verify")
     points, coordinates = errors(run, exact(case), summary)
     found = max(points.values() if points else coordinates.values())
@@ -53,8 +53,8 @@ def test_verify(case, how):
 @pytest.mark.parametrize("model, until, how", [("slidercrank", 0.2, ("rodas5p", "--tol", "1e-4")), ("fourbar", 1, ("gauss12", "--tol", "3.16228e-6")),
                                                ("fourbar", 1, ("rk8", "--tol", "3.16227766e-4"))])
 def test_verify_where_a_tenth_of_the_tolerance_has_the_same_error(model, until, how):
-    """At one output, where nothing else tells it: these motions err alike at a tenth of their tolerance, whose difference is a
-    hundredth of the error. The estimate is within a factor 10 all the same."""
+    """At one output, where nothing else shows it: these motions have equal errors at a tenth of their tolerance, and the difference is a
+    hundredth of the error. The estimate is nevertheless within a factor 10."""
     case = [MODELS / f"{model}.lua", "--until", until, "--every", until]
     run, _, summary = motion(*case, "--method", *how, "--verify")
     found = max(errors(run, exact(case), summary)[0].values())
@@ -63,8 +63,8 @@ def test_verify_where_a_tenth_of_the_tolerance_has_the_same_error(model, until, 
 
 
 def test_verify_after_a_jump_at_the_start():
-    """A start off the programme: its error is estimated as any other. Energy does not balance at any tolerance, and the
-    remedy is another one than a smaller tolerance."""
+    """A start off the programme: its error is estimated like any other. Energy does not balance at any tolerance, and the suggested remedy
+    is not a smaller tolerance."""
     off = [REFERENCE, "--set", "n_rfe=1", "--set", "program=chapter", "--until", 1, "--every", 0.1]
     run, said, summary = motion(*off, "--tol", "1e-6", "--verify")
     found = max(errors(run, exact(off), summary)[0].values())
@@ -84,7 +84,7 @@ return rd.model { name = "spin", links = { { "body", joint = "%s", start = { %s 
     (("psi", "", ""), "energy       does not change, but for rounding: by ", False),
     (("psi, theta, phi", "theta = 0.3", "theta = 0.5, phi = 1.1"), "energy       changes by no more than its balance error, ", True)])
 def test_energy_that_does_not_change(values, line, is_told, tmp_path):
-    """Of a free rotation nothing changes but by errors: their ratio would be 1 however small they are."""
+    """In a free rotation only errors change energy: their ratio would be 1 however small they are."""
     (tmp_path / "spin.lua").write_text(SPIN % values)
     _, said, summary = motion(tmp_path / "spin.lua", "--until", 2)
     assert line in said and "warning" not in said, said
@@ -92,7 +92,7 @@ def test_energy_that_does_not_change(values, line, is_told, tmp_path):
 
 
 def test_verify_tells_chaos(tmp_path):
-    """Over a minute a double pendulum goes another way at every tolerance: the estimate says so."""
+    """Within a minute, a double pendulum diverges at every tolerance, and the estimate says so."""
     (tmp_path / "high.json").write_text('{"q": [2.5, 2.5]}')
     _, said, summary = motion(PENDULUM, "--from", tmp_path / "high.json", "--until", 60, "--tol", "1e-4", "--verify")
     assert not summary["error"]["is_trusted"] and "not to be trusted" in said
@@ -111,7 +111,7 @@ def test_accuracy(case, accuracy, method):
 
 
 def test_accuracy_out_of_reach(tmp_path):
-    """Below rounding: exit 3, the best error is told, its rows stay in the partial file."""
+    """Below rounding: exit 3, the best error is reported, and its rows remain in the partial file."""
     done = refdyn("sim", *SWING, "--accuracy", "1e-17", "-o", tmp_path / "run.csv", status=3)
     assert "cannot be reached" in done.stderr and "best estimated error" in done.stderr, done.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["run.csv.part"]
@@ -144,7 +144,7 @@ def cart(folder, samples="t,note,push\n" + "".join(f"{t},{9 * i},{value}\n" for 
 
 
 def pushed(t):
-    """x and its rate at t: the first value holds from the start on, the last one to the end."""
+    """x and its rate at t: the first value is valid from the start on, the last one to the end."""
     x = v = at = 0
     for i, (_, value) in enumerate(SAMPLES):
         end = min(t, SAMPLES[i + 1][0] if i + 1 < len(SAMPLES) else math.inf)
@@ -156,19 +156,19 @@ def pushed(t):
 @pytest.mark.parametrize("how", [("--tol", "1e-2"), ("--method", "rk54"), ("--method", "rk8"), ("--step", "0.3"),
                                  ("--method", "rodas6p", "--step", "0.07")], ids=" ".join)
 def test_inputs(how, tmp_path):
-    """Held between samples, so polynomials between: exact with any step, since steps end at the samples."""
+    """Constant between samples, so the motion is piecewise polynomial: exact with any step, since steps end at the samples."""
     run, _, summary = motion(*cart(tmp_path), "--until", 1.3, "--every", 0.05, *how)
     expected = numpy.array([pushed(t) for t in run["t"]]).T
     held = [([value for t, value in SAMPLES if t <= at] or [4])[-1] for at in run["t"]]
     check([f"{name} differs by {abs(run[name] - values).max():.1e}"
            for name, values in {"cart_x": expected[0], "cart_x_d": expected[1]}.items() if abs(run[name] - values).max() > 1e-12 * SCALE])
-    # At a sample the row is that of the new value.
+    # At a sample the row has the new value.
     assert list(run["push"]) == held and abs(run["P_xdd"] - numpy.array(held) / 2).max() < 1e-14 and set(run["pull"]) == {0}
     assert summary["energy_error"] <= 1e-12 * SCALE
 
 
 def test_byte_order_marks(tmp_path):
-    """Those of UTF-8 at the beginning of a model and of its samples say nothing."""
+    """UTF-8 byte order marks at the beginning of a model and of its samples are ignored."""
     arguments = *cart(tmp_path), "--until", 1.3
     plain, _, _ = motion(*arguments)
     for path in tmp_path / "cart.lua", tmp_path / "samples.csv":
@@ -180,7 +180,7 @@ def test_byte_order_marks(tmp_path):
 
 
 def test_auto_with_many_samples(tmp_path):
-    """The next sample is not the end of the motion: a stiff one is left to an implicit method all the same."""
+    """The next sample is not the end of the motion: a stiff motion nevertheless gets an implicit method."""
     samples = tmp_path / "samples.csv"
     samples.write_text("t,tau\n" + "".join(f"{i / 1000},{i % 7 / 10}\n" for i in range(301)))
     _, _, summary = motion(REFERENCE, "--set", "eta=1.3e-3", "--set", "drive=input", "--inputs", samples, "--until", "0.3",
@@ -189,7 +189,7 @@ def test_auto_with_many_samples(tmp_path):
 
 
 def test_inputs_of_a_run(tmp_path):
-    """The CSV of a motion is a file of samples: its inputs drive another one."""
+    """The CSV of a motion is a file of samples: its inputs drive another motion."""
     first, _, _ = motion(*cart(tmp_path), "--until", 1.3, "--every", 0.05)
     refdyn("sim", *cart(tmp_path), "--until", 1.3, "--every", 0.05, "-o", tmp_path / "first.csv")
     again, _, _ = motion(tmp_path / "cart.lua", "--inputs", tmp_path / "first.csv", "--until", 1.3, "--every", 0.05)
@@ -197,7 +197,7 @@ def test_inputs_of_a_run(tmp_path):
 
 
 def test_many_samples_verified(tmp_path):
-    """Steps that samples cut short are cut in halves by --verify: its estimate still tells the error."""
+    """--verify halves steps that samples cut short: its estimate still matches the error."""
     t = numpy.arange(0, 1, 1e-2)
     text = "t,push\n" + "".join(f"{float(at)!r},{float(20 * math.sin(7 * at))!r}\n" for at in t)
     model, *given = cart(tmp_path, text)
@@ -239,7 +239,7 @@ def test_inputs_of_a_model_without(tmp_path):
 @pytest.mark.parametrize("condition, at", [("cart_x>0.03", 0.03**0.5), ("cart_x_d<-0.1", 0.25 + 0.2), ("t>0.77", 0.77),
                                            ("push<0", 0.25), ("P_xdd<-1", 0.25), ("energy>0.2", math.sqrt(0.2) / 2)])
 def test_stop(how, condition, at, tmp_path):
-    """The time at which it first holds, to rounding; jumps of inputs count with their later side."""
+    """The time at which the condition first becomes true, to rounding; jumps of inputs count with their later side."""
     run, said, summary = motion(*cart(tmp_path), "--until", 2, "--every", 0.04, *how, "--stop", condition)
     assert summary["stop"]["condition"] == condition and run["t"][-1] == summary["stop"]["t"]
     assert abs(run["t"][-1] - at) <= 1e-13 * SCALE, f"{run['t'][-1]!r}, not {at!r}"
@@ -251,7 +251,7 @@ def test_stop(how, condition, at, tmp_path):
 
 
 def test_stop_between_outputs(tmp_path):
-    """A swing that comes back before the next output is seen at the ends of steps; the error is told up to the end."""
+    """A swing that returns before the next output is detected at the ends of steps; the error is reported up to the end."""
     whole, _, _ = motion(PENDULUM, "--until", 3, "--every", 0.001)
     name = next(name for name in whole if name not in ("t", "energy"))
     value = 0.98 * abs(whole[name]).max() * (1 if whole[name].max() > -whole[name].min() else -1)
@@ -263,7 +263,7 @@ def test_stop_between_outputs(tmp_path):
 
 
 def test_stop_of_an_accurate_motion():
-    """Runs of --accuracy end at times of their own: compared are the outputs that they have in common."""
+    """Runs of --accuracy end at different times: only common outputs are compared."""
     name, at = "E_z", exact([*SWING[:-1], 0.01])
     value = (at["E_z"][0] + at["E_z"].min()) / 2
     first = at["t"][numpy.argmax(at["E_z"] < value)]
@@ -292,7 +292,7 @@ def test_wrong_stop(condition, tmp_path):
 # ---- Stabilisation and summary ----
 
 def test_gains_from_the_step():
-    """Residuals stay far below those of none, whatever gains the model has; the step sets them."""
+    """Residuals stay far below those without stabilisation, regardless of the model's gains; the step determines the gains."""
     common = [REFERENCE, "--set", "n_rfe=1", "--until", 10, "--method", "rodas5p", "--tol", "1e-6"]
     held = {how: motion(*common, "--stabilise", how)[2] for how in ("none", "baumgarte-auto")}
     assert held["baumgarte-auto"]["stabilise"] == "baumgarte-auto"

@@ -1,4 +1,4 @@
-"""The pass over sines and cosines in emitted C: its error against long double and 60 digits, and where its numbers are from."""
+"""The pass over sines and cosines in emitted C: its error compared with long double and 60 digits, and the origin of its constants."""
 import ctypes
 import re
 import shutil
@@ -11,8 +11,8 @@ import pytest
 from minimax import minimax
 from program import REFERENCE, SOURCE, refdyn
 
-BOUND = 0.85     # units in the last place; measured over a million angles a range: 0.82
-LARGEST = 1e5    # [rad], beyond it libm is asked
+BOUND = 0.85     # units in the last place; measured over a million angles in each range: 0.82
+LARGEST = 1e5    # [rad], beyond it libm is called
 BUILDS = [["gcc", "-O2", "-ffp-contract=off"], ["gcc", "-O3", "-march=native", "-ffp-contract=fast"],
           ["clang", "-O2", "-ffp-contract=off"], ["clang", "-O3", "-march=native", "-ffp-contract=fast"]]
 
@@ -67,7 +67,7 @@ def test_small_angles(sincos):
 
 
 def test_beside_multiples_of_a_right_angle(sincos):
-    """The double next to k pi/2: what is left after the reduction has no digit of the angle's own precision."""
+    """The double next to k pi/2: the result of the reduction has no digit of the angle's own precision."""
     with mpmath.workdps(60):
         multiples = list(range(1, 400)) + list(range(400, 63660, 23))
         x = numpy.array([float(k * mpmath.pi / 2) for k in multiples])

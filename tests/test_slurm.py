@@ -1,5 +1,5 @@
-"""`refdyn batch --slurm`: what is submitted and said, by a stub of Slurm; and by Slurm's own daemons, which the test
-starts for itself, that tasks which are killed or queued again change no bit of the result."""
+"""`refdyn batch --slurm`: what it submits and prints, with a stub of Slurm; and with Slurm's own daemons, which the test starts, that
+killed or requeued tasks change no bit of the result."""
 import contextlib
 import os
 import pathlib
@@ -25,7 +25,7 @@ NEEDED = ["munged", "slurmctld", "slurmd", "sbatch", "squeue", "scontrol"]
 
 
 def datasets(path):
-    """All that does not tell of times: bytes or texts by name, attributes of the file with them."""
+    """All data except times: bytes or texts by name, and attributes of the file."""
     found = {}
     with h5py.File(path) as file:
         def visit(name, item):
@@ -60,7 +60,7 @@ cat "$STUB.say/$(basename "$0")" 2>/dev/null
 
 
 class Stub:
-    """sbatch, squeue and scancel that note their arguments and print what they are told to."""
+    """sbatch, squeue and scancel that record their arguments and print given texts."""
 
     def __init__(self, folder):
         self.calls, self.say = folder / "stub", folder / "stub.say"
@@ -79,7 +79,7 @@ class Stub:
         mark.touch() if fails else mark.unlink(missing_ok=True)
 
     def taken(self):
-        """The calls since this was asked last: lists of words."""
+        """The calls since the last time: lists of words."""
         found = []
         for path in sorted(self.calls.iterdir(), key=lambda path: int(re.findall(r"\d+", path.stem)[-1])):
             found.append([re.sub("_.*", "", path.stem), *path.read_text().splitlines()])
@@ -108,7 +108,7 @@ def run_chunks(slurm, chunks, stub):
 
 
 def test_submits_and_merges(work, stub, tmp_path):
-    """What sbatch is called with; the scripts, run by hand, give the file of a local run."""
+    """The arguments of sbatch; the scripts, run by hand, produce the file of a local run."""
     said = batch(work, "--slurm", "--chunks", CHUNKS, "--slurm-options", "--partition=long  --time=1:00:00", "--threads", 2,
                  "--set", "label=it's", "--every", "0.05", env=stub.env).stderr
     slurm = work / "runs.h5.slurm"
@@ -125,7 +125,7 @@ def test_submits_and_merges(work, stub, tmp_path):
     assert run_script(slurm, "merge.sh").returncode == 0 and not list(slurm.glob("part*"))
     batch(work, "--set", "label=it's", "--every", "0.05", output="local.h5")
     assert datasets(work / "runs.h5") == datasets(work / "local.h5")
-    again = run_script(slurm, "merge.sh")  # queued again once all is done
+    again = run_script(slurm, "merge.sh")  # queued again after everything is done
     assert again.returncode == 0 and again.stderr == ""
 
 
@@ -186,7 +186,7 @@ def test_refused_while_it_runs(work, stub):
 
 
 def test_changed_files(work, stub):
-    """A task notices that what it reads is not what was submitted, and so does another submission."""
+    """A task detects that its inputs differ from the submitted ones, and so does another submission."""
     batch(work, "--slurm", env=stub.env)
     with open(work / "sweep.lua", "a") as file:
         file.write("-- changed\n")
@@ -287,7 +287,7 @@ PartitionName=main Nodes=localhost Default=YES MaxTime=INFINITE State=UP
 
 
 def free_ports(count):
-    """High ones that nobody listens at now."""
+    """High ports without a listener."""
     sockets = [socket.socket() for _ in range(count)]
     for opened in sockets:
         opened.bind(("127.0.0.1", 0))
@@ -306,7 +306,7 @@ def wait_for(what, condition, seconds=60):
 
 
 class Cluster:
-    """munged, slurmctld and slurmd of one node, each in a group of its own, in a folder of their own."""
+    """munged, slurmctld and slurmd of one node, each in its own process group, in a separate folder."""
 
     def __init__(self, folder):
         self.folder, self.started = folder, []
@@ -317,7 +317,7 @@ class Cluster:
         (folder / "slurm.conf").write_text(CONF.format(
             folder=folder, host=socket.gethostname().partition(".")[0], port=port, node_port=node_port,
             user=subprocess.check_output(["id", "-un"], text=True).strip()))
-        # Read in spite of proctrack/linuxproc; of version 1 no more is asked than that it is named.
+        # Slurm reads this file in spite of proctrack/linuxproc; of version 1 it needs only the name.
         (folder / "cgroup.conf").write_text("CgroupPlugin=cgroup/v1\n")
         (folder / "key").write_bytes(os.urandom(128))
         (folder / "key").chmod(0o400)
@@ -341,7 +341,7 @@ class Cluster:
         wait_for("a node that is idle", lambda: self.call("sinfo", "-h", "-o", "%T").stdout.strip() == "idle", 40)
 
     def close(self):
-        """Jobs first, so that slurmd ends what it has started; then the groups of the daemons."""
+        """Cancels the jobs first, so that slurmd ends its children; then ends the groups of the daemons."""
         if len(self.started) == 3 and self.queue():
             self.call("scancel", *{line.split()[0] for line in self.queue()})
             with contextlib.suppress(AssertionError):
@@ -374,7 +374,7 @@ def cluster():
         pytest.skip(f"not installed: {' '.join(missing_programs())}; Debian has them in slurmctld slurmd slurm-client munge")
     with tempfile.TemporaryDirectory(prefix="refdyn_slurm_") as name:
         folder = pathlib.Path(name)
-        folder.chmod(0o711)  # munge wants a socket that everybody can reach, which none in pytest's folders is
+        folder.chmod(0o711)  # munge needs a socket that everybody can reach; pytest's folders are private
         made = Cluster(folder)
         try:
             made.open()
@@ -401,8 +401,8 @@ def size(path):
 
 
 def test_killed_and_queued_again(cluster, tmp_path):
-    """One task is killed and one is queued again while they compute: the file is that of a local run to the bit."""
-    work = write_files(tmp_path / "it's work", t_end="2000")  # some seconds a chunk
+    """One task is killed and one is requeued while they compute: the file equals that of a local run to the bit."""
+    work = write_files(tmp_path / "it's work", t_end="2000")  # some seconds for each chunk
     batch(work, "--threads", 2, output="local.h5")
     batch(work, "--slurm", "--chunks", CHUNKS, env=cluster.env)
     slurm = work / "runs.h5.slurm"
@@ -423,7 +423,7 @@ def test_killed_and_queued_again(cluster, tmp_path):
 
 
 def test_cancelled(cluster, tmp_path):
-    """What is cancelled does not come back by itself; the merge tells of it, and what was done is kept."""
+    """Cancelled jobs do not restart; the merge reports them, and completed cases remain."""
     work = write_files(tmp_path / "work", t_end="2000")
     batch(work, "--slurm", "--chunks", CHUNKS, env=cluster.env)
     slurm = work / "runs.h5.slurm"
@@ -437,7 +437,7 @@ def test_cancelled(cluster, tmp_path):
 
 
 def test_gaps_of_failed_tasks(cluster, tmp_path):
-    """A task that fails for good is tried four times; the merge names its cases, and another call computes them."""
+    """A task that always fails is tried four times; the merge names its cases, and another call computes them."""
     work = write_files(tmp_path / "work")
     batch(work, output="local.h5")
     slurm = work / "runs.h5.slurm"

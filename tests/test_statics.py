@@ -1,4 +1,4 @@
-"""Equilibria under rows: against the least energy of formulas written by hand, closed forms, what is said and refused."""
+"""Equilibria under rows: compared with the least energy of formulas written by hand and with closed forms; messages and refusals."""
 import json
 import math
 import re
@@ -34,7 +34,7 @@ A, B, C, D, G = 0.2, 0.6, 0.45, 0.55, 9.81
 
 
 def four_bar(torque):
-    """Of the angles of crank, coupler and rocker against the ground."""
+    """Energy as a function of the angles of crank, coupler and rocker relative to the ground."""
     def energy(x):
         per_length = 2700 * 0.04 * 0.01 * G
         return (per_length * (A**2 / 2 * sin(x[0]) + B * (A * sin(x[0]) + B / 2 * sin(x[1])) + C**2 / 2 * sin(x[2]))
@@ -58,7 +58,7 @@ def test_four_bar(joints, torque, tmp_path):
 
 
 def test_four_bar_that_stands(tmp_path):
-    """The load that is raised leads to the upper equilibrium, and that is said."""
+    """The raised load leads to the upper equilibrium, which is reported."""
     found, said = statics(MODELS / "fourbar.lua", state={"inputs": {"torque": 0.317}}, folder=tmp_path)
     q = found["q"]
     unstable, slope = negative_directions(*four_bar(0.317), [q[0], q[0] + q[1], q[2]])
@@ -67,14 +67,15 @@ def test_four_bar_that_stands(tmp_path):
 
 
 def test_four_bar_without_equilibrium():
-    """Its motor is too strong: the motion starts from elsewhere."""
+    """Its motor is too strong: the motion starts elsewhere."""
     for way, last in {"load": "reached under 0.782 of the load only", "downhill": "the forces lead on to no equilibrium"}.items():
         said = statics(MODELS / "fourbar.lua", "--way", way, status=3)
         assert "Newton's iteration did not converge, coordinate" in said and last in said, said
 
 
 def test_change_point():
-    """Equal cranks from 1 rad down by steps of 0.5 rad: where all bars lie on a line a row has no coefficients, and the way leads through."""
+    """Equal cranks from 1 rad down by steps of 0.5 rad: where all bars are collinear a row has no coefficients, and the path passes
+    through."""
     found, _ = statics(TESTS / "models" / "four_bar.lua", "--way", "downhill")
     agree(found["q"], [-pi / 2, pi / 2, -pi / 2], 1e-14)
     assert found["stability"] == "stable" and found["residual"] < 1e-14 and abs(found["lambda"][1] - 9.81 * 1.2 / 2) < 1e-13
@@ -83,7 +84,8 @@ def test_change_point():
 # ---- The slider-crank ----
 
 def test_slidercrank(tmp_path):
-    """Its drive and its guide hold, the drive at the time of the state. With the rod's root held beside the straight rod, the rod bends."""
+    """Its drive and its guide hold it, the drive at the time of the state. With the rod's root held off the straight rod's angle, the rod
+    bends."""
     r, l, t, dl = 0.15, 0.5, 0.217, 0.5 / 3
     crank = 0.6 + 15 * (t / 2 - 0.3 / (2 * pi) * math.sin(pi * t / 0.3))
     straight = -math.asin(r * math.sin(crank) / l) - crank
@@ -100,7 +102,7 @@ def test_slidercrank(tmp_path):
     found, _ = statics(MODELS / "slidercrank.lua", "--hold", "rod_psi", state={"t": t, "q": [0.6, held, 0, 0, 0]}, folder=tmp_path)
     agree(found["q"], [x[0], held, *x[1:]])
     assert found["rows"] == ["drive crank_psi", "guide y"] and found["stability"] == "stable"
-    # multipliers u^T lambda = -Q: those of the least energy, with the other sign
+    # multipliers u^T lambda = -Q: those of the least energy with the other sign
     assert abs(numpy.subtract(found["lambda"], -force)).max() < 1e-9 * abs(force).max()
 
 
@@ -113,7 +115,7 @@ def turn(axis, angle):
 
 
 def bricard(x):
-    """Heights of the rods' middles, then what is open at the last hinge."""
+    """Heights of the rods' centres, then the closing error at the last hinge."""
     at, R, heights = numpy.zeros(3), numpy.eye(3), []
     for angle, (axis, tip) in zip(x, [("y", (1, 0, 0)), ("z", (0, 1, 0)), ("x", (0, 0, 1)), ("y", (-1, 0, 0)), ("z", (0, -1, 0))]):
         R = R @ turn(axis, angle)
@@ -123,7 +125,7 @@ def bricard(x):
 
 
 def test_bricard():
-    """One of five rows depends on the others."""
+    """One of five rows is redundant."""
     energy, rows = (lambda x: 9.81 * bricard(x)[0]), (lambda x: bricard(x)[1])
     found, _ = statics(MODELS / "bricard.lua", "--way", "downhill")
     x, _ = least_energy(energy, rows, numpy.zeros(5))
@@ -141,7 +143,7 @@ xc, a, b, column, arm = 0.4317, 0.875, 1.75, 0.217, 0.713
 
 
 def manipulator(x, column=column, arm=arm):
-    """Energy and the ellipse's residual, of base_z, three elements' psi, theta, phi, and effector_z."""
+    """Energy and the ellipse's residual as functions of base_z, three elements' psi, theta, phi, and effector_z."""
     dl, per_length = L / 3, rho * pi * d**2 / 4
     bending, torsion = E * pi * d**4 / 64 / dl, E / (2 * (1 + nu)) * pi * d**4 / 32 / dl
     at, R = numpy.array([0, 0, x[0] + 1.1]), turn("z", column) @ turn("x", pi / 2) @ turn("z", arm)
@@ -159,19 +161,19 @@ def manipulator(x, column=column, arm=arm):
 
 
 def test_manipulator_with_its_programme(tmp_path):
-    """The end effector hangs on the ellipse, the column and the arm's root are held: bent in two planes, and turned."""
+    """The end-effector hangs on the ellipse, the column and the arm's root are held: bent in two planes, and turned."""
     x, force = least_energy(lambda x: manipulator(x)[0], lambda x: manipulator(x)[1], numpy.zeros(11))
     found, _ = statics(REFERENCE, "--hold", "column_psi,arm_psi", "--set", f"xc={xc}", state={"q": [0, column, arm, *[0] * 10]}, folder=tmp_path)
     agree(found["q"], [x[0], column, arm, *x[1:]])
     assert found["rows"] == ["ellipse"] and found["stability"] == "stable" and len(found["hold_force"]) == 2
     assert abs(found["lambda"][0] + force[0]) < 1e-9 * abs(force[0]) and abs(found["q"][4]) > 1e-3
-    # what holds the column and the arm: the slope of energy + force . rows by their angles
+    # forces that hold the column and the arm: the slope of energy + force . rows by their angles
     slope = gradient(lambda held: numpy.array([manipulator(x, *held)[0] + force @ manipulator(x, *held)[1]]), numpy.array([column, arm]))[0]
     assert abs(found["hold_force"] - slope).max() < 1e-9 * abs(slope).max()
 
 
 def test_programme_that_begins_with_the_motion():
-    """Without a value for what it takes from the start it has no part: the model's own statics are those of the chapter."""
+    """Without a value for its anchored parameter the programme has no effect: the model's own statics are those of the chapter."""
     found, said = statics(REFERENCE)
     assert found["rows"] == [] == found["lambda"]
     assert said == ("refdyn: the row ellipse begins where the motion does, it has no part in statics; with --set xc=VALUE it holds, too\n"
@@ -193,7 +195,7 @@ return rd.model { name = "locked", gravity = { 0, -10, 0 },
 
 @pytest.mark.parametrize("where, x", [("start", 0.3), ("given", 0.11)])
 def test_lock(where, x, tmp_path):
-    """It holds the coordinate, at its start or at what it is given."""
+    """It holds the coordinate at its start or at the given value."""
     (tmp_path / "locked.lua").write_text(LOCKED % "")
     found, _ = statics(tmp_path / "locked.lua", "--set", f"where={where}")
     assert numpy.allclose(found["q"], [x, -0.2], rtol=0, atol=1e-14) and numpy.allclose(found["lambda"], [100 * x], rtol=0, atol=1e-12)
@@ -211,7 +213,7 @@ return rd.model { name = "slider",
 
 @pytest.mark.parametrize("angle", [2.317, 5, -7.193, 41.37])
 def test_lock_far_from_the_start(angle, tmp_path):
-    """The linkage follows the crank, over as many turns as that makes; the rod makes none of its own."""
+    """The linkage follows the crank through the required number of turns; the rod makes no turns of its own."""
     (tmp_path / "slider.lua").write_text(SLIDER % angle)
     found, _ = statics(tmp_path / "slider.lua")
     tilt = math.asin(0.4 * sin(angle))
@@ -231,7 +233,7 @@ return rd.model { name = "column", gravity = { 0, -1, 0 },
 
 
 def test_buckling(tmp_path):
-    """Two rods of 1 m on springs of 3 N m under P buckle at P = (3 -+ sqrt(5)) / 2 * 3 N; upright they stay an equilibrium."""
+    """Two rods of 1 m on springs of 3 N m under P buckle at P = (3 -+ sqrt(5)) / 2 * 3 N; the upright position remains an equilibrium."""
     (tmp_path / "column.lua").write_text(COLUMN)
     for P, unstable in (1.14, 0), (1.15, 1), (7.85, 1), (7.86, 2):
         found, said = statics(tmp_path / "column.lua", "--set", f"P={P}")
@@ -255,7 +257,8 @@ return rd.model { name = "truss",
 
 
 def test_snap_through(tmp_path):
-    """Half of a shallow truss of two bars under P: below the limit point as the load goes, beyond it the path leads to the other side."""
+    """Half of a shallow truss of two bars under P: below the limit point the equilibrium follows the load, above it the path leads to the
+    other side."""
     (tmp_path / "truss.lua").write_text(TRUSS)
     stretch = lambda y: math.sqrt(1 + y * y)
     bears = lambda y: -200 * (stretch(y) - math.sqrt(1.09)) * y / stretch(y)
@@ -282,7 +285,7 @@ return rd.model { name = "pendulum", gravity = { 0, -9.81, 0 },
 
 
 def test_start_at_a_limit_point(tmp_path):
-    """A horizontal pendulum has no stiffness: the load alone cannot be raised."""
+    """A horizontal pendulum has no stiffness: the load alone cannot be increased."""
     (tmp_path / "pendulum.lua").write_text(HORIZONTAL)
     for way in "path", "downhill":
         found, _ = statics(tmp_path / "pendulum.lua", "--way", way)
@@ -293,7 +296,7 @@ def test_start_at_a_limit_point(tmp_path):
 
 
 def test_neutral_across_coordinates():
-    """A body with arms, which floats, settles on its springs downhill, in whatever place."""
+    """A floating body with arms settles downhill on its springs at any place."""
     found, _ = statics(MODELS / "branched.lua", "--way", "downhill")
     assert found["stability"] == "neutral in 4 directions" and found["residual"] < 1e-11
 
@@ -309,7 +312,7 @@ def test_neutral(tmp_path):
 
 @pytest.mark.parametrize("P, unstable", [(0.917, 0), (17.3, 2)])
 def test_without_potential(P, unstable, tmp_path):
-    """A load that follows the tip: the modes of M y'' + [[2 c - P, P - c], [-c, c]] y = 0 that grow are counted, and that is said."""
+    """A follower load on the tip: the growing modes of M y'' + [[2 c - P, P - c], [-c, c]] y = 0 are counted and reported."""
     follows = '  forces = function() return { rd.force { "load", { -P, 0, 0 }, axes = "load" } } end,\n'
     model = COLUMN.replace("gravity = { 0, -1, 0 },", "").replace("  points =", follows + "  points =")
     (tmp_path / "column.lua").write_text(model)
@@ -321,10 +324,10 @@ def test_without_potential(P, unstable, tmp_path):
     assert "; its forces have no potential, and the modes that grow were counted; refdyn modes shows them\n" in said
 
 
-# ---- Beginnings of motions ----
+# ---- Starts of motions ----
 
 def test_motion_from_an_unstable_equilibrium(tmp_path):
-    """It is warned of, and the motion starts."""
+    """A warning is printed, and the motion starts."""
     (tmp_path / "column.lua").write_text(COLUMN)
     done = refdyn("sim", tmp_path / "column.lua", "--set", "P=2", "--from", "statics", "--until", 0.01, "-o", tmp_path / "run.csv",
                   "--summary", tmp_path / "summary.json")
@@ -336,7 +339,7 @@ def test_motion_from_an_unstable_equilibrium(tmp_path):
 
 
 def test_loop_starts_from_its_equilibrium(tmp_path):
-    """A linkage stays where statics puts it, also in a batch, which counts the unstable ones."""
+    """A linkage stays at the equilibrium from statics, also in a batch, which counts the unstable ones."""
     model = MODELS / "bricard.lua"
     refdyn("sim", model, "--from", "statics", "--way", "downhill", "--until", 0.5, "--every", 0.5, "-o", tmp_path / "run.csv")
     header, first, last = [line.split(",") for line in (tmp_path / "run.csv").read_text().splitlines()]
@@ -360,7 +363,7 @@ return rd.model { name = "shallow", links = { { "s", joint = "z", mass = 1, star
 
 
 def test_batch_counts_jumps_over_limit_points(tmp_path):
-    """A truss of two bars that snaps through at some 22.9 N, as the same cases of `statics` tell one by one."""
+    """A truss of two bars that snaps through at about 22.9 N, as the same cases of `statics` report one by one."""
     (tmp_path / "shallow.lua").write_text(SHALLOW)
     loads = 20.3, 40, 0.7, 60
     (tmp_path / "cases.csv").write_text("P\n" + "".join(f"{P}\n" for P in loads))
@@ -375,7 +378,7 @@ def test_batch_counts_jumps_over_limit_points(tmp_path):
 
 
 def test_batch_gives_what_a_programme_takes(tmp_path):
-    """A column for xc: the ellipse holds in each case, as in the motion of its own."""
+    """A column for xc: the ellipse is valid in each case, as in a single motion."""
     (tmp_path / "cases.csv").write_text("xc\n0.5417\n0.5391\n")
     common = ["--until", 1e-6, "--from", "statics", "--method", "rk8"]
     refdyn("batch", REFERENCE, "--table", tmp_path / "cases.csv", *common, "-o", tmp_path / "runs.csv")
@@ -412,13 +415,13 @@ def test_refused(which, tmp_path):
 
 
 def test_released():
-    """Of a slider-crank without its guide the rod is free: nothing acts on it, and it stays."""
+    """A slider-crank without its guide leaves the rod free: nothing acts on it, and it stays."""
     found, _ = statics(MODELS / "slidercrank.lua", "--release", "guide y")
     assert found["rows"] == ["drive crank_psi"] and found["neutral"] == 1 and found["stability"] == "neutral in 1 direction"
 
 
 def test_rows_that_cannot_be_met(tmp_path):
-    """Out of reach; and two that contradict each other."""
+    """Out of reach; and two rows that contradict each other."""
     (tmp_path / "far.lua").write_text(LOCKED % "rd.position { s.q.a_x^2 + s.q.a_y^2 + 1, name = 'far' }")
     said = statics(tmp_path / "far.lua", status=3)
     assert re.search(r"^refdyn: locked: t = 0 s: Newton's iteration did not converge, constraint far$", said, re.M), said

@@ -1,4 +1,4 @@
-"""Emitted fixed steps (`--emit step`): their order, and their derivatives against differences of steps."""
+"""Emitted fixed steps (`--emit step`): their order, and their derivatives compared with differences of steps."""
 import ctypes
 import re
 import subprocess
@@ -11,8 +11,8 @@ from program import LONG, MODELS, REFERENCE, SOURCE, TESTS, check, close, motion
 
 METHODS = ("rk4", "gauss")
 WARNINGS = "-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror".split()
-# Rows with gains, inputs, time, splines, friction, one coordinate and many: what differs in a step.
-ZERO = 1e-5  # what a parameter that is zero changes by, as a time constant of damping
+# Rows with gains, inputs, time, splines, friction, one coordinate and many: the variants of a step.
+ZERO = 1e-5  # change of a parameter whose value is zero, such as a time constant of damping
 SCENES = [(REFERENCE, ["--set", "n_rfe=2", "--set", "drive=input"]), (MODELS / "pendulum.lua", []), (MODELS / "crane.lua", []),
           (TESTS / "models" / "functions.lua", [])]
 MORE = [(MODELS / "fourbar.lua", []), (MODELS / "spacearm.lua", []), (MODELS / "gantry.lua", []), (TESTS / "models" / "switched.lua", [])]
@@ -48,12 +48,12 @@ class Stepper:
         return (failed, out, derivatives) if has_derivatives else (failed, out)
 
     def state(self, seed=3, size=0.02):
-        """Without symmetry, near the start."""
+        """A state without symmetry, near the start."""
         random = numpy.random.default_rng(seed)
         return self.model.start + size * random.standard_normal(2 * self.n)
 
     def prepared(self, i, value):
-        """Parameters with another value of the i-th."""
+        """Prepared parameters with another value of the i-th."""
         p = with_entry(self.model.p, i, value)
         prepare = getattr(self.model.library, f"{self.name}_prepare", None)
         if prepare:
@@ -66,7 +66,7 @@ class Stepper:
 
 
 def difference(function, at, size):
-    """Of order 6, by an argument of any unit."""
+    """Difference of order 6 by an argument of any unit."""
     return sum(weight * (function(at + k * size) - function(at - k * size)) for k, weight in ((1, 0.75), (2, -0.15), (3, 1 / 60))) / size
 
 
@@ -93,7 +93,7 @@ def differences(stepper, method, t, h, count, state, x):
 
 
 def units(stepper, part, h):
-    """By how much the arguments of a part change: parameters by themselves."""
+    """The size of changes of the arguments of a part; parameters have their own."""
     count = stepper.parts[part][1]
     return {"h": array([h]), "p": array([abs(value) or ZERO for value in stepper.model.p[:count]])}.get(part, numpy.ones(count))
 
@@ -110,13 +110,13 @@ def test_derivatives_of_steps_are_those_of_differences(scene, tmp_path):
         expected = differences(stepper, method, t, h, count, state, x)
         for part in found:
             values, unit = expected[part] * units(stepper, part, h), units(stepper, part, h)
-            scale = max(abs(values).max(), 1e-4 * abs(out).max())  # below lies the rounding of the states
+            scale = max(abs(values).max(), 1e-4 * abs(out).max())  # smaller values are rounding of the states
             lines.append(close(f"{method} by {part}", found[part] * unit, values, 1e-8, scale))
     check(lines)
 
 
 def test_rk4_takes_the_steps_of_sim(tmp_path):
-    """With rows, which sim keeps by their gains with this method, and a drive that changes in time."""
+    """With rows, which sim keeps by their gains with this method, and a drive that varies with time."""
     options = settings({"n_rfe": 2})
     stepper = Stepper((REFERENCE, options), tmp_path / "c", "step")
     run, _, _ = motion(REFERENCE, *options, "--method", "rk4", "--step", "1e-4", "--until", "0.02", "--every", "0.02")
@@ -136,12 +136,12 @@ def test_both_methods_are_of_order_4(tmp_path):
 
 
 def test_implicit_steps_are_stable_where_explicit_ones_are_not(tmp_path):
-    """A steel rod of four elements, steps of 5 ms; what fails says so."""
+    """A steel rod of four elements, steps of 5 ms; a failure is reported."""
     stepper = Stepper((MODELS / "pendulum.lua", []), tmp_path / "c", "step")
     failed, out = stepper.step("gauss", 0.0, 5e-3, 400, stepper.model.start)
     assert not failed and abs(out).max() < 20
     assert stepper.step("rk4", 0.0, 5e-3, 400, stepper.model.start)[0] == 1
-    for seed in range(4):  # elements out of line, whose accelerations lead far from any stage
+    for seed in range(4):  # unaligned elements, whose accelerations are far from any stage
         assert not stepper.step("gauss", 0.0, 1e-2, 3, stepper.state(seed, 1e-3))[0]
     for method in METHODS:
         assert stepper.step(method, 0.0, 1e-4, 1, with_entry(stepper.model.start, 0, numpy.nan))[0] == 1
@@ -149,7 +149,7 @@ def test_implicit_steps_are_stable_where_explicit_ones_are_not(tmp_path):
 
 
 def test_implicit_steps_at_rest_under_a_preload(tmp_path):
-    """Forces of any size cancel but for their rounding, beside which nothing that moves is large."""
+    """Large forces cancel except for their rounding, compared with which no moving part is large."""
     random = numpy.random.default_rng(11)
     link = Stepper((TESTS / "models" / "preload.lua", []), tmp_path / "link", "step")
     for mass in random.uniform(0.1, 50, 1000):
@@ -168,7 +168,7 @@ def test_implicit_steps_at_rest_under_a_preload(tmp_path):
 @pytest.mark.parametrize("compiler", (["gcc", "-std=c11"], ["clang", "-std=c11"], ["g++", "-std=c++17", "-x", "c++"], ["clang++", "-std=c++17", "-x", "c++"]),
                          ids=lambda words: words[0])
 def test_steps_compile_without_a_warning(compiler, tmp_path):
-    """With inputs and parameters, and with none."""
+    """With inputs and parameters, and without them."""
     for path, options in ((REFERENCE, ["--set", "n_rfe=1", "--set", "drive=input"]), (MODELS / "pendulum.lua", ["--fold"])):
         refdyn("gen", path, *options, "--emit", "step.p", "-o", tmp_path)
         subprocess.run([*compiler, "-O2", *WARNINGS, "-I", SOURCE / "runtime", "-c", next(tmp_path.glob("*_step.c")), "-o", tmp_path / "o"], check=True)

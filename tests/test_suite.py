@@ -11,9 +11,9 @@ from suite import ARM, CASES, FOUR_BAR, METHODS, ONE_METHOD, SUITE, SWING, TOP, 
 
 REACH = TESTS / "models" / "reach.lua"
 ROOT, FALLING = [SUITE / f"{name}.lua" for name in ("root", "falling")]
-# Of rodas5p: steps of 0.5 s solve with 1 - k (gamma 0.5)^2.
+# For rodas5p: steps of 0.5 s solve with 1 - k (gamma 0.5)^2.
 GAMMA = 0.21193756319429014
-# Errors below this many times the references' own difference, or this one, are rounding.
+# Errors below this multiple of the references' own difference, or below this value, are rounding.
 ROUNDING = 3e-12
 BESIDE_REFERENCE = 10
 
@@ -43,7 +43,7 @@ def test_error_follows_tolerance(case, method):
 
 
 def test_errors_of_the_automatic_choice():
-    """The same of the method by trial: in a case it may change between tolerances, so the slope is that of all cases."""
+    """The same for the automatic choice. In a case it may change the method between tolerances, so the slope is taken over all cases."""
     all_tols, all_errors, slopes = [], [], {}
     for case in CASES:
         tols, errors = follow(case, "auto")
@@ -53,7 +53,7 @@ def test_errors_of_the_automatic_choice():
             slopes[case.name] = slope(tols, errors)
     pooled = slope(numpy.concatenate(all_tols), numpy.concatenate(all_errors))
     assert 0.7 <= pooled <= 1.4 and len(slopes) >= len(CASES) - 4, (pooled, slopes)
-    # a change of method between tolerances (heavy tip), or a motion of two to five steps (four-bar), spoils the slope of a case
+    # a change of method between tolerances (heavy tip), or a motion of two to five steps (four-bar), changes the slope of a case
     assert sum(0.7 <= each <= 1.4 for each in slopes.values()) >= len(CASES) - 2, slopes
 
 
@@ -73,7 +73,7 @@ def test_verify_tells_the_error(method):
 
 
 PERIOD = 2.367841947576237
-OUTPUTS = 17 # at many phases: what energy changes by is found among them
+OUTPUTS = 17 # at many phases, so that the changes of energy are among them
 LONG = {
     "rigid": (SWING, {}, 1e4 * PERIOD),
     "flexible": (ARM, dict(ratio=0, root="clamp", g=0, push=5, t_push=0, m_E=0.1), 300),
@@ -83,7 +83,7 @@ LONG = {
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("which", LONG)
 def test_energy_over_ten_thousand_periods(which, method):
-    """Errors of steps add up, some hundred steps a period: no more than that, and in proportion to the tolerance."""
+    """Errors of steps add up, at a few hundred steps for each period: they grow no faster, and in proportion to the tolerance."""
     model, values, until = LONG[which]
     drifts = [motion(model, *settings(values), "--until", until, "--every", until / OUTPUTS, "--method", method,
                      "--tol", tol)[2]["energy_error"] for tol in (1e-6, 1e-8)]
@@ -91,7 +91,7 @@ def test_energy_over_ten_thousand_periods(which, method):
 
 
 def test_symmetric_steps_keep_energy(tmp_path):
-    """Steps of a fifth of a period: the error of energy goes to and fro, over 10,000 periods it does not grow."""
+    """Steps of a fifth of a period: the error of energy oscillates and does not grow over 10,000 periods."""
     refdyn("sim", SWING, "--until", 1e4 * PERIOD, "--every", PERIOD * 25.001, "--method", "gauss12", "--step", "0.5", "-o", tmp_path / "run.csv")
     energy = read_run(tmp_path / "run.csv")["energy"]
     off = abs(energy - energy[0])
@@ -99,7 +99,7 @@ def test_symmetric_steps_keep_energy(tmp_path):
     assert 1e-8 < off[:quarter].max() < 1e-4 * SCALE and off[-quarter:].max() <= 1.1 * off[:quarter].max() * SCALE, off
 
 
-# Case, method, tolerance, most steps, most refused ones.
+# Case, method, tolerance, largest numbers of steps and of refused steps.
 ECONOMY = {
     "failures at the start are forgotten": ("massless beam", "radau9", 1e-4, 20, 5),
     "a transient lowers the order": ("ratio 0.1", "rodas5p", 1e-8, 85, 3),
@@ -115,7 +115,7 @@ def test_steps_are_not_wasted(which):
 
 
 def test_input_that_jumps(tmp_path):
-    """A motion that stops, gets another input and goes on is that of a torque which jumps then."""
+    """A motion that stops, gets another input and continues equals the motion under a torque that jumps at that time."""
     def leg(push, until, *start):
         run, _, _ = motion(ARM, "--set", "drive=input", "--set", "g=0", "--set", f"push_now={push}", "--tol", "1e-9",
                            "--until", until, "--every", until, *start)
@@ -152,7 +152,7 @@ def test_reason_of_failure(which, tmp_path):
 
 @pytest.mark.parametrize("tol", ["1e-3", "1e-6"])
 def test_infinite_stiffness_on_the_way(tol):
-    """At 0.5 s no implicit step can begin, Rosenbrock's or collocation's: the explicit method takes over, and hands back."""
+    """At 0.5 s no implicit step can begin, neither Rosenbrock nor collocation: the explicit method takes over, and hands back."""
     common = [ROOT, "--until", 1, "--every", 0.25, "--method"]
     run, _, summary = motion(*common, "auto", "--tol", tol)
     expected, _, _ = motion(*common, "rk8", "--tol", "1e-12")
@@ -162,7 +162,7 @@ def test_infinite_stiffness_on_the_way(tol):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_programme_that_ends(method, tmp_path):
-    """The tip is led outward until the bars are stretched, at sqrt(2 (1 - cos 0.9) / 0.3) s: time, row and condition are told."""
+    """The tip moves outward until the bars are stretched, at sqrt(2 (1 - cos 0.9) / 0.3) s: time, row and condition are reported."""
     said = refdyn("sim", REACH, "--until", 3, "--method", method, "-o", tmp_path / "run.csv", status=3).stderr
     time = float(re.search(r"reach: t = (\S+) s", said)[1])
     condition = float(re.search(r"condition of the constraint rows there is (\S+):", said)[1])
@@ -171,7 +171,7 @@ def test_programme_that_ends(method, tmp_path):
 
 
 def test_start_at_a_singular_angle(tmp_path):
-    """At theta = pi/2 psi and phi turn about one axis."""
+    """At theta = pi/2, psi and phi turn about one axis."""
     start = tmp_path / "start.json"
     start.write_text(json.dumps({"q": [0, numpy.pi / 2, 0], "qd": [0, 1, 0]}))
     said = refdyn("sim", TOP, "--from", start, "--until", 1, status=3).stderr
@@ -181,7 +181,7 @@ def test_start_at_a_singular_angle(tmp_path):
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("tol", [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-12])
 def test_through_a_singular_position(tol, method, tmp_path):
-    """The parallelogram, flat at 0.29 s, where it could fold: it goes on with its energy, or stops."""
+    """The parallelogram, flat at 0.29 s, where it could fold: it continues with its energy, or stops."""
     summary = tmp_path / "summary.json"
     done = refdyn("sim", FOUR_BAR, "--until", 0.5, "--method", method, "--tol", tol, "-o", tmp_path / "run.csv",
                   "--summary", summary, status=None)

@@ -1,4 +1,4 @@
-"""Sweep files and tables of cases: their cases, what they refuse and in which words, their random numbers."""
+"""Sweep files and tables of cases: their cases, refusals and their messages, random numbers."""
 import json
 import math
 import os
@@ -63,7 +63,7 @@ def refusals(folder, text, *arguments, name="sweep.lua"):
 
 
 def needs_gsl(folder):
-    """Passes by what a build without GSL cannot show; it has to say so."""
+    """Passes in a build without GSL if that build says so."""
     done = call(folder, sweep_text("vary = { mass = rd.uniform(0, 1) }, draws = 2, sequence = 'halton'"))
     if done.returncode:
         assert done.stderr == "sweep.lua:2: sequence: halton needs a refdyn that is built with GSL\n"
@@ -104,7 +104,7 @@ def test_files_of_samples_are_beside_the_sweep(folder):
 
 
 def test_names_of_other_structures(folder):
-    """arm_theta_3 is there with four elements only."""
+    """arm_theta_3 exists only with four elements."""
     result = read(folder, "vary = { n_rfe = { 1, 4 }, arm_theta_3 = 0.1 }")
     assert result["columns"]["arm_theta_3"]["kind"] == "coordinate"
     assert refusals(folder, sweep_text("vary = { n_rfe = { 1, 2 }, arm_theta_3 = 0.1 }")) == [
@@ -202,7 +202,7 @@ KNOWN = {"rd.uniform(0, 1)": ['0x1.c0ffbf6adca78p-4', '0x1.2957e355f24a2p-2', '0
 
 @pytest.mark.parametrize("form", KNOWN)
 def test_draws_stay_what_they_are(folder, form):
-    """The first ones, to the bit: other machines and later versions draw the same."""
+    """The first numbers, to the bit: other machines and later versions draw the same."""
     assert [x.hex() for x in drawn(folder, form, 3, ", seed = 1")] == KNOWN[form]
 
 
@@ -224,7 +224,7 @@ def test_quantile_logarithm_and_exponential():
 
 
 def star_discrepancy(x, y):
-    """The largest over boxes with a corner at a point, which is near enough."""
+    """The largest discrepancy over boxes with a corner at a point, which is a sufficient approximation."""
     n = len(x)
     return max(abs(sum(1 for a, b in zip(x, y) if a <= p and b <= q) / n - p * q) for p, q in zip(x, y))
 

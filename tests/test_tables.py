@@ -1,4 +1,4 @@
-"""Coefficients of the integrators, read out of the compiled C: order conditions of all rooted trees, stability."""
+"""Coefficients of the integrators, read from the compiled C: order conditions of all rooted trees, stability."""
 import ctypes
 import functools
 import itertools
@@ -18,9 +18,9 @@ THETAS = [mpmath.mpf(k) / 8 for k in range(9)]
 
 @functools.lru_cache(None)
 def trees(order):
-    """All rooted trees with so many vertices: a root, and branches whose sizes add up to the rest."""
+    """All rooted trees with this number of vertices: a root, and branches with the remaining vertices."""
     def forests(size, largest):
-        """Multisets of trees; none comes behind `largest` = (size, index) in the order of sizes and places."""
+        """Multisets of trees; none is after `largest` = (size, index) in the order of sizes and indices."""
         if not size:
             yield ()
         for first in range(min(size, largest[0]), 0, -1):
@@ -69,7 +69,7 @@ class Definition(ctypes.Structure):
 
 
 def table_of(library, kind, name):
-    """The coefficients of a method, with what all methods have."""
+    """The coefficients of a method, and the data common to all methods."""
     method = Definition.from_address(ctypes.c_void_p.in_dll(library, "shown_" + name).value)
     table = kind.from_address(method.table)
     assert method.name.decode() == name
@@ -111,7 +111,7 @@ def entrywise(columns, rows):
 
 
 class RosenbrockTable:
-    """A table turned back into alpha_ij, gamma_ij and the weights of the k_j, U = G k (Solving ODEs II, IV.7)."""
+    """A table converted back to alpha_ij, gamma_ij and the weights of the k_j, U = G k (Solving ODEs II, IV.7)."""
 
     def __init__(self, table):
         self.table, self.all = table, table.stages + table.interpolant_stages
@@ -132,7 +132,7 @@ class RosenbrockTable:
 
     @functools.lru_cache(None)
     def value(self, tree):
-        """Elementary weights of the k_i: a vertex with one branch stands for f_y as well as for J (IV.7, theorem 7.4)."""
+        """Elementary weights of the k_i: a vertex with one branch represents f_y as well as J (IV.7, theorem 7.4)."""
         branches = [self.value(branch) for branch in tree]
         if len(branches) == 1:
             return (self.A + self.G) * branches[0]
@@ -140,14 +140,14 @@ class RosenbrockTable:
 
     @functools.lru_cache(None)
     def value_marked(self, tree):
-        """The same with another matrix in place of J, which the fat vertices stand for (IV.7, inexact Jacobian)."""
+        """The same with another matrix in place of J, which the fat vertices represent (IV.7, inexact Jacobian)."""
         branches, is_fat = tree
         values = [self.value_marked(branch) for branch in branches]
         return self.G * values[0] if is_fat else entrywise([self.A * value for value in values], self.all)
 
 
 class RungeKuttaTable:
-    """A tableau with the stages of the interpolant behind the others."""
+    """A tableau followed by the stages of the interpolant."""
 
     def __init__(self, table):
         self.table, self.all = table, table.stages + table.interpolant_stages
@@ -191,7 +191,7 @@ COLLOCATION = ["gauss12", "radau9"]
 
 @pytest.fixture(scope="module")
 def library(tmp_path_factory):
-    """The tables are no part of the public names: pointers to them are."""
+    """The tables have no public names; only pointers to them do."""
     folder = tmp_path_factory.mktemp("tables")
     names = (*ROSENBROCK, *RUNGE_KUTTA, *COLLOCATION)
     (folder / "shown.c").write_text("".join(f"extern const char refdyn_method_{name}[];\nconst void *const shown_{name} = refdyn_method_{name};\n"
@@ -213,7 +213,7 @@ def runge_kutta(request, library):
 
 
 def residuals(weights, value, order, theta=1):
-    """Of the conditions of all trees with `order` vertices, in units of theirs: weights . value = theta^order / gamma."""
+    """Residuals of the conditions of all trees with `order` vertices, in units of the conditions: weights . value = theta^order / gamma."""
     return [abs((weights * value(tree))[0] * density(tree) - theta ** order) for tree in trees(order)]
 
 
@@ -258,7 +258,7 @@ def test_runge_kutta_interpolant(runge_kutta):
 
 
 def test_runge_kutta_ends(runge_kutta):
-    """c is the sum of a row of a; the interpolant begins and ends with the state and the slope of its end."""
+    """c is the sum of a row of a; the interpolant has the state and the slope at both ends."""
     table, s, bound = runge_kutta.table, runge_kutta.all, BOUNDS[runge_kutta.table.name] * SCALE
     sums = runge_kutta.A * mpmath.ones(s, 1)
     assert max(abs(sums[i] - runge_kutta.c[i]) for i in range(s)) <= bound
@@ -287,7 +287,7 @@ def test_rosenbrock_interpolant(rosenbrock):
 
 
 def test_rosenbrock_sums(rosenbrock):
-    """What makes a step of y' = f(t, y) the step of the same without t (Solving ODEs II, IV.7)."""
+    """The condition for a step of y' = f(t, y) to be the step of the autonomous system (Solving ODEs II, IV.7)."""
     s, table, ones = rosenbrock.all, rosenbrock.table, mpmath.ones(rosenbrock.all, 1)
     bound = BOUNDS[table.name] * SCALE
     alpha, gamma_sum = rosenbrock.A * ones, rosenbrock.G * ones
@@ -298,7 +298,7 @@ def test_rosenbrock_sums(rosenbrock):
 
 
 def test_rosenbrock_stability(rosenbrock):
-    """R(z) = 1 + z b (I - z (A + G))^-1 1: zero at infinity, for stiff accuracy, and at most 1 on the imaginary axis."""
+    """R(z) = 1 + z b (I - z (A + G))^-1 1: zero at infinity for stiff accuracy, and at most 1 on the imaginary axis."""
     table, s = rosenbrock.table, rosenbrock.table.stages
     B, b = (rosenbrock.A + rosenbrock.G)[:s, :s], rosenbrock.b[:, :s]
     ones = mpmath.ones(s, 1)
@@ -311,7 +311,7 @@ def test_rosenbrock_stability(rosenbrock):
 
 
 def test_w_method_order(rosenbrock):
-    """With any matrix in place of J: trees with fat vertices have to vanish, the others as always."""
+    """With any matrix in place of J: trees with fat vertices must vanish, the other conditions are unchanged."""
     table = rosenbrock.table
     if not table.is_w_method:
         return
@@ -325,7 +325,7 @@ def test_w_method_order(rosenbrock):
     assert worst <= BOUNDS[table.name] * SCALE
 
 
-# ---- One step as rosenbrock.h writes it
+# ---- One step as described in rosenbrock.h
 
 def f(t, y):
     return mpmath.matrix([y[1] + mpmath.sin(3 * t), -y[0] * y[1] - y[0] + mpmath.cos(t) * y[1] ** 2])
@@ -374,7 +374,7 @@ def solution(t):
 
 
 def test_rosenbrock_step(rosenbrock):
-    """The error of one step halves as its order says; of a W-method with no derivative at all, too."""
+    """The error of one step falls with the method's order when the step is halved; for a W-method also without any derivative."""
     table = rosenbrock.table
     derivatives = [(J(T, Y), f_t(T, Y))] + [(mpmath.zeros(2), mpmath.zeros(2, 1))] * table.is_w_method
     steps = [mpmath.mpf(1) / 40, mpmath.mpf(1) / 80]
@@ -392,8 +392,8 @@ def test_rosenbrock_step(rosenbrock):
 
 # ---- Collocation: everything derived again from the abscissae, which are roots of polynomials
 
-LAST_PLACES = 2   # units in the last place that an entry may be off
-ROUNDING = mpmath.mpf(10) ** -40   # what is smaller, in 50 digits, is zero
+LAST_PLACES = 2   # allowed error of an entry in units in the last place
+ROUNDING = mpmath.mpf(10) ** -40   # smaller values, in 50 digits, are zero
 
 
 def abscissae(name):
@@ -442,7 +442,7 @@ class DerivedCollocation:
                         key=lambda k: (abs(mpmath.im(values[k])) > ROUNDING, mpmath.re(values[k])))
         self.eigenvalues = [self.cleaned(values[k]) for k in listed]
         self.left = [[self.cleaned(vectors[i, k] / vectors[0, k]) for i in range(s)] for k in listed]
-        # all left vectors with their conjugates; the columns of the inverse are the right ones
+        # all left vectors with their conjugates; the columns of the inverse are the right vectors
         pairs = [row for value, row in zip(self.eigenvalues, self.left)
                  for row in ([row] if mpmath.im(value) == 0 else [row, [mpmath.conj(entry) for entry in row]])]
         inverse, at = mpmath.matrix(pairs) ** -1, 0
@@ -458,12 +458,12 @@ class DerivedCollocation:
 
     @staticmethod
     def cleaned(value):
-        """Imaginary parts that are rounding are none."""
+        """Removes imaginary parts that are rounding."""
         value = mpmath.mpc(value)
         return mpmath.mpc(value.real, 0) if abs(value.imag) < ROUNDING else value
 
     def vibration(self, x):
-        """Of q = exp(i x theta), stepped over 0 <= theta <= 1: d, d_low, and the error of q at the end."""
+        """For q = exp(i x theta), stepped over 0 <= theta <= 1: d, d_low, and the error of q at the end."""
         eye, ones, c = mpmath.eye(self.s), mpmath.ones(self.s, 1), mpmath.matrix(self.c)
         # a = -x^2 (q + c qd + aa a) in the time of a step
         a = mpmath.lu_solve(eye + x * x * self.aa, -x * x * (ones + 1j * x * c))
@@ -484,7 +484,7 @@ def collocation(request, library, precision):
 
 
 def last_places(found, exact):
-    """Largest difference in units of the last place of what is exact; zeros have to be zeros."""
+    """Largest difference in units of the last place of the exact value; zeros must be exact."""
     units = [math.ulp(float(right)) if abs(right) > ROUNDING else float(ROUNDING) for right in exact]
     return max(abs(mpmath.mpf(value) - right) / unit for value, right, unit in zip(found, exact, units, strict=True))
 
@@ -526,7 +526,7 @@ def test_collocation_parts_make_the_whole(collocation):
         assert worst <= 4 * mpmath.mpf(2) ** -53 * SCALE
 
 
-# B(p), C(eta), D(zeta) (Solving ODEs II, IV.5) up to where they hold: p <= eta + zeta + 1 and p <= 2 eta + 2 make the order p.
+# B(p), C(eta), D(zeta) (Solving ODEs II, IV.5) as far as they are true: p <= eta + zeta + 1 and p <= 2 eta + 2 imply order p.
 ASSUMPTIONS = {"gauss12": (12, 6, 6), "radau9": (9, 5, 4)}
 
 
@@ -563,7 +563,7 @@ def stability(table, z):
 
 
 def test_collocation_stability(collocation):
-    """Gauss is neutral to all vibrations; Radau damps all, at infinity to nothing."""
+    """Gauss is neutral to all vibrations; Radau damps all of them, completely at infinity."""
     table, derived = collocation
     decades = [mpmath.mpf(10) ** (mpmath.mpf(k) / 8) for k in range(-16, 25)]
     axis = [abs(stability(table, 1j * y)) for y in decades]
@@ -582,7 +582,7 @@ def test_collocation_stability(collocation):
 
 
 def test_collocation_error_estimate(collocation):
-    """Of a vibration that turns by 0.5 to 3 radians in a step, as collocation.h writes it."""
+    """For a vibration that turns by 0.5 to 3 radians in a step, as described in collocation.h."""
     table, derived = collocation
     for x in mpmath.mpf(1) / 100, *(mpmath.mpf(k) / 4 for k in range(2, 13)):
         d, d_low, error = map(abs, derived.vibration(x))

@@ -1,4 +1,4 @@
-"""gen/theory.md: every citation of it leads to a section, and its symbols are names that the code and the emitted C have."""
+"""gen/theory.md: every citation of it leads to a section, and its symbols are names in the code and in the emitted C."""
 import pathlib
 import re
 
@@ -15,12 +15,12 @@ EMISSION = "all,tangent,tangent_vectors,d_qdd,d_qdd_free,d_force,d_statics,d_row
 
 
 def read(path):
-    """A file as running text: a citation may go on behind the star of the next comment line."""
+    """A file as running text: a citation may continue after the star of the next comment line."""
     return re.sub(r"\n\s*(\*(?!/)|#|--|\")?\s*", " ", path.read_text())
 
 
 def documents():
-    """All that may cite the page, but the page itself, where sections stand without its name."""
+    """All files that may cite the page, except the page itself, which cites its sections without its name."""
     here = [SOURCE / "README.md"] + [path for folder in FOLDERS for path in sorted((SOURCE / folder).rglob("*"))]
     return [path for path in here if path.suffix in SUFFIXES and path not in (THEORY, pathlib.Path(__file__).resolve())]
 
@@ -60,7 +60,7 @@ def test_sections_within_the_page():
 
 
 def test_no_page_beside_it_is_cited():
-    """The page is in the repository; what it was written from is not."""
+    """The page is in the repository; the documents that it was written from are not."""
     wrong = [str(path.relative_to(SOURCE)) for path in documents()
              if re.search(r"formulation(\.md)?,?\s+sect|chapter,\s+eq", read(path), re.I)]
     assert not wrong
@@ -90,7 +90,7 @@ def emitted(tmp_path_factory):
 
 
 def test_symbols_are_names_in_the_emitted_code(emitted):
-    """FRAME is any coordinate, ROW any row or what rows share, POINT the point; of axes, one of the three."""
+    """FRAME is any coordinate, ROW any row or a value that rows share, POINT the point; one of three axes is enough."""
     def pattern(name):
         of = {"FRAME": r"[a-z]+(_[a-z]+)*(_\d+)?", "ROW": r"(row_\d|shared)", "POINT": r"point_E"}
         return re.sub("FRAME|ROW|POINT", lambda found: of[found.group()], re.sub(r"(?<=_)x(?=d?$)", "[xyz]", name))

@@ -1,4 +1,4 @@
-"""Both ways of solving M qdd = f, forced: equal to the oracle and to each other; which one is taken."""
+"""Both ways to solve M qdd = f, forced: equal to the oracle and to each other; which of them is chosen."""
 import random
 import re
 
@@ -13,7 +13,7 @@ MODELS = all_models() + models_of_tests()
 
 
 def choice(folder, model, *options):
-    """quantity -> (method, operations by method), as `refdyn gen` prints it and the header says; {} without accelerations."""
+    """quantity -> (method, operations by method), as `refdyn gen` prints and the header says; {} without accelerations."""
     printed = refdyn("gen", model, *options, "-o", folder).stdout
     line = re.search(r"^choices: (.*)$", printed, re.M).group(1)
     assert f"Choices by counted operations: {line}." in next(folder.glob("*.h")).read_text()

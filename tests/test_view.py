@@ -1,4 +1,4 @@
-"""`refdyn view`: what the page computes and shows against the numbers of the motion; what is refused."""
+"""`refdyn view`: what the page computes and shows, compared with the numbers of the motion; what is refused."""
 import re
 import zlib
 from xml.etree import ElementTree
@@ -25,7 +25,7 @@ def runs(tmp_path_factory):
 
 
 def write_page(runs, name):
-    """A CSV does not tell where its ellipse lies."""
+    """A CSV does not contain the position of its ellipse."""
     centre = points_of(runs / "arm.csv")["E"][0, 0] - 0.875
     view(runs / "arm.csv", runs / "crane.h5", runs / "bars.h5", runs / "loads.h5", "--model", MANIPULATOR, "--set", "n_rfe=3",
          "--set", f"xc={float(centre)!r}", "-o", runs / name)
@@ -152,7 +152,7 @@ return said;
 
 
 def test_the_camera_of_a_fragment(page):
-    """What is moved by a tenth of the picture's height is 0.2 off, where the picture reaches from -1 to 1 in height."""
+    """A shift by a tenth of the picture's height is 0.2, where the picture reaches from -1 to 1 in height."""
     said, _ = browser.ask(page, AIMED, "#alone=1&azimuth=-30&height=50&nearer=2&right=0.1&up=-0.2")
     assert said["azimuth"] == pytest.approx(-np.pi / 6) and said["height"] == pytest.approx(np.deg2rad(50)) and said["nearer"] == pytest.approx(2)
     assert said["home"] == pytest.approx([0.2, -0.4]) and said["wide"] is True
@@ -214,7 +214,7 @@ return said;
 
 @pytest.fixture(scope="module")
 def flight(tmp_path_factory):
-    """A hand that flies 23 m, twice; its finger has the inertia of a disc of 1.2 m, as a common file of the UR5 has it."""
+    """A hand that flies 23 m, twice; its finger has the inertia of a disc of 1.2 m, as in a common file of the UR5."""
     folder = tmp_path_factory.mktemp("flight")
     (folder / "flying.lua").write_text(FLYING)
     refdyn("sim", folder / "flying.lua", "--until", "1", "-o", folder / "a.h5")
@@ -225,8 +225,8 @@ def flight(tmp_path_factory):
 
 
 def test_solids_of_air_are_bounded(flight):
-    """A disc of 1.2 m with 1.2 kg hides the robot: it becomes as large as its link reaches, here to the first joint of the rod, or as
-    much water as has its mass; one that a body has stays."""
+    """A disc of 1.2 m with 1.2 kg hides the robot: it shrinks to the length of its link, here to the first joint of the rod, or to the size
+    of water of its mass; a possible solid stays."""
     maps = [np.array(shape["map"]) for shape in flight["shapes"]]
     assert [shape["isSolid"] for shape in flight["shapes"]] == [1, 1, 1, 0, 0]
     hand, finger, cap = (np.linalg.norm(numbers[:9].reshape(3, 3), axis=0) for numbers in maps[:3])
@@ -249,7 +249,7 @@ def test_of_equal_runs_the_first_one_is_seen(flight):
 
 
 def test_marks_of_long_motions(flight):
-    """Pins stay smaller than the bodies are, and the camera flies along."""
+    """Pins remain smaller than the bodies, and the camera follows."""
     assert flight["whole"] > 11 and 0.03 < flight["pins"] < 0.1
     shown, checked, radius = flight["follow"]
     assert shown and checked and 0.2 < radius < 0.7 and flight["back"] == [False, flight["whole"]]
@@ -281,7 +281,7 @@ def test_equal_calls_give_equal_bytes(runs, page):
 
 
 def write_run(path, names, rows, step):
-    """A CSV with numbers that do not repeat."""
+    """A CSV without repeated numbers."""
     t = np.arange(rows) * step
     phases = np.array([zlib.crc32(name.encode()) % 1000 for name in names])
     q = 0.05 * np.sin(np.outer(t, 1 + 0.01 * phases) + phases)
@@ -331,7 +331,7 @@ def test_a_model_is_drawn(tmp_path):
 
 
 def test_a_row_leads_to_the_link_that_is_named(tmp_path):
-    """Not to what that one is welded to; an axis that is none of the link's own is told, and one is no plural."""
+    """Not to the link to which it is welded; the message names an axis that is not the link's own, and uses singular and plural correctly."""
     model = tmp_path / "arm.lua"
     model.write_text('local rd = require "refdyn"\nreturn rd.model { name = "arm", gravity = { 0, 0, -9.81 }, links = {\n'
                      '{ "lower", joint = "psi", axis = { 2, 2, 1 }, mass = 3, center = { 0.3, 0, 0 }, inertia = { xx = 0.1, yy = 0.2, zz = 0.2 } },\n'

@@ -1,4 +1,4 @@
-"""Each file of wrong/ is refused by the program with exactly the messages that its first comments name."""
+"""The program refuses each file of wrong/ with exactly the messages that its first comments name."""
 import re
 
 import pytest
@@ -34,7 +34,7 @@ def check_file(tmp_path, text, name="model.lua", **keywords):
 
 
 def test_a_thousand_errors(tmp_path):
-    """All of them are told, in one go."""
+    """All of them are reported at once."""
     links = "".join(f'  {{ "link_{i}", joint = "x", mass = -{i} }},\n' for i in range(1, 1001))
     path, done = check_file(
         tmp_path, f'local rd = require "refdyn"\nreturn rd.model {{ name = "wrong", links = {{\n{links}}} }}\n', status=1)
@@ -48,7 +48,7 @@ def test_no_bytecode(tmp_path):
 
 
 def test_errors_in_a_file_beside_the_model(tmp_path):
-    """The place of a table and of a failure is in the file where it stands."""
+    """The place of a table and of an error is in the file that contains it."""
     (tmp_path / "parts.lua").write_text('return {\n  { "a", joint = "x", mass = -1 },\n}\n')
     _, done = check_file(
         tmp_path, 'local rd = require "refdyn"\nreturn rd.model { name = "wrong", links = require "parts" }\n', status=1)

@@ -1,7 +1,7 @@
-"""M, h and torques of gravity of a URDF file by Pinocchio, in Refdyn's coordinates: M qdd = h + Q, without damping.
+"""M, h and gravity torques of a URDF file by Pinocchio, in Refdyn's coordinates: M qdd = h + Q, without damping.
 
-A joint with several coordinates is a chain of joints with one each between links without mass, so that Pinocchio's own
-coordinates of planar and floating joints, which are of another kind, do not enter.
+A joint with several coordinates becomes a chain of single-coordinate joints between massless links, because Pinocchio uses different
+coordinates for planar and floating joints.
 """
 import random
 import xml.etree.ElementTree as ElementTree
@@ -19,7 +19,7 @@ def axis_of(joint):
 
 
 def largest(axis):
-    """Place of the largest component, the later one of equal ones."""
+    """Index of the largest component; the later one if equal."""
     return max(range(3), key=lambda i: (abs(axis[i]), i))
 
 
@@ -30,7 +30,7 @@ def chain_of(joint):
     if joint.get("type") == "planar":
         axis = axis_of(joint) / numpy.linalg.norm(axis_of(joint))
         letters = PLANES[largest(axis)]
-        if max(axis) < 1:  # none of x, y, z: a frame of its own has it as z
+        if max(axis) < 1:  # not x, y or z: its own frame has it as z
             child, letters = f"{child}_plane", PLANES[2]
             side = numpy.cross((0, 0, 1), axis) / numpy.linalg.norm(axis[:2])
             frame = numpy.array((numpy.cross(side, axis), side, axis)).T
@@ -38,7 +38,7 @@ def chain_of(joint):
 
 
 def as_chains(root):
-    """Replaces planar and floating joints; the coordinate of each joint by its name."""
+    """Replaces planar and floating joints; returns the coordinate of each joint by its name."""
     coordinates = {}
     for joint in root.findall("joint"):
         kind, child = joint.get("type"), joint.find("child").get("link")
@@ -66,14 +66,14 @@ def as_chains(root):
 
 
 def with_unit_axes(root):
-    """Pinocchio takes the axis as it is written."""
+    """Pinocchio does not normalise the axis of the file."""
     for joint in root.findall("joint"):
         if joint.find("axis") is not None and joint.get("type") != "fixed":
             joint.find("axis").set("xyz", " ".join(repr(float(x)) for x in axis_of(joint) / numpy.linalg.norm(axis_of(joint))))
 
 
 def rotors(root):
-    """inertia gear^2 of each joint that has one."""
+    """inertia gear^2 of each joint that has a rotor."""
     found = {}
     for transmission in root.findall("transmission"):
         inertia, gear = (transmission.find(f"actuator/{{http://drake.mit.edu}}{name}") for name in ("rotor_inertia", "gear_ratio"))
@@ -83,7 +83,7 @@ def rotors(root):
 
 
 class Reference:
-    """One robot; `coordinates` in an order of its own."""
+    """One robot; `coordinates` are in Pinocchio's order."""
 
     def __init__(self, text):
         import pinocchio
@@ -98,14 +98,14 @@ class Reference:
             self.model.armature[self.model.joints[self.model.getJointId(name)].idx_v] = inertia
 
     def configuration(self, q):
-        """Turns without end are a cosine and a sine."""
+        """Turns without limits are a cosine and a sine."""
         full = numpy.zeros(self.model.nq)
         for joint, value in zip(self.joints, q):
             full[joint.idx_q:joint.idx_q + joint.nq] = value if joint.nq == 1 else (numpy.cos(value), numpy.sin(value))
         return full
 
     def values(self, q, qd):
-        """M, h + Q of a motion without damping, and Q of gravity alone."""
+        """M, h + Q of a motion without damping, and Q due to gravity alone."""
         full, order = self.configuration(q), [joint.idx_v for joint in self.joints]
         rates = numpy.zeros(self.model.nv)
         rates[order] = qd
@@ -115,7 +115,7 @@ class Reference:
                 "gravity": (-self.pinocchio.computeGeneralizedGravity(self.model, self.data, full))[order].tolist()}
 
     def states(self, count, seed):
-        """With reference values, at high-entropy places."""
+        """States with reference values, at random places with many significant digits."""
         chance = random.Random(seed)
         for _ in range(count):
             q = [chance.uniform(-2, 2) for _ in self.coordinates]

@@ -1,5 +1,7 @@
-/* What docs/casadi/acados_step.c uses of BLASFEO, with matrices by columns as its reference implementation
- * has them. */
+/*
+ * The part of BLASFEO that docs/casadi/acados_step.c uses, with column-major matrices like its reference
+ * implementation.
+ */
 #ifndef BLASFEO_D_AUX_H
 #define BLASFEO_D_AUX_H
 struct blasfeo_dvec {

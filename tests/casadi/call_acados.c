@@ -1,5 +1,7 @@
-/* Calls docs/casadi/acados_step.c as acados does: state and inputs in one vector, inputs first. Prints the
- * next state, then the derivatives, a column of BLASFEO's matrix a line. */
+/*
+ * Calls docs/casadi/acados_step.c like acados: state and inputs in one vector, inputs first. Prints the next
+ * state, then the derivatives, one column of BLASFEO's matrix a line.
+ */
 #include "acados_step.c"
 
 #include <stdio.h>

@@ -1,6 +1,6 @@
 /*
- * What emitted C says of its model: reads the values that interpreted.c wrote, prints the same lines. Compiled by
- * test_compilers.py with NAME, the name of the model, and linked with its C.
+ * Values of emitted C: reads the values that interpreted.c wrote and prints the same lines. test_compilers.py
+ * compiles it with NAME, the name of the model, and links it with the model's C.
  */
 #include "refdyn_model.h"
 #include "quantities.h"
@@ -47,9 +47,9 @@ int main(int argument_count, char **arguments) {
         model->prepare(p);
     for (int state = 0; read_list(in, values, 3 * n + 2 + m); state++) {
         const double t = values[0], *q = values + 1, *qd = q + n;
-#define PRINT(name, count)                 \
-    if (model->name && (count) > 0) {      \
-        model->name(p, x, t, q, qd, out);  \
+#define PRINT(name, count)                       \
+    if (model->name && (count) > 0) {            \
+        model->name(p, x, t, q, qd, out);        \
         print_results(#name, state, out, count); \
     }
         QUANTITIES(PRINT)

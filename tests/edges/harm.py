@@ -1,4 +1,4 @@
-"""Runs the program on files that try to harm, in a folder of its own, and checks that nothing was harmed."""
+"""Runs the program on harmful files in a separate folder, and checks that no harm was done."""
 import os
 import pathlib
 import resource
@@ -8,7 +8,7 @@ from program import REFDYN, TESTS
 
 HARMFUL = TESTS / "harmful"
 SECONDS, MEGABYTES = 10, 512
-PATIENCE = 4  # times as long on the clock, where other programs run beside it: then it waits for something
+PATIENCE = 4  # wall time may be longer by this factor, when other programs run: beyond it the program must be waiting for something
 SLOWNESS = float(os.environ.get("REFDYN_SLOWNESS", "1"))  # a build with sanitizers needs more time and memory
 
 

@@ -1,11 +1,11 @@
 /*
- * What the interpreter of the plan says of a model, for test_compilers.py.
+ * Values of a model by the interpreter of the plan, for test_compilers.py.
  *
  *     interpreted MODEL FOLDER [NAME=VALUE ...]
  *
  * writes the model's C into FOLDER, random values of parameters, inputs and states to FOLDER/values, one
- * number a line, and every quantity at them to standard output, one line "STATE QUANTITY ENTRY VALUE" for
- * each entry.
+ * number a line, and every quantity at these values to standard output, one line "STATE QUANTITY ENTRY VALUE"
+ * for each entry.
  */
 #include "runtime/core/linear/linear.h"
 #include "gen/gen.h"
@@ -26,7 +26,7 @@ static double uniform(double size) {
     return size * (2.0 * (double)(seed >> 8) / (double)(1u << 24) - 1.0);
 }
 
-/* The table of the model, from a library that is compiled without any flag of interest. */
+/* The table of the model, from a library compiled without any of the tested flags. */
 static const struct refdyn_model *load(const char *folder, const char *name) {
     char command[4096], symbol[256];
     snprintf(command, sizeof command, "cc -std=c11 -O0 -fPIC -shared -I%s -I%s %s/*.c -o %s/table.so -lm",
@@ -46,8 +46,8 @@ struct values {
 };
 
 /*
- * Angles of all sizes. Then a state with one that is no number, and the same with two other values of that
- * one, which tell the results that do not hang on it. Behind qd: accelerations and multipliers.
+ * Angles of all sizes. Then a state with one NaN angle, and the same state with two other values of this
+ * angle, which show the results that do not depend on it. After qd: accelerations and multipliers.
  */
 static void choose_state(const struct refdyn_model *model, struct values *v, int index) {
     static const double sizes[] = {0.5, 3, 300, 3}, last[] = {NAN, 0.7, -2.1};

@@ -1,4 +1,4 @@
-"""Emitted C under flags that change arithmetic: results as without them, or a compile error that says why."""
+"""Emitted C under flags that change arithmetic: results as without them, or a compile error with the reason."""
 import collections
 import math
 import os
@@ -18,7 +18,7 @@ MODELS = {
     "fourbar": [SOURCE / "models" / "fourbar.lua"],
 }
 REORDERED = ["-fassociative-math", "-fno-signed-zeros", "-fno-trapping-math"]
-# What is wrong under these is told while compiling.
+# Under these flags the compilation fails with the reason.
 REFUSED = [["-Ofast"], ["-ffast-math"], ["-O2", "-ffinite-math-only"]]
 # These give the same results.
 TAKEN = [["-O1", "-funsafe-math-optimizations"], ["-O1", *REORDERED]]
@@ -32,7 +32,7 @@ X87_RELATIVES = [["-O2", "-mfpmath=387"], ["-O1", "-mfpmath=387", "-funsafe-math
 FEW = ("functions", "runs")  # one without the pass over angles, one with it
 BITS32 = [["-m32", "-O0"], ["-m32", "-O1", "-funsafe-math-optimizations"], ["-m32", "-O1", "-msse2", "-mfpmath=sse"]]
 LANGUAGES = {"c11": ["-x", "c", "-std=c11"], "c++17": ["-x", "c++", "-std=c++17"]}
-TOLERANCE = 1e-10  # of the largest entry: sums in another order; it is 5e-13 at the most, 8e-12 with x87 arithmetic
+TOLERANCE = 1e-10  # of the largest entry: sums in another order; the largest is 5e-13, or 8e-12 with x87 arithmetic
 
 
 def parse(text):
@@ -45,7 +45,7 @@ def parse(text):
 
 @pytest.fixture(scope="module", params=MODELS, ids=str)
 def model(request, tmp_path_factory):
-    """Folder with the emitted C and the values, and what the interpreter makes of them."""
+    """Folder with the emitted C and the values, and the results of the interpreter for them."""
     folder = tmp_path_factory.mktemp(request.param)
     file, *settings = MODELS[request.param]
     done = subprocess.run([BUILD / "bin" / "interpreted", file, folder, *settings], capture_output=True, text=True, check=True)
@@ -54,7 +54,7 @@ def model(request, tmp_path_factory):
 
 
 def build(folder, name, compiler, language, flags):
-    """Compiles the emitted C under `flags` and links it with the program that evaluates it; what the compiler says, or ''."""
+    """Compiles the emitted C under `flags` and links it with the program that evaluates it; returns the compiler's message, or ''."""
     width = ["-m32"] if "-m32" in flags else []
     commands = [[compiler, "-std=c11", "-O1", *width, f"-DNAME={name}", "-I", folder, "-I", TESTS / "unit", "-c",
                  TESTS / "edges" / "evaluated.c", "-o", folder / "driver.o"]]
@@ -78,7 +78,7 @@ def check_equal(model, compiler, language, flags):
     assert not lines, "\n".join(lines[:20])
 
 
-NOT_A_NUMBER, OTHERS = 3, (4, 5)  # the state with an angle that is no number, and the same with two other angles
+NOT_A_NUMBER, OTHERS = 3, (4, 5)  # the state with an angle that is NaN, and the same with two other angles
 
 
 def differs(found, expected, size):
@@ -86,10 +86,8 @@ def differs(found, expected, size):
 
 
 def differences(found, expected):
-    """
-    Entries are compared with the largest one of their quantity. What is no number stays none, but where the angle that
-    is none cancels: sums in another order may leave it out.
-    """
+    """Entries are compared relative to the largest one of their quantity. NaN must stay NaN, except where the NaN angle cancels: sums in
+    another order may omit it."""
     assert found.keys() == expected.keys(), "other quantities"
     sizes, lines = collections.Counter(), []
     for (_, quantity), values in expected.items():
@@ -127,7 +125,7 @@ def test_refused_with_a_sentence(model, compiler, language, flags):
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_rounded_constants_are_refused(model, language):
-    """A compiler that takes 0.1 for a float tells of it by no macro; of those here gcc has the flag."""
+    """A compiler that reads 0.1 as a float defines no macro for that; of the compilers here, gcc has the flag."""
     name, folder, _ = model
     complaint = build(folder, name, "gcc", language, ["-O1", "-fsingle-precision-constant"])
     assert f"{name}.c needs doubles of 64 bits: compile it without -fsingle-precision-constant" in complaint
@@ -153,7 +151,7 @@ def test_x87(model, language, flags):
 
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 def test_without_a_barrier_of_the_compiler(model, compiler, tmp_path):
-    """The path of compilers that have none; sums are kept in their order by a mask."""
+    """The path for compilers without a barrier; a mask keeps sums in their order."""
     name, folder, expected = model
     if name not in FEW:
         pytest.skip("tried with fewer models")
@@ -174,7 +172,7 @@ def test_both_paths_are_there(model):
 
 @pytest.mark.parametrize("flags", REFUSED, ids=" ".join)
 def test_a_part_alone_is_refused(flags, tmp_path):
-    """Of a long emission each file."""
+    """Each file of a long emission is refused."""
     refdyn("gen", TESTS / "models" / "runs.lua", "--set", "kind=rods", "--set", "rfe=3", "--emit", "all,tangent,d_qdd", "-o", tmp_path)
     shutil.copy(SOURCE / "runtime" / "refdyn_model.h", tmp_path)
     parts = sorted(tmp_path.glob("*_*.c"))

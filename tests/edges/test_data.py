@@ -1,4 +1,4 @@
-"""Numbers that have no value, targets that cannot be reached, and states that try to harm."""
+"""Numbers without a value, targets out of reach, and harmful states."""
 import json
 import math
 import re
@@ -91,7 +91,7 @@ def test_samples_as_spreadsheets_write_them(tmp_path):
     assert abs(read_run(folder / "run.csv")["cart_x_d"][-1] - 1) < 1e-12
 
 
-# ---- Numbers that have no value ----
+# ---- Numbers without a value ----
 
 OSCILLATOR = """local rd = require "refdyn"
 local p = rd.parameters { { "m", 1, "kg" }, { "k", 100, "N/m" }, { "c", 0.1, "N s/m" }, { "l", 1, "m" }, { "f", 1, "N" } }
@@ -118,7 +118,7 @@ def numbers_of(value):
 @pytest.mark.parametrize("command", COMMANDS, ids=" ".join)
 @pytest.mark.parametrize("values", HUGE, ids=lambda values: ",".join("=".join(item) for item in values.items()))
 def test_huge_parameters(values, command, tmp_path):
-    """What is said to be done is finite; what is not finite says so, with its time and its state."""
+    """Every reported success is finite; every non-finite value is reported with its time and its state."""
     (tmp_path / "o.lua").write_text(OSCILLATOR)
     more = ["--summary", "summary.json", "-o", "run.csv"] if command[0] == "sim" else []
     done = refdyn(command[0], "o.lua", *command[1:], *more, *[word for item in values.items() for word in ("--set", "=".join(item))], status=None, cwd=tmp_path,
@@ -130,7 +130,7 @@ def test_huge_parameters(values, command, tmp_path):
         found = [json.loads(line) for line in (done.stdout.splitlines() if command[0] == "bench" else [done.stdout] if done.stdout else [])]
         found += [json.loads((tmp_path / "summary.json").read_text())] if command[0] == "sim" else []
         for result in found:
-            result.pop("qdd_free", None)  # null where M alone is singular
+            result.pop("qdd_free", None)  # null only where M is singular
             assert all(value is not None for value in numbers_of(result)), result
         assert command[0] != "sim" or all(map(math.isfinite, (value for column in read_run(tmp_path / "run.csv").values() for value in column)))
     else:
@@ -140,7 +140,7 @@ def test_huge_parameters(values, command, tmp_path):
 
 
 def test_some_of_them_fail(tmp_path):
-    """The cases above are of both kinds, for each command."""
+    """The cases above include both kinds for each command."""
     (tmp_path / "o.lua").write_text(OSCILLATOR)
     for command in COMMANDS:
         ends = set()
@@ -160,7 +160,7 @@ return rd.model { name = "slides", points = { E = "c" }, links = { { "a", joint 
 @pytest.mark.parametrize("command, section", [(["eval"], "points"), (["statics"], "points"), (["modes"], "points"), (["modes", "--at", "initial"], "points"),
                                               (["eval", "--state", "fast.json"], "energy")], ids=lambda words: words if isinstance(words, str) else " ".join(words))
 def test_results_that_overflow(command, section, tmp_path):
-    """The equations hold, and yet a number of the result does not fit: nothing is given out."""
+    """The equations are satisfied, but a number of the result overflows: no result is written."""
     (tmp_path / "slides.lua").write_text(SLIDES)
     (tmp_path / "fast.json").write_text('{"qd": [1e200]}')
     values = [] if section == "energy" else ["--set", "l=1.7e308"]
@@ -177,7 +177,7 @@ def test_a_report_of_points_that_overflow(tmp_path):
 
 @pytest.mark.parametrize("course, start", [("rd.sqrt(0.5 - s.t)", 0.5), ("1/(s.t - 0.25)", 0.25), ("rd.log(0.3 - s.t)", 0.3), ("1/s.t", 0), ("rd.exp(1e4*s.t)", 0.07)])
 def test_columns_that_lose_their_value(course, start, tmp_path):
-    """Also where the equations go on: the motion ends there, and says in which column."""
+    """Even if the equations can be evaluated further, the motion ends there and names the column."""
     (tmp_path / "cart.lua").write_text('local rd = require "refdyn"\nreturn rd.model { name = "cart", links = { { "cart", joint = "x", mass = 1, '
                                        f'start_rate = {{ x = 1 }} }} }}, courses = function(s) return {{ root = {course} }} end }}\n')
     done = refdyn("sim", "cart.lua", "--until", "1", "--every", "0.05", "-o", "run.csv", cwd=tmp_path, status=3)
@@ -187,7 +187,7 @@ def test_columns_that_lose_their_value(course, start, tmp_path):
     assert not TOKEN.search(text) and all(float(row.split(",")[0]) <= start + 1e-9 for row in text.split("\n")[1:-1])
 
 
-# ---- Targets that cannot be reached ----
+# ---- Targets out of reach ----
 
 ARM = """local rd = require "refdyn"
 return rd.model { name = "arm", gravity = { 0, 0, -9.81 }, points = { P = "hand" },
@@ -201,12 +201,12 @@ return rd.model { name = "arm", gravity = { 0, 0, -9.81 }, points = { P = "hand"
 @pytest.mark.parametrize("how", [["--start", "project"], [], ["--step", "1e-3"], ["--start", "project", "--step", "1e-3"], ["--verify", "--start", "project"]],
                          ids=lambda words: " ".join(words) or "as is")
 def test_unreachable_programme(how, tmp_path):
-    """The reason comes first, then the state, then how far the start is from what is asked for, by row."""
+    """The reason comes first, then the state, then the distance of the start from the programme, by row."""
     (tmp_path / "arm.lua").write_text(ARM.replace("X", "5"))
     done = refdyn("sim", "arm.lua", "--until", "0.1", "-o", "run.csv", *how, cwd=tmp_path, status=None)
     x = 1 + math.cos(1)
     if "--step" in how and "--start" not in how:
-        assert f"reach (position): phi = {x - 5:.12}" in done.stderr, done.stderr  # gains pull it in as far as it goes
+        assert f"reach (position): phi = {x - 5:.12}" in done.stderr, done.stderr  # gains pull it in as far as possible
         return
     lines = [line for line in done.stderr.split("\n") if "warning: no row has gains" not in line]
     assert done.returncode == 3 and re.match(r"refdyn: arm: t = 0 s: .+, constraint reach$", lines[0]), done.stderr
@@ -217,7 +217,7 @@ def test_unreachable_programme(how, tmp_path):
 
 
 def test_programme_that_leaves_the_reach(tmp_path):
-    """In the middle of a motion: when, and in which row."""
+    """In the middle of a motion: the time and the row."""
     (tmp_path / "arm.lua").write_text(ARM.replace("X", "(1 + s.t)"))
     done = refdyn("sim", "arm.lua", "--until", "10", "-o", "run.csv", "--start", "project", cwd=tmp_path, status=3)
     assert re.match(r"refdyn: (warning: )?the start .+\n(refdyn: the start .+\n)?refdyn: (at|arm: t =)", done.stderr), done.stderr
@@ -252,7 +252,7 @@ def test_no_equilibrium(command, which, tmp_path):
 
 @pytest.mark.parametrize("command", [["sim", "--until", "0.1", "-o", "run.csv"], ["eval"], ["modes"]], ids=lambda words: words[0])
 def test_failures_of_many_coordinates(command, tmp_path):
-    """The reason first, and of the state no more than can be read; the whole is in the last row."""
+    """The reason comes first, then a readable part of the state; the last row has all of it."""
     (tmp_path / "state.json").write_text(json.dumps({"qd": [1e200] * 82}))
     values = {"sim": ["--set", "E=1.7e308"], "modes": ["--set", "rho=1.7e308", "--set", "a=1e200"], "eval": ["--state", "state.json"]}[command[0]]
     values = ["--set", "n_rfe=27", *values]

@@ -1,4 +1,4 @@
-"""What a header tells its callers, and quantities that are there for every model or by parts."""
+"""The information that a header contains for callers, and quantities that every model has, or has in parts."""
 import ctypes
 import re
 import shutil
@@ -38,14 +38,14 @@ TABLES = {"COORDINATE": ("coordinates[%s].name", "n"), "PARAMETER": ("parameters
 
 
 def places(header, name):
-    """Names of all constants of places, those of long runs written out by the preprocessor."""
+    """Names of all constants of places; the preprocessor expands those of long runs."""
     done = subprocess.run(["gcc", "-E", "-P", "-"], input=header.replace('#include "refdyn_model.h"', ""), capture_output=True, text=True,
                           check=True)
     return re.findall(rf"\b{name}_({'|'.join(TABLES)})_(\w+) = ", done.stdout)
 
 
 def check_constants(folder, model, *arguments):
-    """Each constant leads to the entry of its name, and there is one for each entry."""
+    """Each constant refers to the entry of its name, and each entry has one."""
     name, header = emit(folder, model, *arguments)
     found = places(header, name)
     table = f"{name}_model"
@@ -69,7 +69,7 @@ def test_constants_of_every_model(model, tmp_path):
 
 @pytest.mark.parametrize("rfe", [2, 3, 9, 40])
 def test_constants_of_long_beams(rfe, tmp_path):
-    """Each element has its own, whether they are listed or made by one line for all of them."""
+    """Each element has its own constant, whether constants are listed or made by one line for all of them."""
     found = check_constants(tmp_path, REFERENCE, "--set", f"n_rfe={rfe}", "--set", "drive=input")
     assert ("COORDINATE", f"arm_phi_{rfe - 1}") in found and ("INPUT", "tau") in found and ("POINT", "E") in found
     assert sum(kind == "COORDINATE" for kind, _ in found) == 4 + 3 * (rfe - 1)
@@ -93,7 +93,7 @@ return rd.model { name = "odd", gravity = { 0, 0, -9.81 }, links = {
 
 @pytest.mark.parametrize("language", [("-x", "c", "-std=c11"), ("-x", "c++", "-std=c++17")], ids=" ".join)
 def test_files_compile_as_one(language, tmp_path):
-    """Parts of a long emission and other models, as a build does that joins files; a macro of one is none of the others."""
+    """Parts of a long emission and other models, joined as in a unity build; no macro is visible in another file."""
     runs = TESTS / "models" / "runs.lua"
     names = [emit(tmp_path, runs, "--set", "kind=rods", "--set", "rfe=3", "--emit", "all,tangent,d_qdd")[0],
              emit(tmp_path, PENDULUM, "--emit", "qdd")[0], emit(tmp_path, REFERENCE, "--set", "n_rfe=5", "--emit", "qdd")[0]]
@@ -108,7 +108,7 @@ def test_files_compile_as_one(language, tmp_path):
 # ---- local arrays ----
 
 def stack_usage(folder, name):
-    """Bytes of the stack frame of each function and of what is put into it, as gcc says it."""
+    """Bytes of the stack frame of each function and of the functions inlined into it, as gcc reports them."""
     subprocess.run(["gcc", "-std=c11", "-O0", "-fstack-usage", "-c", f"{name}.c"], cwd=folder, check=True)
     usage = {}
     for line in (folder / f"{name}.su").read_text().splitlines():
@@ -119,7 +119,7 @@ def stack_usage(folder, name):
 
 @pytest.mark.parametrize("settings", [["n_rfe=4"], ["n_rfe=40"], ["n_rfe=16", "program=none"]], ids=" ".join)
 def test_bytes_of_local_arrays(settings, tmp_path):
-    """What the header says is in the frames: those of the function, of its pieces and of what it calls."""
+    """The header's figure equals the frames of the function, of its pieces and of the functions that it calls."""
     arguments = [word for setting in settings for word in ("--set", setting)]
     name, header = emit(tmp_path, REFERENCE, *arguments, "--emit", "all,tangent,d_qdd")
     table = {row[0]: int(row[1]) for row in re.findall(r"^ \*   (\w+) +\d+ +\d+ +\d+ +\d+ +(\d+)$", header, re.M)}
@@ -135,7 +135,7 @@ def test_bytes_of_local_arrays(settings, tmp_path):
     for quantity, told in table.items():
         real = frames(f"{name}_{quantity}")
         assert told <= real, f"{quantity}: {told} bytes told, frames of {real}"
-        scalars = 0.6 * real + 4000  # at -O0 every named value has a place, too
+        scalars = 0.6 * real + 4000  # at -O0 every named value has its own memory, too
         assert told >= real - scalars, f"{quantity}: {told} bytes told, frames of {real}"
 
 

@@ -1,4 +1,4 @@
-"""Figures as they are looked at: nothing lies over anything else, and everything is told apart and named."""
+"""Figures as a reader sees them: nothing overlaps, and everything can be distinguished and is named."""
 import colorsys
 import itertools
 import json
@@ -12,11 +12,11 @@ from program import REFERENCE, TESTS, refdyn
 
 SVG = "{http://www.w3.org/2000/svg}"
 PENDULUM = TESTS / "models" / "double_pendulum.lua"
-LETTER = 7  # pixels, not less than the mean width of a letter
+LETTER = 7  # pixels, at least the mean width of a letter
 
 
 class Figure:
-    """The texts of a figure with their places, and its lines with their strokes, in the order of the file."""
+    """The texts of a figure with their positions, and its lines with their strokes, in the order of the file."""
 
     def __init__(self, path):
         self.root = xml.etree.ElementTree.parse(path).getroot()
@@ -27,11 +27,11 @@ class Figure:
         return [(x, y) for x, y, text in self.texts if text.text == words]
 
     def samples(self):
-        """Strokes in the key, by the height at which they stand."""
+        """Strokes in the key, by their height."""
         return {float(place[1]): line for line in self.lines if (place := re.fullmatch(r"M\S+ (\S+?)h\d+", line.get("d")))}
 
     def key(self):
-        """Stroke of each name in the key, which stands behind its sample."""
+        """Stroke of each name in the key; the name follows its sample."""
         samples = self.samples()
         return {text.text: samples[y - 4] for _, y, text in self.texts if y - 4 in samples}
 
@@ -79,7 +79,7 @@ def test_every_element_has_a_colour_and_a_place_in_the_key(count, tmp_path):
 
 @pytest.mark.parametrize("count", [2, 10, 15, 64])
 def test_the_key_stands_beside_the_curves(count, tmp_path):
-    """To the right of the axes, below the title, no name over another one."""
+    """To the right of the axes, below the title, without overlapping names."""
     figure = draw(tmp_path, elements(count), panel="bending-psi")
     [(_, title)] = figure.find("Bending of the elements, psi")
     frame = next(re.match(r"M(\S+) \S+?v\S+?h(\S+)", path.get("d")) for path in figure.root.iter(SVG + "path") if "v" in path.get("d"))
@@ -117,7 +117,7 @@ def test_neighbours_differ_in_grey_print(tmp_path):
 
 
 def test_colours_tell_quantities_and_lines_tell_runs(tmp_path):
-    """In every panel alike; a pale colour is that of the quantity with white in it."""
+    """The same in every panel; a pale colour is the quantity's colour mixed with white."""
     run = {**coordinates(["a_psi", "b_psi", "c_x"]), **{f"P_{axis}{rate}": list(range(20)) for rate in ("", "d", "dd") for axis in "xyz"}}
     energy = run.pop("energy")
     figure = draw(tmp_path, *[{**run, "energy": energy, "push": energy}] * 6)
@@ -141,11 +141,11 @@ def test_residuals_end_at_rounding(tmp_path):
 
 
 def test_forms(tmp_path):
-    """By the end of the name, the same bytes each time, no date of today."""
+    """The ending of the name selects the form; the same bytes each time, without the current date."""
     run = elements(3)
     png, pdf, svg = (draw(tmp_path, run, name=f"figure.{ending}") for ending in ("png", "pdf", "svg"))
     assert png.startswith(b"\x89PNG\r\n") and pdf.startswith(b"%PDF-1") and pdf.rstrip().endswith(b"%%EOF") and svg.root.tag == SVG + "svg"
-    time.sleep(1.1)  # a date tells seconds
+    time.sleep(1.1)  # dates have a resolution of seconds
     assert png == draw(tmp_path, run, name="again.png") and pdf == draw(tmp_path, run, name="again.pdf")
     for name in ("figure.jpg", "figure", "figure.SVG", "svg", "a.png/b"):
         said = refdyn("plot", "run_0.csv", "-o", name, cwd=tmp_path, status=2).stderr
@@ -153,7 +153,7 @@ def test_forms(tmp_path):
 
 
 def test_single_panels(tmp_path):
-    """Names are those of the help, and of what is said of a wrong one."""
+    """Names are listed in the help, and in the message about a wrong one."""
     run = coordinates(["a_psi", "b_x"])
     whole = draw(tmp_path, run)
     for panel, title in (("angles", "Joint angles"), ("slides", "Slides"), ("energy", "Kinetic and potential energy")):
@@ -168,7 +168,7 @@ def test_single_panels(tmp_path):
 
 
 def test_units(tmp_path):
-    """The summary has them by column, and axes that cannot know theirs take them from it."""
+    """The summary has units by column, and axes without a known unit take it from there."""
     refdyn("sim", REFERENCE, "--set", "n_rfe=2", "--set", "drive=input", "--method", "rk4", "--step", "1e-3", "--until", "0.02", "-o", "run.csv",
            "--summary", "run.json", cwd=tmp_path)
     units = json.loads((tmp_path / "run.json").read_text())["units"]
@@ -188,7 +188,7 @@ def test_units(tmp_path):
 
 
 def test_each_method_has_its_own_colour_and_mark(tmp_path):
-    """The same in every figure, whatever other methods are there."""
+    """The same in every figure, regardless of the other methods in it."""
     def marks(*methods):
         refdyn("report", PENDULUM, "--until", "0.2", "--tols", "1e-3,1e-5", "--steps", "1e-2", "--seconds", "20", *methods, "-o", tmp_path)
         figure = Figure(tmp_path / "double_pendulum.svg")
@@ -204,7 +204,7 @@ def test_each_method_has_its_own_colour_and_mark(tmp_path):
 
 
 def test_a_slope_is_that_of_the_formula(tmp_path):
-    """Steps so small that rounding is all of the error are not fitted."""
+    """Steps so small that the error is only rounding are excluded from the fit."""
     steps = ",".join(str(1e-2 / 2 ** i) for i in range(9))
     said = refdyn("report", REFERENCE, "--set", "n_rfe=1", "--until", "0.5", "--methods", "rk4", "--steps", steps, "--seconds", "60", "-o", tmp_path).stdout
     slopes = re.findall(r"^rk4, (?:none|project) .* step\^(\S+) \((\d) runs\)", said, re.M)

@@ -1,4 +1,4 @@
-"""Files that are written and that are trusted: what cannot be written is said before anything is computed, and nothing is lost."""
+"""Files that are written and files that are trusted: an unwritable output is reported before anything is computed, and no data are lost."""
 import fcntl
 import hashlib
 import json
@@ -18,8 +18,8 @@ from program import MODELS, REFDYN, REFERENCE, TESTS, evaluate, read_run, refdyn
 PENDULUM = TESTS / "models" / "double_pendulum.lua"
 BRANCHED = MODELS / "branched.lua"
 IS_ROOT = os.geteuid() == 0
-OTHER = 54321  # a user that is not there
-SOON, NEVER = "0.05", "1e5"  # [s] a motion that ends at once, and one that takes long
+OTHER = 54321  # a user that does not exist
+SOON, NEVER = "0.05", "1e5"  # [s] a motion that ends at once, and a long one
 
 
 def run(*arguments, **keywords):
@@ -38,7 +38,7 @@ def without(closed):
 
 @pytest.mark.parametrize("closed", DESCRIPTORS, ids=str)
 def test_closed_descriptors(closed, tmp_path):
-    """Messages do not go into a result whose file took the place of a closed descriptor."""
+    """Messages do not go into a result whose file got the number of a closed descriptor."""
     model = tmp_path / "off.lua"
     model.write_text(REFERENCE.read_text())
     arguments = ["sim", model, "--set", "n_rfe=1", "--set", "program=chapter", "--until", SOON, "--step", "1e-3", "-o"]
@@ -97,7 +97,7 @@ WRITERS = {
 
 @pytest.mark.parametrize("which", WRITERS)
 def test_another_program_writes_it(which, tmp_path):
-    """A file that somebody is writing is refused; what a killed program has left is no hindrance."""
+    """A file that another program writes is refused; leftovers of a killed program do not prevent writing."""
     arguments, name = WRITERS[which]
     (tmp_path / "given.csv").write_text("t,a_psi,a_psi_d,energy\n0,1,2,3\n1,2,3,4\n")
     (tmp_path / "link.json").symlink_to("e.json")
@@ -115,7 +115,7 @@ def test_another_program_writes_it(which, tmp_path):
 
 
 def start_motion(folder, name="run.csv", *more):
-    """A motion that goes on for hours, once it has written rows."""
+    """Starts a motion that takes hours; returns when it has written rows."""
     process = subprocess.Popen([REFDYN, "sim", PENDULUM, "--until", NEVER, "--every", "2e-2", "--tol", "1e-10", "-o", name, *more], cwd=folder, stderr=subprocess.PIPE,
                                text=True)
     part, end = folder / f"{name}.part", time.monotonic() + 60
@@ -141,7 +141,7 @@ def test_two_motions(tmp_path):
 # ---- Files that are read, and other outputs ----
 
 def spoil_cases():
-    """Arguments whose output is one of the files that they name, or that the model requires."""
+    """Arguments whose output is one of their input files, or a file that the model requires."""
     state, inputs = ["--from", "state.csv"], ["--inputs", "inputs.csv"]
     sim = ["sim", "model.lua", "--until", NEVER]
     ways = {"": "{}", "dot": "./{}", "above": "folder/../{}", "link": "link_{}", "hard": "hard_{}"}
@@ -207,7 +207,7 @@ def test_two_outputs_are_two_files(names, tmp_path):
 
 
 def test_a_link_stays_a_link(tmp_path):
-    """Also one that leads to nothing yet, or through another one."""
+    """Also a link to a missing file, or through another link."""
     (tmp_path / "folder").mkdir()
     (tmp_path / "a").symlink_to("b")
     (tmp_path / "b").symlink_to("folder/c")
@@ -220,7 +220,7 @@ def test_a_link_stays_a_link(tmp_path):
     assert "the link cannot be followed" in run("eval", PENDULUM, "-o", tmp_path / "x").stderr
 
 
-# ---- Targets that cannot be written ----
+# ---- Unwritable targets ----
 
 TARGETS = {"no/such/folder/x": "No such file", "folder": "is a folder", "folder/": "is a folder", ".": "is a folder",
            "file/x": "Not a directory", "n" * 300: "File name too long", "no/": "No such file"}
@@ -259,7 +259,7 @@ def test_a_target_without_a_name_is_wrong_usage(command, tmp_path):
 
 
 def as_other():
-    """In a child: another user, where this one may do anything."""
+    """Runs in a child process as another user, if this one has all rights."""
     if IS_ROOT:
         os.setgroups([])
         os.setgid(OTHER)
@@ -268,7 +268,7 @@ def as_other():
 
 @pytest.fixture
 def ours(tmp_path_factory):
-    """A folder that as_other owns, in one where it may go."""
+    """A folder that as_other owns, in a folder that it may enter."""
     with tempfile.TemporaryDirectory(dir="/tmp") as folder:
         os.chmod(folder, 0o755)
         mine = os.path.join(folder, "mine")
@@ -289,7 +289,7 @@ def run_as_other(folder, *arguments, env=None):
                                      ["gen", "-o"], ["report", "--until", "1", "-o"]], ids=" ".join)
 @pytest.mark.parametrize("what", ["folder", "file"])
 def test_what_may_not_be_written(what, command, ours):
-    """A folder, and a file in a folder that may be written."""
+    """A folder, and a file in a writable folder."""
     if what == "file" and command[0] in ("gen", "report"):
         pytest.skip("takes a folder")
     folder = ours / "closed"
@@ -326,7 +326,7 @@ head -c 1M /dev/zero >mnt/all 2>/dev/null || true
 
 
 def test_a_disk_that_is_full_is_said_before(tmp_path):
-    """Where a user may mount one."""
+    """Where a user may mount a file system."""
     tried = subprocess.run(["unshare", "-m", "sh", "-c", FULL.replace('"$@"', "true")], cwd=tmp_path, capture_output=True)
     if tried.returncode != 0:
         pytest.skip("no file system may be mounted here")
@@ -337,7 +337,7 @@ def test_a_disk_that_is_full_is_said_before(tmp_path):
 
 
 def test_a_disk_that_fills_while_code_is_written(tmp_path):
-    """It is said, and no file of the model is there without the others."""
+    """An error is reported, and the files of the model are written all or not at all."""
     small = FULL.replace("head -c 1M /dev/zero >mnt/all 2>/dev/null || true\n", "").replace('"$@"', '"$@" || status=$?; find mnt; exit $status')
     tried = subprocess.run(["unshare", "-m", "sh", "-c", FULL.replace('"$@"', "true")], cwd=tmp_path, capture_output=True)
     if tried.returncode != 0:
@@ -401,7 +401,7 @@ def test_what_is_no_plain_library(what, tmp_path):
 
 
 def plant(path, canary):
-    """A library of that name that runs something when it is loaded, sealed as the program seals its own."""
+    """A library of that name that runs code when it is loaded, sealed in the program's way."""
     source = path.parent / "planted.c"
     source.write_text(f'#include <fcntl.h>\n__attribute__((constructor)) static void act(void) {{ open("{canary}", O_CREAT | O_WRONLY, 0600); }}\n')
     subprocess.run(["cc", "-shared", "-fPIC", source, "-o", path], check=True)
@@ -411,7 +411,7 @@ def plant(path, canary):
 
 
 def test_the_seal_is_what_the_program_takes(tmp_path):
-    """A planted library of this user's own would be loaded: it is the owner that keeps others out."""
+    """A planted library of the same user would be loaded: only ownership protects against others."""
     evaluate(PENDULUM, None, env={"REFDYN_CACHE": str(tmp_path / "cache")})
     plant(library_of(tmp_path / "cache"), tmp_path / "canary")
     evaluate(PENDULUM, None, env={"REFDYN_CACHE": str(tmp_path / "cache")})
@@ -423,7 +423,7 @@ WHERE = {"own": lambda folder: {"REFDYN_CACHE": str(folder)}, "xdg": lambda fold
 
 
 def cache_of(where, tmp_path):
-    """A cache folder that is found in that way, and the environment in which it is."""
+    """A cache folder determined in this way, and its environment."""
     name = {"home": "home/.cache/refdyn", "temporary": f"tmp/refdyn-{os.geteuid()}"}.get(where, "base/refdyn")
     folder = tmp_path / name
     (tmp_path / "other").mkdir(exist_ok=True)
@@ -436,7 +436,7 @@ def cache_of(where, tmp_path):
 @pytest.mark.parametrize("where", WHERE)
 @pytest.mark.parametrize("what", ["library", "folder"])
 def test_libraries_of_another_user(what, where, tmp_path):
-    """Neither a library that another user has put there, nor a folder of his."""
+    """Neither a library nor a folder of another user is used."""
     if not IS_ROOT:
         pytest.skip("needs files of two users")
     folder, env = cache_of(where, tmp_path)
@@ -468,7 +468,7 @@ def test_folders_that_others_may_write(mode, where, tmp_path):
 
 @pytest.mark.parametrize("mode, is_taken", [(0o777, False), (0o1777, True), (0o755, True)])
 def test_folders_above(mode, is_taken, tmp_path):
-    """Where everybody may rename a folder, the cache may be exchanged; not so with the sticky bit, as in /tmp."""
+    """Where everybody may rename a folder, the cache could be exchanged; not with the sticky bit, as in /tmp."""
     above = tmp_path / "above"
     (above / "between").mkdir(parents=True)
     above.chmod(mode)
@@ -489,7 +489,7 @@ def test_a_link_in_place_of_the_temporary_folder(tmp_path):
 
 @pytest.mark.parametrize("name", ["-o", "@file", "a b", "it's", 'a"b', "new\nline", "$(touch canary)", "`touch canary`", "; touch canary", "-Wl,x", "été"])
 def test_names_of_the_cache(name, tmp_path):
-    """No name of a folder is an option, a file of options or a command of the compiler."""
+    """No name of a folder acts as an option, a file of options or a command of the compiler."""
     done = run("eval", PENDULUM, cwd=tmp_path, env={**os.environ, "REFDYN_CACHE": name}, stdout=subprocess.PIPE)
     assert done.returncode == 0 and json.loads(done.stdout), done.stderr
     assert {path.split("/")[0] for path in files_in(tmp_path)} == {name}
@@ -505,7 +505,7 @@ def test_names_of_the_temporary_folder(name, tmp_path):
 
 
 def test_devices_are_appended_to(tmp_path):
-    """/dev/stdout is what the shell has opened, which may have something in it."""
+    """/dev/stdout is the file that the shell has opened, which may already have contents."""
     (tmp_path / "log").write_text("before\n")
     with open(tmp_path / "log", "a") as log:
         assert run("eval", PENDULUM, "-o", "/dev/stdout", stdout=log).returncode == 0
@@ -540,7 +540,7 @@ return rd.model { name = "clash",
 
 
 def test_columns_have_names_of_their_own(tmp_path):
-    """A name that a column before has gets its kind; all other names are as ever."""
+    """A name that an earlier column has gets the ending of its kind; all other names are unchanged."""
     (tmp_path / "clash.lua").write_text(CLASHES)
     refdyn("sim", "clash.lua", "--until", SOON, "-o", "run.csv", cwd=tmp_path)
     names = (tmp_path / "run.csv").read_text().split("\n")[0].split(",")
@@ -556,7 +556,7 @@ def test_columns_have_names_of_their_own(tmp_path):
 
 
 def test_inputs_with_names_of_columns(tmp_path):
-    """The CSV of a motion gives the inputs that it had, not the coordinates of their names; t is the time."""
+    """The CSV of a motion provides its inputs, not the coordinates of the same names; t is the time."""
     (tmp_path / "clash.lua").write_text(CLASHES)
     refdyn("sim", "clash.lua", "--until", "1", "-o", "first.csv", "--step", "1e-2", cwd=tmp_path)
     refdyn("sim", "clash.lua", "--until", "1", "-o", "again.csv", "--step", "1e-2", "--inputs", "first.csv", cwd=tmp_path)

@@ -1,4 +1,4 @@
-"""The public headers beside all others, what an installation and a build show of the private ones, and the names of symbols."""
+"""The public headers together with all others, the visibility of private headers in an installation and a build, and the names of symbols."""
 import re
 import shutil
 import subprocess
@@ -26,7 +26,7 @@ CPP17 = """algorithm any array atomic bitset charconv chrono complex condition_v
            memory memory_resource mutex new numeric optional ostream queue random ratio regex scoped_allocator set shared_mutex
            sstream stack stdexcept streambuf string string_view system_error thread tuple type_traits typeindex typeinfo
            unordered_map unordered_set utility valarray variant vector""".split()
-# Macros that other systems and libraries are known to define for everyone: Windows, X11, old Unix, Arduino, QNX.
+# Macros that other systems and libraries define: Windows, X11, old Unix, Arduino, QNX.
 ELSEWHERE = ["near=", "far=", "huge=", "pascal=", "cdecl=", "interface=struct", "small=char", "hyper=long", "IN=", "OUT=", "OPTIONAL=",
              "CONST=const", "VOID=void", "ERROR=0", "STRICT=1", "DELETE=1", "min(a,b)=((a)<(b)?(a):(b))", "max(a,b)=((a)>(b)?(a):(b))",
              "linux=1", "unix=1", "i386=1", "None=0L", "Bool=int", "Status=int", "Success=0", "Always=2", "True=1", "False=0",
@@ -40,7 +40,7 @@ KEYWORDS = set("""alignas alignof and and_eq asm auto bitand bitor bool catch ch
 
 
 def foreign(compiler):
-    """The headers of C and the system that this compiler has, and those of C++: macros of the first break some of the second."""
+    """The headers of C and the system that this compiler has, and the headers of C++: macros of the former break some of the latter."""
     groups = [[f"{name}.h" for name in (*C11, *POSIX)], CPP17 if "-xc++" in compiler else []]
     text = "".join(f"#if __has_include(<{name}>)\nfound {name}\n#endif\n" for group in groups for name in group)
     done = subprocess.run([*compiler, "-E", "-P", "-"], input=text, capture_output=True, text=True, check=True)
@@ -74,7 +74,7 @@ def test_beside_all_headers_in_either_order(name):
 
 @pytest.mark.parametrize("name", COMPILERS)
 def test_behind_macros_of_other_systems(name):
-    """Behind <stddef.h>, which they include and which does not stand all of these."""
+    """After <stddef.h>, which they include and which some of these macros break."""
     macros = [macro for macro in ELSEWHERE if not ("C++" in name and macro.startswith("bool"))]
     defines = "".join(f"#define {macro.replace('=', ' ', 1)}\n" for macro in macros)
     check(COMPILERS[name], "#include <stddef.h>\n" + defines + lines(OURS[:2]) + USE, "-Wno-keyword-macro" if "clang" in name else "-Wall")
@@ -87,7 +87,7 @@ def test_each_alone_and_twice(name):
 
 
 def code(path):
-    """A header without comments, texts and include lines."""
+    """A header without comments, string literals and include lines."""
     text = re.sub(r"/\*.*?\*/", " ", path.read_text(), flags=re.S)
     return re.sub(r'^\s*#\s*include.*$|"[^"\n]*"', "", text, flags=re.M)
 
@@ -97,7 +97,7 @@ def identifiers(paths):
 
 
 def test_no_identifier_is_a_macro_of_another_header():
-    """A macro with arguments is one only before a parenthesis, where the public headers have functions of their own alone."""
+    """A macro with arguments counts only before a parenthesis, where the public headers have only functions of their own."""
     found = identifiers(PUBLIC)
     assert {"refdyn_integrator_to", "qdd", "REFDYN_OK", "is_undetermined"} <= found
     for compiler in (["gcc", "-std=gnu11", "-xc"], ["g++", "-std=gnu++17", "-xc++"]):
@@ -115,7 +115,7 @@ def test_no_identifier_is_a_word_of_a_newer_language():
 
 
 def public_names(path):
-    """Macros, constants, tags, types and functions that a header adds to the names of who includes it."""
+    """Macros, constants, tags, types and functions that a header defines for its includer."""
     text = code(path)
     names = set(re.findall(r"#\s*define\s+(\w+)", text))
     text = re.sub(r"^\s*#.*$", "", text, flags=re.M)
@@ -152,7 +152,7 @@ def test_public_headers_alone_are_installed(prefix):
 
 
 def test_every_symbol_begins_with_ours(prefix):
-    """Also of functions that several files of the library share."""
+    """Also names of functions that several files of the library share."""
     libraries = sorted(prefix.rglob("*.a"))
     assert len(libraries) == 2 + has_gsl()
     for library in libraries:
@@ -164,14 +164,14 @@ def test_every_symbol_begins_with_ours(prefix):
 # ---- Headers of a user with the names of ours ----
 
 def private_headers():
-    """Names by which a file of the source tree could be taken for a user's, as seen from its folder and from above."""
+    """Names by which a file of the source tree could replace a user's file, seen from its folder and from the one above."""
     paths = [path for path in RUNTIME.rglob("*.h") if path not in PUBLIC]
     assert len(paths) > 30
     return sorted({path.name for path in paths} | {str(path.relative_to(RUNTIME)) for path in paths})
 
 
 def write_user(folder, names):
-    """A program that includes headers of its own of these names, and fails to compile where it gets others."""
+    """A program that includes its own headers of these names, and fails to compile if it gets others."""
     for index, name in enumerate(names):
         path = folder / "own" / name
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -214,7 +214,7 @@ def test_headers_of_a_pkg_config_user_are_found(prefix, tmp_path):
 
 
 def test_headers_of_who_takes_the_sources_are_found(tmp_path):
-    """With the folder `runtime` itself on the path, as the examples have it."""
+    """With the folder `runtime` itself on the path, as in the examples."""
     write_user(tmp_path, [name for name in private_headers() if "/" not in name])
     subprocess.run(["cc", "-fsyntax-only", "-I", RUNTIME, "-I", tmp_path / "own", tmp_path / "main.c"], check=True)
 

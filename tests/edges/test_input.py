@@ -1,4 +1,4 @@
-"""No setting, number, option or entry of a state is passed over without a word; what is wrong has a place or the usage line."""
+"""No setting, number, option or entry of a state is ignored silently; each error message has a place or the usage line."""
 import json
 import re
 
@@ -48,7 +48,7 @@ def test_setting_that_is_no_value(setting, model):
 
 
 def test_settings_out_of_range(model):
-    """Relations between values are judged at the values that are set."""
+    """Relations between values are checked at the set values."""
     facts = {"n_rfe=65": 'option n_rfe: value "65", a number from 1 up to 64 is needed', "m=-1": "links[1].mass: value -1, a positive number is needed",
              "t1=-2": "rd.ramp: from 0 to -2, an end behind the beginning is needed", "t1=0": "rd.ramp: from 0 to 0, an end behind the beginning is needed"}
     for setting, fact in facts.items():
@@ -157,7 +157,7 @@ def test_wrong_state(which, model, tmp_path):
 
 
 def test_a_state_of_impossible_values(model, tmp_path):
-    """Relations between values are judged at the values of the state."""
+    """Relations between values are checked at the values of the state."""
     state = tmp_path / "state.json"
     facts = {"t1": (-1, "rd.ramp: from 0 to -1, an end behind the beginning is needed"), "m": (0, "links[1].mass: value 0, a positive number is needed")}
     for name, (value, fact) in facts.items():
@@ -166,7 +166,7 @@ def test_a_state_of_impossible_values(model, tmp_path):
 
 
 def test_rates_of_a_state_for_modes(model, tmp_path):
-    """Small motions are those from rest."""
+    """Small motions start from rest."""
     state = tmp_path / "state.json"
     for qd, warning in ([0, 0.5], f"{state}: warning: qd: modes are those of small motions from rest, rates are taken as 0\n"), ([0, 0], ""):
         state.write_text(json.dumps({"q": [-0.2, 0], "qd": qd}))
@@ -175,7 +175,7 @@ def test_rates_of_a_state_for_modes(model, tmp_path):
 
 
 def test_columns_of_sampled_inputs(model, tmp_path):
-    """Other columns are passed over, so that the CSV of a motion serves; one that is nearly an input is told of."""
+    """Other columns are ignored, so that the CSV of a motion is accepted; a name close to an input causes a message."""
     samples = tmp_path / "samples.csv"
     warning = f"{samples}:1: warning: inputs: column pusch is passed over, the nearest input is push\n"
     for text, expected in {"t,pusch,turn\n0,1,2\n": warning, "t,pusch,push,turn\n0,1,2,3\n": "", "t,energy,turn\n0,1,2\n": ""}.items():
@@ -198,7 +198,7 @@ def test_a_file_beside_the_model_gives_one_value(tmp_path):
 
 
 def test_files_of_another_model_are_not_written_over(tmp_path):
-    """Part 2 of the model `arm` has the name of the model `arm_2`."""
+    """Part 2 of the model `arm` has the file name of the model `arm_2`."""
     model, out = tmp_path / "model.lua", tmp_path / "out"
     model.write_text(MODEL.replace('"input"', 'rd.option("name", "arm")'))
     refdyn("gen", model, "-o", out)
@@ -212,7 +212,7 @@ def test_files_of_another_model_are_not_written_over(tmp_path):
 
 
 def test_segments_beside_a_value_of_their_beam(tmp_path):
-    """What each segment says for itself hides what the beam says."""
+    """A value that each segment sets replaces the beam's value."""
     (tmp_path / "model.lua").write_text("""local rd = require "refdyn"
 return rd.model { name = "hidden", gravity = { 0, 0, -9.81 }, links = { { "rod", joint = "theta", beam = {
   section = rd.round(0.01), E = 2.1e11, nu = 0.3, rho = 7800, rfe = 4,

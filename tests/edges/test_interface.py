@@ -366,7 +366,7 @@ COMPILERS = [["gcc", "-std=c11", "-xc"], ["clang", "-std=c11", "-xc"], ["g++", "
 
 
 def compile_with(folder, compiler, header, change=lambda text: text):
-    """The finished compilation of the file with the table, beside this refdyn_model.h."""
+    """The finished compilation of the file with the table, with this refdyn_model.h."""
     (folder / "refdyn_model.h").write_text(header)
     (folder / "manipulator.c").write_text(change((folder / "manipulator.c").read_text()))
     return subprocess.run([*compiler, "-fsyntax-only", folder / "manipulator.c"], capture_output=True, text=True)
@@ -384,7 +384,7 @@ def test_stale_files_do_not_compile(definition, compiler, emitted, tmp_path):
 
 
 def test_every_emitted_table_has_the_number(emitted):
-    """The number itself, not the macro, which would follow whatever header is there."""
+    """The number itself, not the macro, which would follow any header."""
     tables = [path for folder in (emitted, SOURCE / "generated") for path in folder.glob("*.c") if "struct refdyn_model " in path.read_text()]
     assert len(tables) == 3
     for path in tables:
@@ -392,12 +392,12 @@ def test_every_emitted_table_has_the_number(emitted):
 
 
 def without_version(text):
-    """As files were emitted before tables had one."""
+    """In the form of emitted files before tables had a version."""
     return re.sub(r"#if REFDYN_MODEL_VERSION.*?#endif\n", "", text, flags=re.S).replace(f"SET(interface_version) {DEFINITION.group(1)},", "")
 
 
 def test_files_from_before_there_was_a_version(emitted, tmp_path):
-    """C++ cannot compile them; what C makes of them is of version 0, which the library refuses."""
+    """C++ cannot compile them; compiled as C they have version 0, which the library refuses."""
     shutil.copytree(emitted, tmp_path, dirs_exist_ok=True)
     assert compile_with(tmp_path, COMPILERS[2], HEADER, without_version).returncode != 0
     (tmp_path / "main.c").write_text("""

@@ -1,7 +1,5 @@
-"""
-Names that reach C: whatever the compilers and the C library know of is refused, or it compiles as it stands. What
-they know is asked of them here, so that a newer one is covered, too.
-"""
+"""Names that reach C: a name that the compilers or the C library know is refused, or compiles unchanged. The test asks them for their
+names, so that a newer compiler is covered, too."""
 import re
 import subprocess
 
@@ -13,7 +11,7 @@ WARNINGS = "-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror".split()
 COMPILERS = [[compiler, f"-std={standard}", "-x", language] for compiler, standard, language in [
     ("gcc", "c11", "c"), ("gcc", "gnu17", "c"), ("gcc", "c2x", "c"), ("clang", "c11", "c"), ("g++", "c++17", "c++"),
     ("g++", "gnu++20", "c++"), ("clang++", "c++17", "c++")]]
-# Machines for which clang needs no more than their names to tell what it defines there.
+# Machines whose predefined macros clang prints for their names alone.
 MACHINES = """arm-none-eabi aarch64-linux-gnu avr i686-pc-windows-gnu i386-pc-solaris2.11 m68k-linux-gnu mips-linux-gnu mipsel-linux-gnu msp430
     powerpc-linux-gnu powerpc64-ibm-aix riscv64-linux-gnu s390x-linux-gnu sparc-sun-solaris2.11 sparc-linux-gnu wasm32 x86_64-apple-darwin
     x86_64-pc-windows-msvc x86_64-w64-mingw32 x86_64-unknown-freebsd""".split()
@@ -70,7 +68,7 @@ def compile_all(folder, compilers=COMPILERS, lead=""):
 
 
 def macros(folder):
-    """All macros without arguments that a compiler sees behind the emitted files and the headers that callers include."""
+    """All macros without arguments that a compiler knows after the emitted files and the headers that callers include."""
     names = set()
     for compiler in COMPILERS:
         text = "".join(f'#include "{source.name}"\n' for source in folder.glob("*.c")) + "#include <stdio.h>\n#include <stdlib.h>\n"
@@ -111,7 +109,7 @@ def test_every_name_is_refused_or_compiles(kind, words, tmp_path):
 
 
 def test_what_is_refused(words, tmp_path):
-    """A member of a struct may have any name that no compiler replaces; links and points give but a part of names."""
+    """A member of a struct may have any name that no compiler replaces; links and points provide only parts of names."""
     path = scene(tmp_path, words)
     members, links = refused(path, "parameters"), refused(path, "links")
     assert members == refused(path, "inputs") and links == refused(path, "points")
@@ -134,7 +132,7 @@ sched search semaphore spawn strings stropts syslog tar termios trace ulimit uni
 
 
 def included_headers():
-    """Headers that those of C and POSIX bring along and that no folder protects."""
+    """Headers that the headers of C and POSIX include without protection of a folder."""
     found = set()
     for compiler in ["gcc", "-x", "c"], ["clang", "-x", "c"], ["g++", "-x", "c++"]:
         for header in HEADERS:
@@ -173,7 +171,7 @@ def library_functions():
 
 
 def test_models_define_no_function_of_the_library(tmp_path):
-    """Every function of the library that is a model's name and what the emitted files add to it."""
+    """Every function of the library whose name is a model's name with one of the endings of the emitted files."""
     path = scene(tmp_path, ["E"])
     refdyn("gen", path, "--set", "kind=points", "--emit", "all,tangent,d_qdd,d_statics", "-o", tmp_path / "out")
     endings = set(re.findall(r"\bnamed(_\w+)\(", (tmp_path / "out" / "named.h").read_text()))
@@ -196,7 +194,7 @@ AWKWARD = "arm arm_z arm_psi arm_tip arm_tip_axis_x arm_z_sin E E_x constant con
 
 
 def test_names_of_links_that_look_like_names_of_values(tmp_path):
-    """What is derived from one link's name is told from another link's name."""
+    """A name derived from one link's name is distinguished from another link's name."""
     path = scene(tmp_path, AWKWARD)
     refdyn("gen", path, "--set", "kind=links", "--emit", "all,tangent,d_qdd", "-o", tmp_path / "out")
     compile_all(tmp_path / "out", COMPILERS[::3])

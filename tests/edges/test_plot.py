@@ -1,4 +1,4 @@
-"""Texts of users in figures, pages and tables: they come out as they are, and nothing that they say is done."""
+"""Texts of users in figures, pages and tables: they appear unchanged, and nothing in them is executed."""
 import csv
 import html.parser
 import json
@@ -19,7 +19,7 @@ RUN = "t,a_psi,a_psi_d,energy\n0,1,2,3\n1,2,3,4\n"
 
 
 def texts_of(figure):
-    """All texts of an SVG file, which is well-formed."""
+    """All texts of an SVG file, which must be well-formed."""
     return [text.text or "" for text in xml.etree.ElementTree.parse(figure).iter("{http://www.w3.org/2000/svg}text")]
 
 
@@ -34,7 +34,7 @@ def work(folder):
 
 @pytest.mark.parametrize("name", HEADERS)
 def test_names_of_columns(name, tmp_path):
-    """A name that would end a text, or begin something in SVG, is shown as it is."""
+    """A name that would end a text, or begin something in SVG, is shown unchanged."""
     shutil.copy(DATA / name, work(tmp_path) / "run.csv")
     plot(tmp_path, "run.csv")
     shown = texts_of(tmp_path / "work" / "figure.svg")
@@ -44,7 +44,7 @@ def test_names_of_columns(name, tmp_path):
 
 
 def test_what_the_headers_say(tmp_path):
-    """The table of headers has all that XML and a shell take for their own."""
+    """The table of headers contains all special characters of XML and a shell."""
     together = "".join((DATA / name).read_bytes().decode(errors="replace").split("\n")[0] for name in HEADERS)
     assert len(HEADERS) > 15 and all(sign in together for sign in "'\"`$@{}_^~\\%<>&;|!#")
 
@@ -63,7 +63,7 @@ def test_names_of_files(name, tmp_path):
 
 
 def test_many_and_long_names(tmp_path):
-    """A figure holds so many texts as can be seen, of a length that can be."""
+    """A figure contains only as many texts as are visible, of limited length."""
     names = ["".join(chr(97 + i % 26) for i in range(5000)), "y" * 101]
     (work(tmp_path) / "run.csv").write_text("t,a_psi,a_psi_d,energy," + ",".join(names) + "\n0,1,2,3,4,5\n1,2,3,4,5,6\n")
     points = [f"P{i}_{axis}{rate}" for i in range(700) for rate in ("", "d", "dd") for axis in "xyz"]
@@ -77,7 +77,7 @@ def test_many_and_long_names(tmp_path):
 
 @pytest.mark.parametrize("ending", ["png", "pdf"])
 def test_names_in_other_forms(ending, tmp_path):
-    """What makes PNG and PDF gets the same SVG, and nothing else."""
+    """PNG and PDF are made from the same SVG, and nothing else."""
     folder = work(tmp_path)
     for name in FILES:
         (folder / name).write_text("t,a_psi,a_psi_d,energy,<image href='x.png'/>&x;`touch canary`\n0,1,2,3,4\n1,2,3,4,5\n")
@@ -98,7 +98,7 @@ def test_names_of_courses_and_units(tmp_path):
 
 
 class Elements(html.parser.HTMLParser):
-    """What a browser sees of a page."""
+    """The elements that a browser sees on a page."""
 
     def __init__(self):
         super().__init__()
@@ -113,7 +113,7 @@ class Elements(html.parser.HTMLParser):
 
 
 def test_report(tmp_path):
-    """Options, units and values that are varied, on the page, in its figure and in the table."""
+    """Options, units and varied values, on the page, in its figure and in the table."""
     unit, value = "</td><script>alert(1)</script>", 'a"b</h2><img src=x onerror=alert(1)>'
     (work(tmp_path) / "swing.lua").write_text(
         'local rd = require "refdyn"\nlocal kind = rd.option("kind", "plain")\n'
@@ -133,7 +133,7 @@ def test_report(tmp_path):
 
 @pytest.mark.parametrize("name", [b"a\xffb.json", b'quote".json', b"back\\slash.json", b"line\nend.json", b"esc\x1b[2J.json", b"tab\t.json"])
 def test_names_in_json(name, tmp_path):
-    """The name of a state's file is told in the result, which stays JSON and UTF-8."""
+    """The result contains the name of a state's file and remains JSON and UTF-8."""
     (tmp_path / "a").mkdir()
     with open(bytes(tmp_path) + b"/" + name, "w") as file:
         file.write('{"q": [0, 0]}')
@@ -167,7 +167,7 @@ def test_bad_run(which, tmp_path):
 
 
 def test_runs_that_go(tmp_path):
-    """CR LF, a byte order mark, blanks, empty lines and a pipe; a last line that has no end is told of."""
+    """CR LF, a byte order mark, blanks, empty lines and a pipe; an unterminated last line causes a message."""
     folder = work(tmp_path)
     (folder / "a.csv").write_bytes(b"\xef\xbb\xbft, a_psi ,a_psi_d,energy\r\n0,1 ,2,3\r\n\r\n1, 2,3,4\r\n")
     assert plot(tmp_path, "a.csv") == "" and "a_psi" in texts_of(folder / "figure.svg")
@@ -181,7 +181,7 @@ def test_runs_that_go(tmp_path):
 
 @pytest.mark.parametrize("what", ["/dev/zero", "/dev/urandom", "/dev/null", ".", "line", "wide"])
 def test_endless_runs(what, tmp_path):
-    """What has no end, or lines of no length that a run has, takes neither time nor memory."""
+    """Endless input, or lines longer than any run has, costs neither time nor memory."""
     folder = work(tmp_path)
     if what == "line":
         (folder / what).write_bytes(b"t,a_psi,a_psi_d\n" + b"1" * (17 << 20))
@@ -193,7 +193,7 @@ def test_endless_runs(what, tmp_path):
 
 
 def test_a_long_run_is_thinned_out(tmp_path):
-    """So many rows as can be seen, from the first to the last one."""
+    """As many rows as are visible, from the first to the last one."""
     folder = work(tmp_path)
     (folder / "long.csv").write_text("t,a_psi,a_psi_d,energy\n" + "".join(f"{i},{i},1,2\n" for i in range(100001)))
     plot(tmp_path, "long.csv")

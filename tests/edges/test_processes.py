@@ -1,4 +1,4 @@
-"""Signals, and other programs: what was begun is ended and removed, what was computed stays readable."""
+"""Signals and other programs: unfinished work is ended and removed, computed results remain readable."""
 import csv
 import fcntl
 import os
@@ -22,7 +22,7 @@ LONG = ["--until", "1e5", "--every", "2e-2", "--tol", "1e-10"]  # a motion that 
 
 
 def wait_for(what, seconds=30):
-    """Until what() holds."""
+    """Waits until what() is true."""
     end = time.monotonic() + seconds * SLOWNESS
     while not what():
         assert time.monotonic() < end, "waited in vain"
@@ -30,7 +30,7 @@ def wait_for(what, seconds=30):
 
 
 class Place:
-    """Folders of one program: where it works, and where it leaves temporary files."""
+    """Folders of one program: its working folder, and the folder of its temporary files."""
 
     def __init__(self, folder):
         self.work, self.tmp, self.cache, self.bin = (folder / name for name in ("work", "tmp", "cache", "bin"))
@@ -50,7 +50,7 @@ class Place:
         return said
 
     def program(self, name, text):
-        """A program that is found before others of its name, and notes the number of each of its processes."""
+        """A program that is found before others of its name, and records the number of each of its processes."""
         (self.bin / name).write_text(f'#!/bin/sh\necho $$ >>"{self.bin}/numbers"\n{text}')
         (self.bin / name).chmod(0o755)
         return self.bin / "numbers"
@@ -65,7 +65,7 @@ def place(tmp_path):
 
 
 def is_alive(number):
-    """Running: a process that is dead and not yet waited for is not."""
+    """Whether it runs: a dead process that is not yet waited for does not."""
     try:
         return pathlib.Path(f"/proc/{number}/stat").read_text().rsplit(")", 1)[1].split()[0] not in "ZX"
     except OSError:
@@ -77,7 +77,7 @@ def is_alive(number):
 @pytest.mark.parametrize("number", ENDING, ids=lambda number: number.name)
 @pytest.mark.parametrize("how", [[], ["--method", "rk4", "--step", "1e-3"], ["--stop", "E_x>1e9"]], ids=["tol", "step", "stop"])
 def test_a_motion_that_is_ended(number, how, place):
-    """The program ends by the signal; the rows until then stay, the last one is the last state."""
+    """The program ends by the signal; the rows until then remain, and the last one is the last state."""
     model = MODELS / "pendulum.lua" if how and how[0] == "--stop" else PENDULUM
     long = [word for word in LONG if word not in ("--tol", "1e-10")] if how and how[0] == "--method" else LONG
     if how and how[0] == "--stop":
@@ -130,7 +130,7 @@ def test_the_limit_on_time(place):
 
 
 def test_a_reader_that_goes(place):
-    """Rows to a pipe that is closed: the end of a program in a pipeline, as of any other."""
+    """Rows to a closed pipe end the program like any program in a pipeline."""
     process = place.start("sim", PENDULUM, *LONG)
     process.stdout.readline()
     process.stdout.close()
@@ -140,7 +140,7 @@ def test_a_reader_that_goes(place):
 
 @pytest.mark.parametrize("number", [signal.SIGHUP, signal.SIGINT, signal.SIGTERM], ids=lambda number: number.name)
 def test_signals_that_the_caller_ignores(number, place):
-    """As nohup and a shell's background jobs do."""
+    """As with nohup and a shell's background jobs."""
     process = place.start("sim", PENDULUM, *LONG, "-o", "run.csv", preexec_fn=lambda: signal.signal(number, signal.SIG_IGN))
     part = place.work / "run.csv.part"
     wait_for(lambda: part.exists() and part.stat().st_size > 20000)
@@ -154,7 +154,7 @@ def test_signals_that_the_caller_ignores(number, place):
 
 @pytest.mark.parametrize("command", ["eval", "plot"])
 def test_a_caller_that_ignores_the_ends_of_its_children(command, place):
-    """As some programs that start others do: the end of a compiler and of a converter is seen nevertheless."""
+    """Like some programs that start others: the ends of a compiler and of a converter are nevertheless detected."""
     (place.work / "run.csv").write_text("t,a_psi,a_psi_d,energy\n0,1,2,3\n1,2,3,4\n")
     arguments = ["eval", PENDULUM] if command == "eval" else ["plot", "run.csv", "-o", "figure.png"]
     place.run(*arguments, preexec_fn=lambda: signal.signal(signal.SIGCHLD, signal.SIG_IGN))
@@ -171,7 +171,7 @@ def test_the_search_for_an_accuracy(place):
 
 
 def test_the_rows_of_a_search_that_cannot_be_kept(place):
-    """They wait in a temporary file: where that has no room, nothing is passed for the motion."""
+    """They wait in a temporary file: without space for it, the motion is not reported as computed."""
     arguments = ["sim", PENDULUM, "--until", "1", "--accuracy", "1e-3", "-o", "run.csv"]
     place.run(*arguments)
     (place.work / "run.csv").unlink()
@@ -192,7 +192,7 @@ KILLING = [*ENDING[:4], signal.SIGKILL, signal.SIGQUIT]
 
 
 def end_while_it_works(place, process, numbers, number):
-    """Ends the program when its child works; then nothing may be left."""
+    """Ends the program while its child works; no file may remain."""
     wait_for(lambda: numbers.exists() and len(numbers.read_text().split()) >= 2 and list(place.tmp.glob("*")) + list(place.cache.glob("build-*/folder")))
     children = [int(word) for word in numbers.read_text().split()]
     assert all(map(is_alive, children)) and place.leftovers()
@@ -216,7 +216,7 @@ def test_a_compilation_that_is_ended(command, number, place):
 
 
 def test_a_generation_that_is_ended(place):
-    """Neither a folder that was made for it stays, nor a part of a file."""
+    """Neither its folder nor a part of a file remains."""
     process = place.start("gen", REFERENCE, "--set", "n_rfe=64", "--loops", "never", "--emit", "all,d_qdd", "-o", "deep/out")
     wait_for(lambda: (place.work / "deep" / "out").exists())
     process.send_signal(signal.SIGTERM)
@@ -251,14 +251,14 @@ def test_bench_compiles_in_a_folder_that_goes(place):
 
 
 def test_a_compiler_that_ends_leaves_nothing(place):
-    """Also when it fails, and what it has put into its folder for temporary files."""
+    """Also if it fails, with files in its folder for temporary files."""
     place.program("failing", "touch \"$TMPDIR/temporary\"\nmkdir \"$TMPDIR/folder\"\necho no >&2\nexit 1\n")
     assert "the compiler failed" in place.run("eval", PENDULUM, status=1, env={"CC": "failing"})
     assert not place.leftovers()
 
 
 def test_what_dead_programs_have_left(place):
-    """Folders that nobody has locked are removed at the next start; one that is in use, and what is not ours, stays."""
+    """The next start removes folders that no process has locked; folders in use and foreign files remain."""
     for folder in (place.cache / "build-AAAAAA", place.cache / "build-BBBBBB", place.tmp / "refdyn-plot-CCCCCC"):
         (folder / "deep").mkdir(parents=True)
         (folder / "deep" / "file").write_text("left")
@@ -280,7 +280,7 @@ def test_what_dead_programs_have_left(place):
 
 
 def running_of(session):
-    """Processes of a session that run."""
+    """Running processes of a session."""
     found = []
     for path in pathlib.Path("/proc").glob("[0-9]*/stat"):
         try:
@@ -294,7 +294,7 @@ def running_of(session):
 
 @pytest.mark.parametrize("number", [signal.SIGHUP, signal.SIGKILL], ids=lambda number: number.name)
 def test_signals_while_the_folder_is_made(number, place):
-    """At whatever moment of the start: the folder and its guard go, SIGKILL alone may leave a folder without a guard."""
+    """At any moment of the start, the folder and its guard are removed; only SIGKILL may leave a folder without a guard."""
     for i in range(60):
         process = place.start("eval", PENDULUM, start_new_session=True)
         time.sleep(0.0003 * i)
@@ -308,7 +308,7 @@ def test_signals_while_the_folder_is_made(number, place):
 
 @pytest.mark.parametrize("command", [["gen", PENDULUM, "-o", "out/deep"], ["bench", PENDULUM, "-o", "bench.json"]], ids=lambda words: words[0])
 def test_signals_while_outputs_are_made(command, place):
-    """At whatever moment: all files with their names, or none and no folder."""
+    """At any moment: all files with their names, or none and no folder."""
     for i in range(60):
         process = place.start(*command)
         time.sleep(0.0002 * i)
@@ -320,7 +320,7 @@ def test_signals_while_outputs_are_made(command, place):
 
 
 def test_a_guard_that_is_killed(place):
-    """Nobody waits for what went with it, and nothing goes on."""
+    """No program waits for it, and none of its work continues."""
     numbers = place.program("slow", 'sleep 1\nexec cc "$@"')
     process = place.start("eval", PENDULUM, env={"CC": "slow"}, start_new_session=True)
     wait_for(numbers.exists)
@@ -340,7 +340,7 @@ def test_a_compiler_that_does_not_start(text, place):
 
 
 def test_many_programs_with_one_cache(place):
-    """They build in folders of their own, at once, and none takes another's for dead."""
+    """They build at the same time in separate folders, and none regards another as dead."""
     processes = [place.start("eval", PENDULUM) for _ in range(12)]
     results = [process.communicate(timeout=120 * SLOWNESS) for process in processes]
     assert {process.returncode for process in processes} == {0} and len({out for out, _ in results}) == 1
@@ -372,7 +372,7 @@ def test_a_converter_that_fails(text, name, place):
 
 
 def test_a_converter_that_is_not_there(place):
-    """Said before the run is read; SVG needs none."""
+    """The error comes before the run is read; SVG needs no converter."""
     said = place.run("plot", "none.csv", "-o", "run.pdf", status=1, env={"PATH": str(place.bin)})
     assert said == "refdyn: rsvg-convert makes .pdf files and is not installed (Debian: apt install librsvg2-bin)\n"
     assert files_in(place.work) == []
@@ -386,7 +386,7 @@ REPORT = ["report", REFERENCE, "--set", "n_rfe=1", "--until", "0.5", "--methods"
 
 
 def check_report(folder, name):
-    """All three files are whole; the lines of the table."""
+    """All three files are complete; returns the lines of the table."""
     with open(folder / f"{name}.csv", newline="") as file:
         lines = list(csv.DictReader(file))
     assert xml.etree.ElementTree.parse(folder / f"{name}.svg") and (folder / f"{name}.html").read_text().endswith("</html>\n")
@@ -411,7 +411,7 @@ def test_a_report_that_is_ended(number, place):
 
 
 def test_a_report_that_is_ended_while_it_compiles(place):
-    """What the variants before have given stays; the compiler of the present one is ended."""
+    """The results of the variants before remain; the compiler of the present one is ended."""
     numbers = place.program("slow", SLEEPS)
     (place.bin / "often").write_text(f'#!/bin/sh\nif [ -e "{place.bin}/again" ]; then exec slow "$@"; fi\ncase "$*" in *-shared*) touch "{place.bin}/again" ;; esac\nexec cc "$@"\n')
     (place.bin / "often").chmod(0o755)

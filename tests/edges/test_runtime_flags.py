@@ -1,7 +1,5 @@
-"""
-Flags of compilers that change arithmetic: compiling the runtime with them stops with a sentence, or its results are those without them,
-or it refuses to work and says why.
-"""
+"""Compiler flags that change arithmetic: the compilation of the runtime stops with a message, or its results equal those without the flags,
+or it refuses to work and says why."""
 import concurrent.futures
 import re
 import subprocess
@@ -11,7 +9,7 @@ import pytest
 from program import CORE_SOURCES, LONG, SOURCE, TESTS
 
 RUNTIME = SOURCE / "runtime"
-ARITHMETIC = RUNTIME / "core" / "base" / "core.h"
+ARITHMETIC = RUNTIME / "core" / "base" / "arithmetic.h"
 SENTENCE = re.compile(r"The runtime of refdyn needs [^\n]*: compile it with")
 
 
@@ -25,17 +23,17 @@ def compile_files(command, files, folder=None):
 
 
 def is_known(compiler, flags):
-    """Flags that a version of a compiler does not have cannot be given to it."""
+    """Whether this version of the compiler knows the flags."""
     done = subprocess.run([compiler, *flags, "-Werror", "-xc", "-c", "-o", "/dev/null", "-"], input="int x;\n", capture_output=True, text=True)
     return done.returncode == 0
 
 
 def runs_here(flags):
-    """Does this processor have the operations that the flags ask for?"""
+    """Whether this processor has the instructions that the flags need."""
     return not [flag for flag in flags if flag.startswith("-m")] or " fma " in open("/proc/cpuinfo").read()
 
 
-# ---- What compilers tell ----
+# ---- What compilers report ----
 
 STOPPED = [("gcc", "-ffast-math"), ("gcc", "-Ofast"), ("gcc", "-funsafe-math-optimizations"),
            ("gcc", "-fassociative-math -fno-signed-zeros -fno-trapping-math"), ("gcc", "-fno-signed-zeros"), ("gcc", "-freciprocal-math"),
@@ -59,7 +57,7 @@ def test_compiling_the_gsl_library_stops(flags):
 
 
 def test_32_bit_x86():
-    """Its own arithmetic is that of the x87, unless it is told otherwise; the header needs no libraries of 32 bits."""
+    """By default it uses x87 arithmetic; the header needs no 32-bit libraries."""
     if "x86_64" not in subprocess.run(["gcc", "-dumpmachine"], capture_output=True, text=True).stdout:
         pytest.skip("the compiler is not one of x86-64")
     stopped = subprocess.run(["gcc", "-m32", "-fsyntax-only", "-xc", ARITHMETIC], capture_output=True, text=True)
@@ -71,15 +69,21 @@ def test_32_bit_x86():
     assert all(done.returncode == 0 for done in compile_files(["gcc", *told], CORE_SOURCES))
 
 
+def begins_with_the_checks(path):
+    """Whether the first include is the header of the checks, or a header that itself begins with them."""
+    first = SOURCE / re.search(r'^#include ["<](.*)[">]$', path.read_text(), re.M).group(1)
+    return first == ARITHMETIC or (first.is_file() and begins_with_the_checks(first))
+
+
 def test_every_file_begins_with_the_checks():
-    """Before all functions, those of headers included: what is turned off is turned off behind that line alone."""
+    """Before all functions, those of headers included: pragmas act on the lines after them alone."""
     files = CORE_SOURCES + sorted((RUNTIME / "bindings" / "gsl").glob("*.c"))
     assert len(files) > 25
     for path in files:
-        assert re.search(r"^#include (.*)$", path.read_text(), re.M).group(1) == '"base/arithmetic.h"', path
+        assert begins_with_the_checks(path), path
 
 
-# ---- What compilers do not tell ----
+# ---- What compilers do not report ----
 
 MOTIONS = r"""
 #include "manipulator_rigid.h"
@@ -156,7 +160,7 @@ def callers(tmp_path_factory):
 
 
 def motions(callers, folder, command):
-    """What the programs print with the runtime compiled by this command; the unit tests pass."""
+    """Output of the programs with the runtime compiled by this command; the unit tests pass."""
     for done in compile_files(command, CORE_SOURCES, folder):
         assert done.returncode == 0 and not done.stderr, done.stderr[:2000]
     objects = sorted(folder.glob("*.o"))
@@ -173,7 +177,7 @@ def check_units(callers, folder):
 
 @pytest.fixture(scope="module")
 def plain(tmp_path_factory):
-    """The folder of the runtime compiled as it should be."""
+    """The folder of the runtime compiled without the flags."""
     return tmp_path_factory.mktemp("plain")
 
 
@@ -193,7 +197,7 @@ EQUAL = [("gcc", "-O3 -fno-trapping-math -fno-math-errno"), ("gcc", "-O2 -march=
 
 @pytest.mark.parametrize("compiler, flags", EQUAL)
 def test_results_are_those_without_the_flags(compiler, flags, callers, expected, tmp_path):
-    """To the last bit; NaN and infinities are seen."""
+    """To the last bit; NaN and infinities are detected."""
     flags = flags.split()
     if not is_known(compiler, flags) or not runs_here(flags):
         pytest.skip(f"{compiler} or the processor has no {' '.join(flags)}")
@@ -201,7 +205,7 @@ def test_results_are_those_without_the_flags(compiler, flags, callers, expected,
     check_units(callers, tmp_path)
 
 
-# Older compilers do not tell what gcc 12 tells: without its macros the library is on its own.
+# Older compilers do not define the macros of gcc 12: without these the library must detect the flags itself.
 SILENT = [f"-U{macro}" for macro in ("__FAST_MATH__", "__FINITE_MATH_ONLY__", "__ASSOCIATIVE_MATH__", "__RECIPROCAL_MATH__",
                                      "__NO_SIGNED_ZEROS__")]
 REFUSED = [("gcc", "-ffast-math"), ("gcc", "-funsafe-math-optimizations"), ("gcc", "-ffinite-math-only"), ("gcc", "-freciprocal-math"),
@@ -212,7 +216,7 @@ REFUSED = [("gcc", "-ffast-math"), ("gcc", "-funsafe-math-optimizations"), ("gcc
 @pytest.mark.parametrize("optimisation", ["-O1", "-O2", "-O3"] if LONG else ["-O2"])
 @pytest.mark.parametrize("compiler, flags", REFUSED)
 def test_what_nobody_told_is_found(compiler, flags, optimisation, callers, expected, plain, tmp_path):
-    """By what the one file that checks it was compiled to."""
+    """By the compiled code of the one file that checks it."""
     flags = flags.split()
     if not is_known(compiler, flags) or not runs_here(flags):
         pytest.skip(f"{compiler} or the processor has no {' '.join(flags)}")

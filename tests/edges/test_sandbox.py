@@ -1,9 +1,8 @@
-"""
-Models that try to harm are refused, or read, within bounds on time and memory, and leave nothing behind.
+"""Harmful models are refused, or read, within bounds on time and memory, and leave nothing behind.
 
-Each file of harmful/ says in its first comments what it tries, and names the messages that it must get:
-  -- expect: LINE: TEXT            of `check`; without such a line the model is read
-  -- expect of gen: LINE: TEXT     of `gen`, where it gets others
+Each file of harmful/ says in its first comments what it attempts, and names the expected messages:
+    -- expect: LINE: TEXT            of `check`; without such a line the model is read
+    -- expect of gen: LINE: TEXT     of `gen`, if its messages differ
 Files that are no text of a model, and large sources, are made here.
 """
 import os
@@ -49,7 +48,7 @@ def test_harmful(path, tmp_path):
 
 
 def refuse(tmp_path, name, *expected):
-    """The model `name` in the folder that the program runs in gets these messages, and no others."""
+    """The model `name` in the program's folder causes exactly these messages."""
     said = run_harmful(tmp_path, "check", name)
     assert said.splitlines() == [f"{name}{message}" for message in expected]
     check_peak("check", name, cwd=tmp_path / "work")
@@ -67,7 +66,7 @@ def work_folder(tmp_path):
     ("long", "the files of a model are longer than 4 MB"), ("secret", "Permission denied")])
 @pytest.mark.parametrize("how", ["model", "required"])
 def test_no_model_file(tmp_path, kind, fault, how):
-    """What is no file, has no end or waits for somebody is refused, as the model and by `require`."""
+    """A path that is no file, has no end or waits for a writer is refused, as the model and by `require`."""
     work = work_folder(tmp_path)
     path = work / "parts.lua"
     if kind == "pipe":
@@ -91,7 +90,7 @@ def test_no_model_file(tmp_path, kind, fault, how):
 
 
 def test_model_without_length(tmp_path):
-    """A file of the system that tells no length is read as long as it is."""
+    """A file of the system without a reported length is read to its end."""
     work = work_folder(tmp_path)
     (work / "model.lua").symlink_to("/proc/self/status")
     run_harmful(tmp_path, "check", "model.lua")
@@ -145,7 +144,7 @@ SOURCES = {
 
 @pytest.mark.parametrize("kind", SOURCES)
 def test_source(tmp_path, kind):
-    """Sources whose reading alone is work: nested, long, or with many names."""
+    """Sources that are expensive to read: nested, long, or with many names."""
     source, expected = SOURCES[kind]
     work = work_folder(tmp_path)
     (work / "model.lua").write_text(source)
@@ -158,7 +157,7 @@ def test_source(tmp_path, kind):
 
 
 def test_names_near_each_other(tmp_path):
-    """5,000 slips, each of which is near 5,000 names."""
+    """5,000 misspelt names, each of which is close to 5,000 names."""
     work = work_folder(tmp_path)
     (work / "model.lua").write_text("""local rd = require "refdyn"
 local hold, links = {}, {}
@@ -171,7 +170,7 @@ return rd.model { name = "near", links = links, hold = hold }
 
 
 def test_file_name_in_messages(tmp_path):
-    """A name of a file that would write a second line, or turn the direction of the first."""
+    """A file name that would start a second line, or change the reading direction of the first."""
     work = work_folder(tmp_path)
     name = "mo\n\u202edel\x1b[31m.lua"
     shutil.copy(HARMFUL / "goto.lua", work / name)
@@ -180,7 +179,7 @@ def test_file_name_in_messages(tmp_path):
 
 
 def test_bytes_of_a_file(tmp_path):
-    """A file in another encoding than UTF-8: its texts are refused where they are read."""
+    """A file in another encoding than UTF-8: its texts are refused when they are read."""
     work = work_folder(tmp_path)
     (work / "model.lua").write_bytes(b"""local rd = require "refdyn"
 local p = rd.parameters { { "m", 1, "k\xe9g" } } -- \xe9
@@ -190,7 +189,7 @@ return rd.model { name = "harmful", links = { { "a", joint = "x", mass = p.m } }
 
 
 def test_settings_are_texts(tmp_path):
-    """What --set gives an option passes the same checks as a text of the file."""
+    """An option set by --set passes the same checks as a text of the file."""
     work = work_folder(tmp_path)
     (work / "model.lua").write_text("""local rd = require "refdyn"
 return rd.model { name = rd.option("name", "set"), links = { { "a", joint = "x", mass = 1 } } }
@@ -199,7 +198,7 @@ return rd.model { name = rd.option("name", "set"), links = { { "a", joint = "x",
     assert said.splitlines()[0] == 'model.lua: --set name "a\\nb": contains control character 10, a line of text is needed'
 
 
-# ---- what is honest is still read ----
+# ---- harmless models are still read ----
 
 LINKS = """local rd = require "refdyn"
 local links, on = {}, nil
@@ -266,7 +265,7 @@ def test_honest(tmp_path, name, text, settings):
 
 
 def test_same_count_everywhere(tmp_path):
-    """The bound is on work, not on time: a loop that just passes does so whatever else the machine does."""
+    """The bound is on work, not on time: a loop just within it passes regardless of the machine's load."""
     text = 'local rd = require "refdyn"\nfor i = 1, %d do end\nreturn rd.model { name = "a", links = { { "b", joint = "x", mass = 1 } } }\n'
     for count, status in ((99000000, 0), (100100000, 1)):
         path = tmp_path / "model.lua"

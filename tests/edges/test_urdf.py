@@ -1,4 +1,4 @@
-"""URDF files that try to harm: large ones, files that are none, and those with bytes changed at random."""
+"""Harmful URDF files: large ones, other kinds of files, and files with randomly changed bytes."""
 import random
 
 import pytest
@@ -60,7 +60,7 @@ def test_files_that_are_none(path, tmp_path):
 
 
 def changed(chance, text):
-    """Some bytes are others, some stretches are left out, twice or elsewhere."""
+    """Some bytes are changed, some stretches are removed, repeated or moved."""
     text = bytearray(text)
     for _ in range(chance.choice((1, 1, 2, 5))):
         at, length = chance.randrange(len(text)), chance.choice((1, 3, 20, 200))
@@ -77,7 +77,7 @@ def changed(chance, text):
 
 
 def test_changed_bytes(tmp_path):
-    """Each is read or refused with one line that is no warning; nothing is written but a whole model."""
+    """Each is read, or refused with one line that is not a warning; only a complete model is written."""
     chance, statuses = random.Random(74), set()
     texts = [path.read_bytes() for path in ROBOTS]
     for i in range(60):

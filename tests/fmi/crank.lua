@@ -1,4 +1,4 @@
--- A crank whose rod ends on an inclined rail, by a row without gains.
+-- A crank whose rod ends on an inclined rail; the row has no gains.
 local rd = require "refdyn"
 return rd.model { name = "crank", gravity = { 0, 0, -9.81 },
   links = { { "arm", joint = "theta", start = { theta = 0.4 }, mass = 1.3, center = { 0.3, 0, 0 }, inertia = { yy = 0.1 } },

@@ -1,6 +1,6 @@
 /*
- * Takes the library of an FMU of FMI 2.0, its GUID and the length of a step [s]; gives the first COUNT
- * variables after each of ten steps of Co-Simulation on stdout. For Linux, and by MinGW for Windows.
+ * Reads the library of an FMU of FMI 2.0, its GUID and the length of a step [s]; prints the first COUNT
+ * variables after each of ten steps of Co-Simulation on stdout. For Linux, and with MinGW for Windows.
  */
 #include "runtime/bindings/fmi/fmi2.h"
 
@@ -37,7 +37,7 @@ static void tell(fmi2ComponentEnvironment environment, fmi2String name, fmi2Stat
     fprintf(stderr, "%s, %d, %s: %s\n", name, (int)status, category, message);
 }
 
-/* The function of the library that has the type of the declared one. */
+/* The function of the library with the type of the declared one. */
 #define FIND(name) __typeof__(&name) call_##name = (__typeof__(&name))library_find(library, #name)
 
 static void check(int is_good, const char *what) {

@@ -1,5 +1,5 @@
 -- expect: 0: setmetatable: __close was changed behind it, it has to be in the metatable before
--- Tries to set the function that closes behind setmetatable.
+-- Tries to set the closing function of a metatable after setmetatable.
 local rd = require "refdyn"
 local events = {}
 local last = setmetatable({}, events)

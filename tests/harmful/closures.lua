@@ -1,5 +1,5 @@
 -- expect: 0: more than 256 MB of memory to read the model
--- Tries functions without end.
+-- Tries an endless number of functions.
 local rd = require "refdyn"
 local f
 while true do local g = f; f = function() return g end end

@@ -1,5 +1,5 @@
 -- expect: 6: table.concat: more work than the 100 million steps that a model may take while it is read
--- Tries to let table.concat pass through a million empty texts again and again.
+-- Tries to make table.concat visit a million empty texts again and again.
 local rd = require "refdyn"
 local t = {}
 for i = 1, 1e6 do t[i] = "" end

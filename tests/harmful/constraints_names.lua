@@ -1,5 +1,5 @@
 -- expect: 8: more than 100 million steps to read the model, a loop has no end?
--- Tries to look up names without end in constraints.
+-- Tries to look up an endless number of names in constraints.
 local rd = require "refdyn"
 
 return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } },

@@ -1,5 +1,5 @@
 -- expect: 7: string.find: more work than the 100 million steps that a model may take while it is read
--- Tries a pattern without end in courses.
+-- Tries an endless pattern in courses.
 local rd = require "refdyn"
 
 return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } },

@@ -1,5 +1,5 @@
 -- expect: 6: attempt to index a nil value (global 'string')
--- Tries to take the globals away.
+-- Tries to remove the globals.
 local rd = require "refdyn"
 local _ENV = {}
 local t = { 1, 2 }

@@ -1,5 +1,5 @@
 -- expect: 6: more different expressions in the model than 100000
--- Tries expressions without end.
+-- Tries an endless number of expressions.
 local rd = require "refdyn"
 local p = rd.parameters { { "m", 1 } }
 local x = p.m

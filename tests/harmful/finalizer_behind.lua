@@ -1,5 +1,5 @@
 -- expect: 0: setmetatable: __gc was changed behind it, it has to be in the metatable before
--- Tries to give a metatable its finalizer when the table has it already.
+-- Tries to add a finalizer to a metatable that a table already has.
 local rd = require "refdyn"
 local events = {}
 local kept = setmetatable({}, events)

@@ -1,5 +1,5 @@
 -- expect: 7: more than 100 million steps to read the model, a loop has no end?
--- Tries to run forces without end.
+-- Tries to run forces endlessly.
 local rd = require "refdyn"
 
 return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } },

@@ -1,5 +1,5 @@
 -- expect: 8: more different expressions in the model than 100000
--- Tries expressions without end in forces.
+-- Tries an endless number of expressions in forces.
 local rd = require "refdyn"
 
 return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } },

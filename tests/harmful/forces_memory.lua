@@ -1,5 +1,5 @@
 -- expect: 0: more than 256 MB of memory to read the model
--- Tries to take all memory in forces.
+-- Tries to use all memory in forces.
 local rd = require "refdyn"
 
 return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } },

@@ -1,5 +1,5 @@
 -- expect: 5: string.gsub: more work than the 100 million steps that a model may take while it is read
--- Tries to build nothing from a long replacement at every place.
+-- Tries to build an empty text from a long replacement at every place.
 local rd = require "refdyn"
 local s, by = ("x"):rep(1e5), ("%1"):rep(1e5)
 s:gsub("()", by)

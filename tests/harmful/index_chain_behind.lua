@@ -1,5 +1,5 @@
 -- expect: 0: setmetatable: __index was changed behind it, it has to be in the metatable before
--- Tries to build such a chain behind setmetatable.
+-- Tries to build such a chain after setmetatable.
 local rd = require "refdyn"
 local first = {}
 local events = { __index = {} }

@@ -1,5 +1,5 @@
 -- expect: 5: more than 100 million steps to read the model, a loop has no end?
--- Tries inputs without end.
+-- Tries an endless number of inputs.
 local rd = require "refdyn"
 local n = 0
 while true do n = n + 1; rd.input("i" .. n, 0) end

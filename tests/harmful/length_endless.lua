@@ -1,5 +1,5 @@
 -- expect: 5: C stack overflow: calls, parentheses, tables or blocks are nested too deep
--- Tries a length that asks for itself.
+-- Tries a length that calls itself.
 local rd = require "refdyn"
 local events = {}
 events.__len = function(t) return #t end

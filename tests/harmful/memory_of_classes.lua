@@ -1,5 +1,5 @@
 -- expect: 6: string.rep: more work than the 100 million steps that a model may take while it is read
--- Tries to take memory in pieces of one size after another.
+-- Tries to use memory in pieces of one size after another.
 local rd = require "refdyn"
 for size = 4, 21 do
   local t = {}

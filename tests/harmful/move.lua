@@ -1,5 +1,5 @@
 -- expect: 6: table.move: more work than the 100 million steps that a model may take while it is read
--- Tries to move a million entries to and fro.
+-- Tries to move a million entries back and forth.
 local rd = require "refdyn"
 local t = {}
 for i = 1, 1e6 do t[i] = i end

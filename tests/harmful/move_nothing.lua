@@ -1,5 +1,5 @@
 -- expect: 5: table.move: more work than the 100 million steps that a model may take while it is read
--- Tries to move entries that are not there.
+-- Tries to move missing entries.
 local rd = require "refdyn"
 local t = {}
 for i = 1, 1e6 do table.move(t, 1, 2^40, 2) end

@@ -1,5 +1,5 @@
 -- expect: 4: more entries in a table than 10000
--- Tries 100,000 names that are not there.
+-- Tries 100,000 unknown names.
 local rd = require "refdyn"
 local t = {}
 for i = 1, 1e5 do t[i] = "nothing_of_that_name_" .. i end

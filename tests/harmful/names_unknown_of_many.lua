@@ -1,5 +1,5 @@
 -- expect: 4: more entries in a table than 10000
--- Tries names that are not there, beside 20,000 that are.
+-- Tries unknown names among 20,000 known ones.
 local rd = require "refdyn"
 local t, links = {}, {}
 for i = 1, 5000 do t[i] = "nothing_of_that_name_" .. i end

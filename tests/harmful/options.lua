@@ -1,5 +1,5 @@
 -- expect: 5: more than 100 million steps to read the model, a loop has no end?
--- Tries options without end.
+-- Tries an endless number of options.
 local rd = require "refdyn"
 local n = 0
 while true do n = n + 1; rd.option("o" .. n, 1) end

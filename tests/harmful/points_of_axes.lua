@@ -1,5 +1,5 @@
 -- expect: 8: more than 100 million steps to read the model, a loop has no end?
--- Tries directions without end.
+-- Tries an endless number of directions.
 local rd = require "refdyn"
 
 return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } },

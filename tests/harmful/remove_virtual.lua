@@ -1,5 +1,5 @@
 -- expect: 5: table.remove: the table has __len, one without is needed
--- Tries to take an entry from the front of a list that claims 10^12 entries.
+-- Tries to remove an entry from the front of a list that claims 10^12 entries.
 local rd = require "refdyn"
 local t = setmetatable({}, { __len = function() return 10^12 // 1 | 0 end })
 table.remove(t, 1)

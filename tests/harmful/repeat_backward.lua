@@ -1,5 +1,5 @@
 -- expect: 5: more than 100 million steps to read the model, a loop has no end?
--- Tries to take steps back: a text that is repeated less than never.
+-- Tries to reduce the count of steps: a text repeated a negative number of times.
 local rd = require "refdyn"
 local text = ("x"):rep(-1e15)
 while true do text = text .. "" end

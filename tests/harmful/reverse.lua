@@ -1,5 +1,5 @@
 -- expect: 5: string.lower: more work than the 100 million steps that a model may take while it is read
--- Tries to turn a long text again and again.
+-- Tries to reverse a long text again and again.
 local rd = require "refdyn"
 local s = ("x"):rep(1e6)
 for i = 1, 1e6 do s = s:reverse():upper():lower() end

@@ -1,5 +1,5 @@
 -- expect: 4: constraints: 3000 rows, at most as many as coordinates, 3, can hold
--- Tries rows without a name, each of which gets the first number that none of its kind has.
+-- Tries rows without a name, each of which gets the first unused number of its kind.
 local rd = require "refdyn"
 return rd.model {
   name = "harmful",

@@ -1,5 +1,5 @@
 -- expect: 4: more values in the model than 1000000
--- Tries splines without end.
+-- Tries an endless number of splines.
 local rd = require "refdyn"
 local t = {}
 for i = 1, 1000 do t[i] = { i, i * i } end

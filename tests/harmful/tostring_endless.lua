@@ -1,5 +1,5 @@
 -- expect: 5: C stack overflow: calls, parentheses, tables or blocks are nested too deep
--- Tries a text that asks for itself.
+-- Tries a text conversion that calls itself.
 local rd = require "refdyn"
 local events = {}
 events.__tostring = function(t) return tostring(t) end

@@ -1,5 +1,5 @@
 -- expect: 8: more than 100 million steps to read the model, a loop has no end?
--- Tries to hand a long list of results through a thousand calls.
+-- Tries to pass a long list of results through a thousand calls.
 local rd = require "refdyn"
 local t = {}
 for i = 1, 2e5 do t[i] = i end

@@ -1,4 +1,4 @@
-/* A user's program that lets GSL take the steps: the rigid manipulator, half a second, refreshed half way. */
+/* A user's program in which GSL takes the steps: the rigid manipulator, half a second, restarted half way. */
 #include "manipulator_rigid.h"
 #include <refdyn_gsl.h>
 

@@ -1,8 +1,8 @@
 /*
- * Functions of lanes against those of one motion, for test_lanes.py. Compiled with -DMODEL=NAME and linked
- * with NAME.c and NAME_lanes.c of all widths, or of that of -DONLY. Prints a line for each width and
- * quantity: the largest difference relative to the largest entry of a result, entries whose bits differ, and
- * lanes whose bits depended on what stood in another one.
+ * Functions for lanes compared with those for one motion, for test_lanes.py. Compiled with -DMODEL=NAME and
+ * linked with NAME.c and NAME_lanes.c of all widths, or of the width -DONLY. Prints a line for each width and
+ * quantity: the largest difference relative to the largest entry of a result, entries with different bits,
+ * and lanes whose bits depend on another lane.
  */
 #define JOIN_(a, b) a##b
 #define JOIN(a, b) JOIN_(a, b)
@@ -150,7 +150,7 @@ static struct outcome against_one(const struct refdyn_lane_model *lanes, refdyn_
     return outcome;
 }
 
-/* Does another lane give other bits when all that this one holds is `value`? */
+/* Whether another lane has other bits when all entries of this one are `value`. */
 static int reaches_neighbours(const struct refdyn_lane_model *lanes, refdyn_lane_function *f,
                               const double *before, int lane, double value) {
     const struct argument *const spoilt[] = {&p, &x, &t, &q, &qd};
@@ -203,7 +203,8 @@ static void report(const struct refdyn_lane_model *lanes, const char *name, refd
     E(M)                                                                                                     \
     E(h)                                                                                                     \
     E(Q)                                                                                                     \
-    E(u) E(v) E(phi) E(psi) E(k) E(r) E(rd) E(C) E(d) E(energy) E(power) E(Q_q) E(qdd_free) E(qdd) E(force)  \
+    E(u)                                                                                                     \
+    E(v) E(phi) E(psi) E(k) E(r) E(rd) E(C) E(d) E(energy) E(power) E(Q_q) E(qdd_free) E(qdd) E(force)       \
         E(equations) E(M_h) E(f) E(row_terms) E(point_terms) E(constrained) E(terms) E(accelerations)        \
             E(tangent) E(tangent_vectors) E(d_qdd) E(d_qdd_free) E(d_force) E(d_statics) E(d_rows) E(course) \
                 E(breaks) E(switches) E(pace) E(event) E(event_terms) E(required)

@@ -1,7 +1,7 @@
--- Two bars on a cart whose tip is led, seen from the cart, to d(t) at the angle w(t): the distance that an elbow at the
--- angle e(t) gives. The motion with lower_psi = e is smooth also where the arm is stretched (e = 0) or folded (e = pi), and
--- the rows have rank 1. `rows` = angles asks for the same motion by rows that never lose rank. `hang` hangs a
--- flexible rod from the cart: stiff modes.
+-- Two bars on a cart. Seen from the cart, their tip is at the distance d(t) and the angle w(t) that an elbow at the
+-- angle e(t) yields. The motion with lower_psi = e is smooth also where the arm is stretched (e = 0) or folded (e = pi), and
+-- the rows have rank 1. `rows` = angles prescribes the same motion by rows that never lose rank. `hang` hangs a
+-- flexible rod from the cart, which adds stiff modes.
 local rd = require "refdyn"
 local rows = rd.option("rows", "tip", { "tip", "angles" })
 local hang = rd.option("hang", false)

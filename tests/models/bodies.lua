@@ -5,7 +5,7 @@
 --   sphere   diameter 0.2, 5 kg: 2/5 5 0.1^2 + 5 0.1^2                                        = 0.07
 --   body     1.5 kg, centre 0.4 from the hinge, zz = 0.02: 0.02 + 1.5 0.4^2                   = 0.26
 --   point    0.5 kg, 1 m from the hinge                                                       = 0.5
--- M = [18 0; 0 2.575] at psi = 0 but for the coupling of slide y and hinge, sum m x = 6 0.5 + 5 0.1 + 0.5 1 = 4.
+-- M = [18 0; 0 2.575] at psi = 0 except for the coupling of slide y and hinge, sum m x = 6 0.5 + 5 0.1 + 0.5 1 = 4.
 local rd = require "refdyn"
 
 return rd.model {

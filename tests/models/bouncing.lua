@@ -1,4 +1,4 @@
--- A flexible arm whose tip bounces on a moving stop, and a slide that an event pushes: what is emitted for events.
+-- A flexible arm whose tip bounces on a moving stop, and a slide that an event pushes: tests the emitted C of events.
 local rd = require "refdyn"
 local p = rd.parameters { { "e", 0.5 }, { "s", 400, "N/m" }, { "A", 0.02, "m" } }
 local push = rd.input("push", 1, "N")

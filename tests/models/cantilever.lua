@@ -1,5 +1,5 @@
 -- A clamped beam, 1 m long, bent by a dead load P at its tip (Mattiasson 1981), or rolled up by a moment M there, fixed
--- in space or turning with the tip. Planar; the load is a slide's weight, the beam's own mass next to nothing.
+-- in space or turning with the tip. Planar; the load is a slide's weight, the beam's own mass is negligible.
 -- E I = 1 N m^2, P in units of E I / L^2, M of E I / L.
 local rd = require "refdyn"
 local n = rd.option("n_rfe", 11)

@@ -1,6 +1,6 @@
 -- The car axis of the test set for initial value problems (Mazzia and Magherini 2008): two point masses, a rod of
--- length L between them; springs of rest length L0 hold the left one to the origin, the right one to a wheel that goes
--- up and down; the left one stays on the line through the origin at right angles to the way to the wheel.
+-- length L between them; springs of rest length L0 connect the left one to the origin, the right one to a wheel that moves
+-- up and down; the left one stays on the line through the origin at right angles to the direction of the wheel.
 local rd = require "refdyn"
 local p  = rd.parameters {
   { "M", 10, "kg" }, { "L", 1, "m" }, { "L0", 0.5, "m" }, { "r", 0.1, "m" }, { "omega", 10, "rad/s" },
@@ -14,7 +14,7 @@ return rd.model {
   links = {
     { "left", joint = { "x", "y" }, mass = p.M / 2, start = { y = 0.5 }, start_rate = { x = -0.5 } },
     { "right", joint = { "x", "y" }, mass = p.M / 2, start = { x = 1, y = 0.5 }, start_rate = { x = -0.5 } },
-    { "wheel", joint = { "x", "y" }, mass = 1, start = { x = 1 }, start_rate = { y = 1 } },       -- any mass: it is led
+    { "wheel", joint = { "x", "y" }, mass = 1, start = { x = 1 }, start_rate = { y = 1 } },       -- any mass: prescribed motion
   },
   forces = function()
     return {

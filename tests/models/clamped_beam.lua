@@ -1,4 +1,4 @@
--- A clamped beam that bends in one plane: slender (d/L = 5e-5) and without weight, or standing upright under its own
+-- A clamped beam that bends in one plane: slender (d/L = 5e-5) and weightless, or upright under its own
 -- weight. E I, rho A and L are 1, so that omega = (beta L)^2; `g` is in units of E I / (rho A L^3).
 local rd = require "refdyn"
 local n = rd.option("n_rfe", 5)

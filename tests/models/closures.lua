@@ -1,5 +1,5 @@
--- Every kind of row but those that are written out, on a body that floats at (1, 2, 3) and is turned by psi = 0.1.
--- They contradict each other: the option `entry` takes one of them. Their phi by hand, with c = cos 0.1, s = sin 0.1,
+-- Every kind of row made by a function of its own, on a body that floats at (1, 2, 3) and is turned by psi = 0.1.
+-- They contradict each other: the option `entry` selects one of them. Their phi by hand, with c = cos 0.1, s = sin 0.1,
 -- tip = (1 + c, 2 + s, 3):
 --   loop "tip" to (2, 2, 3)                 c - 1, s, 0        keep = "x": c - 1
 --   parallel x to the ground's x            against y and z:   s, 0
@@ -13,7 +13,7 @@
 --   close universal psi, theta              1, 2, 3, and y against z: 0
 --   close ball                              1, 2, 3
 --   drive body_x to 0.25                    0.75
---   lock body_y, where it starts; lock body_z at 1: 0, 2
+--   lock body_y at its start; lock body_z at 1: 0, 2
 local rd = require "refdyn"
 local entry = rd.option("entry", 1, { from = 1, to = 15 })
 

@@ -1,5 +1,5 @@
 -- A bar whose unloaded shape is bent and twisted: an arc of 1.2 rad/m about z (option `turn` = psi) or about y (theta),
--- or a twist of 1.2 rad/m (phi). The moment E I 1.2 at its end, here 0.6 N m, against the bend makes it straight.
+-- or a twist of 1.2 rad/m (phi). The moment E I 1.2 at its end, here 0.6 N m, against the bend straightens it.
 local rd = require "refdyn"
 local turn = rd.option("turn", "psi", { "psi", "theta", "phi" })
 local M = rd.input("M", 0, "N m")

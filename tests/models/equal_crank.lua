@@ -1,6 +1,6 @@
--- A slider-crank whose rod is as long as its crank: the slider stays on its line with rod_psi = -2 crank_psi. Where the
--- crank stands upright, the slider is at its shaft, the row vanishes, and the rod could turn on alone. `row` = angles
--- asks for the same motion by a row that never does.
+-- A slider-crank whose rod is as long as its crank: the slider stays on its line with rod_psi = -2 crank_psi. With an
+-- upright crank, the slider is at its shaft, the row vanishes, and the rod could turn alone. `row` = angles
+-- prescribes the same motion by a row that never vanishes.
 local rd = require "refdyn"
 local row = rd.option("row", "slide", { "slide", "angles" })
 local function bar(m) return { rd.box { { 0.4, 0.02, 0.02 }, mass = m, at = { 0.2, 0, 0 } } } end

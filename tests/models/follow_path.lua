@@ -1,5 +1,5 @@
--- A gantry whose hand follows a path through samples at a given speed, and turns by a spline of time. The path goes
--- along a quarter of a circle of 1 m about z, in 9 samples: its length is pi/2 m within 1e-3, and the hand's speed is
+-- A gantry whose hand follows a path through samples at a given speed, and turns by a spline of time. The path is
+-- a quarter of a circle of 1 m about z, in 9 samples: its length is pi/2 m within 1e-3, and the hand's speed is
 -- 0.1 m/s within 1e-7.
 -- Spline through (0, 0), (1, 1), (2, 0), by hand: between 0 and 1 it is 1.5 t - 0.5 t^3, hence 0.6875 at 0.5.
 local rd = require "refdyn"

@@ -1,4 +1,4 @@
--- A planar four-bar of hinges about z, closed by a hinge in space: of its five rows three say nothing new. A
+-- A planar four-bar of hinges about z, closed by a hinge in space: three of its five rows are redundant. A
 -- parallelogram: crank and rocker 0.3 m, coupler 0.8 m, so that rocker_psi = crank_psi and the coupler stays level,
 -- coupler_psi = -crank_psi. The loop closes in every position: with T = crank_psi alone,
 -- M = 0.3^2 (m_coupler + 2 m_bar / 3) = 0.09 (1.2 + 0.5) = 0.153 kg m^2.

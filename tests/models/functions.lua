@@ -1,5 +1,5 @@
--- Every function of the language in a row of its own: row i is f_i of the i-th coordinate, so that phi, u and v are
--- f_i, its first derivative and its second times the rate squared. The rows are made in a loop.
+-- Every function of the language in a separate row: row i is f_i of the i-th coordinate, so that phi, u and v are
+-- f_i, its first derivative, and its second derivative times the rate squared. A loop makes the rows.
 local rd = require "refdyn"
 local spline = rd.spline { { -1, 0.5 }, { 0, -0.25 }, { 0.5, 1 }, { 2, 0 } }
 local functions = {

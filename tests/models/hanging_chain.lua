@@ -1,6 +1,6 @@
--- A chain of `links` equal thin rods that hangs from a hinge, 1 m long and 1 kg in all. With ever more links its
--- frequencies are those of a heavy string, omega = j_0k / 2 sqrt(g / L), j_0k the zeros of the Bessel function J0
--- (D. Bernoulli 1733). Each lags behind by 1 / links^2.
+-- A chain of `links` equal thin rods that hangs from a hinge, 1 m long, with a total mass of 1 kg. With more links its
+-- frequencies approach those of a heavy string, omega = j_0k / 2 sqrt(g / L), j_0k the zeros of the Bessel function J0
+-- (D. Bernoulli 1733). The error of each is proportional to 1 / links^2.
 local rd = require "refdyn"
 local n = rd.option("links", 8, { from = 1 })
 local l = 1 / n

@@ -1,6 +1,6 @@
--- Beams of different counts of elements, long enough that these become loops: a tree of three, one planar, one
--- carried by a slide, with forces of every kind beyond them, depending on positions and rates, and rows. So soft that
--- springs do not hide what gravity and loads do. Without the input, at rest and t = 0, all forces have a potential.
+-- Beams with different numbers of elements, long enough to become loops: a tree of three, one planar, one
+-- carried by a slide, with forces of every kind beyond them that depend on positions and rates, and rows. They are so soft
+-- that springs do not hide gravity and loads. Without the input, at rest and t = 0, all forces have a potential.
 local rd = require "refdyn"
 local n  = rd.option("n_rfe", 5, { from = 1 })
 local p  = rd.parameters { { "E", 2e6, "Pa" }, { "k", 9, "N/m" }, { "c", 0.7, "N s/m" }, { "eta", 0.01, "s" } }

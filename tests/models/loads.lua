@@ -2,7 +2,7 @@
 -- By hand, as (Q_x, Q_psi), the arm's tip E at (1, 0, 0) with velocity (0, 2, 0):
 --   spring from E to (1, 3, 0), 10 N/m, rest 1 m:  20 N along y at E           (0, 20)
 --   damper from E to (1, 3, 0), 5 N s/m:           10 N against y              (0, -10)
---   actuator between E and (4, 0, 0), 7 N apart:   7 N against x               (-7, 0)
+--   actuator between E and (4, 0, 0), pushes by 7 N: 7 N against x               (-7, 0)
 --   force (1, 2, 3) N at E in the arm's axes:      the same in the ground's    (1, 2)
 --   torque (0, 0, 4) N m on the arm:                                           (0, 4)
 --   torque (0, 0, 1) N m on the arm, against the cart, which does not turn:    (0, 1)
@@ -10,7 +10,7 @@
 --   friction 0.5 tanh(2 / 0.1) against psi, damper 0.25 N s/m on x:            (0, -0.5)
 -- Q = (-6, 16.5), potential energy 20 J.
 local rd = require "refdyn"
-local on = rd.input("on", 1)                             -- 0: springs and dampers alone
+local on = rd.input("on", 1)                             -- 0: springs and dampers only
 
 return rd.model {
   name = "loads",

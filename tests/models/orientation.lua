@@ -1,4 +1,4 @@
--- Directions in programmes: two turns, the second keeps the hand's x axis level.
+-- Directions in programmes: two turns, the second of which keeps the hand's x axis level.
 -- By hand: the hand's x axis is (cos(a + b), 0, -sin(a + b)) with a, b both about y, so the row is -sin(a + b), its
 -- rate at a = b = 0 -(ad + bd), and b follows -a. The same at the point E. Rate: s.axes.hand.x.zd.
 local rd = require "refdyn"

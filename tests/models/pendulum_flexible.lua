@@ -1,4 +1,4 @@
--- The flexible pendulum of oracle/traj_pendulum_4.json: a rod of 4 elements on a hinge, a point mass off its axis.
+-- The flexible pendulum of oracle/traj_pendulum_4.json: a rod of 4 elements on a hinge, with an eccentric point mass.
 local rd = require "refdyn"
 local diameter = 0.01413200743 -- [m]
 

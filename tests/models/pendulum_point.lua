@@ -1,4 +1,4 @@
--- The planar pendulum of the IFToMM benchmarks (A01): a point mass on two slides, kept on a circle by a programme.
+-- The planar pendulum of the IFToMM benchmarks (A01): a point mass on two slides; a programme keeps it on a circle.
 local rd = require "refdyn"
 
 return rd.model {

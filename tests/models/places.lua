@@ -1,4 +1,4 @@
--- Turned places: the axes of a point, a load along them, an axis of a row, a link beside the tip of a turned beam.
+-- Turned places: the axes of a point, a load along them, an axis of a row, a link next to the tip of a turned beam.
 -- By hand, with a = arm_psi: the axes of P are Rz(a + 0.3) Ry(0.2); the torque (0, 2, 3) along them has 3 cos 0.2 about
 -- z; the row, the gate's axis turned by 0.4 against y, is sin(gate_psi + 0.4); E is at
 -- Rz(a) (0.2, 0, 0.1) + Rz(a) Rx(pi/2) ((0.5, 0, 0) + (0, 0.3, 0)).

@@ -1,5 +1,5 @@
--- Forces that hold each other at rest, where no rate tells how large they are: a link held level by its motor, beside a spring;
--- or two sliders, each pressed by a force that its own cancels at q = 0.
+-- Forces that balance at rest, where no rate shows their size: a motor and a spring hold a link level;
+-- or two sliders, each pressed by a force that its own force cancels at q = 0.
 local rd = require "refdyn"
 local which = rd.option("which", "link", { "link", "sliders" })
 local p = rd.parameters { { "m", 2, "kg" }, { "k", 2e4, "N m/rad" }, { "F", 300, "N" } }

@@ -1,4 +1,4 @@
--- The Princeton beam (Dowell and Traybar, 1975): an aluminium strip, clamped, under a load across its tip that stands at an angle to its
+-- The Princeton beam (Dowell and Traybar, 1975): a clamped aluminium strip with a transverse load at its tip, at an angle to its
 -- stiff side, so that it bends in both planes and twists.
 local rd = require "refdyn"
 local n       = rd.option("n", 8, { from = 1 })                         -- spring-damping elements

@@ -1,4 +1,4 @@
--- Two carts and a turning rod with one row of each level, an input, an anchored value and a smooth course.
+-- Two carts and a turning rod with one row of each level, an input, an anchored parameter and a smooth prescribed motion.
 local rd = require "refdyn"
 local p = rd.parameters {
   { "stiffness", 41.5, "N/m" }, { "speed", 0.35, "m/s" }, { "alpha", 12.5, "1/s" }, { "beta", 7.25, "1/s" },

@@ -1,5 +1,5 @@
--- Two bars whose tip is led outward until they are stretched, at sqrt(2 (1 - cos 0.9) / 0.3) = 1.5883 s: beyond, no
--- position meets the programme.
+-- Two bars whose tip moves outward until they are stretched, at sqrt(2 (1 - cos 0.9) / 0.3) = 1.5883 s: afterwards, no
+-- position satisfies the programme.
 local rd = require "refdyn"
 local function bar(l, m) return { rd.box { { l, 0.02, 0.02 }, mass = m, at = { l / 2, 0, 0 } } } end
 return rd.model {

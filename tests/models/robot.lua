@@ -1,6 +1,6 @@
--- An arm with six turns about axes in any direction and a finger that slides: what robots have and mechanisms of a
--- textbook have not. The numbers are taken at random about those of a small industrial arm; those of
--- make_robot_references.py are the same.
+-- An arm with six turns about axes in any direction and a finger that slides: features of robots that textbook mechanisms
+-- lack. The numbers vary randomly about those of a small industrial arm;
+-- make_robot_references.py has the same ones.
 local rd = require "refdyn"
 local p = rd.parameters { { "tilt", 0.17 }, { "m_tool", 0.831, "kg" }, { "I_rotor", 1.37e-4, "kg m^2" } }
 local across = { 0.12, 0.97, -0.05 } -- the shoulder and the elbow turn about parallel axes

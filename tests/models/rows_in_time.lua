@@ -1,9 +1,9 @@
--- Three links in a plane, point masses at their ends, angles from link to link. Row `level` keeps the last one's direction;
--- row `both` says the same and, as long as its weight is not 0, that the angle of the second link stays.
--- `weight` of t: until T it jumps to 0, falls straight, as a ramp of half a cosine, as a cubic; `gone`: straight, by a row that says
--- nothing else, so that it vanishes as a whole; or it comes at T, when it
--- holds the rate of that angle, by a velocity row: links that move are caught, as in an inelastic impact.
--- `step` of the position: a row that comes at T and asks for another position than the motion has.
+-- Three links in a plane, point masses at their ends, angles from link to link. Row `level` keeps the last link's direction;
+-- row `both` does the same and, while its weight is not 0, also keeps the angle of the second link.
+-- `weight` of t: until T it jumps to 0, falls linearly, as a ramp of half a cosine, or as a cubic; `gone`: linearly, in a row with
+-- no other term, so that the whole row vanishes; or the row comes at T and
+-- holds the rate of that angle, by a velocity row: moving links are caught, as in an inelastic impact.
+-- `step` of the position: a row that comes at T and requires another position than the motion has.
 local rd = require "refdyn"
 local weight = rd.option("weight", "jump", { "jump", "straight", "ramp", "cubic", "gone", "comes", "step" })
 local T = rd.option("T", 0.37)

@@ -1,5 +1,5 @@
--- Runs of equal elements, on which loops run: beams of `rfe` elements and chains of as many equal links, with what lies
--- before, between and behind them. Each case is a model of its own; test_loops.py compares loops with straight code.
+-- Runs of equal elements, which become loops: beams of `rfe` elements and chains of as many equal links, with other links
+-- before, between and after them. Each case is a separate model; test_loops.py compares loops with straight code.
 local rd   = require "refdyn"
 local kind = rd.option("kind", "order")
 local rfe  = rd.option("rfe", 4, { from = 2, to = 64 })
@@ -31,13 +31,13 @@ local function joined(first, second)
   return all
 end
 
--- The first link where what carries the chain is, the others at its end.
+-- The first link is placed on the carrier of the chain, the others at the end of the previous link.
 local function at_root(links)
   links[1].on, links[1].at = "link0", nil
   return links
 end
 
--- Two turns at one point, in links of their own, the first without mass.
+-- Two turns at one point, in separate links, the first without mass.
 local function universal(count)
   local links = {}
   for i = 1, count do
@@ -47,7 +47,7 @@ local function universal(count)
   return links
 end
 
--- Equal beams, each on a hinge at the end of the one before.
+-- Equal beams, each on a hinge at the end of the previous one.
 local function arms(count, fields)
   local links = {}
   for i = 1, count do
@@ -60,7 +60,7 @@ local slides = { joint = { "x", "psi" }, spring = { x = 90, psi = 4 }, rest = { 
                  inertia = { xx = 1e-3, yy = 4e-3, zz = 4e-3 } }
 
 local cases = {
-  -- runs at the root, at the tip, and with nothing else
+  -- runs at the root, at the tip, and alone
   beam     = { links = { { "arm", beam = beam() } }, points = { E = "arm.tip" } },
   bare     = { links = { { "arm", beam = beam() } } },
   hinged   = { links = { { "arm", joint = "theta", beam = beam { eta = 1e-3 } } } },
@@ -68,7 +68,7 @@ local cases = {
   planar   = { links = { { "arm", joint = "psi", beam = beam { dofs = "psi", eta = 2e-3 } }, load }, points = { E = "arm.tip" } },
   bending  = { links = { { "arm", beam = beam { dofs = "psi, theta", curvature = { psi = 0.3, theta = -0.2 } } }, load } },
   twisted  = { links = { { "arm", beam = beam { dofs = "phi", damping = { phi = 0.01 } } }, load } },
-  -- links side by side that differ; several segments
+  -- parallel links that differ; several segments
   sides    = { links = { { "column", joint = "psi", mass = 2, inertia = { zz = 0.3 } },
                          { "arm", on = "column", beam = beam { eta = 1e-3 } }, load,
                          { "other", on = "column", at = { 0, 0, 0.4 }, turn = { { "z", 2 } }, joint = "theta",
@@ -141,11 +141,11 @@ local cases = {
                           rd.velocity { s.qd[second] * (1 + s.qd.arm_psi) - 0.2 * s.points.E.zd }, rd.acceleration { s.qdd.arm_psi + 2 * s.qdd[second] - s.points.E.zdd } }
                end },
   driven   = { links = chain("link", 2 * rfe), constraints = function(s) return { rd.drive { "link1_theta", 0.3 * rd.sin(s.t), alpha = 3, beta = 3 }, rd.lock { "link" .. rfe .. "_theta" } } end },
-  -- where the ground is
+  -- position of the ground
   floating = { links = { { "hub", joint = "free", mass = 3, inertia = { xx = 0.2, yy = 0.3, zz = 0.4 } }, { "arm", on = "hub", at = { 0.2, 0, 0 }, beam = beam { eta = 1e-3 } },
                          { "other", on = "hub", at = { -0.2, 0, 0 }, turn = { { "z", rd.pi } }, beam = beam { eta = 1e-3 } } }, gravity = false },
   weightless = { links = { { "arm", joint = "phi", beam = beam() } }, gravity = false },
-  -- rotors, on one and on three turns, and axes that are none of the frames'
+  -- rotors, on one and on three turns, and axes that are not frame axes
   geared   = { links = chain("link", rfe, { joint = "psi, theta, phi", spring = { psi = 2, phi = 1 }, damper = {},
                                             rotor = { psi = { inertia = p.m, gear = 0.2 }, phi = { inertia = 3e-3 } } }) },
   skew     = { links = chain("link", rfe, { axis = { 0.3, 0.8, -0.2 }, rotor = { theta = { inertia = 2e-4, gear = -9 } } }),

@@ -1,4 +1,4 @@
--- Systems whose small motions are known in closed form; the option `kind` says which.
+-- Systems whose small motions have closed forms; the option `kind` selects one.
 local rd = require "refdyn"
 local kind = rd.option("kind", "double", { "double", "rods", "oscillator", "upright", "skate", "lag", "curved", "gear", "pair" })
 local p = rd.parameters { { "c", 0.6, "N s/m" }, { "a", 1.5, "1/s" } }
@@ -14,7 +14,7 @@ local kinds = {
               { "lower", on = "upper", at = { 0, 0, -0.5 }, joint = "theta", mass = 0.7, center = { 0, 0, -0.5 } } },
     points = { E = { on = "lower", at = { 0, 0, -0.5 } } },
   },
-  -- The same as two masses on slides, which rods without mass keep in place.
+  -- The same as two masses on slides, kept in place by massless rods.
   rods = {
     links = { { "upper", joint = "x, z", start = { z = -0.5 }, mass = 0.7 },
               { "lower", joint = "x, z", start = { z = -1 }, mass = 0.7 } },
@@ -23,9 +23,9 @@ local kinds = {
   },
   -- 2 xdd + c xd + 18 x = 0.
   oscillator = { links = { { "cart", joint = "x", mass = 2, spring = { x = 18 }, damper = { x = p.c } } } },
-  -- A point pendulum, 0.5 m long, that stands on its head.
+  -- A point pendulum, 0.5 m long, in the inverted position.
   upright = { links = { { "rod", joint = "theta", mass = 0.7, center = { 0, 0, 0.5 } } } },
-  -- A blade across a slope: its row bears 2 kg down the slope (-z), and turns what bears them with the blade:
+  -- A blade across a slope: its row bears 2 kg down the slope (-z), and the direction of its force turns with the blade:
   -- unsymmetric, 2 xdd + 8 x - 2 g theta = 0, 0.1 thetadd + 5 theta = 0.
   skate = {
     links = { { "sledge", joint = "x, z", mass = 1, spring = { x = 8 } },
@@ -34,12 +34,12 @@ local kinds = {
       return { velocity(s.qd.sledge_x * rd.sin(s.q.blade_theta) + s.qd.sledge_z * rd.cos(s.q.blade_theta)) }
     end,
   },
-  -- A velocity that brings the lead back, xd = -a x, whatever its mass, and a load on a spring there.
+  -- A velocity row with restoring effect, xd = -a x for any mass, and a load on a spring there.
   lag = {
     links = { { "lead", joint = "x", mass = 2 }, { "load", on = "lead", joint = "x", mass = 1, spring = { x = 9 } } },
     constraints = function(s) return { velocity(s.qd.lead_x + p.a * s.q.lead_x) } end,
   },
-  -- A row that is curved in the rates and bears 3 N: ydd + 2 0.1 3 yd + 4 y = 0. The slide z is held under 5 N.
+  -- A row that is nonlinear in the rates and bears 3 N: ydd + 2 0.1 3 yd + 4 y = 0. The slide z is held under 5 N.
   curved = {
     links = { { "first", joint = "x", mass = 1 }, { "second", joint = "y", mass = 1, spring = { y = 4 } },
               { "third", joint = "z", mass = 1 } },
@@ -56,7 +56,7 @@ local kinds = {
       return { rd.position { (2 + s.t) * s.q.first_x + s.q.second_y, alpha = 20, beta = 30 } }
     end,
   },
-  -- Two carts between springs, one of them damped: the phases of the two differ.
+  -- Two carts between springs, one with a damper: their phases differ.
   pair = {
     links = { { "left", joint = "x", mass = 1, spring = { x = 20 }, damper = { x = 2 } },
               { "right", joint = "x", mass = 1.5, spring = { x = 20 } } },

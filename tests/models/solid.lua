@@ -1,4 +1,4 @@
--- One body of each kind that floats, off the link's origin and turned there: the option `kind` says which.
+-- One floating body of each kind, with a position and a turn in the link: the option `kind` selects it.
 local rd = require "refdyn"
 local kind = rd.option("kind", "box")
 local at, turn = { 0.3, -0.2, 0.5 }, { { "z", 0.4 }, { "x", -0.7 } }

@@ -1,4 +1,4 @@
--- Two carts on slides, geared one to two, the first on a spring with a rest length and with a damper. With x of the
+-- Two carts on slides, geared one to two; the first has a spring with a rest length and a damper. With x of the
 -- first: (1.5 + 2^2 0.5) xd' = -40 (x - 0.2) - 7 xd + 1.5 g, a damped oscillation from x = 0.5 at 0.3 m/s.
 local rd = require "refdyn"
 

@@ -1,4 +1,4 @@
--- An oscillator that is pushed from times on which its formulas tell in many ways, and a second one whose speed a programme
+-- An oscillator that is pushed from certain times on, given by formulas in many forms, and a second one whose speed a programme
 -- raises from `at` on. All solutions are known.
 local rd = require "refdyn"
 local form = rd.option("form", "left")

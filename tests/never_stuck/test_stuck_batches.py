@@ -1,4 +1,4 @@
-"""What batches say of themselves: processor time, lanes, reasons in CSV, the quantities that a figure shows."""
+"""Reports of batches: CPU time, lanes, reasons in CSV, the quantities that a figure shows."""
 import csv
 import json
 import os
@@ -66,7 +66,7 @@ def spent_by_children():
     (2, ["--lanes", 1, "--threads", 2, "--until", 10]),
     (6000, ["--set", "n_rfe=1", "--lanes", 2, "--threads", 1, "--until", 1e-6])])
 def test_time_is_what_was_spent(cases, arguments, tmp_path):
-    """With lanes that rest, several threads, and where journal and file take the most."""
+    """With idle lanes, several threads, and where journal and file take most of the time."""
     loads = table(tmp_path, m_E=list(np.linspace(1, 3, cases)))
     common = ["--table", loads, "--set", "program=none", "--method", "rk8", *arguments]
     nothing = ["--cases", "0:1", *common[:-1], 1e-6]
@@ -82,7 +82,7 @@ def test_time_is_what_was_spent(cases, arguments, tmp_path):
 
 
 def test_time_adds_up_where_cases_fail_or_end(tmp_path):
-    """Refused, not finite, ended by an event, of several structures: each has a share, and nothing is lost."""
+    """Refused, not finite, ended by an event, of several structures: each has its share, and the sum is complete."""
     (tmp_path / "swing.lua").write_text(EVENT.replace("EVENTS", ENDS))
     loads = table(tmp_path, mass=[1.0, -1.0, 1.0, 2.0, 1.0], arm_psi_d=[0.0, 0.0, 1e200, 0.1, -3.0])
     for arguments in (["--lanes", 4], ["--lanes", 1, "--threads", 3], ["--step", 1e-3]):
@@ -105,7 +105,7 @@ def test_time_of_parts_adds_up(tmp_path):
 
 
 def test_a_long_case_has_the_larger_share(tmp_path):
-    """The others end at once; what it computes alone is its own."""
+    """The other cases end at once; time that a case uses alone is its own."""
     loads = table(tmp_path, eta=[1e-3, 0.0, 1e-3, 1e-3])
     for lanes in (1, 4):
         batch(tmp_path, REFERENCE, "--table", loads, "--set", "program=none", "--method", "rodas5p", "--until", 8, "--tol", 1e-7, "--lanes", lanes, "--threads", 1)
@@ -119,7 +119,7 @@ def test_a_long_case_has_the_larger_share(tmp_path):
 @pytest.mark.parametrize("method, tol, most", [("auto", 1e-6, 1e-11), ("radau9", 1e-6, 1e-11), ("gauss12", 1e-6, 1e-11), ("gauss12", 1e-4, 1e-11),
                                                ("radau9", 1e-4, 1e-11), ("rodas5p", 1e-6, 1e-11)])
 def test_lanes_differ_by_rounding(method, tol, most, tmp_path):
-    """Neither the length of the last step, which is what the step before has left, nor a step that fails in lanes decides otherwise there."""
+    """Neither the length of the last step, determined by the step before, nor a failing step changes decisions in lanes."""
     loads = table(tmp_path, m_E=[1.0, 1.4, 1 + 2 / 3, 7 / 3, 3.0])
     for lanes in (1, 4):
         batch(tmp_path, REFERENCE, "--table", loads, *DAMPED, "--method", method, "--tol", tol, "--lanes", lanes, output=f"{lanes}.h5")
@@ -135,7 +135,7 @@ def test_lanes_differ_by_rounding(method, tol, most, tmp_path):
     (REFERENCE, "m_E", [*LONG, "--method", "rodas5p"]), (SPATIAL, "a", ["--set", "joints=spatial", "--until", 1]),
     (FRICTION, "w", ["--until", 1])])
 def test_steps_that_lanes_leave_are_those_of_one(model, column, arguments, tmp_path):
-    """Tangents as vectors of joints, redundant rows, friction: the same bits, since a motion goes on with its own factors."""
+    """Tangents as vectors of joints, redundant rows, friction: the same bits, since a motion continues with its own factors."""
     low = {"m_E": 1.0, "a": 0.2, "w": 1e-6}[column]
     loads = table(tmp_path, **{column: [low * (1 + 0.01 * i) for i in range(6)]})
     kept = []
@@ -150,7 +150,7 @@ def default_lanes(folder, model, *arguments):
 
 
 def test_default_lanes_have_two_cases_each(tmp_path):
-    """One and three cases run one by one, as `refdyn sim` does; parts of a batch have the lanes of the whole."""
+    """One case and three cases run one by one, as in `refdyn sim`; parts of a batch have the lanes of the whole."""
     widest = default_lanes(tmp_path, PENDULUM, "--table", table(tmp_path, mass=[1 + i / 64 for i in range(64)]), "--until", 1e-3)
     assert widest in (2, 4, 8)
     assert default_lanes(tmp_path, PENDULUM, "--table", tmp_path / "cases.csv", "--until", 1e-3, "--cases", "0:1") == widest
@@ -173,7 +173,7 @@ def test_default_lanes_count_cases_of_a_structure(tmp_path):
 
 
 def test_named_events_go_without_lanes(tmp_path):
-    """Steps are counted, and the numbers are those of one lane, also in `sim --case`."""
+    """Steps are counted, and the numbers equal those of one lane, also in `sim --case`."""
     (tmp_path / "swing.lua").write_text(EVENT.replace("EVENTS", ENDS))
     loads = table(tmp_path, mass=[1.0 + i / 8 for i in range(8)])
     done = refdyn("batch", "swing.lua", "--table", loads, "--until", 1, "-o", "four.h5", "--lanes", 4, cwd=tmp_path)
@@ -188,7 +188,7 @@ def test_named_events_go_without_lanes(tmp_path):
 # ---- Reasons in CSV ----
 
 def test_csv_has_the_reasons(tmp_path):
-    """Of cases that are refused, that fail and that an event ends, with its comma, as in HDF5."""
+    """For cases that are refused, that fail or that an event ends, with its comma, as in HDF5."""
     (tmp_path / "swing.lua").write_text(EVENT.replace("EVENTS", ENDS))
     loads = table(tmp_path, mass=[1.0, -1.0, 1.0, 1.0], arm_psi_d=[0.0, 0.0, 1e200, 9.0])
     for output in ("runs.csv", "runs.h5"):
@@ -208,7 +208,7 @@ def test_csv_of_numbers_stays_so(tmp_path):
 
 
 def test_csv_has_reasons_of_the_call_before(tmp_path):
-    """The case that fails is in the journal that --resume finds."""
+    """The failing case is in the journal that --resume reads."""
     (tmp_path / "swing.lua").write_text(EVENT.replace("EVENTS", ""))
     loads = table(tmp_path, mass=[1.0] * 40, arm_psi_d=[1e200] + [1.0 + i for i in range(39)])
     command = ["batch", "swing.lua", "--table", "cases.csv", "--until", "400", "--tol", "1e-10", "--threads", "1", "--lanes", "1", "-o", "runs.csv"]
@@ -235,7 +235,7 @@ return rd.sweep { vary = { a_idle = rd.uniform(0, 1), mass = rd.uniform(1, 2), a
 @pytest.mark.parametrize("values", ["rd.grid(0, 1, 2)", "rd.normal(0, 1)", "{ 1, 2, 3 }"])
 @pytest.mark.parametrize("panel", ["final/tip_z", "final/tip_x"])
 def test_figures_show_what_correlates(values, panel, tmp_path):
-    """The start value is last by name; tip_x is an even function of it, which no straight line shows."""
+    """The start value is last by name; tip_x is an even function of it, which a linear correlation misses."""
     (tmp_path / "swing.lua").write_text(EVENT.replace("EVENTS", ""))
     (tmp_path / "sweep.lua").write_text(SWEEP.replace("VALUES", values))
     batch(tmp_path, "swing.lua", "sweep.lua")
@@ -246,7 +246,7 @@ def test_figures_show_what_correlates(values, panel, tmp_path):
 
 @pytest.mark.parametrize("law, shown", [("c.c - 0.01 * c.a", "c"), ("(c.d - 0.5)^2 + 0.001 * c.a", "d"), ("c.b == 'two' and 1 or 0", "b")])
 def test_each_chart_has_its_own_quantities(law, shown, tmp_path):
-    """Of four quantities, one of them a text, the second chart shows others than the first."""
+    """Of four quantities, one of them a text, the second chart shows other ones than the first."""
     model = """local rd = require "refdyn"
       local b = rd.option("b", "one", { "one", "two", "three" })
       local p = rd.parameters { { "a", 0, "1" }, { "c", 0, "1" }, { "d", 0, "1" }, { "y", 0, "m" } }

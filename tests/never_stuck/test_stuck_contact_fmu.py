@@ -1,4 +1,4 @@
-"""Contacts and impacts in FMUs: balls come to rest, a driven slide holds and lets go, impacts that accumulate end with an error."""
+"""Contacts and impacts in FMUs: balls come to rest, a driven slide holds and releases, accumulating impacts end with an error."""
 import importlib
 import math
 
@@ -63,13 +63,13 @@ def simulate(fmpy, files, kind, until, names, **ways):  # noqa: F811
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize(("name", "until"), [("pair", 2.5)] + ([("rod", 1.5), ("table", 1.2), ("stack", 1.5), ("wall", 3)] if LONG else []))
 def test_motions(fmpy, made, name, until, kind):  # noqa: F811
-    """As `sim` finds them, with the forces of contacts and when they came to rest."""
+    """As in `sim`, with the contact forces and the times of rest."""
     _, model, files = made(name)
     run, _, _ = motion(model, "--until", until, "--every", until / OUTPUTS, "--tol", 1e-9)
     states = [key for key in run if key + "_d" in run or key.endswith("_d") and key[:-2] in run]
     names = states + [key for key in run if key.startswith(("contact_", "rest_"))]
     found = simulate(fmpy, files, kind, until, names)
-    tolerances = {key: 1e-5 if key in states else 1e-3 for key in names}  # a time of rest has the importer's errors times 1/(1 - e) a bounce
+    tolerances = {key: 1e-5 if key in states else 1e-3 for key in names}  # errors of the importer times 1/(1 - e) for the bounces
     at = [int(np.flatnonzero(np.isclose(found["time"], t, rtol=0, atol=1e-9))[-1]) for t in run["t"]]
     check(close(key, found[key][at], run[key], tolerances[key], scale=1) for key in names)
 
@@ -77,7 +77,7 @@ def test_motions(fmpy, made, name, until, kind):  # noqa: F811
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("floor", FLOORS)
 def test_ball_comes_to_rest(fmpy, made, floor, kind):  # noqa: F811
-    """At its closed-form time, which Model Exchange knows to the importer's tolerance at that height, with its weight as the force."""
+    """At its closed-form time, to the importer's tolerance at that height in Model Exchange, with its weight as the force."""
     found = simulate(fmpy, made("pair")[2], kind, 4, ["ball_z", "ball_z_d", "contact_floor", "rest_floor", "floor_rests"], start_values={"floor": floor, "ball_z": floor + 1})
     h = max(1e-6, 64 * 2.2e-16 * abs(floor)) if kind == "CoSimulation" else max(1e-6, 1e-8 * abs(floor))
     expected = math.sqrt(2 / G) * (1 + E) / (1 - E)
@@ -92,7 +92,7 @@ def test_ball_comes_to_rest(fmpy, made, floor, kind):  # noqa: F811
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_slide_holds_and_lets_go(fmpy, made, kind, capfd):  # noqa: F811
-    """At the buffer with the force of the drive, 5 cos t, until that is 0 at pi/2; messages say both."""
+    """At the buffer with the force of the drive, 5 cos t, until this is 0 at pi/2; messages report both."""
     found = simulate(fmpy, made("pair")[2], kind, 2.5, ["cart_x", "contact_buffer"], debug_logging=True)
     said = "".join(capfd.readouterr())
     assert "contact buffer rests from 1.073" in said and "contact buffer lets go" in said and "contact floor rests from 1.806" in said
@@ -107,7 +107,7 @@ def test_slide_holds_and_lets_go(fmpy, made, kind, capfd):  # noqa: F811
 
 @pytest.mark.parametrize("h", [1e-2, 1e-3])
 def test_importer_of_fixed_steps(fmpy, made, h):  # noqa: F811
-    """It stops well inside a contact and finds no zeros: the ball comes to rest all the same, at a time that its steps resolve."""
+    """It steps well into a contact and locates no zeros: the ball nevertheless comes to rest, at a time resolved by its steps."""
     one = Instance(fmpy, made("pair")[2], True)
     names, indicators = one.states(), one.about.numberOfEventIndicators
     vector = importlib.import_module("ctypes").c_double
@@ -149,7 +149,7 @@ def test_modes_are_of_the_contact(fmpy, made, is_exchange):  # noqa: F811
 
 
 def test_saved_states_keep_modes(fmpy, made):  # noqa: F811
-    """Taken at rest, given back after the slide has let go: force, time of rest and the way on are the same to the bit."""
+    """Saved at rest, restored after the slide was released: force, time of rest and the further motion are the same to the bit."""
     one = Instance(fmpy, made("pair")[2], False)
     names = one.states() + ["contact_buffer", "rest_buffer", "buffer_rests", "contact_floor"]
     one.steps(0, 140)

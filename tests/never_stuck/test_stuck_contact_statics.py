@@ -1,4 +1,4 @@
-"""Equilibria on one-sided contacts: which contacts carry, with which forces; modes and motions from there; what nothing holds."""
+"""Equilibria on one-sided contacts: which contacts carry and with which forces; modes and motions from there; unsupported bodies."""
 import json
 
 import pytest
@@ -44,7 +44,7 @@ def statics(model, *arguments, **ways):
 
 
 def forces(found):
-    """By name; each contact is closed or has no force, and neither is negative."""
+    """Forces by name; each contact is closed or has no force, and gaps and forces are never negative."""
     for contact in found["contacts"]:
         assert contact["gap"] > -1e-9 and contact["force"] >= 0 and contact["gap"] * contact["force"] < 1e-9, contact
     return {contact["name"]: contact["force"] for contact in found["contacts"]}
@@ -85,7 +85,7 @@ def test_load_that_leads_away(scene):
 
 @pytest.mark.parametrize(("pull", "x", "force"), [(30, 0.2, 10), (10, 0.1, 0), (20, 0.2, 0), (-15, -0.15, 0)])
 def test_slide_on_a_spring_against_a_stop(scene, pull, x, force):
-    """It does or does not touch; a row of the programme is there as well."""
+    """With or without contact; a programme row acts as well."""
     found = statics(scene("sprung"), "--set", f"pull={pull}")
     check([close("x", found["q"], [x, 0.1], 1e-12), close("force", forces(found)["stop"], force, 1e-10)])
     assert len(found["rows"]) == len(found["lambda"]) == 1
@@ -94,7 +94,7 @@ def test_slide_on_a_spring_against_a_stop(scene, pull, x, force):
 @pytest.mark.parametrize("tilt", [0, 0.3, -0.5])
 @pytest.mark.parametrize("off", [0, 0.2, 0.6])
 def test_table_with_an_eccentric_load(tilt, off):
-    """Four legs: their least forces, which are a + b x + c y; the moments are those of the load."""
+    """Four legs: their least forces, a + b x + c y, have the moments of the load."""
     done = refdyn("statics", CONTACTS / "table.lua", "--set", f"off={off}", "--set", f"tilt={tilt}")
     assert "the forces of the contacts are not unique" in done.stderr
     found = json.loads(done.stdout)
@@ -106,7 +106,7 @@ def test_table_with_an_eccentric_load(tilt, off):
 
 
 def test_table_that_stands_on_three_legs():
-    """The load lies near one of them: the opposite leg is closed, and its least force would pull."""
+    """The load is near one leg: the opposite leg is closed, and its least force would pull."""
     p = forces(statics(CONTACTS / "table.lua", "--set", "off=1.1"))
     check([close("sum", sum(p.values()), 12 * G, 1e-9), close("about y", p["leg_a"] + p["leg_d"] - p["leg_b"] - p["leg_c"], 2 * G * 1.1 / 0.4, 1e-9),
            close("about x", p["leg_a"] + p["leg_b"] - p["leg_c"] - p["leg_d"], G * 1.1 / 0.4, 1e-9)])
@@ -119,18 +119,18 @@ def test_stack():
 
 @pytest.mark.parametrize(("high", "carries"), [(0, True), (-0.3, False)])
 def test_beam_on_three_supports(scene, high, carries):
-    """Its weight is borne, by symmetric forces; a support that it does not reach bears nothing."""
+    """Symmetric forces bear its weight; a support out of reach bears nothing."""
     found = statics(scene("beam"), "--set", f"high={high}")
     p = forces(found)
     area, load = 3.141592653589793 * 0.005**2, 0.2 * G
     check([close("sum", sum(p.values()), 7801 * 2 * area * G + load, 1e-9), close("symmetry", p["left"], p["right"], 1e-5)])
     assert (p["middle"] > 0) == carries
-    if carries:  # 5/8 of the weight of the whole beam; rigid elements are coarse
+    if carries:  # 5/8 of the weight of the whole beam; rigid elements are a coarse approximation
         check([close("middle", p["middle"], 5 / 8 * 7801 * 2 * area * G, 2e-2 * p["middle"])])
 
 
 def test_modes_have_the_contacts_that_carry_as_rows(scene):
-    """The slide against its stop has no mode; away from it that of its spring."""
+    """The slide against its stop has no mode; away from it, the mode of its spring."""
     there = json.loads(refdyn("modes", scene("sprung"), "--at", "statics").stdout)
     away = json.loads(refdyn("modes", scene("sprung"), "--set", "pull=10", "--at", "statics").stdout)
     assert there["modes"] == [] and len(away["modes"]) == 1

@@ -1,5 +1,5 @@
-"""One-sided contacts: balls on floors wherever they are, slides, pendulums, rods, tables, stacks and beams against closed
-forms and independent solutions; what is at rest, what lets go, and what is refused."""
+"""One-sided contacts: balls on floors at any place, slides, pendulums, rods, tables, stacks and beams compared with closed forms and
+independent solutions; which contacts rest, which release, and what is refused."""
 import csv
 import json
 import math
@@ -21,7 +21,7 @@ def settings(**values):
 
 
 def run(name, *arguments):
-    """Columns of a motion, its marks by contact and kind, and the summary."""
+    """Columns of a motion, its events by contact and kind, and the summary."""
     columns, _, summary = motion(MODELS / f"{name}.lua", *arguments)
     marks = {}
     for mark in summary["events"]:
@@ -30,7 +30,7 @@ def run(name, *arguments):
 
 
 def height(e, t):
-    """Of a ball that falls from 1 m at rest, at times t, and when its last rebound ends."""
+    """Height of a ball that falls from 1 m at rest, at times t, and the time when its last rebound ends."""
     begin, speed = math.sqrt(2 / G), e * math.sqrt(2 * G)
     rest = begin + 2 * speed / G / (1 - e)
     found = numpy.where(t < begin, 1 - G * t**2 / 2, 0.0)
@@ -71,7 +71,7 @@ def test_driven_slide_holds_and_lets_go(method):
 
 
 def pendulum_at_wall(t_end, e=0.4):
-    """The same pendulum by steps of its own: angle and rate at the end, times of rest and of release."""
+    """The same pendulum with independent steps: angle and rate at the end, times of rest and of release."""
     inertia, h = 1 * (0.05**2 + 1) / 12 + 0.25, 1e-4
     stop = math.asin(0.1)
 
@@ -159,7 +159,7 @@ def test_table_on_four_legs():
                                                      ("beam", ["--until", 0.5], ["s1_z", "s2_z", "s3_z"]),
                                                      ("beam", ["--until", 0.5, "--method", "rk54"], ["s1_z", "s2_z", "s3_z"])])
 def test_several_at_once(name, arguments, bodies):
-    """Within a hundred tolerances of themselves at a thousandth of it."""
+    """Within a hundred tolerances of the same motion at a thousandth of the tolerance."""
     found, _, summary = run(name, "--every", 0.01, *arguments)
     finer, _, _ = run(name, "--every", 0.01, "--tol", 1e-9, *arguments)
     check([close(body, found[body], finer[body], 1e-4) for body in bodies])
@@ -217,7 +217,7 @@ def test_summary_keeps_some_hundreds_of_events():
 
 @pytest.mark.parametrize("left, tip", [(0, 0), (1, 0), (0, 1), (1, 1)])
 def test_rows_act_where_contacts_rest(left, tip, tmp_path):
-    """Accelerations of `eval` by the emitted function and the multipliers of its rows; a free contact has none of them."""
+    """Accelerations of `eval` from the emitted function and the multipliers of its rows; a free contact has no force."""
     state = tmp_path / "state.json"
     state.write_text(json.dumps({"t": 0.37, "q": [0.113, -0.271, 0.219, 0.157], "qd": [0.41, -0.63, 0.72, 0.29],
                                  "parameters": {"left_rests": left, "tip_rests": tip}}))
@@ -231,7 +231,7 @@ def test_rows_act_where_contacts_rest(left, tip, tmp_path):
 
 
 def test_a_bar_and_a_tool_that_swing_and_meet_the_floor():
-    """Contacts, a programme and a start that is projected; steps of all kinds agree."""
+    """Contacts, a programme and a projected start; methods of all kinds agree."""
     found, marks, summary = run("bar", "--start", "project", "--until", 3, "--every", 0.01, "--tol", 1e-8)
     other, _, _ = run("bar", "--start", "project", "--until", 3, "--every", 0.01, "--tol", 1e-8, "--method", "radau9")
     assert ("tip", "rests") in marks and ("tip", "leaves") in marks and summary["energy_error"] < 1e-6
@@ -241,7 +241,7 @@ def test_a_bar_and_a_tool_that_swing_and_meet_the_floor():
 @pytest.mark.parametrize("v", [0.4, -0.4])
 @pytest.mark.parametrize("method", ["auto", "rk54", "radau9"])
 def test_table_that_begins_to_move(method, v):
-    """Upwards it is an impact, downwards the ball is left behind and falls; both end at rest on the table."""
+    """Upwards it is an impact, downwards the ball stays behind and falls; both end at rest on the table."""
     found, marks, summary = run("lift", "--until", 2, "--every", 0.01, "--method", method, *settings(v=v))
     e, late = 0.3, 0 if v > 0 else 2 * abs(v) / G
     first = 2 * e * v / G if v > 0 else late
@@ -252,7 +252,7 @@ def test_table_that_begins_to_move(method, v):
 
 
 def test_shaken_table_loses_the_ball():
-    """It leaves where the table falls as fast as it does: A w^2 sin(w t) = g."""
+    """It leaves where the table falls as fast as the ball: A w^2 sin(w t) = g."""
     _, marks, summary = run("shaker", "--until", 1)
     check([close("leaves", marks["table", "leaves"][:1], [math.asin(G / (0.02 * 30**2)) / 30], 1e-13)])
     assert summary["energy_error"] < 1e-6
@@ -266,7 +266,7 @@ def test_stiff_arm_between_a_stop_and_the_floor():
 
 @pytest.mark.parametrize("seed", range(12))
 def test_piles_at_random(seed, tmp_path):
-    """Balls above each other, of random masses, heights, rates and restitutions, come to rest."""
+    """Balls above each other, with random masses, heights, rates and restitutions, come to rest."""
     draw = random.Random(seed)
     count = draw.randint(2, 5)
     heights = [0.3 * (i + 1) + draw.uniform(0, 0.1) for i in range(count)]

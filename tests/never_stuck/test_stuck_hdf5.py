@@ -1,7 +1,5 @@
-"""
-Files of HDF5 that are damaged or lead elsewhere: plot, view, merge, sim --case and batch --resume refuse them with one message, and
-leave their output as it was; names that such a file cannot have are refused before anything is computed.
-"""
+"""HDF5 files that are damaged or refer to other files: plot, view, merge, sim --case and batch --resume refuse them with one message and
+leave their output unchanged; names that such a file cannot have are refused before anything is computed."""
 import os
 import random
 import shutil
@@ -43,7 +41,7 @@ def commands(kind, path, out):
 
 
 def refused(arguments, path):
-    """The fact that is said of the file; the output stays as it was."""
+    """The reported fact about the file; the output is unchanged."""
     out = arguments[-1]
     out.write_text("kept")
     done = refdyn(*arguments, status=1, timeout=30)
@@ -52,10 +50,10 @@ def refused(arguments, path):
     return done.stderr.replace(f"refdyn: {path}", str(path)).removeprefix(f"{path}: ").strip()
 
 
-# ---- What leads elsewhere, or is not there ----
+# ---- Links to other places, and missing data ----
 
 def replace(make):
-    """The dataset by another one of that form, with its attributes."""
+    """Replaces the dataset by another one of this form, with its attributes."""
     def how(file, name):
         old = file[name]
         form, attributes = (old.shape, old.dtype), {key: old.attrs[key] for key in ("columns", "kind", "target", "units") if key in old.attrs}
@@ -207,7 +205,7 @@ def test_resume_does_not_trust_a_damaged_result(made, tmp_path):
 # ---- Damage ----
 
 def heaps(data):
-    """Where lengths of texts in the heaps of a file stand (HDF5's format, III.E)."""
+    """Positions of the lengths of texts in the heaps of a file (HDF5's format, III.E)."""
     for heap in [at for at in range(len(data)) if data[at:at + 4] == b"GCOL"]:
         at, end = heap + 16, heap + struct.unpack_from("<Q", data, heap + 8)[0]
         while at + 16 <= min(end, len(data)) and struct.unpack_from("<H", data, at)[0]:
@@ -216,7 +214,7 @@ def heaps(data):
 
 
 def try_damaged(data, kind, arguments, path):
-    """Done, or refused with one message; neither a crash nor a hang."""
+    """The command succeeds, or refuses the file with one message; it neither crashes nor hangs."""
     path.write_bytes(data)
     arguments[-1].write_text("kept")
     done = subprocess.run([REFDYN, *map(str, arguments)], capture_output=True, timeout=60)

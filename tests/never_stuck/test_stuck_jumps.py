@@ -1,4 +1,4 @@
-"""Programmes and inputs that jump: rates jump by an impulse, or it is said why not; times that are one; fast functions of time."""
+"""Programmes and inputs that jump: rates jump by an impulse, or a message says why not; coincident times; fast functions of time."""
 import json
 import math
 import re
@@ -12,7 +12,7 @@ METHODS = [["--method", "auto"], ["--method", "rk54"], ["--method", "rodas5p"], 
            ["--stabilise", "none"], ["--stabilise", "baumgarte"]]
 IDS = [" ".join(map(str, method)).replace("--", "") for method in METHODS]
 
-# A slide on a programme carries another one on a spring: where the programme's rate jumps, only the first jumps with it.
+# A slide on a programme carries another slide on a spring: where the programme's rate jumps, only the first slide's rate jumps with it.
 SLIDES = """
 local rd = require "refdyn"
 local kind = rd.option("kind", "min")
@@ -44,9 +44,9 @@ return rd.model {
 """.replace("""  forces = function(s) return { { "spring", stiffness = 50, at = { "a", "b" } } } end,
 """, """  forces = function(s) local F = 50 * (s.q.b_x - s.q.a_x); return { a_x = F, b_x = -F } end,
 """)
-AFTER = {"abs": 1}  # rate of the programme after 1 s; else 0
+AFTER = {"abs": 1}  # rate of the programme after 1 s; before it 0
 
-# A slide that a cam lifts: the cam's slope changes at 0 from `c` to `d`.
+# A cam lifts a slide: the cam's slope changes at 0 from `c` to `d`.
 CAM = """
 local rd = require "refdyn"
 local g, c, d = rd.parameter("g", 0, "m/s^2"), rd.parameter("c", 0), rd.parameter("d", 0.5)
@@ -93,7 +93,7 @@ return rd.model {
 
 
 def simulate(folder, text, *arguments, status=0):
-    """The last row, what was said and the summary."""
+    """The last row, the messages and the summary."""
     (folder / "model.lua").write_text(text)
     done = refdyn("sim", folder / "model.lua", *arguments, "-o", folder / "run.csv", "--summary", folder / "run.json", status=status)
     if status:
@@ -105,7 +105,7 @@ def simulate(folder, text, *arguments, status=0):
 def slides(kind):
     """The second slide at 2 s: it swings about the first, whose rate jumps at 1 s."""
     w, before, after = math.sqrt(50), -1 if kind == "abs" else 0.5, AFTER.get(kind, 0)
-    swing, rate = 0.2, 0.5 - before  # relative to the first slide, which moves evenly
+    swing, rate = 0.2, 0.5 - before  # relative to the first slide, which moves uniformly
     for change in before - after, 0:
         c, s = math.cos(w), math.sin(w)
         swing, rate = c * swing + s / w * rate, c * rate - w * s * swing
@@ -116,7 +116,7 @@ def slides(kind):
 @pytest.mark.parametrize("method", METHODS, ids=IDS)
 @pytest.mark.parametrize("kind", ["min", "abs", "where", "sine", "rate", "event", "input"])
 def test_rates_of_a_programme_jump(kind, method, tmp_path):
-    """Whatever the kind of the jump and the stabilisation: the closed form, and an energy balance that holds the work of the impulse."""
+    """For every kind of jump and stabilisation: the closed form, and an energy balance that includes the work of the impulse."""
     (tmp_path / "inputs.csv").write_text("t,u\n0,0.5\n1,0\n")
     inputs = ["--inputs", tmp_path / "inputs.csv"] if kind == "input" else []
     last, _, summary = simulate(tmp_path, SLIDES, "--set", f"kind={kind}", "--until", 2, "--every", 0.4, *method, *inputs)
@@ -127,13 +127,13 @@ def test_rates_of_a_programme_jump(kind, method, tmp_path):
 
 @pytest.mark.parametrize("method", METHODS[:-4] + METHODS[-3:-1], ids=IDS[:-4] + IDS[-3:-1])
 def test_position_of_a_programme_jumps(method, tmp_path):
-    """No impulse moves positions: the row and the time are named."""
+    """No impulse moves positions: the message names the row and the time."""
     _, said, _ = simulate(tmp_path, SLIDES, "--set", "kind=step", "--until", 2, *method, status=3)
     assert re.search(r"t = 1(\.0+\d)? s: rows that begin to act or jump at this time ask for other positions than the motion has, constraint course\n", said), said
 
 
 def test_gains_leave_a_position_to_be_pulled_in(tmp_path):
-    """Baumgarte's gains may do that; where there are none, a warning says that the row does not hold."""
+    """Baumgarte's gains may do that; without gains, a warning says that the row is not satisfied."""
     _, said, _ = simulate(tmp_path, SLIDES, "--set", "kind=step", "--until", 2, "--stabilise", "baumgarte")
     assert "warning: course does not hold: its phi is up to 0.5" in said
 
@@ -151,7 +151,7 @@ def test_rows_that_turn_at_a_position(method, tmp_path):
 
 @pytest.mark.parametrize("method", METHODS[:5] + METHODS[7:8], ids=IDS[:5] + IDS[7:8])
 def test_corner_that_holds_a_motion(method, tmp_path):
-    """A valley in which each passage takes a part of the rate: the motion comes to rest in the corner, and ends there."""
+    """A valley in which each crossing removes a part of the rate: the motion comes to rest in the corner, and ends there."""
     _, said, _ = simulate(tmp_path, CAM, "--set", "c=-1", "--set", "d=1", "--set", "g=9.81", "--until", 3, *method, status=3)
     assert re.search(r"t = 1\.865\d* s: forces or rows jump here, and lead back to the jump from both sides", said), said
 
@@ -165,7 +165,7 @@ def moved(t, steps):
 @pytest.mark.parametrize("method", METHODS[:6], ids=IDS[:6])
 @pytest.mark.parametrize("f", ["ramp", "jump"])
 def test_samples_within_rounding(f, method, tmp_path):
-    """Of a kink in time, of each other, of outputs, of the end and of the start."""
+    """Within rounding of a kink in time, of each other, of outputs, of the end and of the start."""
     ends = []
     for samples, every, until in [((-2,), 0.3, 0.6), ((-1,), 0.3, 0.6), ((1, 2), 0.3, 0.6), ((-9, -1, 0, 1, 2), 0.1, 0.6), ((-1, 1), 0.6, moved(0.3, 2)),
                                   ((-2, 0), 0.3, moved(0.3, -1))]:
@@ -180,7 +180,7 @@ def test_samples_within_rounding(f, method, tmp_path):
 
 @pytest.mark.parametrize("method", METHODS[:5], ids=IDS[:5])
 def test_samples_next_to_the_start(method, tmp_path):
-    """Steps that follow one of 1e-17 s are not too short."""
+    """Steps after a step of 1e-17 s are not too short."""
     for t in 5e-324, 1e-200, 1e-17, 1e-15:
         (tmp_path / "inputs.csv").write_text(f"t,u\n0,0\n{t!r},1\n")
         last, _, _ = simulate(tmp_path, KINK, "--set", f"K={max(t, 1e-300)!r}", "--set", "f=jump", "--until", 0.5, "--inputs", tmp_path / "inputs.csv", *method)
@@ -207,7 +207,7 @@ def expected_zeros(kind):
 @pytest.mark.parametrize("method", METHODS[:5] + [["--method", "rk4", "--step", 0.02]], ids=IDS[:5] + ["rk4"])
 @pytest.mark.parametrize("kind", ["sine", "touch", "chirp", "power", "inside", "near"])
 def test_zeros_in_time_are_all_found(kind, method, tmp_path):
-    """Each, and at its time, though steps would be much longer."""
+    """Each at its time, although steps would be much longer."""
     summary = simulate(tmp_path, FAST, "--set", f"kind={kind}", "--until", 1, "--every", 0.5, *method)[2]
     found, expected = [event["t"] for event in summary["events"]], expected_zeros(kind)
     assert summary["event_count"] == len(expected) and len(found) == min(len(expected), 500)
@@ -216,7 +216,7 @@ def test_zeros_in_time_are_all_found(kind, method, tmp_path):
 
 @pytest.mark.parametrize("method", METHODS[:5], ids=IDS[:5])
 def test_fast_comparison_in_a_force(method, tmp_path):
-    """A force that a sine of 1 kHz switches: half of it in the mean."""
+    """A sine of 1 kHz switches a force: half of it in the mean."""
     last, _, summary = simulate(tmp_path, FAST, "--set", "kind=force", "--until", 1, *method)
     w, pulse = 5.0, 0.0
     x, v = 0.1, 0.0
@@ -228,6 +228,6 @@ def test_fast_comparison_in_a_force(method, tmp_path):
 
 
 def test_slow_functions_cost_nothing(tmp_path):
-    """The search follows the frequency: few steps for slow ones."""
+    """The search follows the frequency: few steps for slow functions."""
     summary = simulate(tmp_path, FAST, "--set", "kind=sine", "--set", "w=3", "--until", 1)[2]
     assert summary["steps"] < 30 and len(summary["events"]) == 1

@@ -1,4 +1,4 @@
-"""Values that models refuse, files that never end or are damaged, sweeps that cannot be meant, full disks: one clear message each."""
+"""Values that models refuse, endless or damaged files, impossible sweeps, full disks: one clear message each."""
 import json
 import os
 import re
@@ -46,7 +46,7 @@ def rows(path):
 @pytest.mark.parametrize("lanes", [1, 4])
 @pytest.mark.parametrize("name", REFUSALS)
 def test_cases_of_a_batch(folder, name, lanes):
-    """One case is at fault and not computed, its neighbours are; alone it says why."""
+    """One case is refused and not computed, its neighbours are; run alone, it reports the reason."""
     value, words = REFUSALS[name]
     good = {"m": 2, "inner": 0.04, "T": 2, "Ix": 1.5, "c": 0}[name]
     sweep(folder, f"vary = {{ {name} = {{ {good}, {value}, {good} }} }}, t_end = 0.1")
@@ -59,7 +59,7 @@ def test_cases_of_a_batch(folder, name, lanes):
 
 @pytest.mark.parametrize("name", REFUSALS)
 def test_states_and_settings(folder, name):
-    """Parameters of a state file, and those of the command line, in every command that takes them."""
+    """Parameters of a state file, and of the command line, in every command that reads them."""
     value, words = REFUSALS[name]
     (folder / "state.json").write_text(json.dumps({"parameters": {name: value}}))
     for command in (["eval", "refused.lua", "--state", "state.json"], ["sim", "refused.lua", "--until", 1, "--from", "state.json"],
@@ -69,7 +69,8 @@ def test_states_and_settings(folder, name):
 
 
 def test_events(folder):
-    """The motion ends before the event, in `sim`, in each case of a batch, and in one case again; an event that sets what is allowed passes."""
+    """The motion ends before the event, in `sim`, in each case of a batch, and in one case again; an event that sets allowed values is
+    accepted."""
     words = r"loses: losing\.lua:4: links\[1\]\.mass: value -0\.5, a positive number is needed"
     said = refdyn("sim", "losing.lua", "--until", 1, "-o", "run.csv", "--summary", "run.json", cwd=folder, status=3).stderr
     assert re.search("the event " + words, said), said
@@ -144,7 +145,7 @@ def test_callers_from_c(folder):
 
 
 def test_what_is_emitted(folder):
-    """Rules of parameters that are read, and no others; none where parameters are numbers."""
+    """Checks of the parameters that are read, and no others; none where parameters are numbers."""
     (folder / "still.lua").write_text(HEAD + """local p = rd.parameters { { "m", 1 }, { "unread", 1 } }
       return rd.model { name = "still", links = { { "a", joint = "x", mass = p.m }, { "wall", mass = p.unread } } }""")
     refdyn("gen", "still.lua", "-o", "still", cwd=folder)
@@ -165,7 +166,7 @@ READERS = {"sim, inputs": ["sim", "refused.lua", "--until", 1, "--inputs", "pipe
 
 @pytest.mark.parametrize("reader", READERS)
 def test_named_pipes(folder, reader):
-    """Nobody writes into it: there is nothing to wait for."""
+    """A pipe without a writer: there is nothing to wait for."""
     said = refdyn(*READERS[reader], cwd=folder, status=1, timeout=20).stderr
     assert "pipe" in said, said
 
@@ -176,7 +177,7 @@ def test_named_pipes_in_sweeps(folder, fields):
 
 
 def test_pipes_of_a_shell(folder):
-    """Those have somebody who writes."""
+    """These have a writer."""
     (folder / "samples.csv").write_text("t,x\n0,1\n")
     refdyn("sim", "refused.lua", "--until", 0.1, "-o", "run.csv", cwd=folder)
     done = subprocess.run(["bash", "-c", f"{REFDYN} plot <(cat run.csv) -o shell.svg"], cwd=folder, capture_output=True, text=True, timeout=60)
@@ -184,7 +185,7 @@ def test_pipes_of_a_shell(folder):
 
 
 def journal_of(folder):
-    """A journal of many cases: the batch ends at the disk, which is full."""
+    """A journal of many cases: the batch ends on a full disk."""
     (folder / "full.h5").unlink(missing_ok=True)
     (folder / "many.lua").write_text(HEAD + "return rd.sweep { vary = { m = rd.grid(1, 2, 64) }, t_end = 0.1 }\n")
     (folder / "full.h5").symlink_to(FULL)
@@ -195,7 +196,7 @@ def journal_of(folder):
 
 @pytest.mark.parametrize("damage", ["a value", "a length", "two places", "the first record", "the last record", "zeros"])
 def test_damaged_journals(folder, damage):
-    """What is damaged is said and computed again; all good records stay."""
+    """Damage is reported and computed again; all good records remain."""
     journal = journal_of(folder)
     content = bytearray(journal.read_bytes())
     record = (len(content) - 400) // 64
@@ -211,7 +212,7 @@ def test_damaged_journals(folder, damage):
     assert 1 <= again <= (5 if damage == "zeros" else 2), said
 
 
-# ---- Sweeps that cannot be meant ----
+# ---- Impossible sweeps ----
 
 SWEEPS = {"vary = { m = { 1 } }, t_end = 1, every = 5": r"sweep\.lua:2: every 5: longer than the motions, which last 1 s",
           "vary = { m = { 1 } }, t_end = 1, every = 1.01, keep = { history = { 'cart_x' } }": "every 1.01: longer than",
@@ -233,7 +234,7 @@ def test_sweeps(folder, fields):
 
 
 def test_sweeps_that_are_meant(folder):
-    """As long as the motions last; a derive that reads only."""
+    """As long as the motions; a derive function that only reads."""
     sweep(folder, "vary = { m = { 1, 2 } }, t_end = 0.1, every = 0.1, derive = function(c) local v = c.m; v = v + 1; return { c = v } end")
     assert [row["c"] for row in rows(folder / "runs.csv")] == ["2", "3"]
 
@@ -241,7 +242,7 @@ def test_sweeps_that_are_meant(folder):
 # ---- Full disks ----
 
 def test_full_disks(folder):
-    """Every writer says so, in one line, with exit status 1."""
+    """Every writer reports it, in one line, with exit status 1."""
     refdyn("sim", "refused.lua", "--until", 0.1, "-o", "run.csv", cwd=folder)
     (folder / "cases.csv").write_text("m\n1\n2\n")
     refdyn("batch", "refused.lua", "--table", "cases.csv", "--until", 0.1, "-o", "drawn.h5", cwd=folder)
@@ -256,7 +257,7 @@ def test_full_disks(folder):
         assert "No space left on device" in said, (command, said)
 
 
-# ---- What others link ----
+# ---- Libraries of other projects ----
 
 def test_shared_library_names_libm(tmp_path):
     subprocess.run(["cmake", "--install", BUILD, "--prefix", tmp_path], check=True, capture_output=True)
@@ -266,7 +267,7 @@ def test_shared_library_names_libm(tmp_path):
 
 
 def test_serial_hdf5_is_taken(tmp_path):
-    """Where `hdf5` is another library, such as that of OpenMPI."""
+    """If `hdf5` is another library, such as OpenMPI's."""
     if subprocess.run(["pkg-config", "--exists", "hdf5-serial"]).returncode:
         pytest.skip("HDF5 has one library here")
     (tmp_path / "hdf5.pc").write_text("Name: HDF5\nDescription: of OpenMPI\nVersion: 9\nCflags: -I/nowhere/openmpi\nLibs: -L/nowhere/openmpi -lhdf5\n")

@@ -1,5 +1,5 @@
-"""Chains of loops that pass states where rows lose rank cost what one loop does; motions without changes of energy are not
-called unresolved; a model states its unit of length."""
+"""Chains of loops that pass states where rows lose rank cost as much as one loop; motions without changes of energy are not called
+unresolved; a model states its unit of length."""
 import json
 import math
 
@@ -34,7 +34,7 @@ return rd.model { name = "bars", gravity = { 0, -9.81, 0 }, links = links, point
     return rows
   end }
 """
-# N parallelograms that share nothing; each starts at another angle and passes at another time.
+# N separate parallelograms; each starts at another angle and passes at another time.
 APART = """local rd = require "refdyn"
 local n, unit = rd.option("n", 3), rd.option("unit", 1)
 local links, points, closes = {}, {}, {}
@@ -74,7 +74,7 @@ def angle_of(rockers, couplers, start, rate, times):
 
 @pytest.mark.parametrize("deep, sizes", [(0, (10, 30)), (1, (12,))])
 def test_steps_of_a_chain_do_not_grow(deep, sizes, tmp_path):
-    """Ten states passed whatever N; no more steps and little more CPU time than without passing; the error is no larger."""
+    """Ten crossings for every N; no more steps and little more CPU time than without passing; the error is no larger."""
     model = written(tmp_path, CHAIN)
     for n in sizes:
         arguments = ["--set", f"n={n}", "--set", f"deep={deep}", "--until", 10, "--tol", 1e-6]
@@ -89,7 +89,7 @@ def test_steps_of_a_chain_do_not_grow(deep, sizes, tmp_path):
 
 @pytest.mark.parametrize("method", ["rk54", "rk8", "rodas5p", "rodas6p", "radau9", "gauss12"])
 def test_chain_by_any_method(method, tmp_path):
-    """A tolerance of 1e-8: steps as without passing where those go over the states unnoticed, errors of as many tolerances."""
+    """A tolerance of 1e-8: as many steps as without passing, where those miss the states, and errors of as many tolerances."""
     run, _, summary = motion(written(tmp_path, CHAIN), "--set", "n=6", "--until", 4, "--tol", 1e-8, *PASS, "--method", method)
     assert summary["passed"]["count"] == 4 and summary["rejected"] <= 0.2 * summary["steps"] + 10, summary
     check([close("angle", run["rocker0_psi"], angle_of(7, 6, math.pi / 2, -1, run["t"]), 1e-5, 1)])
@@ -97,7 +97,7 @@ def test_chain_by_any_method(method, tmp_path):
 
 @pytest.mark.parametrize("unit", [1, 1000])
 def test_loops_that_pass_one_after_another(unit, tmp_path):
-    """One of three loops loses its own row, while the others do not; their angles are those of each alone, in m or in mm."""
+    """One of three loops loses its own row, and the others do not; their angles equal those of each loop alone, in m or in mm."""
     run, _, summary = motion(written(tmp_path, APART), "--set", f"unit={unit}", "--until", 2, *PASS)
     assert summary["passed"]["count"] == 6
     check([close(f"crank{i}", run[f"crank{i}_psi"], angle_of(2, 1, math.pi / 3 + 0.1 * i, 0, run["t"]), 1e-6, 1) for i in (1, 2, 3)])
@@ -128,7 +128,7 @@ STILL = {
 
 @pytest.mark.parametrize("which", STILL)
 def test_motions_without_changes_of_energy(which, tmp_path):
-    """The largest change of energy is then an error itself."""
+    """The largest change of energy is then itself an error."""
     model = written(tmp_path, STILL[which])
     for method in ("auto", "rk54", "rodas5p", "radau9"):
         for tol in (1e-3, 1e-6):
@@ -138,7 +138,7 @@ def test_motions_without_changes_of_energy(which, tmp_path):
 
 @pytest.mark.parametrize("start", [0.5, 0.1])
 def test_what_is_not_resolved_is_still_said(start, tmp_path):
-    """Swings by fixed steps that are too long."""
+    """Swings with fixed steps that are too long."""
     text = held(-9.81, '{ "p", joint = "theta", mass = 1, center = { 0, 0, -1 }, start = { theta = %r } }' % start)
     _, said, _ = motion(written(tmp_path, text.replace("constraints = function(s) local q, qd = s.q, s.qd return {  } end", "")),
                         "--until", 60, "--step", 0.5)
@@ -159,14 +159,14 @@ return rd.model { name = "orbit", %s links = { { "sat", joint = "x, y", mass = 1
 
 
 def orbit(folder, size, unit):
-    """Radius `size` and one turn in 2 pi s, in a unit of length."""
+    """Radius `size` and one revolution in 2 pi s, in a unit of length."""
     return written(folder, ORBIT % (size, size**3, f"length = {unit!r}," if unit else ""), f"orbit{unit}.lua")
 
 
 @pytest.mark.parametrize("size", [7e6, 7, 7e-6])
 @pytest.mark.parametrize("method", ["auto", "rk54", "rodas5p", "gauss12", "ros34pw2"])
 def test_steps_follow_the_unit(size, method, tmp_path):
-    """The same steps and the same relative errors at every size when the unit goes with it."""
+    """The same steps and the same relative errors at every size if the unit is scaled as well."""
     arguments = ["--until", 6, "--tol", 1e-5, "--method", method, "--every", 0.5]
     run, said, summary = motion(orbit(tmp_path, size, size / 7), *arguments)
     _, _, other = motion(orbit(tmp_path, 7, None), *arguments)
@@ -176,7 +176,7 @@ def test_steps_follow_the_unit(size, method, tmp_path):
 
 
 def test_coarse_tolerances_of_large_models(tmp_path):
-    """10 km at an orbit of 7000 km; without a unit of length such a tolerance is refused, and the message says what it is of."""
+    """10 km at an orbit of 7000 km; without a unit of length such a tolerance is refused, and the message names its unit."""
     run, _, summary = motion(orbit(tmp_path, 7e6, 1e6), "--until", 6, "--tol", 1e-2, "--every", 0.5)
     assert summary["steps"] < 40
     check([close("x", run["sat_x"], 7e6 * numpy.cos(run["t"]), 1e-2, 7e6)])
@@ -185,7 +185,7 @@ def test_coarse_tolerances_of_large_models(tmp_path):
 
 
 def test_accuracy_of_small_models(tmp_path):
-    """The accuracy is in metres; the tolerance that is found is a part of the unit."""
+    """The accuracy is in metres; the chosen tolerance is relative to the unit."""
     arguments = ["--until", 6, "--every", 0.5, "--accuracy", 7e-12]
     run, _, summary = motion(orbit(tmp_path, 7e-6, 1e-6), *arguments)
     assert 1e-9 < summary["tol"] < 1e-3, summary["tol"]
@@ -193,7 +193,7 @@ def test_accuracy_of_small_models(tmp_path):
 
 
 def test_batches_and_equilibria_have_the_unit(tmp_path):
-    """Batches step as motions do; equilibria are followed in steps of that size: 1 m at a time takes 10 s."""
+    """Batches step like motions; equilibria are followed in steps of that size: 1 m at a time takes 10 s."""
     (tmp_path / "cases.csv").write_text("sat_y_d\n7e6\n7.1e6\n6.9e6\n")
     steps = {}
     for unit in (1e6, None):
@@ -223,6 +223,6 @@ def test_emitted_tables_have_the_length(tmp_path):
 
 
 def test_models_without_a_unit_are_as_before():
-    """1 m, and the summary has no word of it."""
+    """1 m, and the summary does not mention it."""
     _, said, _ = motion(MODELS / "pendulum.lua", "--until", 0.1)
     assert "of 1 rad and" not in said

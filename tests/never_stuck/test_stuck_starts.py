@@ -1,4 +1,4 @@
-"""Starts far from the programme, equilibria in which something is free, follower loads, and results that are states."""
+"""Starts far from the programme, equilibria with free parts, follower loads, and results used as states."""
 import itertools
 import json
 
@@ -23,7 +23,7 @@ return rd.model { name = "slider", links = {
 
 
 def four_bar():
-    """All assemblies of models/fourbar.lua but for whole turns: the crank goes round, on two branches."""
+    """All assemblies of models/fourbar.lua up to whole revolutions: the crank goes round, on two branches."""
     a, b, c, d = 0.2, 0.6, 0.45, 0.55
     crank = np.linspace(-PI, PI, 4001)
     x, y = d - a * np.cos(crank), -a * np.sin(crank)
@@ -40,21 +40,21 @@ def slider_crank():
 
 
 def five_bar():
-    """Both arms of models/fivebar.lua stand where they are driven to: two assemblies, and whole turns of the lower arms."""
+    """Both arms of models/fivebar.lua are at their driven angles: two assemblies, and whole revolutions of the lower arms."""
     base, upper, lower, left, right = 0.3, 0.35, 0.5, 2.3, 0.9
     along = base + upper * (np.cos(right) - np.cos(left)) + 1j * upper * (np.sin(right) - np.sin(left))
     slope, lift = np.angle(along), np.arccos(abs(along) / (2 * lower))
     return np.array([[left, slope + side * lift - left, right, PI + slope - side * lift - right] for side in (1, -1)])
 
 
-# name: model, its assemblies, coordinates of which a whole turn changes nothing, what the starts are drawn from
+# name: model, its assemblies, coordinates whose whole revolutions have no effect, ranges of the starts
 LINKAGES = {"fourbar": (None, four_bar, (0, 1, 2), (PI, PI, PI)),
             "slider": (SLIDER, slider_crank, (0, 1), (PI, PI, 1)),
             "fivebar": (None, five_bar, (1, 3), (PI, PI, PI, PI))}
 
 
 def nearest(assemblies, start, mass, turning):
-    """The least distance in the metric M of the start: over all assemblies, and whole turns of each."""
+    """The least distance in the metric M of the start: over all assemblies, and whole revolutions of each."""
     apart = assemblies - start
     apart[:, turning] -= 2 * PI * np.round(apart[:, turning] / (2 * PI))
     least = np.inf
@@ -78,7 +78,7 @@ def mass_at(model, q, folder):
 
 
 def landings(model, starts, folder):
-    """Where motions are that begin there as they are, after no time to speak of; and the summary."""
+    """States of motions that begin there as they are, after a negligible time; and the summary."""
     names = json.loads(refdyn("eval", model, "--state", empty_state(folder)).stdout)["coordinates"]
     rows = [",".join(names)] + [",".join(map(repr, map(float, row))) for row in starts]
     (folder / "cases.csv").write_text("\n".join(rows) + "\n")
@@ -96,7 +96,7 @@ def empty_state(folder):
 
 @pytest.mark.parametrize("name", LINKAGES)
 def test_random_starts(name, tmp_path):
-    """None of 40 lands more than 1.1 times the nearest distance away."""
+    """Each of 40 starts ends at most 1.1 times the nearest distance away."""
     _, assemblies, turning, widths = LINKAGES[name]
     model, points = model_file(name, tmp_path), assemblies()
     starts = np.random.default_rng(5).uniform(-1, 1, (40, len(widths))) * widths
@@ -110,7 +110,7 @@ def test_random_starts(name, tmp_path):
 
 @pytest.mark.parametrize("model, n, width", [("bricard", 5, 0.3), ("bricard", 5, 3), ("stewart", 6, 1), ("slidercrank", 5, 3)])
 def test_other_linkages_arrive(model, n, width, tmp_path):
-    """Rows that depend on others, many rows, rows that do not bend: each start arrives, and stays there."""
+    """Redundant rows, many rows, straight rows: each start arrives, and stays there."""
     starts = np.random.default_rng(3).uniform(-width, width, (25, n)) if model != "stewart" else None
     if starts is None:
         n = len(json.loads(refdyn("eval", MODELS / "stewart.lua", "--state", empty_state(tmp_path)).stdout)["coordinates"])
@@ -130,7 +130,7 @@ def test_far_start_is_reported(start, tmp_path):
 
 
 def test_near_start_is_not(tmp_path):
-    """A few hundredths off, nothing is said of distances."""
+    """A few hundredths away, no message mentions distances."""
     found = json.loads(refdyn("statics", MODELS / "fourbar.lua", "--set", "torque=0", "--way", "downhill").stdout)["q"]
     (tmp_path / "near.json").write_text(json.dumps({"q": [found[0] + 0.02, found[1], found[2]]}))
     done = refdyn("sim", MODELS / "fourbar.lua", "--from", tmp_path / "near.json", "--start", "project", "--until", 0.001, "-o", tmp_path / "run.csv",
@@ -139,7 +139,7 @@ def test_near_start_is_not(tmp_path):
 
 
 def test_rows_that_feel_whole_turns(tmp_path):
-    """A gear holds the sum of turns, so that none may be taken back alone."""
+    """A gear keeps the sum of turns, so that no turn may be undone alone."""
     (tmp_path / "gear.lua").write_text("""local rd = require "refdyn"
 return rd.model { name = "gear", links = { { "a", joint = "psi", mass = 1, inertia = { zz = 1 } }, { "b", joint = "psi", mass = 1, inertia = { zz = 4 } } },
   constraints = function(s) return { rd.position { s.q.a_psi + 2 * s.q.b_psi } } end }
@@ -149,7 +149,7 @@ return rd.model { name = "gear", links = { { "a", joint = "psi", mass = 1, inert
     assert summary["failed"] == 0 and abs(found[0] - [5, -2.5]).max() < 1e-9
 
 
-# ---- What nothing holds ----
+# ---- Unsupported parts ----
 
 FREE = """local rd = require "refdyn"
 local row, kind = rd.option("row", 1), rd.option("kind", "beam")
@@ -174,7 +174,7 @@ return rd.model { name = "free", gravity = { 0, 0, -9.81 }, links = links, point
 @pytest.mark.parametrize("kind, free", [("cart", 1), ("beam", 1), ("bent", 1), ("arm", 1), ("wheel", 2)])
 @pytest.mark.parametrize("row", [0, 1])
 def test_free_slide(kind, free, row, tmp_path):
-    """What nothing holds is neutral, whatever rows of other links there are."""
+    """An unsupported part is neutral, regardless of the rows of other links."""
     (tmp_path / "free.lua").write_text(FREE)
     done = refdyn("statics", tmp_path / "free.lua", "--set", f"row={row}", "--set", f"kind={kind}", "--way", "downhill" if kind == "bent" else "load")
     assert json.loads(done.stdout)["neutral"] == free and "nothing holds" not in done.stderr
@@ -214,7 +214,7 @@ def test_beck(load, unstable, settings, tmp_path):
 
 @pytest.mark.parametrize("load, eta", [(12, 1e-4), (8, 1e-2), (15, 1e-2), (25, 1e-4)])
 def test_dampers_that_destabilise(load, eta, tmp_path):
-    """As many modes grow as `modes` finds."""
+    """As many growing modes as `modes` computes."""
     assert judged(tmp_path, load=load, eta=eta)[0]["unstable"] == judged(tmp_path, "modes", load=load, eta=eta)[0]["unstable"]
 
 
@@ -233,7 +233,7 @@ def test_potential_is_the_criterion_elsewhere():
     assert found["criterion"] == "potential" and found["potential"] is True
 
 
-# ---- Results that are states ----
+# ---- Results used as states ----
 
 def first_row(path):
     return np.array(path.read_text().splitlines()[1].split(","), float)
@@ -247,7 +247,7 @@ def first_row(path):
     (TESTS / "models" / "princeton.lua", ["--set", "P=5", "--set", "angle=20"]),
 ])
 def test_equilibrium_is_a_state(model, settings, tmp_path):
-    """A motion, modes and values from the result of statics are those from the equilibrium itself."""
+    """A motion, modes and values from the result of statics equal those from the equilibrium itself."""
     state, options = tmp_path / "equilibrium.json", [word for word in settings if word.startswith("n_rfe")]
     structure = ["--set", *options] if options else []
     refdyn("statics", model, *settings, "-o", state)
@@ -262,7 +262,7 @@ def test_equilibrium_is_a_state(model, settings, tmp_path):
 
 
 def test_modes_at_results(tmp_path):
-    """Those about the result of statics, and about that of modes; with --fold, too."""
+    """Modes about the result of statics, and about the result of modes; with --fold, too."""
     model, said = MODELS / "fourbar.lua", []
     refdyn("statics", model, "--set", "g=5", "--set", "torque=0", "--fold", "--way", "downhill", "-o", tmp_path / "0.json")
     for number in range(2):

@@ -1,4 +1,4 @@
-"""Mistakes of newcomers: each has one clear message with its place, the fact, and what to write instead."""
+"""Mistakes of beginners: each has one clear message with its place, the fact, and what to write instead."""
 import pytest
 
 from program import refdyn
@@ -9,7 +9,7 @@ BEAM = '{ "arm", joint = "psi", beam = { length = 1, section = rd.round(0.01), E
 
 
 def model(lead="", links=ARM, rest="", gravity="{ 0, -9.81, 0 }"):
-    """Line 2 is `lead`, line 4 has the links, line 5 the rest."""
+    """Line 2 is `lead`, line 4 has the links, line 5 the remaining fields."""
     return (f'local rd = require "refdyn"\n{lead}\nreturn rd.model {{ name = "newcomer", gravity = {gravity},\n'
             f'  links = {{ {links} }},\n  {rest}\n}}\n')
 
@@ -190,7 +190,7 @@ def test_a_row_that_has_no_slope_at_the_start(tmp_path):
             "products or abs") in lines
 
 
-# ---- values that are hardly meant ----
+# ---- values that are probably wrong ----
 
 def test_springs_and_friction(tmp_path):
     for joint, unit in ("psi", "N m"), ("x", "N/m"):

@@ -1,7 +1,7 @@
 /*
- * Writes a file of runs with numbers that anybody can compute again: `make_runs PATH TOTAL FROM STEP COUNT
- * [NAME=TEXT ...]`, the cases FROM, FROM + STEP ... of a batch of TOTAL, with these attributes. Prints the
- * numbers of cases of the file as it reads them again, `make_runs PATH`.
+ * Writes a file of runs with reproducible numbers: `make_runs PATH TOTAL FROM STEP COUNT [NAME=TEXT ...]`,
+ * the cases FROM, FROM + STEP ... of a batch of TOTAL, with these attributes. `make_runs PATH` prints the
+ * numbers of the cases in a file.
  */
 #include "runtime/tool/support/hdf5/hdf5_files.h"
 
@@ -21,7 +21,7 @@ static uint64_t random_bits(uint64_t index) {
     return z ^ (z >> 31);
 }
 
-/* Any number: huge, tiny, infinite; all that are none are the same NaN. */
+/* Any number: huge, tiny, infinite; all NaN have the same bits. */
 static double random_number(long number, int place) {
     const uint64_t bits = random_bits((uint64_t)number * PLACES_OF_CASES + (uint64_t)place);
     double value;

@@ -1,4 +1,4 @@
-/* Writes the files of a generation into a folder: for tests that compile them. */
+/* Writes the files of a generation into a folder, for tests that compile them. */
 #ifndef REFDYN_TESTS_UNIT_EMITTED_FILES_H
 #define REFDYN_TESTS_UNIT_EMITTED_FILES_H
 

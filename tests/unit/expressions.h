@@ -1,4 +1,4 @@
-/* A graph of its own for unit tests of expressions, with coordinates as variables, and their values. */
+/* A separate graph for unit tests of expressions, with coordinates as variables, and their values. */
 #ifndef REFDYN_TESTS_UNIT_EXPRESSIONS_H
 #define REFDYN_TESTS_UNIT_EXPRESSIONS_H
 

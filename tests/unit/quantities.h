@@ -1,6 +1,6 @@
 /*
- * All emitted quantities by name, with the length of their results: `n`, `m`, `points`, `variables` and
- * `model` are the user's own variables.
+ * All emitted quantities by name, with the length of their results. `n`, `m`, `points`, `variables` and
+ * `model` are variables of the including file.
  */
 #ifndef REFDYN_TESTS_UNIT_QUANTITIES_H
 #define REFDYN_TESTS_UNIT_QUANTITIES_H

@@ -1,5 +1,5 @@
 /*
- * Models of the runtime's tests, written by hand against refdyn_model.h, each with its equations above it.
+ * Models for tests of the runtime, written by hand against refdyn_model.h, each with its equations above it.
  *
  * A rig is a model with its workspace and integrator in memory that has guard bytes at both ends.
  */
@@ -170,10 +170,10 @@ static inline struct refdyn_model spring_model(int rows) {
 }
 
 /*
- * Three cranks (angles a, b, e) under one coupler (angle c): a parallelogram with a needless middle crank.
- * All four loop rows hold, but only three are independent as long as c = 0. D apart, L long, rods with their
- * mass in the middle. Rows: L cos a + D cos c - D - L cos b, L sin a + D sin c - L sin b, the same with D/2
- * and e.
+ * Three cranks (angles a, b, e) under one coupler (angle c): a parallelogram with an additional middle crank.
+ * All four loop rows are satisfied, but only three are independent while c = 0. D: distance, L: length, rods
+ * with their mass in the middle. Rows: L cos a + D cos c - D - L cos b, L sin a + D sin c - L sin b, and the
+ * same with D/2 and e.
  */
 enum { CRANKS_N = 4, CRANKS_M = 4 };
 static const double crank_length = 0.613, crank_mass = 0.817, crank_inertia = 0.0931, coupler_length = 1.117,
@@ -220,7 +220,7 @@ static inline void cranks_equations(const double *p, const double *x, double t, 
         k[a] = -v[a] - 2 * row_alpha * psi[a] - row_beta * row_beta * phi[a];
 }
 
-/* Kinetic and potential energy of the cranks with c = 0, in which case all cranks turn alike. */
+/* Kinetic and potential energy of the cranks for c = 0, where all cranks turn alike. */
 static inline double cranks_energy(const double *q, const double *qd) {
     const double crank = crank_inertia + crank_mass * crank_length * crank_length / 4;
     const double turning = 3 * crank + coupler_mass * crank_length * crank_length;
@@ -351,7 +351,7 @@ static inline struct refdyn_model axis_model(void) {
     };
 }
 
-/* A mass on an oil film whose force stops being defined: qdd = -3.1 sqrt(t_end - t) qd; input t_end. */
+/* A mass on an oil film whose force becomes undefined: qdd = -3.1 sqrt(t_end - t) qd; input t_end. */
 static inline void film_equations(const double *p, const double *x, double t, const double *q,
                                   const double *qd, double *out) {
     (void)p, (void)q;
@@ -375,8 +375,7 @@ static inline struct refdyn_model film_model(void) {
     };
 }
 
-/* ---- Rigs
- * -------------------------------------------------------------------------------------------------- */
+/* ---- Rigs ---- */
 
 enum { GUARD = 64, GUARD_BYTE = 0xa5 };
 
@@ -409,7 +408,7 @@ struct rig {
     struct refdyn_workspace work;
     struct refdyn_integrator integrator;
     struct memory_piece work_memory, integrator_memory;
-    double q[8], qd[8], qdd[8]; /* start values; room for the larger of the models above */
+    double q[8], qd[8], qdd[8]; /* start values; enough for the largest model above */
 };
 
 /* Workspace of a model, start values, no integrator yet. */
@@ -429,7 +428,7 @@ static inline int rig_integrator(struct rig *rig, const struct refdyn_options *o
                                   rig->integrator_memory.size);
 }
 
-/* True when nothing was written outside the memory that was asked for. */
+/* True if nothing was written outside the requested memory. */
 static inline int rig_close(struct rig *rig) {
     const int holds = guards_hold(rig->work_memory) &&
                       (!rig->integrator_memory.bytes || guards_hold(rig->integrator_memory));

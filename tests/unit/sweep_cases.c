@@ -1,12 +1,12 @@
 /*
- * What a sweep file or a table makes of a model's names, for test_sweep.py.
+ * Shows how a sweep file or a table sets a model's names, for test_sweep.py.
  *
  *     sweep_cases MODEL SWEEP.lua or CASES.csv [--brief] [NAME=VALUE ...]
  *
- * prints the cases, what is kept and the options of the motions as JSON; --brief: how many cases, seconds of
- * CPU and the program's largest memory alone. `sweep_cases numbers` reads numbers u and prints, a line each,
- * u's normal quantile, logarithm, and exponential of 100 u - 50; `sweep_cases philox` the published test
- * vectors' results.
+ * prints the cases, the kept results and the options of the motions as JSON; with --brief only the number of
+ * cases, seconds of CPU and the program's peak memory. `sweep_cases numbers` reads numbers u and prints, one
+ * line each, the normal quantile of u, its logarithm, and the exponential of 100 u - 50. `sweep_cases philox`
+ * prints the results of the published test vectors.
  */
 #include "runtime/tool/batches/sweeps/sweeps.h"
 #include "gen/gen.h"

@@ -1,6 +1,6 @@
 /*
- * Memory that runs out: reading and planning with room for 0, 1, 2, ... blocks fails cleanly until it
- * succeeds. Leaks and stray accesses are the sanitizer preset's to find.
+ * Memory that runs out: with an allowance of 0, 1, 2, ... blocks, reading and planning fail cleanly until
+ * they succeed. The sanitizer preset finds leaks and invalid accesses.
  */
 #include "gen/gen.h"
 
@@ -13,7 +13,7 @@ static const char *const models[] = {
     SOURCE_FOLDER "/tests/models/beside/model.lua",
 };
 
-/* Status of the first step that fails with `allowance` blocks, GEN_OK when none does. */
+/* Status of the first step that fails with `allowance` blocks, or GEN_OK. */
 static enum gen_status attempt(const char *file, long allowance) {
     struct generation generation;
     struct read_request request = {.file = file};
@@ -30,7 +30,7 @@ static int failures(const char *file) {
         enum gen_status status = attempt(file, allowance);
         if (status == GEN_OK) {
             printf("%s: %ld blocks\n", file, allowance);
-            return allowance == 0; /* a model that needs no memory: the allowance is not obeyed */
+            return allowance == 0; /* a model that needs no memory: the allowance has no effect */
         }
         if (status != GEN_NO_MEMORY) {
             printf("%s: status %d with room for %ld blocks, not GEN_NO_MEMORY\n", file, (int)status,

@@ -1,5 +1,6 @@
 /*
- * Batches: each case is what it is alone, to the bit, whatever threads, order, neighbours and failures.
+ * Batches: each case equals the single motion to the bit, regardless of threads, order, neighbours and
+ * failures.
  */
 #include <string.h>
 
@@ -20,7 +21,7 @@ static void bias(const double *p, const double *x, double t, const double *q, co
     out[0] = 0;
 }
 
-/* A length that is no number spoils its case alone. */
+/* A length that is NaN affects only its own case. */
 static void force(const double *p, const double *x, double t, const double *q, const double *qd,
                   double *out) {
     (void)t;
@@ -61,7 +62,7 @@ static const struct refdyn_model pendulum = {.interface_version = REFDYN_MODEL_V
                                              .Q_q = force_tangent,
                                              .qdd_free = accelerations};
 
-/* Its functions for lanes: each lane by the function of one, whose bits are the same therefore. */
+/* Its functions for lanes: each lane calls the function for one motion, so its bits are the same. */
 static int width;
 
 static void in_lanes(const double *p, const double *x, const double *t, const double *q, const double *qd,
@@ -137,7 +138,7 @@ static int note_end(void *context, const struct refdyn_batch_case *one,
     return 0;
 }
 
-/* ---- What a case is alone ---- */
+/* ---- The single motion of a case ---- */
 
 static int alone(const struct table *table, int number, double *states) {
     struct refdyn_workspace work;
@@ -200,7 +201,7 @@ static void test_each_case_is_as_alone(void) {
     }
 }
 
-/* In lanes, too, whatever their width, also where they are more than the cases. */
+/* In lanes of any width, also if there are more lanes than cases. */
 static void test_lanes(void) {
     static struct table table;
     double all[CASES][2], lanes[CASES][2];

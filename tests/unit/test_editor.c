@@ -1,7 +1,7 @@
 /*
- * models/editor/refdyn.lua, the definitions that an editor's Lua language server reads (the form of LuaLS
- * annotations), says what the tables of fields (gen/read/fields.def), functions and operators
- * (gen/graph/ops.def) say. With an argument, prints the file: what to write there when a table has changed.
+ * Compares models/editor/refdyn.lua, the definitions for an editor's Lua language server (in the form of
+ * LuaLS annotations), with the tables of fields (gen/read/fields.def), functions and operators
+ * (gen/graph/ops.def). With an argument, prints the file: write it there after a change of a table.
  */
 #include "gen/read/reader.h"
 #include "gen/base/base.h"

@@ -1,6 +1,7 @@
 /*
- * models/README.md says what the table of fields (gen/read/fields.def) says: each field is a row of its
- * tables. With an argument, prints the rows: what to paste when the table of fields has changed.
+ * Compares models/README.md with the table of fields (gen/read/fields.def): each field must be a row of a
+ * table in the page. With an argument, prints the rows: paste them into the page after a change of the table
+ * of fields.
  */
 #include "gen/read/reader.h"
 
@@ -10,7 +11,7 @@
 
 enum { ROW_ROOM = 1000 };
 
-/* As the page calls the types. */
+/* Names of the types in the page. */
 static const char *const types[TYPE_COUNT] = {
     [TYPE_TEXT] = "text",
     [TYPE_WHOLE] = "whole number",

@@ -1,7 +1,7 @@
 /*
- * The expression graph by itself: what is folded, that equal expressions are one, substitution, and each
- * operator's derivatives against differences of its values. A fault of folding is seen here, where it is, and
- * not as a distant digit of an acceleration.
+ * The expression graph alone: folding, sharing of equal expressions, substitution, and the derivatives of
+ * each operator compared with differences of its values. An error in folding shows up here, and not as a
+ * distant digit of an acceleration.
  */
 #include "check.h"
 #include "gen/graph/graph.h"
@@ -77,7 +77,7 @@ static void test_parity(void) {
         CHECK(expr_apply1(v.g, odd[i], less) == expr_neg(v.g, expr_apply1(v.g, odd[i], v.x)));
     for (size_t i = 0; i < sizeof even / sizeof *even; i++)
         CHECK(expr_apply1(v.g, even[i], less) == expr_apply1(v.g, even[i], v.x));
-    for (int i = OP_SPLINE + 1; i < OP_COUNT; i++) { /* and no other function's sign moves */
+    for (int i = OP_SPLINE + 1; i < OP_COUNT; i++) { /* and no other function changes its sign */
         const double found = value_at(v.g, expr_apply(v.g, (enum operation)i, less, v.y, v.z), at);
         const double expected = operation_value((enum operation)i, -at[0], at[1], at[2]);
         CHECK(found == expected || (isnan(found) && isnan(expected)));
@@ -128,7 +128,7 @@ static void test_choices(void) {
     expressions_release(&v.own);
 }
 
-/* Numbers are computed as the operator computes them; gains alone stay, since they may be replaced. */
+/* Numbers are computed with the operator's function; only gains stay, since they may be replaced. */
 static void test_numbers(void) {
     struct variables v;
     start(&v);
@@ -155,7 +155,7 @@ static expression sum_of_many(struct graph *g, int i) {
                     expr_mul(g, expr_apply1(g, OP_COS, angle), variable(g, (i + 3) % VARIABLES)));
 }
 
-/* Also when the table has grown; whatever the order of summands and factors. */
+/* Also after the table has grown, and for any order of summands and factors. */
 static void test_equal_expressions_are_one(void) {
     enum { MANY = 3000 };
     struct variables v;
@@ -212,7 +212,7 @@ static double difference(struct graph *g, expression e, int by) {
     return (value_at(g, e, behind) - value_at(g, e, before)) / (2 * step);
 }
 
-/* By each operand; what is held has none. */
+/* By each operand; an operand that is held has no derivative. */
 static void test_derivatives_of_operators(void) {
     struct variables v;
     start(&v);
@@ -244,7 +244,7 @@ static void test_derivatives_of_splines(void) {
     expressions_release(&v.own);
 }
 
-/* The sweep backward, the sweep forward and differences say the same. */
+/* The backward sweep, the forward sweep and differences agree. */
 static void test_gradient(void) {
     struct variables v;
     start(&v);
@@ -260,7 +260,7 @@ static void test_gradient(void) {
     expressions_release(&v.own);
 }
 
-/* A trial leaves nothing in the graph that it was copied from. */
+/* A trial leaves nothing in the original graph. */
 static void test_copy(void) {
     struct variables v;
     start(&v);
@@ -273,7 +273,7 @@ static void test_copy(void) {
     expressions_release(&v.own);
 }
 
-/* ---- Promises that are broken are told ---- */
+/* ---- Broken promises are reported ---- */
 
 static bool tells(const struct graph *g, const char *promise) {
     const char *found = graph_violation(g);

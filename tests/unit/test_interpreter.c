@@ -49,7 +49,7 @@ static const struct scene scenes[] = {
 };
 
 #define LISTED(name, count) #name ","
-/* Each quantity by its name, and all: then more of them share functions. */
+/* Each quantity alone, and all together: then more of them share functions. */
 static const char *const emitted[] = {QUANTITIES(LISTED) "course", "all"};
 
 static double uniform(unsigned *seed, double size) {
@@ -58,9 +58,9 @@ static double uniform(unsigned *seed, double size) {
 }
 
 /*
- * Emits into a fresh folder, compiles and loads. NULL when one of these fails. The pass over sines and
- * cosines is told that no angle is small enough for it and asks libm, as the interpreter does: test_sincos.py
- * judges the pass.
+ * Emits into a fresh folder, compiles and loads; returns NULL if one of these fails. The pass over sines and
+ * cosines is set to find no angle small enough for it, so it uses libm like the interpreter; test_sincos.py
+ * tests the pass itself.
  */
 static void *load(struct generation *generation, char *folder) {
     char command[4096];
@@ -99,7 +99,7 @@ static int differs(const char *what, const double *found, const double *expected
     return 1;
 }
 
-/* Random values near the defaults; the derived values by the model's own `prepare`. */
+/* Random values near the defaults; the model's own `prepare` computes the derived parameters. */
 static void set_values(const struct refdyn_model *model, unsigned *seed, double *p, double *x,
                        double *state) {
     const int n = model->n;
@@ -182,8 +182,7 @@ static int exceeds(const char *what, double value, double limit) {
     return 1;
 }
 
-/* M qdd_free = f; with rows u qdd = k, M qdd = f + force, and qdd as the runtime solves it. work holds p and
- * x. */
+/* M qdd_free = f; with rows u qdd = k, M qdd = f + force, and qdd as the runtime solves it. work: p and x. */
 static int check_accelerations(struct refdyn_workspace *work, double t, const double *state, double *room) {
     const struct refdyn_model *model = work->model;
     const int n = work->n, m = work->m;
@@ -208,8 +207,10 @@ static int check_accelerations(struct refdyn_workspace *work, double t, const do
     return failed + exceeds("qdd of the runtime", largest(solved, n) / largest(qdd, n), 1e-8);
 }
 
-/* Q_q is dQ/dq at qd = 0, and power is qd . (Q + dV/dq): by differences of order four. room (4 n). In the
- * printed form Q has terms that do no work of any force: its power is not looked at. */
+/*
+ * Q_q is dQ/dq at qd = 0, and power is qd . (Q + dV/dq), by differences of order four. room: scratch (4 n).
+ * In the printed form Q has terms that are not the work of any force, so its power is not checked.
+ */
 static int check_derivatives(struct refdyn_workspace *work, bool is_printed, double t, double *state,
                              double *room) {
     const struct refdyn_model *model = work->model;
@@ -276,7 +277,7 @@ static int judge(struct generation *generation, unsigned *seed) {
             failed += compare(generation, model, seed, &compared) +
                       compare_with_runtime(model, generation->model.printed_form, seed);
         printf("  %d results compared\n", compared);
-        failed += compared < STATES * 6; /* M h Q energy qdd_free equations at the least */
+        failed += compared < STATES * 6; /* at least M h Q energy qdd_free equations */
     } else {
         printf("  not compiled or not loaded: %s\n", folder);
     }

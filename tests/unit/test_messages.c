@@ -1,8 +1,7 @@
 /*
- * The wrong models of a folder: each names in its first comments the messages that it must get, exactly and
- * in order:
- *   -- expect: LINE: TEXT     (LINE 0: the file as a whole)
- *   -- set: NAME=VALUE        (as --set)
+ * The wrong models of a folder: each names in its first comments exactly its messages, in order:
+ *     -- expect: LINE: TEXT     (LINE 0: the file as a whole)
+ *     -- set: NAME=VALUE        (like --set)
  */
 #include "gen/gen.h"
 

@@ -1,5 +1,5 @@
 /*
- * The shortest vector under one-sided conditions: the optimality conditions of Karush, Kuhn and Tucker, for
+ * The shortest vector under one-sided conditions: the optimality conditions of Karush, Kuhn and Tucker for
  * random problems with dependent normals, and problems without a solution.
  */
 #include "check.h"
@@ -33,7 +33,7 @@ static struct refdyn_one_sided new_problem(int count, int n) {
     return problem;
 }
 
-/* Some normals are sums of others; a point meets all conditions. */
+/* Some normals are sums of others; one point satisfies all conditions. */
 static void fill(struct refdyn_one_sided *problem) {
     const int n = problem->n, count = problem->count;
     double point[N_MOST];

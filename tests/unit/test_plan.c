@@ -1,7 +1,8 @@
 /*
- * The plan by itself, of functions made here: the order of summands, what becomes a statement and what moves
- * to `prepare`, which loops run as one, what they keep for each other, where long functions are cut, and that
- * a plan that breaks a promise of plan.h is told.
+ * The plan alone, for functions made here. The tests cover the order of summands, the values that become
+ * statements or move to `prepare`, and the loops that are merged. They also cover the values that loops store
+ * for each other, the places where long functions are cut, and the report of a plan that breaks a promise of
+ * plan.h.
  */
 #include "check.h"
 #include "expressions.h"
@@ -13,7 +14,7 @@ enum { COORDINATES = 8, ELEMENTS = 5, FRAME = 1 };
 static const double at[COORDINATES] = {0.43715629, 0.82613947, 0.29384751, 1.37261984,
                                        2.61803127, 0.17432906, 3.14871265, 0.58120437};
 
-/* One function over a tree of eight coordinates, of which five, from the second on, are a run. */
+/* One function over a tree of eight coordinates, five of which, from the second on, form a run. */
 struct scene {
     struct expressions own;
     struct graph *g;
@@ -89,7 +90,7 @@ static void test_late_summand_is_last(void) {
     expressions_release(&s.own);
 }
 
-/* What has a name for the reader, or is read elsewhere, too, stays one summand. */
+/* A value with a name for the reader, or one that is also read elsewhere, remains one summand. */
 static void test_kept_summands(void) {
     struct scene s;
     start(&s);
@@ -182,12 +183,12 @@ static void test_long_functions_are_cut(void) {
 
 /* ---- Loops ---- */
 
-/* What a loop carries, and a value of each element that it computes on the way. */
+/* The value that a loop carries, and a value of each element computed on the way. */
 struct recursion_made {
     expression final, each;
 };
 
-/* carried = exp(q of the element + `more`) * carried + `more`, in place of `more` 0 a number. */
+/* carried = exp(q of the element + `more`) * carried + `more`; if `more` is 0, a number replaces it. */
 static struct recursion_made recur(struct graph *g, bool inward, expression initial, expression more) {
     graph_open_loop(g, 0, inward);
     const int slot = graph_new_slot(g, initial);

@@ -1,6 +1,4 @@
-/*
- * The runtime core without motion: kernels, workspace, index partitioning, accelerations, projection.
- */
+/* The runtime core without motion: kernels, workspace, index partitioning, accelerations, projection. */
 #include <float.h>
 #include <string.h>
 
@@ -9,8 +7,7 @@
 #include "runtime/core/linear/linear.h"
 #include "runtime_models.h"
 
-/* ---- Equations given as numbers: M f u v phi psi k of the case in hand
- * ---------------------------------------- */
+/* ---- Equations given as numbers: M f u v phi psi k of the current case ---- */
 
 enum { N_MOST = 13, M_MOST = 4, EQUATIONS_MOST = N_MOST * N_MOST + N_MOST + M_MOST * N_MOST + 4 * M_MOST };
 
@@ -51,7 +48,7 @@ static double random_number(void) {
     return 2 * (double)state / 2147483647 - 1;
 }
 
-/* M = G^T G scaled so that its diagonal spans 10^(2 decades), the rest random; k = -v. */
+/* M = G^T G scaled so that its diagonal spans 10^(2 decades), all other data random; k = -v. */
 static void random_case(int n, int m, double decades) {
     double G[N_MOST * N_MOST], scale[N_MOST];
     for (int i = 0; i < n * n; i++)
@@ -118,8 +115,7 @@ static double largest_difference(const double *a, const double *b, int count) {
     return largest;
 }
 
-/* ---- Kernels
- * --------------------------------------------------------------------------------------------------- */
+/* ---- Kernels ---- */
 
 static void test_factor(void) {
     const int n = 11;
@@ -137,7 +133,7 @@ static void test_factor(void) {
     memcpy(half, b, sizeof half);
     refdyn_factor_solve(A, n, n, b);
     CHECK_NEAR(largest_difference(b, x, n), 0, 1e-9);
-    /* both halves one after the other are the whole, and the first keeps x^T A^-1 x */
+    /* both halves in sequence equal the whole, and the first keeps x^T A^-1 x */
     double energy = 0, b_x = 0;
     double right[11];
     memcpy(right, half, sizeof right);
@@ -151,7 +147,7 @@ static void test_factor(void) {
 
 static void test_factor_refuses(void) {
     double singular[9] = {2.385, 1.1, 0.7, 1.1, 3.3, 0.2, 0.7, 0.2, 0};
-    /* third row: a combination of the others, so that its pivot is rounding */
+    /* third row: a combination of the others, so that its pivot is a rounding error */
     singular[2] = 0.3 * singular[0] + 0.9 * singular[1];
     singular[5] = 0.3 * singular[1] + 0.9 * singular[4];
     singular[8] = 0.3 * singular[2] + 0.9 * singular[5];
@@ -240,10 +236,9 @@ static void test_parameters(void) {
     CHECK(rig_close(&rig));
 }
 
-/* ---- Accelerations
- * --------------------------------------------------------------------------------------------- */
+/* ---- Accelerations ---- */
 
-/* qdd, force and multipliers against the multiplier form; the GPME residual P^T-folded. */
+/* qdd, force and multipliers compared with the multiplier form; the GPME residual multiplied by P^T. */
 static void check_case(int n, int m, const int *dependent, double tolerance) {
     struct rig rig;
     double qdd[N_MOST], force[N_MOST], lambda[M_MOST], exact[N_MOST], multipliers[M_MOST];
@@ -289,7 +284,7 @@ static void test_accelerations(void) {
         given_model(5, 0, NULL);
         random_case(5, 0, 2);
         check_case(5, 0, NULL, 1e-10);
-        given_model(4, 4, NULL); /* nothing is left free */
+        given_model(4, 4, NULL); /* no free coordinate remains */
         random_case(4, 4, 1);
         check_case(4, 4, NULL, 1e-9);
     }
@@ -319,8 +314,7 @@ static void test_stabilise(void) {
     CHECK(rig_close(&rig));
 }
 
-/* ---- Partition
- * --------------------------------------------------------------------------------------------------- */
+/* ---- Partition ---- */
 
 static void test_partition_declared(void) {
     static const int declared[] = {4, 1};
@@ -336,7 +330,7 @@ static void test_partition_declared(void) {
           (partition->column[0] == 1 && partition->column[1] == 4));
     for (int b = 3; b < 6; b++)
         CHECK(partition->column[b - 1] < partition->column[b]);
-    /* the same rows with coordinates 1 and 4 acting alike: K_d is singular, K is not */
+    /* the same rows with coordinates 1 and 4 acting alike: K_d is singular, but K is not */
     double *u = given + 36 + 6;
     u[1] = u[4] * 0.77;
     u[7] = u[10] * 0.77;
@@ -362,7 +356,7 @@ static void test_partition_choice(void) {
     rig_open(&rig, model);
     CHECK(refdyn_accelerate(&rig.work, 0, rig.q, rig.qd, REFDYN_NONE, qdd) == REFDYN_OK);
     CHECK(rig.work.partition.column[0] == 1);
-    /* its coefficient fades: kept until the condition is ten times worse, then changed */
+    /* its coefficient fades: kept until the condition number is ten times worse, then changed */
     const double kept = rig.work.partition.condition_chosen;
     for (double fade = 1; fade > 1e-7; fade /= 1.5) {
         given[7] = 1.7 * fade;
@@ -375,7 +369,7 @@ static void test_partition_choice(void) {
     CHECK(rig_close(&rig));
 }
 
-/* Row 3 = 0.7 row 1 - 1.9 row 2, times a unit that is far from theirs. */
+/* Row 3 = 0.7 row 1 - 1.9 row 2, times a unit far from that of the others. */
 static void make_dependent(double unit) {
     double *u = given + 25 + 5, *v = u + 15, *k = v + 9;
     for (int j = 0; j < 5; j++)
@@ -406,7 +400,7 @@ static void test_redundant(void) {
         for (int i = 0; i < 5; i++)
             CHECK_NEAR(dense_dot(rig.work.M + 5 * i, qdd, 5) - rig.work.f[i], force[i],
                        1e-10 * (1 + refdyn_largest(force, 5, NULL)));
-        /* one that contradicts the others, on the programme: off it none can be told to */
+        /* a row that contradicts the others on the programme; off the programme this cannot be detected */
         for (int a = 0; a < 3; a++)
             given[25 + 5 + 15 + 3 + a] = 0;
         given[given_count - 1] *= 1.01;
@@ -417,7 +411,7 @@ static void test_redundant(void) {
     }
 }
 
-/* Rows that are dependent now and independent later, and the other way round. */
+/* Rows that are dependent at first and independent later, and the other way round. */
 static void test_rank_changes(void) {
     struct rig rig;
     double qdd[5], exact[5], lambda[3];
@@ -435,7 +429,7 @@ static void test_rank_changes(void) {
     given[25 + 5 + 10] -= 0.1;
     CHECK(refdyn_accelerate(&rig.work, 0, rig.q, rig.qd, REFDYN_BAUMGARTE, qdd) == REFDYN_OK);
     CHECK(rig.work.partition.rank == 2);
-    /* rows that fade to nothing, one after the other: 0 = 0 asks for nothing, 0 = k contradicts */
+    /* rows that fade to zero one after the other: 0 = 0 requires nothing, 0 = k is a contradiction */
     for (int a = 0; a < 3; a++) {
         for (int j = 0; j < 5; j++)
             given[25 + 5 + 5 * a + j] = 0;
@@ -451,14 +445,13 @@ static void test_rank_changes(void) {
     CHECK(rig_close(&rig));
 }
 
-/* ---- What is wrong is told
- * -------------------------------------------------------------------------------------- */
+/* ---- Errors are reported ---- */
 
 static void test_faults(void) {
     struct rig rig;
     double qdd[5];
     struct refdyn_model model = given_model(5, 2, NULL);
-    /* entries of M, f, u, v, psi, k; where the fault is */
+    /* entries of M, f, u, v, psi, k; place of the fault */
     static const struct {
         int entry, row, coordinate;
     } places[] = {{13, -1, 2}, {25 + 3, -1, 3}, {30 + 7, 1, -1}, {40, 0, -1}, {44 + 1, 1, -1}, {46, 0, -1}};
@@ -482,8 +475,7 @@ static void test_faults(void) {
     CHECK(rig_close(&rig));
 }
 
-/* ---- Projection
- * --------------------------------------------------------------------------------------------------- */
+/* ---- Projection ---- */
 
 static void test_residuals(void) {
     struct rig rig;
@@ -515,7 +507,7 @@ static void test_project(void) {
     CHECK_NEAR(left[0], 0, 8 * DBL_EPSILON);
     CHECK_NEAR(left[1], 0, 16 * DBL_EPSILON);
     CHECK(refdyn_is_consistent(&rig.work, 1e-14, q, qd));
-    /* a state on the programme stays bit by bit, for one evaluation */
+    /* a state on the programme is unchanged to the bit, after one evaluation */
     const long evaluations = rig.work.evaluations;
     const double q_kept[] = {q[0], q[1], q[2]};
     CHECK(refdyn_project(&rig.work, 0.317, q, qd, NULL) == REFDYN_OK);
@@ -524,7 +516,7 @@ static void test_project(void) {
     CHECK(rig_close(&rig));
 }
 
-/* Velocities with linear rows: M dqd lies in the space of the rows, so no smaller change exists. */
+/* Velocities with linear rows: M dqd is in the space of the rows, so no smaller change exists. */
 static void test_project_metric(void) {
     struct rig rig;
     rig_open(&rig, cranks_model());
@@ -536,7 +528,7 @@ static void test_project_metric(void) {
         change[j] = qd[j] - qd_start[j];
     for (int i = 0; i < 4; i++)
         push[i] = dense_dot(rig.work.M + 4 * i, change, 4);
-    /* the one motion that the cranks have: all alike, the coupler level */
+    /* the only motion of the cranks: all alike, with a level coupler */
     const double motion[] = {1, 0, 1, 1};
     CHECK_NEAR(dense_dot(push, motion, 4), 0, 1e-14);
     for (int j = 0; j < 4; j++)

@@ -24,7 +24,7 @@ static double largest_difference(const double *a, const double *b, int count) {
     return largest;
 }
 
-/* An integrator of the model, started at its start values and qd (NULL: at rest) at time t. */
+/* An integrator of the model, started at time t from its start values and qd (NULL: at rest). */
 static int rig_start(struct rig *rig, struct refdyn_model model, struct refdyn_options options, double t,
                      const double *qd) {
     rig_open(rig, model);
@@ -41,8 +41,7 @@ static void test_names(void) {
     CHECK(refdyn_method_name(REFDYN_METHOD_COUNT) == NULL);
 }
 
-/* ---- Observed order
- * ------------------------------------------------------------------------------------------------ */
+/* ---- Observed order ---- */
 
 /* State at the end of a constrained, time-dependent motion with equal steps. */
 static void end_state(enum refdyn_method method, enum refdyn_stabilise stabilise, long steps, double *state) {
@@ -71,13 +70,15 @@ static void test_orders(void) {
             end_state((enum refdyn_method)method, (enum refdyn_stabilise)stabilise, 2 * steps, fine);
             const double rate =
                 log2(largest_difference(coarse, exact, 6) / largest_difference(fine, exact, 6));
-            /* order 8 meets rounding before its limit: at these steps the rate still falls towards 8 */
+            /*
+             * order 8 reaches rounding before its limit: at these steps the observed order still decreases
+             * towards 8
+             */
             CHECK_NEAR(rate, order > 5 ? 8.25 : order, 0.35);
         }
 }
 
-/* ---- Landing, counting, reproducing
- * ----------------------------------------------------------------------------------- */
+/* ---- Landing, counting, reproducing ---- */
 
 static void test_landing(void) {
     struct rig rig;
@@ -91,14 +92,14 @@ static void test_landing(void) {
         CHECK(rig.integrator.statistics.steps == 6 * i); /* 5.78 steps, rounded up */
     }
     CHECK_NEAR(rig.integrator.statistics.step_largest, 0.1 / 6, 1e-15);
-    /* two at the start, one an output */
+    /* two at the start, one for each output */
     CHECK(rig.integrator.statistics.evaluations == 4 * rig.integrator.statistics.steps + 2 + 30);
     CHECK(refdyn_integrator_to(&rig.integrator, 3) == REFDYN_OK); /* already there */
     CHECK(refdyn_integrator_to(&rig.integrator, 2.9) == REFDYN_BAD_OPTION);
     CHECK(refdyn_integrator_to(&rig.integrator, NAN) == REFDYN_BAD_OPTION);
     CHECK(refdyn_integrator_to(&rig.integrator, INFINITY) == REFDYN_BAD_OPTION);
     CHECK(rig_close(&rig));
-    /* an interval that is a multiple of the step, up to rounding, takes just that many */
+    /* an interval that is a multiple of the step, up to rounding, takes exactly this many steps */
     options.step = 1e-5;
     CHECK(rig_start(&rig, film_model(), options, 0, NULL) == REFDYN_OK);
     CHECK(refdyn_integrator_to(&rig.integrator, 0.05) == REFDYN_OK &&
@@ -121,14 +122,16 @@ static void test_adaptive_landing(void) {
     CHECK(refdyn_integrator_start(&rig.integrator, 0, rig.q, rig.qd) == REFDYN_OK);
     CHECK(refdyn_integrator_to(&rig.integrator, 2) == REFDYN_OK);
     CHECK(rig.integrator.statistics.steps <= many_stops);
-    /* without projection each step costs six evaluations, the first of the next is its last */
+    /* without projection each step costs six evaluations, the first of the next step is its last one */
     const struct refdyn_statistics *statistics = &rig.integrator.statistics;
     CHECK(statistics->evaluations == 6 * (statistics->steps + statistics->rejected) + 3);
     CHECK(rig_close(&rig));
 }
 
-/* Looks into the last step show what an output there would have shown, and leave the motion as it is, up
- * to the directions along which it is projected. */
+/*
+ * Readings inside the last step equal the values of an output there, and leave the motion unchanged, up to
+ * the directions along which it is projected.
+ */
 static void check_look(enum refdyn_method method) {
     struct rig rig;
     struct refdyn_options options = refdyn_options_default(method);
@@ -185,8 +188,7 @@ static void test_tolerance(void) {
     }
 }
 
-/* Two integrators taking turns give bit by bit what one gives alone, and so does the same one a second time.
- */
+/* Two integrators in turns give to the bit the results of one alone, and so does a repetition. */
 static void test_reproduces(void) {
     struct rig one, two;
     const double qd[] = {0.2317, -0.713, 0.617};
@@ -231,9 +233,7 @@ static void test_allocates_nothing(void) {
     CHECK(rig_close(&rig));
 }
 
-/* ---- Energy
- * ------------------------------------------------------------------------------------------------------------
- */
+/* ---- Energy ---- */
 
 static double balance_error(enum refdyn_method method, enum refdyn_stabilise stabilise, int rows,
                             double step) {
@@ -270,8 +270,7 @@ static void test_energy(void) {
     CHECK(rig_close(&rig));
 }
 
-/* ---- Published and known motions
- * ------------------------------------------------------------------------------------------ */
+/* ---- Published and known motions ---- */
 
 static void test_pendulum(void) {
     const double at_5[] = {-0.942305435044, -0.334754338414}, at_10[] = {-0.275087462576, -0.961419205099};
@@ -303,8 +302,10 @@ static void test_car_axis(void) {
     CHECK(rig_close(&rig));
 }
 
-/* Once round the circle without gravity: the declared coordinate x is useless where x = 0, so the choice
- * changes. */
+/*
+ * Once round the circle without gravity: the declared coordinate x is unusable where x = 0, so the choice
+ * changes.
+ */
 static void test_changes_partition(void) {
     struct rig rig;
     const double rate = 0.917, qd[] = {0, -rate};
@@ -327,8 +328,10 @@ static void test_changes_partition(void) {
     }
 }
 
-/* Redundant rows along a motion: cranks stay parallel, energy stays. (At 0.446 s they lie flat, a
- * bifurcation.) */
+/*
+ * Redundant rows during a motion: cranks stay parallel, energy is constant. (At 0.446 s they are flat, a
+ * bifurcation.)
+ */
 static void test_redundant_motion(void) {
     for (int method = REFDYN_RK4; method < EXPLICIT_COUNT; method++) {
         struct rig rig;
@@ -348,14 +351,16 @@ static void test_redundant_motion(void) {
     }
 }
 
-/* Through the flat position, and through it again on the way back, with redundant rows on both sides and one
- * more where all cranks are level: the motion is that of one crank. */
+/*
+ * Through the flat position, and through it again on the way back, with redundant rows on both sides and one
+ * more where all cranks are level: the motion is that of one crank.
+ */
 static void test_passing(void) {
     for (int method = REFDYN_RK4; method < EXPLICIT_COUNT; method++) {
         struct rig rig;
         struct refdyn_options options = refdyn_options_default((enum refdyn_method)method);
         options.tol = method == REFDYN_RK4 ? 0 : 1e-9;
-        options.step_max = method == REFDYN_RK4 ? options.step : 0; /* says nothing about fixed steps */
+        options.step_max = method == REFDYN_RK4 ? options.step : 0; /* has no effect on fixed steps */
         options.singular = REFDYN_PASS;
         const double qd[] = {0.317, 0, 0.317, 0.317};
         CHECK(rig_start(&rig, cranks_model(), options, 0, qd) == REFDYN_OK);
@@ -371,7 +376,7 @@ static void test_passing(void) {
         }
         CHECK(statistics->crossings == 2);
         const struct refdyn_crossing crossings[2] = {statistics->crossing[0], statistics->crossing[1]};
-        for (int i = 0; i < 2; i++) { /* seen there */
+        for (int i = 0; i < 2; i++) { /* output at this time */
             CHECK(crossings[i].t_begin < crossings[i].t && crossings[i].t < crossings[i].t_end);
             CHECK(crossings[i].error <= 1e-9);
             CHECK(refdyn_integrator_start(&rig.integrator, 0, rig.q, qd) == REFDYN_OK);
@@ -386,7 +391,7 @@ static void test_passing(void) {
             CHECK_NEAR(now[2], now[0], 1e-7);
             CHECK_NEAR(qdd[1], 0, 1e-4);
             CHECK_NEAR(qdd[2], qdd[0], 1e-4);
-            /* and what is seen behind is determined again */
+            /* and the reading after it is computed again */
             CHECK(refdyn_integrator_to(&rig.integrator, crossings[i].t_end + 0.01) == REFDYN_OK);
             CHECK(!rig.integrator.is_undetermined);
         }
@@ -394,9 +399,7 @@ static void test_passing(void) {
     }
 }
 
-/* ---- Failures
- * ------------------------------------------------------------------------------------------------------------------
- */
+/* ---- Failures ---- */
 
 static void test_undefined_mid_run(void) {
     struct rig rig;
@@ -407,7 +410,7 @@ static void test_undefined_mid_run(void) {
     CHECK(rig.integrator.cause == REFDYN_NOT_FINITE && rig.work.fault.coordinate == 0);
     CHECK(rig.integrator.t <= 0.5173 && rig.integrator.t > 0.5173 - 2e-3 && rig.integrator.failed_t > 0.5173);
     CHECK(isfinite(rig.integrator.q[0]) && isfinite(rig.integrator.qd[0]));
-    /* the input is put right, and the motion goes on from the last accepted state */
+    /* the input is corrected, and the motion continues from the last accepted state */
     rig.work.x[0] = 2;
     CHECK(refdyn_integrator_refresh(&rig.integrator) == REFDYN_OK);
     CHECK(refdyn_integrator_to(&rig.integrator, 1) == REFDYN_OK);
@@ -428,7 +431,7 @@ static void test_undefined_mid_run(void) {
     CHECK(rig_close(&rig));
 }
 
-/* A step far beyond the stability limit ends in a status, never in a state that is not finite. */
+/* A step far beyond the stability limit ends with a status, never with a state that is not finite. */
 static void test_unstable(void) {
     struct rig rig;
     struct refdyn_options options = refdyn_options_default(REFDYN_RK4);
@@ -455,7 +458,7 @@ static void test_limits(void) {
     CHECK(rig_start(&rig, spring_model(0), options, 0, NULL) == REFDYN_OK);
     CHECK(refdyn_integrator_to(&rig.integrator, 1) == REFDYN_STEP_TOO_SMALL);
     CHECK(rig_close(&rig));
-    /* no step is longer than step_max, the first one included */
+    /* no step is longer than step_max, including the first */
     options = refdyn_options_default(REFDYN_RK8);
     options.step = 0.5;
     options.step_max = 0.01;
@@ -489,7 +492,7 @@ static void check_refused(struct refdyn_options options) {
     CHECK(refdyn_options_validate(&options, NULL) == REFDYN_BAD_OPTION);
 }
 
-/* What the automatic choice measures is time gone on, also where the motion goes on inside its last step. */
+/* The automatic choice measures the time advanced, also where the motion continues inside its last step. */
 static void test_choice_after_refresh(void) {
     struct rig rig;
     const double qd[] = {0.713};
@@ -517,7 +520,7 @@ static void test_options(void) {
     REFUSED(fixed, step, NAN);
     REFUSED(adaptive, step, INFINITY);
     REFUSED(adaptive, step_max, -0.1);
-    REFUSED(adaptive, tol, 0); /* and no step either */
+    REFUSED(adaptive, tol, 0); /* and no step is taken */
     REFUSED(fixed, tol, 1e-6);
     REFUSED(adaptive, gain_share, -1);
     REFUSED(adaptive, tol, 1e-17);

@@ -1,6 +1,4 @@
-/*
- * Equilibria of the runtime core: known answers, load stepping, what cannot be solved.
- */
+/* Equilibria of the runtime core: known solutions, load stepping, problems without a solution. */
 #include <float.h>
 #include <string.h>
 
@@ -8,7 +6,7 @@
 #include "runtime_models.h"
 
 /*
- * Chain of five equal rods of length 1 m on rotational springs; angles relative to the rod before. A dead
+ * Chain of five equal rods of length 1 m on rotational springs; angles relative to the previous rod. A dead
  * load P across the tip and a moment at the tip: Q_i = -s q_i + moment - P dy/dq_i, y the height of the tip.
  * Parameters: s, moment, P.
  */
@@ -92,7 +90,7 @@ static void test_moment(void) {
     struct rig rig;
     rig_open(&rig, chain_model());
     const struct refdyn_statics_options options = refdyn_statics_default();
-    rig.work.p[1] = 2 * acos(-1) * rig.work.p[0] / CHAIN_N; /* rolls up into a closed pentagon */
+    rig.work.p[1] = 2 * acos(-1) * rig.work.p[0] / CHAIN_N; /* forms a closed pentagon */
     const struct outcome outcome = solve(&rig, &options, NULL, 0, NULL);
     CHECK(outcome.status == REFDYN_OK && outcome.guards_hold && outcome.result.load == 1);
     for (int i = 0; i < CHAIN_N; i++)
@@ -100,8 +98,7 @@ static void test_moment(void) {
     CHECK(rig_close(&rig));
 }
 
-/* Large deflection: forces vanish, whatever the load and however it was stepped, and all ways end at one
- * place. */
+/* Large deflection: forces vanish for any load and any load steps, and all paths end at the same position. */
 static void test_tip_load(void) {
     for (double load = 0.1; load < 1e4; load *= 7.3) {
         double q[CHAIN_N], Q[CHAIN_N];
@@ -151,8 +148,7 @@ static void test_held(void) {
     CHECK(rig_close(&rig));
 }
 
-/* From a bad start the full load does not converge: the step of the load is halved, and the answer is the
- * same. */
+/* From a bad start the full load does not converge: the load step is halved, and the solution is the same. */
 static void test_spring_pendulum(void) {
     const double starts[] = {0.5313, 1.4, 2.1, -1.9};
     for (size_t i = 0; i < sizeof starts / sizeof *starts; i++) {
@@ -168,7 +164,7 @@ static void test_spring_pendulum(void) {
     }
 }
 
-/* A spring that snaps through: Q = load - (q - 3 q^2 + 2.1 q^3), whose first branch ends at 0.0972. */
+/* A spring with snap-through: Q = load - (q - 3 q^2 + 2.1 q^3), whose first branch ends at 0.0972. */
 static void snap_Q(const double *p, const double *x, double t, const double *q, const double *qd,
                    double *out) {
     (void)x, (void)t, (void)qd;
@@ -196,7 +192,7 @@ static void test_snaps_through(void) {
     struct outcome outcome = solve(&rig, &options, NULL, 0, NULL);
     CHECK(outcome.status == REFDYN_OK && outcome.result.is_followed && outcome.guards_hold);
     CHECK(outcome.result.residual < 1e-15 && rig.q[0] < 0.3);
-    /* told as the part of the load under which there is an equilibrium: the limit point */
+    /* reported as the fraction of the load for which an equilibrium exists: the limit point */
     memset(rig.q, 0, sizeof rig.q);
     rig.work.p[2] = loads[1];
     outcome = solve(&rig, &options, NULL, 0, NULL);
@@ -228,11 +224,11 @@ static void test_free_coordinates(void) {
     model.Q_q = only_second_Q_q;
     rig_open(&rig, model);
     const struct refdyn_statics_options options = refdyn_statics_default();
-    rig.q[2] = 0.917; /* nothing acts on it */
+    rig.q[2] = 0.917; /* no force acts on it */
     CHECK(solve(&rig, &options, NULL, 0, NULL).status == REFDYN_OK);
     CHECK_NEAR(rig.q[2], 0.917, 0);
     CHECK_NEAR(rig.q[1], 0.23, 1e-15);
-    rig.work.p[1] = 0.37; /* a load that nothing takes up */
+    rig.work.p[1] = 0.37; /* a load without any support */
     const struct outcome outcome = solve(&rig, &options, NULL, 0, NULL);
     CHECK(outcome.status == REFDYN_TANGENT_SINGULAR && rig.work.fault.coordinate == 3);
     CHECK(outcome.guards_hold);
@@ -282,9 +278,9 @@ static void test_failures(void) {
 }
 
 /*
- * A bead of weight w on a spring s along x, on a circle of radius R; the same row once more, doubled, with a
- * radius of its own; and a row of rates. Q = (-s x + turn y, -w), turn: a force without a potential.
- * Parameters: w, s, R, R of the second row, turn.
+ * A bead of weight w on a spring s along x, on a circle of radius R; the same row again, doubled, with its
+ * own radius; and a row of rates. Q = (-s x + turn y, -w), turn: a force without a potential. Parameters: w,
+ * s, R, R of the second row, turn.
  */
 enum { BEAD_N = 2, BEAD_M = 3 };
 
@@ -312,7 +308,7 @@ static void bead_Q(const double *p, const double *x, double t, const double *q, 
     memcpy(out, equations + 4, 2 * sizeof *out);
 }
 
-/* f_t g_t G_q G_qd u K D M, of which statics reads K; what else there is may be infinite. */
+/* f_t g_t G_q G_qd u K D M, of which statics reads K; the others may be infinite. */
 static void bead_tangent(const double *p, const double *x, double t, const double *q, const double *rates,
                          double *out) {
     const double *lambda = rates + 2 * BEAD_N + 1;
@@ -367,7 +363,7 @@ static struct outcome solve_bead(struct rig *rig, double x, double y, int row_co
     return outcome;
 }
 
-/* Below or on top of its circle, from starts off it; with the same row twice one of two multipliers is 0. */
+/* Below or on top of its circle, from starts off it; with the same row twice one of the multipliers is 0. */
 static void test_rows(void) {
     struct rig rig;
     rig_open(&rig, bead_model());
@@ -389,7 +385,7 @@ static void test_rows(void) {
     CHECK(rig_close(&rig));
 }
 
-/* A spring takes the bead to a side where w = s y. */
+/* A spring moves the bead to a side where w = s y. */
 static void test_downhill(void) {
     struct rig rig;
     rig_open(&rig, bead_model());
@@ -401,7 +397,7 @@ static void test_downhill(void) {
         CHECK_NEAR(rig.q[1], -rig.work.p[0] / 4.7, 1e-13);
         CHECK_NEAR(rig.q[0], side * sqrt(1.3 * 1.3 - rig.q[1] * rig.q[1]), 1e-13);
         rig.work.p[1] = 0;
-        outcome = solve_bead(&rig, 0, 1.3, 1, REFDYN_DOWNHILL, lambda); /* from the very top */
+        outcome = solve_bead(&rig, 0, 1.3, 1, REFDYN_DOWNHILL, lambda); /* from the topmost point */
         CHECK(outcome.status == REFDYN_OK && outcome.result.unstable == 0);
         CHECK_NEAR(rig.q[1], -1.3, 1e-14);
     }
@@ -412,7 +408,7 @@ static void test_stability(void) {
     struct rig rig;
     double lambda[2];
     rig_open(&rig, bead_model());
-    rig.work.p[0] = 0; /* without weight: nothing holds it along the circle */
+    rig.work.p[0] = 0; /* without weight: nothing keeps it in place along the circle */
     struct outcome outcome = solve_bead(&rig, 0.5, 1.2, 2, REFDYN_ALONG_LOAD, lambda);
     CHECK(outcome.status == REFDYN_OK && outcome.result.neutral == 1 && outcome.result.unstable == 0);
     CHECK_NEAR(rig.q[0], 0.5, 1e-14);
@@ -448,7 +444,7 @@ static void test_rows_that_fail(void) {
     CHECK(rig_close(&rig));
 }
 
-/* Past both limit points of the spring that snaps through. */
+/* Beyond both limit points of the spring with snap-through. */
 static void test_path(void) {
     struct refdyn_model model = chain_model();
     const int held[] = {0, 1, 3, 4};
@@ -464,7 +460,7 @@ static void test_path(void) {
     CHECK(outcome.result.is_followed && outcome.result.unstable == 0 && rig.q[2] > 1);
     CHECK_NEAR(rig.q[2] * (1 + rig.q[2] * (-3 + 2.1 * rig.q[2])), 0.117, 1e-14);
     memset(rig.q, 0, sizeof rig.q);
-    rig.work.p[2] = 0.0713; /* that the load leads to: no limit point */
+    rig.work.p[2] = 0.0713; /* reached by load steps: no limit point */
     outcome = solve(&rig, &options, held, 4, NULL);
     CHECK(outcome.status == REFDYN_OK && outcome.result.limit_points == 0 && rig.q[2] < 0.3);
     CHECK(rig_close(&rig));

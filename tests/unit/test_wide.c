@@ -1,10 +1,10 @@
 /*
- * The kernels of elimination.c and dense.c against plain triple loops in long double, and against themselves
- * compiled for any processor: results do not depend on wide vectors.
+ * The kernels of elimination.c and dense.c compared with plain triple loops in long double, and with
+ * themselves compiled for any processor: results do not depend on wide vectors.
  *
- * Bounds on rounding are those of Higham, Accuracy and Stability of Numerical Algorithms, 3.1 and 9.3: |P A -
- * L U| <= n eps |L| |U| and |A x - b| <= 3 n eps |L| |U| |x|, entry by entry; of complex numbers four times
- * that.
+ * Bounds on rounding are from Higham, Accuracy and Stability of Numerical Algorithms, 3.1 and 9.3: |P A - L
+ * U| <= n eps |L| |U| and |A x - b| <= 3 n eps |L| |U| |x|, entry by entry; four times as much for complex
+ * numbers.
  */
 #include <float.h>
 #include <math.h>
@@ -13,7 +13,7 @@
 #include "check.h"
 #include "runtime/core/linear/linear.h"
 
-/* Both files once more, without wide vectors, under names of their own. */
+/* Both files again, without wide vectors, under separate names. */
 #undef __x86_64__
 #define refdyn_eliminate plain_eliminate
 #define refdyn_lu_factor plain_lu_factor
@@ -41,7 +41,7 @@ enum { MOST = 70, VECTORS = 9 };
 static double given[2 * MOST * MOST], factors[2 * MOST * MOST], others[2 * MOST * MOST], scale[MOST];
 static int pivot[MOST], pivot_of_other[MOST];
 
-/* Between -1 and 1, of a size that changes from entry to entry. */
+/* Between -1 and 1, with a size that changes from entry to entry. */
 static double random_number(void) {
     static unsigned long long seed = 20250711;
     seed = seed * 6364136223846793005ULL + 1442695040888963407ULL;
@@ -74,7 +74,7 @@ static struct number entry(const double *A, int n, int i, int j, int is_complex)
     return (struct number){A[i * n + j], is_complex ? A[n * n + i * n + j] : 0};
 }
 
-/* Factors stand column by column, with the inverses of U's diagonal. */
+/* Factors are stored by columns, with the inverses of U's diagonal. */
 static struct number of_L(int n, int i, int k, int is_complex) {
     return i == k ? (struct number){1, 0} : entry(factors, n, k, i, is_complex);
 }
@@ -194,7 +194,7 @@ static void test_random_matrices(void) {
     }
 }
 
-/* Rows and columns of many sizes, as of coordinates in metres and radians beside rows of a programme. */
+/* Rows and columns of many sizes, like coordinates in metres and radians with rows of a programme. */
 static void test_rows_of_many_sizes(void) {
     for (int n = 2; n <= MOST; n += 7) {
         fill(given, 2 * n * n);
@@ -207,7 +207,7 @@ static void test_rows_of_many_sizes(void) {
     }
 }
 
-/* Zeros on the diagonal: without another row as pivot nothing comes out. */
+/* Zeros on the diagonal: without another row as pivot there is no result. */
 static void test_pivots(void) {
     for (int n = 2; n <= MOST; n += 3) {
         fill(given, 2 * n * n);
@@ -231,7 +231,7 @@ static void test_pivots(void) {
     }
 }
 
-/* The first row is large in its second entry alone: as pivot it would take all digits of the other. */
+/* The first row is large only in its second entry: as pivot it would lose all digits of the other row. */
 static void test_pivots_for_their_size(void) {
     const double large = 1e17, matrix[] = {1, large, 1, 1};
     double x[] = {large, 2};
@@ -266,7 +266,7 @@ static void test_units_of_rows(void) {
     }
 }
 
-/* The first column without a pivot; where a row is at fault, the last one. */
+/* The first column without a pivot; or the last column, if a row is at fault. */
 static void check_refused(int n, int column) {
     CHECK(factor_given(n) == column);
     CHECK(factor_given_complex(n) == column);
@@ -292,7 +292,7 @@ static void test_singular(void) {
     CHECK(factor_given(6) == 5);
 }
 
-/* One NaN anywhere is found, in a real and in an imaginary part. */
+/* One NaN anywhere is detected, in a real and in an imaginary part. */
 static void test_not_a_number(void) {
     for (int n = 1; n <= 17; n++)
         for (int at = 0; at < n * n; at++) {
@@ -306,7 +306,7 @@ static void test_not_a_number(void) {
         }
 }
 
-/* A^T X = B, residuals beside their terms; right sides in rows that are longer. */
+/* A^T X = B, residuals compared with their terms; right sides in longer rows. */
 static void test_transposed(void) {
     enum { COUNT = 3, STRIDE = 5 };
     double B[MOST * STRIDE], X[MOST * STRIDE], Y[MOST * STRIDE];
@@ -331,7 +331,7 @@ static void test_transposed(void) {
     }
 }
 
-/* Columns of two vectors and their sums: two pivots, the first the largest of all rows that may be one. */
+/* Columns of two vectors and their sums: two pivots, the first the largest of all candidate rows. */
 static void test_full_pivoting(void) {
     enum { ROWS = 9, COLUMNS = 5, FORBIDDEN = 4 };
     for (int sample = 0; sample < 50; sample++) {
@@ -356,7 +356,7 @@ static void test_full_pivoting(void) {
             }
         const int count = refdyn_eliminate(A, ROWS, COLUMNS, pivot, order, marks);
         CHECK(count >= 2 && count < COLUMNS);
-        for (int k = 2; k < count; k++) /* what rounding leaves */
+        for (int k = 2; k < count; k++) /* remaining rounding */
             CHECK(fabs(1 / A[k * ROWS + k]) <= 16 * DBL_EPSILON * largest);
         CHECK(pivot[0] == row && order[0] == column && pivot[1] != FORBIDDEN);
         CHECK(marks[0] == 1 && marks[1] == 1 && fabs(1 / A[0]) == largest);

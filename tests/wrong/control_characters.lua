@@ -3,7 +3,7 @@
 -- expect: 14: text "a\x0Db": contains control character 13, a line of text is needed
 -- expect: 15: name "E\x7F": contains control character 127, a line of text is needed
 -- expect: 15: text "a\x0Db": contains control character 13, a line of text is needed
--- Names and units stand in lines: of messages, of motions, of comments in C.
+-- Names and units appear in single lines: in messages, motions and comments of C.
 local rd = require "refdyn"
 local p
 local function declare()

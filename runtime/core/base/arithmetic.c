@@ -4,7 +4,7 @@
  * Each check has values that the compiler does not know, and a result that differs where it takes the liberty
  * that the comment names.
  */
-#include "runtime/core/base/core.h"
+#include "runtime/core/base/arithmetic.h"
 
 #include <math.h>
 

@@ -1,4 +1,4 @@
-/* Balance of a model at rest: see statics.h. */
+/* Balance of a model at rest: forces, rows and their tangent at one place; statics.h has the formulas. */
 #include "runtime/core/statics/statics.h"
 
 #include <float.h>
@@ -8,9 +8,10 @@
 #include "runtime/core/constraints/constraints.h"
 #include "runtime/core/linear/linear.h"
 
-/* Off the rows by a distance, coefficients of a row that depends on others are some times that. */
+/* Where rows are not satisfied, a redundant row looks independent by some times the distance, up to the
+ * second value. */
 static const double misses = 10, misses_most = 1e-3;
-/* Roundings of a sum, as a part of the sizes of its terms. */
+/* Rounding of a sum, relative to the sum of its absolute terms. */
 static const double rounding = 8 * DBL_EPSILON;
 
 /* ---- Memory ---- */
@@ -116,7 +117,8 @@ static void swap_int(int *a, int *b) {
     *b = kept;
 }
 
-/* Rows in units of their sizes, which are columns of K^T, into the room of terms; what they are off. */
+/* Writes the rows in units of their sizes, the columns of K^T, into `terms`. Returns the largest distance of
+ * a row. */
 static double scale_rows(struct balance *b, const struct place *place) {
     double farthest = 0;
     for (int a = 0; a < b->row_count; a++) {
@@ -128,7 +130,7 @@ static double scale_rows(struct balance *b, const struct place *place) {
     return farthest;
 }
 
-/* As the index partition (theory, sect. 8.1), with units in place of masses. */
+/* Like the index partition (theory, sect. 8.1), with units in place of masses. */
 void refdyn_balance_choose(struct balance *b, const struct place *place) {
     for (int j = 0; j < b->count; j++) {
         b->column[j] = j;
@@ -179,7 +181,7 @@ static void find_lambda(struct balance *b, struct place *place) {
         place->lambda[b->row[a]] = a < b->rank ? b->p[a] : 0;
 }
 
-/* g = F_i + P^T F_d; a sum that is nothing but rounding is 0. */
+/* g = F_i + P^T F_d; a sum at rounding level becomes 0. */
 static void find_g(const struct balance *b, struct place *place) {
     const int rank = b->rank, left = b->count - rank;
     for (int i = 0; i < left; i++) {
@@ -204,7 +206,8 @@ int refdyn_balance_eliminate(struct balance *b, struct place *place) {
 
 /* ---- Tangent ---- */
 
-/* The largest entry of T (n x n) off its diagonal, which has the springs of the joints, in units. */
+/* Returns the largest off-diagonal entry of T (n x n) in units; the diagonal contains the springs of the
+ * joints. */
 static double largest_coupling(const struct balance *b) {
     double largest = 0;
     for (int i = 0; i < b->n; i++)
@@ -215,8 +218,8 @@ static double largest_coupling(const struct balance *b) {
 }
 
 /*
- * T (n x n) of the equations is a sum over all links, whereas Q_q is exact entry by entry. Where no force i
- * depends on a coordinate j, rounding of the sum would look as if something held the coordinate.
+ * T (n x n) of the equations is a sum over all links, whereas Q_q is exact for each entry. Where no force i
+ * depends on a coordinate j, rounding of the sum would look like a stiffness of the coordinate.
  */
 static void drop_rounding_of_forces(struct balance *b) {
     struct refdyn_workspace *work = b->work;
@@ -229,7 +232,7 @@ static void drop_rounding_of_forces(struct balance *b) {
                 b->tangent[i * n + j] = 0;
 }
 
-/* T over the coordinates not held, row by row into b->tangent. */
+/* Writes T for the coordinates that are not held into b->tangent, row by row. */
 static int find_T(struct balance *b) {
     struct refdyn_workspace *work = b->work;
     const int n = b->n, count = b->count;
@@ -256,8 +259,8 @@ static double part_of(double x, int is_size) {
 }
 
 /*
- * [1 P^T] T [1; P] into H, and its dependent columns [1 P^T] T into coupling (NULL: not wanted). T is
- * overwritten. is_size: with the sizes of all factors.
+ * H := [1 P^T] T [1; P]; coupling := its dependent columns [1 P^T] T (NULL if not needed). Overwrites T.
+ * is_size: with the absolute values of all factors.
  */
 static void reduce(const struct balance *b, int is_size, double *T, double *H, double *coupling) {
     const int count = b->count, rank = b->rank, left = count - rank;
@@ -282,7 +285,7 @@ void refdyn_balance_reduce(const struct balance *b, double *X, double *reduced) 
     reduce(b, 0, X, reduced, NULL);
 }
 
-/* An entry that is nothing but rounding is 0. */
+/* Sets entries at rounding level to 0. */
 static void drop_rounding(const struct balance *b) {
     const int left = b->count - b->rank;
     for (int i = 0; i < left * left; i++)
@@ -318,8 +321,8 @@ static void leave_free_ones(struct balance *b) {
 }
 
 /*
- * L U; H is not symmetric in general (follower forces). A column without a pivot above the rounding of its
- * row's largest entry is a coordinate that nothing holds.
+ * L U, because follower forces make H unsymmetric. A column without a pivot above the rounding of its row's
+ * largest entry belongs to a coordinate that nothing holds.
  */
 int refdyn_balance_factor(struct balance *b) {
     const int left = b->count - b->rank;

@@ -1,16 +1,16 @@
 /*
- * Which contacts carry: see statics.h.
+ * The contacts that carry a load.
  *
- * Takes the model's forces Q, stiffness K = -dQ/dq, rows and gaps. The first guess of the set is empty. Where
+ * In: the model's forces Q, stiffness K = -dQ/dq, rows and gaps. The first guess of the set is empty. Where
  * no equilibrium exists without contacts, or it lies inside one, the bodies are let down from the start by
  * steps d:
  *     min d^T (K + mu D) d / 2 - Q^T d   subject to   g + g_q d >= 0,   phi + phi_q d = 0
- * D holds the units of the coordinates. mu rises until the step is short enough, and falls from step to step,
- * so that the way begins along the forces and ends as Newton's iteration (proximal point method; Parikh and
- * Boyd, Proximal Algorithms, 2014, sect. 4.1). Contacts with a force at its end carry.
+ * D contains the units of the coordinates. mu increases until the step is short enough, and decreases from
+ * step to step, so that the path begins along the forces and ends as Newton's iteration (proximal point
+ * method; Parikh and Boyd, Proximal Algorithms, 2014, sect. 4.1). Contacts with a force at its end carry.
  *
- * Their equilibrium is then found like any other and corrects the set: the contact that is entered most
- * joins; if none is entered, the one that pulls most leaves.
+ * Their equilibrium is then computed like any other and corrects the set: the contact with the most negative
+ * gap joins; if all gaps are positive, the contact with the largest pulling force leaves.
  */
 #include "runtime/core/statics/statics.h"
 
@@ -23,14 +23,15 @@
 
 enum { STEPS_MOST = 400, MENDS_FREE = 4, MENDS_EACH = 3 };
 static const double first_reach =
-    0.1; /* of a step [rad, length]; it doubles while steps keep their direction, */
-static const double reach_turn = 0.5; /* [rad] but for turns */
-static const double arrived = 1e-7;   /* the way ends with a shorter step without mu [rad, length], */
-static const double settled = 1e-9;   /* if mu carries less than this, over the largest force and stiffness */
+    0.1; /* of a step [rad, length]; it doubles while steps keep their direction */
+static const double reach_turn = 0.5; /* [rad] upper bound for rotations */
+static const double arrived = 1e-7;   /* the path ends at a shorter step without mu [rad, length] */
+static const double settled =
+    1e-9; /* mu counts as 0 below this, relative to the largest force and stiffness */
 static const double mu_first = 1e-3, mu_rise = 8, mu_fall = 0.1, mu_least = 1e-12;
 static const double enters = 1e-9;      /* a gap counts as negative from here on [rad, length] */
 static const double pulls = 1e-9;       /* a force counts as negative from here on, over the largest force */
-static const double independent = 1e-9; /* part of a row that others do not hold */
+static const double independent = 1e-9; /* smallest independent part of a row */
 
 void refdyn_carrying_lay_out(struct carrying *c, const struct refdyn_model *model, struct layout *layout) {
     const int n = model->n, m = model->m, contacts = m - refdyn_programme_rows(model);
@@ -53,7 +54,7 @@ void refdyn_carrying_lay_out(struct carrying *c, const struct refdyn_model *mode
 
 /* ---- The set ---- */
 
-/* Switches on the rows of contacts: those that `carries` names, or all, to read their gaps. */
+/* Activates the rows of the contacts in `carries`, or of all contacts to read their gaps. */
 static void let_act(const struct statics *statics, int all) {
     struct refdyn_workspace *work = statics->balance.work;
     const struct refdyn_model *model = work->model;
@@ -79,7 +80,7 @@ int refdyn_carrying_begin(struct statics *statics) {
     const struct refdyn_statics_options *options = statics->options;
     int count = 0;
     c->programme = c->mends = c->is_let_down = c->is_shared = 0;
-    if (c->problem.count == 0) /* there is no room for the rows */
+    if (c->problem.count == 0) /* the model has no rows */
         return 0;
     for (int i = 0; i < options->row_count; i++)
         if (options->rows[i] >= c->first_row)
@@ -93,9 +94,9 @@ int refdyn_carrying_begin(struct statics *statics) {
     return 1;
 }
 
-/* ---- The way down ---- */
+/* ---- Letting the bodies down ---- */
 
-/* Forces, rows and gaps at c->q. */
+/* Evaluates forces, rows and gaps at c->q. */
 static int read(struct statics *statics) {
     struct carrying *c = &statics->carrying;
     const struct balance *b = &statics->balance;
@@ -113,7 +114,7 @@ static int read(struct statics *statics) {
                : REFDYN_NOT_FINITE;
 }
 
-/* The factor of K + mu D over the coordinates that are not held. 0: it is not positive. */
+/* Factors K + mu D for the coordinates that are not held. Returns 0 if it is not positive definite. */
 static int factor(struct statics *statics, double mu) {
     struct carrying *c = &statics->carrying;
     const struct balance *b = &statics->balance;
@@ -141,7 +142,7 @@ static void take_away(const double *directions, int directions_count, int count,
             dense_add(x, -dense_dot(directions + a * count, x, count), directions + a * count, count);
 }
 
-/* held := orthonormal directions of the rows that always hold; along := the way to these rows. Returns the
+/* held := orthonormal directions of the rows that always hold; along := the step onto these rows. Returns the
  * number of directions. */
 static int meet_programme(struct statics *statics) {
     struct carrying *c = &statics->carrying;
@@ -166,7 +167,7 @@ static int meet_programme(struct statics *statics) {
     return held;
 }
 
-/* The step d (count) from the factor. 0: no step meets rows and gaps. */
+/* Computes the step d (count) from the factor. Returns 0 if no step satisfies rows and gaps. */
 static int find_step(struct statics *statics) {
     struct carrying *c = &statics->carrying;
     const struct balance *b = &statics->balance;
@@ -193,7 +194,7 @@ static int find_step(struct statics *statics) {
     return is_met;
 }
 
-/* The longest part of d in units; turns count as `turns` times as long. */
+/* Returns the largest entry of d in units; rotations count `turns` times. */
 static double length_of(const struct balance *b, const double *d, double turns) {
     double longest = 0;
     for (int i = 0; i < b->count; i++) {
@@ -204,7 +205,7 @@ static double length_of(const struct balance *b, const double *d, double turns) 
     return longest;
 }
 
-/* A step no longer than *reach, with the smallest mu that makes it so. 0: there is none. */
+/* Computes a step of at most *reach with the smallest mu that permits it. Returns 0 if there is none. */
 static int step_within(struct statics *statics, double *reach, double *mu) {
     const struct balance *b = &statics->balance;
     const double turns = fmax(*reach / reach_turn, 1);
@@ -220,7 +221,7 @@ static int step_within(struct statics *statics, double *reach, double *mu) {
     return 0;
 }
 
-/* The unit of mu: the largest stiffness, or force over length. */
+/* Returns the unit of mu: the largest stiffness, or force over length. */
 static double size_of(const struct statics *statics) {
     const struct balance *b = &statics->balance;
     double size = 0;
@@ -241,8 +242,8 @@ static void move(struct statics *statics, double *reach) {
     memcpy(c->d_last, c->d, (size_t)b->count * sizeof(double));
 }
 
-/* Lets the bodies down from c->q until nothing moves; contacts with a force there carry. Errors:
- * NO_CONVERGENCE, CONTACTS_UNMET, NOT_FINITE. */
+/* Lets the bodies down from c->q until they rest; contacts with a force there carry. Errors: NO_CONVERGENCE,
+ * CONTACTS_UNMET, NOT_FINITE. */
 static int let_down(struct statics *statics) {
     struct carrying *c = &statics->carrying;
     const struct balance *b = &statics->balance;
@@ -266,7 +267,7 @@ static int let_down(struct statics *statics) {
 
 /* ---- Correcting the set ---- */
 
-/* The contact whose gap is most negative at q, or -1. */
+/* Returns the contact with the most negative gap at q, or -1. */
 static int find_entered(struct statics *statics, const double *q) {
     struct carrying *c = &statics->carrying;
     const struct balance *b = &statics->balance;
@@ -287,7 +288,7 @@ static int find_entered(struct statics *statics, const double *q) {
     return worst;
 }
 
-/* The contact that pulls most, or -1. */
+/* Returns the contact with the largest pulling force, or -1. */
 static int find_pulling(const struct statics *statics) {
     const struct carrying *c = &statics->carrying;
     const struct balance *b = &statics->balance;
@@ -320,8 +321,8 @@ static int mend(struct statics *statics, const double *q, int *status) {
 
 /* ---- Forces that are not unique ---- */
 
-/* normals of the problem := gradients of the gaps at q in units, without their parts along the programme's
- * rows. 0: there are none. */
+/* normals of the problem := gradients of the gaps at q in units, without their components along the
+ * programme's rows. Returns 0 if there are none. */
 static int find_normals(struct statics *statics, const double *q) {
     struct carrying *c = &statics->carrying;
     const struct balance *b = &statics->balance;
@@ -340,8 +341,8 @@ static int find_normals(struct statics *statics, const double *q) {
     return 1;
 }
 
-/* The smallest forces p (contacts) of the contacts that carry, with the same resultants: p without the part
- * orthogonal to the columns of their normals. 1: forces are not unique. */
+/* Replaces p (contacts) by the smallest forces with the same resultants: removes the component orthogonal to
+ * the columns of the normals. Returns 1 if the forces are not unique. */
 static int find_least_forces(struct carrying *c, int count, double *p) {
     const int contacts = c->problem.count;
     int rank = 0, carrying = 0;
@@ -377,8 +378,8 @@ static void list_forces(const struct statics *statics, double *p) {
         p[statics->balance.rows[a] - c->first_row] = statics->balance.now.lambda[a];
 }
 
-/* Contacts that are closed without a force at an equilibrium share the load if their smallest forces press.
- * 1: some do. */
+/* Lets contacts that are closed without force at an equilibrium share the load if their smallest forces are
+ * positive. Returns 1 if some do. */
 static int share_load(struct statics *statics, const double *q) {
     struct carrying *c = &statics->carrying;
     const int contacts = c->problem.count;
@@ -415,8 +416,8 @@ static int share_load(struct statics *statics, const double *q) {
 
 /* ---- The next set ---- */
 
-/* Finds contacts on which the bodies come to rest from the start. 0: there are none, or the bodies do not
- * come to rest. */
+/* Finds the contacts on which the bodies come to rest from the start. Returns 0 if there are none, or if the
+ * bodies do not come to rest. */
 static int guess(struct statics *statics, const double *start, double *q) {
     struct carrying *c = &statics->carrying;
     const struct refdyn_fault fault = statics->balance.work->fault;

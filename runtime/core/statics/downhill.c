@@ -1,4 +1,4 @@
-/* Downhill to a stable equilibrium: see statics.h. */
+/* Downhill to a stable equilibrium; statics.h has the formulas. */
 #include "runtime/core/statics/statics.h"
 
 #include <float.h>
@@ -7,18 +7,18 @@
 
 #include "runtime/core/linear/linear.h"
 
-/* [rad, length] From here Newton's iteration goes on. */
+/* [rad, length] Newton's iteration continues from this distance. */
 static const double near = 1e-4;
-/* [rad, length] From a saddle or a maximum, along the lowest eigenvector. */
+/* [rad, length] Step away from a saddle or a maximum along the lowest eigenvector. */
 static const double push = 0.1;
 static const double part_least = 1e-6;
-/* Of the units of S: softer directions are taken for as stiff. */
+/* Smallest eigenvalue in units of S; softer directions are treated as this stiff. */
 static const double softest = 1e-8;
-/* [rad, length] A step in such a direction, were it stiff. */
+/* [rad, length] A smaller step in a soft direction is rounding. */
 static const double nothing = 1e-10;
 enum { STEPS_MOST = 1000 };
 
-/* D^-1 times vector k of V, at its largest. */
+/* Returns the largest entry of D^-1 times vector k of V. */
 static double reach_of(const struct balance *b, const struct spectrum *s, int k) {
     const int left = b->count - b->rank;
     double largest = 0;
@@ -27,8 +27,8 @@ static double reach_of(const struct balance *b, const struct spectrum *s, int k)
     return largest;
 }
 
-/* y (count - rank) = D^-1 V |values|^-1 V^T D^-1 g, S = D V values V^T D; without what is nothing but
- * rounding in directions that nothing holds. */
+/* y (count - rank) = D^-1 V |values|^-1 V^T D^-1 g with S = D V values V^T D. Components at rounding level in
+ * directions that nothing holds are left out. */
 static void step_downhill(const struct balance *b, const struct spectrum *s, double *y) {
     const int left = b->count - b->rank;
     memset(y, 0, (size_t)left * sizeof *y);
@@ -57,8 +57,8 @@ static void shorten(struct balance *b, double *step, double scale) {
 
 enum where { ON_THE_WAY, NEAR, THERE };
 
-/* The step from `now`. NEAR: Newton's iteration goes on; THERE: the step is the last, where that could not,
- * since in some direction nothing holds. */
+/* Computes the step from `now`. NEAR: Newton's iteration continues. THERE: this step is the last one, because
+ * Newton's iteration would fail in a direction that nothing holds. */
 static enum where find_step(struct statics *statics) {
     struct balance *b = &statics->balance;
     struct spectrum spectrum;
@@ -98,7 +98,7 @@ static int look_at(struct balance *b, const double *q) {
     return status;
 }
 
-/* q (n) := where a part of the step ends that the forces do work along. `now` is at q. */
+/* Moves q (n), which `now` was read at, by a fraction of the step along which the forces do positive work. */
 static int take_step(struct statics *statics, double *q) {
     struct balance *b = &statics->balance;
     double *next = statics->path.q_next, *forces = statics->path.d, *step = statics->path.d_next;
@@ -123,14 +123,14 @@ static int take_step(struct statics *statics, double *q) {
     return REFDYN_NO_CONVERGENCE;
 }
 
-/* The forces lead on, and the coordinate that they move. */
+/* Records that the forces lead further, and the coordinate that they move. */
 static int no_end(const struct balance *b) {
     int at;
     refdyn_largest(b->now.g, b->count - b->rank, &at);
     return refdyn_balance_fail(b, REFDYN_NO_CONVERGENCE, -1, at < 0 ? -1 : b->column[b->rank + at]);
 }
 
-/* Forces, rows and H at q, then the step from there. */
+/* Evaluates forces, rows and H at q, and computes the step from there. */
 static int look_on(struct statics *statics, const double *q, enum where *where) {
     struct balance *b = &statics->balance;
     int status = look_at(b, q);
@@ -154,7 +154,7 @@ int refdyn_downhill_go(struct statics *statics, double *q) {
             continue;
         if (refdyn_balance_length(b, statics->path.d_next) > sqrt(DBL_EPSILON) || look_on(statics, q, &where))
             return no_end(b);
-        where = THERE; /* as near as rounding lets it come */
+        where = THERE; /* as near as rounding permits */
     }
     if (where == ON_THE_WAY)
         return no_end(b);

@@ -2,14 +2,13 @@
  * Equilibria: Q(q, qd = 0) + u^T lambda = 0 and phi(q) = 0 over the coordinates that are not held and the
  * rows that hold (theory, sect. 8.7).
  *
- * Takes a start q0, which is brought onto the rows first; gives q, lambda, the forces that hold the other
- * coordinates, and whether the equilibrium is stable. The load is followed along
- *     F(q, s) = Q(q) - (1 - s) Q(q0),   F + u^T lambda = 0,   s from 0 to 1,
- * each by Newton with the exact tangent (statics.h); a load step is halved when Newton might end far away. A
- * load that cannot be followed to its end has a limit point before it. By what the options ask, the way past
- * it is followed (statics.h), or any equilibrium is looked for by damped Newton for the whole load
- * (Deuflhard, Newton Methods for Nonlinear Problems, 2004, sect. 3.3, 5.1). A stable one is found downhill
- * (statics.h). Lengths are in 1 rad and `length`.
+ * In: a start q0, which is moved onto the rows first. Out: q, lambda, the forces that hold the other
+ * coordinates, and the stability of the equilibrium. The load increases along F(q, s) = Q(q) - (1 - s) Q(q0),
+ * F + u^T lambda = 0,   s from 0 to 1, with Newton's iteration and the exact tangent at each s. A load step
+ * is halved when the iteration might converge to a distant equilibrium. If the load cannot be increased to 1,
+ * the path has a limit point. The options then choose between the path past it (limit_points.c) and damped
+ * Newton for the whole load, which finds some equilibrium (Deuflhard, Newton Methods for Nonlinear Problems,
+ * 2004, sect. 3.3, 5.1). downhill.c finds a stable one. Lengths are in units of 1 rad and `length`.
  */
 #include "runtime/core/base/core.h"
 
@@ -19,11 +18,11 @@
 #include "runtime/core/linear/linear.h"
 #include "runtime/core/statics/statics.h"
 
-/* [rad, length] Newton's last correction; the error that is left is about its square */
+/* [rad, length] Newton's last correction; the remaining error is about its square */
 static const double tol_default = 1e-12;
 /* [rad, length] over this much sine and cosine are still nearly straight */
 static const double reach_default = 0.5;
-/* the stiffness may change over a small part of a large load */
+/* a large load may change the stiffness within a small fraction of it */
 static const double load_least_default = 1e-12;
 enum { ITERATIONS_DEFAULT = 50 };
 
@@ -84,7 +83,7 @@ int refdyn_statics_validate(const struct refdyn_statics_options *options, const 
     return wrong ? REFDYN_BAD_OPTION : REFDYN_OK;
 }
 
-/* Is each of these a coordinate? */
+/* Returns whether each of these is a coordinate. */
 static int are_coordinates(const int *held, int held_count, int n) {
     for (int i = 0; i < held_count; i++)
         if (held[i] < 0 || held[i] >= n)
@@ -92,7 +91,7 @@ static int are_coordinates(const int *held, int held_count, int n) {
     return 1;
 }
 
-/* Is each of these a position row, and none there twice? */
+/* Returns whether these are position rows without repetition. */
 static int are_position_rows(const struct refdyn_model *model, const int *rows, int row_count) {
     for (int i = 0; i < row_count; i++) {
         if (rows[i] < 0 || rows[i] >= model->m || model->rows[rows[i]].level != REFDYN_POSITION)
@@ -104,7 +103,7 @@ static int are_position_rows(const struct refdyn_model *model, const int *rows, 
     return 1;
 }
 
-/* Raises the load from 0 to 1; q keeps the last equilibrium. */
+/* Increases the load from 0 to 1; q keeps the last equilibrium. */
 static int raise_load(struct statics *statics, double *q) {
     double load = 0, step = statics->options->load_step;
     while (load < 1) {
@@ -123,7 +122,7 @@ static int raise_load(struct statics *statics, double *q) {
     return REFDYN_OK;
 }
 
-/* The whole load at once from the start, wherever that leads. */
+/* Applies the whole load at once from the start; any equilibrium is accepted. */
 static int jump(struct statics *statics, double *q) {
     statics->is_following = 0;
     const int status = refdyn_newton_solve(statics, 1, statics->q_start);
@@ -134,7 +133,7 @@ static int jump(struct statics *statics, double *q) {
     return status;
 }
 
-/* What cannot be raised further: the path goes on past a limit point, from the start again. */
+/* Starts again and follows the path past limit points. */
 static int pass(struct statics *statics, double *q) {
     memcpy(q, statics->q_start, (size_t)statics->balance.n * sizeof *q);
     return refdyn_limit_points_pass(statics, q);
@@ -172,7 +171,7 @@ static void list_free(struct balance *balance, const int *held, int held_count, 
     }
 }
 
-/* Q + u^T lambda of coordinate j */
+/* Returns Q + u^T lambda of coordinate j. */
 static double force_on(const struct balance *balance, int j) {
     const struct refdyn_workspace *work = balance->work;
     double sum = balance->now.Q[j];
@@ -181,7 +180,7 @@ static double force_on(const struct balance *balance, int j) {
     return sum;
 }
 
-/* Residuals and holding forces under the whole load at the end of the way, also when it was cut short. */
+/* Writes residuals and holding forces under the whole load at the end, also after a failure. */
 static void report(struct statics *statics, const double *q, double *hold_force) {
     struct balance *balance = &statics->balance;
     struct refdyn_statics_result *result = statics->result;
@@ -205,7 +204,7 @@ static void report(struct statics *statics, const double *q, double *hold_force)
     result->lambda = balance->now.lambda;
 }
 
-/* The start brought onto the rows, and the load that it meets there. */
+/* Moves the start onto the rows and reads the load there. */
 static int start(struct statics *statics, double *q) {
     struct balance *balance = &statics->balance;
     int status = refdyn_newton_meet_rows(statics, q);
@@ -231,7 +230,7 @@ static int solve(struct statics *statics, double *q, double *hold_force) {
     return status;
 }
 
-/* The same with contacts: tries one set of contacts that carry after the other. */
+/* Finds an equilibrium with contacts: tries sets of contacts that carry, one after the other. */
 static int solve_on_contacts(struct statics *statics, double *q, double *hold_force) {
     const size_t bytes = (size_t)statics->balance.n * sizeof *q;
     double *begin = statics->q_begin;

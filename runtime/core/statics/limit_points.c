@@ -1,4 +1,4 @@
-/* Equilibria past limit points: see statics.h. */
+/* Equilibria past limit points by pseudo-arclength; statics.h has the formulas. */
 #include "runtime/core/statics/statics.h"
 
 #include <math.h>
@@ -7,17 +7,17 @@
 #include "runtime/core/linear/linear.h"
 
 static const double h_first = 0.02, h_least = 1e-9;
-/* of the next step, when Newton took few iterations */
+/* of the next step, after few Newton iterations */
 static const double growth = 1.6;
-/* The first correction, as a part of the step; each further one, as a part of the one before. */
+/* Largest first correction relative to the step; largest ratio of successive corrections. */
 static const double bend = 0.3, contraction = 0.5;
-/* A change of the load along the path that is none. */
+/* A smaller change of the load along the path counts as 0. */
 static const double level = 1e-9;
-/* Points of the path are as good as their directions need. */
+/* Accuracy of points of the path, sufficient for their directions. */
 static const double tol = 1e-9;
 enum { ITERATIONS_MOST = 8, ITERATIONS_FEW = 3, STEPS_MOST = 10000 };
 
-/* A point of the path and the way on. */
+/* A point of the path and the direction of the path there. */
 struct point {
     double *q, load;
     double *d, sigma; /* (count) direction of q and of the load, of length 1 */
@@ -58,7 +58,7 @@ static double load_on(const struct balance *b, int i) {
     return sum;
 }
 
-/* A coordinate without stiffness and load stays. */
+/* Returns whether a coordinate has neither stiffness nor load, so that it keeps its place. */
 static int is_untouched(const struct balance *b, const double *matrix, int i) {
     const int left = b->count - b->rank, size = left + 1;
     double largest = fabs(b->now.g[i]);
@@ -69,7 +69,7 @@ static int is_untouched(const struct balance *b, const double *matrix, int i) {
     return largest == 0;
 }
 
-/* [H dg/ds; d sigma] at `now`, factored; d of the independent coordinates, per unit^2. */
+/* Factors [H dg/ds; d sigma] at `now`; d of the independent coordinates, per unit^2. */
 static int factor(struct statics *statics, const struct point *along) {
     struct balance *b = &statics->balance;
     struct path_room *room = &statics->path;
@@ -96,7 +96,7 @@ static int factor(struct statics *statics, const struct point *along) {
                                                                                  : REFDYN_NO_CONVERGENCE;
 }
 
-/* The direction at `now`, on the side of the one before. */
+/* Computes the direction at `now` with the same sense as the previous one. */
 static int find_direction(struct statics *statics, const struct point *before, struct point *next) {
     struct balance *b = &statics->balance;
     struct path_room *room = &statics->path;
@@ -118,7 +118,7 @@ static int find_direction(struct statics *statics, const struct point *before, s
     return length > 0 && length < INFINITY ? REFDYN_OK : REFDYN_NO_CONVERGENCE;
 }
 
-/* How far (q, load) of `now` has left the plane across the step: the last equation. */
+/* Residual of the last equation: the distance of (q, load) at `now` from the plane across the step. */
 static double off_plane(const struct balance *b, const struct point *from, double h, double load) {
     double sum = from->sigma * (load - (from->load + h * from->sigma));
     for (int i = b->rank; i < b->count; i++) {
@@ -128,7 +128,7 @@ static double off_plane(const struct balance *b, const struct point *from, doubl
     return sum;
 }
 
-/* One Newton correction of `now` and *load; its length. */
+/* Makes one Newton correction of `now` and *load; returns its length. */
 static int correct(struct statics *statics, const struct point *from, double h, double *load,
                    double *length) {
     struct balance *b = &statics->balance;
@@ -152,7 +152,7 @@ static int correct(struct statics *statics, const struct point *from, double h, 
     return isfinite(*length) ? REFDYN_OK : REFDYN_NO_CONVERGENCE;
 }
 
-/* The next point, a step h along; how many corrections it took. */
+/* Computes the next point after a step h; returns the number of corrections. */
 static int find_next(struct statics *statics, const struct point *from, double h, struct point *next,
                      int *iterations) {
     struct balance *b = &statics->balance;
@@ -177,7 +177,7 @@ static int find_next(struct statics *statics, const struct point *from, double h
     return status ? status : find_direction(statics, from, next);
 }
 
-/* The whole load acts between two points: Newton from the place between them. */
+/* The load reaches 1 between two points: iterates from the interpolated place. */
 static int end_between(struct statics *statics, const struct point *from, const struct point *to, double *q) {
     const int n = statics->balance.n;
     const double part = (1 - from->load) / (to->load - from->load);
@@ -204,9 +204,9 @@ static void record(struct statics *statics, const struct point *from, const stru
 }
 
 /*
- * The direction at the start, towards a growing load. It is looked for beside the one in which the load
- * pulls, since the load cannot grow at a start that is a limit point itself, as a pendulum that is let go
- * horizontally.
+ * Computes the direction at the start, towards an increasing load. The search starts from the direction of
+ * the load, because the load cannot increase at a start that is itself a limit point, such as a horizontal
+ * pendulum.
  */
 static int begin(struct statics *statics, struct point *start, struct point *first) {
     struct balance *b = &statics->balance;

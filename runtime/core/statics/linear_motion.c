@@ -1,4 +1,4 @@
-/* Small motions about an equilibrium: see statics.h. */
+/* Small motions about an equilibrium; statics.h has the formulas. */
 #include "runtime/core/statics/statics.h"
 
 #include <math.h>
@@ -8,12 +8,13 @@
 
 /* Relative to the shift: a double eigenvalue 0 splits by sqrt(DBL_EPSILON); */
 static const double zero = 1e-6;
-/* a growth that is less than these parts of |lambda|, and of |lambda - s|^2 / s, is rounding. */
+/* a growth below these fractions of |lambda| and of |lambda - s|^2 / s is rounding. */
 static const double growth = 1e-9, rounding_of_shift = 1e-12;
-/* The shift lies between the rates of stiff and soft coordinates, at an odd ratio that no closed form has. */
+/* The shift lies between the rates of stiff and soft coordinates, at a ratio that coincides with no closed
+ * form. */
 static const double shift_share = 0.6180339887498949, low_share = 1e-6;
 
-/* Between the largest and the smallest sqrt(K_jj / M_jj). */
+/* Returns a shift between the largest and the smallest sqrt(K_jj / M_jj). */
 static double choose_shift(const struct balance *b, const double *M) {
     const int left = b->count - b->rank;
     double low = INFINITY, high = 0;
@@ -26,7 +27,7 @@ static double choose_shift(const struct balance *b, const double *M) {
     return shift_share * (high > 0 ? sqrt(fmax(low, low_share * high)) * sqrt(high) : 1);
 }
 
-/* [1 P^T] X [1; P] of X (n x n) into `reduced`; returns whether it is finite. */
+/* reduced := [1 P^T] X [1; P] for X (n x n). Returns whether it is finite. */
 static int reduce(struct balance *b, const double *X, double *reduced) {
     const int left = b->count - b->rank;
     for (int i = 0; i < b->count; i++)
@@ -36,7 +37,7 @@ static int reduce(struct balance *b, const double *X, double *reduced) {
     return refdyn_is_finite(reduced, left * left);
 }
 
-/* M and D (left x left) at `now`. */
+/* Computes M and D (left x left) at `now`. */
 static int find_matrices(struct balance *b, double *M, double *D) {
     struct refdyn_workspace *work = b->work;
     if (refdyn_equations(work, b->t, b->now.q, b->rates) || !reduce(b, work->M, M))
@@ -56,7 +57,7 @@ static void put_column(struct balance *b, double *f, int column, double own, int
     }
 }
 
-/* s (A - s E)^-1 E (2 left x 2 left) into b->motion; returns whether K_s is regular. */
+/* b->motion := s (A - s E)^-1 E (2 left x 2 left). Returns whether K_s is regular. */
 static int find_pencil(struct balance *b, const double *M, const double *D, double s) {
     const int left = b->count - b->rank;
     for (int i = 0; i < left * left; i++)
@@ -74,11 +75,11 @@ static int find_pencil(struct balance *b, const double *M, const double *D, doub
     return 1;
 }
 
-/* The eigenvalue lambda = s (1 + 1/tau) of tau = re + i im. */
+/* Counts the eigenvalue lambda = s (1 + 1/tau) of tau = re + i im. */
 static void count_mode(double re, double im, int *unstable, int *zeros) {
     const double square = re * re + im * im;
     if (!(square > 0) || im < 0)
-        return; /* infinite, without mass; or the other one of a pair */
+        return; /* infinite, of a coordinate without mass; or the conjugate of a counted one */
     const double lambda_re = 1 + re / square, lambda_im = -im / square;
     const double size = hypot(lambda_re, lambda_im);
     if (size <= zero)

@@ -1,4 +1,4 @@
-/* Newton's iteration of statics: see statics.h. */
+/* Newton's iteration to the rows and to balance; statics.h has the formulas. */
 #include "runtime/core/statics/statics.h"
 
 #include <float.h>
@@ -7,14 +7,14 @@
 
 #include "runtime/core/linear/linear.h"
 
-/* of corrections while the load is followed: what is surely in Newton's reach */
+/* of corrections while the load increases: then Newton's iteration converges to the nearby equilibrium */
 static const double contraction = 0.5;
 static const double damping_least = 1.0 / 1024;
-/* of the reach: by so much may rows bend along a step beyond it */
+/* fraction of the reach by which rows may deviate from linearity along a longer step */
 static const double nearly_linear = 0.1;
-/* Steps onto rows that are beyond the reach. */
+/* Largest number of steps onto rows that are beyond the reach. */
 enum { FAR_STEPS_MOST = 2000 };
-/* [rad, length] Rows that depend on others hold by this much where those hold. */
+/* [rad, length] Redundant rows must hold within this distance where the independent rows hold. */
 static const double rows_tol = 1e-9;
 
 static size_t bytes_of(const struct statics *statics) {
@@ -27,7 +27,7 @@ static void swap_places(struct balance *balance) {
     balance->trial = kept;
 }
 
-/* The state of `now` moved by a part of a step, read into `trial`. */
+/* Reads into `trial` the place of `now` moved by a fraction of a step. */
 static int try_step(struct balance *balance, double damping, const double *step) {
     memcpy(balance->trial.q, balance->now.q, (size_t)balance->n * sizeof(double));
     refdyn_balance_move(balance, damping, step, balance->trial.q);
@@ -37,7 +37,7 @@ static int try_step(struct balance *balance, double damping, const double *step)
 /* ---- Onto the rows ---- */
 
 /*
- * Of all steps with u step = -phi the shortest, in units: with x_d - P x_i = c it is x_d = w, x_i = -P^T w,
+ * Computes the shortest step, in units, with u step = -phi: with x_d - P x_i = c it is x_d = w, x_i = -P^T w,
  * (1 + P P^T) w = c.
  */
 static void shortest_step(struct balance *b, const struct place *residual, double *step) {
@@ -67,7 +67,7 @@ static void shortest_step(struct balance *b, const struct place *residual, doubl
     }
 }
 
-/* The row that is farthest off, and by how much. */
+/* Returns the row with the largest distance, and that distance. */
 static int farthest_row(const struct balance *balance, double *distance) {
     int farthest = -1;
     *distance = 0;
@@ -86,8 +86,9 @@ static int rows_not_met(struct balance *balance) {
     return refdyn_balance_fail(balance, REFDYN_NO_CONVERGENCE, farthest_row(balance, &distance), -1);
 }
 
-/* Has the step to `trial` led nearer? One beyond the reach has to end where a linear row would lead it, too,
- * lest it goes on from a place that is turns away from the nearest one. Changes step_next. */
+/* Returns whether `trial` is nearer to the rows. A step longer than the reach must also end near the place
+ * predicted by linear rows, so that Newton does not continue from a solution several revolutions away.
+ * Overwrites step_next. */
 static int is_nearer(struct statics *statics, double damping, double length) {
     const struct balance *balance = &statics->balance;
     double *next = statics->step_next;
@@ -100,8 +101,8 @@ static int is_nearer(struct statics *statics, double damping, double length) {
     return refdyn_balance_length(balance, next) <= nearly_linear * statics->options->reach;
 }
 
-/* A step towards the rows, damped; *done: it was within tol, or at rounding level and no longer falling;
- * *is_far: the rows are beyond the reach. */
+/* Takes a damped step towards the rows. *done: the step was within tol, or at rounding level and no longer
+ * decreasing. *is_far: the rows are beyond the reach. */
 static int step_to_rows(struct statics *statics, int *done, int *is_far) {
     struct balance *balance = &statics->balance;
     refdyn_balance_choose(balance, &balance->now);
@@ -125,7 +126,7 @@ static int step_to_rows(struct statics *statics, int *done, int *is_far) {
     return *done ? REFDYN_OK : rows_not_met(balance);
 }
 
-/* Do the rows hold, too, that depend on those which were met? */
+/* Returns whether the redundant rows are satisfied as well. */
 static int all_rows_hold(struct balance *balance) {
     double distance;
     const int row = farthest_row(balance, &distance);
@@ -156,12 +157,12 @@ int refdyn_newton_meet_rows(struct statics *statics, double *q) {
 
 /* ---- To the balance ---- */
 
-/* How much longer the next correction may be after a step with this damping. */
+/* Returns the allowed ratio of the next correction to this one after a step with this damping. */
 static double allowed_growth(const struct statics *statics, double damping) {
     return statics->is_following ? contraction : 1 - damping / 4;
 }
 
-/* Halves the step until the correction after it is shorter, and leaves where it ends in `trial`. */
+/* Halves the step until the following correction is shorter. Leaves its end in `trial`. */
 static int take_damped(struct statics *statics, double length) {
     struct balance *balance = &statics->balance;
     const double least = statics->is_following ? 1 : damping_least;
@@ -180,7 +181,7 @@ static int take_damped(struct statics *statics, double length) {
     return status;
 }
 
-/* The coordinate that is farthest from balance, or the row that is off. */
+/* Records the coordinate farthest from balance, or the row that is not satisfied. */
 static int not_converged(struct statics *statics, int status) {
     struct balance *balance = &statics->balance;
     int at;
@@ -207,8 +208,8 @@ static int find_correction(struct statics *statics) {
     return status;
 }
 
-/* One Newton step from `now`; *done when the correction is within tol, or at rounding level and no longer
- * falling. */
+/* Takes one Newton step from `now`. *done: the correction is within tol, or at rounding level and no longer
+ * decreasing. */
 static int newton_step(struct statics *statics, int *done) {
     struct balance *balance = &statics->balance;
     int status = find_correction(statics);
@@ -231,8 +232,8 @@ static int newton_step(struct statics *statics, int *done) {
 }
 
 /*
- * At an equilibrium: where a row does not hold that depends on others, they are counted anew, since it may
- * have lost that dependence on the way; *done is then taken back.
+ * Checks redundant rows at an equilibrium. If one does not hold, it may have become independent on the way:
+ * determines the rank again and clears *done.
  */
 static int judge_rows(struct statics *statics, int *done) {
     struct balance *balance = &statics->balance;

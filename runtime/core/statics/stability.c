@@ -1,15 +1,15 @@
-/* Is an equilibrium stable? See statics.h. */
+/* Stability of an equilibrium; statics.h has the criteria. */
 #include "runtime/core/statics/statics.h"
 
 #include <math.h>
 
 #include "runtime/core/linear/linear.h"
 
-/* In units of the terms that entries are made of: as small an eigenvalue is 0, as small a difference across
- * the diagonal none, and pivots above the last one leave no eigenvalue in doubt. */
+/* Relative to the terms of the entries: bounds below which an eigenvalue counts as 0 and H as symmetric, and
+ * above which all pivots prove that every eigenvalue is positive. */
 static const double zero = 1e-11, asymmetry = 1e-9, pivot_clear = 1e-6;
 
-/* Entries H_ij in units of size_i size_j: that of the diagonal, or, where there is none, of the row. */
+/* size: units with H_ij of the order size_i size_j, from the diagonal or, where it is 0, from the row. */
 static void find_sizes(const struct balance *b, double *size) {
     const int left = b->count - b->rank;
     for (int i = 0; i < left; i++) {
@@ -20,7 +20,7 @@ static void find_sizes(const struct balance *b, double *size) {
     }
 }
 
-/* D^-1 S D^-1; is H symmetric? */
+/* S := D^-1 S D^-1. Returns whether H is symmetric. */
 static int scale(const struct balance *b, const double *size, double *S) {
     const int left = b->count - b->rank;
     int is_symmetric = 1;
@@ -59,7 +59,7 @@ void refdyn_stability_lowest(const struct balance *b, const struct spectrum *spe
         y[i] = spectrum->vectors[i * left + lowest] / spectrum->size[i];
 }
 
-/* Most equilibria are stable, and this is the quickest way to see it. */
+/* A factorisation proves stability fastest, and most equilibria are stable. */
 static int is_clearly_stable(struct balance *b, struct refdyn_statics_result *result) {
     const int left = b->count - b->rank;
     const struct spectrum room = room_of(b);
@@ -71,7 +71,7 @@ static int is_clearly_stable(struct balance *b, struct refdyn_statics_result *re
     return is_clear;
 }
 
-/* The coordinate that moves most when the independent ones move along b->y, in units. */
+/* Returns the coordinate that moves most, in units, when the independent ones move along b->y. */
 static int most_moved(struct balance *b) {
     double *step = b->scale, largest = 0;
     int most = -1;

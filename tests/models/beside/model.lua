@@ -1,4 +1,4 @@
--- A model of parts from a file beside it. By hand: M = 2 (1 + 0.05^2) / 12 + 2 0.5^2 = 0.66708333 kg m^2.
+-- A model with parts from another file. By hand: M = 2 (1 + 0.05^2) / 12 + 2 0.5^2 = 0.66708333 kg m^2.
 local rd = require "refdyn"
 local parts = require "parts"
 

@@ -1,4 +1,4 @@
--- Not a model: what model.lua requires.
+-- Not a model: model.lua requires this file.
 local rd = require "refdyn"
 local parts = {}
 

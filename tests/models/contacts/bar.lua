@@ -1,4 +1,4 @@
--- Two contacts and a row: a bar on springs above a floor, with a tool that follows a course.
+-- Two contacts and a row: a bar on springs above a floor, with a tool on a prescribed motion.
 local rd = require "refdyn"
 local p = rd.parameters { { "e", 0.35 }, { "s", 230, "N/m" }, { "floor", -0.385, "m" } }
 return rd.model {

@@ -1,6 +1,6 @@
 local rd = require "refdyn"
 local p = rd.parameters { { "e", 0.7 }, { "mm", 1000 } }
--- a hinged bar between an upper and a lower stop, gaps in mm, driven to and fro
+-- a hinged bar between an upper and a lower stop, gaps in mm, driven back and forth
 return rd.model {
   name = "jaws",
   links = { { "bar", joint = "psi", inertia = { zz = 0.2 }, mass = 1 } },

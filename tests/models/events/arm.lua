@@ -1,4 +1,4 @@
--- A flexible arm that falls on a stop with its tip.
+-- A flexible arm that falls until its tip hits a stop.
 local rd = require "refdyn"
 local p = rd.parameters { { "e", 0.6 }, { "stop", -0.35, "m" } }
 return rd.model {

@@ -1,4 +1,4 @@
--- A ball that bounces on a table: at rest, or moved up and down; and, option `balls`, others beside it.
+-- A ball that bounces on a table at rest or moving up and down; the option `balls` adds others.
 local rd = require "refdyn"
 local balls = rd.option("balls", 1, { from = 1, to = 9 })
 local act = rd.option("act", "bounce", { "bounce", "record", "up", "both", "ends" })

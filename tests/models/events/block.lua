@@ -1,5 +1,5 @@
 -- A slender block that rocks about its two edges (Housner, Bull. Seism. Soc. Am. 53:403-417, 1963): the input
--- `side` says about which, an impact loses rate and changes it.
+-- `side` says about which one; an impact reduces the rate and changes the side.
 local rd = require "refdyn"
 local p = rd.parameters { { "p", 2, "rad/s" }, { "alpha", 0.2, "rad" }, { "keep", 0.9 }, { "start", 0.15, "rad" } }
 local side = rd.input("side", 1)

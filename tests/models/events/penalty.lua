@@ -1,4 +1,4 @@
--- A ball that bounces on a spring: a kink where it meets it, written in three ways.
+-- A ball that bounces on a spring, with a kink at contact, written in three ways.
 local rd = require "refdyn"
 local form = rd.option("form", "max", { "max", "where", "energy" })
 local p = rd.parameters { { "s", 1e5, "N/m" } }

@@ -1,4 +1,4 @@
--- A pendulum that hits a wall: by a turn, or by a point that a row keeps on a circle.
+-- A pendulum that hits a wall: as a turn, or as a point that a row keeps on a circle.
 local rd = require "refdyn"
 local form = rd.option("form", "turn", { "turn", "row" })
 local set = rd.option("set", "restitution", { "restitution", "rates" })

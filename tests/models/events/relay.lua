@@ -1,4 +1,4 @@
--- A mass that a relay with hysteresis pushes to and fro.
+-- A mass that a relay with hysteresis pushes back and forth.
 local rd = require "refdyn"
 local p = rd.parameters { { "b", 0.3, "m" }, { "F", 2, "N" }, { "v", 0.7, "m/s" } }
 local push = rd.input("push", 1, "N")

@@ -1,4 +1,4 @@
--- A mass on a spring whose stiffness jumps where it passes the middle; where it is told of its turns.
+-- A mass on a spring whose stiffness jumps at the middle position; an event reports its turning points.
 local rd = require "refdyn"
 local p = rd.parameters { { "s", 9, "N/m" }, { "soft", 4, "N/m" }, { "x0", 1, "m" } }
 return rd.model {

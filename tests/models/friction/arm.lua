@@ -1,4 +1,4 @@
--- Two bars in a plane on dry joints, each driven by a torque that swings.
+-- Two bars in a plane with dry joints, each driven by an oscillating torque.
 local rd = require "refdyn"
 local p = rd.parameters { { "w", 1e-6, "rad/s" } }
 

@@ -1,4 +1,4 @@
--- A block on a spring rides on a belt; friction falls as it slides.
+-- A block on a spring rides on a belt; friction decreases with the sliding speed.
 local rd = require "refdyn"
 local p = rd.parameters { { "w", 1e-6, "m/s" } }
 

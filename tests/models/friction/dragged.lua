@@ -1,4 +1,4 @@
--- A block dragged by a spring whose end moves on slowly: it jerks; friction falls, by an arc tangent.
+-- A block dragged by a spring whose end moves slowly: stick-slip; friction decreases with speed, as an arc tangent.
 local rd = require "refdyn"
 local p = rd.parameters { { "w", 1e-6, "m/s" } }
 

@@ -1,4 +1,4 @@
--- Two blocks on one belt, coupled by a spring, with friction that falls as they slide: r / sqrt(r^2 + w^2).
+-- Two blocks on one belt, coupled by a spring, with friction that decreases with speed: r / sqrt(r^2 + w^2).
 local rd = require "refdyn"
 local p = rd.parameters { { "w", 1e-6, "m/s" } }
 local function contact(rate, level)

@@ -1,4 +1,4 @@
--- A pendulum whose joint is dry: it swings out and sticks off the vertical.
+-- A pendulum with a dry joint: its swings die out, and it sticks off the vertical.
 local rd = require "refdyn"
 local p = rd.parameters { { "w", 1e-6, "rad/s" } }
 

@@ -1,4 +1,4 @@
--- A block at rest on a plane is pushed to and fro: it sticks, slides and sticks again; the level is constant.
+-- A block at rest on a plane is pushed back and forth: it sticks, slides and sticks again; the friction level is constant.
 local rd = require "refdyn"
 local p = rd.parameters { { "w", 1e-6, "m/s" } }
 

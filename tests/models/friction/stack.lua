@@ -1,4 +1,4 @@
--- A block on a block on a plane; the upper one is shaken. Friction is a straight line between its two levels.
+-- A block on a block on a plane; the upper one is shaken. Friction is linear between its two levels.
 local rd = require "refdyn"
 local p = rd.parameters { { "w", 1e-6, "m/s" } }
 local function contact(rate, level) return -level * rd.max(-1, rd.min(1, rate / p.w)) end

@@ -1,11 +1,11 @@
--- Frames without mass that rows determine, M singular:
+-- Massless frames that rows determine, with singular M:
 --   four_bar   coupler and rocker have no mass, so that the crank is a pendulum, 0.09 psi'' = 0.2 (-0.7 sin(psi) - 9.81 cos(psi));
---              the loop closes by --start project
---   slides     a has no mass and b stands on it, M = m [[1, 1], [1, 1]] for the two; a row ties a to half of b and
---              to c. x = a + b moves as a free mass: the row, which a meets alone, does not touch it
---   rates      the same by a velocity row
---   free       the row leaves a alone: nothing gives its acceleration
---   rod        a flexible arm drives a mass on a slide through a rod without mass
+--              --start project closes the loop
+--   slides     a has no mass and carries b, M = m [[1, 1], [1, 1]] for the two; a row ties a to half of b and
+--              to c. x = a + b moves as a free mass: a alone adapts to the row, which does not affect x
+--   rates      the same with a velocity row
+--   free       the row does not contain a: nothing determines its acceleration
+--   rod        a flexible arm drives a mass on a slide through a massless rod
 local rd = require "refdyn"
 local scene = rd.option("scene", "four_bar", { "four_bar", "slides", "rates", "free", "rod" })
 local n_rfe = rd.option("n_rfe", 4)

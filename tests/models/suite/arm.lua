@@ -1,6 +1,6 @@
--- A steel rod that falls, turns or is pushed: the flexible arm of the suite. Its options choose the root and what
--- acts, its parameters the extremes. `push` begins at `t_push`; the row, if any, moves the tip along y or holds a
--- coordinate where it starts.
+-- A steel rod that falls, turns or is pushed: the flexible arm of the suite. Its options select the root and the
+-- loads, its parameters the extremes. `push` begins at `t_push`; the row, if any, moves the tip along y or keeps a
+-- coordinate at its start.
 local rd = require "refdyn"
 local n = rd.option("n_rfe", 4, { from = 2 })
 local dofs = rd.option("dofs", "psi")                                      -- of each spring-damping element

@@ -1,4 +1,4 @@
--- A stiff, damped arm beside a slide that rests until 0.5 s; then a force sets in whose stiffness is infinite at rest.
+-- A stiff, damped arm and a slide that rests until 0.5 s; then a force sets in whose stiffness is infinite at rest.
 local rd = require "refdyn"
 
 return rd.model {

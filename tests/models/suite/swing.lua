@@ -1,4 +1,4 @@
--- A point mass on a bar without mass, from the horizontal at rest. Its period is 4 K(sin(pi / 4)) sqrt(L / g), K the
+-- A point mass on a massless bar, from the horizontal at rest. Its period is 4 K(sin(pi / 4)) sqrt(L / g), K the
 -- complete elliptic integral: 2.367841947576237 s.
 local rd = require "refdyn"
 
