@@ -19,11 +19,8 @@ SOLVED = 3e-15    # of solutions, times the condition: the effect of a relative 
 # Prints the largest figures of several states: products with M, D, K; for each g of solutions the error and the condition.
 PROGRAM = """
 #include "MODEL.h"
-#include "linear/chain.h"
-#include "constraints/constraints.h"
-#include "linear/dense.h"
-#include "linear/elimination.h"
-#include "implicit/linearisation.h"
+#include "runtime/core/implicit/implicit.h"
+#include "runtime/core/linear/linear.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -386,7 +386,7 @@ def test_numbers_that_fail(tmp_path):
 
 SPECTRUM = """
 #include "MODEL.h"
-#include "motion/motion.h"
+#include "runtime/core/motion/motion.h"
 #include <stdlib.h>
 
 int spectrum(const double *q, double *rate, double *damping);

@@ -1,4 +1,4 @@
-/* The version of the library, and the status of a call as a sentence. */
+/* The version of the library, and the text of a status. */
 #include "runtime/core/base/core.h"
 
 #include "refdyn.h"
