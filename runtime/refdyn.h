@@ -305,8 +305,8 @@ int refdyn_project(struct refdyn_workspace *work, double t, double *q, double *q
 
 /* ---- Motions ---- */
 
-/** The methods: number and name of the definition. Each has a file in runtime/core/methods, whose page shows how
- * to add one. */
+/** The methods: number and name of the definition. Each has a file in runtime/core/methods, whose page shows
+ * how to add one. */
 #define REFDYN_METHODS(REFDYN_ENTRY)                                                                     \
     /** rk8, rodas5p, gauss12 or radau9, chosen by trial steps */                                        \
     REFDYN_ENTRY(REFDYN_AUTO, automatic)                                                                 \
