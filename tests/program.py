@@ -2,6 +2,7 @@
 import json
 import os
 import pathlib
+import re
 import subprocess
 import tempfile
 
@@ -13,6 +14,8 @@ REFDYN = os.path.abspath(os.environ.get("REFDYN", BUILD / "bin" / "refdyn"))
 # 0 shows the actual residuals: every comparison then fails and prints its figure.
 SCALE = float(os.environ.get("REFDYN_TOLERANCE_SCALE", "1"))
 
+# The public header is the only place where the version is written.
+VERSION = ".".join(re.findall(r"^#define REFDYN_VERSION_(?:MAJOR|MINOR|PATCH) (\d+)$", (SOURCE / "runtime" / "refdyn.h").read_text(), re.M))
 REFERENCE = MODELS / "manipulator.lua"
 # tests/long: all models instead of a few representatives.
 LONG = "REFDYN_LONG" in os.environ

@@ -8,9 +8,10 @@ import subprocess
 
 import pytest
 
-from program import BUILD, LONG, MODELS, REFDYN, SOURCE, refdyn
+from program import BUILD, LONG, MODELS, REFDYN, SOURCE, VERSION, refdyn
 
 PAGE = (SOURCE / "docs" / "beginning.md").read_text()
+SONAME = "librefdyn.so." + VERSION.rpartition(".")[0]
 EDITOR = "share/refdyn/models/editor"
 JOBS = str(os.cpu_count())
 
@@ -328,7 +329,7 @@ def test_project_with_options(project, prefix):
     twin.write_text((project / "arm.lua").read_text().replace('name = "arm"', 'name = "twin"'))
     (project / "CMakeLists.txt").write_text("""cmake_minimum_required(VERSION 3.25)
 project(mine LANGUAGES C)
-find_package(refdyn 0.1 REQUIRED)
+find_package(refdyn REQUIRED)
 refdyn_generate(flexible arm.lua SET elements=3 m_load=1.25 programme=false EMIT M h Q LANES ACCELERATIONS dense)
 add_executable(mine main.c)
 target_link_libraries(mine flexible refdyn::shared)
@@ -404,8 +405,8 @@ def test_shared_library_shows_what_is_declared(prefix):
     listing = run("nm", "-D", "--defined-only", library)
     shown = {line.split()[2] for line in listing.splitlines()}
     assert shown == declared() and len(shown) > 50
-    assert "librefdyn.so.0.1]" in run("readelf", "-d", library)
-    assert os.readlink(library) == "librefdyn.so.0.1" and os.readlink(prefix / "lib" / "librefdyn.so.0.1") == "librefdyn.so.0.1.0"
+    assert f"{SONAME}]" in run("readelf", "-d", library)
+    assert os.readlink(library) == SONAME and os.readlink(prefix / "lib" / SONAME) == f"librefdyn.so.{VERSION}"
 
 
 def test_shared_library_by_pkg_config(prefix, tmp_path):
@@ -414,4 +415,4 @@ def test_shared_library_by_pkg_config(prefix, tmp_path):
     flags = shlex.split(run("pkg-config", "--cflags", "--libs", "refdyn-shared", env=env))
     run("cc", "user.c", *flags, "-o", "user", cwd=tmp_path)
     assert run(tmp_path / "user", env=env) == "rk8\n"
-    assert "librefdyn.so.0.1 " in run("ldd", tmp_path / "user", env=env)
+    assert f"{SONAME} " in run("ldd", tmp_path / "user", env=env)

@@ -9,7 +9,7 @@ import subprocess
 
 import pytest
 
-from program import MODELS, REFDYN, REFERENCE, SCALE, TESTS, evaluate, motion, oracle, read_run, refdyn, some
+from program import MODELS, REFDYN, REFERENCE, SCALE, TESTS, VERSION, evaluate, motion, oracle, read_run, refdyn, some
 
 PENDULUM = TESTS / "models" / "double_pendulum.lua"
 COMMANDS = ["gen", "check", "compile", "eval", "statics", "modes", "sim", "plot", "merge", "bench", "report"]
@@ -17,7 +17,7 @@ PLACE = re.compile(r"^[^:\n]+:\d+: [^:\n]+: .+", re.M)  # FILE:LINE: what: fact
 
 
 def test_help_and_version():
-    assert refdyn("--version").stdout == "refdyn 0.1.0\n"
+    assert refdyn("--version").stdout == f"refdyn {VERSION}\n"
     help_text = refdyn("--help").stdout
     for command in COMMANDS:
         assert re.search(rf"^\s*{command}\b", help_text, re.M)

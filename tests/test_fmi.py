@@ -12,7 +12,7 @@ import zipfile
 import numpy as np
 import pytest
 
-from program import LONG, MODELS, REFDYN, REFERENCE, SOURCE, TESTS, check, close, motion, refdyn
+from program import LONG, MODELS, REFDYN, REFERENCE, SOURCE, TESTS, VERSION, check, close, motion, refdyn
 
 ARM = SOURCE / "docs" / "casadi" / "arm.lua"
 BALL = TESTS / "models" / "events" / "ball.lua"
@@ -91,6 +91,7 @@ def test_files(linkage):
     archive = zipfile.ZipFile(file)
     names = archive.namelist()
     folder = "linux64" if version == "2.0" else "x86_64-linux"
+    assert description(file).get("generationTool") == f"refdyn {VERSION}"
     assert archive.testzip() is None and f"binaries/{folder}/fourbar.so" in names
     assert archive.read("documentation/licenses/license.txt") == (SOURCE / "LICENSE").read_bytes()
     listed = description(file) if version == "2.0" else xml.etree.ElementTree.fromstring(archive.read("sources/buildDescription.xml"))

@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 import xarray
 
-from program import BUILD, LONG, MODELS, REFERENCE, SOURCE, TESTS, check, evaluate, motion, refdyn
+from program import BUILD, LONG, MODELS, REFERENCE, SOURCE, TESTS, VERSION, check, evaluate, motion, refdyn
 
 PAGE = (SOURCE / "docs" / "python.md").read_text()
 THREADS = 20
@@ -86,10 +86,10 @@ def test_wheel_has_all(wheel):
     names = zipfile.ZipFile(file).namelist()
     for name in ("bin/refdyn", "include/refdyn/refdyn.h", "lib/librefdyn_runtime.a", "py.typed", "core.pyi", "model.py"):
         assert f"refdyn/{name}" in names
-    assert all(name.split("/")[0] in ("refdyn", "refdyn-0.1.0.dist-info") for name in names), names
-    assert zipfile.ZipFile(file).read("refdyn-0.1.0.dist-info/METADATA").decode().count("License-Expression: MIT") == 1
+    assert all(name.split("/")[0] in ("refdyn", f"refdyn-{VERSION}.dist-info") for name in names), names
+    assert zipfile.ZipFile(file).read(f"refdyn-{VERSION}.dist-info/METADATA").decode().count("License-Expression: MIT") == 1
     program = python.parent / "refdyn"
-    assert run(program, "--version").split()[-1] == "0.1.0"
+    assert run(program, "--version").split()[-1] == VERSION
 
 
 def test_wheel_is_without_gsl(package):
@@ -637,7 +637,7 @@ def test_texts_are_of_python(package, wheel):
     """Python messages name arguments instead of options, the data of the exception instead of files, and readable numbers; `python -m
     refdyn`."""
     assert package.ModelError.__module__ == package.NumericalError.__module__ == package.ModelWarning.__module__ == package.Model.__module__ == "refdyn"
-    assert run(wheel[1], "-m", "refdyn", "--version") == "refdyn 0.1.0\n"
+    assert run(wheel[1], "-m", "refdyn", "--version") == f"refdyn {VERSION}\n"
     rigid = package.Model(REFERENCE, n_rfe=1)
     with pytest.warns(package.ModelWarning, match='consistent start with start="project",\n') as told:
         rigid.simulate(0.01, q=[0, 0, 0.6, 0], qd=[0, 0, 0.3, 0])

@@ -1,7 +1,11 @@
-/* A sentence for each status code. */
+/* The version of the library, and the text of a status. */
 #include "runtime/core/base/core.h"
 
 #include "refdyn.h"
+
+const char *refdyn_version(void) {
+    return REFDYN_VERSION;
+}
 
 enum { LOWEST = REFDYN_REFUSED };
 

@@ -1,6 +1,7 @@
 /* modelDescription.xml of FMI 2.0 (FMI 2.0.5, ch. 2.2): see export.h. Variables are known by their
  * place. */
 #include "runtime/tool/commands/export/export.h"
+#include "refdyn.h"
 
 static void put_source_files(FILE *out, const struct fmu *fmu) {
     fputs("    <SourceFiles>\n", out);

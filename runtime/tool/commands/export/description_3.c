@@ -3,6 +3,7 @@
  * Variables are known by their value references; event indicators are variables.
  */
 #include "runtime/tool/commands/export/export.h"
+#include "refdyn.h"
 
 static void put_type(FILE *out, const struct fmu *fmu, const char *type, const char *abilities) {
     fprintf(out, "  <%s", type);

@@ -1,6 +1,7 @@
 /* The manual page refdyn(1), in the man macros of roff: see shell.h. */
 #include "runtime/tool/commands/shell/shell.h"
 #include "runtime/tool/support/format/format.h"
+#include "refdyn.h"
 
 #include <stdlib.h>
 #include <string.h>
