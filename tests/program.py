@@ -16,6 +16,10 @@ SCALE = float(os.environ.get("REFDYN_TOLERANCE_SCALE", "1"))
 REFERENCE = MODELS / "manipulator.lua"
 # tests/long: all models where otherwise a few stand for them.
 LONG = "REFDYN_LONG" in os.environ
+# A build with sanitizers finds faults in memory; numbers and bounds are compared in the other build. LEAN is such a build in
+# tests/run, which leaves the slowest cases to tests/long.
+SANITIZED = "REFDYN_SLOWNESS" in os.environ
+LEAN = SANITIZED and not LONG
 
 
 def some(paths):
