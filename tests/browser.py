@@ -7,8 +7,6 @@ import shutil
 import subprocess
 import tempfile
 
-import pytest
-
 from program import LEAN
 
 CHROMIUM = shutil.which("chromium") or "chromium"
@@ -19,6 +17,7 @@ OPTIONS = ["--headless=new", "--no-sandbox", "--use-gl=angle", "--use-angle=swif
 def run(page, fragment, *options):
     """The finished process; the profile is of this call alone."""
     if LEAN:
+        import pytest
         pytest.skip("pages are the same from both builds")
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
         return subprocess.run([CHROMIUM, *OPTIONS, f"--user-data-dir={profile}", *options, pathlib.Path(page).as_uri() + fragment],

@@ -36,6 +36,7 @@ def sources(folder, *patterns):
 
 # Of the runtime core, without its users in folders beside it.
 CORE_FILES = some(path for path in sources("runtime") if path.relative_to(SOURCE / "runtime").parts[0] not in ("tool", "gsl", "batch", "python", "fmi"))
+CORE_LIBRARY = BUILD / "librefdyn_runtime.a"
 CORE_SOURCES = some(path for path in CORE_FILES if path.suffix == ".c")
 
 

@@ -398,6 +398,7 @@ def test_command_is_told(tmp_path):
     assert words[1] == "batch" and "" in words and str(tmp_path / output) in words
 
 
+@pytest.mark.quick
 def test_csv_with_texts(tmp_path):
     """Names of files with a comma and quotes, as other programs read them."""
     import csv
@@ -441,6 +442,7 @@ def test_summary_is_not_the_journal(tmp_path):
     assert "the journal of" in said and "another name is needed" in said, said
 
 
+@pytest.mark.quick
 def test_dry_run(tmp_path):
     said = batch(tmp_path, SWEEP, "--dry-run").stderr
     assert "cases        24, 2 structures; what varies: arm_psi mass pieces" in said
@@ -448,6 +450,7 @@ def test_dry_run(tmp_path):
     assert sorted(os.listdir(tmp_path)) == ["sweep.lua"]
 
 
+@pytest.mark.quick
 def test_summary(tmp_path):
     import json
     batch(tmp_path, SWEEP, "--summary", tmp_path / "s.json")

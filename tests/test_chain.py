@@ -3,7 +3,7 @@ import subprocess
 
 import pytest
 
-from program import CORE_SOURCES, MODELS, REFERENCE, SOURCE, TESTS, all_models, few_models_of_tests, refdyn, settings
+from program import CORE_LIBRARY, MODELS, REFERENCE, SOURCE, TESTS, all_models, few_models_of_tests, refdyn, settings
 
 RUNS = TESTS / "models" / "runs.lua"
 CASES = {path.stem: (path, {}) for path in all_models() if path != REFERENCE}
@@ -264,21 +264,13 @@ int main(void) {
 """
 
 
-@pytest.fixture(scope="module")
-def runtime(tmp_path_factory):
-    """The core, compiled."""
-    folder = tmp_path_factory.mktemp("runtime")
-    subprocess.run(["gcc", "-std=c11", "-O2", "-g", "-I", SOURCE / "runtime", "-c", *CORE_SOURCES], cwd=folder, check=True)
-    return sorted(folder.glob("*.o"))
-
-
 @pytest.mark.parametrize("case", CASES)
-def test_chain(case, runtime, tmp_path):
+def test_chain(case, tmp_path):
     model, options = CASES[case]
     refdyn("gen", model, *settings(options), "--emit", "start,equations,tangent,tangent_vectors", "-o", tmp_path)
     name = next(tmp_path.glob("*.h")).stem
     (tmp_path / "program.c").write_text(PROGRAM.replace("MODEL", name).replace("APART", "0" if case in CLOSED else "0.3"))
-    subprocess.run(["gcc", "-std=gnu11", "-O0", "-Wall", "-Wextra", "-I", SOURCE / "runtime", *tmp_path.glob("*.c"), *runtime, "-lm",
+    subprocess.run(["gcc", "-std=gnu11", "-O0", "-Wall", "-Wextra", "-I", SOURCE / "runtime", *tmp_path.glob("*.c"), CORE_LIBRARY, "-lm",
                     "-o", tmp_path / "program"], check=True)
     done = subprocess.run([tmp_path / "program"], capture_output=True, text=True, timeout=300)
     print(done.stdout)

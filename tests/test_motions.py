@@ -115,6 +115,7 @@ def test_start_off_the_programme():
     assert summary["phi_max"] > 1.6
 
 
+@pytest.mark.quick
 def test_start_is_shown_as_it_is(tmp_path):
     """With redundant rows, too, what is said and shown of a start off the programme is not of where its first step begins."""
     model = tmp_path / "off.lua"
@@ -194,6 +195,7 @@ return rd.model { name = "jump", links = { { "cart", joint = { "x" }, mass = 2 }
 
 
 @pytest.mark.parametrize("method", [("rk4", "--step", "0.1"), ("rk54", "--tol", "1e-4")])
+@pytest.mark.quick
 def test_breaks_end_a_step(tmp_path, method):
     """A force that jumps and one with a kink, both functions of time: polynomials between, so exact with any step."""
     model, at = tmp_path / "jump.lua", 0.333

@@ -71,6 +71,7 @@ def test_through(which, method):
 
 
 @pytest.mark.parametrize("which", CASES)
+@pytest.mark.quick
 def test_through_by_fixed_steps(which):
     model, arguments, _, _ = CASES[which]
     run, _, summary = motion(model, *arguments, *PASS, "--step", 1e-3)

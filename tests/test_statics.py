@@ -82,6 +82,7 @@ def test_change_point():
 
 # ---- The slider-crank ----
 
+@pytest.mark.quick
 def test_slidercrank(tmp_path):
     """Its drive and its guide hold, the drive at the time of the state. With the rod's root held beside the straight rod, the rod bends."""
     r, l, t, dl = 0.15, 0.5, 0.217, 0.5 / 3
@@ -298,6 +299,7 @@ def test_neutral_across_coordinates():
     assert found["stability"] == "neutral in 4 directions" and found["residual"] < 1e-11
 
 
+@pytest.mark.quick
 def test_neutral(tmp_path):
     """A wheel that nothing holds or drives."""
     (tmp_path / "wheel.lua").write_text('local rd = require "refdyn"\nreturn rd.model { name = "wheel",\n'

@@ -319,6 +319,7 @@ def drawing(model, folder, *more):
     return ElementTree.parse(folder / "model.svg").getroot()
 
 
+@pytest.mark.quick
 def test_a_model_is_drawn(tmp_path):
     svg = drawing(MODELS / "fivebar.lua", tmp_path)
     texts = [text.text for text in svg.iter("{http://www.w3.org/2000/svg}text")]
@@ -330,6 +331,7 @@ def test_a_model_is_drawn(tmp_path):
     assert len(ties) == 4 and len(branches) == 5
 
 
+@pytest.mark.quick
 def test_a_row_leads_to_the_link_that_is_named(tmp_path):
     """Not to what that one is welded to; an axis that is none of the link's own is told, and one is no plural."""
     model = tmp_path / "arm.lua"

@@ -8,7 +8,7 @@ from program import LEAN, TESTS, refdyn, some
 FILES = some((TESTS / "wrong").glob("*.lua"))
 
 
-@pytest.mark.parametrize("path", FILES, ids=[path.stem for path in FILES])
+@pytest.mark.parametrize("path", [pytest.param(path, id=path.stem, marks=[pytest.mark.quick] * (i % 20 == 0)) for i, path in enumerate(FILES)])
 def test_refused(path, tmp_path):
     comments = path.read_text().splitlines()
     expected = [comment[len("-- expect: "):] for comment in comments if comment.startswith("-- expect: ")]

@@ -9,7 +9,7 @@ import subprocess
 
 import pytest
 
-from program import CORE_SOURCES, REFERENCE, SOURCE, refdyn
+from program import CORE_LIBRARY, CORE_SOURCES, REFERENCE, SOURCE, refdyn
 
 RUNTIME = SOURCE / "runtime"
 COMPILE = ["gcc", "-std=gnu11", "-O0", "-Wall", "-Wextra", "-I", RUNTIME]
@@ -409,7 +409,7 @@ int main(void) {
     return refdyn_workspace_init(&work, &manipulator_model, memory, sizeof memory) != REFDYN_OTHER_VERSION;
 }
 """)
-    subprocess.run(["gcc", "-std=c11", "-O0", "-I", RUNTIME, *tmp_path.glob("*.c"), *CORE_SOURCES, "-lm", "-o", tmp_path / "main"],
+    subprocess.run(["gcc", "-std=c11", "-O0", "-I", RUNTIME, *tmp_path.glob("*.c"), CORE_LIBRARY, "-lm", "-o", tmp_path / "main"],
                    check=True)
     subprocess.run([tmp_path / "main"], check=True)
 
