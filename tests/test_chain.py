@@ -3,10 +3,10 @@ import subprocess
 
 import pytest
 
-from program import CORE_LIBRARY, MODELS, REFERENCE, SOURCE, TESTS, all_models, few_models_of_tests, refdyn, settings
+from program import CORE_LIBRARY, MODELS, REFERENCE, SOURCE, TESTS, few_models, few_models_of_tests, refdyn, settings
 
 RUNS = TESTS / "models" / "runs.lua"
-CASES = {path.stem: (path, {}) for path in all_models() if path != REFERENCE}
+CASES = {path.stem: (path, {}) for path in few_models() if path != REFERENCE}
 CASES |= {f"tests_{path.stem}": (path, {}) for path in few_models_of_tests()}
 CASES |= {"rigid": (REFERENCE, dict(n_rfe=1)), "flexible": (REFERENCE, dict(eta=1e-3)), "planar_chain": (MODELS / "planar.lua", dict(n_rfe=6)),
           "fine": (REFERENCE, dict(n_rfe=16, eta=1e-3)), "driven": (REFERENCE, dict(drive="input"))}

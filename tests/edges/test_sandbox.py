@@ -151,7 +151,7 @@ def test_source(tmp_path, kind):
             message.split(" near ")[0] for message in expected] or NESTED in said[0]
 
 
-@pytest.mark.skipif(LEAN, reason="tests/long")
+@pytest.mark.skipif(LEAN, reason="takes 9 s with sanitizers: tests/long")
 def test_names_near_each_other(tmp_path):
     """5,000 slips, each of which is near 5,000 names."""
     work = work_folder(tmp_path)
