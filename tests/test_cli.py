@@ -409,6 +409,7 @@ def test_plot(tmp_path):
     assert not (tmp_path / "none.svg").exists()
 
 
+@pytest.mark.quick
 def test_bench():
     lines = [json.loads(line) for line in refdyn("bench", REFERENCE, "--set", "n_rfe=1").stdout.splitlines()]
     keys = {"quantity", "n", "adds", "muls", "divs", "funcs", "bytes", "ns", "ns_low", "ns_high"}

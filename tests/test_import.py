@@ -102,6 +102,7 @@ def test_stiff_beam_tends_to_the_link(tmp_path):
     assert 1e-3 < errors[0] < 0.1 and 0.9e6 < errors[0] / errors[1] < 1.1e6, errors
 
 
+@pytest.mark.quick
 def test_given_density(tmp_path):
     text = (ROBOTS / "two.urdf").read_text()
     model, said = imported(tmp_path, text, "--flexible", "upper", *BEAM, "--rho", "431")

@@ -291,6 +291,7 @@ def write_run(path, names, rows, step):
     np.savetxt(path, np.column_stack([t, q, rates, q[:, 0], force]), delimiter=",", header=header, comments="", fmt="%.9g")
 
 
+@pytest.mark.quick
 def test_pages_are_small(tmp_path):
     """With 193 coordinates over ten seconds, a thousand rows, and as many forces."""
     names = ["column_psi", *(f"rod_{turn}_{i}" for i in range(1, 65) for turn in ("psi", "theta", "phi"))]

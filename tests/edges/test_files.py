@@ -365,7 +365,6 @@ SPOILS = {
 
 
 @pytest.mark.parametrize("how", SPOILS)
-@pytest.mark.quick
 def test_spoiled_libraries_are_built_again(how, tmp_path):
     env = {"REFDYN_CACHE": str(tmp_path)}
     first = evaluate(PENDULUM, None, env=env)
