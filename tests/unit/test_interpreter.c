@@ -34,7 +34,7 @@ struct scene {
 #define TEST_MODEL(name) SOURCE_FOLDER "/tests/models/" name ".lua"
 
 static const struct scene small_scenes[] = {
-    {.file = TEST_MODEL("double_pendulum")},
+    {.file = TEST_MODEL("solid")},
     {.file = TEST_MODEL("programme"), .fold = true},
 };
 
