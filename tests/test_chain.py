@@ -270,7 +270,7 @@ def test_chain(case, tmp_path):
     refdyn("gen", model, *settings(options), "--emit", "start,equations,tangent,tangent_vectors", "-o", tmp_path)
     name = next(tmp_path.glob("*.h")).stem
     (tmp_path / "program.c").write_text(PROGRAM.replace("MODEL", name).replace("APART", "0" if case in CLOSED else "0.3"))
-    subprocess.run(["gcc", "-std=gnu11", "-O0", "-Wall", "-Wextra", "-I", SOURCE / "runtime", *tmp_path.glob("*.c"), CORE_LIBRARY, "-lm",
+    subprocess.run(["gcc", "-std=gnu11", "-O0", "-Wall", "-Wextra", "-I", SOURCE, "-I", SOURCE / "runtime", *tmp_path.glob("*.c"), CORE_LIBRARY, "-lm",
                     "-o", tmp_path / "program"], check=True)
     done = subprocess.run([tmp_path / "program"], capture_output=True, text=True, timeout=300)
     print(done.stdout)

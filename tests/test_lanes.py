@@ -98,7 +98,7 @@ def test_same_bits_without_fused_sums(compiler, tmp_path):
 def test_compiles_without_warning(scene, compiler, tmp_path):
     name, _ = emit(tmp_path, scene, "--for-lanes")
     for width in (1, 4, 8) if LONG else (4,):
-        done = subprocess.run([*compiler, *WARNINGS, f"-DLANES={width}", "-I", SOURCE / "runtime", "-O1", "-c", f"{name}_lanes.c", "-o", "out.o"],
+        done = subprocess.run([*compiler, *WARNINGS, f"-DLANES={width}", "-I", SOURCE, "-I", SOURCE / "runtime", "-O1", "-c", f"{name}_lanes.c", "-o", "out.o"],
                               cwd=tmp_path, capture_output=True, text=True)
         assert done.returncode == 0 and "warning" not in done.stderr, done.stderr[:2000]
 

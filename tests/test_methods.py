@@ -165,7 +165,7 @@ def test_motions_in_two_threads(case, tmp_path):
            f"all,{'tangent_vectors' if case.endswith('O(n)') else 'tangent'}", "-o", tmp_path)
     name = next(tmp_path.glob("*.h")).stem
     (tmp_path / "program.c").write_text(PROGRAM.replace("MODEL", name).replace("ROUNDS_COUNT", str(ROUNDS)))
-    subprocess.run(["gcc", "-std=gnu11", "-O1", "-Wall", "-Wextra", "-pthread", "-I", SOURCE / "runtime", *tmp_path.glob("*.c"), CORE_LIBRARY,
+    subprocess.run(["gcc", "-std=gnu11", "-O1", "-Wall", "-Wextra", "-pthread", "-I", SOURCE, "-I", SOURCE / "runtime", *tmp_path.glob("*.c"), CORE_LIBRARY,
                     "-Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc", "-lm", "-o", tmp_path / "program"], check=True)
     text = subprocess.run([tmp_path / "program"], check=True, capture_output=True, text=True, timeout=300).stdout
     print(text)

@@ -89,7 +89,7 @@ def test_package_of_the_sources(tmp_path):
     (tmp_path / "refdyn" / "bin" / "refdyn").symlink_to(BUILD / "bin" / "refdyn")
     (tmp_path / "refdyn-0.dist-info").mkdir()
     (tmp_path / "refdyn-0.dist-info" / "METADATA").write_text("Metadata-Version: 2.1\nName: refdyn\nVersion: 0\n")
-    run("cc", "-std=c11", "-O0", "-fPIC", "-shared", "-I", SOURCE / "runtime", "-I", sysconfig.get_path("include"), *(SOURCE / "runtime" / "python").glob("*.c"),
+    run("cc", "-std=c11", "-O0", "-fPIC", "-shared", "-I", SOURCE, "-I", SOURCE / "runtime", "-I", sysconfig.get_path("include"), *(SOURCE / "runtime" / "python").glob("*.c"),
         "-o", tmp_path / "refdyn" / ("core" + sysconfig.get_config_var("EXT_SUFFIX")), "-ldl")
     model = TESTS / "models" / "double_pendulum.lua"
     expected = evaluate(model)
