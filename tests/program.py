@@ -19,6 +19,10 @@ VERSION = ".".join(re.findall(r"^#define REFDYN_VERSION_(?:MAJOR|MINOR|PATCH) (\
 REFERENCE = MODELS / "manipulator.lua"
 # tests/long: all models instead of a few representatives.
 LONG = "REFDYN_LONG" in os.environ
+# A build with sanitizers finds faults in memory; numbers and bounds are compared in the other build. LEAN is such a build in
+# tests/run, which leaves the slowest cases to tests/long.
+SANITIZED = "REFDYN_SLOWNESS" in os.environ
+LEAN = SANITIZED and not LONG
 
 
 def some(paths):
@@ -35,6 +39,7 @@ def sources(folder, *patterns):
 
 # The public headers and the files of the runtime core.
 CORE_FILES = some([*(SOURCE / "runtime").glob("*.h"), *sources("runtime/core", "*.[ch]", "*.inc")])
+CORE_LIBRARY = BUILD / "librefdyn_runtime.a"
 CORE_SOURCES = some(path for path in CORE_FILES if path.suffix == ".c")
 
 

@@ -397,6 +397,7 @@ def test_command_is_told(tmp_path):
     assert words[1] == "batch" and "" in words and str(tmp_path / output) in words
 
 
+@pytest.mark.quick
 def test_csv_with_texts(tmp_path):
     """Names of files with a comma and quotes are readable by other programs."""
     import csv
@@ -440,6 +441,7 @@ def test_summary_is_not_the_journal(tmp_path):
     assert "the journal of" in said and "another name is needed" in said, said
 
 
+@pytest.mark.quick
 def test_dry_run(tmp_path):
     said = batch(tmp_path, SWEEP, "--dry-run").stderr
     assert "cases        24, 2 structures; what varies: arm_psi mass pieces" in said
@@ -447,6 +449,7 @@ def test_dry_run(tmp_path):
     assert sorted(os.listdir(tmp_path)) == ["sweep.lua"]
 
 
+@pytest.mark.quick
 def test_summary(tmp_path):
     import json
     batch(tmp_path, SWEEP, "--summary", tmp_path / "s.json")

@@ -66,6 +66,7 @@ def test_new_settings_lead_to_the_editor_file(arm, prefix, tmp_path_factory):
         assert (expected / "refdyn.lua").read_text() == (MODELS / "editor" / "refdyn.lua").read_text()
 
 
+@pytest.mark.quick
 def test_new_overwrites_nothing(arm):
     (arm / ".luarc.json").write_text("mine")
     (arm / "dangling.lua").symlink_to("nowhere")
@@ -129,6 +130,7 @@ def completions(folder, *lines):
     return [sorted(filter(None, answer.splitlines())) for answer in answers]
 
 
+@pytest.mark.quick
 def test_bash_completes_commands_and_options(tmp_path):
     lines = [["refdyn", ""], *(["refdyn", command, "--"] for command in COMMANDS)]
     commands, *options = completions(tmp_path, *lines)

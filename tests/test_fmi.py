@@ -12,7 +12,7 @@ import zipfile
 import numpy as np
 import pytest
 
-from program import LONG, MODELS, REFDYN, REFERENCE, SOURCE, TESTS, VERSION, check, close, motion, refdyn
+from program import BUILD, CORE_LIBRARY, LONG, MODELS, REFDYN, REFERENCE, SOURCE, TESTS, VERSION, check, close, motion, refdyn
 
 ARM = SOURCE / "docs" / "casadi" / "arm.lua"
 BALL = TESTS / "models" / "events" / "ball.lua"
@@ -187,16 +187,46 @@ def test_windows_library(version, tmp_path):
     assert exported == set(re.findall(rf"#define (fmi{version[0]}\w+) ", header)) if version == "2.0" else {"fmi3DoStep", "fmi3GetFloat64"} <= exported
 
 
+def stepper(folder, compiler, name, *more):
+    """fmi/step.c, a caller of Co-Simulation without FMPy, compiled."""
+    subprocess.run([compiler, "-std=gnu11", "-I", SOURCE, "-I", SOURCE / "runtime", TESTS / "fmi" / "step.c", *more, "-o", folder / name], check=True)
+    return folder / name
+
+
+@pytest.mark.quick
+def test_steps_of_a_caller(tmp_path):
+    """
+    The sources of an FMU that are the model's own, linked with the libraries of the build, since all sources together take long to
+    compile. For the same reason the library in the FMU holds nothing of them here.
+    """
+    (tmp_path / "empty").write_text("""#!/bin/sh
+case "$*" in *fourbar* | *machine.c*) exec cc "$@" ;; esac
+while [ "$1" != -o ]; do shift; done
+exec cc -c -x c /dev/null -o "$2"
+""")
+    (tmp_path / "empty").chmod(0o755)
+    file = export(MODELS / "fourbar.lua", "2.0", tmp_path / "a.fmu", "--tol", 1e-9, env={"CC": str(tmp_path / "empty")})
+    zipfile.ZipFile(file).extractall(tmp_path)
+    own = [tmp_path / "sources" / name for name in ("refdyn_fmu.c", "fourbar.c")]
+    program = stepper(tmp_path, "cc", "step", "-rdynamic", *own, "-Wl,--whole-archive", BUILD / "librefdyn_fmi.a", "-Wl,--no-whole-archive",
+                      CORE_LIBRARY, "-lm")
+    said = subprocess.run([program, "", description(file).get("guid"), "0.03"], check=True, capture_output=True, text=True).stdout
+    found = np.array([[float(value) for value in line.split()] for line in said.splitlines()])
+    names = {int(entry["valueReference"]): name for name, entry in variables(description(file)).items()}
+    run, _, _ = motion(MODELS / "fourbar.lua", "--every", 0.03, "--until", 0.3, "--tol", 1e-9)
+    compared = [k for k in range(found.shape[1]) if names[k] in run]
+    assert len(compared) > 3
+    check([close(names[k], found[:, k], run[names[k]][1:], 1e-6, 1) for k in compared])
+
+
 @pytest.mark.skipif(not (LONG and MINGW and WINE), reason="takes long: tests/long; and needs gcc-mingw-w64-x86-64 and wine64")
 def test_windows_motion(tmp_path):
     """The motion under Wine equals the motion on Linux."""
     file = export(MODELS / "fourbar.lua", "2.0", tmp_path / "a.fmu", "--platform", "linux64,win64")
     zipfile.ZipFile(file).extractall(tmp_path)
     guid = description(file).get("guid")
-    program = TESTS / "fmi" / "step.c"
-    include = ["-std=gnu11", "-I", SOURCE, "-I", SOURCE / "runtime", program]
-    subprocess.run(["cc", *include, "-o", tmp_path / "step", "-ldl"], check=True)
-    subprocess.run([MINGW, *include, "-o", tmp_path / "step.exe"], check=True)
+    stepper(tmp_path, "cc", "step")
+    stepper(tmp_path, MINGW, "step.exe")
     here = subprocess.run([tmp_path / "step", tmp_path / "binaries/linux64/fourbar.so", guid, "0.03"], check=True, capture_output=True, text=True).stdout
     env = {**os.environ, "WINEPREFIX": str(tmp_path / "wine"), "WINEDEBUG": "-all", "WINEDLLOVERRIDES": "mscoree,mshtml="}
     there = subprocess.run([WINE, "step.exe", "binaries/win64/fourbar.dll", guid, "0.03"], cwd=tmp_path, env=env, capture_output=True, text=True, timeout=600)

@@ -102,6 +102,7 @@ def test_stiff_beam_tends_to_the_link(tmp_path):
     assert 1e-3 < errors[0] < 0.1 and 0.9e6 < errors[0] / errors[1] < 1.1e6, errors
 
 
+@pytest.mark.quick
 def test_given_density(tmp_path):
     text = (ROBOTS / "two.urdf").read_text()
     model, said = imported(tmp_path, text, "--flexible", "upper", *BEAM, "--rho", "431")
@@ -184,6 +185,7 @@ def test_joints_that_follow(tmp_path):
     assert 'start = { y = 0.05 }' in model.read_text()
 
 
+@pytest.mark.quick
 def test_limits(tmp_path):
     """As in the emitted C, where omitted limits are infinite."""
     text = HEAD + PAIR + '<link name="c"/><link name="d"/>' + "".join((
@@ -240,6 +242,7 @@ ARM = (PAIR + joint('<limit lower="-1" upper="1" effort="47.5"/><dynamics fricti
        + joint('<axis xyz="0 0 1"/><mimic joint="s" multiplier="-1.5"/>', "c", "prismatic", "tool", "cart"))
 
 
+@pytest.mark.quick
 def test_drives(tmp_path):
     """An input for each joint that follows no other, which acts up to the joint's effort."""
     model, said = imported(tmp_path, HEAD + ARM + "</robot>", "--drives", "--friction-width", "0.1")
@@ -312,6 +315,7 @@ def test_text_is_the_same_each_time(tmp_path):
     assert set(re.findall(r"[\d.]+e-1\d+", model)) == set()
 
 
+@pytest.mark.quick
 def test_right_angles(tmp_path):
     angles = [math.pi, -math.pi / 2, math.pi / 4]
     model, _ = imported(tmp_path, HEAD + PAIR + joint(f'<origin rpy="{float(angles[0])!r} {float(angles[1])!r} {float(angles[2])!r}"/>') + "</robot>")

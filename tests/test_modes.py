@@ -153,6 +153,7 @@ def test_hanging_chain():
 G = 9.81
 
 
+@pytest.mark.quick
 def test_double_pendulum():
     expected = [math.sqrt(G / 0.5 * (2 - math.sqrt(2))), math.sqrt(G / 0.5 * (2 + math.sqrt(2)))]
     found, said = analyse(SMALL, kind="double")
@@ -299,6 +300,7 @@ def test_simulated_motion(model, arguments, number, tmp_path):
 
 # ---- The command ----
 
+@pytest.mark.quick
 def test_keys_and_count(tmp_path):
     found, said = analyse(MODELS / "stepped.lua", "--modes", 2)
     assert list(found) == "name coordinates at q qd t inputs parameters points held phi residual unstable modes".split()

@@ -34,8 +34,9 @@ def run(*words, cwd=None, timeout=300, **env):
 
 
 def make_wheel(python, folder):
-    """Built by pip, whose build backend comes from PyPI."""
-    done = subprocess.run([python, "-m", "pip", "wheel", "--no-deps", "-w", folder, SOURCE], capture_output=True, text=True, env={**os.environ, "PIP_DISABLE_PIP_VERSION_CHECK": "1"})
+    """By pip, whose build backend comes from PyPI. Optimising takes a minute, and only tests/long does it."""
+    quickly = [] if LONG else ["--config-settings=cmake.define.CMAKE_C_FLAGS_RELEASE=-O0 -DNDEBUG"]
+    done = subprocess.run([python, "-m", "pip", "wheel", "--no-deps", *quickly, "-w", folder, SOURCE], capture_output=True, text=True, env={**os.environ, "PIP_DISABLE_PIP_VERSION_CHECK": "1"})
     said = done.stdout + done.stderr
     if done.returncode and re.search("Temporary failure in name resolution|Failed to establish a new connection|No matching distribution found", said):
         pytest.fail(f"PyPI is out of reach, from where pip takes the build backend:\n{said[-1500:]}", pytrace=False)
@@ -79,6 +80,28 @@ def same(found, expected):
     return np.array_equal(np.asarray(found, float), np.array(expected, float), equal_nan=True)
 
 
+@pytest.mark.quick
+def test_package_of_the_sources(tmp_path):
+    """Without pip: the extension by one call of the compiler, beside the package's files and the program of the build."""
+    import sysconfig
+    shutil.copytree(SOURCE / "runtime" / "bindings" / "python" / "refdyn", tmp_path / "refdyn")
+    (tmp_path / "refdyn" / "bin").mkdir()
+    (tmp_path / "refdyn" / "bin" / "refdyn").symlink_to(BUILD / "bin" / "refdyn")
+    (tmp_path / "refdyn-0.dist-info").mkdir()
+    (tmp_path / "refdyn-0.dist-info" / "METADATA").write_text("Metadata-Version: 2.1\nName: refdyn\nVersion: 0\n")
+    run("cc", "-std=c11", "-O0", "-fPIC", "-shared", "-I", SOURCE, "-I", SOURCE / "runtime", "-I", sysconfig.get_path("include"), *(SOURCE / "runtime" / "bindings" / "python").glob("*.c"),
+        "-o", tmp_path / "refdyn" / ("core" + sysconfig.get_config_var("EXT_SUFFIX")), "-ldl")
+    model = TESTS / "models" / "double_pendulum.lua"
+    expected = evaluate(model)
+    said = run(sys.executable, "-c", f"""import refdyn
+model = refdyn.Model({str(model)!r})
+print([float(value).hex() for value in model.M(model.q0).ravel()])
+print(float(model.simulate(0.1, tol=1e-6).upper_theta[-1]))""", cwd=tmp_path, PYTHONPATH=str(tmp_path)).splitlines()
+    assert said[0] == str([float(value).hex() for row in expected["M"] for value in row])
+    columns, _, _ = motion(model, "--until", 0.1, "--tol", 1e-6)
+    assert float(said[1]) == columns["upper_theta"][-1]
+
+
 # ---- The wheel ----
 
 def test_wheel_has_all(wheel):
@@ -98,6 +121,9 @@ def test_wheel_is_without_gsl(package):
         assert "libm" in libraries or "libc" in libraries
         assert "gsl" not in libraries
     assert not list(package.prefix.rglob("*gsl*"))
+    for method in ("msbdf", "bsimp"):
+        done = subprocess.run([package.prefix / "bin" / "refdyn", "sim", REFERENCE, "--until", "1", "--method", method], capture_output=True, text=True)
+        assert done.returncode == 2 and f"--method: '{method}' needs a refdyn that is built with GSL\n" in done.stderr
 
 
 def test_is_found_by_cmake(package, tmp_path):
