@@ -1,12 +1,12 @@
 /*
- * The arrays of a function, its results and those that its loops read, and what straight code writes into
- * them. Declared in plan.h.
+ * The arrays of a function: its results, those that its loops read, and the entries that straight-line code
+ * writes into them.
  */
 #include "gen/plan/plan.h"
 
 #include <assert.h>
 
-enum { FEW_ZEROS = 3 }; /* more zeros than this in an array are written by one loop */
+enum { FEW_ZEROS = 3 }; /* if an array has more zeros, one loop clears it */
 
 bool plan_is_output_copied(const struct array *array, int entry) {
     return !array->symmetric || entry / array->symmetric >= entry % array->symmetric;
@@ -24,7 +24,7 @@ int plan_value_count(const struct function *function) {
     return function->out_count + function->local_out_count;
 }
 
-/* The caller counts it among results or locals. */
+/* Adds an array. The caller counts it among the results or the local arrays. */
 static int open_array(struct memory *memory, struct function *function, struct array array) {
     const int index = plan_count_arrays(function);
     function->arrays =
@@ -81,7 +81,7 @@ void plan_set_frame(struct memory *memory, const struct tree *tree, struct funct
     f->run_results[f->run_result_count++] = (struct run_result){value, array, first, step, run, 0};
 }
 
-/* Entries that are not mirrored ones. */
+/* Number of entries that are not mirrored. */
 static int copied_count(const struct array *array) {
     return array->symmetric ? array->symmetric * (array->symmetric + 1) / 2 : array->count;
 }

@@ -1,4 +1,4 @@
-/* Loops of a plan: how many operations they take. See plan.h. */
+/* Counts the operations of a function's loops. */
 #include "gen/plan/plan.h"
 
 #include <assert.h>
@@ -32,7 +32,7 @@ static int products_in_cross(const struct pair_move *move) {
     return count;
 }
 
-/* A product and an addition for each component, the first addition into the entry itself. */
+/* A product and an addition for each component; the first addition goes into the entry itself. */
 static void count_pairs(const struct pairs *pairs, struct operation_count *count) {
     for (int j = 0; j < pairs->n; j++) {
         const int beyond = pairs->end[j] - j;
@@ -57,7 +57,7 @@ static void count_product(const struct function *f, const struct product *p, str
     count->muls += products;
 }
 
-/* n^3 / 6 products each for factor and update, n divisions. */
+/* n^3 / 6 products each for the factor and the update, n divisions. */
 static void count_factoring(const struct function *f, const struct factoring *factoring,
                             struct operation_count *count) {
     const long n = plan_columns_of(&f->arrays[factoring->matrix]);

@@ -1,9 +1,9 @@
 /*
- * What plan.h promises of a planned function, checked by walking its code as it will be run.
+ * Checks planned functions against the rules of plan.h by walking their code in the order of execution.
  *
- * Takes a plan, gives the first promise that a function of it breaks, with the value or the place at fault.
- * The walk knows at each statement what has been computed, in which loop it stands, and what loops have kept;
- * it shares the meaning of the plan with the printer, and no code.
+ * Input: a plan. Result: the first rule that a function breaks, with the offending value or place. At each
+ * statement the walk knows which values have been computed, in which loop the statement is, and which values
+ * the loops have kept. The walk shares the meaning of the plan with the printer, but no code.
  */
 #include "gen/graph/graph.h"
 #include "gen/base/base.h"
@@ -15,14 +15,14 @@ struct walk {
     struct plan *plan;
     const struct function *function;
     const struct graph *g;
-    bool *is_known;   /* by handle: a statement that has been passed */
-    bool *is_counted; /* by handle: its operation has been counted */
-    bool *has_ended;  /* by group: its loop has been passed */
+    bool *is_known;   /* by handle: the walk has passed this statement */
+    bool *is_counted; /* by handle: its operator has been counted */
+    bool *has_ended;  /* by group: the walk has passed its loop */
     bool *is_filled;  /* by entry of all arrays */
-    int group, run;   /* of the loop that the walk is in; 0 and -1: in none */
-    int written;      /* writes that have been passed */
+    int group, run;   /* of the loop that contains the current statement; 0 and -1: outside loops */
+    int written;      /* number of writes that have been passed */
     struct operation_count count;
-    const char *broken; /* the first promise that does not hold; NULL: all hold */
+    const char *broken; /* the first broken rule; NULL: none */
 };
 
 static void require(struct walk *w, bool holds, expression e, const char *promise) {
@@ -60,7 +60,7 @@ static bool has_repeat(const struct walk *w, expression e) {
     return false;
 }
 
-/* Of a loop over the same run that was passed before, which kept the value. */
+/* Returns whether a loop over the same run, passed before, has kept the value. */
 static bool is_kept(const struct walk *w, expression e) {
     const int loop = w->g->nodes[e].loop;
     return w->g->loops[loop].run == w->run && w->has_ended[group_of(w, loop)] && w->function->is_stored[e];
@@ -109,7 +109,7 @@ static bool is_symbol_at_hand(const struct walk *w, expression e) {
     case SYMBOL_CARRIED:
     case SYMBOL_FINAL:
         return is_slot_at_hand(w, e);
-    default: /* points and starts are expressions or parameters by now */
+    default: /* points and start values have been replaced by expressions or parameters */
         return false;
     }
 }
@@ -148,7 +148,7 @@ static void fill(struct walk *w, int array, int entry) {
     w->is_filled[of->offset + entry] = true;
 }
 
-/* Writes whose place has come: `place` statements and blocks have ended. */
+/* Passes the writes that are due: `place` statements and blocks have ended. */
 static void pass_writes(struct walk *w, int place) {
     for (; w->written < w->function->write_count; w->written++) {
         const struct write *write = &w->function->writes[w->written];
@@ -171,7 +171,7 @@ static void pass_run_results(struct walk *w, int block) {
     }
 }
 
-/* Arrays stand one behind the other; straight code leaves no entry out, unless one loop clears the array. */
+/* Arrays follow one another. Straight-line code leaves no entry out, unless one loop clears the array. */
 static void check_arrays(struct walk *w) {
     int offset = 0;
     for (int f = 0; f < plan_count_arrays(w->function); offset += w->function->arrays[f++].count) {
@@ -324,13 +324,14 @@ static const char *function_violation(struct plan *plan, const struct function *
     for (int i = 0; i < function->loop_count; i++)
         require_of(&w, has_its_arrays(&w, &function->loops[i]) && has_its_sizes(&w, &function->loops[i]),
                    "loop", i, "loops read arrays of their sizes");
-    if (!function->part_count) /* else it computes nothing itself */
+    if (!function->part_count) /* a composed function computes nothing itself */
         check_computed(&w);
     memory_back(plan->memory, mark);
     return w.broken;
 }
 
-/* Gains may be replaced behind `prepare`: they alone are told apart from what parameters give. */
+/* The runtime may replace gains after `prepare`, so they alone are distinguished from values of
+ * parameters. */
 static const char *derived_violation(struct plan *plan) {
     struct walk w = {.plan = plan, .function = &plan->prepare, .g = plan->g};
     for (expression e = 0; e < plan->g->count; e++)
