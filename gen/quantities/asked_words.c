@@ -1,13 +1,15 @@
 /*
- * Words of `--emit` that stand for several quantities, and what an emission for CasADi asks for beside those
- * that are named. Takes the list as users write it, gives one of quantities alone, and marks in the plan what
- * is emitted with them.
+ * Words of `--emit` that represent several quantities, and what an emission for CasADi needs in addition to
+ * the named quantities.
+ *
+ * Input: the list as users write it. Result: a list of quantities alone; the plan records what else is
+ * emitted.
  */
 #include "gen/plan/plan.h"
 
 #include <string.h>
 
-/* A step calls qdd and its derivatives; by the parameters only where that is asked for. */
+/* A step calls qdd and its derivatives, with respect to the parameters only on request. */
 static const char step[] = "step", step_with_parameters[] = "step.p";
 static const char step_calls[] = "qdd,d_qdd.q,d_qdd.qd,d_qdd.t,d_qdd.x", parameters_calls[] = ",d_qdd.p";
 
@@ -27,7 +29,7 @@ const struct derivatives_of *quantities_derivatives_of(const char *quantity) {
     return NULL;
 }
 
-/* CasADi has them as a function beside the one that they are of. */
+/* CasADi has the derivatives of a function as a second function. */
 static const char *with_derivatives(struct memory *memory, const char *word) {
     const char *list = word;
     for (int i = 0; i < DIFFERENTIABLE; i++)

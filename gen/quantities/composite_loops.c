@@ -1,7 +1,9 @@
 /*
- * The mass matrix as a loop over pairs of coordinates (plan.h): M_ij = e_j . W_i with W_i moved from joint
- * to joint toward the ground (theory, sect. 4.6). Takes the composites, adds local arrays and the loop to a
- * function. For trees with runs, and wherever the written-out form (inertia_and_gravity.c) is longer.
+ * The mass matrix as a loop over pairs of coordinates (plan.h): M_ij = e_j . W_i, where W_i is moved from
+ * joint to joint toward the ground (theory, sect. 4.6).
+ *
+ * Input: the composites. Adds local arrays and the loop to a function, for trees with runs and wherever the
+ * written-out form (inertia_and_gravity.c) is longer.
  */
 #include "gen/quantities/quantities.h"
 
@@ -56,12 +58,12 @@ void mass_matrix_loops_add(struct derivation *d, struct function *f, int array) 
 /*
  * The tangent of statics as loops: dQ_i/dq_j at qd = 0 into an array of a function.
  *
- * Takes the composites and the forces of the model at rest. Gravity does to the mass moment beyond a joint
- * what a force does to a column of C: joint j turns its change Delta_i, so the far vectors are Delta_i x grav
- * (theory, sect. 7.8). For trees with runs, and wherever the written-out form is longer.
+ * Input: the composites and the forces of the model at rest. Gravity acts on the mass moment beyond a joint
+ * as a force acts on a column of C: joint j turns its change Delta_i, so that the far vectors are Delta_i x
+ * grav (theory, sect. 7.8). For trees with runs and wherever the written-out form is longer.
  */
 
-/* Delta_i, the force slot of W_i, times gravity. */
+/* Delta_i, the force part of W_i, times gravity. */
 static void add_weights(struct derivation *d, const struct turned_applied_forces *turned) {
     const struct kinematics *k = &d->kinematics;
     struct graph *g = k->g;

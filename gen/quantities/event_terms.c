@@ -1,4 +1,5 @@
-/* Events of the state: see quantities.h. */
+/* The quantities `event` and `event_terms`: values whose zeros are events, their rates, and what events
+ * set. */
 #include "gen/quantities/quantities.h"
 #include "gen/dynamics/dynamics.h"
 
@@ -6,7 +7,7 @@ static expression placed(struct derivation *d, expression e) {
     return coordinate_derivatives_with_points(&d->kinematics, e);
 }
 
-/* Events, then kinks. */
+/* Number of values: events, then kinks. */
 static int count_values(const struct derivation *d) {
     return d->model->event_count + d->model->kink_count;
 }
@@ -54,7 +55,7 @@ static void add_changes(struct derivation *d, struct function *f) {
         plan_set_entry(d->memory, f, array, i, placed(d, d->model->changes[i].value));
 }
 
-enum { TERMS_MOST = 64 }; /* of one value; the rest of a longer sum counts as one term */
+enum { TERMS_MOST = 64 }; /* terms of one value; the remainder of a longer sum counts as one term */
 
 static bool is_still(const struct graph *g, expression e) {
     return !(g->nodes[e].depends & (ON_TIME | ON_INPUT | ON_STATE | ON_RATE));
@@ -64,8 +65,8 @@ static expression absolute(struct graph *g, expression e) {
     return expr_apply1(g, OP_ABS, e);
 }
 
-/* The sum of |terms| of a value, which bounds its rounding. Sums are divided into terms, also those with a
- * factor that is constant. */
+/* The sum of |terms| of a value, which bounds its rounding error. Sums are divided into terms, also sums
+ * with a constant factor. */
 static expression size_of(struct graph *g, expression e, int *left) {
     const struct node node = g->nodes[e];
     const expression a = node.operand[0], b = node.operand[1];

@@ -1,15 +1,15 @@
 /*
- * M and dQ/dq as arrays of a function: written out entry by entry, or as loops over pairs of coordinates.
- *
- * Takes both forms, gives the one with fewer counted operations; declared in quantities.h.
+ * M and dQ/dq as arrays of a function: written out entry by entry, or as loops over pairs of coordinates,
+ * whichever counts fewer operations.
  */
 #include "gen/quantities/quantities.h"
 
 #include <string.h>
 
 enum {
-    LOOP_ADVANTAGE = 2, /* operations of loops over pairs, which compilers turn into vectors, for one */
-    WORTH_TEXT = 4      /* written out where that saves a fifth: it is more text */
+    LOOP_ADVANTAGE = 2, /* compilers turn loops over pairs into vector instructions, so that this many of
+                           their operations count as one */
+    WORTH_TEXT = 4      /* written out if that saves a fifth, because it is more text */
 };
 
 /* Operations of loops and of the vectors that they read. */
@@ -20,11 +20,11 @@ static long weigh_loops(const struct derivation *d, const struct function *f) {
     return operation_cost_of_results(d, f) + (count.adds + count.muls) / LOOP_ADVANTAGE;
 }
 
-/* A matrix, n x n, in both forms. */
+/* An n x n matrix in both forms. */
 struct chosen_matrix {
     const char *name;
     void (*add_loops)(struct derivation *d, struct function *f, int array);
-    const expression *(*write_out)(struct derivation *d); /* of a tree without runs */
+    const expression *(*write_out)(struct derivation *d); /* for a tree without runs */
 };
 
 static enum matrix_form cheaper_form(struct derivation *d, const struct chosen_matrix *matrix) {
@@ -57,7 +57,7 @@ static bool is_symmetric(const expression *matrix, int n) {
     return true;
 }
 
-/* When all other arrays are there: loops and their local arrays stand behind them. */
+/* Call it after all other arrays exist: loops and their local arrays follow them. */
 static void fill_matrix(struct derivation *d, struct function *f, int array,
                         const struct chosen_matrix *matrix, enum matrix_form *form) {
     if (*form == FORM_OPEN)

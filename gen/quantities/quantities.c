@@ -76,7 +76,7 @@ static struct composed_array source_of(const struct function *function, int arra
 
 /* An array of a quantity, as a part of a composed function; its place there is left open. */
 static struct composed_array *add_part(struct derivation *d, struct function *f, const char *quantity,
-                             const char *array) {
+                                       const char *array) {
     const struct function *from = provide(d, quantity);
     f->parts = memory_room(d->memory, f->parts, f->part_count, &f->part_capacity, sizeof *f->parts);
     f->parts[f->part_count] = source_of(from, find_array(from, array));
@@ -671,9 +671,8 @@ static struct function *function_of(const struct plan *plan, const char *quantit
 static bool is_wanted(const struct derivation *d, const struct quantity *quantity) {
     return is_asked_for(d, quantity) || quantity->build == build_anchor || quantity->build == build_breaks ||
            quantity->build == build_switches || quantity->build == build_pace ||
-           quantity->build == required_values_build ||
-           quantity->build == event_terms_build_values || quantity->build == event_terms_build ||
-           (quantity->build == build_start && has_anchors(d));
+           quantity->build == required_values_build || quantity->build == event_terms_build_values ||
+           quantity->build == event_terms_build || (quantity->build == build_start && has_anchors(d));
 }
 
 static bool is_named(const struct derivation *d, const struct quantity *quantity) {

@@ -1,9 +1,9 @@
 /*
- * Rules for parameters that may still change: see quantities.h.
+ * The quantity `required`: the rules for parameters whose values may still change.
  *
- * Takes the requirements that the reader has kept (model.h) and the functions of the plan so far. A parameter
- * that no function reads is replaced by its value. A requirement that depends only on such parameters is left
- * out.
+ * Input: the requirements that the reader has kept (model.h) and the functions of the plan so far. A
+ * parameter that no function reads is replaced by its value. A requirement that depends only on such
+ * parameters is left out.
  */
 #include "gen/quantities/quantities.h"
 
@@ -33,7 +33,7 @@ static struct reading find_read(const struct derivation *d) {
     return reading;
 }
 
-/* A formula that the reader has read twice has its rule twice; one is enough. */
+/* The reader reads some formulas twice and then lists their rule twice; one is enough. */
 static bool is_listed(const struct plan *plan, const struct requirement *requirement) {
     const size_t bytes = (size_t)requirement->count * sizeof *requirement->values;
     for (int i = 0; i < plan->requirement_count; i++) {

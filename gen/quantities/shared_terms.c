@@ -1,7 +1,7 @@
 /*
- * Terms that several quantities share: each is derived when first asked for, and kept in the derivation.
+ * Terms that several quantities share: each is derived when first requested, and kept in the derivation.
  *
- * Takes the tree, gives inertias beyond joints, rows, forces and their sums; declared in quantities.h.
+ * Input: the tree. Output: inertias beyond joints, rows, forces and their sums.
  */
 #include "gen/tree/tree.h"
 #include "gen/quantities/quantities.h"
@@ -82,7 +82,7 @@ const struct applied *derivation_applied(struct derivation *d) {
     return &d->applied;
 }
 
-/* The sum of two or three lists by frame, the first with the other sign if it is `negative`. */
+/* The sum of two or three lists by frame; the first has the opposite sign if it is `negative`. */
 static expression *total_of(struct derivation *d, bool negative, const expression *first,
                             const expression *second, const expression *third) {
     struct graph *g = d->g;
@@ -95,7 +95,7 @@ static expression *total_of(struct derivation *d, bool negative, const expressio
     return sum;
 }
 
-/* Q without gravity, and the printed form's extra term. */
+/* Q without gravity, plus the extra term of the printed form. */
 const expression *derivation_applied_total(struct derivation *d) {
     const struct applied *forces = derivation_applied(d);
     expression *first = derivation_new_values(d, d->frames), *second = derivation_new_values(d, d->frames);
@@ -107,7 +107,7 @@ const expression *derivation_applied_total(struct derivation *d) {
     return total_of(d, false, first, second, printed);
 }
 
-/* h = -c; the printed form is c + 2 s. */
+/* h = -c; in the printed form it is c + 2 s. */
 expression *derivation_bias_forces(struct derivation *d) {
     if (!d->bias)
         d->bias = dynamics_bias_forces(&d->kinematics, false);
@@ -122,7 +122,7 @@ expression *derivation_generalized_forces(struct derivation *d) {
     return total_of(d, true, gravity, derivation_applied_total(d), NULL);
 }
 
-/* f = h + Q in one recursion: gravity stands in the accelerations. The printed h has no such form. */
+/* f = h + Q in one recursion, with gravity in the accelerations. The printed h has no form of this kind. */
 expression *derivation_all_forces(struct derivation *d) {
     if (d->model->printed_form)
         return total_of(d, false, derivation_bias_forces(d), derivation_generalized_forces(d), NULL);

@@ -1,4 +1,4 @@
-/* Spatial Jacobians of points: see quantities.h. */
+/* The quantities J and Jd_qd: spatial Jacobians of points, and their rates times qd. */
 #include "gen/quantities/quantities.h"
 #include "gen/base/base.h"
 
@@ -13,7 +13,7 @@ bool spatial_jacobian_exists(const struct derivation *d) {
     return count_points(d) > 0;
 }
 
-/* e_j for each revolute joint on the way to the ground, in the ground's axes: w = sum of e_j qd_j. */
+/* e_j, in ground axes, of each revolute joint on the way to the ground: w = sum of e_j qd_j. */
 static struct vector *angular_columns(const struct derivation *d, int point) {
     const struct kinematics *k = &d->kinematics;
     struct vector *columns = memory_get(d->memory, ((size_t)d->frames + 1) * sizeof *columns);
@@ -45,7 +45,7 @@ void spatial_jacobian_build(struct derivation *d, struct function *f) {
     }
 }
 
-/* dw/dt at qdd = 0 of what carries the point, in the ground's axes. */
+/* dw/dt at qdd = 0 of the body that carries the point, in ground axes. */
 static struct vector angular_drift(const struct derivation *d, int point) {
     const struct kinematics *k = &d->kinematics;
     const int frame = k->tree->points[point].frame;

@@ -1,14 +1,14 @@
-/* Times of kinks: see quantities.h. */
+/* Finds the times at which formulas of time alone have kinks, and values that change sign at the others. */
 #include "gen/quantities/quantities.h"
 #include "gen/graph/graph.h"
 
 enum {
     MOST_BREAKS = 1000, /* kinks in time that are reported */
-    DEEPEST_KINK = 4    /* kinks inside each other that are followed */
+    DEEPEST_KINK = 4    /* nested kinks that are examined */
 };
 static const double pi = 3.14159265358979323846;
 
-/* d/dt with all else constant, and the value at t = 0. */
+/* d/dt with everything else constant, and the value at t = 0. */
 static expression time_derivative(void *context, struct graph *g, expression e) {
     (void)context;
     return expr_as_symbol(g, e)->kind == SYMBOL_TIME ? expr_one(g) : expr_zero(g);
@@ -24,7 +24,7 @@ static bool has_kink(const struct graph *g, expression e) {
     return operation == OP_LESS || operation == OP_MIN || operation == OP_MAX || operation == OP_ABS;
 }
 
-/* What changes sign at a kink: a of |a|, a - b of a < b, min and max. */
+/* The value that changes sign at a kink: a of |a|, a - b of a < b, min and max. */
 static expression switching_function(struct graph *g, expression e) {
     const struct node node = g->nodes[e];
     return node.operation == OP_ABS ? node.operand[0] : expr_sub(g, node.operand[0], node.operand[1]);
@@ -41,7 +41,7 @@ static expression inner_kink(struct plan *plan, expression e) {
     return 0;
 }
 
-/* Lists e once; false: there is no room. */
+/* Adds e to a list once; false: the list is full. */
 static bool list_once(expression *list, int *count, expression e) {
     for (int i = 0; i < *count; i++)
         if (list[i] == e)
@@ -52,7 +52,7 @@ static bool list_once(expression *list, int *count, expression e) {
     return true;
 }
 
-/* Lists the zero of s; false: it is not linear in t. */
+/* Adds the zero of s to the list; false: s is not linear in t. */
 static bool add_zero(struct plan *plan, expression s) {
     struct graph *g = plan->g;
     expression start;
@@ -66,9 +66,9 @@ static bool add_zero(struct plan *plan, expression s) {
 }
 
 /*
- * Lists the times at which s changes sign: where a kink stands inside, as in min(max(t, a), b), those of each
- * branch. A time too many costs a step that ends there; one in sight of another kink is found twice and kept
- * once. False: some are not known.
+ * Lists the times at which s changes sign. If s contains a kink, as in min(max(t, a), b), it lists the times
+ * of each branch. A superfluous time costs a step that ends there. A time that two kinks share is listed
+ * once. False: some times are unknown.
  */
 static bool add_breaks(struct plan *plan, expression s, int depth) {
     struct graph *g = plan->g;
@@ -102,7 +102,7 @@ static bool is_left_out(const struct plan *plan, expression e) {
     return false;
 }
 
-/* ---- How fast they change their sign ---- */
+/* ---- Frequency of the sign changes ---- */
 
 static expression larger(struct graph *g, expression a, expression b) {
     return a == b || b == expr_zero(g) ? a : a == expr_zero(g) ? b : expr_apply2(g, OP_MAX, a, b);
@@ -114,7 +114,7 @@ static expression speed(struct graph *g, expression e, double factor) {
     return expr_mul(g, expr_number(g, factor), expr_apply1(g, OP_ABS, rate));
 }
 
-/* Highest angular frequency of the pieces of a spline, over the rate of its operand. */
+/* The highest angular frequency of the pieces of a spline, relative to the rate of its operand. */
 static double frequency_of_spline(const struct graph *g, const struct node *node) {
     const struct spline *spline = &g->splines[node->operand[1] / SPLINE_ORDERS];
     double least = 0;
@@ -125,8 +125,8 @@ static double frequency_of_spline(const struct graph *g, const struct node *node
     return least > 0 ? pi / least : 0;
 }
 
-/* The angular frequency of a node, from those of its operands in `pace`. Phases and knots have the frequency
- * at which they pass, products the sum of the frequencies of their factors. */
+/* The angular frequency of a node, from the frequencies of its operands in `pace`. Phases and knots have
+ * the frequency at which they pass, products the sum of the frequencies of their factors. */
 static expression pace_of_node(struct graph *g, expression e, const expression *pace) {
     const struct node node = g->nodes[e];
     const expression *operand = node.operand;
@@ -177,7 +177,7 @@ static expression find_pace(struct plan *plan) {
 
 /* ---- All of them ---- */
 
-/* Where s, of time, parameters and inputs alone, changes its sign. */
+/* Lists the times at which s, a value of time, parameters and inputs alone, changes its sign. */
 static void list_signs(struct plan *plan, expression s) {
     if (!(plan->g->nodes[s].depends & ~(ON_TIME | ON_PARAMETER | ON_INPUT)) && !add_breaks(plan, s, 0))
         list_once(plan->switches, &plan->switch_count, s);
@@ -185,7 +185,7 @@ static void list_signs(struct plan *plan, expression s) {
 
 void time_events_find(struct plan *plan) {
     struct graph *g = plan->g;
-    const uint32_t count = g->count; /* what is built here is looked at no more */
+    const uint32_t count = g->count; /* nodes that this loop adds are not examined */
     const bool *needed = plan_mark_nodes_of_functions(plan);
     plan->breaks = memory_get(plan->memory, MOST_BREAKS * sizeof *plan->breaks);
     plan->switches = memory_get(plan->memory, MOST_BREAKS * sizeof *plan->switches);
