@@ -1,9 +1,10 @@
 /*
- * The files of a model: takes the plan, gives NAME.h, NAME.c and, when long, NAME_2.c ... as text.
+ * Prints the files of a model: from the plan to the text of NAME.h, NAME.c and, for a long model, NAME_2.c
+ * ...
  */
 #include "gen/emit/emit.h"
 
-enum { LONGEST_FILE = 8000 }; /* statements: a compiler takes seconds for that many */
+enum { LONGEST_FILE = 8000 }; /* statements: a compiler needs seconds for that many */
 
 /* FNV-1a, 64 bits: changes whenever the emitted functions do. */
 static uint64_t hash_text(uint64_t hash, const char *text) {
@@ -34,7 +35,7 @@ static struct emission start_emission(struct plan *plan) {
     return x;
 }
 
-/* All functions, a new file whenever one gets long. */
+/* Prints all functions and starts a new file when one becomes long. */
 static int emit_sources(struct emission *x, struct text *sources) {
     struct plan *plan = x->plan;
     int parts = 1, statements = 0;

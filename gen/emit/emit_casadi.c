@@ -1,8 +1,10 @@
 /*
- * A model's functions as CasADi loads them: takes the plan, gives NAME_casadi.c, which includes the model's
- * own C under other names and is compiled alone into a shared library. Interface: CasADi 3.6 and later,
- * "external functions"; the Jacobian of F is a function jac_F of F's inputs and outputs, whose outputs are
- * the blocks of all pairs, by output. What is the same for all models is in text/casadi_body.c.in.
+ * A model's functions as CasADi loads them. Input: the plan. Output: NAME_casadi.c, which includes the
+ * model's own C under other names and is compiled alone into a shared library.
+ *
+ * Interface: CasADi 3.6 and later, "external functions". The Jacobian of F is a function jac_F of F's inputs
+ * and outputs, whose outputs are the blocks of all pairs, by output. text/casadi_body.c.in has the part that
+ * is the same for all models.
  */
 #include "gen/emit/emit.h"
 
@@ -15,8 +17,8 @@ extern const char casadi_body[];
 struct port {
     const char *name;
     int rows, columns, place, stride;
-    const bool *is_there; /* rows x columns, NULL: all */
-    bool is_empty;        /* there is none */
+    const bool *is_there; /* rows x columns, whether an entry may be nonzero; NULL: all may */
+    bool is_empty;        /* it has no values */
 };
 
 struct ports {
@@ -30,7 +32,7 @@ struct writer {
     struct plan *plan;
     struct text *text;
     const char *name;
-    const char **patterns; /* texts of those that are printed */
+    const char **patterns; /* texts of the patterns printed so far */
     int pattern_count, pattern_capacity;
 };
 
@@ -74,7 +76,7 @@ static const char *pattern_text(struct memory *memory, const struct port *port) 
     return text.data;
 }
 
-/* The number of a pattern, which is printed when it is a new one. */
+/* The number of a pattern, which is printed if it is new. */
 static int put_pattern(struct writer *w, const struct port *port) {
     const char *pattern = pattern_text(w->plan->memory, port);
     for (int i = 0; i < w->pattern_count; i++)
@@ -108,7 +110,7 @@ static void put_ports(struct writer *w, const char *name, const char *what, cons
     text_add(w->text, "};\n");
 }
 
-/* The table and the functions of `name`, which NAME_compute computes; its inputs have a table already. */
+/* Prints the table and the functions of `name`. NAME_compute computes it; its inputs have a table already. */
 static void put_function(struct writer *w, const char *name, const char *in_table, int in_count,
                          const struct ports *out, int value_count, int work_count) {
     put_ports(w, name, "out", out);
@@ -118,7 +120,7 @@ static void put_function(struct writer *w, const char *name, const char *in_tabl
     text_add(w->text, "CASADI_FUNCTION(%s, %s_table)\n\n", name, name);
 }
 
-/* Of a Jacobian, which has inputs of its own. */
+/* Prints a Jacobian, which has inputs of its own. */
 static void put_jacobian_function(struct writer *w, const char *name, const struct ports *in,
                                   const struct ports *out, int value_count, int work_count) {
     put_ports(w, name, "in", in);
@@ -126,12 +128,12 @@ static void put_jacobian_function(struct writer *w, const char *name, const stru
                  work_count);
 }
 
-/* Of struct NAME_parameters, with what prepare computes. */
+/* Number of doubles in struct NAME_parameters, including the values that `prepare` computes. */
 static int doubles_of_parameters(const struct plan *plan) {
     return plan->parameter_count + plan->prepare.out_count;
 }
 
-/* What a function of the model reads; `is_step`: h, too. */
+/* Lists the arguments of a function of the model; `is_step`: also h. */
 static void list_inputs(const struct plan *plan, bool is_step, struct ports *ports) {
     const int n = plan->tree->count;
     *ports = (struct ports){.memory = plan->memory};
@@ -144,12 +146,12 @@ static void list_inputs(const struct plan *plan, bool is_step, struct ports *por
     add_port(ports, "parameters", plan->parameter_count, 1);
 }
 
-/* The name of the derivatives by an input, as d_qdd has them. */
+/* The name of the derivatives with respect to an input, as in d_qdd. */
 static const char *block_of_input(const char *input) {
     return !strcmp(input, "inputs") ? "x" : !strcmp(input, "parameters") ? "p" : input;
 }
 
-/* Behind the inputs of a Jacobian stand the outputs of its function, which it does not read. */
+/* The inputs of a Jacobian are followed by the outputs of its function, which it does not read. */
 static void add_outputs_to_inputs(struct writer *w, struct ports *in, const struct ports *out) {
     for (int i = 0; i < out->count; i++)
         add_port(in, memory_format(w->plan->memory, "out_%s", out->list[i].name), out->list[i].rows,
@@ -157,7 +159,7 @@ static void add_outputs_to_inputs(struct writer *w, struct ports *in, const stru
             ->is_empty = true;
 }
 
-/* A block of a Jacobian: there is none until its place is set. */
+/* A block of a Jacobian, empty until its place is set. */
 static struct port *add_block(struct writer *w, struct ports *blocks, const struct port *out,
                               const struct port *in) {
     struct port *block = add_port(blocks, memory_format(w->plan->memory, "jac_%s_%s", out->name, in->name),
@@ -177,8 +179,8 @@ static void set_block(struct port *block, int place, int stride, const bool *is_
 
 /* Those that are no functions of the state, or that need what `constrained` gives. */
 static bool is_for_casadi(const struct function *function) {
-    static const char *const others[] = {"breaks", "switches", "pace",           "event_terms",
-                                         "start",  "anchor",   "tangent_vectors", "required"};
+    static const char *const others[] = {"breaks", "switches",        "pace",    "event_terms", "start",
+                                         "anchor", "tangent_vectors", "required"};
     return !function->takes_motion && strncmp(function->quantity, "d_", 2) != 0 &&
            text_index(function->quantity, others, sizeof others / sizeof *others) < 0;
 }
@@ -371,7 +373,7 @@ static void put_end_of_renaming(struct writer *w, const char *what) {
     text_add(w->text, "#undef %s_%s\n", w->name, what);
 }
 
-/* All that the model's own files have for others. */
+/* Applies `put` to all global names in the model's own files. */
 static void for_all_names(struct writer *w, void (*put)(struct writer *w, const char *what)) {
     static const char *const others[] = {"defaults", "prepare", "model", "limits", "spatial"};
     for (size_t i = 0; i < sizeof others / sizeof *others; i++)
@@ -392,7 +394,7 @@ static void put_includes(struct writer *w) {
     for_all_names(w, put_end_of_renaming);
 }
 
-/* The longest of the inputs that may be NULL. */
+/* The length of the longest input that may be NULL. */
 static int largest_input(const struct plan *plan) {
     const int n = plan->tree->count, k = plan->model->input_count, p = plan->parameter_count;
     const int larger = n > k ? n : k;
@@ -417,7 +419,7 @@ static void put_calls(struct writer *w) {
                       "    return 0;\n}\n\n");
 }
 
-/* Those that all functions of the state have, and all steps. */
+/* The inputs that all functions of the state share, and those of all steps. */
 static void put_inputs(struct writer *w) {
     struct ports in;
     list_inputs(w->plan, false, &in);

@@ -1,6 +1,5 @@
 /*
- * Files that stand beside those of a model where they are asked for: takes the emission of the model's own
- * files, adds them to the list behind these.
+ * Files in addition to those of a model, on request. They follow the model's own files in the list.
  */
 #include "gen/emit/emit.h"
 
@@ -39,11 +38,11 @@ static void add_pair(struct emission *x, const char *what,
 void emit_companions(struct emission *x) {
     if (x->plan->has_casadi) {
         struct text text = {.memory = x->plan->memory};
-        emit_casadi(x, &text); /* first: it includes all files that are there */
+        emit_casadi(x, &text); /* first, because it includes all files that are in the list */
         add(x, "_casadi.c", &text);
     }
     if (x->plan->has_step)
         add_pair(x, "step", emit_step);
-    if (x->plan->has_lanes) /* last: it gives the emission another name */
+    if (x->plan->has_lanes) /* last, because it changes the name in the emission */
         add_pair(x, "lanes", emit_lanes);
 }

@@ -1,6 +1,5 @@
 /*
- * The C text of expressions: takes nodes of the plan, gives C in which every rounding stands where the graph
- * has it.
+ * Prints expressions as C in which every rounding occurs where the graph has it.
  */
 #include "gen/emit/emit.h"
 #include "gen/graph/graph.h"
@@ -11,7 +10,7 @@ const char *emit_lane_function(enum operation operation) {
     return operation == OP_LESS ? "less" : operation == OP_WHERE ? "where" : operation_text(operation);
 }
 
-enum { WIDTH = 104 }; /* a line is broken after an operator from here on */
+enum { WIDTH = 104 }; /* a line is broken after an operator beyond this column */
 
 enum binding binding_of(const struct node *node) {
     switch (node->operation) {
@@ -31,7 +30,7 @@ static bool is_named(const struct emission *x, expression e) {
     return x->plan->is_statement[e] || x->plan->is_derived[e];
 }
 
-/* What is held in derivatives is the same value. */
+/* The operand of HOLD, which has the same value. */
 static expression behind_hold(const struct emission *x, expression e) {
     while (x->g->nodes[e].operation == OP_HOLD)
         e = x->g->nodes[e].operand[0];
@@ -71,7 +70,7 @@ static const char *row_array(struct emission *x) {
     return "lambda";
 }
 
-/* q[4 + 3 * e]: of the element that the loop is at. */
+/* q[4 + 3 * e]: the coordinate of the current element. */
 static void emit_element(struct emission *x, struct text *text, const struct symbol *s) {
     const struct frame *frame = &x->plan->rolled->frames[s->index];
     text_add(text, "%s[", coordinate_array(x, s->order));
@@ -79,7 +78,8 @@ static void emit_element(struct emission *x, struct text *text, const struct sym
     text_add(text, "]");
 }
 
-/* A loop's own variable; in a later loop what was kept of it, in a later piece what was left. */
+/* In its loop, a slot is the loop's own variable; in a later loop, the value kept from it; in a later
+ * piece, the value carried there. */
 static void emit_slot(struct emission *x, struct text *text, expression e) {
     const struct symbol *s = expr_as_symbol(x->g, e);
     const bool is_kept =
@@ -127,7 +127,7 @@ static void emit_symbol(struct emission *x, struct text *text, expression e) {
     }
 }
 
-/* Is its text a number of C even in lanes, since it is made of numbers alone? */
+/* Returns whether its text is a plain number even in lanes, because it consists of numbers alone. */
 static bool is_plain_number(const struct emission *x, expression e) {
     const struct node *node = &x->g->nodes[e];
     const int arity = operation_arity(node->operation);
@@ -139,7 +139,7 @@ static bool is_plain_number(const struct emission *x, expression e) {
     return arity > 0 || node->operation == OP_NUMBER;
 }
 
-/* C makes vectors of numbers beside operators alone. */
+/* C converts a number to a vector only as the operand of an operator. */
 void emit_assigned(struct emission *x, struct text *text, expression e) {
     const bool is_wrapped = x->is_lanes && is_plain_number(x, e);
     text_add(text, is_wrapped ? "every_lane(" : "");
@@ -151,7 +151,7 @@ const char *emit_zero(const struct emission *x) {
     return x->is_lanes ? "every_lane(0.0)" : "0.0";
 }
 
-/* Each operator without a sign of its own is a function of the file's beginning. */
+/* An operator without a sign in C is a function at the beginning of the file. */
 static void emit_lane_call(struct emission *x, struct text *text, const struct node *node) {
     x->uses_operation[node->operation] = true;
     text_add(text, "%s_lanes(", emit_lane_function(node->operation));

@@ -1,5 +1,5 @@
 /*
- * The header and the tables of a model: what it is, how coordinates are ordered, what each function costs.
+ * The header of a model: what the model is, the order of its coordinates, and the cost of each function.
  */
 #include "gen/emit/emit.h"
 #include "gen/tree/tree.h"

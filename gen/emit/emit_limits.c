@@ -1,6 +1,6 @@
 /*
- * The table of limits of joints, for who plans or controls: declared in the header, where a model has limits.
- * Takes the tree, gives NAME_limits, one entry for each joint that has some.
+ * The table NAME_limits of joint limits, for planning and control. It has one entry for each joint with
+ * limits; the header declares it if there are any.
  */
 #include "gen/emit/emit.h"
 

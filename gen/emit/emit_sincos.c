@@ -1,23 +1,24 @@
 /*
- * Sines and cosines of the coordinates that are angles: all of a call in one pass, which compilers turn into
- * vector instructions. Takes the function that is printed, gives the range of coordinates, the pass as C
- * text, and its results as entries of two arrays. Angles that are no plain coordinate are left to libm, and
- * so are functions of few angles, where sine and cosine of libm in pairs are as fast.
+ * Sines and cosines of the coordinates that are angles: all angles of a call in one pass, which compilers
+ * turn into vector instructions. Input: the current function. Output: the range of coordinates, the pass as C
+ * text, and its results as entries of two arrays. Angles other than a plain coordinate use libm. Functions of
+ * few angles do so, too, because libm is as fast there for pairs of sine and cosine.
  *
  * Reduction: W. J. Cody and W. Waite, Software Manual for the Elementary Functions, 1980, ch. 8, with pi/2 in
- * three parts: 37, 35 and 53 bits, so that the products with multiples below 2^16 are exact in the first two;
- * what the last subtraction rounds away is carried on as `low`. That needs sums which are rounded one by one.
- * Compilers may be allowed to reorder them (-funsafe-math-optimizations, -fassociative-math): each sum that
- * must not be reordered is kept by `rounded`. Where doubles are not rounded to doubles at all, as on the x87
- * unit (FLT_EVAL_METHOD of C11, 5.2.4.2.2), the pass is left to libm. Polynomials: tests/minimax.py, relative
- * error 4e-18 and 5e-20 on |x| <= pi/4. tests/test_sincos.py derives them again and measures the whole: at
- * most 0.82 units in the last place.
+ * three parts: 37, 35 and 53 bits, so that the products of the first two with multiples below 2^16 are exact;
+ * the rounding error of the last subtraction is carried on as `low`. This requires sums that are rounded one
+ * by one. Compilers may be allowed to reorder sums (-funsafe-math-optimizations, -fassociative-math):
+ * `rounded` protects each sum that must keep its order. Where doubles are not rounded to doubles at all, as
+ * on the x87 unit (FLT_EVAL_METHOD of C11, 5.2.4.2.2), libm replaces the pass.
+ *
+ * Polynomials: tests/minimax.py, relative error 4e-18 and 5e-20 on |x| <= pi/4. tests/test_sincos.py derives
+ * them again and measures the total error: at most 0.82 units in the last place.
  */
 #include "gen/emit/emit.h"
 
-enum { LARGEST = 100000 }; /* [rad] beyond, and for what is no number, libm is asked */
+enum { LARGEST = 100000 }; /* [rad] larger angles, and values that are not numbers, use libm */
 
-/* Where the same text stands: in a loop over a block of angles, or once for a vector of lanes. */
+/* The texts that differ between a loop over a block of angles and a single vector of lanes. */
 struct form {
     const char *name, *number, *indent, *angle;
 };
@@ -46,7 +47,7 @@ static void put_polynomials(struct text *text, const struct form *form, const ch
     put_line(text, form, "    zz * (2.0875723479646543e-09 - z * 1.135965887716259e-11));");
 }
 
-/* Angles within an eighth of a turn, as those of bending mostly are, need no reduction. */
+/* Angles within an eighth of a turn, as most angles of bending are, need no reduction. */
 static void put_small(struct text *text, const struct form *form) {
     text_add(text, "    if (small) {\n        for (int i = 0; i < %d; i++) {\n", FEWEST_ANGLES);
     put_polynomials(text, form, form->angle);
@@ -54,7 +55,7 @@ static void put_small(struct text *text, const struct form *form) {
                    "            c[i] = level + (((1.0 - level) - half) + zz * C);\n        }\n");
 }
 
-/* One sum that has to be rounded by itself. */
+/* A sum that must be rounded separately. */
 static void put_sum(struct text *text, const struct form *form, const char *name, const char *sum) {
     text_add(text, "%sconst %s %s = %s_rounded(%s, ones);\n", form->indent, form->number, name, form->name,
              sum);
@@ -75,7 +76,7 @@ static void put_reduction(struct text *text, const struct form *form) {
     put_value(text, form, "low = left - rest");
 }
 
-/* Gives s and c of the angle from those of r. */
+/* Computes s and c of the angle from those of r. */
 static void put_quadrant(struct text *text, const struct form *form) {
     put_value(text, form, "sin_r = r + ((r * z) * S + low * level)");
     put_value(text, form, "cos_r = level + (((1.0 - level) - half) + (zz * C - r * low))");
@@ -98,9 +99,10 @@ static void put_reduced(struct text *text, const struct form *form) {
 }
 
 /*
- * From version 12 on gcc says whether it may reorder sums; its __builtin_assoc_barrier does not help where it
- * may, since loops that become vectors lose it. clang has an operation for it that costs nothing where sums
- * are not reordered. Elsewhere the bits pass a mask of ones that the compiler does not know.
+ * Since version 12, gcc says whether it may reorder sums. Its __builtin_assoc_barrier does not help if it
+ * may, because it is lost in loops that become vectors. clang has an operation for this purpose that costs
+ * nothing if sums are not reordered. With other compilers the bits pass a mask of ones that the compiler does
+ * not know.
  */
 static void put_rounded(const struct emission *x, struct text *text) {
     const char *number = x->number, *bits = x->is_lanes ? "lane_mask" : "unsigned long long";
@@ -135,7 +137,8 @@ static void put_libm(const struct emission *x, struct text *text) {
              x->name, FEWEST_ANGLES);
 }
 
-/* Flags as wide as the angles, and one array written after the other, are vectors without further ado. */
+/* Compilers vectorise this form without further hints: flags are as wide as the angles, and one array is
+ * written after the other. */
 static void put_block(const struct emission *x, struct text *text) {
     const int n = FEWEST_ANGLES;
     text_add(text,
@@ -174,8 +177,8 @@ static void put_block(const struct emission *x, struct text *text) {
              x->name, n, n);
 }
 
-/* FLT_EVAL_METHOD is 0 where doubles are rounded to doubles, and 1 or 16 where that holds for all but
- * narrower types. */
+/* FLT_EVAL_METHOD is 0 if doubles are rounded to doubles, and 1 or 16 if that is true for all but narrower
+ * types. */
 static void put_pass(const struct emission *x, struct text *text) {
     text_add(text,
              "#if defined(__FLT_EVAL_METHOD__) && \\\n"
@@ -209,8 +212,8 @@ void emit_sincos(struct emission *x, struct text *text) {
 
 /* ---- In lanes ---- */
 
-/* Each lane by itself, whatever stands in the others: where the angles of all lanes are small, the shorter
- * way gives the bits of the longer one with k = 0. */
+/* The result of a lane does not depend on the other lanes: if the angles of all lanes are small, the
+ * shorter way computes the bits of the longer one with k = 0. */
 static void put_lane_small(const struct emission *x, struct text *text) {
     const struct form form = {x->name, "lane", "    ", "x"};
     text_add(text,
@@ -238,7 +241,7 @@ static void put_lane_angle(const struct emission *x, struct text *text) {
                    "    *cosine = even * cos_r - turned * sin_r;\n}\n\n");
 }
 
-/* Reached by few angles, but by each lane alone. */
+/* Few angles need it, but each lane must be handled alone. */
 static void put_lane_repair(const struct emission *x, struct text *text) {
     const char *name = x->name;
     text_add(text,
@@ -263,8 +266,8 @@ static void put_lane_repair(const struct emission *x, struct text *text) {
              name, name);
 }
 
-/* Of a formula: what the sine and the cosine of one angle share is computed once, since compilers see it
- * before any branch. */
+/* The sine or cosine of a formula. The common part of both for one angle is computed once, because
+ * compilers see it before any branch. */
 static void put_lane_function(const struct emission *x, struct text *text, enum operation operation) {
     const char *name = x->name;
     if (!x->uses_operation[operation])
@@ -316,7 +319,7 @@ void emit_lane_sincos(struct emission *x, struct text *text) {
 
 /* ---- In a function ---- */
 
-/* A vector of lanes is full with one angle: then the pass is of any number of them. */
+/* In lanes one angle fills a vector, so that the pass may have any number of angles. */
 void emit_begin_angles(struct emission *x) {
     const struct function *function = x->function;
     if (x->is_lanes)
@@ -338,7 +341,7 @@ static void emit_pass_call(const struct emission *x, struct text *text, int firs
              within, place, count);
 }
 
-/* In lanes a slide among them costs as much as an angle. */
+/* In lanes a sliding coordinate in the range costs as much as an angle. */
 void emit_angle_pass(struct emission *x, struct text *text) {
     const struct angle_range *angles = &x->angles;
     const int end = angles->first + angles->count;

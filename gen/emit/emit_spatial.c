@@ -1,6 +1,6 @@
 /*
- * The table of spatial Jacobians: NAME_spatial, which the header declares where points ask for them. Takes
- * the plan, gives which points they are, and both functions in the one form of refdyn_model.h.
+ * The table NAME_spatial of spatial Jacobians: the points that they belong to, and both functions with the
+ * signature of refdyn_model.h. The header declares it if points request it.
  */
 #include "gen/emit/emit.h"
 

@@ -1,5 +1,6 @@
 /*
- * The C text of splines: a table of pieces and a function each, the same search and polynomial as spline.c.
+ * The C text of splines: for each a table of pieces and a function, with the same search and polynomial as
+ * spline.c.
  */
 #include "gen/emit/emit.h"
 #include "gen/graph/graph.h"

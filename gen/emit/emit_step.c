@@ -1,7 +1,7 @@
 /*
- * Fixed steps of a model's motion with their derivatives: takes the plan, whose functions qdd and d_qdd a
- * step calls, gives NAME_step.h and NAME_step.c. What is the same for all models is in text/step_body.c.in,
- * behind the sizes and names of this one.
+ * Fixed steps of a model's motion with their derivatives. Input: the plan, whose functions qdd and d_qdd a
+ * step calls. Output: NAME_step.h and NAME_step.c. The sizes and names of the model come first;
+ * text/step_body.c.in, the part that is the same for all models, follows.
  */
 #include "gen/emit/emit.h"
 
@@ -18,7 +18,7 @@ struct step_part {
 enum { STEP_PARTS = 5 };
 
 static const struct array *part_of_derivatives(const struct plan *plan, const char *name) {
-    const struct function *function = plan_find_function(plan, "d_qdd"); /* which a step brings */
+    const struct function *function = plan_find_function(plan, "d_qdd"); /* a step requests it */
     for (int i = 0; i < function->array_count; i++)
         if (!strcmp(function->arrays[i].name, name))
             return &function->arrays[i];
@@ -148,7 +148,7 @@ static void put_header(const struct emission *x, struct text *text) {
 
 /* ---- The source ---- */
 
-/* A part of d_qdd that may be absent. */
+/* Access to a part of d_qdd that may be absent. */
 static void put_access(const struct emission *x, struct text *text, const char *function, const char *part,
                        bool is_there) {
     text_add(text, "static const double *%s(const step_derivatives *d) {\n", function);

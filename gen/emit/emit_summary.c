@@ -1,5 +1,5 @@
 /*
- * What was read and what was emitted, for people: the texts of `refdyn check` and `refdyn gen`.
+ * Describes the model and the emitted functions for people: the texts of `refdyn check` and `refdyn gen`.
  */
 #include "gen/plan/plan.h"
 #include "gen/tree/tree.h"
@@ -60,7 +60,7 @@ void gen_print_summary(const struct generation *gen, FILE *out) {
         fprintf(out, "%s: %zu bytes\n", plan->files[i].name, plan->files[i].length);
 }
 
-/* Of its bodies and its beam. */
+/* The mass of its bodies and its beam. */
 static double link_mass(const struct generation *gen, const struct link *link) {
     double mass = 0;
     for (int i = 0; i < link->beam.segment_count; i++) {

@@ -1,5 +1,5 @@
 /*
- * The constant tables of a model: names, units, defaults, the tree, and all functions in the one form of
+ * The constant tables of a model: names, units, defaults, the tree, and all functions with the signature of
  * refdyn_model.h.
  */
 #include "gen/emit/emit.h"
@@ -24,7 +24,7 @@ static void emit_coordinate(struct emission *x, struct text *text, int i) {
     emit_name_entry(text, frame->name, frame->joint.is_revolute ? "rad" : "m", start);
 }
 
-/* One macro for the names of an element. */
+/* One macro for the names in an element. */
 static void emit_run_macro(struct emission *x, struct text *text, const struct element_run *run, int index) {
     char digits[32];
     text_add(text, "#define ELEMENT_%d(e)", index + 1);
@@ -107,7 +107,7 @@ static int *coordinate_indices(struct emission *x, const char **names, int count
     return indices;
 }
 
-/* Position of each anchored parameter among the emitted ones. */
+/* The position of each anchored parameter among the emitted ones. */
 static int *anchored_indices(struct emission *x) {
     const struct plan *plan = x->plan;
     int *indices = memory_get(plan->memory, ((size_t)plan->anchored_count + 1) * sizeof *indices);
@@ -117,7 +117,7 @@ static int *anchored_indices(struct emission *x) {
     return indices;
 }
 
-/* Place in p of a value of parameters alone, -1: no emitted function reads it. */
+/* The place in p of a value of parameters alone; -1: no emitted function reads it. */
 static int place_in_parameters(const struct plan *plan, expression e) {
     for (int i = 0; i < plan->prepare.out_count; i++)
         if (plan->prepare.arrays->singles[i].value == e)
@@ -170,12 +170,12 @@ static void emit_rows_and_points(struct emission *x, struct text *text) {
     }
 }
 
-/* "(const lane *)(const void *)": doubles as what a function of lanes takes. */
+/* "(const lane *)(const void *)": converts doubles to the argument of a function for lanes. */
 static const char *as_numbers(const struct emission *x, const char *qualifier) {
     return x->is_lanes ? memory_format(x->plan->memory, "(%slane *)(%svoid *)", qualifier, qualifier) : "";
 }
 
-/* Place of a parameter in p, -1: no emitted function reads it. */
+/* The place of a parameter in p; -1: no emitted function reads it. */
 static int place_of_parameter(const struct plan *plan, int parameter) {
     for (int i = 0; i < plan->parameter_count; i++)
         if (plan->parameters[i] == parameter)
@@ -249,7 +249,7 @@ static void emit_adapter(struct emission *x, struct text *text, const struct fun
     text_add(text, "out);\n}\n\n");
 }
 
-/* The same functions behind the one form that the table has. */
+/* Adapts each function to the one signature of the table. */
 void emit_adapters(struct emission *x, struct text *text) {
     if (x->plan->prepare.out_count)
         text_add(text,
@@ -325,7 +325,7 @@ void emit_table_of_functions(struct emission *x, struct text *text) {
     text_add(text, "};\n#undef SET\n");
 }
 
-/* Operations of one call, a division as four, a function as ten; 0: it is not emitted. */
+/* Operations of one call: a division counts as four, a function as ten; 0: it is not emitted. */
 static long cost_of(const struct plan *plan, const char *quantity) {
     for (int f = 0; f < plan->function_count; f++) {
         const struct operation_count *count = &plan->functions[f].operations;

@@ -1,9 +1,9 @@
 /*
- * Bytes of local arrays of emitted functions, which a caller with a small stack wants to know. Takes the text
- * of a function and the functions that it calls, gives bytes; header and summary print them.
+ * Bytes of local arrays of emitted functions, for callers with a small stack. Input: the text of a function
+ * and of the functions that it calls. The header and the summary print the result.
  *
- * They are counted in the text, where a declaration stands on a line of its own: `double NAME[COUNT], ...;`.
- * Values that one piece of a long function hands to the next are members of a local struct, and look the
+ * The count reads the text, in which each declaration has a line of its own: `double NAME[COUNT], ...;`.
+ * Values that one piece of a long function passes to the next are members of a local struct and look the
  * same.
  */
 #include "gen/emit/emit.h"
@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Numbers of one line "name[count], name;", 0 for a line that gives a value to what it declares. */
+/* Numbers declared by a line "name[count], name;"; 0 for a line that also assigns a value. */
 static long declared_numbers(const char *line, const char *end) {
     long numbers = 0;
     if (memchr(line, '=', (size_t)(end - line)))
@@ -37,7 +37,7 @@ long local_arrays_count_bytes(const char *text) {
     return numbers * (long)sizeof(double);
 }
 
-/* Of a function and all that it calls; a result that is copied from is an array, too. */
+/* Bytes of a function and all that it calls; a result from which a part is copied is a local array, too. */
 long local_arrays_bytes(const struct emission *x, const struct function *function) {
     long bytes = x->own_bytes[function - x->plan->functions];
     for (int i = 0; i < function->part_count; i++) {

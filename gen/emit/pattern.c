@@ -1,7 +1,8 @@
 /*
- * Which entries of a result may be other than zero: takes a planned function and the number of one of its
- * arrays, gives a flag for each entry. Straight code tells entry by entry; loops over pairs of coordinates
- * leave those where neither coordinate leads to the other; all other loops are taken to fill their array.
+ * Determines which entries of an array may be nonzero. Input: a planned function and the number of one of its
+ * arrays. Result: a flag for each entry. Straight-line code is examined entry by entry. Loops over pairs of
+ * coordinates leave an entry zero if neither coordinate carries the other. All other loops are assumed to
+ * fill their array.
  */
 #include "gen/emit/emit.h"
 
