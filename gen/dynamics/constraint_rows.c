@@ -1,4 +1,4 @@
-/* Programme constraints: see constraints.h. */
+/* Programme constraints: from residuals in symbols to the rows of the motion equations. */
 #include "gen/dynamics/dynamics.h"
 #include "gen/base/base.h"
 
@@ -10,8 +10,8 @@ expression constraints_position_gain(struct graph *g, const struct row *row) {
     return expr_apply1(g, OP_POSITION_GAIN, expr_mul(g, row->beta, row->beta));
 }
 
-/* k = -v - 2 alpha psi - beta^2 phi (theory, sect. 6.3). phi is 0 in a velocity row, psi, too, in an
- * acceleration row. */
+/* k = -v - 2 alpha psi - beta^2 phi (theory, sect. 6.3). phi is 0 in a velocity row; in an acceleration
+ * row psi is 0, too. */
 static void stabilise(const struct kinematics *k, int index, struct row_terms *terms) {
     struct graph *g = k->g;
     const struct row *row = &k->model->rows[index];
@@ -30,7 +30,8 @@ static void name_row(const struct kinematics *k, int index, const struct row_ter
         graph_name_value(k->g, values[i], memory_format(k->memory, "row_%d_%s", index + 1, names[i]));
 }
 
-/* A coefficient that is the entry of a point's C is called after the point: other rows may have it, too. */
+/* A coefficient that equals an entry of a point's C is named after the point, because other rows may have
+ * it, too. */
 static const char *coefficient_name(const struct kinematics *k, int index, int j, expression e) {
     static const char axes[3] = "xyz";
     const char *frame = k->tree->frames[j].name;
@@ -41,8 +42,8 @@ static const char *coefficient_name(const struct kinematics *k, int index, int j
     return memory_format(k->memory, "row_%d_u_%s", index + 1, frame);
 }
 
-/* Position: psi = d(phi)/dt, v = d(psi)/dt at qdd = 0; velocity: v = d(psi)/dt; acceleration: v is the
- * residual at qdd = 0; u by the symbols of the row's own order. Theory, sect. 6.1. */
+/* Position: psi = d(phi)/dt, v = d(psi)/dt at qdd = 0. Velocity: v = d(psi)/dt. Acceleration: v is the
+ * residual at qdd = 0. u is the derivative by the symbols of the row's own order. Theory, sect. 6.1. */
 static struct row_terms derive_row(const struct kinematics *k, int index) {
     static const char *const formulas[] = {
         "row %d, of positions: psi' = u qdd + v, k = -v - 2 alpha psi - beta^2 phi (6.1, 6.3)",

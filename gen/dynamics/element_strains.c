@@ -1,4 +1,4 @@
-/* Symmetric springs and dampers of an element's three turns: see dynamics.h. */
+/* Springs and dampers of an element's three turns in a symmetric form (theory, sect. 3.4). */
 #include "gen/dynamics/dynamics.h"
 
 #include "gen/graph/graph.h"

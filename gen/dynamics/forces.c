@@ -1,4 +1,4 @@
-/* Applied forces: see dynamics.h. */
+/* Applied forces: springs, dampers and the forces of the author (theory, sect. 4.9). */
 #include "gen/dynamics/dynamics.h"
 #include "gen/base/base.h"
 
@@ -66,8 +66,8 @@ static struct vector load_column(const struct kinematics *k, const struct load *
     return still;
 }
 
-/* Forces that name q_j and sum of F . C_j and of T . e_j: theory, sect. 4.9. F: by load, in terms of the
- * coordinates. */
+/* Adds forces that name q_j and the sum of F . C_j and of T . e_j: theory, sect. 4.9. F is by load, in
+ * terms of the coordinates. */
 static void add_named(const struct kinematics *k, const struct named_forces *named, const struct vector *F,
                       int j, struct applied *applied) {
     struct graph *g = k->g;
@@ -93,7 +93,7 @@ static void apply_forces(const struct kinematics *k, const struct named_forces *
     add_named(k, named, F, j, applied);
 }
 
-/* The same of an element's strains: theory, sect. 3.4. */
+/* The same for an element's strains: theory, sect. 3.4. */
 static void apply_strained(const struct kinematics *k, const struct named_forces *named,
                            const struct vector *F, int j, struct applied *applied) {
     struct graph *g = k->g;
@@ -136,8 +136,8 @@ expression forces_energy(const struct kinematics *k) {
 }
 
 /*
- * dC_j/dq_i: the joint nearer to the ground, if revolute, turns the column of the farther one, e x C; the
- * axis of a torque is turned by nearer joints alone. Theory, sect. 7.3.
+ * dC_j/dq_i: of two joints the nearer to the ground, if revolute, turns the column of the farther one, e x C.
+ * Only nearer joints turn the axis of a torque. Theory, sect. 7.3.
  */
 static struct vector column_change(const struct kinematics *k, const struct load *load, int j, int i) {
     const struct vector still = {{0, 0, 0}};
@@ -169,7 +169,7 @@ static void add_load_tangent(const struct kinematics *k, const struct load *load
         }
 }
 
-/* Row i of dQ/dq of springs. */
+/* Sets row i of dQ/dq of springs. */
 static void set_spring_tangent(const struct kinematics *k, int i, expression *row) {
     if (element_strains_has(k, i))
         element_strains_derivatives(k, i, 0, true, row + element_strains_first(k, i));
@@ -210,7 +210,7 @@ expression *forces_printed_rates(const struct kinematics *k) {
     const struct named_forces named = forces_collect(k);
     expression *extra = new_values(k, (size_t)n);
     graph_remark(g, "printed form: sum_j qd_j dQ_j/dqd_i (9)");
-    for (int i = 0; i < n; i++) /* dampers: -D qd with a symmetric D gives itself */
+    for (int i = 0; i < n; i++) /* dampers: -D qd with a symmetric D is its own extra term */
         extra[i] = element_strains_has(k, i)
                        ? element_strains_force(k, i, STRAIN_VISCOUS)
                        : expr_neg(g, expr_mul(g, k->tree->frames[i].joint.damping, rate(k, i)));

@@ -1,4 +1,4 @@
-/* Mass matrix, bias forces, gravity and energy from the tips inward: see dynamics.h. */
+/* Mass matrix, bias forces, gravity and energy, from the tips inward (theory, sect. 4.5 to 4.11). */
 #include "gen/dynamics/dynamics.h"
 #include "gen/base/base.h"
 
@@ -54,13 +54,13 @@ struct wrench wrench_to_parent(const struct kinematics *k, int i, struct wrench 
     return wrench_shift(k->g, k->joints[i].shift, turned);
 }
 
-/* e . wrench: the part that the joint's coordinate feels. */
+/* e . wrench: the component that acts on the joint's coordinate. */
 static expression on_joint(const struct kinematics *k, int i, struct wrench w) {
     const struct joint *joint = &k->tree->frames[i].joint;
     return joint->is_revolute ? w.moment.at[joint->axis] : w.force.at[joint->axis];
 }
 
-/* What a sum over all beyond a joint consists of, and how its values are called. */
+/* The summands of a sum over everything beyond a joint, and the names of its values. */
 struct inward_sum {
     struct wrench (*own)(const struct kinematics *k, int i);
     const char *moment_name, *force_name, *what;
@@ -88,8 +88,8 @@ static expression *sum_inward(const struct kinematics *k, const struct inward_su
 }
 
 /*
- * w x J w from products of the components of w, which B has anyway; two equal principal moments leave nothing
- * behind. Theory, sect. 4.7.
+ * w x J w from products of the components of w, which B needs anyway; terms of two equal principal moments
+ * vanish. Theory, sect. 4.7.
  */
 static struct vector gyroscopic_moment(struct graph *g, struct tensor J, struct vector w) {
     struct vector moment;
@@ -181,9 +181,9 @@ struct wrench wrench_of_unit(const struct kinematics *k, int i, const struct ine
     return (struct wrench){vector_cross(g, mc, axis), vector_scale(g, beyond->mass, axis)};
 }
 
-/* M_ij = e_j . W_i, W_i moved from joint to joint, and the rotor's inertia in M_ii (theory, sect. 4.6). Each
- * column follows its composite at once, since few later values read it and compilers then keep less in
- * registers. */
+/* M_ij = e_j . W_i, with W_i moved from joint to joint, and the rotor's inertia in M_ii (theory, sect.
+ * 4.6). Each column follows its composite directly: few later values read it, and compilers then keep less
+ * in registers. */
 static void derive_column(const struct kinematics *k, const struct inertia *composites, int i,
                           expression *M) {
     const int n = k->tree->count;
@@ -229,9 +229,9 @@ expression *dynamics_gravity_forces(const struct kinematics *k, const struct ine
 }
 
 /*
- * dg_i/dq_j = -(grav x e_i) . Delta_j for a revolute i on the way from j to the ground, Delta_j the change of
- * the mass moment beyond joint j by q_j: theory, sect. 4.8. In the ground frame nothing is moved from joint
- * to joint.
+ * dg_i/dq_j = -(grav x e_i) . Delta_j for a revolute i on the way from j to the ground, where Delta_j is the
+ * change of the mass moment beyond joint j by q_j: theory, sect. 4.8. In the ground frame nothing is moved
+ * from joint to joint.
  */
 expression *dynamics_gravity_tangent(const struct kinematics *k, const struct inertia *composites) {
     struct graph *g = k->g;
@@ -267,8 +267,8 @@ static struct wrench momentum(const struct kinematics *k, int i) {
 
 /*
  * s_i = dEk/dq_i = (w x e) . L + (v x e) . p of a revolute joint, (w x e) . p of a prismatic one: theory,
- * sect. 4.11. With the momentum p_i = X_i . L of coordinate i, dp_i/dt = dX_i/dt . L + X_i . dL/dt and, at
- * qdd = 0, dp_i/dt - dEk/dq_i = c_i = X_i . dL/dt, so that dX_i/dt . L is left for dEk/dq_i.
+ * sect. 4.11. With the momentum p_i = X_i . L of coordinate i, dp_i/dt = dX_i/dt . L + X_i . dL/dt, and at
+ * qdd = 0 dp_i/dt - dEk/dq_i = c_i = X_i . dL/dt, so that dEk/dq_i = dX_i/dt . L.
  */
 static expression printed_term(const struct kinematics *k, int i, struct wrench L) {
     struct graph *g = k->g;

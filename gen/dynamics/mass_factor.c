@@ -1,10 +1,10 @@
 /*
  * The solution of M x = f with M written out: M = L^T D L, then substitutions (theory, sect. 5.7;
- * Featherstone, Rigid Body Dynamics Algorithms, 2008, sect. 6.5). Declared in dynamics.h.
+ * Featherstone, Rigid Body Dynamics Algorithms, 2008, sect. 6.5).
  *
- * Takes M, gives x for right sides f. M_ij is zero unless one of both joints carries the other; the
- * factorisation goes from the tips inward, so that L has no entry where M has none. For trees without loops
- * over equal elements.
+ * Input: M and right sides f. Result: x. M_ij is zero unless one of both joints carries the other. The
+ * factorisation proceeds from the tips inward, so that L has no entry where M has none. For trees without
+ * loops over equal elements.
  */
 #include "gen/dynamics/dynamics.h"
 #include "gen/base/base.h"

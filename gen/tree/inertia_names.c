@@ -1,13 +1,13 @@
 /*
  * Names of inertias among the derived parameters of the emitted C.
  *
- * Takes the expanded tree. Equal values are one value, so a name has to be true for all whose inertia it is:
- * that of the frame, of the beam's elements, or "shared" by several links. Declared in tree.h.
+ * Input: the expanded tree. Equal values are one value, so that its name must be true for all bodies with
+ * this inertia: the name of the frame, of the beam's elements, or "shared" for several links.
  */
 #include "gen/base/base.h"
 #include "gen/tree/tree.h"
 
-/* Whose inertia a value is, by handle. */
+/* The owners of an inertia's value, by handle. */
 struct owners {
     const struct frame *first;
     int link;
@@ -21,7 +21,7 @@ static void own(struct owners *of, int link, const struct frame *frame) {
     of->has_links |= of->link != link;
 }
 
-/* mass, moments and tensor in the order of struct inertia */
+/* mass, moments and tensor, in the order of struct inertia */
 enum { INERTIA_VALUES = sizeof(struct inertia) / sizeof(expression) };
 
 static void own_inertia(struct owners *owners, int link, const struct frame *frame,
@@ -31,8 +31,8 @@ static void own_inertia(struct owners *owners, int link, const struct frame *fra
         own(&owners[values[i]], link, frame);
 }
 
-/* "arm_psi"; "arm_element" or "arm_half_element" of several elements of one beam; "shared" of several links.
- */
+/* "arm_psi" for one frame, "arm_element" or "arm_half_element" for several elements of one beam, "shared"
+ * for several links. */
 static const char *owner_name(const struct expansion *x, const struct owners *of) {
     const char *link = x->model->links[of->link].name;
     if (of->has_links)

@@ -1,11 +1,11 @@
 /*
- * Joints about axes in any direction: see tree.h.
+ * Joints about axes in any direction.
  *
- * With a = (x, y, z) of length 1 in axes of which the last is the one to be turned, the columns of the
- * rotation are (1 + s x x f, s x y f, -s x), (x y f, s + y y f, -y) and a, where s is the sign of z and
- * f = -1 / (s + z): T. Duff et al., Building an Orthonormal Basis, Revisited (Journal of Computer Graphics
- * Techniques 6, 2017). It is a rotation for each a, whatever values parameters take; which one, does not
- * matter, since the joint's turn about a commutes with what it leaves open.
+ * With a = (x, y, z) of length 1, where the last axis is the one to be turned, the columns of the rotation
+ * are (1 + s x x f, s x y f, -s x), (x y f, s + y y f, -y) and a, where s is the sign of z and f = -1 / (s +
+ * z): T. Duff et al., Building an Orthonormal Basis, Revisited (Journal of Computer Graphics Techniques 6,
+ * 2017). It is a rotation for each a, for all values of parameters. Any rotation that turns the axis onto a
+ * will do, because two of them differ by a turn about a, which commutes with the joint's own.
  */
 #include "gen/tree/tree.h"
 #include "gen/base/base.h"
@@ -13,8 +13,8 @@
 #include <math.h>
 #include <string.h>
 
-/* The frame's axis that the direction is nearest to, with the values that parameters have now; the joint's
- * own one where others are as near. Along an axis of the frame the rotation is 1, or half a turn. */
+/* The frame's axis nearest to the direction, for the present values of parameters; the joint's own axis if
+ * others are equally near. For a direction along an axis of the frame the rotation is 1 or half a turn. */
 static int nearest_axis(const struct expansion *x, const struct joint *joint) {
     double along[3];
     int nearest = joint->axis;
@@ -60,8 +60,8 @@ static void transpose(const expression matrix[9], expression transposed[9]) {
         transposed[i] = matrix[i % 3 * 3 + i / 3];
 }
 
-/* Turned back behind one joint and forth before the next one about the same direction, a frame is not turned
- * at all: exactly 1, so that parallel axes stay parallel. */
+/* If two consecutive joints have the same direction, the rotation back after one and the rotation before
+ * the next cancel. The frame is then not turned: exactly 1, so that parallel axes stay parallel. */
 static void turn_placement(struct graph *g, struct placement *placement, const struct matrix *turn) {
     struct placement inner = placement_identity();
     expression back[9];

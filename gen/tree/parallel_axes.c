@@ -1,4 +1,4 @@
-/* Frames that keep their axes: see tree.h. */
+/* Marks frames that keep their axes while their bodies turn about parallel axes (theory, sect. 4.12). */
 #include "gen/tree/tree.h"
 #include "gen/base/base.h"
 
@@ -9,7 +9,7 @@ static bool is_unturned(const struct frame *frame) {
     return !memcmp(frame->placement.rotation, identity.rotation, sizeof identity.rotation);
 }
 
-/* Is frame i an element of a beam, or the beam's own frame, which is the first element? */
+/* Returns whether frame i is an element of a beam, or the beam's own frame, which is the first element. */
 static bool belongs_to_beam(const struct tree *tree, int i) {
     bool belongs = tree->frames[i].element > 0;
     for (int j = i + 1; j < tree->count; j++)
@@ -17,7 +17,7 @@ static bool belongs_to_beam(const struct tree *tree, int i) {
     return belongs;
 }
 
-/* The axis about which all frames of one element of a run turn, -1: none. */
+/* The axis about which all frames of one element of a run turn; -1: none. */
 static int axis_of_element(const struct tree *tree, int entry) {
     const int axis = tree->frames[entry + 1].joint.axis;
     for (int i = entry + 1; tree->frames[i].kind == FRAME_JOINT; i++) {
@@ -29,7 +29,7 @@ static int axis_of_element(const struct tree *tree, int entry) {
     return axis;
 }
 
-/* The axis about which the body of frame i turns, while its frame may keep its axes, -1: none. */
+/* The axis about which the body of frame i turns while the frame may keep its axes; -1: none. */
 static int axis_of(const struct tree *tree, int i) {
     while (tree->frames[i].run >= 0 && tree->frames[i].kind != FRAME_ENTRY)
         i--;
@@ -39,7 +39,7 @@ static int axis_of(const struct tree *tree, int i) {
     return frame->joint.is_revolute && !belongs_to_beam(tree, i) ? frame->joint.axis : -1;
 }
 
-/* Does frame i turn about the axis about which its carrier's body turned? */
+/* Returns whether frame i turns about the axis about which its carrier's body turned. */
 static bool goes_on(const struct tree *tree, int i) {
     const struct frame *frame = &tree->frames[i];
     const int axis = axis_of(tree, i);

@@ -1,6 +1,7 @@
 /*
- * From links to frames: one frame a coordinate, welds merged; rigid_finite_elements.c cuts beams.
- * Takes a checked model, gives the tree of tree.h. Formulas: theory, sect. 3.1 and 3.3.
+ * Expands links to frames: one frame for each coordinate, welds merged. rigid_finite_elements.c cuts beams.
+ *
+ * Input: a checked model. Formulas: theory, sect. 3.1 and 3.3.
  */
 #include "gen/tree/tree.h"
 #include "gen/base/base.h"
@@ -21,7 +22,7 @@ static double value_of(const struct expansion *x, expression e) {
     return parameters_evaluate(x->g, x->model->parameters, e);
 }
 
-/* The element that covers a place, with the parameters' values as they are when the C is generated. */
+/* The element that contains a place along the beam, for the present values of parameters. */
 static struct fixed_frame along_beam(const struct expansion *x, const struct carrier *carrier,
                                      expression along) {
     const double place = value_of(x, along);
