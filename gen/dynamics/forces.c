@@ -182,7 +182,7 @@ expression *forces_tangent(const struct kinematics *k) {
     const int n = k->tree->count;
     const struct named_forces named = forces_collect(k);
     expression *tangent = new_values(k, (size_t)n * (size_t)n);
-    graph_remark(g, "dQ/dq of springs and of what the model names, at qd = 0 (4.9, 7.3)");
+    graph_remark(g, "dQ/dq of springs and of the model's own forces, at qd = 0 (4.9, 7.3)");
     for (int i = 0; i < n; i++)
         set_spring_tangent(k, i, tangent + i * n);
     for (int f = 0; f < named.force_count; f++) {

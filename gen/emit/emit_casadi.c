@@ -343,15 +343,15 @@ static void put_named(struct writer *w, const char *what, const char *name, cons
 
 static void put_remarks(struct writer *w) {
     const struct plan *plan = w->plan;
-    text_add(
-        w->text,
-        "%s/*\n * Functions for CasADi 3.6 and later:\n"
-        " *     cc -O2 -fPIC -shared -I$REFDYN_INCLUDE %s_casadi.c -o lib%s_casadi.so -lm\n"
-        " * with the folder of refdyn_model.h, then\n"
-        " *     casadi.external(\"%s_qdd\", \"./lib%s_casadi.so\")\n"
-        " * Arguments: q, qd, t, inputs, parameters; a step has its length h behind t. %s_defaults gives the "
-        "model's values.\n",
-        emit_lead(plan->memory, w->name, "CasADi"), w->name, w->name, w->name, w->name, w->name);
+    text_add(w->text,
+             "%s/*\n * Functions for CasADi 3.6 and later:\n"
+             " *     cc -O2 -fPIC -shared -I$REFDYN_INCLUDE %s_casadi.c -o lib%s_casadi.so -lm\n"
+             " * where REFDYN_INCLUDE is the folder of refdyn_model.h, then\n"
+             " *     casadi.external(\"%s_qdd\", \"./lib%s_casadi.so\")\n"
+             " * Arguments: q, qd, t, inputs, parameters; a step has its length h after t. %s_defaults "
+             "returns the "
+             "model's values.\n",
+             emit_lead(plan->memory, w->name, "CasADi"), w->name, w->name, w->name, w->name, w->name);
     for (int i = 0; i < plan->tree->count && i < 20; i++)
         put_named(w, "q", plan->tree->frames[i].name, plan->tree->frames[i].joint.is_revolute ? "rad" : "m",
                   i);
@@ -385,7 +385,8 @@ static void for_all_names(struct writer *w, void (*put)(struct writer *w, const 
 }
 
 static void put_includes(struct writer *w) {
-    text_add(w->text, "\n/* The model's own functions, under other names: these are CasADi's. */\n");
+    text_add(w->text,
+             "\n/* The model's own functions, renamed, because CasADi's functions have their names. */\n");
     for_all_names(w, put_renaming);
     for (int i = 1; i < w->plan->file_count - w->plan->companion_count; i++) /* 0 is the header */
         text_add(w->text, "#include \"%s\"\n", w->plan->files[i].name);
@@ -403,7 +404,7 @@ static int largest_input(const struct plan *plan) {
 
 static void put_calls(struct writer *w) {
     const struct plan *plan = w->plan;
-    text_add(w->text, "/* The parameters, and what is derived from them. */\n"
+    text_add(w->text, "/* Copies the parameters and computes the values derived from them. */\n"
                       "static void casadi_take_parameters(const casadi_real *from, casadi_real *p) {\n");
     if (plan->parameter_count)
         text_add(w->text, "    memcpy(p, from, %d * sizeof *p);\n", plan->parameter_count);

@@ -66,7 +66,7 @@ static void emit_sizes(const struct emission *x, struct text *text) {
     } sizes[] = {{"n", "coordinates", plan->tree->count},
                  {"m", "constraint rows", plan->model->row_count},
                  {"parameter_count", "parameters that are read", plan->parameter_count},
-                 {"derived_count", "values behind them that prepare computes", plan->prepare.out_count},
+                 {"derived_count", "values that prepare computes after them", plan->prepare.out_count},
                  {"input_count", "inputs", plan->model->input_count},
                  {"point_count", "points of interest", plan->model->point_count},
                  {"course_count", "values to record with a motion", plan->model->course_count}};

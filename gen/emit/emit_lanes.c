@@ -17,21 +17,22 @@
 /* ---- Helpers of the emitted functions ---- */
 
 static void put_types(struct text *text) {
-    text_add(text,
-             "#if !defined(LANES) || (LANES != 1 && LANES != 2 && LANES != 4 && LANES != 8)\n"
-             "#error \"say how many motions stand side by side: -DLANES=2, 4 or 8, or 1 for tests\"\n#endif\n"
-             "/* Vectors are passed by value between functions that are inlined: how else differs with the "
-             "processor. */\n"
-             "#pragma GCC diagnostic ignored \"-Wpsabi\"\n#define INLINE static inline "
-             "__attribute__((always_inline))\n\n"
-             "#if LANES == 1\n"
-             "typedef double lane;\ntypedef long long lane_mask;\n#define AT(vector, l) (vector)\n"
-             "#else\n"
-             "typedef double lane __attribute__((vector_size(LANES * sizeof(double)), may_alias));\n"
-             "typedef long long lane_mask __attribute__((vector_size(LANES * sizeof(long long))));\n"
-             "#define AT(vector, l) (vector)[l]\n"
-             "#endif\n\n");
-    text_add(text, "/* A number in all lanes; - 0.0 changes none. */\n"
+    text_add(
+        text,
+        "#if !defined(LANES) || (LANES != 1 && LANES != 2 && LANES != 4 && LANES != 8)\n"
+        "#error \"define how many motions run side by side: -DLANES=2, 4 or 8, or 1 for tests\"\n#endif\n"
+        "/* Only inlined functions pass vectors by value: other conventions differ between "
+        "processors. */\n"
+        "#pragma GCC diagnostic ignored \"-Wpsabi\"\n#define INLINE static inline "
+        "__attribute__((always_inline))\n\n"
+        "#if LANES == 1\n"
+        "typedef double lane;\ntypedef long long lane_mask;\n#define AT(vector, l) (vector)\n"
+        "#else\n"
+        "typedef double lane __attribute__((vector_size(LANES * sizeof(double)), may_alias));\n"
+        "typedef long long lane_mask __attribute__((vector_size(LANES * sizeof(long long))));\n"
+        "#define AT(vector, l) (vector)[l]\n"
+        "#endif\n\n");
+    text_add(text, "/* A number in all lanes; subtracting 0.0 changes no number. */\n"
                    "INLINE lane every_lane(double number) {\n"
                    "    const lane zero = {0.0};\n    return number - zero;\n}\n\n");
 }

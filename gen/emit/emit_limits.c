@@ -17,7 +17,7 @@ void emit_limits_declaration(const struct emission *x, struct text *text) {
     const int count = count_limits(x);
     if (!count)
         return;
-    text_add(text, "/* Limits of joints, which no function here reads. */\n");
+    text_add(text, "/* Limits of joints; no function in this file reads them. */\n");
     text_add(text, "enum { %s_limit_count = %d };\n", x->name, count);
     text_add(text, "extern const struct refdyn_limits %s_limits[%d];\n\n", x->name, count);
 }

@@ -110,7 +110,7 @@ static void put_rounded(const struct emission *x, struct text *text) {
         text,
         "#ifdef __has_builtin\n#define HAS_BUILTIN(name) __has_builtin(name)\n"
         "#else\n#define HAS_BUILTIN(name) 0\n#endif\n"
-        "/* A sum as it is rounded, also where the compiler may reorder sums. */\n"
+        "/* A rounded sum, even if the compiler may reorder sums. */\n"
         "%s %s %s_rounded(%s sum, %s ones) {\n"
         "#if defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 12 && !defined(__ASSOCIATIVE_MATH__)\n"
         "    (void)ones;\n"
@@ -144,25 +144,25 @@ static void put_block(const struct emission *x, struct text *text) {
     text_add(text,
              "/* Sines and cosines of %d angles up to %d rad: x = k pi/2 + r, and two polynomials of r, "
              "minimax on\n"
-             "   |r| <= pi/4; error at most 0.82 units in the last place. Beyond, and for what is no number, "
-             "libm's. */\n"
+             "   |r| <= pi/4; error at most 0.82 units in the last place. For larger angles and values "
+             "that are not numbers libm. */\n"
              "static void %s_sincos_%d(const double *angle, double *sine, double *cosine) {\n",
              n, LARGEST, x->name, n);
-    text_add(
-        text,
-        "    const double whole = 6755399441055744.0; /* 1.5 2^52: beside it only whole numbers exist */\n"
-        "    const volatile unsigned long long mask = ~0ULL; /* volatile: not known while this is compiled "
-        "*/\n"
-        "    const unsigned long long ones = mask;\n"
-        "    double x[%d], s[%d], c[%d];\n"
-        "    long long small = 1, known = 1;\n"
-        "    for (int i = 0; i < %d; i++)\n"
-        "        x[i] = angle[i];\n"
-        "    for (int i = 0; i < %d; i++) {\n"
-        "        small &= fabs(x[i]) <= 0.785;\n"
-        "        known &= fabs(x[i]) <= %d.0;\n"
-        "    }\n",
-        n, n, n, n, n, LARGEST);
+    text_add(text,
+             "    const double whole = 6755399441055744.0; /* 1.5 2^52: doubles of this size are whole "
+             "numbers */\n"
+             "    const volatile unsigned long long mask = ~0ULL; /* volatile: unknown to the compiler "
+             "*/\n"
+             "    const unsigned long long ones = mask;\n"
+             "    double x[%d], s[%d], c[%d];\n"
+             "    long long small = 1, known = 1;\n"
+             "    for (int i = 0; i < %d; i++)\n"
+             "        x[i] = angle[i];\n"
+             "    for (int i = 0; i < %d; i++) {\n"
+             "        small &= fabs(x[i]) <= 0.785;\n"
+             "        known &= fabs(x[i]) <= %d.0;\n"
+             "    }\n",
+             n, n, n, n, n, LARGEST);
     const struct form form = {x->name, "double", "            ", "x[i]"};
     put_small(text, &form);
     text_add(text, "    } else if (known) {\n        for (int i = 0; i < %d; i++) {\n", n);
@@ -186,7 +186,7 @@ static void put_pass(const struct emission *x, struct text *text) {
     put_rounded(x, text);
     put_block(x, text);
     text_add(text,
-             "#else /* sums may be kept longer than doubles */\n"
+             "#else /* sums may be wider than doubles */\n"
              "static void %s_sincos_%d(const double *angle, double *sine, double *cosine) {\n"
              "    %s_sincos_libm(angle, sine, cosine);\n}\n#endif\n\n",
              x->name, FEWEST_ANGLES, x->name);
@@ -197,12 +197,12 @@ void emit_sincos(struct emission *x, struct text *text) {
     if (x->has_sincos)
         return;
     x->has_sincos = true;
-    text_add(text, "#ifndef REFDYN_GENERATED_%s_SINCOS /* parts may be compiled as one */\n", x->name);
+    text_add(text, "#ifndef REFDYN_GENERATED_%s_SINCOS /* parts may be compiled as one file */\n", x->name);
     text_add(text, "#define REFDYN_GENERATED_%s_SINCOS\n", x->name);
     put_libm(x, text);
     put_pass(x, text);
     text_add(text,
-             "/* Of `count` angles, %d at the least; the last block may overlap the one before. */\n"
+             "/* For `count` angles, at least %d; the last block may overlap the one before. */\n"
              "static void %s_sincos(const double *angle, double *sine, double *cosine, int count) {\n"
              "    for (int i = 0; i < count - %d; i += %d)\n"
              "        %s_sincos_%d(angle + i, sine + i, cosine + i);\n"
@@ -217,7 +217,7 @@ void emit_sincos(struct emission *x, struct text *text) {
 static void put_lane_small(const struct emission *x, struct text *text) {
     const struct form form = {x->name, "lane", "    ", "x"};
     text_add(text,
-             "/* The same bits, where the angles of all lanes are within an eighth of a turn. */\n"
+             "/* The same bits if the angles of all lanes are within an eighth of a turn. */\n"
              "INLINE void %s_small_angle(lane x, lane *sine, lane *cosine) {\n",
              x->name);
     put_polynomials(text, &form, form.angle);
@@ -227,15 +227,15 @@ static void put_lane_small(const struct emission *x, struct text *text) {
 
 static void put_lane_angle(const struct emission *x, struct text *text) {
     const struct form form = {x->name, "lane", "    ", "x"};
-    text_add(
-        text,
-        "/* Sine and cosine of an angle that is known, as those of %s.c. */\n"
-        "INLINE void %s_angle(lane x, lane *sine, lane *cosine) {\n"
-        "    const double whole = 6755399441055744.0; /* 1.5 2^52: beside it only whole numbers exist */\n"
-        "    const volatile long long mask = -1; /* volatile: not known while this is "
-        "compiled */\n"
-        "    const long long ones = mask;\n",
-        x->plan->model->name, x->name);
+    text_add(text,
+             "/* Sine and cosine of an angle within the range of the pass, computed as in %s.c. */\n"
+             "INLINE void %s_angle(lane x, lane *sine, lane *cosine) {\n"
+             "    const double whole = 6755399441055744.0; /* 1.5 2^52: doubles of this size are whole "
+             "numbers */\n"
+             "    const volatile long long mask = -1; /* volatile: unknown to the "
+             "compiler */\n"
+             "    const long long ones = mask;\n",
+             x->plan->model->name, x->name);
     put_reduced(text, &form);
     text_add(text, "    *sine = even * sin_r + turned * cos_r;\n"
                    "    *cosine = even * cos_r - turned * sin_r;\n}\n\n");
@@ -250,14 +250,14 @@ static void put_lane_repair(const struct emission *x, struct text *text) {
              "INLINE lane_mask %s_is_known(lane x) {\n"
              "    return %s_is_within(x, %s_largest);\n}\n\n"
              "INLINE int %s_is_in_all_lanes(lane_mask mask) {\n"
-             "#if LANES == 4 && defined(__AVX__) /* what compilers do not make of the loop */\n"
+             "#if LANES == 4 && defined(__AVX__) /* compilers do not turn the loop into this */\n"
              "    return __builtin_ia32_movmskpd256((lane)mask) == 15;\n"
              "#else\n"
              "    long long all = -1;\n    for (int l = 0; l < LANES; l++)\n        all &= AT(mask, l);\n"
              "    return all != 0;\n#endif\n}\n\n",
              name, name, name, name, name);
     text_add(text,
-             "/* In lanes that hold a larger angle, or no number, those of libm. */\n"
+             "/* Lanes with a larger angle, or a value that is not a number, get the results of libm. */\n"
              "static void %s_ask_libm(const lane *angle, lane *sine, lane *cosine) {\n"
              "    const lane x = *angle;\n    const lane_mask known = %s_is_known(x);\n    for (int l = 0; l "
              "< LANES; l++)\n"
@@ -306,7 +306,7 @@ void emit_lane_sincos(struct emission *x, struct text *text) {
              "#if defined(__FLT_EVAL_METHOD__) && \\\n"
              "    (__FLT_EVAL_METHOD__ == 0 || __FLT_EVAL_METHOD__ == 1 || __FLT_EVAL_METHOD__ == 16)\n"
              "static const double %s_largest = %d.0;\n"
-             "#else /* sums may be kept longer than doubles: libm is asked for all */\n"
+             "#else /* sums may be wider than doubles: libm computes all */\n"
              "static const double %s_largest = -1.0;\n#endif\n",
              x->name, LARGEST, x->name);
     put_rounded(x, text);

@@ -24,7 +24,7 @@ static bool has_spatial(const struct emission *x) {
 void emit_spatial_declaration(const struct emission *x, struct text *text) {
     if (has_spatial(x))
         text_add(text,
-                 "/* Which points J and Jd_qd are of, in their order, and these functions on doubles. */\n"
+                 "/* The points of J and Jd_qd, in their order, and these functions on doubles. */\n"
                  "extern const struct refdyn_spatial %s_spatial;\n\n",
                  x->name);
 }

@@ -12,7 +12,7 @@ static double value_of(const struct generation *gen, expression e) {
 
 static void print_unread(const struct generation *gen, FILE *out) {
     const struct plan *plan = gen->plan;
-    const char *separator = "parameters that nothing reads:";
+    const char *separator = "unused parameters:";
     for (int i = 0; i < gen->model.parameter_count; i++) {
         bool read = false;
         for (int k = 0; k < plan->parameter_count; k++)

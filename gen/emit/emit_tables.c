@@ -341,8 +341,8 @@ void emit_before_table(struct text *text, const char *model, const char *macro, 
                    "the same. */\n"
                    "#ifdef __cplusplus\n#define SET(field)\n#else\n#define SET(field) .field =\n#endif\n\n");
     text_add(text,
-             "#if REFDYN_%s_VERSION != %d\n#error \"%s was emitted for version %d of %s, and this %s is of "
-             "another one: emit it again.\"\n#endif\n\n",
+             "#if REFDYN_%s_VERSION != %d\n#error \"%s was emitted for version %d of %s, and this %s has "
+             "another version: emit it again.\"\n#endif\n\n",
              macro, version, model, version, header, header);
 }
 

@@ -116,11 +116,11 @@ static bool is_called_by_identifier(const struct graph *g, expression e) {
 }
 
 static const struct promise of_nodes[] = {
-    {"an operation of ops.def on symbols and splines that there are", is_known_operation},
+    {"operators are those of ops.def, on existing symbols and splines", is_known_operation},
     {"handle 1 is the number 1", is_one_at_1},
     {"operands have smaller handles than results", has_smaller_operands},
     {"equal nodes have one handle, under which the table finds them", is_found},
-    {"what is exact is folded", is_folded},
+    {"exact results are folded", is_folded},
     {"a node depends on what its operands depend on", has_set_of_its_operands},
     {"a loop computes what was made while it was open", is_within_its_loop},
     {"values of elements are read in loops over the same run", reads_its_run_alone},
@@ -194,11 +194,11 @@ static const struct promise of_loops[] = {{"loops do not nest", follows_loop_bef
 static const struct promise of_slots[] = {
     {"a slot has a loop and its two symbols", has_symbols},
     {"a slot begins with a value from before its loop", begins_before_loop},
-    {"a slot goes on with a value of its loop", steps_within_loop},
+    {"a slot continues with a value of its loop", steps_within_loop},
 };
 static const struct promise of_symbols[] = {
-    {"symbols are of a known kind and stand for what there is", is_symbol_in_range},
-    {"each symbol is there once", is_symbol_once},
+    {"symbols have a known kind and a valid index", is_symbol_in_range},
+    {"each symbol exists once", is_symbol_once},
 };
 static const struct promise of_remarks[] = {{"remarks ascend", follows_remark_before}};
 

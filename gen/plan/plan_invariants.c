@@ -118,10 +118,10 @@ static void compute(struct walk *w, expression e);
 
 static void read_value(struct walk *w, expression e) {
     if (expr_as_symbol(w->g, e))
-        require(w, is_symbol_at_hand(w, e), e, "a symbol is read where it stands for something");
+        require(w, is_symbol_at_hand(w, e), e, "a symbol is read where it has a value");
     else if (!w->plan->is_derived[e] || is_prepare(w)) {
         if (w->plan->is_statement[e])
-            require(w, is_statement_at_hand(w, e), e, "a value is read behind what computes it");
+            require(w, is_statement_at_hand(w, e), e, "every value is computed before it is read");
         else
             compute(w, e);
     }
@@ -141,7 +141,7 @@ static void fill(struct walk *w, int array, int entry) {
     const struct array *of = &w->function->arrays[array];
     const bool is_there = array < plan_count_arrays(w->function) && entry >= 0 && entry < of->count &&
                           plan_is_output_copied(of, entry);
-    require_of(w, is_there, "field", array, "what is written lies within its field");
+    require_of(w, is_there, "field", array, "writes stay within their array");
     if (!is_there)
         return;
     require_of(w, !w->is_filled[of->offset + entry], "field", array, "an entry is written once");
@@ -177,7 +177,7 @@ static void check_arrays(struct walk *w) {
     for (int f = 0; f < plan_count_arrays(w->function); offset += w->function->arrays[f++].count) {
         const struct array *of = &w->function->arrays[f];
         const bool is_whole = !is_prepare(w) && !plan_is_cleared(w->plan, w->function, f);
-        require_of(w, of->offset == offset, "field", f, "fields stand one behind the other");
+        require_of(w, of->offset == offset, "field", f, "arrays follow one another");
         for (int i = 0; i < of->count && is_whole && !w->broken; i++)
             require_of(w, w->is_filled[offset + i] || !plan_is_output_copied(of, i), "field", f,
                        "each entry is written");
@@ -203,7 +203,7 @@ static void read_slots(struct walk *w, int group, bool at_begin) {
 static void pass_statement(struct walk *w, expression e) {
     const int loop = w->g->nodes[e].loop;
     require(w, loop ? group_of(w, loop) == w->group : !w->group, e, "a statement stands in its own loop");
-    require(w, !w->is_known[e], e, "a statement is there once");
+    require(w, !w->is_known[e], e, "a statement occurs once");
     compute(w, e);
     w->is_known[e] = true;
 }
@@ -231,7 +231,7 @@ static void pass_blocks(struct walk *w) {
     for (int b = 0; b < w->function->block_count && !w->broken; b++) {
         const struct code_block *block = &w->function->blocks[b];
         require_of(w, at <= block->end && block->run < w->plan->rolled->run_count, "block", b,
-                   "blocks follow one another, over runs that there are");
+                   "blocks follow one another, over existing runs");
         if (block->run >= 0)
             pass_loop(w, b, at);
         for (int i = at; i < block->end && block->run < 0; i++) {
@@ -336,7 +336,7 @@ static const char *derived_violation(struct plan *plan) {
     struct walk w = {.plan = plan, .function = &plan->prepare, .g = plan->g};
     for (expression e = 0; e < plan->g->count; e++)
         require(&w, !plan->is_derived[e] || !(plan->g->nodes[e].depends & ~(ON_PARAMETER | ON_GAIN)), e,
-                "what prepare computes depends on parameters alone");
+                "values that prepare computes depend on parameters alone");
     return w.broken;
 }
 

@@ -269,7 +269,7 @@ static struct solution *choose_solution(struct derivation *d, const char *quanti
     if (d->model->accelerations == ACCELERATIONS_AUTO)
         return cheaper(d, quantity, by);
     struct solution *asked = &d->by_method[d->model->accelerations == ACCELERATIONS_DENSE];
-    say_choice(d, quantity, asked, ", as asked");
+    say_choice(d, quantity, asked, ", as requested");
     return asked;
 }
 

@@ -82,7 +82,7 @@ static bool may_write_runs(const struct plan *plan) {
 }
 
 struct derivation *choice_of_tree(struct plan *plan) {
-    static const char *const names[] = {"turned", "kept behind the first", "kept"};
+    static const char *const names[] = {"turned", "kept after the first", "kept"};
     _Static_assert(sizeof names / sizeof *names == AXES_KEPT + 1, "each way has a name");
     struct candidate best = {.tree = plan->rolled};
     if (may_write_runs(plan))

@@ -84,7 +84,7 @@ void statics_tangent_loops_add(struct derivation *d, struct function *f, int arr
     struct builder b = {.d = d, .f = f, .given = given_motion_at_rest(k), .applied_forces = applied_forces};
     tangent_add_applied_forces(k, applied_forces);
     derivation_composites(d);
-    graph_remark(d->g, "dQ/dq at qd = 0: how joints turn loads and weights (7.8)");
+    graph_remark(d->g, "dQ/dq at qd = 0: joints turn loads and weights (7.8)");
     const struct turned_applied_forces turned = force_derivatives_turned_forces(&b, targets.sign);
     add_weights(d, &turned);
     force_derivatives_set_coordinate_derivatives(&b, &targets);

@@ -396,11 +396,11 @@ static void add_given_results(struct builder *b) {
     const expression *balances = tangent_row_balances(&d->kinematics);
     differentiate_terms(d, &terms, (const int[BLOCK_COUNT]){[BY_T] = 1});
     const int f_t = derivation_add_array(d, b->f, "f_t",
-                                         "(n) d(M qdd - h - Q - u^T lambda)/dt at held qdd, lambda", n, 1);
+                                         "(n) d(M qdd - h - Q - u^T lambda)/dt at given qdd, lambda", n, 1);
     spread_block(b, &terms, parts.motion, BY_T, f_t);
     if (!m)
         return;
-    const int g_t = derivation_add_array(d, b->f, "g_t", "(m) d(u qdd - k)/dt at held qdd", m, 1);
+    const int g_t = derivation_add_array(d, b->f, "g_t", "(m) d(u qdd - k)/dt at given qdd", m, 1);
     const int G_q = derivation_add_array(d, b->f, "G_q", "(m x n) the same by q", m * n, n);
     const int G_qd = derivation_add_array(d, b->f, "G_qd", "(m x n) the same by qd", m * n, n);
     const int u = derivation_add_array(d, b->f, "u", "(m x n) row coefficients", m * n, n);
@@ -415,7 +415,7 @@ void derivatives_build_tangent(struct derivation *d, struct function *f) {
     struct builder b = start_given(d, f);
     add_given_results(&b);
     const int K = derivation_add_array(
-        d, f, "K", "(n x n) d(M qdd - h - Q - u^T lambda)/dq at held qdd, lambda", n * n, n);
+        d, f, "K", "(n x n) d(M qdd - h - Q - u^T lambda)/dq at given qdd, lambda", n * n, n);
     const int D = derivation_add_array(d, f, "D", "(n x n) the same by qd", n * n, n);
     const int M = derivation_add_array(d, f, "M", "(n x n) mass matrix", n * n, n);
     add_derivatives(&b, &(struct targets){K, D, M, true, -1});
@@ -479,8 +479,9 @@ void derivatives_build_tangent_vectors(struct derivation *d, struct function *f)
     struct builder b = start_given(d, f);
     add_given_results(&b);
     const int stiffness =
-        derivation_add_array(d, f, "stiffness", "(n) diagonal of K beside the vectors", n, 0);
-    const int damping = derivation_add_array(d, f, "damping", "(n) diagonal of D beside the vectors", n, 0);
+        derivation_add_array(d, f, "stiffness", "(n) diagonal of K in addition to the vectors", n, 0);
+    const int damping =
+        derivation_add_array(d, f, "damping", "(n) diagonal of D in addition to the vectors", n, 0);
     force_derivatives_set_own_derivatives(&b, -1, stiffness, damping);
     b.shifts = kinematics_ground_shifts(&d->kinematics);
     b.arrays = pair_loops_open_results(d->plan, &d->kinematics, f);

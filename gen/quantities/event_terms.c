@@ -107,9 +107,8 @@ void event_terms_build(struct derivation *d, struct function *f) {
     for (int i = 0; i < count; i++)
         plan_set_entry(d->memory, f, rate, i,
                        placed(d, coordinate_derivatives_rate(&d->kinematics, value_of(d, i))));
-    add_gradients(
-        d, f, "by_coordinate",
-        "(values x n) derivatives by q; where a value depends on velocities of points, with these held", 0);
+    add_gradients(d, f, "by_coordinate",
+                  "(values x n) derivatives by q, with velocities of points held constant", 0);
     add_gradients(d, f, "by_rate", "(values x n) derivatives by qd", 1);
     add_restitutions(d, f);
     add_changes(d, f);

@@ -69,8 +69,8 @@ void force_derivatives_add_turning_pairs(struct builder *b, const struct turned_
     if (!product.is_mirrored)
         pair_loops_add_term(&product.turn.columns, 1, axis,
                             pair_loops_add_arrays(&b->arrays, "turned_columns", turned->columns));
-    struct pairs *pairs = pair_loops_add_pairs(
-        &b->arrays, "pairs of coordinates (7.3): how j turns what is felt by i beyond it");
+    struct pairs *pairs =
+        pair_loops_add_pairs(&b->arrays, "pairs of coordinates (7.3): j turns the forces on i beyond it");
     pairs->products[pairs->product_count++] = product;
 }
 
@@ -326,8 +326,9 @@ static void add_coupled_coordinates(struct builder *b, struct derivatives *deriv
 
 int force_derivatives_add_couplings(struct builder *b, double sign) {
     static const char *const names[] = {"pulled", "pull_by_q", "pull_by_qd"};
-    static const char *const about[] = {"columns that forces with such a dependence act on",
-                                        "these forces by q, as they stand in K", "the same by qd, in D"};
+    static const char *const about[] = {"columns on which the coupling forces act",
+                                        "derivatives of these forces by q, part of K",
+                                        "the same by qd, part of D"};
     struct derivatives derivatives = derivatives_of_points(b, &(struct targets){0, 0, NOTHING, true, sign});
     add_coupled_coordinates(b, &derivatives);
     for (int order = -1; order < 2 && derivatives.count; order++) {

@@ -111,7 +111,7 @@ static int compose_local(struct derivation *d, struct function *f, const char *q
 }
 
 static void build_v(struct derivation *d, struct function *f) {
-    derivation_add_array(d, f, "v", "(m) rest of the rows", d->m, 0);
+    derivation_add_array(d, f, "v", "(m) remaining terms of the rows", d->m, 0);
     for (int i = 0; i < d->m; i++)
         set_last(d, f, i, derivation_rows(d)[i].v);
 }
@@ -306,12 +306,12 @@ static void build_breaks(struct derivation *d, struct function *f) {
 }
 
 static void build_switches(struct derivation *d, struct function *f) {
-    fill_array(d, f, "switches", "what changes sign where formulas of time alone have other kinks",
+    fill_array(d, f, "switches", "values that change sign where formulas of time alone have other kinks",
                d->plan->switches, d->plan->switch_count);
 }
 
 static void build_pace(struct derivation *d, struct function *f) {
-    fill_array(d, f, "pace", "largest angular frequency of what `switches` has [rad/s]", &d->plan->pace, 1);
+    fill_array(d, f, "pace", "largest angular frequency of the switches [rad/s]", &d->plan->pace, 1);
 }
 
 static bool has_events(const struct derivation *d) {
@@ -427,10 +427,10 @@ struct quantity {
 static const struct quantity quantities[] = {
     {"M", "mass matrix", always, "", build_M, BY_DEFAULT},
     {"h", "bias forces h = -c (Coriolis, centrifugal)", always, "", build_h, BY_DEFAULT},
-    {"Q", "generalized forces: gravity, springs, dampers and those that the model names", always, "", build_Q,
+    {"Q", "generalized forces: gravity, springs, dampers and the model's own forces", always, "", build_Q,
      BY_DEFAULT},
     {"u", "row coefficients, u qdd + v = 0", has_rows, "constraints", build_u, BY_DEFAULT},
-    {"v", "rest of the rows, u qdd + v = 0", has_rows, "constraints", build_v, BY_DEFAULT},
+    {"v", "remaining terms of the rows, u qdd + v = 0", has_rows, "constraints", build_v, BY_DEFAULT},
     {"phi", "position-level residuals", has_position_rows, "position rows", build_phi, BY_DEFAULT},
     {"psi", "velocity-level residuals", has_velocity_rows, "position or velocity rows", build_psi,
      BY_DEFAULT},
@@ -454,7 +454,7 @@ static const struct quantity quantities[] = {
      BY_DEFAULT},
     {"force", "programme force r = M qdd - h - Q", has_rows, "constraints", build_force, BY_DEFAULT},
     {"equations", "M, h + Q and the rows in one call, work shared", always, "", build_equations, BY_DEFAULT},
-    {"tangent", "derivatives of M qdd - h - Q - u^T lambda and u qdd - k at held qdd and lambda",
+    {"tangent", "derivatives of M qdd - h - Q - u^T lambda and u qdd - k at given qdd and lambda",
      is_corrected, "corrected form", derivatives_build_tangent, ON_REQUEST},
     {"tangent_vectors", "the tangent as vectors of joints, O(n)", is_corrected, "corrected form",
      derivatives_build_tangent_vectors, ON_REQUEST},
@@ -479,16 +479,17 @@ static const struct quantity quantities[] = {
      BY_DEFAULT},
     {"breaks", "times at which formulas of time alone have kinks", has_breaks, "kinks in time", build_breaks,
      BY_DEFAULT},
-    {"switches", "what changes sign at kinks in time that `breaks` does not tell", has_switches,
-     "such kinks in time", build_switches, BY_DEFAULT},
-    {"pace", "how fast these change their sign", has_pace, "such kinks that recur", build_pace, BY_DEFAULT},
+    {"switches", "values that change sign at kinks in time that `breaks` does not list", has_switches,
+     "kinks at unknown times", build_switches, BY_DEFAULT},
+    {"pace", "largest angular frequency of these changes of sign", has_pace,
+     "recurring kinks at unknown times", build_pace, BY_DEFAULT},
     {"event", "values whose zeros are events", has_events, "events", event_terms_build_values, BY_DEFAULT},
-    {"event_terms", "derivatives of these values, and what events set", has_events, "events",
+    {"event_terms", "derivatives of these values, and the values that events set", has_events, "events",
      event_terms_build, BY_DEFAULT},
     {"anchor", "parameters whose default is a value at the start of a motion", has_anchors,
      "anchored parameters", build_anchor, BY_DEFAULT},
     {"start", "coordinates and rates at the start of a motion", always, "", build_start, BY_DEFAULT},
-    {"required", "what the model needs of parameters", required_values_exist, "rules for parameters",
+    {"required", "the model's rules for parameters", required_values_exist, "rules for parameters",
      required_values_build, BY_DEFAULT},
 };
 
@@ -583,7 +584,7 @@ static const char *wrong_block(struct memory *memory, const char *word) {
             if (!strcmp(block_word(memory, &quantities[i], k), word))
                 return NULL;
     }
-    return memory_format(memory, "'%s' is no part of a quantity: %s have%s", word, names, parts);
+    return memory_format(memory, "'%s' is not a part of a quantity; %s have%s", word, names, parts);
 }
 
 /* The first word of `emit` that names no quantity, with what is allowed; NULL when there is none. */

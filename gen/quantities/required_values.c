@@ -51,7 +51,7 @@ void required_values_find(struct derivation *d) {
     const struct model *model = d->model;
     const size_t most = (size_t)model->requirement_count + 1;
     struct reading reading = find_read(d);
-    graph_remark(d->g, "what the model needs of parameters: 1 where it holds");
+    graph_remark(d->g, "the model's rules for parameters: 1 if a rule holds");
     plan->requirements = memory_get(d->memory, most * sizeof *plan->requirements);
     plan->required = memory_get(d->memory, most * sizeof *plan->required);
     for (int i = 0; i < model->requirement_count; i++) {
@@ -76,7 +76,7 @@ void required_values_build(struct derivation *d, struct function *f) {
     for (int i = 0; i < plan->requirement_count; i++)
         count += 1 + plan->requirements[i].count;
     const int array = derivation_add_array(
-        d, f, "required", "of each of NAME_model.requirements: 1 where it holds, then its numbers", count, 0);
+        d, f, "required", "for each of NAME_model.requirements: 1 if it holds, then its numbers", count, 0);
     for (int i = 0; i < plan->requirement_count; i++) {
         const struct requirement *requirement = &plan->requirements[i];
         plan_set_entry(d->memory, f, array, place, plan->required[i]);
