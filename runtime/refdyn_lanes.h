@@ -26,10 +26,10 @@ struct refdyn_lane_model {
     const struct refdyn_model *model;
 
     void (*prepare)(double *p); /* writes p[parameter_count * width ...] */
-    refdyn_lane_function *start, *anchor, *M, *h, *Q, *u, *v, *phi, *psi, *k, *r, *rd, *C, *d, *energy,
-        *power, *Q_q, *qdd_free, *qdd, *force, *equations, *M_h, *f, *row_terms, *point_terms, *constrained,
-        *terms, *accelerations, *tangent, *tangent_vectors, *d_qdd, *d_qdd_free, *d_force, *d_statics,
-        *d_rows, *course, *breaks, *switches, *pace, *event, *event_terms, *required;
+    /* the functions of struct refdyn_model from `start` on */
+#define REFDYN_LANE_FUNCTION(name) refdyn_lane_function *name;
+    REFDYN_QUANTITIES(REFDYN_LANE_FUNCTION)
+#undef REFDYN_LANE_FUNCTION
 };
 
 #endif

@@ -166,6 +166,7 @@ void emit_casadi(struct emission *emission, struct text *text);
 void emit_lanes(struct emission *emission, struct text *header, struct text *source);
 /* The beginning of the name of an operator's function: "sin" of sin_lanes. */
 const char *emit_lane_function(enum operation operation);
+
 /* ---- Tables ---- */
 
 /* Structs of parameters, inputs and results. */

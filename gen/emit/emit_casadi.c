@@ -177,12 +177,9 @@ static void set_block(struct port *block, int place, int stride, const bool *is_
 
 /* ---- Quantities ---- */
 
-/* Those that are no functions of the state, or that need what `constrained` gives. */
+/* CasADi calls functions of the state alone; it has derivatives as Jacobians of these. */
 static bool is_for_casadi(const struct function *function) {
-    static const char *const others[] = {"breaks", "switches",        "pace",    "event_terms", "start",
-                                         "anchor", "tangent_vectors", "required"};
-    return !function->takes_motion && strncmp(function->quantity, "d_", 2) != 0 &&
-           text_index(function->quantity, others, sizeof others / sizeof *others) < 0;
+    return !function->takes_motion && !function->has_blocks && !function->is_for_runtime;
 }
 
 bool emit_has_casadi_function(const struct plan *plan) {

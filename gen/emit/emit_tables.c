@@ -6,6 +6,7 @@
 #include "refdyn_model.h"
 #include "gen/dynamics/dynamics.h"
 
+#include <stddef.h>
 #include <string.h>
 
 static void emit_name_entry(struct text *text, const char *name, const char *unit, double value) {
@@ -304,19 +305,24 @@ static void set_pointer(struct emission *x, struct text *text, const char *array
         text_add(text, "    SET(%s) 0,\n", array);
 }
 
+/* The struct has exactly the quantities of REFDYN_QUANTITIES, in the same order. */
+#define PLACE(name) PLACE_##name,
+enum { REFDYN_QUANTITIES(PLACE) FUNCTION_COUNT };
+#define CHECK_PLACE(name)                                                                               \
+    _Static_assert(offsetof(struct refdyn_model, name) ==                                               \
+                       offsetof(struct refdyn_model, start) + PLACE_##name * sizeof(refdyn_function *), \
+                   "the struct and the list of quantities have the same order");
+REFDYN_QUANTITIES(CHECK_PLACE)
+_Static_assert(sizeof(struct refdyn_model) ==
+                   offsetof(struct refdyn_model, start) + FUNCTION_COUNT * sizeof(refdyn_function *),
+               "the struct ends with the quantities");
+
 static void set_functions(struct emission *x, struct text *text) {
-    /* In the order of struct refdyn_model. */
-    static const char order[] =
-        "start anchor M h Q u v phi psi k r rd C d energy power Q_q qdd_free qdd force equations M_h f "
-        "row_terms point_terms constrained terms accelerations tangent tangent_vectors d_qdd d_qdd_free "
-        "d_force d_statics d_rows course breaks switches pace event event_terms required ";
-    for (const char *at = order; *at; at += strcspn(at, " ") + 1) {
-        const char *name = memory_format(x->plan->memory, "%.*s", (int)strcspn(at, " "), at);
-        bool exists = false;
-        for (int f = 0; f < x->plan->function_count; f++)
-            exists |= !strcmp(x->plan->functions[f].quantity, name);
-        set_pointer(x, text, name, memory_format(x->plan->memory, "%s_doubles", name), exists);
-    }
+#define NAME(name) #name,
+    static const char *const names[] = {REFDYN_QUANTITIES(NAME)};
+    for (int i = 0; i < FUNCTION_COUNT; i++)
+        set_pointer(x, text, names[i], memory_format(x->plan->memory, "%s_doubles", names[i]),
+                    plan_find_function(x->plan, names[i]) != NULL);
 }
 
 void emit_table_of_functions(struct emission *x, struct text *text) {

@@ -195,6 +195,7 @@ struct function {
     bool takes_motion;     /* after qd it reads the result of `constrained`: qdd (n), power (1), lambda (m) */
     bool keeps_parameters; /* computes values of parameters alone itself, instead of reading them from
                               `prepare` */
+    bool is_for_runtime;   /* describes the start, the events or the rules of a motion: quantities.def */
     bool
         has_blocks; /* returns a struct even if it has only one part, whose name is the name of an argument */
     struct array *arrays; /* parts of the result, then local arrays, which loops read */
@@ -289,14 +290,13 @@ bool quantities_list_functions(struct plan *plan, const char *emit);
 /* asked_words.c: returns `emit` with each word for several quantities replaced by their names, and marks
  * in the plan what else these words request. */
 const char *quantities_of_words(struct plan *plan, const char *emit);
-/* Returns whether it is a word for several quantities. */
-bool quantities_is_word(const char *word);
 /* The function whose parts `before` q, qd, t, x and p are all derivatives of a quantity; NULL: there is
  * none. */
 struct derivatives_of {
     const char *quantity, *function, *before;
 };
 const struct derivatives_of *quantities_derivatives_of(const char *quantity);
+
 /* ---- Planning ---- */
 
 /* The function of a quantity; NULL: it is not emitted. */
@@ -333,6 +333,7 @@ bool angles_is_repeated(const struct plan *plan, const struct function *function
 /* schedule.c: the order of execution, from is_statement and is_needed. It uses scratch, which the caller
  * releases. */
 void schedule_function(struct plan *plan, struct function *function);
+
 /* ---- Queries ---- */
 
 /* How often one call computes a node. The next function adds the operations of these times. */

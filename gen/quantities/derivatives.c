@@ -410,7 +410,7 @@ static void add_given_results(struct builder *b) {
     spread_u(d, b->f, u);
 }
 
-void derivatives_build_tangent(struct derivation *d, struct function *f) {
+void quantity_tangent(struct derivation *d, struct function *f) {
     const int n = d->n;
     struct builder b = start_given(d, f);
     add_given_results(&b);
@@ -474,7 +474,7 @@ static void add_joint_vectors(struct builder *b) {
     b->d->plan->vector_places = places;
 }
 
-void derivatives_build_tangent_vectors(struct derivation *d, struct function *f) {
+void quantity_tangent_vectors(struct derivation *d, struct function *f) {
     const int n = d->n;
     struct builder b = start_given(d, f);
     add_given_results(&b);
@@ -634,16 +634,16 @@ static void build_acceleration_derivatives(struct derivation *d, struct function
     pair_loops_drop_unread(d->memory, f);
 }
 
-void derivatives_build_d_qdd(struct derivation *d, struct function *f) {
+void quantity_d_qdd(struct derivation *d, struct function *f) {
     build_acceleration_derivatives(d, f, d->m > 0);
 }
 
-void derivatives_build_d_qdd_free(struct derivation *d, struct function *f) {
+void quantity_d_qdd_free(struct derivation *d, struct function *f) {
     build_acceleration_derivatives(d, f, false);
 }
 
 /* d(u^T lambda) = its derivatives at given lambda + u^T dlambda: theory, sect. 7.7. */
-void derivatives_build_d_force(struct derivation *d, struct function *f) {
+void quantity_d_force(struct derivation *d, struct function *f) {
     int widths[BLOCK_COUNT], force[BLOCK_COUNT], r[BLOCK_COUNT], dlambda[BLOCK_COUNT];
     struct builder b = start(d, f, true);
     struct terms terms = motion_terms(&b);
@@ -676,7 +676,7 @@ static const expression *resting_forces(struct derivation *d) {
     return difference(d, applied, dynamics_gravity_forces(&d->kinematics, derivation_composites(d)));
 }
 
-void derivatives_build_d_statics(struct derivation *d, struct function *f) {
+void quantity_d_statics(struct derivation *d, struct function *f) {
     int widths[BLOCK_COUNT], arrays[BLOCK_COUNT];
     struct builder b = {.d = d, .f = f};
     struct terms terms = {.values = (expression *)resting_forces(d), .count = d->frames};
@@ -707,7 +707,7 @@ static void add_row_derivatives(struct builder *b, const struct row_values *row,
         fill_block(b, terms, row->first, k, 1, arrays[k]);
 }
 
-void derivatives_build_d_rows(struct derivation *d, struct function *f) {
+void quantity_d_rows(struct derivation *d, struct function *f) {
     const int m = d->m;
     int widths[BLOCK_COUNT];
     struct builder b = {.d = d,

@@ -1,5 +1,11 @@
-/* The quantities `event` and `event_terms`: values whose zeros are events, their rates, and what events
- * set. */
+/*
+ * State events: the quantities by which an integrator locates and handles them.
+ *
+ * Input: the events and kinks of the model. Results: `event`, their values e, and `event_terms`. With
+ *     de/dt = rate + by_rate qdd
+ * these are the rate at qdd = 0, the derivatives by coordinates and rates, the coefficients of restitution
+ * and the values that events set, in this order.
+ */
 #include "gen/quantities/quantities.h"
 #include "gen/dynamics/dynamics.h"
 
@@ -17,7 +23,7 @@ static expression value_of(const struct derivation *d, int i) {
     return i < events ? d->model->events[i].value : d->model->kinks[i - events];
 }
 
-void event_terms_build_values(struct derivation *d, struct function *f) {
+void quantity_event(struct derivation *d, struct function *f) {
     const int count = count_values(d);
     const int array = derivation_add_array(
         d, f, "event", "(values) zero at the events of NAME_model.events, then at kinks", count, 0);
@@ -101,7 +107,7 @@ static void add_sizes(struct derivation *d, struct function *f) {
     }
 }
 
-void event_terms_build(struct derivation *d, struct function *f) {
+void quantity_event_terms(struct derivation *d, struct function *f) {
     const int count = count_values(d);
     const int rate = derivation_add_array(d, f, "rate", "(values) d/dt of each value at qdd = 0", count, 0);
     for (int i = 0; i < count; i++)

@@ -1,9 +1,10 @@
 /*
  * Quantities: the emitted functions, built from the terms of kinematics, dynamics and rows.
  *
- * quantities.c has the table of them; plan.h declares the call that lists the requested ones. This header is
- * for the builders of quantities. The parts in order: shared terms and their costs; matrices; derivatives;
- * events; loops over pairs; derivatives of forces; rules for parameters; spatial Jacobians; times of kinks.
+ * quantities.def is the table of them; plan.h declares the call that lists the requested ones. This header is
+ * for the builders of quantities. The parts in order: the table; shared terms and their costs; matrices;
+ * derivatives; loops over pairs; derivatives of forces; rules for parameters; spatial Jacobians; times of
+ * kinks.
  */
 #ifndef REFDYN_GEN_QUANTITIES_H
 #define REFDYN_GEN_QUANTITIES_H
@@ -11,6 +12,42 @@
 #include "gen/dynamics/dynamics.h"
 #include "gen/plan/plan.h"
 #include "gen/tangent/tangent.h"
+
+/* ---- The table ---- */
+
+enum quantity_use { BY_DEFAULT, IF_PRESENT, ALWAYS, ON_REQUEST, IN_BLOCKS };
+enum quantity_readers { ANY, RUNTIME };
+
+struct derivation;
+struct quantity {
+    const char *name, *about, *lacks;
+    bool (*exists)(const struct derivation *d);
+    void (*build)(struct derivation *d, struct function *f);
+    enum quantity_use use;
+    enum quantity_readers readers;
+};
+
+/* quantities.def explains the columns. */
+extern const struct quantity quantities_table[];
+#define QUANTITY(name, about, exists, lacks, use, readers) QUANTITY_##name,
+enum quantity_number {
+#include "gen/quantities/quantities.def"
+    QUANTITY_COUNT
+};
+#undef QUANTITY
+
+/* The function that fills the arrays of each quantity. */
+#define QUANTITY(name, about, exists, lacks, use, readers) \
+    void quantity_##name(struct derivation *d, struct function *f);
+#include "gen/quantities/quantities.def"
+#undef QUANTITY
+
+/* asked_words.c: returns whether `name` is one of the comma-separated words of `list`. */
+bool quantities_is_in_list(const char *list, const char *name);
+/* The word for the form of the tangent that needs fewer operations. */
+extern const char quantities_implicit[];
+/* "d_qdd.q" */
+const char *quantities_block_word(struct memory *memory, const struct quantity *quantity, int block);
 
 /* ---- Shared terms ---- */
 
@@ -122,38 +159,16 @@ void mass_matrix_add_rotors(struct derivation *d, struct function *f, int array)
 void statics_tangent_loops_add(struct derivation *d, struct function *f, int array);
 /* dQ/dq at qd = 0 in the cheaper form. Call it after all other arrays of the result exist. */
 void mass_matrix_fill_statics_tangent(struct derivation *d, struct function *f, int array);
+
 /* ---- Derivatives ---- */
 
-/* derivatives.c: quantities that are emitted only on request. */
-void derivatives_build_tangent(struct derivation *d, struct function *f);
-void derivatives_build_tangent_vectors(struct derivation *d, struct function *f);
 /* Returns whether an implicit step needs fewer operations with `tangent_vectors` than with `tangent`. */
 bool derivatives_prefer_vectors(struct derivation *d);
 /* The name of block 0, 1 ... of these derivatives, "q", "qd", "t", "x" (the inputs) and "p" (the
  * parameters); NULL after the last one. */
 const char *derivatives_block_name(int block);
-void derivatives_build_d_qdd(struct derivation *d, struct function *f);
-void derivatives_build_d_qdd_free(struct derivation *d, struct function *f);
-void derivatives_build_d_force(struct derivation *d, struct function *f);
-void derivatives_build_d_statics(struct derivation *d, struct function *f);
-void derivatives_build_d_rows(struct derivation *d, struct function *f);
 /* Removes the columns of parameters that nothing reads. Call it after all functions are listed. */
 void derivatives_keep_emitted_parameters(struct plan *plan);
-
-/* ---- Events ---- */
-
-/*
- * State events: the quantities by which an integrator locates and handles them.
- *
- * Input: the events and kinks of the model. Results: `event`, their values e, and `event_terms`. With
- *     de/dt = rate + by_rate qdd
- *
- * these are the rate at qdd = 0, the derivatives by coordinates and rates, the coefficients of restitution
- * and the values that events set, in this order.
- */
-
-void event_terms_build_values(struct derivation *d, struct function *f);
-void event_terms_build(struct derivation *d, struct function *f);
 
 /* ---- Loops over pairs of coordinates ---- */
 
@@ -267,7 +282,6 @@ void force_derivatives_add_product(struct builder *b, int target, int left, int 
 /* Lists the rules in the plan. Call it after all other functions are listed. */
 void required_values_find(struct derivation *d);
 bool required_values_exist(const struct derivation *d);
-void required_values_build(struct derivation *d, struct function *f);
 
 /* ---- Spatial Jacobians ---- */
 
@@ -280,8 +294,6 @@ void required_values_build(struct derivation *d, struct function *f);
  */
 
 bool spatial_jacobian_exists(const struct derivation *d);
-void spatial_jacobian_build(struct derivation *d, struct function *f);
-void spatial_jacobian_build_drift(struct derivation *d, struct function *f);
 
 /* ---- Times of kinks ---- */
 

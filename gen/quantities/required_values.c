@@ -70,7 +70,7 @@ bool required_values_exist(const struct derivation *d) {
     return d->plan->requirement_count > 0;
 }
 
-void required_values_build(struct derivation *d, struct function *f) {
+void quantity_required(struct derivation *d, struct function *f) {
     const struct plan *plan = d->plan;
     int count = 0, place = 0;
     for (int i = 0; i < plan->requirement_count; i++)

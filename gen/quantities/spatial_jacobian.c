@@ -32,7 +32,7 @@ static void spread_rows(struct derivation *d, struct function *f, int first, con
     }
 }
 
-void spatial_jacobian_build(struct derivation *d, struct function *f) {
+void quantity_J(struct derivation *d, struct function *f) {
     int row = 0;
     derivation_add_array(d, f, "J", "(angular points x 6 x n) (rd, w) = J qd", 6 * count_points(d) * d->n,
                          d->n);
@@ -54,7 +54,7 @@ static struct vector angular_drift(const struct derivation *d, int point) {
                      : matrix_times(d->g, k->frames[frame].rotation.at, k->frames[frame].bias_angular);
 }
 
-void spatial_jacobian_build_drift(struct derivation *d, struct function *f) {
+void quantity_Jd_qd(struct derivation *d, struct function *f) {
     int row = 0;
     derivation_add_array(d, f, "Jd_qd", "(angular points x 6) (rdd, wd) = J qdd + Jd_qd [m/s^2, rad/s^2]",
                          6 * count_points(d), 6);
