@@ -166,7 +166,7 @@ enum { HAS_CHECKS = 1 };
 #endif
 
 /* Checks the rules between passes. `sums` changes nodes in place, so that the graph is checked before it. */
-static const char *violation_behind(struct generation *gen, const struct pass *pass) {
+static const char *violation_after(struct generation *gen, const struct pass *pass) {
     if (pass->run == plan_all_functions)
         return plan_violation(gen->plan);
     return pass->run == order_all_sums ? NULL : graph_violation(&gen->graph);
@@ -177,7 +177,7 @@ static void check_invariants(struct generation *gen, const struct pass *pass) {
     struct memory *memory = &gen->memory;
     const struct memory before = *memory;
     memory->bound = 0;
-    const char *broken = violation_behind(gen, pass);
+    const char *broken = violation_after(gen, pass);
     memory->work = before.work;
     memory->bound = before.bound + (memory->taken - before.taken);
     if (!broken)

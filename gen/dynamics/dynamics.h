@@ -139,7 +139,6 @@ struct row_terms *constraints_derive(const struct kinematics *k);
 expression *coordinate_derivatives_symbol_gradient(const struct kinematics *k, expression e, int order);
 
 /* The same with the symbols replaced by the kinematics. */
-expression *coordinate_derivatives_placed_gradient(const struct kinematics *k, expression e, int order);
 
 /* The derivatives by the coordinates of all frames, with points replaced by their kinematics; `resting`:
  * at qd = 0. */

@@ -63,7 +63,7 @@ void emit_value(struct emission *emission, struct text *text, expression e);
 /* Prints the name of the value that a statement defines. */
 void emit_name(struct emission *emission, struct text *text, expression e);
 void emit_name_values(struct emission *emission);
-/* emit_expression.c: how tightly an operator binds in C. */
+/* emit_names.c: how tightly an operator binds in C. */
 enum binding { BINDS_SUM = 1, BINDS_PRODUCT, BINDS_ATOM };
 enum binding binding_of(const struct node *node);
 /* Prints first + stride * e, the place of an element's value in an array. */
@@ -110,34 +110,21 @@ int emit_named_run(const struct emission *emission, int i);
 /* The stem of the names of joint k of each element. */
 struct stem emit_name_stem(const struct emission *emission, const struct element_run *run, int k);
 
-/* local_arrays.c: bytes of the local arrays that a text declares; bytes of one call, including the
- * functions that it calls. */
-long local_arrays_count_bytes(const char *text);
-long local_arrays_bytes(const struct emission *emission, const struct function *function);
-
 /* ---- Functions and headers ---- */
 
 /* The parts of a model's files. */
 void emit_constants(const struct emission *emission, struct text *text);
 
-/* emit_spatial.c: declares and prints the table of spatial Jacobians; returns whether a function computes
- * them. */
+/* emit_tables.c: declare the tables of spatial Jacobians and of joint limits, if the model has any. */
 void emit_spatial_declaration(const struct emission *emission, struct text *text);
-void emit_spatial(const struct emission *emission, struct text *text);
-bool emit_is_spatial(const struct function *function);
 
-/* emit_limits.c: declares and prints the table of joint limits, if the model has any. */
 void emit_limits_declaration(const struct emission *emission, struct text *text);
-void emit_limits(const struct emission *emission, struct text *text);
 void emit_header(struct emission *emission, struct text *text);
 /* Prints a function and returns the bytes of its local arrays. */
 long emit_function(struct emission *emission, struct text *text, const struct function *function);
 
 /* ---- Companion files ---- */
 
-/* emit_companions.c: the files that are emitted in addition to those of the model; they follow these in
- * the list. */
-void emit_companions(struct emission *emission);
 const char *emit_lanes_name(struct memory *memory, const char *model, const char *ending);
 const char *emit_lanes_lead(struct memory *memory, const char *model);
 /* The first line of a companion file, which says what it is. */
@@ -157,8 +144,6 @@ struct step_place {
 };
 struct step_place emit_step_place(const struct plan *plan, const char *part);
 
-/* pattern.c: by entry, whether it may be nonzero. */
-const bool *emit_pattern(const struct plan *plan, const struct function *function, int array);
 /* emit_casadi.c: NAME_casadi.c. */
 void emit_casadi(struct emission *emission, struct text *text);
 

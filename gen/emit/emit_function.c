@@ -4,6 +4,8 @@
  */
 #include "gen/emit/emit.h"
 
+#include <ctype.h>
+#include <stdlib.h>
 #include <string.h>
 
 struct writer {
@@ -483,6 +485,42 @@ static void find_carried(struct writer *w) {
     for (int piece = 0; piece < w->function->piece_count; piece++)
         emit_body(w, piece);
     w->text = text;
+}
+
+/* ---- Bytes of local arrays ---- */
+
+/*
+ * Bytes of local arrays of emitted functions, for callers with a small stack.
+ *
+ * The count reads the text of a function, in which each declaration has a line of its own: `double
+ * NAME[COUNT],
+ * ...;`. Values that one piece of a long function passes to the next are members of a local struct and look
+ * the same.
+ */
+
+/* Numbers declared by a line "name[count], name;"; 0 for a line that also assigns a value. */
+static long declared_numbers(const char *line, const char *end) {
+    long numbers = 0;
+    if (memchr(line, '=', (size_t)(end - line)))
+        return 0;
+    while (line < end) {
+        const size_t length = strcspn(line, ",;[");
+        numbers += line[length] == '[' ? strtol(line + length + 1, NULL, 10) : 1;
+        line += strcspn(line, ",;") + 1;
+    }
+    return numbers;
+}
+
+static long local_arrays_count_bytes(const char *text) {
+    static const char type[] = "double ";
+    long numbers = 0;
+    for (const char *end; (end = strchr(text, '\n')); text = end + 1) {
+        while (isblank((unsigned char)*text))
+            text++;
+        if (!strncmp(text, type, sizeof type - 1) && end[-1] == ';')
+            numbers += declared_numbers(text + sizeof type - 1, end);
+    }
+    return numbers * (long)sizeof(double);
 }
 
 /* ---- Composed functions ---- */

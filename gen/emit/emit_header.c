@@ -1,8 +1,25 @@
 /*
- * The header of a model: what the model is, the order of its coordinates, and the cost of each function.
+ * The header of a model: what the model is, the order of its coordinates, the cost of each
+ * function, and the bytes of its local arrays.
  */
 #include "gen/emit/emit.h"
 #include "gen/tree/tree.h"
+
+#include <string.h>
+
+/* Bytes of a function and all that it calls; a result from which a part is copied is a local array, too. */
+static long local_arrays_bytes(const struct emission *x, const struct function *function) {
+    long bytes = x->own_bytes[function - x->plan->functions];
+    for (int i = 0; i < function->part_count; i++) {
+        const struct function *from = function->parts[i].from;
+        if (i > 0 && function->parts[i - 1].from == from)
+            continue;
+        bytes += local_arrays_bytes(x, from);
+        if (plan_is_struct_result(from))
+            bytes += from->out_count * (long)sizeof(double);
+    }
+    return bytes;
+}
 
 static const char *coordinate_unit(const struct frame *frame) {
     return frame->joint.is_revolute ? "rad" : "m";

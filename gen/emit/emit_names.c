@@ -9,6 +9,21 @@
 #include <ctype.h>
 #include <string.h>
 
+/* How tightly the operator of a node binds in C. */
+enum binding binding_of(const struct node *node) {
+    switch (node->operation) {
+    case OP_ADD:
+    case OP_SUB:
+        return BINDS_SUM;
+    case OP_MUL:
+    case OP_DIV:
+    case OP_NEG: /* -a b is (-a) b: the same value */
+        return BINDS_PRODUCT;
+    default:
+        return BINDS_ATOM;
+    }
+}
+
 /* ---- Names from factors and terms ---- */
 
 enum { LONGEST_NAME = 52, LONGEST_NUMBER = 6 };
@@ -36,8 +51,8 @@ static const char *joined(struct memory *memory, const char *a, const char *word
     return is_none || is_long ? "" : memory_format(memory, "%s_%s_%s", a, word, b);
 }
 
-static const char *affixed(struct memory *memory, const char *before, const char *name, const char *behind) {
-    return *name ? memory_format(memory, "%s%s%s", before, name, behind) : "";
+static const char *affixed(struct memory *memory, const char *before, const char *name, const char *after) {
+    return *name ? memory_format(memory, "%s%s%s", before, name, after) : "";
 }
 
 /* The name of an operand; "" if it binds less tightly than `at_least`, because the name would be

@@ -6,8 +6,103 @@
 #include "refdyn_model.h"
 #include "gen/dynamics/dynamics.h"
 
+#include <math.h>
 #include <stddef.h>
 #include <string.h>
+
+/* ---- Limits of joints ---- */
+
+/* NAME_limits has one entry for each joint with limits, for planning and control. The header declares it if
+ * there are any. */
+
+static int count_limits(const struct emission *x) {
+    int count = 0;
+    for (int i = 0; i < x->plan->tree->count; i++)
+        count += x->plan->tree->frames[i].joint.limits != NULL;
+    return count;
+}
+
+void emit_limits_declaration(const struct emission *x, struct text *text) {
+    const int count = count_limits(x);
+    if (!count)
+        return;
+    text_add(text, "/* Limits of joints; no function in this file reads them. */\n");
+    text_add(text, "enum { %s_limit_count = %d };\n", x->name, count);
+    text_add(text, "extern const struct refdyn_limits %s_limits[%d];\n\n", x->name, count);
+}
+
+static const char *limit_text(double limit, char digits[32]) {
+    if (isinf(limit))
+        return limit < 0 ? "-HUGE_VAL" : "HUGE_VAL";
+    return text_of_number(limit, digits);
+}
+
+static void emit_limits(const struct emission *x, struct text *text) {
+    const int count = count_limits(x);
+    if (!count)
+        return;
+    text_add(text, "const struct refdyn_limits %s_limits[%d] = {\n", x->name, count);
+    for (int i = 0; i < x->plan->tree->count; i++) {
+        const struct limits *limits = x->plan->tree->frames[i].joint.limits;
+        char digits[4][32];
+        if (limits)
+            text_add(text, "    {%d, %s, %s, %s, %s},\n", i, limit_text(limits->from, digits[0]),
+                     limit_text(limits->to, digits[1]), limit_text(limits->rate, digits[2]),
+                     limit_text(limits->force, digits[3]));
+    }
+    text_add(text, "};\n\n");
+}
+
+/* ---- Spatial Jacobians ---- */
+
+/* NAME_spatial has the points with spatial Jacobians, and both functions with the signature of
+ * refdyn_model.h. The header declares it if points request it. */
+
+static bool has_function(const struct emission *x, const char *quantity) {
+    for (int f = 0; f < x->plan->function_count; f++)
+        if (!strcmp(x->plan->functions[f].quantity, quantity))
+            return true;
+    return false;
+}
+
+static bool emit_is_spatial(const struct function *function) {
+    return !strcmp(function->quantity, "J") || !strcmp(function->quantity, "Jd_qd");
+}
+
+static bool has_spatial(const struct emission *x) {
+    return has_function(x, "J") || has_function(x, "Jd_qd");
+}
+
+void emit_spatial_declaration(const struct emission *x, struct text *text) {
+    if (has_spatial(x))
+        text_add(text,
+                 "/* The points of J and Jd_qd, in their order, and these functions on doubles. */\n"
+                 "extern const struct refdyn_spatial %s_spatial;\n\n",
+                 x->name);
+}
+
+static void put_function(const struct emission *x, struct text *text, const char *quantity) {
+    if (has_function(x, quantity))
+        text_add(text, ", %s_%s_doubles", x->name, quantity);
+    else
+        text_add(text, ", 0");
+}
+
+static void emit_spatial(const struct emission *x, struct text *text) {
+    const struct model *model = x->plan->model;
+    int count = 0;
+    if (!has_spatial(x))
+        return;
+    text_add(text, "static const int %s_spatial_points[] = {", x->name);
+    for (int i = 0; i < model->point_count; i++)
+        if (model->points[i].is_angular)
+            text_add(text, "%s%d", count++ ? ", " : "", i);
+    text_add(text, "};\n\nconst struct refdyn_spatial %s_spatial = {%d, %s_spatial_points", x->name, count,
+             x->name);
+    put_function(x, text, "J");
+    put_function(x, text, "Jd_qd");
+    text_add(text, "};\n\n");
+}
 
 static void emit_name_entry(struct text *text, const char *name, const char *unit, double value) {
     char digits[32];

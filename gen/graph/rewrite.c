@@ -147,14 +147,14 @@ static bool is_carried_of(const struct sweep *x, int slot, int loop) {
 }
 
 /* Sets the rates of a slot's value at the beginning of an iteration, or after the loop. */
-static void begin_rates(struct sweep *x, int slot, bool behind) {
+static void begin_rates(struct sweep *x, int slot, bool after) {
     const struct slot s = x->g->slots[slot];
     for (int d = 0; d < x->directions; d++) {
         const int own = x->slots[slot * x->directions + d];
         const struct slot *rate = &x->g->slots[own < 0 ? 0 : own];
-        rates_of(x, behind ? s.final : s.carried)[d] = own < 0  ? rates_of(x, s.initial)[d]
-                                                       : behind ? rate->final
-                                                                : rate->carried;
+        rates_of(x, after ? s.final : s.carried)[d] = own < 0 ? rates_of(x, s.initial)[d]
+                                                      : after ? rate->final
+                                                              : rate->carried;
     }
 }
 

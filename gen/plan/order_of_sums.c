@@ -1,6 +1,6 @@
 /*
- * Orders the summands of each sum: the summand that is known last is added last, so that as little as
- * possible waits for it, and products are added one by one, for processors that multiply and add in one
+ * Orders the summands of each sum. The summand that is known last is added last, so that as little as
+ * possible waits for it. Products are added one by one, for processors that multiply and add in one
  * instruction.
  *
  * Input: the plan's functions before planning. Changes nodes of the closed graph: the same summands in as

@@ -47,7 +47,7 @@ static bool is_prepare(const struct walk *w) {
     return w->function == &w->plan->prepare;
 }
 
-/* ---- What code may read where it stands ---- */
+/* ---- What code may read at its place ---- */
 
 static int group_of(const struct walk *w, int loop) {
     return loop == ANY_LOOP ? 0 : w->function->group_of[loop];

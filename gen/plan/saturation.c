@@ -10,7 +10,7 @@
 
 #include <string.h>
 
-/* Marks the nodes of the accelerations, but none of derivatives, which have quotients and comparisons of
+/* Marks the nodes of the accelerations. It leaves out derivatives, which have quotients and comparisons of
  * their own. */
 static bool *mark_accelerations(const struct plan *plan) {
     static const char *const quantities[] = {"Q", "f", "equations", "qdd_free", "constrained"};

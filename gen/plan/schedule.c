@@ -19,7 +19,7 @@ struct scheduler {
     struct function *function;
     const struct graph *g;
     int words;
-    word *behind;                    /* by handle of a node outside loops: the loops whose end it needs */
+    word *awaits_end;                /* by handle of a node outside loops: the loops whose end it needs */
     word *needs_end, *needs_element; /* by loop: the loops whose end, or whose same element, it needs */
     bool *is_used, *is_directed;     /* by loop: is in the function; carries a value in it */
     bool *is_done;                   /* by group */
@@ -93,7 +93,7 @@ static void visit_loops(struct scheduler *x, void (*read)(struct scheduler *x, e
 static void wait_for(struct scheduler *x, expression e, int loop) {
     const int home = x->g->nodes[e].loop;
     if (!home)
-        unite(x, set_of(x, x->needs_end, (uint32_t)loop), set_of(x, x->behind, e));
+        unite(x, set_of(x, x->needs_end, (uint32_t)loop), set_of(x, x->awaits_end, e));
     else if (home != loop && !angles_is_repeated(x->plan, x->function, e))
         include(set_of(x, x->needs_element, (uint32_t)loop), home);
 }
@@ -118,14 +118,14 @@ static void find_waiting(struct scheduler *x) {
         if (!x->function->is_needed[e] || g->nodes[e].loop)
             continue;
         if (graph_as_slot(g, e))
-            include(set_of(x, x->behind, e), graph_as_slot(g, e)->loop);
+            include(set_of(x, x->awaits_end, e), graph_as_slot(g, e)->loop);
         for (int k = 0; k < operation_arity(g->nodes[e].operation); k++)
-            unite(x, set_of(x, x->behind, e), set_of(x, x->behind, g->nodes[e].operand[k]));
+            unite(x, set_of(x, x->awaits_end, e), set_of(x, x->awaits_end, g->nodes[e].operand[k]));
     }
     for (expression e = 0; e < g->count; e++) {
         const struct slot *slot = x->function->is_needed[e] ? graph_as_slot(g, e) : NULL;
         if (slot)
-            unite(x, set_of(x, x->needs_end, slot->loop), set_of(x, x->behind, slot->initial));
+            unite(x, set_of(x, x->needs_end, slot->loop), set_of(x, x->awaits_end, slot->initial));
     }
     visit_loops(x, wait_for);
 }
@@ -254,7 +254,7 @@ static bool have_ended(const struct scheduler *x, const word *loops) {
 static void place_straight(struct scheduler *x, expression limit) {
     for (expression e = 0; e < limit; e++) {
         if (!x->plan->is_statement[e] || x->g->nodes[e].loop || x->is_placed[e] ||
-            !have_ended(x, set_of(x, x->behind, e)))
+            !have_ended(x, set_of(x, x->awaits_end, e)))
             continue;
         add_block(x->function, -1, 0);
         add_statement(x, e);
@@ -432,7 +432,7 @@ void schedule_function(struct plan *plan, struct function *function) {
     struct scheduler x = {.plan = plan, .function = function, .g = g, .words = g->loop_count / 64 + 1};
     const size_t words = (size_t)x.words * sizeof(word);
     angles_find(plan, function);
-    x.behind = memory_scratch(plan->memory, nodes * words);
+    x.awaits_end = memory_scratch(plan->memory, nodes * words);
     x.needs_end = memory_scratch(plan->memory, loops * words);
     x.needs_element = memory_scratch(plan->memory, loops * words);
     x.is_used = memory_scratch(plan->memory, loops);

@@ -64,6 +64,20 @@ const char *quantities_of_words(struct plan *plan, const char *emit) {
 
 /* ---- Checks ---- */
 
+#define QUANTITY(name, about, exists, lacks, use, readers) {#name, use == IN_BLOCKS},
+static const struct {
+    const char *name;
+    bool has_blocks;
+} quantities[] = {
+#include "gen/quantities/quantities.def"
+};
+#undef QUANTITY
+enum { QUANTITY_COUNT = sizeof quantities / sizeof *quantities };
+
+const char *gen_quantity(int number) {
+    return number < QUANTITY_COUNT ? quantities[number].name : NULL;
+}
+
 bool quantities_is_in_list(const char *list, const char *name) {
     const size_t length = strlen(name);
     for (const char *at = list; (at = strstr(at, name)); at += length)
@@ -74,8 +88,8 @@ bool quantities_is_in_list(const char *list, const char *name) {
 
 const char quantities_implicit[] = "implicit";
 
-const char *quantities_block_word(struct memory *memory, const struct quantity *quantity, int block) {
-    return memory_format(memory, "%s.%s", quantity->name, derivatives_block_name(block));
+const char *quantities_block_word(struct memory *memory, const char *quantity, int block) {
+    return memory_format(memory, "%s.%s", quantity, derivatives_block_name(block));
 }
 
 /* The message about a wrong block of derivatives; NULL: the block exists. */
@@ -84,11 +98,11 @@ static const char *wrong_block(struct memory *memory, const char *word) {
     for (int k = 0; derivatives_block_name(k); k++)
         parts = memory_format(memory, "%s .%s", parts, derivatives_block_name(k));
     for (int i = 0; i < QUANTITY_COUNT; i++) {
-        if (quantities_table[i].use != IN_BLOCKS)
+        if (!quantities[i].has_blocks)
             continue;
-        names = memory_format(memory, "%s%s%s", names, *names ? " " : "", quantities_table[i].name);
+        names = memory_format(memory, "%s%s%s", names, *names ? " " : "", quantities[i].name);
         for (int k = 0; derivatives_block_name(k); k++)
-            if (!strcmp(quantities_block_word(memory, &quantities_table[i], k), word))
+            if (!strcmp(quantities_block_word(memory, quantities[i].name, k), word))
                 return NULL;
     }
     return memory_format(memory, "'%s' is not a part of a quantity; %s have%s", word, names, parts);
@@ -102,7 +116,7 @@ static const char *wrong_word(struct memory *memory, const char *word) {
     if (strchr(word, '.'))
         return wrong_block(memory, word);
     for (int i = 0; i < QUANTITY_COUNT; i++) {
-        names[i] = quantities_table[i].name;
+        names[i] = quantities[i].name;
         all = memory_format(memory, "%s %s", all, names[i]);
         if (!strcmp(names[i], word))
             return NULL;

@@ -45,7 +45,7 @@ struct candidate {
 static struct candidate choose_axes(const struct plan *plan, const struct tree *rolled) {
     struct candidate best = {.tree = rolled, .operations = weigh_axes(plan, rolled)};
     best.turned = best.operations;
-    for (enum kept_axes axes = AXES_KEPT_BEHIND; axes <= AXES_KEPT; axes++) {
+    for (enum kept_axes axes = AXES_KEPT_AFTER; axes <= AXES_KEPT; axes++) {
         const struct tree *tree = parallel_axes_keep(plan->memory, rolled, axes);
         const long operations = tree == rolled ? best.turned : weigh_axes(plan, tree);
         if (operations >= best.operations || 20 * operations > 19 * best.turned)
@@ -98,55 +98,4 @@ struct derivation *choice_of_tree(struct plan *plan) {
                                    memory_format(plan->memory, "axes of parallel turns %s, %ld (turned %ld)",
                                                  names[best.tree->axes], best.operations, best.turned));
     return d;
-}
-
-/* ---- Operations of functions ---- */
-
-/*
- * The cost of values: the operations of a call that computes them and nothing else. Forms are chosen by it.
- * The last function adds a line about a choice to the summary.
- */
-
-/* A division keeps its unit busy for four to five cycles, in which at least as many products or sums
- * begin. */
-enum { DIVISION_WEIGHT = 4 };
-
-/* Operations of all nodes on which the marked ones depend. */
-static long weigh_marked(const struct derivation *d, bool *needed) {
-    const struct graph *g = d->g;
-    long operations = 0;
-    rewrite_mark_operands(g, needed, g->count);
-    for (expression e = 0; e < g->count; e++) {
-        const enum cost cost = operation_cost(g->nodes[e].operation);
-        if (needed[e] && (g->nodes[e].depends & ~ON_PARAMETER) != 0)
-            operations += plan_trips_of(d->plan, e) *
-                          (cost == COST_DIV ? DIVISION_WEIGHT : cost == COST_ADD || cost == COST_MUL);
-    }
-    return operations;
-}
-
-long operation_cost_of_values(const struct derivation *d, const expression *values, int count) {
-    const struct memory_mark mark = memory_mark(d->memory);
-    bool *needed = memory_scratch(d->memory, d->g->count * sizeof *needed);
-    for (int i = 0; i < count; i++)
-        needed[values[i]] = true;
-    const long operations = weigh_marked(d, needed);
-    memory_back(d->memory, mark);
-    return operations;
-}
-
-long operation_cost_of_results(const struct derivation *d, const struct function *function) {
-    const struct memory_mark mark = memory_mark(d->memory);
-    bool *needed = memory_scratch(d->memory, d->g->count * sizeof *needed);
-    plan_mark_results(function, needed);
-    const long operations = weigh_marked(d, needed);
-    memory_back(d->memory, mark);
-    return operations;
-}
-
-void operation_cost_note_choice(struct derivation *d, const char *choice) {
-    struct plan *plan = d->plan;
-    if (d->is_second)
-        return;
-    plan->choices = plan->choices ? memory_format(plan->memory, "%s; %s", plan->choices, choice) : choice;
 }

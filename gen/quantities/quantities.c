@@ -81,16 +81,28 @@ static bool has_anchors(const struct derivation *d) {
     return d->plan->anchored_count > 0;
 }
 
-#define QUANTITY(name, about, exists, lacks, use, readers) \
-    {#name, about, lacks, exists, quantity_##name, use, readers},
-const struct quantity quantities_table[] = {
+/* quantities.def explains the columns. */
+struct quantity {
+    const char *name, *about, *lacks;
+    bool (*exists)(const struct derivation *d);
+    void (*build)(struct derivation *d, struct function *f);
+    enum quantity_use use;
+    enum quantity_readers readers;
+};
+
+#define QUANTITY(name, about, exists, lacks, use, readers) QUANTITY_##name,
+enum {
 #include "gen/quantities/quantities.def"
+    QUANTITY_COUNT
 };
 #undef QUANTITY
 
-const char *gen_quantity(int number) {
-    return number < QUANTITY_COUNT ? quantities_table[number].name : NULL;
-}
+#define QUANTITY(name, about, exists, lacks, use, readers) \
+    {#name, about, lacks, exists, quantity_##name, use, readers},
+static const struct quantity quantities[] = {
+#include "gen/quantities/quantities.def"
+};
+#undef QUANTITY
 
 /* ---- Functions composed of others ---- */
 
@@ -219,7 +231,7 @@ static unsigned wanted_blocks(const struct derivation *d, const struct quantity 
     if (quantity->use != IN_BLOCKS || !d->emit || quantities_is_in_list(d->emit, quantity->name))
         return ~0u;
     for (int k = 0; derivatives_block_name(k); k++)
-        if (quantities_is_in_list(d->emit, quantities_block_word(d->memory, quantity, k)))
+        if (quantities_is_in_list(d->emit, quantities_block_word(d->memory, quantity->name, k)))
             wanted |= 1u << k;
     return wanted;
 }
@@ -289,7 +301,7 @@ static bool is_named(const struct derivation *d, const struct quantity *quantity
 }
 
 static const struct quantity *find_quantity(const char *name) {
-    const struct quantity *quantity = quantities_table;
+    const struct quantity *quantity = quantities;
     while (strcmp(quantity->name, name))
         quantity++;
     return quantity;
@@ -342,7 +354,7 @@ static const struct function *provide(struct derivation *d, const char *name) {
 /* Returns whether a requested quantity is emitted, and not only functions that others call. */
 static bool has_asked_for(const struct derivation *d) {
     for (int i = 0; i < QUANTITY_COUNT; i++)
-        if (is_asked_for(d, &quantities_table[i]) && plan_find_function(d->plan, quantities_table[i].name))
+        if (is_asked_for(d, &quantities[i]) && plan_find_function(d->plan, quantities[i].name))
             return true;
     return false;
 }
@@ -363,7 +375,7 @@ bool quantities_list_functions(struct plan *plan, const char *emit) {
                      derivatives_prefer_vectors(d);
     plan->functions = memory_get(plan->memory, QUANTITY_COUNT * sizeof *plan->functions);
     for (int i = 0; i < QUANTITY_COUNT; i++) {
-        const struct quantity *quantity = &quantities_table[i];
+        const struct quantity *quantity = &quantities[i];
         if (i == QUANTITY_breaks)
             time_events_find(plan);
         if (i == QUANTITY_anchor)

@@ -15,26 +15,11 @@
 
 /* ---- The table ---- */
 
+/* Columns of quantities.def, which explains them. */
 enum quantity_use { BY_DEFAULT, IF_PRESENT, ALWAYS, ON_REQUEST, IN_BLOCKS };
 enum quantity_readers { ANY, RUNTIME };
 
 struct derivation;
-struct quantity {
-    const char *name, *about, *lacks;
-    bool (*exists)(const struct derivation *d);
-    void (*build)(struct derivation *d, struct function *f);
-    enum quantity_use use;
-    enum quantity_readers readers;
-};
-
-/* quantities.def explains the columns. */
-extern const struct quantity quantities_table[];
-#define QUANTITY(name, about, exists, lacks, use, readers) QUANTITY_##name,
-enum quantity_number {
-#include "gen/quantities/quantities.def"
-    QUANTITY_COUNT
-};
-#undef QUANTITY
 
 /* The function that fills the arrays of each quantity. */
 #define QUANTITY(name, about, exists, lacks, use, readers) \
@@ -47,7 +32,7 @@ bool quantities_is_in_list(const char *list, const char *name);
 /* The word for the form of the tangent that needs fewer operations. */
 extern const char quantities_implicit[];
 /* "d_qdd.q" */
-const char *quantities_block_word(struct memory *memory, const struct quantity *quantity, int block);
+const char *quantities_block_word(struct memory *memory, const char *quantity, int block);
 
 /* ---- Shared terms ---- */
 
@@ -150,13 +135,8 @@ void derivation_spread(struct derivation *d, struct function *f, int array, int 
 int derivation_add_array(struct derivation *d, struct function *f, const char *name, const char *about,
                          int count, int columns);
 
-/* composite_loops.c: M into an n x n array of f, as loops over pairs. Call pair_loops_drop_unread in the
- * end. */
-void mass_matrix_loops_add(struct derivation *d, struct function *f, int array);
 /* Adds the rotors' inertias to the diagonal of an array of M that loops fill. */
 void mass_matrix_add_rotors(struct derivation *d, struct function *f, int array);
-/* composite_loops.c: dQ/dq at qd = 0, in the same way. */
-void statics_tangent_loops_add(struct derivation *d, struct function *f, int array);
 /* dQ/dq at qd = 0 in the cheaper form. Call it after all other arrays of the result exist. */
 void mass_matrix_fill_statics_tangent(struct derivation *d, struct function *f, int array);
 

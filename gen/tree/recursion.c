@@ -17,11 +17,11 @@ static expression *state_of(const struct recursion *x, int frame) {
 }
 
 /* Writes the state at the beginning of an iteration, or after the loop. */
-static void write_carry(const struct recursion *x, bool behind, int frame) {
+static void write_carry(const struct recursion *x, bool after, int frame) {
     for (int s = 0; s < x->width; s++) {
         const int slot = x->carry.slots[s];
         const struct slot *of = &x->g->slots[slot < 0 ? 0 : slot];
-        state_of(x, frame)[s] = slot < 0 ? x->carry.initial[s] : behind ? of->final : of->carried;
+        state_of(x, frame)[s] = slot < 0 ? x->carry.initial[s] : after ? of->final : of->carried;
     }
 }
 

@@ -42,7 +42,7 @@ struct inertia {
 
 /* Consecutive frames whose joints turn about parallel axes: all turn with their bodies, all but the first
  * keep their axes, or all keep them. */
-enum kept_axes { AXES_TURNED, AXES_KEPT_BEHIND, AXES_KEPT };
+enum kept_axes { AXES_TURNED, AXES_KEPT_AFTER, AXES_KEPT };
 
 /* ENTRY and EXIT enclose the frames of one element of a run. They have no joint. */
 enum frame_kind { FRAME_JOINT, FRAME_ENTRY, FRAME_EXIT };
@@ -142,13 +142,10 @@ void frames_add_inertia(struct expansion *x, int link, const struct fixed_frame 
 /* Adds the elements of a link's beam, from the carrier's tip on, and the frames of their joints. */
 void rigid_finite_elements_add(struct expansion *x, const struct link *link, struct carrier *carrier);
 
-/* inertia_names.c: names the masses, moments and inertias of all frames. */
-void inertia_names_give(const struct expansion *x);
-
 /*
  * A joint about an axis in any direction. A constant rotation before the joint turns one of the frame's own
- * axes onto the given one, and its transpose follows the joint, so that at q = 0 the link's frame is parallel
- * to its carrier's (theory, sect. 2.1). All other joints are about the frame's own axes.
+ * axes onto the given one. Its transpose follows the joint, so that at q = 0 the link's frame is parallel to
+ * its carrier's (theory, sect. 2.1). All other joints are about the frame's own axes.
  */
 
 struct expansion;

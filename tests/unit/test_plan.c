@@ -325,7 +325,7 @@ static void test_broken_results(void) {
     CHECK(tells(&s, "writes stay within their array"));
     *last = write;
     last->value = kept;
-    CHECK(tells(&s, "behind what computes it"));
+    CHECK(tells(&s, "computed before it is read"));
     *last = write;
     f->write_count--;
     CHECK(tells(&s, "each entry is written"));
@@ -348,7 +348,7 @@ static void test_broken_counts(void) {
     CHECK(tells(&s, "divisions and functions are those of the code"));
     s.function.operations.functions++;
     s.plan.is_derived[kept] = true;
-    CHECK(tells(&s, "depends on parameters alone"));
+    CHECK(tells(&s, "depend on parameters alone"));
     s.plan.is_derived[kept] = false;
     s.function.piece_ends[0]--;
     CHECK(tells(&s, "pieces hold all statements"));

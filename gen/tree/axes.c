@@ -1,5 +1,5 @@
 /*
- * Joints about axes in any direction.
+ * Axes of joints: joints about axes in any direction, and frames that keep their axes.
  *
  * With a = (x, y, z) of length 1, where the last axis is the one to be turned, the columns of the rotation
  * are (1 + s x x f, s x y f, -s x), (x y f, s + y y f, -y) and a, where s is the sign of z and f = -1 / (s +
@@ -92,4 +92,70 @@ const char *joint_axis_text(struct memory *memory, const struct model *model, co
     if (!joint->has_direction)
         return memory_format(memory, "local %c", "xyz"[joint->axis]);
     return memory_format(memory, "(%.6g, %.6g, %.6g)", along[0], along[1], along[2]);
+}
+
+/* ---- Frames that keep their axes ---- */
+
+/* Marks frames that keep their axes while their bodies turn about parallel axes (theory, sect. 4.12). */
+
+static bool is_unturned(const struct frame *frame) {
+    const struct placement identity = placement_identity();
+    return !memcmp(frame->placement.rotation, identity.rotation, sizeof identity.rotation);
+}
+
+/* Returns whether frame i is an element of a beam, or the beam's own frame, which is the first element. */
+static bool belongs_to_beam(const struct tree *tree, int i) {
+    bool belongs = tree->frames[i].element > 0;
+    for (int j = i + 1; j < tree->count; j++)
+        belongs = belongs || (tree->frames[j].link == tree->frames[i].link && tree->frames[j].element > 0);
+    return belongs;
+}
+
+/* The axis about which all frames of one element of a run turn; -1: none. */
+static int axis_of_element(const struct tree *tree, int entry) {
+    const int axis = tree->frames[entry + 1].joint.axis;
+    for (int i = entry + 1; tree->frames[i].kind == FRAME_JOINT; i++) {
+        const struct frame *frame = &tree->frames[i];
+        if (!frame->joint.is_revolute || frame->joint.axis != axis || !is_unturned(frame) ||
+            belongs_to_beam(tree, i))
+            return -1;
+    }
+    return axis;
+}
+
+/* The axis about which the body of frame i turns while the frame may keep its axes; -1: none. */
+static int axis_of(const struct tree *tree, int i) {
+    while (tree->frames[i].run >= 0 && tree->frames[i].kind != FRAME_ENTRY)
+        i--;
+    const struct frame *frame = &tree->frames[i];
+    if (frame->kind == FRAME_ENTRY)
+        return axis_of_element(tree, i);
+    return frame->joint.is_revolute && !belongs_to_beam(tree, i) ? frame->joint.axis : -1;
+}
+
+/* Returns whether frame i turns about the axis about which its carrier's body turned. */
+static bool goes_on(const struct tree *tree, int i) {
+    const struct frame *frame = &tree->frames[i];
+    const int axis = axis_of(tree, i);
+    return axis >= 0 && frame->parent >= 0 && axis_of(tree, frame->parent) == axis && is_unturned(frame);
+}
+
+const struct tree *parallel_axes_keep(struct memory *memory, const struct tree *tree, enum kept_axes axes) {
+    struct tree *kept = memory_get(memory, sizeof *kept);
+    const size_t size = (size_t)tree->count * sizeof *kept->frames;
+    *kept = *tree;
+    kept->frames = memory_grow(memory, tree->frames, size, size + sizeof *kept->frames);
+    for (int i = 0; i < tree->count && axes != AXES_TURNED; i++) {
+        struct frame *frame = &kept->frames[i];
+        if (!goes_on(tree, i))
+            continue;
+        struct frame *carrier = &kept->frames[frame->parent];
+        frame->goes_on = frame->keeps_axes = true;
+        carrier->keeps_axes = carrier->keeps_axes || axes == AXES_KEPT || carrier->kind == FRAME_ENTRY;
+        kept->axes = axes;
+    }
+    for (int i = 0; i < tree->count; i++)
+        if (kept->frames[i].keeps_axes)
+            kept->frames[i].joint.axis = axis_of(tree, i);
+    return kept->axes == AXES_TURNED ? tree : kept;
 }
