@@ -748,7 +748,7 @@ void manipulator_rigid_required(const struct manipulator_rigid_parameters *p, co
     const double t6 = t3 * 0.09817477042468103;
     required[33] = (0.0 < t6 ? 1.0 : 0.0) * (fabs(t6) < 1.7976931348623157e+308 ? 1.0 : 0.0);
     required[34] = t6;
-    /* what the model needs of parameters: 1 where it holds */
+    /* the model's rules for parameters: 1 if a rule holds */
     const double t7 = p->Izz_col / 2.0;
     const double t8 = fmin(0.0, fmin(0.0, p->Izz_col));
     const double t9 = (0.0 < t8 ? 1.0 : 0.0);
@@ -1056,13 +1056,13 @@ static void manipulator_rigid_required_doubles(const double *p, const double *x,
 #endif
 
 #if REFDYN_MODEL_VERSION != 4
-#error "manipulator_rigid was emitted for version 4 of refdyn_model.h, and this refdyn_model.h is of another one: emit it again."
+#error "manipulator_rigid was emitted for version 4 of refdyn_model.h, and this refdyn_model.h has another version: emit it again."
 #endif
 
 const struct refdyn_model manipulator_rigid_model = {
     SET(interface_version) 4,
     SET(name) "manipulator_rigid",
-    SET(hash) "c31c099c88fa2f0b",
+    SET(hash) "35d30e4e9ebc2204",
     SET(n) 4,
     SET(m) 2,
     SET(parameter_count) 18,

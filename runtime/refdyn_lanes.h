@@ -31,51 +31,10 @@ struct refdyn_lane_model {
     const struct refdyn_model *model; /**< its tables hold for all lanes */
 
     void (*prepare)(double *p); /**< writes the derived values p[parameter_count * width] and following */
-    /** The function of struct refdyn_model with this name; NULL if that one is NULL. */
-    /**@{*/
-    refdyn_lane_function *start;
-    refdyn_lane_function *anchor;
-    refdyn_lane_function *M;
-    refdyn_lane_function *h;
-    refdyn_lane_function *Q;
-    refdyn_lane_function *u;
-    refdyn_lane_function *v;
-    refdyn_lane_function *phi;
-    refdyn_lane_function *psi;
-    refdyn_lane_function *k;
-    refdyn_lane_function *r;
-    refdyn_lane_function *rd;
-    refdyn_lane_function *C;
-    refdyn_lane_function *d;
-    refdyn_lane_function *energy;
-    refdyn_lane_function *power;
-    refdyn_lane_function *Q_q;
-    refdyn_lane_function *qdd_free;
-    refdyn_lane_function *qdd;
-    refdyn_lane_function *force;
-    refdyn_lane_function *equations;
-    refdyn_lane_function *M_h;
-    refdyn_lane_function *f;
-    refdyn_lane_function *row_terms;
-    refdyn_lane_function *point_terms;
-    refdyn_lane_function *constrained;
-    refdyn_lane_function *terms;
-    refdyn_lane_function *accelerations;
-    refdyn_lane_function *tangent;
-    refdyn_lane_function *tangent_vectors;
-    refdyn_lane_function *d_qdd;
-    refdyn_lane_function *d_qdd_free;
-    refdyn_lane_function *d_force;
-    refdyn_lane_function *d_statics;
-    refdyn_lane_function *d_rows;
-    refdyn_lane_function *course;
-    refdyn_lane_function *breaks;
-    refdyn_lane_function *switches;
-    refdyn_lane_function *pace;
-    refdyn_lane_function *event;
-    refdyn_lane_function *event_terms;
-    refdyn_lane_function *required;
-    /**@}*/
+/** A member for each function of struct refdyn_model with this name; NULL if that one is NULL. */
+#define REFDYN_LANE_FUNCTION(name) refdyn_lane_function *name;
+    REFDYN_QUANTITIES(REFDYN_LANE_FUNCTION)
+#undef REFDYN_LANE_FUNCTION
 };
 
 #endif

@@ -260,4 +260,14 @@ struct refdyn_model {
         *required; /**< for each requirement: 1 if it is met, else 0, then its numbers; reads p only */
 };
 
+/** Applies X to the name of each function of struct refdyn_model from `start` on, in its order. */
+/* clang-format off */
+#define REFDYN_QUANTITIES(X) \
+    X(start) X(anchor) X(M) X(h) X(Q) X(u) X(v) X(phi) X(psi) X(k) X(r) X(rd) X(C) X(d) X(energy) \
+    X(power) X(Q_q) X(qdd_free) X(qdd) X(force) X(equations) X(M_h) X(f) X(row_terms) X(point_terms) \
+    X(constrained) X(terms) X(accelerations) X(tangent) X(tangent_vectors) X(d_qdd) X(d_qdd_free) \
+    X(d_force) X(d_statics) X(d_rows) X(course) X(breaks) X(switches) X(pace) X(event) X(event_terms) \
+    X(required)
+/* clang-format on */
+
 #endif

@@ -78,7 +78,7 @@ static refdyn_function *function_of(const char *name) {
     return NULL;
 }
 
-/* M qdd - h - Q - u^T lambda and u qdd - k at held qdd and lambda. */
+/* M qdd - h - Q - u^T lambda and u qdd - k at given qdd and lambda. */
 static void balance(const double *at, const double *inputs, double t, const double *q, const double *qd, double *out) {
     const int n = model->n, m = model->m;
     double *M = room, *h = M + n * n, *Q = h + n, *u = Q + n, *k = u + m * n;

@@ -175,10 +175,11 @@ struct value declarations_add_option(struct declarations *declarations, struct p
     }
     declarations->options = memory_room(memory, declarations->options, declarations->option_count,
                                         &declarations->option_capacity, sizeof *declarations->options);
-    declarations->options[declarations->option_count++] = (struct model_option){.name = name,
-                                                                          .value = value_text(memory, &value),
-                                                                          .is_text = value.kind == VALUE_TEXT,
-                                                                          .place = place};
+    declarations->options[declarations->option_count++] =
+        (struct model_option){.name = name,
+                              .value = value_text(memory, &value),
+                              .is_text = value.kind == VALUE_TEXT,
+                              .place = place};
     return value;
 }
 

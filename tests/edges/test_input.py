@@ -205,7 +205,7 @@ def test_files_of_another_model_are_not_written_over(tmp_path):
     part = (out / "arm.c").read_text().replace("arm, part 1", "arm, part 2")
     (out / "arm_2.c").write_text(part)
     done = refdyn("gen", model, "--set", "name=arm_2", "-o", out, status=1)
-    assert done.stderr == f"{out}/arm_2.c: is of another model, another folder is needed\n"
+    assert done.stderr == f"{out}/arm_2.c: belongs to another model; choose another folder\n"
     assert sorted(path.name for path in out.iterdir()) == ["arm.c", "arm.h", "arm_2.c"] and (out / "arm_2.c").read_text() == part
     refdyn("gen", model, "--set", "name=arm_2", "-o", tmp_path / "other")
     refdyn("gen", model, "--set", "name=arm_2", "-o", tmp_path / "other")
