@@ -96,7 +96,7 @@ static void place_zeros(struct fmu_instance *instance) {
 
 /* From the present time on: where the last one was passed, and where the next one is. */
 static void place_time(struct fmu_instance *instance) {
-    const struct refdyn_time_events *known = &instance->integrator.motion->events;
+    const struct refdyn_time_events *known = &instance->integrator.motion->time_events;
     const double t = instance->integrator.t;
     instance->t_from = t;
     instance->t_next = INFINITY;

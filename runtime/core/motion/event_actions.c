@@ -128,7 +128,7 @@ static void take_values(struct refdyn_motion *motion) {
     refdyn_parameters_take(&motion->parameters, motion->work->model);
     refdyn_parameters_set_gains(&motion->parameters, motion->work->model, &motion->options,
                                 next > 0 ? next : INFINITY);
-    refdyn_events_find(&motion->events, motion->work, step->t_begin, step->state, step->state + step->n);
+    refdyn_time_events_take(&motion->time_events, motion->work, step->t_begin, step->state, step->state + step->n);
 }
 
 /* Notes the residuals of the rows before due events happen, on the side before kinks. */

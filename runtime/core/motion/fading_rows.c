@@ -31,7 +31,7 @@ int refdyn_fading_memory_size(const struct refdyn_model *model) {
     return may_fade ? method()->kind->memory_size(method(), model) : 0;
 }
 
-int refdyn_fading_is_due(struct refdyn_motion *motion, double h, double t) {
+static int is_due(struct refdyn_motion *motion, double h, double t) {
     struct refdyn_fading *fading = &motion->fading;
     const double distance = t - motion->step.t_begin;
     if (t != fading->t) {
@@ -45,7 +45,7 @@ int refdyn_fading_is_due(struct refdyn_motion *motion, double h, double t) {
     return 1;
 }
 
-int refdyn_fading_is_ahead(struct refdyn_motion *motion, double t) {
+static int is_ahead(struct refdyn_motion *motion, double t) {
     struct refdyn_workspace *work = motion->work;
     motion->fading.rank = work->partition.rank;
     motion->fading.is_known = work->partition.rank > 0 && !refdyn_rows_jump_at(motion, t) &&
@@ -57,27 +57,6 @@ int refdyn_fading_lost_rows(const struct refdyn_motion *motion) {
     const struct refdyn_fading *fading = &motion->fading;
     return fading->is_known && motion->step.t_begin < fading->t &&
            motion->work->partition.rank < fading->rank;
-}
-
-/* Steps by this method from now on, whose stages the guide brings onto the programme. */
-static void follow_with(struct refdyn_motion *motion, enum refdyn_method number,
-                        const struct refdyn_stage_guide *guide) {
-    refdyn_method_use(number, &motion->step);
-    refdyn_step_guide(&motion->step, guide);
-    refdyn_programme_forget(&motion->programme);
-}
-
-void refdyn_fading_enter(struct refdyn_motion *motion) {
-    motion->fading.before = motion->step.number;
-    motion->fading.is_on = 1;
-    follow_with(motion, REFDYN_GAUSS12, &motion->fading.guide);
-}
-
-void refdyn_fading_leave(struct refdyn_motion *motion) {
-    if (!motion->fading.is_on)
-        return;
-    motion->fading.is_on = 0;
-    follow_with(motion, motion->fading.before, NULL);
 }
 
 /* A stage's state (2 n) onto the programme, with all rows that are independent. */
@@ -95,7 +74,7 @@ void refdyn_fading_start(struct refdyn_motion *motion) {
     motion->fading = (struct refdyn_fading){.guide = {bring, motion}, .t = -INFINITY};
 }
 
-int refdyn_fading_judge(struct refdyn_motion *motion) {
+static int judge(struct refdyn_motion *motion) {
     struct refdyn_step *step = &motion->step;
     const int n = step->n;
     const double tol = motion->options.tol, most = tol > 0 ? error_share * tol : error_fixed;
@@ -112,7 +91,8 @@ int refdyn_fading_refuse(struct refdyn_motion *motion) {
     struct refdyn_step *step = &motion->step;
     struct refdyn_workspace *work = motion->work;
     motion->rows_change = 0;
-    refdyn_fading_leave(motion);
+    if (refdyn_fading_is_on(motion))
+        refdyn_special_step_end(motion);
     if (refdyn_equations(work, step->t_begin, step->state, step->state + step->n) ||
         refdyn_partition_renew(work))
         return 0;
@@ -122,5 +102,45 @@ int refdyn_fading_refuse(struct refdyn_motion *motion) {
 
 int refdyn_fading_is_near(const struct refdyn_motion *motion, double t) {
     const struct refdyn_step *step = &motion->step;
-    return motion->fading.is_on && step->t_end > step->t_begin && refdyn_step_theta(step, t) > 1 - near_part;
+    return refdyn_fading_is_on(motion) && step->t_end > step->t_begin &&
+           refdyn_step_theta(step, t) > 1 - near_part;
+}
+
+/* ---- Its entry in the list of obstacles ---- */
+
+double refdyn_fading_find(struct refdyn_motion *motion, struct refdyn_ahead *ahead) {
+    const double t = ahead->time_event < ahead->bound ? ahead->time_event : INFINITY;
+    return motion->work->m > 0 && is_due(motion, ahead->h, t) && is_ahead(motion, t) ? t : INFINITY;
+}
+
+/* One attempt, from t_begin to t. */
+static int attempt(struct refdyn_motion *motion, double t) {
+    const struct refdyn_step *step = &motion->step;
+    const double h = t - step->t_begin;
+    refdyn_special_step_begin(motion, REFDYN_GAUSS12, &motion->fading.guide);
+    int status = refdyn_motion_try(motion, t, h);
+    if (!status)
+        status = judge(motion);
+    if (!status)
+        status = refdyn_row_terms(motion->work, refdyn_rows_side_of(motion, t), step->state_new,
+                                  step->state_new + step->n);
+    if (status)
+        return status;
+    refdyn_statistics_step(&motion->statistics, motion->work, h);
+    refdyn_statistics_method(&motion->statistics, step->number);
+    return REFDYN_OK;
+}
+
+int refdyn_fading_step(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, double *t) {
+    const double t_event = *t, t_begin = motion->step.t_begin;
+    const int status = attempt(motion, t_event);
+    if (!status)
+        return 1;
+    refdyn_motion_failed(motion, status, t_event);
+    refdyn_statistics_rejected(&motion->statistics, 1);
+    if (!refdyn_fading_refuse(motion))
+        *t = t_begin;
+    else if (!(2 * ahead->h > t_event - t_begin))
+        *t = INFINITY;
+    return 0;
 }

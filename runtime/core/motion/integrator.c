@@ -72,7 +72,7 @@ static size_t lay_out(struct refdyn_integrator *integrator, const struct refdyn_
     refdyn_programme_lay_out(&motion->programme, model, &layout);
     refdyn_crossing_lay_out(&motion->crossing, model, &layout);
     refdyn_rows_lay_out(&motion->before, model, &layout);
-    refdyn_events_lay_out(&motion->events, model, &layout);
+    refdyn_time_events_lay_out(&motion->time_events, model, &layout);
     refdyn_state_events_lay_out(&motion->state_events, model, &layout);
     refdyn_linear_lay_out(&motion->linear, model, has_tangent, has_tangent ? needs.complexes : 0, &layout);
     return layout.used;
@@ -206,8 +206,7 @@ static int begin_here(struct refdyn_integrator *integrator) {
     struct refdyn_workspace *work = integrator->work;
     struct refdyn_step *step = &motion->step;
     motion->rows_change = 0;
-    refdyn_crossing_leave(motion);
-    refdyn_fading_leave(motion);
+    refdyn_special_step_end(motion);
     refdyn_step_break_off(step, 0);
     refdyn_linear_leave_begin(&motion->linear);
     refdyn_linear_drop_factors(&motion->linear);
@@ -232,9 +231,9 @@ static void take_parameters(struct refdyn_integrator *integrator) {
     refdyn_parameters_take(&motion->parameters, motion->work->model);
     refdyn_parameters_set_gains(&motion->parameters, motion->work->model, &motion->options,
                                 next > 0 ? next : INFINITY);
-    refdyn_events_find(&motion->events, motion->work, integrator->t, integrator->q, integrator->qd);
+    refdyn_time_events_take(&motion->time_events, motion->work, integrator->t, integrator->q, integrator->qd);
     refdyn_step_limit(&motion->step, INFINITY);
-    integrator->t_right = refdyn_events_right_of(&motion->events, integrator->t);
+    integrator->t_right = refdyn_time_events_right_of(&motion->time_events, integrator->t);
 }
 
 /* A motion begins: nothing of one before it is left. */
@@ -247,8 +246,7 @@ static void clear(struct refdyn_motion *motion) {
     refdyn_motion_failed(motion, REFDYN_OK, motion->failure.t);
     refdyn_linear_reset(&motion->linear);
     refdyn_control_begin(&motion->control, motion->options.step);
-    refdyn_crossing_start(motion);
-    refdyn_fading_start(motion);
+    refdyn_obstacles_start(motion);
     refdyn_step_guide(&motion->step, NULL);
     refdyn_method_use(method == REFDYN_AUTO ? REFDYN_RK8 : method, &motion->step);
     refdyn_partition_reset(motion->work);
@@ -359,7 +357,7 @@ static int accelerate_seen(struct refdyn_integrator *integrator) {
 static int continue_seen(struct refdyn_integrator *integrator) {
     const struct refdyn_step *step = &integrator->motion->step;
     const double theta = refdyn_step_theta(step, integrator->t);
-    if (integrator->motion->fading.is_on)
+    if (refdyn_fading_is_on(integrator->motion))
         refdyn_collocation_accelerations(step, theta, integrator->qdd);
     else
         refdyn_explicit_accelerations(step, theta, integrator->qdd);
@@ -535,7 +533,7 @@ int refdyn_integrator_to(struct refdyn_integrator *integrator, double t_out) {
 
 int refdyn_integrator_look(struct refdyn_integrator *integrator, double t) {
     const struct refdyn_motion *motion = integrator->motion;
-    if (!(refdyn_events_right_of(&motion->events, t) >= motion->step.t_begin &&
+    if (!(refdyn_time_events_right_of(&motion->time_events, t) >= motion->step.t_begin &&
           t <= fmax(motion->step.t_end, integrator->t)))
         return REFDYN_BAD_OPTION;
     enter(integrator);

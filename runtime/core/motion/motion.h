@@ -9,6 +9,9 @@
 #include "runtime/core/implicit/implicit.h"
 #include "runtime/core/methods/methods.h"
 
+struct refdyn_motion;
+struct refdyn_ahead;
+
 /*
  * The parameters of a motion: the caller's, with the gains of the step in the places that the model names.
  *
@@ -192,13 +195,9 @@ void refdyn_state_events_lay_out(struct refdyn_state_events *events, const struc
 int refdyn_state_events_start(struct refdyn_state_events *events, const struct refdyn_step *step);
 /* The begin of a step: values at it, and events that are due since values have jumped. Errors: NOT_FINITE. */
 int refdyn_state_events_begin(struct refdyn_state_events *events, const struct refdyn_step *step);
-/*
- * A step was taken, and its end evaluated. *t_event: where a shorter one should end; t_begin: an event stands
- * there, and no step is to be taken; INFINITY: it is good, with the events that are due at its end. `least`:
- * no step is shorter [s]. Errors: NOT_FINITE; those of interpolation; EVENTS_ACCUMULATE.
- */
-int refdyn_state_events_look(struct refdyn_state_events *events, struct refdyn_step *step, double least,
-                             double *t_event);
+/* Their entry in the list of obstacles. Errors of the first: NOT_FINITE; those of interpolation. */
+int refdyn_state_events_seen(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, double *t);
+double refdyn_state_events_cause(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, int status);
 /* The values of a state; the second function writes values and derivatives into `values` and `terms`. Errors:
  * NOT_FINITE, those of refdyn_rates where contacts rest. */
 int refdyn_state_events_values(struct refdyn_state_events *events, const struct refdyn_step *step, double t,
@@ -221,9 +220,6 @@ void refdyn_state_events_see_before_kinks(struct refdyn_state_events *events, co
 int refdyn_state_events_lead_back(struct refdyn_state_events *events, const struct refdyn_step *step);
 /* Have so many events followed each other without time between that they will not end? */
 int refdyn_state_events_accumulate(const struct refdyn_state_events *events);
-/* The same, where the step is too long for its error: *t_event is the first zero in it, or INFINITY. */
-void refdyn_state_events_look_early(struct refdyn_state_events *events, struct refdyn_step *step,
-                                    double least, double *t_event);
 /* Forces and rows that jump at a due kink must see the side to which the motion has crossed. Moves a state at
  * the begin of the step to that side of the kinks, or with side = -1 to the other side, by an amount of
  * rounding. Has it moved? */
@@ -314,25 +310,13 @@ struct refdyn_time_events {
     double switched;  /* the last of these that was found [s] */
 };
 
-/* How far a step may reach that looks for time events. */
-struct refdyn_reach {
-    double step;    /* its length, 0: not known yet [s] */
-    double t_out;   /* what is asked for, */
-    double t_final; /* end of the motion; INFINITY: not known [s] */
-    double t_least; /* steps are no shorter [s] */
-};
-
-void refdyn_events_lay_out(struct refdyn_time_events *events, const struct refdyn_model *model,
-                           struct layout *layout);
+void refdyn_time_events_lay_out(struct refdyn_time_events *events, const struct refdyn_model *model,
+                                struct layout *layout);
 /* The known ones for the present parameters and inputs; none is passed yet. t, q and qd: any. */
-void refdyn_events_find(struct refdyn_time_events *events, const struct refdyn_workspace *work, double t,
-                        const double *q, const double *qd);
+void refdyn_time_events_take(struct refdyn_time_events *events, const struct refdyn_workspace *work, double t,
+                             const double *q, const double *qd);
 /* t, or behind a time event that is there: where functions have the values with which the motion goes on. */
-double refdyn_events_right_of(const struct refdyn_time_events *events, double t);
-/* The next one behind the begin of the step, INFINITY: none as far as it or, where their times are known, the
- * motion reaches; the step evaluates nothing behind it, and continues nothing across one at its begin. */
-double refdyn_events_ahead(struct refdyn_time_events *events, struct refdyn_step *step,
-                           const struct refdyn_reach *reach);
+double refdyn_time_events_right_of(const struct refdyn_time_events *events, double t);
 
 /*
  * The insides of an integrator: each struct is written by the file of its name alone.
@@ -351,11 +335,9 @@ struct refdyn_automatic {
 
 /* Through a state where the rows lose rank: singular_crossing.c. */
 struct refdyn_singular_crossing {
-    int is_on;                 /* the last step leads through such a state: by rk8, */
-    enum refdyn_method before; /* instead of this method; */
-    double *unpassed;          /* state and rates before, for when the step is refused, */
-    double t;                  /* when the rows lose rank [s], */
-    double gap;                /* distance of the nearest stage from that time, relative to the step */
+    double *unpassed;  /* state and rates before the special step, for when it is refused */
+    double t;          /* when the rows lose rank [s] */
+    double gap;        /* distance of the nearest stage from that time, relative to the step */
     double stretch;    /* longest step through the state that the error should allow [s]; INFINITY: unknown */
     int count, *rows;  /* (m) independent rows, in the order of the model */
     double *distance;  /* (m) of each row from the span of those before it, for reference */
@@ -366,11 +348,9 @@ struct refdyn_singular_crossing {
 
 /* Rows that fade out towards a time event: fading_rows.c. */
 struct refdyn_fading {
-    int is_on;                 /* the last step leads to such an event: by gauss12, */
-    enum refdyn_method before; /* instead of this method */
-    double t, looked;          /* event that was looked at last, from how far [s], */
-    int is_known;              /* and rows fade out towards it, */
-    int rank;                  /* which was this before */
+    double t, looked; /* event that was looked at last, from how far [s], */
+    int is_known;     /* and rows fade out towards it, */
+    int rank;         /* which was this before */
     struct refdyn_stage_guide guide;
 };
 
@@ -394,7 +374,7 @@ struct refdyn_motion {
     struct refdyn_linear linear;
     struct refdyn_step step;
     struct refdyn_step_control control;
-    struct refdyn_time_events events;
+    struct refdyn_time_events time_events;
     struct refdyn_state_events state_events;
     struct refdyn_programme programme;
     struct refdyn_automatic automatic;
@@ -403,28 +383,78 @@ struct refdyn_motion {
     struct refdyn_residuals_before before;
     struct refdyn_statistics statistics;
     struct refdyn_failure failure;
-    int rows_change;         /* at the time event where the last step ended: row_changes.c */
-    double t_final;          /* end of the motion, see refdyn_integrator_until [s] */
-    double t_most;           /* no step reaches beyond, see refdyn_integrator_limit [s] */
-    long evaluations_before; /* of the workspace, at the start */
+    enum refdyn_method ordinary; /* method of ordinary steps, while a special step is on */
+    int rows_change;             /* at the time event where the last step ended: row_changes.c */
+    double t_final;              /* end of the motion, see refdyn_integrator_until [s] */
+    double t_most;               /* no step reaches beyond, see refdyn_integrator_limit [s] */
+    long evaluations_before;     /* of the workspace, at the start */
 };
 
-/* One accepted step of a motion. */
+/* ---- Obstacles ahead: obstacles.c has the list of their kinds ---- */
+
+/* What a step looks for, and the nearest obstacle that it has found. */
+struct refdyn_ahead {
+    double t_out;      /* the time that the caller asks for [s] */
+    double h;          /* length of an ordinary step; 0: not known yet [s] */
+    double least;      /* no step is shorter [s] */
+    double bound;      /* end of the motion, or limit of the caller; INFINITY: none [s] */
+    double time_event; /* the next one; INFINITY: none as far as the step reaches [s] */
+    double stop;       /* an ordinary step ends there or earlier [s] */
+    double remaining;  /* obstacle whose special step has failed; INFINITY: none [s] */
+    int rank;          /* independent rows before the end of the step was completed */
+};
+
+/* A motion begins. */
+void refdyn_obstacles_start(struct refdyn_motion *motion);
+/* What happens where the last step ended, at the begin of the next one. Errors: those of refdyn_rows_take_new
+ * and refdyn_event_actions_take. */
+int refdyn_obstacles_leave(struct refdyn_motion *motion);
+/* The nearest obstacle that an ordinary step may end on. */
+void refdyn_obstacles_find(struct refdyn_motion *motion, double t_out, struct refdyn_ahead *ahead);
+/* Takes a special step if an obstacle demands one within reach of ordinary steps of h. Returns 1 if that was
+ * done; state_new at t_end then is the new state. Otherwise ahead->stop leaves room for the special step. */
+int refdyn_obstacles_step(struct refdyn_motion *motion, double h, struct refdyn_ahead *ahead);
+/* A step is good, and its end complete: *t is where a shorter one has to end because of an obstacle in the
+ * step; t_begin: no step may be taken; INFINITY: the step stands. An error refuses it. */
+int refdyn_obstacles_seen(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, double *t);
+/* A step was refused, with this status or, if that is 0, for its error: the obstacle that may have caused
+ * this, where a shorter step should end; INFINITY: none. */
+double refdyn_obstacles_cause(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, int status);
+
+/* From _begin to _end, steps are special: by this method, with stages that the guide brings onto the
+ * programme. */
+void refdyn_special_step_begin(struct refdyn_motion *motion, enum refdyn_method method,
+                               const struct refdyn_stage_guide *guide);
+void refdyn_special_step_end(struct refdyn_motion *motion);
+
+/* No ordinary step is longer: half of the way to an obstacle whose special step has failed [s]. */
+static inline double refdyn_ahead_longest(const struct refdyn_motion *motion,
+                                          const struct refdyn_ahead *ahead) {
+    return (ahead->remaining - motion->step.t_begin) / 2;
+}
+/* The nearer of the end of the motion and the caller's limit that is still ahead; INFINITY: neither is. */
+double refdyn_motion_bound(const struct refdyn_motion *motion);
+/* Times closer to t than this are the same time for the motion; it depends on the larger of t and t_final. */
+double refdyn_motion_resolution(const struct refdyn_motion *motion, double t);
+
+/* Time events, as an entry of the list: the next one after the begin of the step. The step evaluates nothing
+ * after it, and continues nothing across one at its begin. */
+double refdyn_time_events_find(struct refdyn_motion *motion, struct refdyn_ahead *ahead);
+
+/* ---- One accepted step of a motion ---- */
 
 /* One step towards t_out: of fixed steps never past it, but by one that passes a state where the rows lose
  * rank. From state_new at t_end to the same, later. Errors: as refdyn_integrator_step. */
 int refdyn_accept_step(struct refdyn_motion *motion, double t_out);
 /*
  * The same in parts, so that somebody else may take the step: begin, then prepare, plan, take and judge until
- * is_over, when the step is accepted. Fixed steps, those through a state where the rows lose rank, and a
- * begin at which events are due, are over behind begin. Errors: as refdyn_integrator_step.
+ * is_over, when the step is accepted. Fixed steps, special steps, and a begin at which events are due, are
+ * over after begin. Errors: as refdyn_integrator_step.
  */
 struct refdyn_attempt {
-    double t_out;    /* what is asked for, */
-    double t_near;   /* beyond which the step does not reach [s] */
-    double half_way; /* to a state where the rows lose rank; INFINITY: none is near [s] */
+    struct refdyn_ahead ahead;
     double h, t_new; /* length and end of the step to take [s] */
-    double size;     /* its error, in tolerances, behind refdyn_attempt_measured */
+    double size;     /* its error, in tolerances, after refdyn_attempt_measured */
     int is_measured; /* that is known */
     int is_left;     /* somebody else was to take the step and could not */
     int is_over;     /* no step is being tried */
@@ -441,17 +471,12 @@ void refdyn_attempt_measured(const struct refdyn_motion *motion, struct refdyn_a
                              double error);
 /* taken: what taking it ended with. */
 void refdyn_attempt_judge(struct refdyn_motion *motion, struct refdyn_attempt *attempt, int taken);
-/*
- * A step of h from the begin may come near a state where the rows lose rank: *t is when, INFINITY: it does
- * not, or options.singular asks for no passing. Then tries to pass that state, with a step that ends before
- * t_bound: 1 when that was done, and state_new at t_end is the new state; 0: no other step should go more
- * than half of the way.
- */
-int refdyn_pass_singular(struct refdyn_motion *motion, double h, double t_bound, double *t);
-/* The motion may not go beyond t_final and t_most, unless they lie behind. */
-double refdyn_motion_bound(const struct refdyn_motion *motion);
-/* Times closer to t than this are the same time for the motion; it depends on the larger of t and t_final. */
-double refdyn_motion_resolution(const struct refdyn_motion *motion, double t);
+
+/* The parts of special steps: the method's attempt from t_begin to t_new, with the gains of a step of h; its
+ * end on the programme, with partition, rates and work; the statistics of an accepted step. */
+int refdyn_motion_try(struct refdyn_motion *motion, double t_new, double h);
+int refdyn_motion_complete(struct refdyn_motion *motion);
+int refdyn_motion_accept(struct refdyn_motion *motion, double h);
 /* Are options.step_limit steps tried? */
 int refdyn_step_limit_reached(const struct refdyn_motion *motion);
 /* An evaluation or projection has failed at t. */
@@ -563,25 +588,19 @@ int refdyn_event_actions_take(struct refdyn_motion *motion);
 
 /* Doubles of a step's memory. */
 int refdyn_fading_memory_size(const struct refdyn_model *model);
-/* A motion begins. */
+/* Their entry in the list of obstacles. */
 void refdyn_fading_start(struct refdyn_motion *motion);
-/* Is the time event at t near enough for a motion whose steps are h, and nearer than half of where it was
- * looked at last? */
-int refdyn_fading_is_due(struct refdyn_motion *motion, double h, double t);
-/* Do rows fade out towards the time event at t? The row terms in the workspace are lost. */
-int refdyn_fading_is_ahead(struct refdyn_motion *motion, double t);
+double refdyn_fading_find(struct refdyn_motion *motion, struct refdyn_ahead *ahead);
+int refdyn_fading_step(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, double *t);
+/* Was the last step one that ends at such an event? */
+static inline int refdyn_fading_is_on(const struct refdyn_motion *motion) {
+    return motion->step.guide == &motion->fading.guide;
+}
 /* An ordinary step was taken: has it lost rows that fade out towards an event that it did not begin behind?
  */
 int refdyn_fading_lost_rows(const struct refdyn_motion *motion);
-/* Enters the step that ends at such an event, and leaves it: from one to the other the method is gauss12, and
- * its stages are brought onto the programme. */
-void refdyn_fading_enter(struct refdyn_motion *motion);
-void refdyn_fading_leave(struct refdyn_motion *motion);
-/* The step was taken; is its error, in tolerances, small enough? It ends where the rows have changed. Error:
- * NO_CONVERGENCE. */
-int refdyn_fading_judge(struct refdyn_motion *motion);
-/* It was refused: the partition is that of its begin again. Returns 0 where the rank is lost there already:
- * then the motion ends. */
+/* A step is refused: the partition is that of its begin again. Returns 0 where the rank is lost there
+ * already: then the motion ends. */
 int refdyn_fading_refuse(struct refdyn_motion *motion);
 /* Does t lie so near the event that its accelerations are not to be had from the rows? */
 int refdyn_fading_is_near(const struct refdyn_motion *motion, double t);
@@ -634,6 +653,9 @@ double refdyn_rows_side_of(const struct refdyn_motion *motion, double t);
 /* The next step begins where rows have changed: its state and rates. Errors: those of refdyn_project and
  * refdyn_rates; ROWS_UNMET. */
 int refdyn_rows_take_new(struct refdyn_motion *motion);
+/* The same if rows have changed where the last step ended: part of the entry of time events in the list of
+ * obstacles. */
+int refdyn_rows_leave_event(struct refdyn_motion *motion);
 
 /* Notes the residuals of this state, from the row terms in the workspace: of a state before a jump; of a
  * state that the caller sees. */
@@ -662,34 +684,18 @@ int refdyn_rows_meet_seen(struct refdyn_motion *motion);
 
 void refdyn_crossing_lay_out(struct refdyn_singular_crossing *crossing, const struct refdyn_model *model,
                              struct layout *layout);
-/* A motion begins. */
+/* Their entry in the list of obstacles. */
 void refdyn_crossing_start(struct refdyn_motion *motion);
-
-/* Will the rows lose rank within `reach` from t_begin? Then *t is when, on the motion continued by its
- * accelerations. The row terms in the workspace and the step's stage are lost. */
-int refdyn_crossing_is_ahead(struct refdyn_motion *motion, double reach, double *t);
-/* Did they on the ordinary step that was taken, which was longer than that continuation is good for? Then it
- * is known when. The workspace holds the row terms of its end afterwards. */
-int refdyn_crossing_was_missed(struct refdyn_motion *motion);
-/* Would an attempt be useless: is a step through the state at t too long, judging by the errors of earlier
- * ones, or was one through the same state tried from not much further away? */
-int refdyn_crossing_is_vain(const struct refdyn_motion *motion, double t);
-/* End of the step that leads through a state at t, not beyond t_bound; INFINITY: there is none. */
-double refdyn_crossing_end(struct refdyn_motion *motion, double t, double t_bound);
-/* After refdyn_crossing_end: from here to refdyn_crossing_leave the method is rk8, whose stages are brought
- * onto the programme. Error: those of refdyn_rates. */
-int refdyn_crossing_enter(struct refdyn_motion *motion);
-void refdyn_crossing_leave(struct refdyn_motion *motion);
+double refdyn_crossing_find(struct refdyn_motion *motion, struct refdyn_ahead *ahead);
+int refdyn_crossing_step(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, double *t);
+int refdyn_crossing_seen(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, double *t);
+/* Was the last step one through such a state? */
+static inline int refdyn_crossing_is_on(const struct refdyn_motion *motion) {
+    return motion->step.guide == &motion->crossing.guide;
+}
 /* Is a state (2 n) on the branch that was followed, after a projection? NO_CONVERGENCE: it was moved so far
  * that it may not be. */
 int refdyn_crossing_follow(struct refdyn_motion *motion, const double *before, const double *state);
-/* The error of the step; NO_CONVERGENCE: it is too large. */
-int refdyn_crossing_judge(struct refdyn_motion *motion, double *error);
-/* After the step: it is known when the rows lose rank on it. The row terms in the workspace are lost. */
-void refdyn_crossing_look_back(struct refdyn_motion *motion);
-/* The step with this error is told in the statistics; an attempt at one to t_new was refused. */
-void refdyn_crossing_record(struct refdyn_motion *motion, double error);
-void refdyn_crossing_refuse(struct refdyn_motion *motion, double t_new);
 /* Does t lie so near a state passed that its accelerations are not to be had from the rows? */
 int refdyn_crossing_is_near(const struct refdyn_motion *motion, double t);
 

@@ -71,7 +71,7 @@ static int residuals_differ(const struct refdyn_motion *motion, int count, const
 static int jump(struct refdyn_motion *motion, double t, const double *state) {
     struct refdyn_workspace *work = motion->work;
     const struct refdyn_step *step = &motion->step;
-    const double right = refdyn_events_right_of(&motion->events, t);
+    const double right = refdyn_time_events_right_of(&motion->time_events, t);
     memset(work->wanted, 0, (size_t)work->m * sizeof *work->wanted);
     if (refdyn_row_terms(work, step->t_begin, step->state, step->state + step->n))
         return 0;
@@ -100,7 +100,7 @@ int refdyn_rows_jump_at(struct refdyn_motion *motion, double t) {
 
 double refdyn_rows_side_of(const struct refdyn_motion *motion, double t) {
     return motion->rows_change ? refdyn_step_inside(&motion->step, t)
-                               : refdyn_events_right_of(&motion->events, t);
+                               : refdyn_time_events_right_of(&motion->time_events, t);
 }
 
 /* The bodies on which contacts rest may have begun to move suddenly: contacts close, or let go, from here. */
@@ -135,6 +135,10 @@ int refdyn_rows_take_new(struct refdyn_motion *motion) {
     if (!status)
         status = refdyn_rates(&step->evaluation, step->t_begin, step->state, step->rates);
     return status;
+}
+
+int refdyn_rows_leave_event(struct refdyn_motion *motion) {
+    return motion->rows_change ? refdyn_rows_take_new(motion) : REFDYN_OK;
 }
 
 /* ---- At any jump ---- */

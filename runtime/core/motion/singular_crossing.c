@@ -49,6 +49,9 @@ static const double error_aim = 0.5;
 static const double stretch_least = 0.2, stretch_most = 5;
 
 /* NARROWINGS: golden sections to place a step; NARROWINGS_TOLD: for the time that is reported. */
+/* Steps ahead, in which such a state is looked for: adaptive and fixed ones. */
+static const double reach_adaptive = 8, reach_fixed = 4;
+
 enum { SAMPLES = 10, FIRST_SAMPLE = 512, NARROWINGS = 12, NARROWINGS_TOLD = 30 };
 
 /* ---- Rank ---- */
@@ -224,7 +227,7 @@ static double find_dip(struct refdyn_motion *motion, path_function *path, const 
     return 0;
 }
 
-int refdyn_crossing_is_ahead(struct refdyn_motion *motion, double reach, double *t) {
+static int is_ahead(struct refdyn_motion *motion, double reach, double *t) {
     const double known = motion->crossing.t - motion->step.t_begin;
     double at[SAMPLES] = {0};
     if (motion->work->partition.rank <= 0)
@@ -241,7 +244,7 @@ int refdyn_crossing_is_ahead(struct refdyn_motion *motion, double reach, double 
     return s > 0;
 }
 
-int refdyn_crossing_was_missed(struct refdyn_motion *motion) {
+static int was_missed(struct refdyn_motion *motion) {
     const struct refdyn_step *step = &motion->step;
     const double h = step->t_end - step->t_begin;
     double at[SAMPLES];
@@ -260,7 +263,7 @@ int refdyn_crossing_was_missed(struct refdyn_motion *motion) {
     return 1;
 }
 
-int refdyn_crossing_is_vain(const struct refdyn_motion *motion, double t) {
+static int is_vain(const struct refdyn_motion *motion, double t) {
     const struct refdyn_singular_crossing *crossing = &motion->crossing;
     const struct refdyn_refused_crossing *refused = &crossing->refused;
     const double before = refused->t - refused->t_begin, distance = t - motion->step.t_begin;
@@ -268,7 +271,7 @@ int refdyn_crossing_is_vain(const struct refdyn_motion *motion, double t) {
     return distance / places[0] > crossing->stretch || (is_same && distance > again_part * before);
 }
 
-double refdyn_crossing_end(struct refdyn_motion *motion, double t, double t_bound) {
+static double end_of_step(struct refdyn_motion *motion, double t, double t_bound) {
     struct refdyn_step *step = &motion->step;
     struct refdyn_singular_crossing *crossing = &motion->crossing;
     crossing->refused.why = REFDYN_NO_ROOM;
@@ -285,32 +288,20 @@ double refdyn_crossing_end(struct refdyn_motion *motion, double t, double t_boun
 int refdyn_crossing_is_near(const struct refdyn_motion *motion, double t) {
     const struct refdyn_step *step = &motion->step;
     const struct refdyn_singular_crossing *crossing = &motion->crossing;
-    return crossing->is_on && t < step->t_end &&
+    return refdyn_crossing_is_on(motion) && t < step->t_end &&
            fabs(t - crossing->t) < near_part * (step->t_end - step->t_begin);
 }
 
 /* ---- The step ---- */
 
-/* Steps by this method from now on, whose stages the guide brings onto the programme; what the one before
- * kept is gone. */
-static void follow_with(struct refdyn_motion *motion, enum refdyn_method method,
-                        const struct refdyn_stage_guide *guide) {
-    struct refdyn_step *step = &motion->step;
-    refdyn_method_use(method, step);
-    refdyn_step_guide(step, guide);
-    refdyn_programme_forget(&motion->programme);
-}
-
 /* Stages begin on the programme, also where motions are not projected otherwise. */
-int refdyn_crossing_enter(struct refdyn_motion *motion) {
+static int enter(struct refdyn_motion *motion) {
     struct refdyn_step *step = &motion->step;
     struct refdyn_singular_crossing *crossing = &motion->crossing;
     struct refdyn_workspace *work = motion->work;
     const int n = work->n;
     const size_t size = 2 * (size_t)n + 1;
-    crossing->before = step->number;
-    crossing->is_on = 1;
-    follow_with(motion, REFDYN_RK8, &crossing->guide);
+    refdyn_special_step_begin(motion, REFDYN_RK8, &crossing->guide);
     crossing->refused.why = REFDYN_NO_STATE;
     memcpy(crossing->unpassed, step->state, size * sizeof(double));
     memcpy(crossing->unpassed + size, step->rates, refdyn_rates_bytes(step));
@@ -319,14 +310,6 @@ int refdyn_crossing_enter(struct refdyn_motion *motion) {
         return status;
     status = refdyn_programme_meet(&motion->programme, step, step->t_begin, step->state);
     return status ? status : refdyn_rates(&step->evaluation, step->t_begin, step->state, step->rates);
-}
-
-void refdyn_crossing_leave(struct refdyn_motion *motion) {
-    struct refdyn_singular_crossing *crossing = &motion->crossing;
-    if (!crossing->is_on)
-        return;
-    crossing->is_on = 0;
-    follow_with(motion, crossing->before, NULL);
 }
 
 /* The largest rate where the rows lose rank, on the motion continued. */
@@ -378,7 +361,7 @@ static void learn_stretch(struct refdyn_motion *motion, double error) {
     *known = error <= 1 && isfinite(*known) ? fmax(*known, stretch) : stretch;
 }
 
-int refdyn_crossing_judge(struct refdyn_motion *motion, double *error) {
+static int judge(struct refdyn_motion *motion, double *error) {
     const double tol = motion->options.tol, h = motion->step.t_end - motion->step.t_begin;
     const double way = h * speed_there(motion);
     const double most = tol > 0 ? fmax(error_share * tol, fmin(rounding / way, rounding_most)) : INFINITY;
@@ -390,7 +373,7 @@ int refdyn_crossing_judge(struct refdyn_motion *motion, double *error) {
     return REFDYN_NO_CONVERGENCE;
 }
 
-void refdyn_crossing_look_back(struct refdyn_motion *motion) {
+static void look_back(struct refdyn_motion *motion) {
     struct refdyn_singular_crossing *crossing = &motion->crossing;
     const struct refdyn_step *step = &motion->step;
     const double predicted = crossing->t - step->t_begin, gap = crossing->gap * (step->t_end - step->t_begin);
@@ -410,7 +393,6 @@ void refdyn_crossing_lay_out(struct refdyn_singular_crossing *crossing, const st
 
 void refdyn_crossing_start(struct refdyn_motion *motion) {
     struct refdyn_singular_crossing *crossing = &motion->crossing;
-    crossing->is_on = 0;
     crossing->t = -INFINITY;
     crossing->stretch = INFINITY;
     crossing->refused = (struct refdyn_refused_crossing){.tries = 0};
@@ -419,14 +401,14 @@ void refdyn_crossing_start(struct refdyn_motion *motion) {
 
 /* ---- What is told ---- */
 
-void refdyn_crossing_record(struct refdyn_motion *motion, double error) {
+static void record(struct refdyn_motion *motion, double error) {
     const struct refdyn_step *step = &motion->step;
     refdyn_statistics_crossing(
         &motion->statistics, (struct refdyn_crossing){motion->crossing.t, step->t_begin, step->t_end, error});
     motion->crossing.refused = (struct refdyn_refused_crossing){.tries = 0};
 }
 
-void refdyn_crossing_refuse(struct refdyn_motion *motion, double t_new) {
+static void refuse(struct refdyn_motion *motion, double t_new) {
     struct refdyn_singular_crossing *crossing = &motion->crossing;
     struct refdyn_step *step = &motion->step;
     const double *rates = crossing->unpassed + 2 * step->n + 1;
@@ -434,11 +416,83 @@ void refdyn_crossing_refuse(struct refdyn_motion *motion, double t_new) {
     crossing->refused.t = crossing->t;
     crossing->refused.t_begin = step->t_begin;
     crossing->refused.stretch = t_new - step->t_begin;
-    if (!crossing->is_on)
+    if (!refdyn_crossing_is_on(motion))
         return;
     refdyn_step_place(step, step->t_begin, crossing->unpassed);
     memcpy(step->rates, rates, refdyn_rates_bytes(step));
-    refdyn_crossing_leave(motion);
+    refdyn_special_step_end(motion);
+}
+
+/* ---- Its entry in the list of obstacles ---- */
+
+double refdyn_crossing_find(struct refdyn_motion *motion, struct refdyn_ahead *ahead) {
+    const double steps = motion->options.tol > 0 ? reach_adaptive : reach_fixed;
+    double t;
+    if (motion->options.singular != REFDYN_PASS || !is_ahead(motion, steps * ahead->h, &t))
+        return INFINITY;
+    return t;
+}
+
+/* The step has no shorter one that could end at an obstacle seen in it. */
+static int meets_none(struct refdyn_motion *motion) {
+    const struct refdyn_step *step = &motion->step;
+    const struct refdyn_ahead ahead = {.t_out = step->t_end,
+                                       .least = refdyn_control_least(step->t_begin, step->t_end)};
+    double t;
+    const int status = refdyn_obstacles_seen(motion, &ahead, &t);
+    return status ? status : isfinite(t) ? REFDYN_NO_CONVERGENCE : REFDYN_OK;
+}
+
+/* One attempt, from t_begin to t_new. */
+static int attempt(struct refdyn_motion *motion, double t_new) {
+    const double h = t_new - motion->step.t_begin;
+    double error;
+    int status = enter(motion);
+    if (!status)
+        status = refdyn_motion_try(motion, t_new, h);
+    if (!status)
+        status = judge(motion, &error);
+    if (status)
+        return status;
+    look_back(motion);
+    status = refdyn_motion_complete(motion);
+    if (!status)
+        status = meets_none(motion);
+    if (!status)
+        status = refdyn_motion_accept(motion, h);
+    if (!status)
+        record(motion, error);
+    return status;
+}
+
+int refdyn_crossing_step(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, double *t) {
+    struct refdyn_partition *partition = &motion->work->partition;
+    const struct refdyn_options *options = &motion->options;
+    const int rank = partition->rank;
+    if (is_vain(motion, *t))
+        return 0;
+    const double t_new = end_of_step(motion, *t, fmin(ahead->bound, ahead->time_event));
+    if (options->tol > 0 && options->step_max > 0 && isfinite(t_new) &&
+        t_new - motion->step.t_begin > options->step_max)
+        return 0;
+    const int status = isfinite(t_new) ? attempt(motion, t_new) : REFDYN_NO_CONVERGENCE;
+    if (!status)
+        return 1;
+    refdyn_motion_failed(motion, status, motion->failure.t);
+    refuse(motion, t_new);
+    partition->rank_most = rank;
+    refdyn_statistics_rejected(&motion->statistics, 1);
+    return 0;
+}
+
+/* Where the rank has grown, the step began in such a state. */
+int refdyn_crossing_seen(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, double *t) {
+    *t = INFINITY;
+    if (motion->options.singular != REFDYN_PASS || motion->options.tol == 0 ||
+        refdyn_crossing_is_on(motion) || motion->work->partition.rank > ahead->rank || !was_missed(motion))
+        return REFDYN_OK;
+    refdyn_motion_failed(motion, REFDYN_NO_CONVERGENCE, motion->crossing.t);
+    return REFDYN_NO_CONVERGENCE;
 }
 
 const char *refdyn_refusal_text(enum refdyn_refusal refusal) {

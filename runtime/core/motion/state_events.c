@@ -779,13 +779,10 @@ static int find_first_of_all(struct refdyn_state_events *events, struct refdyn_s
     return status;
 }
 
-int refdyn_state_events_look(struct refdyn_state_events *events, struct refdyn_step *step, double least,
-                             double *t_event) {
+/* The step is good: where should a shorter one end? */
+static int look(struct refdyn_state_events *events, struct refdyn_step *step, double least, double *t_event) {
     const int target = events->target;
     double first;
-    *t_event = INFINITY;
-    if (events->count == 0)
-        return REFDYN_OK;
     events->contacts.longest = fmax(events->contacts.longest, step->t_end - step->t_begin);
     const int status = find_first_of_all(events, step, least, &first);
     if (status)
@@ -807,14 +804,41 @@ int refdyn_state_events_look(struct refdyn_state_events *events, struct refdyn_s
     return REFDYN_OK;
 }
 
-void refdyn_state_events_look_early(struct refdyn_state_events *events, struct refdyn_step *step,
-                                    double least, double *t_event) {
+/* The first zero in a step that was refused; INFINITY: none explains it. */
+static double look_early(struct refdyn_state_events *events, struct refdyn_step *step, double least) {
     const double h = step->t_end - step->t_begin;
     double first;
-    *t_event = INFINITY;
     events->tries = 0;
     if (events->early_tries++ >= TRIES_FREE || find_first_of_all(events, step, least, &first))
-        return;
-    if (first * h >= least && first < near_end)
-        *t_event = step->t_begin + first * h;
+        return INFINITY;
+    return first * h >= least && first < near_end ? step->t_begin + first * h : INFINITY;
+}
+
+/* ---- Their entry in the list of obstacles ---- */
+
+int refdyn_state_events_seen(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, double *t) {
+    *t = INFINITY;
+    if (motion->state_events.count == 0)
+        return REFDYN_OK;
+    const int status = look(&motion->state_events, &motion->step, ahead->least, t);
+    if (status)
+        refdyn_motion_failed(motion, status, motion->step.t_end);
+    return status;
+}
+
+/* A step whose error is too large may have passed an event or a kink, and one whose end could not be
+ * projected onto its rows a kink at which they turn. It should end there, not at some part of its length. */
+double refdyn_state_events_cause(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, int status) {
+    struct refdyn_step *step = &motion->step;
+    if (motion->state_events.count == 0)
+        return INFINITY;
+    if (status && (status != REFDYN_NO_CONVERGENCE || motion->work->model->kink_count == 0 ||
+                   motion->options.stabilise != REFDYN_PROJECT))
+        return INFINITY;
+    if (status) /* back to where the method led */
+        memcpy(step->state_new, step->side, (size_t)(2 * step->n) * sizeof(double));
+    if (!step->has_rates_new && refdyn_rates(&step->evaluation, refdyn_step_inside(step, step->t_end),
+                                             step->state_new, step->rates_new))
+        return INFINITY;
+    return look_early(&motion->state_events, step, ahead->least);
 }

@@ -21,15 +21,15 @@ static const double parabola_misses = 0.125;
 /* Rows of events->switches: values at three times; one more row is for the time that is evaluated. */
 enum { ROWS = 3 };
 
-void refdyn_events_lay_out(struct refdyn_time_events *events, const struct refdyn_model *model,
-                           struct layout *layout) {
+void refdyn_time_events_lay_out(struct refdyn_time_events *events, const struct refdyn_model *model,
+                                struct layout *layout) {
     events->count = model->break_count;
     events->times = layout_doubles(layout, model->break_count);
     events->switches = layout_doubles(layout, (ROWS + 1) * model->switch_count);
 }
 
-void refdyn_events_find(struct refdyn_time_events *events, const struct refdyn_workspace *work, double t,
-                        const double *q, const double *qd) {
+void refdyn_time_events_take(struct refdyn_time_events *events, const struct refdyn_workspace *work, double t,
+                             const double *q, const double *qd) {
     double *times = events->times;
     events->next = 0;
     events->switched = -INFINITY;
@@ -50,7 +50,7 @@ static double blur(double t) {
     return fmax(2 * DBL_EPSILON * fabs(t), DBL_MIN);
 }
 
-double refdyn_events_right_of(const struct refdyn_time_events *events, double t) {
+double refdyn_time_events_right_of(const struct refdyn_time_events *events, double t) {
     if (events->count == 0 && events->switched == -INFINITY)
         return t;
     const double same = refdyn_time_resolution(t);
@@ -192,12 +192,12 @@ static double find_switch(struct refdyn_time_events *events, const struct refdyn
 }
 
 /* Where the step may end, with this known time event ahead. */
-static double farthest(const struct refdyn_reach *reach, double t_begin, double ahead) {
-    if (reach->step > 0)
-        return fmin(t_begin + reach->step, ahead);
-    return isfinite(ahead)            ? ahead
-           : isfinite(reach->t_final) ? fmax(reach->t_final, reach->t_out)
-                                      : reach->t_out;
+static double farthest(const struct refdyn_motion *motion, const struct refdyn_ahead *ahead, double known) {
+    if (ahead->h > 0)
+        return fmin(motion->step.t_begin + ahead->h, known);
+    return isfinite(known)             ? known
+           : isfinite(motion->t_final) ? fmax(motion->t_final, ahead->t_out)
+                                       : ahead->t_out;
 }
 
 /* Goes past the known ones that lie behind; is one at t_begin? */
@@ -208,17 +208,19 @@ static int pass_by(struct refdyn_time_events *events, double t_begin, double lea
     return is_there;
 }
 
-double refdyn_events_ahead(struct refdyn_time_events *events, struct refdyn_step *step,
-                           const struct refdyn_reach *reach) {
-    const int samples = reach->step > 0 ? SAMPLES : SAMPLES_AT_START;
-    if (pass_by(events, step->t_begin, reach->t_least))
+double refdyn_time_events_find(struct refdyn_motion *motion, struct refdyn_ahead *ahead) {
+    struct refdyn_time_events *events = &motion->time_events;
+    struct refdyn_step *step = &motion->step;
+    const int samples = ahead->h > 0 ? SAMPLES : SAMPLES_AT_START;
+    if (pass_by(events, step->t_begin, ahead->least))
         refdyn_step_break_off(step, 1);
     const double known = events->next < events->count ? events->times[events->next] : INFINITY;
-    const double until = farthest(reach, step->t_begin, known);
     double searched;
-    const double found = find_switch(events, step, reach->t_least, until, samples, &searched);
+    const double found =
+        find_switch(events, step, ahead->least, farthest(motion, ahead, known), samples, &searched);
     events->switched = isfinite(found) ? found : events->switched;
-    const double ahead = fmin(known, isfinite(found) ? found : searched);
-    refdyn_step_limit(step, isfinite(ahead) ? ahead - blur(ahead) : INFINITY);
-    return ahead;
+    const double t = fmin(known, isfinite(found) ? found : searched);
+    refdyn_step_limit(step, isfinite(t) ? t - blur(t) : INFINITY);
+    ahead->time_event = t;
+    return t;
 }
