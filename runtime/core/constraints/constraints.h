@@ -30,6 +30,9 @@ int refdyn_rank_of_rows(struct refdyn_workspace *work);
 /* The rows in the workspace are others than before: chooses the dependent coordinates anew; the rank may
  * grow. Errors: NOT_FINITE, ROWS_INCONSISTENT. */
 int refdyn_partition_renew(struct refdyn_workspace *work);
+/* From now on the rank does not grow beyond `most`. `partition.rank_most` is written only by
+ * index_partition.c and workspace.c. */
+void refdyn_partition_bound_rank(struct refdyn_workspace *work, int most);
 
 /* What is off, as one number: the largest residual (m) over the largest coefficient of its row. */
 double refdyn_distance(const struct refdyn_workspace *work, const double *residual);

@@ -1,9 +1,8 @@
 /*
- * One accepted step of a motion: tried, brought onto the programme, judged.
+ * One accepted step of a motion: tried, brought onto the programme, judged, counted.
  *
- * Takes the state at the end of the last step; gives the next one. How long it is, step_control.c tells, and
- * by which method, automatic_method.c; it ends at the next time event or event of the state, and leads
- * through singular states by singular_crossing.c.
+ * In: the state at the end of the last step. Out: the next accepted state. step_control.c chooses the length
+ * of the step, automatic_method.c its method; obstacles.c says where it may end.
  */
 #include "runtime/core/motion/motion.h"
 
@@ -30,11 +29,12 @@ int refdyn_attempt_prepare(struct refdyn_motion *motion) {
     return status;
 }
 
-/* The end of the last step is the begin of the next one, on the right side of a time event. */
+/* The end of the last step becomes the begin of the next one, on the right side of a time event. */
 static void go_on_from_end(struct refdyn_motion *motion) {
     struct refdyn_step *step = &motion->step;
     const double t = refdyn_time_events_right_of(&motion->time_events, step->t_end);
-    motion->state_events.looks_again |= t != step->t_end;
+    if (t != step->t_end)
+        refdyn_state_events_look_again(&motion->state_events);
     refdyn_step_next(step, t);
     refdyn_linear_leave_begin(&motion->linear);
 }
@@ -54,14 +54,14 @@ static int begin(struct refdyn_motion *motion) {
     return REFDYN_OK;
 }
 
-/* Far off the programme: the fault is at a row, and at a coordinate or none. */
+/* The projection has moved the state far: the fault is at a row, and at a coordinate or -1. */
 static int is_far_off(struct refdyn_motion *motion, int row, int coordinate) {
     motion->work->fault = (struct refdyn_fault){.row = row, .coordinate = coordinate};
     return REFDYN_NO_CONVERGENCE;
 }
 
-/* Does a projection from `before` say that the step went wrong: near a singular position the nearest state on
- * the programme may lie on another branch. */
+/* Judges a projection from `before`: near a singular position the nearest state on the programme may be on
+ * another branch, so a long way refuses the step. */
 static int judge_projection(struct refdyn_motion *motion, const double *before, int row) {
     const struct refdyn_step *step = &motion->step;
     const int is_adaptive = motion->options.tol > 0;
@@ -75,7 +75,7 @@ static int judge_projection(struct refdyn_motion *motion, const double *before, 
     return REFDYN_OK;
 }
 
-/* The new state onto the programme; step->side: the state before. */
+/* Brings the new state onto the programme; the state before is in step->side afterwards. */
 static int meet_programme_nearby(struct refdyn_motion *motion, double t_new) {
     struct refdyn_step *step = &motion->step;
     const int row = refdyn_residuals(motion->work).phi_row;
@@ -88,7 +88,7 @@ static int meet_programme_nearby(struct refdyn_motion *motion, double t_new) {
     return judge_projection(motion, step->side, row);
 }
 
-/* Row terms, and projection where that is asked for; *is_known: rates_new are those of the state. */
+/* Row terms, and projection if the options ask for it. *is_known: rates_new are those of the state. */
 static int meet_end(struct refdyn_motion *motion, double t, int *is_known) {
     struct refdyn_step *step = &motion->step;
     const int is_projected =
@@ -108,26 +108,26 @@ static int meet_end(struct refdyn_motion *motion, double t, int *is_known) {
 int refdyn_motion_complete(struct refdyn_motion *motion) {
     struct refdyn_workspace *work = motion->work;
     struct refdyn_step *step = &motion->step;
-    refdyn_state_events_end_before_kinks(&motion->state_events, step);
+    refdyn_kinks_end_before(&motion->state_events, step);
     refdyn_rows_look_at_end(motion);
     const double t = refdyn_rows_side_of(motion, step->t_end);
     int is_known, status = meet_end(motion, t, &is_known);
-    work->partition.rank_most = work->m;
+    refdyn_partition_bound_rank(work, work->m);
     if (!status)
         status = refdyn_partition_watch(work, t, step->state_new, step->state_new + step->n);
-    work->partition.rank_most = work->partition.rank;
+    refdyn_partition_bound_rank(work, work->partition.rank);
     if (!status && refdyn_fading_lost_rows(motion)) {
         status = REFDYN_ROWS_INCONSISTENT;
         refdyn_fading_refuse(motion);
     }
     if (!status && step->is_met)
-        work->evaluations++; /* whoever took the step has evaluated them */
+        work->evaluations++; /* the batch that took the step has evaluated them */
     if (!status && !is_known)
         status = refdyn_rates(&step->evaluation, t, step->state_new, step->rates_new);
-    work->partition.rank_most = work->partition.rank;
+    refdyn_partition_bound_rank(work, work->partition.rank);
     if (status) {
         refdyn_motion_failed(motion, status, step->t_end);
-        motion->rows_change = 0;
+        refdyn_rows_change_at_end(motion, 0);
     }
     return status;
 }
@@ -156,7 +156,7 @@ int refdyn_motion_try(struct refdyn_motion *motion, double t_new, double h) {
 
 /* ---- Fixed steps ---- */
 
-/* To t_new, or to an obstacle that is seen in the step. */
+/* To t_new, or to an obstacle that is seen in the step: then it is taken again to there. */
 static int take_fixed(struct refdyn_motion *motion, double t_new, double h,
                       const struct refdyn_ahead *ahead) {
     double t = t_new;
@@ -199,8 +199,8 @@ static int step_fixed(struct refdyn_motion *motion, struct refdyn_ahead *ahead) 
 
 /* ---- Adaptive steps ---- */
 
-/* Friction and kinks cut steps short, but an error of a velocity lasts: it counts over the longest of the
- * steps, not over this one. */
+/* Friction and kinks cut steps short, but an error of a velocity lasts: it counts over the longest step, not
+ * over this one. */
 static double lasting_share(const struct refdyn_motion *motion, double h) {
     const struct refdyn_model *model = motion->work->model;
     const int has_short_steps = model->saturates || model->kink_count > 0;
@@ -213,8 +213,8 @@ void refdyn_attempt_measured(const struct refdyn_motion *motion, struct refdyn_a
     attempt->is_measured = 1;
 }
 
-/* What was attempted; *error: in tolerances, INFINITY where it could not be evaluated. The step is accepted
- * when it is at most 1, and no obstacle wants it to end at *t, which then is finite. */
+/* *error: of the step, in tolerances; INFINITY if it could not be evaluated. The step is accepted if it is at
+ * most 1 and *t is INFINITY; a finite *t is an obstacle where the step has to end. */
 static int find_error(struct refdyn_motion *motion, struct refdyn_attempt *attempt, int status, double *error,
                       double *t) {
     *error = *t = INFINITY;
@@ -240,7 +240,7 @@ static int find_error(struct refdyn_motion *motion, struct refdyn_attempt *attem
 void refdyn_attempt_judge(struct refdyn_motion *motion, struct refdyn_attempt *attempt, int taken) {
     double error, t;
     const int status = find_error(motion, attempt, taken, &error, &t);
-    if (!status && isfinite(t)) { /* at the begin there is no step to take */
+    if (!status && isfinite(t)) { /* at t_begin no step is possible */
         attempt->ahead.stop = t;
         attempt->is_over = t == motion->step.t_begin;
         return;
@@ -267,7 +267,7 @@ int refdyn_step_limit_reached(const struct refdyn_motion *motion) {
            statistics->steps + statistics->rejected >= motion->options.step_limit;
 }
 
-/* The first attempt, or a special step. */
+/* Proposes the first attempt, or takes a special step. */
 static void begin_adaptive(struct refdyn_motion *motion, struct refdyn_attempt *attempt) {
     struct refdyn_ahead *ahead = &attempt->ahead;
     struct refdyn_step_control *control = &motion->control;
@@ -325,4 +325,56 @@ int refdyn_accept_step(struct refdyn_motion *motion, double t_out) {
             refdyn_attempt_judge(motion, &attempt, refdyn_attempt_take(motion, &attempt));
     }
     return status;
+}
+
+/* ---- Statistics ---- */
+
+void refdyn_statistics_start(struct refdyn_statistics *statistics) {
+    *statistics = (struct refdyn_statistics){.phi_row = -1, .psi_row = -1};
+}
+
+void refdyn_statistics_residuals(struct refdyn_statistics *statistics, const struct refdyn_workspace *work) {
+    const struct refdyn_residual now = refdyn_residuals(work);
+    if (now.phi_row >= 0 && (statistics->phi_row < 0 || now.phi > statistics->phi_max)) {
+        statistics->phi_max = now.phi;
+        statistics->phi_row = now.phi_row;
+    }
+    if (now.psi_row >= 0 && (statistics->psi_row < 0 || now.psi > statistics->psi_max)) {
+        statistics->psi_max = now.psi;
+        statistics->psi_row = now.psi_row;
+    }
+}
+
+void refdyn_statistics_step(struct refdyn_statistics *statistics, const struct refdyn_workspace *work,
+                            double h) {
+    statistics->step_smallest = statistics->steps ? fmin(statistics->step_smallest, h) : h;
+    statistics->step_largest = fmax(statistics->step_largest, h);
+    statistics->steps++;
+    refdyn_statistics_residuals(statistics, work);
+}
+
+void refdyn_statistics_method(struct refdyn_statistics *statistics, enum refdyn_method method) {
+    statistics->steps_by[method]++;
+}
+
+void refdyn_statistics_rejected(struct refdyn_statistics *statistics, long count) {
+    statistics->rejected += count;
+}
+
+void refdyn_statistics_crossing(struct refdyn_statistics *statistics, struct refdyn_crossing crossing) {
+    if (statistics->crossings < REFDYN_CROSSINGS_KEPT)
+        statistics->crossing[statistics->crossings] = crossing;
+    statistics->crossings++;
+    statistics->crossing_error = fmax(statistics->crossing_error, crossing.error);
+}
+
+void refdyn_statistics_collect(struct refdyn_statistics *statistics, const struct refdyn_workspace *work,
+                               const struct refdyn_linear_counts *counts, long evaluations) {
+    statistics->evaluations = evaluations;
+    statistics->tangents = counts->tangents;
+    statistics->factorisations = counts->factorisations;
+    statistics->solutions = counts->solutions;
+    statistics->partition_changes = work->partition.changes;
+    statistics->pivot_min = work->partition.pivot_min;
+    statistics->condition_max = work->partition.condition_max;
 }

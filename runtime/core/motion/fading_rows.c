@@ -1,8 +1,8 @@
 /*
- * Rows that fade out towards a time event: see motion.h.
+ * Rows that fade out towards a time event.
  *
- * Takes the begin of a step and the event ahead; tells whether rows lose rank there without a jump, keeps the
- * stages of the step that leads there on the programme, and judges it.
+ * In: the begin of a step, and the event ahead. Out: whether rows lose rank there without a jump, and the
+ * step of gauss12 that ends there, with its stages on the programme.
  */
 #include "runtime/core/motion/motion.h"
 
@@ -12,14 +12,15 @@
 #include "runtime/core/constraints/constraints.h"
 #include "runtime/core/methods/methods.h"
 
-/* Error of the step, in tolerances: the estimate is that of states between its ends, that at the end is
- * smaller by orders. */
+/* Largest error of the step, in tolerances. The estimate is for states between its ends; the error at the end
+ * is smaller by orders. */
 static const double error_share = 2;
-/* The same in units of 1 rad and `length`, where steps are fixed. */
+/* The same for fixed steps [rad, or length]. */
 static const double error_fixed = 1e-8;
-/* Steps ahead, in which it is looked for: short steps, as those of rk4, end too near the event. */
+/* So many ordinary steps ahead it is looked for: short steps, such as those of rk4, end too near the event.
+ */
 static const double reach = 1024;
-/* As a part of the step: nearer to its end than that, rows say less than the polynomial. */
+/* As a part of the step: nearer to its end, the polynomial is more accurate than the rows. */
 static const double near_part = 0.05;
 
 static const struct refdyn_method_definition *method(void) {
@@ -31,6 +32,7 @@ int refdyn_fading_memory_size(const struct refdyn_model *model) {
     return may_fade ? method()->kind->memory_size(method(), model) : 0;
 }
 
+/* Is the time event at t near for steps of h, and at most half as far as when it was last examined? */
 static int is_due(struct refdyn_motion *motion, double h, double t) {
     struct refdyn_fading *fading = &motion->fading;
     const double distance = t - motion->step.t_begin;
@@ -45,6 +47,7 @@ static int is_due(struct refdyn_motion *motion, double h, double t) {
     return 1;
 }
 
+/* Do rows fade out towards the time event at t? The row terms in the workspace are lost. */
 static int is_ahead(struct refdyn_motion *motion, double t) {
     struct refdyn_workspace *work = motion->work;
     motion->fading.rank = work->partition.rank;
@@ -53,13 +56,17 @@ static int is_ahead(struct refdyn_motion *motion, double t) {
     return motion->fading.is_known;
 }
 
+int refdyn_fading_is_on(const struct refdyn_motion *motion) {
+    return motion->step.guide == &motion->fading.guide;
+}
+
 int refdyn_fading_lost_rows(const struct refdyn_motion *motion) {
     const struct refdyn_fading *fading = &motion->fading;
     return fading->is_known && motion->step.t_begin < fading->t &&
            motion->work->partition.rank < fading->rank;
 }
 
-/* A stage's state (2 n) onto the programme, with all rows that are independent. */
+/* Brings a stage's state (2 n) onto the programme, with all independent rows. */
 static int bring(void *context, double t, double *state) {
     struct refdyn_motion *motion = context;
     struct refdyn_workspace *work = motion->work;
@@ -74,6 +81,7 @@ void refdyn_fading_start(struct refdyn_motion *motion) {
     motion->fading = (struct refdyn_fading){.guide = {bring, motion}, .t = -INFINITY};
 }
 
+/* Is the error of the step small enough? It ends where the rows have changed. Error: NO_CONVERGENCE. */
 static int judge(struct refdyn_motion *motion) {
     struct refdyn_step *step = &motion->step;
     const int n = step->n;
@@ -83,14 +91,14 @@ static int judge(struct refdyn_motion *motion) {
     memset(step->rates_new, 0, refdyn_rates_bytes(step));
     memcpy(step->rates_new, step->state_new + n, (size_t)n * sizeof(double));
     refdyn_collocation_accelerations(step, 1, step->rates_new + n);
-    motion->rows_change = 1;
+    refdyn_rows_change_at_end(motion, 1);
     return REFDYN_OK;
 }
 
 int refdyn_fading_refuse(struct refdyn_motion *motion) {
     struct refdyn_step *step = &motion->step;
     struct refdyn_workspace *work = motion->work;
-    motion->rows_change = 0;
+    refdyn_rows_change_at_end(motion, 0);
     if (refdyn_fading_is_on(motion))
         refdyn_special_step_end(motion);
     if (refdyn_equations(work, step->t_begin, step->state, step->state + step->n) ||
