@@ -48,8 +48,8 @@ enum refdyn_status {
     REFDYN_OTHER_VERSION = -9,      /* the model is of another REFDYN_MODEL_VERSION than this library */
     REFDYN_BAD_MODEL = -10,         /* the model is NULL, or a count or index in its table is out of range */
     REFDYN_BAD_ARITHMETIC = -11,    /* this library was compiled with flags that change arithmetic */
-    REFDYN_EVENT_ENDS = -12,        /* an event of the model has ended the motion; integrator.event */
-    REFDYN_EVENTS_ACCUMULATE = -13, /* events follow each other without time between; integrator.event */
+    REFDYN_EVENT_ENDS = -12,        /* a state event has ended the motion; integrator.event */
+    REFDYN_EVENTS_ACCUMULATE = -13, /* state events follow without time between; integrator.event */
     REFDYN_EVENT_NOT_MET = -14, /* what an event sets is no finite number or against the rows, fault.row, or
                                    the rows let no impulse change its value; integrator.event */
     REFDYN_SLIDES = -15, /* forces jump where a formula of rates changes its sign, and lead back there */
@@ -82,7 +82,7 @@ struct refdyn_partition {
     int *row; /* (m) rows: the first `rank` are used, in the order of elimination; the others are redundant */
     int rank; /* independent rows, -1: not chosen yet */
     int rank_most;    /* it does not grow beyond this. An integrator lets it grow at the ends of steps alone:
-                         between    them, off the programme, a redundant row looks independent */
+                         between them, off the programme, a redundant row looks independent */
     int is_declared;  /* the dependent coordinates are the model's declared ones */
     int choices;      /* how often they were chosen since the last reset */
     int changes;      /* how often the dependent coordinates were changed since the first choice */
@@ -417,7 +417,7 @@ struct refdyn_integrator {
     struct refdyn_workspace *work;
     struct refdyn_options options;
     double t;              /* [s] */
-    double t_right;        /* the same, behind a time event that is there: where what follows is told [s] */
+    double t_right;        /* the same, or right of a time event there; q ... are evaluated there [s] */
     double *q;             /* (n) */
     double *qd;            /* (n) */
     double *qdd;           /* (n) */
@@ -445,7 +445,7 @@ struct refdyn_integrator {
         *contact_since; /* (contact_count) when it came to rest: the end of all its rebounds; NaN: free [s] */
     int forces_are_unique; /* 0: other forces of the contacts would have the same effect */
 
-    const int *event; /* (event_count) events of the model that stand at t, where the last call has stopped */
+    const int *event; /* (event_count) state events at t, where the last call has stopped */
     int event_count;
 
     /* when a step has failed */
@@ -467,8 +467,8 @@ int refdyn_integrator_init(struct refdyn_integrator *integrator, struct refdyn_w
 int refdyn_integrator_start(struct refdyn_integrator *integrator, double t, const double *q,
                             const double *qd);
 /* Goes on towards t_out by at most `steps` accepted steps; t is t_out when they were enough, the end of the
- * last one otherwise. It stops at each event of the state on the way, whose action comes with the next call:
- * what is seen is the state before. Fixed step: the interval from the last output to t_out is cut into
+ * last one otherwise. It stops at each state event on the way that has an action, which comes with the next
+ * call: what is seen is the state before. Fixed step: the interval from the last output to t_out is cut into
  * ceil(interval/step) equal steps, the i-th begins at from + i (to - from)/count. Errors: > 0 from a fixed
  * step whose evaluation failed, or a tangent at the begin of a step; STEP_TOO_SMALL, TOO_MANY_STEPS;
  * EVENT_ENDS, then t is that of the event, EVENTS_ACCUMULATE, EVENT_NOT_MET, SLIDES; REFUSED at an event that

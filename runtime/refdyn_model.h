@@ -13,6 +13,11 @@
  *   out  result, shape beside each entry; matrices row-major; it shares no memory with what is read
  * A pointer is NULL where the model has no such quantity or it was not emitted. Symbols: M mass matrix, h =
  * -c bias forces, Q generalized forces, rows u qdd + v = 0, point columns C and bias d (rdd = C qdd + d).
+ *
+ * Events are instants at which a step of a motion ends. At a time event a formula of time alone has a kink or
+ * a jump: `breaks` computes the times that follow from parameters and inputs, `switches` changes a sign at
+ * all others. At a state event a value of the state crosses zero, computed by `event`: first the events of
+ * the model, which have actions, then kinks, where only a formula has a kink or a jump.
  */
 #ifndef REFDYN_MODEL_H
 #define REFDYN_MODEL_H
@@ -39,7 +44,7 @@ struct refdyn_row {
     enum refdyn_row_level level;
 };
 
-/* Where a value crosses zero: a motion's step ends there. */
+/* A state event with an action. */
 struct refdyn_event {
     const char *name;
     int direction; /* 1: it rises, -1: it falls, 0: both */
@@ -135,11 +140,11 @@ struct refdyn_model {
     int input_count;
     int point_count;
     int course_count;      /* values that the author wants recorded */
-    int break_count;       /* kinks of formulas of time alone whose times are known */
-    int switch_count;      /* values that change sign at other kinks in time */
-    int event_count;       /* values whose zeros are events, */
-    int kink_count;        /* and others where formulas of coordinates and rates have kinks; */
-    int change_count;      /* what events set in all */
+    int break_count;       /* time events whose times are known */
+    int switch_count;      /* values that change sign at the other time events */
+    int event_count;       /* state events with an action */
+    int kink_count;        /* state events without one: kinks of formulas of coordinates and rates */
+    int change_count;      /* values that state events set, in all */
     int requirement_count; /* of parameters */
     int saturates;         /* a rate drives something to its limit, as friction */
     double length;         /* [m] translation that counts as much as 1 rad; 0: 1 m */
@@ -217,10 +222,10 @@ struct refdyn_model {
     refdyn_function *d_statics;  /* of Q at qd = 0 by q, t, inputs, parameters */
     refdyn_function *d_rows;     /* of phi, psi and k by these */
     refdyn_function *course;   /* (course_count) values to record with a motion, in the units of the model */
-    refdyn_function *breaks;   /* (break_count) their times, in no order; reads p and x alone [s] */
-    refdyn_function *switches; /* (switch_count) below zero or not, which changes there; reads p, x and t */
+    refdyn_function *breaks;   /* (break_count) times of time events, in no order; reads p and x alone [s] */
+    refdyn_function *switches; /* (switch_count) change sign at the other time events; reads p, x and t */
     refdyn_function *pace;     /* (1) their largest angular frequency; reads p, x and t [rad/s] */
-    refdyn_function *event;    /* (values) event_count whose zeros are events, then kink_count */
+    refdyn_function *event; /* (values) zero at state events: event_count with an action, then kink_count */
     refdyn_function *event_terms; /* struct NAME_event_terms_result as doubles: d/dt of these at qdd = 0,
                                      their derivatives by q and qd (values x n each), coefficients of
                                      restitution (event_count), what events set (change_count), sums of
