@@ -19,6 +19,11 @@
  * rdd = C qdd + d. Equations: gen/theory.md.
  *
  * A pointer is NULL if the model has no such quantity or the quantity was not emitted.
+ *
+ * Events are instants at which a step of a motion ends. At a time event a formula of time alone has a kink or
+ * a jump: `breaks` computes the times that follow from parameters and inputs, `switches` changes a sign at
+ * all others. At a state event a value of the state crosses zero, computed by `event`: first the events of
+ * the model, which have actions, then kinks, where only a formula has a kink or a jump.
  */
 #ifndef REFDYN_MODEL_H
 #define REFDYN_MODEL_H

@@ -203,7 +203,7 @@ def test_branches_that_seem_to_meet():
 def test_no_room(tmp_path):
     """The motion ends where the rows lose rank."""
     said = refdyn("sim", ARM, "--until", repr(float(STRETCHED)), "--step", 1e-3, *PASS, "-o", tmp_path / "run.csv", status=3).stderr
-    assert "the step would have to end before, at a break, a change of inputs or the end of the motion\n" in said, said
+    assert "the step would have to end before, at a time event, a change of inputs or the end of the motion\n" in said, said
 
 
 def test_hint(tmp_path):

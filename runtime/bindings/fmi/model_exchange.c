@@ -96,7 +96,7 @@ static void place_zeros(struct fmu_instance *instance) {
 
 /* Finds the last time event passed and the next one. */
 static void place_time(struct fmu_instance *instance) {
-    const struct refdyn_time_events *known = &instance->integrator.motion->events;
+    const struct refdyn_time_events *known = &instance->integrator.motion->time_events;
     const double t = instance->integrator.t;
     instance->t_from = t;
     instance->t_next = INFINITY;
@@ -208,7 +208,7 @@ static void find_due(struct fmu_instance *instance) {
     const struct refdyn_motion *motion = instance->integrator.motion;
     struct refdyn_state_events *events = &instance->integrator.motion->state_events;
     const struct refdyn_step *step = &motion->step;
-    events->due_count = events->due_named = events->is_told = events->looks_again = 0;
+    refdyn_state_events_forget(events);
     note_inside(instance);
     if (events->count == 0)
         return;

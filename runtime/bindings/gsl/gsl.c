@@ -88,10 +88,10 @@ static void begin_anew(struct refdyn_gsl *gsl) {
 static void begin(struct refdyn_gsl *gsl) {
     struct refdyn_motion *motion = motion_of(gsl);
     struct refdyn_step *step = &motion->step;
-    refdyn_crossing_leave(motion);
+    refdyn_special_step_end(motion);
     if (step->t_begin == step->t_end)
         begin_anew(gsl);
-    refdyn_step_next(step, refdyn_events_right_of(&motion->events, step->t_end));
+    refdyn_step_next(step, refdyn_time_events_right_of(&motion->time_events, step->t_end));
 }
 
 /* Projects in the metric of an implicit step's matrix; in that of M, stiff deflections would absorb the
@@ -171,14 +171,18 @@ static int take_new_rows(struct refdyn_gsl *gsl) {
     return status;
 }
 
-/* Passes a state where the rows lose rank (refdyn_pass_singular). The method starts again after it. */
-static int pass(struct refdyn_gsl *gsl, double t_stop, double ahead, double *t) {
+/* Through a state where the rows lose rank, if one lies within many steps; the method starts again after it.
+ */
+static int pass(struct refdyn_gsl *gsl, double t_stop, struct refdyn_ahead *ahead) {
     struct refdyn_motion *motion = motion_of(gsl);
     struct refdyn_step *step = &motion->step;
-    const double reach = fmin(many_steps * gsl->step, t_stop - step->t_begin);
-    if (refdyn_rates(&step->evaluation, step->t_begin, step->state, step->rates))
+    if (motion->options.singular != REFDYN_PASS ||
+        refdyn_rates(&step->evaluation, step->t_begin, step->state, step->rates))
         return 0;
-    if (refdyn_pass_singular(motion, reach, fmin(ahead, refdyn_motion_bound(motion)), t)) {
+    ahead->h = fmin(many_steps * gsl->step, t_stop - step->t_begin);
+    ahead->bound = refdyn_motion_bound(motion);
+    ahead->remaining = refdyn_crossing_find(motion, ahead);
+    if (isfinite(ahead->remaining) && refdyn_crossing_step(motion, ahead, &ahead->remaining)) {
         begin_anew(gsl);
         return 1;
     }
@@ -196,16 +200,15 @@ static int advance(struct refdyn_gsl *gsl, double t_out) {
     if (refdyn_step_limit_reached(motion))
         return go_back(gsl, REFDYN_TOO_MANY_STEPS);
     const double least = refdyn_control_least(step->t_begin, t_out);
-    const struct refdyn_reach reach = {gsl->step, t_out, motion->t_final, least};
-    const double ahead = refdyn_events_ahead(&motion->events, step, &reach);
+    struct refdyn_ahead ahead = {.t_out = t_out, .least = least, .h = gsl->step, .remaining = INFINITY};
+    const double t_event = refdyn_time_events_find(motion, &ahead);
     if (!(gsl->step >= least))
         return go_back(gsl, REFDYN_STEP_TOO_SMALL);
-    const double t_stop = ahead < t_out - least ? ahead : t_out;
-    double t_singular = INFINITY;
-    if (motion->options.singular == REFDYN_PASS && pass(gsl, t_stop, ahead, &t_singular))
+    const double t_stop = t_event < t_out - least ? t_event : t_out;
+    if (pass(gsl, t_stop, &ahead))
         return REFDYN_OK;
-    status = take_step(gsl, fmin(t_stop, step->t_begin + (t_singular - step->t_begin) / 2));
-    if (!status && step->t_end == ahead)
+    status = take_step(gsl, fmin(t_stop, step->t_begin + refdyn_ahead_longest(motion, &ahead)));
+    if (!status && step->t_end == t_event)
         begin_anew(gsl);
     return status;
 }
