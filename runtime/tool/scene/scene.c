@@ -25,21 +25,67 @@ enum status scene_outcome(struct scene *scene, const struct options *options, en
     return status == GEN_OK ? STATUS_DONE : STATUS_FAULT;
 }
 
-const char *const scene_acceleration_words[] = {[ACCELERATIONS_AUTO] = "auto",
-                                                [ACCELERATIONS_RECURSIVE] = "recursive",
-                                                [ACCELERATIONS_DENSE] = "dense",
-                                                NULL};
-const char *const scene_loop_words[] = {
+static const char *const acceleration_words[] = {[ACCELERATIONS_AUTO] = "auto",
+                                                 [ACCELERATIONS_RECURSIVE] = "recursive",
+                                                 [ACCELERATIONS_DENSE] = "dense",
+                                                 NULL};
+static const char *const loop_words[] = {
     [LOOPS_AUTO] = "auto", [LOOPS_ALWAYS] = "always", [LOOPS_NEVER] = "never", NULL};
 
+static const char *list_quantities(const struct command *command) {
+    struct text text = {.memory = &program_memory};
+    (void)command;
+    text_add(&text, "all implicit step step.p");
+    for (int i = 0; gen_quantity(i); i++)
+        text_add(&text, " %s", gen_quantity(i));
+    return text.data;
+}
+
+const struct option_rule scene_rules[] = {
+    {.name = "emit",
+     .argument = "M,h,...",
+     .kind = OPTION_LIST,
+     .help = "these quantities only; all: every one but derivatives; implicit: the tangent of implicit "
+             "steps; step: "
+             "fixed steps with derivatives, step.p: by the parameters, too",
+     .list = list_quantities},
+    {.name = "for-lanes",
+     .help = "the same functions for 2, 4 or 8 motions side by side, too; gen writes them as NAME_lanes.c"},
+    {.name = "state",
+     .argument = "STATE.json",
+     .kind = OPTION_TEXT,
+     .help = "t, q, qd, inputs, parameters; what is left out is the model's"},
+    {.name = "inputs",
+     .argument = "FILE.csv",
+     .kind = OPTION_TEXT,
+     .help = "samples of inputs over t, each held until the next"},
+    {.name = "summary", .argument = "FILE.json", .kind = OPTION_TEXT, .help = "the summary as JSON"},
+    {.name = "lanes",
+     .argument = "N",
+     .kind = OPTION_COUNT,
+     .help = "steps of 1, 2, 4 or 8 cases side by side (default: by the vectors, the model and the number of "
+             "cases)"},
+    {.name = "set",
+     .argument = "NAME=VALUE",
+     .kind = OPTION_SETTING,
+     .help = "set an option or a parameter of the model (repeatable)"},
+    {.name = "loops",
+     .argument = "WHEN",
+     .kind = OPTION_TEXT,
+     .help = "auto (default), always or never: loops over equal elements instead of code for each",
+     .words = loop_words},
+    {.name = "accelerations",
+     .argument = "HOW",
+     .kind = OPTION_TEXT,
+     .help = "auto (default), recursive or dense: how the C solves M qdd = f",
+     .words = acceleration_words},
+    {.name = "fold", .help = "turn parameters into numbers in the C"},
+    {.name = NULL}};
+
 static bool read_variant(const struct options *options, struct read_request *request) {
-    const char *method =
-        options->accelerations ? options->accelerations : scene_acceleration_words[ACCELERATIONS_AUTO];
-    const char *when = options->loops ? options->loops : scene_loop_words[LOOPS_AUTO];
     int place = 0, loop = 0;
-    const bool is_known =
-        options_choose(options, "accelerations", method, scene_acceleration_words, &place) == STATUS_DONE &&
-        options_choose(options, "loops", when, scene_loop_words, &loop) == STATUS_DONE;
+    const bool is_known = options_choose(options, "accelerations", &place) == STATUS_DONE &&
+                          options_choose(options, "loops", &loop) == STATUS_DONE;
     request->accelerations = (enum accelerations)place;
     request->loops = (enum loops)loop;
     return is_known;
@@ -62,7 +108,8 @@ static enum status read_with(struct scene *scene, const struct options *options,
 
 enum status scene_read(struct scene *scene, const struct options *options, bool is_telling) {
     *scene = (struct scene){.compiled = {.file = -1}};
-    return read_with(scene, options, options->settings, options->setting_count, options->fold, is_telling);
+    return read_with(scene, options, options->settings, options->setting_count, options_has(options, "fold"),
+                     is_telling);
 }
 
 static void add_inputs(struct values *values, const struct model *model) {
@@ -109,7 +156,7 @@ static enum status read_valued(struct scene *scene, const struct options *option
     for (int i = 0; i < values->count; i++)
         settings[count++] = (struct setting){values->list[i].name,
                                              exact_text(values->list[i].value, allocate(NUMBER_LENGTH, 1))};
-    return read_with(scene, options, settings, count, options->fold, false);
+    return read_with(scene, options, settings, count, options_has(options, "fold"), false);
 }
 
 /* Without --fold the C is that of the default parameters and inputs: the same text, and the same library, for
@@ -131,7 +178,7 @@ static enum status read_for_values(struct scene *scene, const struct options *op
     enum status status = STATUS_DONE;
     if (scene->state.parameter_count > 0)
         status = read_valued(scene, options, values);
-    if (status != STATUS_DONE || options->fold || values->count + values->input_count == 0)
+    if (status != STATUS_DONE || options_has(options, "fold") || values->count + values->input_count == 0)
         return status;
     return read_structure(scene, options, values);
 }
@@ -174,10 +221,10 @@ static bool has_angular_points(const struct model *model) {
 /* The list of quantities for gen_plan, with only those that the scene has. */
 static char *emit_list(struct scene *scene, const struct options *options, unsigned needs,
                        const struct values *values) {
+    const char *emit = options_text(options, "emit");
     const struct model *model = &scene->generation.model;
     if (needs & NEEDS_ALL)
-        return text_format("%s%s", options->emit ? "start,equations," : "all",
-                           options->emit ? options->emit : "");
+        return text_format("%s%s", emit ? "start,equations," : "all", emit ? emit : "");
     bool rows = model->row_count > 0, points = model->point_count > 0;
     if (needs_statics_tangent(model, needs, values))
         needs |= NEEDS_TANGENT;
@@ -199,13 +246,15 @@ static char *emit_list(struct scene *scene, const struct options *options, unsig
 
 /* Named events end steps where lanes do not look: such motions take all steps themselves. */
 static int lanes_for(const struct model *model, const struct options *options) {
-    return options->lanes > 1 && model->event_count == 0 ? (int)options->lanes : 0;
+    const double lanes = options_number(options, "lanes");
+    return lanes > 1 && model->event_count == 0 ? (int)lanes : 0;
 }
 
 static enum status emit_and_load(struct scene *scene, const struct options *options, unsigned needs,
                                  const struct values *values) {
+    const char *emit = options_text(options, "emit");
     struct generation *generation = &scene->generation;
-    const char *wrong = options->emit ? gen_wrong_emit(generation, options->emit) : NULL;
+    const char *wrong = emit ? gen_wrong_emit(generation, emit) : NULL;
     if (wrong)
         return usage_error(options->command, "--emit: %s", wrong);
     const int lanes = lanes_for(&generation->model, options);
@@ -262,7 +311,7 @@ static void apply_values(struct scene *scene, const struct values *values) {
 static void warn_of_unread(const struct scene *scene, const struct options *options,
                            const struct values *values) {
     const struct refdyn_model *model = scene->model;
-    for (int i = 0; i < options->setting_count && !options->fold; i++) {
+    for (int i = 0; i < options->setting_count && !options_has(options, "fold"); i++) {
         const char *name = options->settings[i].name;
         if (is_given(values, name) && refdyn_find_name(model->parameters, model->parameter_count, name) < 0)
             fprintf(stderr, "refdyn: warning: --set %s: nothing of this model reads it\n", name);
@@ -338,16 +387,18 @@ void scene_spare_sources(const struct scene *scene, struct targets *targets) {
 
 /* The files of -o and --summary, which must not be those that are read. */
 static enum status open_targets(struct scene *scene, const struct options *options, const char *state_path) {
+    const char *inputs = options_text(options, "inputs");
+    const char *summary = options_text(options, "summary");
     struct targets *targets = &scene->targets;
     scene_spare_sources(scene, targets);
     if (state_path)
         targets_spare(targets, state_path);
-    if (options->inputs)
-        targets_spare(targets, options->inputs);
-    scene->result = target_open(targets, options->output);
-    if (scene->result && options->summary)
-        scene->summary = target_open(targets, options->summary);
-    return scene->result && (scene->summary || !options->summary) ? STATUS_DONE : STATUS_FAULT;
+    if (inputs)
+        targets_spare(targets, inputs);
+    scene->result = target_open(targets, options_text(options, "output"));
+    if (scene->result && summary)
+        scene->summary = target_open(targets, summary);
+    return scene->result && (scene->summary || !summary) ? STATUS_DONE : STATUS_FAULT;
 }
 
 enum status scene_finish(struct scene *scene, struct document *document) {

@@ -127,8 +127,8 @@ enum {
     NEEDS_RESULT = 256 /* the files of -o and --summary, opened before anything is computed */
 };
 
-/* What --accelerations and --loops may be, by the enums of these names; NULL ends each list. */
-extern const char *const scene_acceleration_words[], *const scene_loop_words[];
+/* The options of models. */
+extern const struct option_rule scene_rules[];
 
 /* Reads the model alone. Its messages go to stderr: all, or beside a call that tells them those of a model at
  * fault. */

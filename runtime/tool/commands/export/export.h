@@ -44,7 +44,7 @@ bool *catalogue_dependencies(const struct scene *scene);
 /* What `export` knows of the FMU that it writes; its parts are made one after the other. */
 
 enum fmi_version { FMI_2, FMI_3 };
-extern const char *const fmu_version_words[]; /* as --fmu gives them */
+extern const struct command export_command;
 
 struct fmu_file {
     const char *path; /* in the FMU, or under its sources/ */
@@ -103,8 +103,8 @@ const char *platform_names(void);
  * kept in the cache. Complains on stderr when it fails. */
 bool binary_make(struct fmu *fmu, const struct platform *platform);
 
-/* The sources that every FMU carries: the core of the runtime and the layer of runtime/bindings/fmi, put in at build
- * time. */
+/* The sources that every FMU carries: the core of the runtime and the layer of runtime/bindings/fmi, put in
+ * at build time. */
 
 struct carried_file {
     const char *path; /* under runtime/, as sources include it */

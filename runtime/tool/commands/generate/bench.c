@@ -193,7 +193,7 @@ static enum status print_build(const struct options *options, FILE *out) {
     double start = wall_seconds();
     long source_bytes = 0;
     enum status status = scene_read(&scene, options, false);
-    if (status == STATUS_DONE && gen_plan(&scene.generation, options->emit) != GEN_OK)
+    if (status == STATUS_DONE && gen_plan(&scene.generation, options_text(options, "emit")) != GEN_OK)
         status = STATUS_FAULT;
     const struct emitted_file *files = status == STATUS_DONE ? gen_files(&scene.generation) : NULL;
     int count = files ? gen_file_count(&scene.generation) : 0;
@@ -229,6 +229,18 @@ static enum status bench(struct scene *scene, const struct options *options) {
     return status;
 }
 
-enum status run_bench(const struct options *options) {
+static enum status run_bench(const struct options *options) {
     return scene_run(options, NEEDS_RESULT | NEEDS_ALL, NULL, bench);
 }
+
+const struct command bench_command = {
+    .name = "bench",
+    .run = run_bench,
+    .operands = "MODEL.lua",
+    .options = "output emit set loops accelerations fold",
+    .tables = {scene_rules},
+    .output = "FILE",
+    .purpose = "time and operations of each emitted quantity",
+    .help = "One JSON object a line; the last one tells what generating and compiling took.\n\n"
+            "  refdyn bench models/manipulator.lua --set n_rfe=4\n"
+            "  refdyn bench models/manipulator.lua --emit qdd,tangent,d_qdd\n"};

@@ -172,9 +172,26 @@ static enum status print_library(struct scene *scene, const struct options *opti
     return scene_finish(scene, &document);
 }
 
-enum status run_compile(const struct options *options) {
+static enum status run_compile(const struct options *options) {
     struct options own = *options;
-    if (own.for_lanes)
-        own.lanes = refdyn_batch_widest();
+    if (options_has(options, "for-lanes"))
+        options_set_number(&own, "lanes", refdyn_batch_widest());
     return scene_run(&own, NEEDS_RESULT | NEEDS_ALL, NULL, print_library);
 }
+
+const struct command compile_command = {
+    .name = "compile",
+    .run = run_compile,
+    .operands = "MODEL.lua",
+    .options = "output emit for-lanes set loops accelerations fold",
+    .tables = {scene_rules},
+    .output = "FILE",
+    .purpose = "compile a model for other programs to load",
+    .help = "Leaves a shared library in the cache and prints JSON: its path, lanes, the model's names, units "
+            "and values,\n"
+            "its start, and of each emitted function the parts of its result. The library has NAME_model "
+            "(refdyn_model.h),\n"
+            "and with --for-lanes NAME_lanes_W (refdyn_lanes.h), W motions side by side, as many as the "
+            "processor takes.\n\n"
+            "  refdyn compile models/manipulator.lua --set n_rfe=8\n"
+            "  refdyn compile models/manipulator.lua --emit qdd,d_qdd --for-lanes\n"};

@@ -145,7 +145,20 @@ static enum status evaluate_state(struct scene *scene, const struct options *opt
     return status;
 }
 
-enum status run_eval(const struct options *options) {
-    return scene_run(options, NEEDS_RESULT | NEEDS_STATE | NEEDS_POINTS | NEEDS_POINT_RATES, options->state,
-                     evaluate_state);
+static enum status run_eval(const struct options *options) {
+    return scene_run(options, NEEDS_RESULT | NEEDS_STATE | NEEDS_POINTS | NEEDS_POINT_RATES,
+                     options_text(options, "state"), evaluate_state);
 }
+
+const struct command eval_command = {
+    .name = "eval",
+    .run = run_eval,
+    .operands = "MODEL.lua",
+    .options = "output state set loops accelerations fold",
+    .tables = {scene_rules},
+    .output = "FILE",
+    .purpose = "all quantities of the equations at one state",
+    .help = "Prints one JSON object: M h Q, the rows u v phi psi k, points, accelerations, programme force, "
+            "energy.\n"
+            "Without --state the model's initial state is taken.\n\n"
+            "  refdyn eval models/manipulator.lua --state state.json\n"};

@@ -38,23 +38,23 @@ static bool write_files(struct scene *scene, const char *folder, const char *dep
 /* Into the folder of -o, which is there. */
 static enum status emit_into_folder(struct scene *scene, const struct options *options) {
     struct generation *generation = &scene->generation;
-    const char *folder = options->output;
+    const char *folder = options_text(options, "output");
     const enum status status = scene_outcome(scene, options, gen_check_folder(generation, folder));
     if (status != STATUS_DONE)
         return status;
-    if (!write_files(scene, folder, options->depfile))
+    if (!write_files(scene, folder, options_text(options, "depfile")))
         return STATUS_FAULT;
     return scene_outcome(scene, options, gen_remove_stale_parts(generation, folder));
 }
 
 static enum status emit_scene(struct scene *scene, const struct options *options) {
     struct generation *generation = &scene->generation;
-    generation->has_lanes = options->for_lanes;
-    generation->has_casadi = options->for_casadi;
+    generation->has_lanes = options_has(options, "for-lanes");
+    generation->has_casadi = options_has(options, "for-casadi");
     scene_spare_sources(scene, &scene->targets);
-    if (!targets_make_folder(&scene->targets, options->output)) /* told before the work */
+    if (!targets_make_folder(&scene->targets, options_text(options, "output"))) /* told before the work */
         return STATUS_FAULT;
-    enum status status = scene_outcome(scene, options, gen_plan(generation, options->emit));
+    enum status status = scene_outcome(scene, options, gen_plan(generation, options_text(options, "emit")));
     if (status == STATUS_DONE)
         status = emit_into_folder(scene, options);
     if (status == STATUS_DONE)
@@ -63,36 +63,41 @@ static enum status emit_scene(struct scene *scene, const struct options *options
 }
 
 static enum status explain_pass(struct scene *scene, const struct options *options) {
+    const char *explain = options_text(options, "explain");
+    const char *output = options_text(options, "output");
     struct generation *generation = &scene->generation;
-    const char *wrong = gen_wrong_pass(generation, options->explain);
+    const char *wrong = gen_wrong_pass(generation, explain);
     if (wrong)
         return usage_error(options->command, "--explain: %s", wrong);
-    if (options->output || options->depfile)
+    if (output || options_text(options, "depfile"))
         return usage_error(options->command, "--explain prints and writes no files, %s is too much",
-                           options->output ? "-o" : "--depfile");
-    return scene_outcome(scene, options, gen_explain(generation, options->emit, options->explain, stdout));
+                           output ? "-o" : "--depfile");
+    return scene_outcome(scene, options,
+                         gen_explain(generation, options_text(options, "emit"), explain, stdout));
 }
 
 static enum status generate(struct scene *scene, const struct options *options) {
-    const char *wrong = options->emit ? gen_wrong_emit(&scene->generation, options->emit) : NULL;
+    const char *emit = options_text(options, "emit");
+    const char *wrong = emit ? gen_wrong_emit(&scene->generation, emit) : NULL;
     if (wrong)
         return usage_error(options->command, "--emit: %s", wrong);
-    return options->explain ? explain_pass(scene, options) : emit_scene(scene, options);
+    return options_text(options, "explain") ? explain_pass(scene, options) : emit_scene(scene, options);
 }
 
-enum status run_gen(const struct options *options) {
+static enum status run_gen(const struct options *options) {
     return scene_run(options, 0, NULL, generate);
 }
 
 /* The picture of --draw. */
 static enum status draw_model(struct scene *scene, const struct options *options) {
-    const struct picture_format *format = picture_format_of(options->draw);
+    const char *draw = options_text(options, "draw");
+    const struct picture_format *format = picture_format_of(draw);
     char *svg;
     size_t size;
     if (!format)
-        return usage_error(options->command, "--draw: '%s' ends in none of .svg, .png, .pdf", options->draw);
+        return usage_error(options->command, "--draw: '%s' ends in none of .svg, .png, .pdf", draw);
     scene_spare_sources(scene, &scene->targets);
-    struct target *target = picture_can_write(format) ? target_open(&scene->targets, options->draw) : NULL;
+    struct target *target = picture_can_write(format) ? target_open(&scene->targets, draw) : NULL;
     if (!target)
         return STATUS_FAULT;
     FILE *out = text_stream(&svg, &size);
@@ -104,12 +109,70 @@ static enum status draw_model(struct scene *scene, const struct options *options
 }
 
 static enum status check(struct scene *scene, const struct options *options) {
-    const enum status status = options->draw ? draw_model(scene, options) : STATUS_DONE;
+    const enum status status = options_text(options, "draw") ? draw_model(scene, options) : STATUS_DONE;
     if (status == STATUS_DONE)
         gen_print_model(&scene->generation, stdout);
     return status;
 }
 
-enum status run_check(const struct options *options) {
+static enum status run_check(const struct options *options) {
     return scene_run(options, 0, NULL, check);
 }
+
+static const char *list_passes(const struct command *command) {
+    struct text text = {.memory = &program_memory};
+    (void)command;
+    for (int i = 0; gen_pass(i); i++)
+        text_add(&text, "%s%s", i ? " " : "", gen_pass(i));
+    return text.data;
+}
+
+static const struct option_rule gen_rules[] = {
+    {.name = "for-casadi",
+     .help = "the same functions and their derivatives for CasADi, too: NAME_casadi.c, compiled alone into a "
+             "shared "
+             "library"},
+    {.name = "depfile",
+     .argument = "FILE.d",
+     .kind = OPTION_TEXT,
+     .help = "a rule of make: what is emitted depends on the model and what it requires"},
+    {.name = "explain",
+     .argument = "PASS",
+     .kind = OPTION_TEXT,
+     .help = "without -o: print what the generator holds behind a pass: expand, roll, derive, sums or plan",
+     .list = list_passes},
+    {.name = NULL}};
+
+const struct command gen_command = {
+    .name = "gen",
+    .run = run_gen,
+    .operands = "MODEL.lua",
+    .options = "output! emit for-lanes for-casadi depfile explain set loops accelerations fold",
+    .tables = {gen_rules, scene_rules},
+    .output = "DIR",
+    .purpose = "write the C code of a model",
+    .help = "Writes NAME.h and NAME.c (more .c files when long) into the folder of -o, and prints what was "
+            "emitted.\n\n"
+            "  refdyn gen models/manipulator.lua -o out\n"
+            "  refdyn gen models/manipulator.lua --set n_rfe=8 --emit qdd -o out\n"
+            "  refdyn gen models/manipulator.lua --emit qdd_free,constrained --for-lanes -o out\n"
+            "  refdyn gen models/manipulator.lua --emit M --explain plan\n"};
+
+static const struct option_rule check_rules[] = {
+    {.name = "draw",
+     .argument = "FILE.svg",
+     .kind = OPTION_TEXT,
+     .help = "draw the tree of links, with rows and drives, as SVG, PNG or PDF by the suffix of FILE"},
+    {.name = NULL}};
+
+const struct command check_command = {
+    .name = "check",
+    .run = run_check,
+    .operands = "MODEL.lua",
+    .options = "draw set fold",
+    .tables = {check_rules, scene_rules},
+    .output = "FILE",
+    .purpose = "read and check a model, and show it",
+    .help = "Prints the tree of links, the coordinates, constraints and parameters.\n\n"
+            "  refdyn check models/manipulator.lua --draw manipulator.svg\n"
+            "  refdyn check models/manipulator.lua --set n_rfe=1\n"};

@@ -109,7 +109,7 @@ static bool write_editor_settings(void) {
     return true;
 }
 
-enum status run_new(const struct options *options) {
+static enum status run_new(const struct options *options) {
     const char *name = options->operands[0], *path = text_format("%s.lua", name), *fault = name_fault(name);
     if (fault)
         return usage_error(options->command, "%s", fault);
@@ -118,3 +118,16 @@ enum status run_new(const struct options *options) {
     printf("%s: a small arm with a flexible link, its comments say what to try\n", path);
     return write_editor_settings() ? STATUS_DONE : STATUS_FAULT;
 }
+
+const struct command new_command = {
+    .name = "new",
+    .run = run_new,
+    .operands = "NAME",
+    .options = "",
+    .purpose = "write a model to begin from",
+    .help = "Writes NAME.lua, a small arm with a flexible link, a programme, an input and parameters, whose "
+            "comments say\n"
+            "what to try, and .luarc.json, by which editors with the Lua language server know the model "
+            "language.\n\n"
+            "  refdyn new arm\n"
+            "  refdyn check arm.lua\n"};

@@ -70,9 +70,10 @@ static enum status refuse_without_beam(const struct options *options) {
     const struct {
         const char *name;
         bool is_given;
-    } given[] = {{"section", options->section}, {"tip", options->tip}, {"E", options->E > 0},
-                 {"nu", options->nu},           {"eta", options->eta}, {"rho", options->rho > 0},
-                 {"rfe", options->rfe > 0}};
+    } given[] = {{"section", options_text(options, "section")}, {"tip", options_text(options, "tip")},
+                 {"E", options_number(options, "E") > 0},       {"nu", options_text(options, "nu")},
+                 {"eta", options_text(options, "eta")},         {"rho", options_number(options, "rho") > 0},
+                 {"rfe", options_number(options, "rfe") > 0}};
     for (size_t i = 0; i < sizeof given / sizeof *given; i++)
         if (given[i].is_given)
             return usage_error(options->command, "--%s: it is of beams, --flexible LINK is missing",
@@ -81,27 +82,33 @@ static enum status refuse_without_beam(const struct options *options) {
 }
 
 static enum status take_beam(const struct options *options, struct beam_choice *beam) {
+    const double E = options_number(options, "E");
+    const char *flexible = options_text(options, "flexible");
+    const char *section = options_text(options, "section");
+    const char *nu = options_text(options, "nu");
+    const char *eta = options_text(options, "eta");
+    const double rfe = options_number(options, "rfe");
     double *tip = allocate(3, sizeof *tip);
-    *beam = (struct beam_choice){.E = options->E, .nu = 0.3, .rho = options->rho, .rfe = 4};
-    if (!options->flexible)
+    *beam = (struct beam_choice){.E = E, .nu = 0.3, .rho = options_number(options, "rho"), .rfe = 4};
+    if (!flexible)
         return refuse_without_beam(options);
-    if (!options->section || !(options->E > 0))
-        return usage_error(options->command, "--flexible: %s is missing",
-                           options->section ? "--E" : "--section");
-    if (!take_section(beam, options->section))
+    if (!section || !(E > 0))
+        return usage_error(options->command, "--flexible: %s is missing", section ? "--E" : "--section");
+    if (!take_section(beam, section))
         return option_error(options, "section",
                             ": '%s' is none of round:DIAMETER, tube:OUTER:INNER, rectangle:WIDTH_Y:HEIGHT_Z",
-                            options->section);
-    if (options->nu && (!text_to_number(options->nu, &beam->nu) || !(beam->nu > -1 && beam->nu <= 0.5)))
-        return option_error(options, "nu", ": '%s' is no number above -1 and up to 0.5", options->nu);
-    if (options->eta && (!text_to_number(options->eta, &beam->eta) || beam->eta < 0))
-        return option_error(options, "eta", ": '%s' is no number from 0 on", options->eta);
-    if (options->tip && !take_numbers(text_format("%s", options->tip), ",", tip, 3))
-        return option_error(options, "tip", ": '%s' is not of the form x,y,z", options->tip);
-    if (options->tip && strchr(options->flexible, ','))
+                            section);
+    if (nu && (!text_to_number(nu, &beam->nu) || !(beam->nu > -1 && beam->nu <= 0.5)))
+        return option_error(options, "nu", ": '%s' is no number above -1 and up to 0.5", nu);
+    if (eta && (!text_to_number(eta, &beam->eta) || beam->eta < 0))
+        return option_error(options, "eta", ": '%s' is no number from 0 on", eta);
+    if (options_text(options, "tip") &&
+        !take_numbers(text_format("%s", options_text(options, "tip")), ",", tip, 3))
+        return option_error(options, "tip", ": '%s' is not of the form x,y,z", options_text(options, "tip"));
+    if (options_text(options, "tip") && strchr(flexible, ','))
         return option_error(options, "tip", ": it is that of one link, --flexible has several");
-    beam->rfe = options->rfe > 0 ? (int)options->rfe : beam->rfe;
-    beam->tip = options->tip ? tip : NULL;
+    beam->rfe = rfe > 0 ? (int)rfe : beam->rfe;
+    beam->tip = options_text(options, "tip") ? tip : NULL;
     return STATUS_DONE;
 }
 
@@ -116,7 +123,7 @@ static bool complain_of_link(const struct robot *robot, const char *name) {
 
 static bool make_beams(const struct robot *robot, const struct options *options,
                        struct model_choice *choice) {
-    const char **names = options_list(options->flexible);
+    const char **names = options_list(options_text(options, "flexible"));
     struct flexible *flexible = allocate((size_t)robot->link_count, sizeof *flexible);
     for (choice->flexible_count = 0; names[choice->flexible_count]; choice->flexible_count++) {
         const char *name = names[choice->flexible_count];
@@ -267,11 +274,11 @@ static int count_coordinates(const struct robot *robot, const struct model_choic
 static bool read_robot(struct robot *robot, const struct options *options, struct model_choice *choice) {
     if (!robot_read(robot, options->operands[0]) || !robot_make_tree(robot))
         return false;
-    if (count_coordinates(robot, choice) == 0 && !options->flexible)
+    if (count_coordinates(robot, choice) == 0 && !options_text(options, "flexible"))
         return robot_complain(robot, robot->line,
                               "robot: no joint of it moves, one is needed, or --floating for the root");
     mend_inertias(robot);
-    set_right_angles(robot, options->right_angles);
+    set_right_angles(robot, options_number(options, "right-angles"));
     for (int i = 0; i < robot->joint_count; i++)
         warn_of_joint(robot, &robot->joints[i], choice);
     if (!make_beams(robot, options, choice))
@@ -301,25 +308,26 @@ static void print_summary(const struct robot *robot, const struct model_choice *
             choice->has_drives ? counted(count_inputs(robot, choice), "input") : "");
 }
 
-enum status run_import(const struct options *options) {
+static enum status run_import(const struct options *options) {
+    const double right_angles = options_number(options, "right-angles");
     struct robot robot;
     struct beam_choice beam;
     struct targets targets = {.first = NULL};
     const char *path = options->operands[0], *slash = strrchr(path, '/');
     struct model_choice choice = {.source = slash ? slash + 1 : path,
-                                  .is_floating = options->floating,
-                                  .has_drives = options->drives,
-                                  .friction_width = options->friction_width,
+                                  .is_floating = options_has(options, "floating"),
+                                  .has_drives = options_has(options, "drives"),
+                                  .friction_width = options_number(options, "friction-width"),
                                   .beam = &beam};
-    if (options->right_angles > right_angles_most)
+    if (right_angles > right_angles_most)
         return option_error(options, "right-angles",
-                            ": %g rad is no rounding of an angle, at most %g are taken",
-                            options->right_angles, right_angles_most);
+                            ": %g rad is no rounding of an angle, at most %g are taken", right_angles,
+                            right_angles_most);
     const enum status status = take_beam(options, &beam);
     if (status != STATUS_DONE)
         return status;
     targets_spare(&targets, path);
-    struct target *target = target_open(&targets, options->output);
+    struct target *target = target_open(&targets, options_text(options, "output"));
     bool is_good = target && read_robot(&robot, options, &choice);
     if (is_good) {
         print_summary(&robot, &choice);
@@ -329,3 +337,57 @@ enum status run_import(const struct options *options) {
     targets_release(&targets);
     return is_good ? STATUS_DONE : STATUS_FAULT;
 }
+
+static const struct option_rule import_rules[] = {
+    {.name = "flexible",
+     .argument = "a,b",
+     .kind = OPTION_LIST,
+     .help = "links that become beams, from their origin to --tip"},
+    {.name = "section",
+     .argument = "SHAPE",
+     .kind = OPTION_TEXT,
+     .help = "of these: round:DIAMETER, tube:OUTER:INNER or rectangle:WIDTH_Y:HEIGHT_Z [m]"},
+    {.name = "tip",
+     .argument = "x,y,z",
+     .kind = OPTION_TEXT,
+     .help = "where they end, in the link's frame (default: where what the link carries begins) [m]"},
+    {.name = "E", .argument = "E", .kind = OPTION_POSITIVE, .help = "Young's modulus [Pa]"},
+    {.name = "nu", .argument = "NU", .kind = OPTION_TEXT, .help = "Poisson's ratio (default 0.3)"},
+    {.name = "eta", .argument = "ETA", .kind = OPTION_TEXT, .help = "damping over stiffness (default 0) [s]"},
+    {.name = "rho",
+     .argument = "RHO",
+     .kind = OPTION_POSITIVE,
+     .help = "density (default: as much of the link's mass as a body that can exist spares) [kg/m^3]"},
+    {.name = "rfe",
+     .argument = "N",
+     .kind = OPTION_COUNT,
+     .help = "rigid finite elements of a beam (default 4)"},
+    {.name = "friction-width",
+     .argument = "RATE",
+     .kind = OPTION_POSITIVE,
+     .help = "take dry friction, smooth over this rate [rad/s, m/s] (default: it is left out)"},
+    {.name = "right-angles",
+     .argument = "TOL",
+     .kind = OPTION_POSITIVE,
+     .help = "take angles of frames that are as near to right ones as these [rad]"},
+    {.name = "drives",
+     .help =
+         "each joint has an input, which acts up to the joint's effort (default: nothing drives the joints)"},
+    {.name = "floating", .help = "the root moves freely (default: it stands on the ground)"},
+    {.name = NULL}};
+
+const struct command import_command = {
+    .name = "import",
+    .run = run_import,
+    .operands = "FILE.urdf",
+    .options = "output flexible section tip E nu eta rho rfe friction-width right-angles drives floating",
+    .tables = {import_rules},
+    .output = "MODEL.lua",
+    .purpose = "write a robot's URDF file as a Lua model",
+    .help =
+        "Links, joints and inertias; what is left out is told on stderr. Links of --flexible become beams "
+        "that "
+        "keep, with\n"
+        "a rest that is fixed to them, the link's mass, centre and inertia.\n\n"
+        "  refdyn import robot.urdf -o robot.lua\n"
+        "  refdyn import robot.urdf --flexible forearm --section tube:0.08:0.076 --E 7e10 -o robot.lua\n"};

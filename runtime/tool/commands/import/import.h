@@ -195,4 +195,6 @@ struct model_choice {
 
 void write_model(const struct robot *robot, const struct model_choice *choice, FILE *out);
 
+extern const struct command import_command;
+
 #endif

@@ -7,7 +7,7 @@
 
 static const struct {
     const char *name;
-    void (*put)(FILE *out, const struct command *commands);
+    void (*put)(FILE *out, const struct command *const *commands);
 } forms[] = {{"bash", put_bash_completion},
              {"zsh", put_zsh_completion},
              {"fish", put_fish_completion},
@@ -15,7 +15,7 @@ static const struct {
 
 enum { FORM_COUNT = sizeof forms / sizeof *forms };
 
-enum status run_completion(const struct options *options) {
+static enum status run_completion(const struct options *options) {
     const char *form = options->operands[0];
     struct targets targets = {.first = NULL};
     int place = 0;
@@ -23,10 +23,23 @@ enum status run_completion(const struct options *options) {
         place++;
     if (place == FORM_COUNT)
         return usage_error(options->command, "'%s' is none of %s", form, options->command->operands);
-    struct target *target = target_open(&targets, options->output);
+    struct target *target = target_open(&targets, options_text(options, "output"));
     if (target)
         forms[place].put(target->file, options->commands);
     const bool is_good = target && target_finish(target);
     targets_release(&targets);
     return is_good ? STATUS_DONE : STATUS_FAULT;
 }
+
+const struct command completion_command = {
+    .name = "completion",
+    .run = run_completion,
+    .operands = "bash|zsh|fish|man",
+    .options = "output",
+    .output = "FILE",
+    .purpose = "completion for a shell, or the manual page",
+    .help = "Prints the script by which a shell completes commands, options, their values and files, or "
+            "the page of man.\n"
+            "An installation has them in its share/.\n\n"
+            "  eval \"$(refdyn completion bash)\"\n"
+            "  refdyn completion man -o refdyn.1\n"};

@@ -153,7 +153,7 @@ static const char ending[] =
     "with the reference of the model language, README.md,\nand the definitions for editors,\n"
     ".IR editor/refdyn.lua .\n";
 
-void put_manual_page(FILE *out, const struct command *commands) {
+void put_manual_page(FILE *out, const struct command *const *commands) {
     fprintf(
         out,
         ".\\\" Written by `refdyn completion man`: do not edit.\n"
@@ -167,7 +167,7 @@ void put_manual_page(FILE *out, const struct command *commands) {
         ".PP\n.B refdyn new\n.I NAME\nwrites a model to begin from.\n"
         ".SH COMMANDS\n",
         day());
-    for (const struct command *command = commands; command->name; command++)
-        put_command(out, command);
+    for (int k = 0; commands[k]; k++)
+        put_command(out, commands[k]);
     fputs(ending, out);
 }

@@ -13,10 +13,10 @@
  * the same tables as --help.
  */
 
-void put_bash_completion(FILE *out, const struct command *commands);
-void put_zsh_completion(FILE *out, const struct command *commands);
-void put_fish_completion(FILE *out, const struct command *commands);
-void put_manual_page(FILE *out, const struct command *commands);
+void put_bash_completion(FILE *out, const struct command *const *commands);
+void put_zsh_completion(FILE *out, const struct command *const *commands);
+void put_fish_completion(FILE *out, const struct command *const *commands);
+void put_manual_page(FILE *out, const struct command *const *commands);
 
 /*
  * What may stand behind an option or as an operand: words of a fixed set, and endings of files.
@@ -25,8 +25,6 @@ void put_manual_page(FILE *out, const struct command *commands);
  * program itself compares with; endings are read off the names in the usage line ("STATE.json").
  */
 
-/* "": its values are no fixed set. */
-const char *values_words(const struct option_text *option);
 /* Those of an operand "bash|zsh"; "": it is none of a fixed set. */
 const char *values_operand_words(const struct command *command);
 
@@ -34,5 +32,7 @@ const char *values_operand_words(const struct command *command);
 enum files_meant { MEANT_NONE, MEANT_FOLDER, MEANT_ANY_FILE, MEANT_ENDINGS };
 /* MEANT_ENDINGS: they are in *endings, as "csv h5". */
 enum files_meant values_files(const char *argument, const char **endings);
+
+extern const struct command completion_command;
 
 #endif

@@ -41,7 +41,7 @@ static void put_files(FILE *out, const char *argument, const char *otherwise) {
 /* What fills an argument: words, files, words or files; a blank alone: nothing does. A blank at the beginning
  * keeps _arguments from adding its own words. */
 static void put_action(FILE *out, const struct option_text *option) {
-    const char *words = values_words(option), *endings;
+    const char *words = option->words, *endings;
     if (!*words) {
         put_files(out, option->argument, " ");
     } else if (option->is_list) {
@@ -85,26 +85,26 @@ static void put_operand(FILE *out, const struct command *command) {
     fputs("'\n", out);
 }
 
-void put_zsh_completion(FILE *out, const struct command *commands) {
+void put_zsh_completion(FILE *out, const struct command *const *commands) {
     struct option_text option;
     fputs(
         "#compdef refdyn\n# Completion of refdyn in zsh, written by `refdyn completion zsh`: do not edit.\n\n"
         "_refdyn() {\n    local -a commands\n    commands=(\n",
         out);
-    for (const struct command *command = commands; command->name; command++) {
-        fprintf(out, "        '%s:", command->name);
-        put_quoted(out, command->purpose);
+    for (int k = 0; commands[k]; k++) {
+        fprintf(out, "        '%s:", commands[k]->name);
+        put_quoted(out, commands[k]->purpose);
         fputs("'\n", out);
     }
     fputs(
         "    )\n    if (( CURRENT == 2 )); then\n        _describe command commands\n        return\n    fi\n"
         "    local command=$words[2]\n    shift words\n    (( CURRENT-- ))\n    case $command in\n",
         out);
-    for (const struct command *command = commands; command->name; command++) {
-        fprintf(out, "    %s)\n        _arguments \\\n", command->name);
-        for (int i = 0; options_describe(command, i, &option); i++)
+    for (int k = 0; commands[k]; k++) {
+        fprintf(out, "    %s)\n        _arguments \\\n", commands[k]->name);
+        for (int i = 0; options_describe(commands[k], i, &option); i++)
             put_option(out, &option);
-        put_operand(out, command);
+        put_operand(out, commands[k]);
         fputs("        ;;\n", out);
     }
     /* Read by `source`, it is given to the shell; from a folder of functions, it is called. */

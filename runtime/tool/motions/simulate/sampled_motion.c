@@ -23,73 +23,135 @@ enum {
     STEPS_PER_LOOK = 64 /* between looks at signals and the clock */
 };
 
+/* ---- Options ---- */
+
+const char *motion_methods(bool is_explicit) {
+    struct text text = {.memory = &program_memory};
+    for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
+        if (!is_explicit || !refdyn_method_is_implicit((enum refdyn_method)method))
+            text_add(&text, "%s%s", text.length ? ", " : "", refdyn_method_name(method));
+    return text.data;
+}
+
+static const char *list_methods(const struct command *command) {
+    return text_format("%s%s", motion_methods(false),
+                       command->has_gsl && HAS_METHODS_OF_GSL ? ", msbdf, bsimp" : "");
+}
+
+static const char *const stabilise_words[] = {"none", "baumgarte", "baumgarte-auto", "project", NULL};
+static const char *const start_words[] = {"as-is", "project", NULL};
+static const char *const singular_words[] = {[REFDYN_STOP] = "stop", [REFDYN_PASS] = "pass", NULL};
+const struct option_rule motion_rules[] = {
+    {.name = "until", .argument = "T", .kind = OPTION_POSITIVE, .help = "end of the motion [s]"},
+    {.name = "method",
+     .argument = "NAME",
+     .kind = OPTION_TEXT,
+     .help = "%s (default: rk4 with --step, auto without)",
+     .list = list_methods},
+    {.name = "step", .argument = "H", .kind = OPTION_POSITIVE, .help = "fixed steps of this size [s]"},
+    {.name = "tol",
+     .argument = "TOL",
+     .kind = OPTION_POSITIVE,
+     .help = "steps are found: error of each, as a part of 1 rad and the model's length, 1 m where it states "
+             "none "
+             "(default 1e-6)"},
+    {.name = "step-max",
+     .argument = "H",
+     .kind = OPTION_POSITIVE,
+     .help = "largest step that is found [s] (default: no bound)"},
+    {.name = "every",
+     .argument = "DT",
+     .kind = OPTION_POSITIVE,
+     .help = "time between outputs [s] (default T/200)"},
+    {.name = "from",
+     .argument = "WHERE",
+     .kind = OPTION_TEXT,
+     .help = "initial (default), statics, or a STATE.json",
+     .words = options_places},
+    {.name = "stabilise",
+     .argument = "HOW",
+     .kind = OPTION_TEXT,
+     .help = "none, baumgarte (default with rk4), baumgarte-auto (gains from the step) or project (default "
+             "with the "
+             "others)",
+     .words = stabilise_words},
+    {.name = "singular",
+     .argument = "HOW",
+     .kind = OPTION_TEXT,
+     .help = "where the constraint rows lose rank: stop (default), or pass where a branch can be followed",
+     .words = singular_words},
+    {.name = "start",
+     .argument = "HOW",
+     .kind = OPTION_TEXT,
+     .help = "as-is (default) or project: moved onto the programme first",
+     .words = start_words},
+    {.name = NULL}};
+
 /* GSL's methods work in the room of an implicit method. */
 static enum status choose_gsl(const struct options *options, struct refdyn_options *integration) {
+    const char *method = options_text(options, "method");
+    const double tol = options_number(options, "tol");
     if (!HAS_METHODS_OF_GSL)
-        return option_error(options, "method", ": '%s' needs a refdyn that is built with GSL",
-                            options->method);
-    if (options->step > 0)
-        return option_error(options, "step", ": %s finds its steps, it takes --tol", options->method);
+        return option_error(options, "method", ": '%s' needs a refdyn that is built with GSL", method);
+    if (options_number(options, "step") > 0)
+        return option_error(options, "step", ": %s finds its steps, it takes --tol", method);
     *integration = refdyn_options_default(REFDYN_RODAS5P);
-    integration->stabilise = by_gsl_stabilise(options->method);
-    if (options->tolerance > 0)
-        integration->tol = options->tolerance;
+    integration->stabilise = by_gsl_stabilise(method);
+    if (tol > 0)
+        integration->tol = tol;
     return STATUS_DONE;
 }
 
 static enum status choose_method(const struct options *options, struct refdyn_options *integration) {
-    int method = options->step > 0 ? REFDYN_RK4 : REFDYN_AUTO;
-    if (by_gsl_has(options->method))
+    const double step = options_number(options, "step");
+    const double tol = options_number(options, "tol");
+    const double step_max = options_number(options, "step-max");
+    const char *name = options_text(options, "method");
+    int method = step > 0 ? REFDYN_RK4 : REFDYN_AUTO;
+    if (by_gsl_has(name))
         return choose_gsl(options, integration);
-    if (options->method)
-        method = refdyn_method_find(options->method);
+    if (name)
+        method = refdyn_method_find(name);
     if (method < 0)
-        return option_error(options, "method", ": '%s' is none of %s", options->method,
-                            options_methods(false));
-    if (options->tolerance > 0 && options->step > 0)
+        return option_error(options, "method", ": '%s' is none of %s", name, motion_methods(false));
+    if (tol > 0 && step > 0)
         return usage_error(options->command, "--step is for fixed steps, --tol for steps that are found");
-    if (options->step_max > 0 && options->step > 0)
+    if (step_max > 0 && step > 0)
         return usage_error(options->command,
                            "--step is for fixed steps, --step-max for steps that are found");
     *integration = refdyn_options_default((enum refdyn_method)method);
-    if ((options->tolerance > 0 || options->step_max > 0) && integration->tol == 0)
-        return option_error(options, options->tolerance > 0 ? "tol" : "step-max",
-                            ": %s has fixed steps, it takes --step", refdyn_method_name(method));
-    integration->step_max = options->step_max;
-    if (options->step > 0) {
-        integration->step = options->step;
+    if ((tol > 0 || step_max > 0) && integration->tol == 0)
+        return option_error(options, tol > 0 ? "tol" : "step-max", ": %s has fixed steps, it takes --step",
+                            refdyn_method_name(method));
+    integration->step_max = step_max;
+    if (step > 0) {
+        integration->step = step;
         integration->tol = 0;
     }
-    if (options->tolerance > 0)
-        integration->tol = options->tolerance;
+    if (tol > 0)
+        integration->tol = tol;
     return STATUS_DONE;
 }
 
 const char *const stabilise_names[STABILISE_COUNT] = {
     [REFDYN_NONE] = "none", [REFDYN_BAUMGARTE] = "baumgarte", [REFDYN_PROJECT] = "project"};
 
-const char *const motion_stabilise_words[] = {"none", "baumgarte", "baumgarte-auto", "project", NULL};
-const char *const motion_start_words[] = {"as-is", "project", NULL};
-const char *const motion_singular_words[] = {[REFDYN_STOP] = "stop", [REFDYN_PASS] = "pass", NULL};
-
 /* --stabilise; baumgarte-auto is baumgarte with gains from the step. */
 static enum status choose_stabilisation(const struct options *options, struct refdyn_options *integration) {
+    const char *method = options_text(options, "method");
     static const enum refdyn_stabilise stabilise[] = {REFDYN_NONE, REFDYN_BAUMGARTE, REFDYN_BAUMGARTE,
                                                       REFDYN_PROJECT};
     int place;
-    if (!options->stabilise)
-        return STATUS_DONE;
-    const enum status status =
-        options_choose(options, "stabilise", options->stabilise, motion_stabilise_words, &place);
-    if (status != STATUS_DONE)
+    const enum status status = options_choose(options, "stabilise", &place);
+    if (status != STATUS_DONE || !options_has(options, "stabilise"))
         return status;
     integration->stabilise = stabilise[place];
-    if (strcmp(options->stabilise, "baumgarte-auto") == 0)
+    if (options_is(options, "stabilise", "baumgarte-auto"))
         integration->gain_share = automatic_share;
-    if (integration->stabilise == REFDYN_PROJECT && by_gsl_has(options->method) &&
-        by_gsl_stabilise(options->method) != REFDYN_PROJECT)
+    if (integration->stabilise == REFDYN_PROJECT && by_gsl_has(method) &&
+        by_gsl_stabilise(method) != REFDYN_PROJECT)
         return option_error(options, "stabilise", ": a projection would make %s start again after each step",
-                            options->method);
+                            method);
     return STATUS_DONE;
 }
 
@@ -107,10 +169,10 @@ enum status motion_options(const struct options *options, struct refdyn_options 
     enum status status = choose_method(options, integration);
     if (status == STATUS_DONE)
         status = choose_stabilisation(options, integration);
-    if (status == STATUS_DONE && options->start)
-        status = options_choose(options, "start", options->start, motion_start_words, &start);
-    if (status == STATUS_DONE && options->singular)
-        status = options_choose(options, "singular", options->singular, motion_singular_words, &way);
+    if (status == STATUS_DONE)
+        status = options_choose(options, "start", &start);
+    if (status == STATUS_DONE)
+        status = options_choose(options, "singular", &way);
     if (status != STATUS_DONE)
         return status;
     integration->singular = (enum refdyn_singular)way;
@@ -121,9 +183,10 @@ enum status motion_options(const struct options *options, struct refdyn_options 
 
 enum status motion_fit(const struct scene *scene, const struct options *options,
                        const struct refdyn_options *integration) {
-    if (by_gsl_has(options->method) && scene->model->event_count > 0) {
+    const char *method = options_text(options, "method");
+    if (by_gsl_has(method) && scene->model->event_count > 0) {
         fprintf(stderr, "refdyn: %s: --method %s finds no events of the state, without it go %s\n",
-                scene->model->name, options->method, options_methods(false));
+                scene->model->name, method, motion_methods(false));
         return STATUS_FAULT;
     }
     if (refdyn_can_run(scene->model, integration->method))
@@ -132,12 +195,12 @@ enum status motion_fit(const struct scene *scene, const struct options *options,
             "refdyn: %s: --method %s needs the exact tangent, which the printed form does not have; without "
             "it go "
             "%s\n",
-            scene->model->name, options->method, options_methods(true));
+            scene->model->name, method, motion_methods(true));
     return STATUS_FAULT;
 }
 
 static bool is_from_statics(const struct options *options) {
-    return options->from && strcmp(options->from, "statics") == 0;
+    return options_is(options, "from", "statics");
 }
 
 unsigned motion_needs(const struct options *options) {
@@ -150,7 +213,7 @@ enum status motion_place(struct scene *scene, const struct options *options) {
         struct equilibrium *equilibrium = allocate(1, sizeof *equilibrium);
         status = find_equilibrium(scene, options, equilibrium);
         scene->equilibrium = &equilibrium->result;
-    } else if (options->hold)
+    } else if (options_text(options, "hold"))
         return option_error(options, "hold", " goes with --from statics");
     else
         status = refuse_statics_options(options, "--from statics");
@@ -159,15 +222,18 @@ enum status motion_place(struct scene *scene, const struct options *options) {
 }
 
 enum status motion_check_times(const struct scene *scene, const struct options *options) {
-    const double from = scene->state.t, span = options->until - from;
+    const double until = options_number(options, "until");
+    const double every = options_number(options, "every");
+    const double step = options_number(options, "step");
+    const double from = scene->state.t, span = until - from;
     if (span <= 0)
-        return option_error(options, "until", " %g: the motion starts at t = %g", options->until, from);
-    if (options->every > 0 && span / options->every > OUTPUTS_MAX)
-        return option_error(options, "every", " %g: %.3g outputs, at most %d are taken", options->every,
-                            span / options->every, OUTPUTS_MAX);
-    if (options->step > 0 && span / options->step > steps_max)
-        return option_error(options, "step", " %g: %.3g steps, at most %.3g are taken", options->step,
-                            span / options->step, steps_max);
+        return option_error(options, "until", " %g: the motion starts at t = %g", until, from);
+    if (every > 0 && span / every > OUTPUTS_MAX)
+        return option_error(options, "every", " %g: %.3g outputs, at most %d are taken", every, span / every,
+                            OUTPUTS_MAX);
+    if (step > 0 && span / step > steps_max)
+        return option_error(options, "step", " %g: %.3g steps, at most %.3g are taken", step, span / step,
+                            steps_max);
     return STATUS_DONE;
 }
 
