@@ -151,17 +151,4 @@ void fmu_make_sources(struct fmu *fmu);
 /* Is it a source to compile, and not a header? */
 bool fmu_is_source(const char *path);
 
-/* Units of a model, as texts like "N s/m" and "kg m^2", in the base units of FMI. */
-
-enum { BASE_UNIT_COUNT = 8 };
-extern const char *const base_unit_names[BASE_UNIT_COUNT]; /* kg m s A K mol cd rad */
-
-struct base_unit {
-    double factor; /* one of the unit is so many of the base units */
-    int exponents[BASE_UNIT_COUNT];
-};
-
-/* False: a part of the text is no unit that is known here. */
-bool unit_in_base(const char *unit, struct base_unit *base);
-
 #endif

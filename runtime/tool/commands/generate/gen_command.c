@@ -1,16 +1,40 @@
-/*
- * `refdyn gen` and `refdyn check`: the C of a model into a folder, what a pass of the generator has made, and
- * what was read of a model. Take a scene that is read, give files or text on stdout.
- */
+/* `refdyn gen` and `refdyn check`: the C files of a model, with their rule of make, and its tree of links. */
+#include "runtime/tool/commands/generate/generate.h"
+#include "gen/read/read.h"
+#include "runtime/tool/support/format/format.h"
 #include "runtime/tool/support/command_line/command_line.h"
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/results/figures/figures.h"
-#include "runtime/tool/commands/generate/generate.h"
 #include "runtime/tool/support/system/system.h"
 #include "runtime/tool/results/view/view.h"
 
 #include <stdlib.h>
 #include <string.h>
+
+/* ---- A rule of make for the emitted files ---- */
+
+/* A path as make reads it. */
+static void add_path(struct text *rule, const char *path) {
+    for (; *path; path++)
+        text_add(rule, *path == ' ' || *path == '#' ? "\\%c" : *path == '$' ? "$%c" : "%c", *path);
+}
+
+static const char *depfile_text(const struct generation *generation, const char *folder) {
+    struct text rule = {.memory = &program_memory};
+    const struct emitted_file *files = gen_files(generation);
+    const struct sources *sources = generation->model.sources;
+    for (int i = 0; i < gen_file_count(generation); i++) {
+        text_add(&rule, i ? " " : "");
+        add_path(&rule, text_format("%s/%s", folder, files[i].name));
+    }
+    text_add(&rule, ":");
+    for (int i = 0; i < sources->count; i++) {
+        text_add(&rule, " ");
+        add_path(&rule, sources->list[i].path);
+    }
+    text_add(&rule, "\n");
+    return rule.data;
+}
 
 /* All files are written before the first one gets its name; `depfile` (NULL: none) is the last of them. */
 static bool write_files(struct scene *scene, const char *folder, const char *depfile) {
@@ -149,6 +173,7 @@ const struct command gen_command = {
     .operands = "MODEL.lua",
     .options = "output! emit for-lanes for-casadi depfile explain set loops accelerations fold",
     .tables = {gen_rules, scene_rules},
+    .replaces_needed = "explain",
     .output = "DIR",
     .purpose = "write the C code of a model",
     .help = "Writes NAME.h and NAME.c (more .c files when long) into the folder of -o, and prints what was "

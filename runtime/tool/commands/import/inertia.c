@@ -1,9 +1,22 @@
-/* Mass data of rigid bodies: see import.h. Eigenvalues are LAPACK's. */
+/* Mass data of rigid bodies: rotations, principal axes by the eigenvalues of LAPACK, and computed numbers
+ * without rounding. */
 #include "runtime/tool/commands/import/import.h"
+#include "runtime/tool/support/format/format.h"
 
 #include <lapacke.h>
 #include <math.h>
 #include <string.h>
+
+static const double rounding = 1e-14;
+
+void tidy(double *list, int count, double scale) {
+    char text[NUMBER_LENGTH];
+    for (int i = 0; i < count; i++)
+        if (fabs(list[i]) < rounding * scale)
+            list[i] = 0;
+        else
+            text_to_number(near_text(list[i], text), &list[i]);
+}
 
 /* Places of xx yy zz xy xz yz. */
 static const int rows[6] = {0, 1, 2, 0, 0, 1}, columns[6] = {0, 1, 2, 1, 2, 2};

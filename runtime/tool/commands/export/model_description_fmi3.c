@@ -1,6 +1,6 @@
 /*
- * modelDescription.xml and buildDescription.xml of FMI 3.0 (FMI 3.0.2, ch. 2.4 and 2.5): see export.h.
- * Variables are known by their value references; event indicators are variables.
+ * modelDescription.xml and buildDescription.xml of FMI 3.0 (FMI 3.0.2, ch. 2.4 and 2.5). Other elements refer
+ * to variables by their value references; event indicators are variables.
  */
 #include "runtime/tool/commands/export/export.h"
 

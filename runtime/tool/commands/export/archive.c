@@ -1,7 +1,10 @@
-/* Archives by libzip: see export.h. Times and owners are the same in each, so that equal files are equal
- * bytes. */
+/*
+ * Writes an FMU as a ZIP archive with libzip. Times and owners are the same in every archive, so that equal
+ * files make equal bytes. A program that was built without libzip reports that instead.
+ */
 #include "runtime/tool/commands/export/export.h"
 
+#ifdef REFDYN_HAS_LIBZIP
 #include <string.h>
 #include <zip.h>
 
@@ -68,3 +71,17 @@ bool archive_put(FILE *out, const struct fmu_files *files) {
     zip_error_fini(&error);
     return is_good;
 }
+
+#else
+
+bool archive_is_there(void) {
+    fputs("refdyn: this refdyn is built without libzip, which FMUs need\n", stderr);
+    return false;
+}
+
+/* Never called, because archive_is_there returns false. */
+bool archive_put(FILE *out, const struct fmu_files *files) {
+    return out && files && false;
+}
+
+#endif

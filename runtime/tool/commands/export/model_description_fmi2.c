@@ -1,5 +1,4 @@
-/* modelDescription.xml of FMI 2.0 (FMI 2.0.5, ch. 2.2): see export.h. Variables are known by their
- * place. */
+/* modelDescription.xml of FMI 2.0 (FMI 2.0.5, ch. 2.2). Other elements refer to variables by their place. */
 #include "runtime/tool/commands/export/export.h"
 
 static void put_source_files(FILE *out, const struct fmu *fmu) {

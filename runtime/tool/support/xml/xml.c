@@ -1,12 +1,17 @@
-/* XML by expat: see xml.h. The file goes through the parser in pieces; its handlers grow the tree. */
+/*
+ * Reads XML with expat. The file goes through the parser in pieces, whose handlers grow the tree. A program
+ * that was built without expat reports that instead.
+ */
 #include "runtime/tool/support/xml/xml.h"
 #include "runtime/tool/support/format/format.h"
 
 #include <errno.h>
-#include <expat.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
+
+#ifdef REFDYN_HAS_EXPAT
+#include <expat.h>
 
 enum { BYTES_MOST = 16 << 20, DEPTH_MOST = 100, COUNT_MOST = 200000, PIECE = 1 << 16 };
 
@@ -128,4 +133,46 @@ struct xml_element *xml_read(const char *path) {
     XML_ParserFree(reading.parser);
     fclose(file);
     return is_read ? reading.root : NULL;
+}
+
+#else
+
+struct xml_element *xml_read(const char *path) {
+    complain_line(path, 0, "this refdyn is built without expat, which reads XML");
+    return NULL;
+}
+
+#endif
+
+/* ---- Elements of a tree ---- */
+
+const char *xml_attribute(const struct xml_element *element, const char *name) {
+    for (const struct xml_attribute *at = element->attributes; at->name; at++)
+        if (strcmp(at->name, name) == 0)
+            return at->value;
+    return NULL;
+}
+
+const struct xml_element *xml_child(const struct xml_element *element, const char *name) {
+    const struct xml_element *child = element->first;
+    while (child && strcmp(child->name, name) != 0)
+        child = child->next;
+    return child;
+}
+
+const struct xml_element *xml_behind(const struct xml_element *at, const struct xml_element *root) {
+    while (at != root && !at->next)
+        at = at->parent;
+    return at == root ? NULL : at->next;
+}
+
+const struct xml_element *xml_next(const struct xml_element *at, const struct xml_element *root) {
+    return at->first ? at->first : xml_behind(at, root);
+}
+
+int xml_count(const struct xml_element *root, const char *name) {
+    int count = 0;
+    for (const struct xml_element *at = root; at; at = xml_next(at, root))
+        count += strcmp(at->name, name) == 0;
+    return count;
 }
