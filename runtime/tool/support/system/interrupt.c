@@ -1,4 +1,4 @@
-/* Signals that end the program: see system.h. */
+/* Handlers of the signals that end the program: they undo what was begun, or note the signal. */
 #include "runtime/tool/support/system/system.h"
 
 #include <stddef.h>
@@ -14,6 +14,7 @@ static const struct {
 } signals[] = {
     {SIGHUP, false, "refdyn: ended by SIGHUP\n"},
     {SIGINT, false, NULL},
+    {SIGQUIT, false, NULL},
     {SIGPIPE, true, NULL},
     {SIGTERM, false, "refdyn: ended by SIGTERM\n"},
     {SIGXCPU, true, "refdyn: ended by SIGXCPU: the limit on CPU time is reached\n"},

@@ -9,7 +9,7 @@
 #include <time.h>
 
 /*
- * Signals that end the program: SIGHUP, SIGINT, SIGPIPE, SIGTERM, SIGXCPU, SIGXFSZ.
+ * Signals that end the program: SIGHUP, SIGINT, SIGPIPE, SIGQUIT, SIGTERM, SIGXCPU, SIGXFSZ.
  *
  * Each ends the program at once, after what was begun is undone. While signals are deferred, as in a motion
  * whose rows are worth keeping, the first one is only noted; interrupt_finish ends the program by it. A
@@ -102,22 +102,20 @@ bool folder_make(const char *path, mode_t mode, char ***made);
 void folder_unmake(char **made);
 
 /*
- * A temporary folder, and a group of processes that work in it. A guard, a process of its own, waits for the
- * end of this one, whatever ends it: then it kills the group and removes the folder. A lock on the folder
- * tells others that it is in use; folders that nobody has locked are what a guard that was killed, too, has
- * left.
+ * A temporary folder, in which other programs work. A lock shows that it is in use. A signal that ends this
+ * program kills the programs and removes the folder. After SIGKILL the folder stays, without its lock, until
+ * the next start removes it.
  */
 struct scratch {
     char *path;
-    pid_t group; /* of the processes: a process that only sleeps leads it */
-    pid_t guard;
-    int lock, life; /* descriptors: of the folder, and the end of a connection with the guard */
+    int lock; /* descriptor of the folder */
     struct undo undo;
 };
 
-/* Makes PREFIXxxxxxx in folder `parent`, and removes what is left of dead ones there. Complains on stderr. */
+/* Makes PREFIXxxxxxx in folder `parent`, and removes folders there that dead programs have left. Reports an
+ * error on stderr. */
 bool scratch_open(struct scratch *scratch, const char *parent, const char *prefix);
-/* Kills what still runs in it and removes it. */
+/* Kills programs that still run, and removes the folder. */
 void scratch_close(struct scratch *scratch);
 /* The path of a file in it. */
 const char *scratch_file(const struct scratch *scratch, const char *name);
@@ -129,8 +127,8 @@ bool file_copy(const char *path, FILE *out);
 const char *scratch_parent(void);
 
 /*
- * Other programs, without a shell: started in the group of a temporary folder, waited for with what they
- * used.
+ * Other programs, started without a shell. The wait for them returns what they used. Each program that works
+ * in a temporary folder leads a process group, so that it ends with all that it has started.
  */
 
 struct process {
@@ -152,6 +150,8 @@ int process_start(struct process *process, const struct scratch *scratch, const 
 /* Waits until one of the running ones ends and returns its index, -1 when none runs or a new signal was
  * noted. */
 int process_wait(struct process *processes, int count);
+/* Kills the programs in temporary folders, and waits for their ends. A signal handler may call it. */
+void process_kill_all(void);
 
 /*
  * A progress bar on stderr, when that is a terminal and the work takes over a second.
