@@ -1,4 +1,5 @@
-/* One model made ready: see scene.h. */
+/* Makes one model ready to compute with: reads it, emits and compiles the quantities that a command needs,
+ * and sets parameters and inputs. */
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/support/command_line/command_line.h"
 #include "runtime/tool/motions/equilibria/equilibria.h"
@@ -7,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The generator's messages that were not told yet. */
+/* Prints the messages of the generator that were not printed yet. */
 static void print_messages(struct scene *scene) {
     for (; scene->told < scene->generation.messages.count; scene->told++) {
         const struct message *message = &scene->generation.messages.list[scene->told];
@@ -91,7 +92,7 @@ static bool read_variant(const struct options *options, struct read_request *req
     return is_known;
 }
 
-/* Tells the messages of a model at fault, those of another one where they are wanted. */
+/* Prints the messages of a model that cannot be read; other messages only if they are requested. */
 static enum status read_with(struct scene *scene, const struct options *options,
                              const struct setting *settings, int count, bool fold, bool is_telling) {
     struct read_request request = {
@@ -128,7 +129,7 @@ static struct values given_values(struct scene *scene) {
     for (int i = 0; i < state->parameter_count; i++)
         values.list[values.count++] = state->parameters[i];
     for (int i = 0; i < model->parameter_count; i++)
-        if (model->parameters[i].is_given) /* a name that lives on when the model is read again */
+        if (model->parameters[i].is_given) /* the name must outlive the model, which is read again */
             values.list[values.count++] = (struct named_value){text_format("%s", model->parameters[i].name),
                                                                model->parameters[i].value};
     add_inputs(&values, model);
@@ -146,7 +147,8 @@ static bool is_given(const struct values *values, const char *name) {
     return is_among(values->list, values->count, name);
 }
 
-/* All values become settings: the model's checks see them, and with --fold they are numbers in the C. */
+/* Turns all values into settings, so that the checks of the model see them; with --fold they become numbers
+ * in the C. */
 static enum status read_valued(struct scene *scene, const struct options *options,
                                const struct values *values) {
     int count = options->setting_count;
@@ -159,8 +161,8 @@ static enum status read_valued(struct scene *scene, const struct options *option
     return read_with(scene, options, settings, count, options_has(options, "fold"), false);
 }
 
-/* Without --fold the C is that of the default parameters and inputs: the same text, and the same library, for
- * all values. */
+/* Without --fold the C has the default parameters and inputs, so that its text and its library are the same
+ * for all values. */
 static enum status read_structure(struct scene *scene, const struct options *options,
                                   const struct values *values) {
     struct setting *settings = allocate((size_t)options->setting_count, sizeof *settings);
@@ -172,7 +174,7 @@ static enum status read_structure(struct scene *scene, const struct options *opt
     return read_with(scene, options, settings, count, false, false);
 }
 
-/* The model's values checked with everything that is given, then the C's text made ready. */
+/* Checks the model with all given values, then prepares the text of the C. */
 static enum status read_for_values(struct scene *scene, const struct options *options,
                                    const struct values *values) {
     enum status status = STATUS_DONE;
@@ -183,9 +185,8 @@ static enum status read_for_values(struct scene *scene, const struct options *op
     return read_structure(scene, options, values);
 }
 
-/* May a row hold in statics? One that begins where the motion does may when all that it takes from there is
- * given.
- */
+/* Returns whether a row may hold in statics. A row that begins with the motion may do so if all values that
+ * it reads from the start are given. */
 static bool may_hold(const struct row *row, unsigned needs, const struct values *values) {
     bool is_known = true;
     for (int i = 0; i < row->start_count; i++)
@@ -193,7 +194,8 @@ static bool may_hold(const struct row *row, unsigned needs, const struct values 
     return row->level == ROW_POSITION && (is_known || needs & NEEDS_EACH_START);
 }
 
-/* May forces have no potential, so that small motions judge an equilibrium? */
+/* Returns whether forces may have no potential, so that small motions must decide the stability of an
+ * equilibrium. */
 static bool may_follow(const struct model *model) {
     for (int i = 0; i < model->force_count; i++)
         if (model->graph->nodes[model->forces[i].value].depends & ON_STATE)
@@ -201,7 +203,7 @@ static bool may_follow(const struct model *model) {
     return model->load_count > 0;
 }
 
-/* Statics takes a tangent, of either form, for rows and for forces without a potential. */
+/* Statics needs a tangent, of either form, for rows and for forces without a potential. */
 static bool needs_statics_tangent(const struct model *model, unsigned needs, const struct values *values) {
     if (!(needs & NEEDS_STATICS))
         return false;
@@ -218,7 +220,7 @@ static bool has_angular_points(const struct model *model) {
     return false;
 }
 
-/* The list of quantities for gen_plan, with only those that the scene has. */
+/* The list of quantities for gen_plan, limited to those that the scene has. */
 static char *emit_list(struct scene *scene, const struct options *options, unsigned needs,
                        const struct values *values) {
     const char *emit = options_text(options, "emit");
@@ -244,7 +246,8 @@ static char *emit_list(struct scene *scene, const struct options *options, unsig
         needs & NEEDS_POINT_RATES && has_angular_points(model) ? ",J,Jd_qd" : "");
 }
 
-/* Named events end steps where lanes do not look: such motions take all steps themselves. */
+/* Named events end steps within lanes, which do not check for them. Models with such events compute single
+ * motions. */
 static int lanes_for(const struct model *model, const struct options *options) {
     const double lanes = options_number(options, "lanes");
     return lanes > 1 && model->event_count == 0 ? (int)lanes : 0;
@@ -291,7 +294,7 @@ static void apply_inputs(struct scene *scene, const struct named_value *inputs, 
     }
 }
 
-/* Names that the C does not have belong to parameters and inputs that this scene does not read. */
+/* Skips names that the C does not have: this scene does not read these parameters and inputs. */
 static void apply_values(struct scene *scene, const struct values *values) {
     const struct refdyn_model *model = scene->model;
     for (int i = 0; i < values->count; i++) {
@@ -307,7 +310,7 @@ static void apply_values(struct scene *scene, const struct values *values) {
     apply_inputs(scene, scene->state.inputs, scene->state.input_count);
 }
 
-/* Parameters of --set that change nothing. With --fold all are numbers in the C. */
+/* Warns of parameters of --set that nothing reads. With --fold all are numbers in the C. */
 static void warn_of_unread(const struct scene *scene, const struct options *options,
                            const struct values *values) {
     const struct refdyn_model *model = scene->model;
@@ -385,7 +388,7 @@ void scene_spare_sources(const struct scene *scene, struct targets *targets) {
         targets_spare(targets, sources->list[i].path);
 }
 
-/* The files of -o and --summary, which must not be those that are read. */
+/* Opens the files of -o and --summary, which must differ from all files that the command reads. */
 static enum status open_targets(struct scene *scene, const struct options *options, const char *state_path) {
     const char *inputs = options_text(options, "inputs");
     const char *summary = options_text(options, "summary");

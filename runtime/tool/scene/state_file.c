@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- Lines of the text, which is correct JSON ---- */
+/* ---- Lines of a text that is valid JSON ---- */
 
 static const char blanks[] = " \t\r\n";
 
@@ -17,7 +17,7 @@ static const char *end_of_string(const char *quote) {
     return at;
 }
 
-/* Behind the value. */
+/* The place after the value. */
 static const char *skip_value(const char *at) {
     int depth = 0;
     for (; *at && (depth > 0 || !strchr(",]}", *at)); at++) {
@@ -28,14 +28,14 @@ static const char *skip_value(const char *at) {
     return at;
 }
 
-/* Whether the string at `quote` is this key. */
+/* Returns whether the string at `quote` is this key. */
 static bool is_key(const char *quote, const char *key) {
     const size_t length = (size_t)(end_of_string(quote) - quote) - 1;
     return strlen(key) == length && strncmp(quote + 1, key, length) == 0;
 }
 
-/* Where member `key` of the object that begins at `at` stands, or for key NULL element `index` of the array;
- * NULL: it is not there. */
+/* The place of member `key` of the object at `at`, or of element `index` of the array if key is NULL; NULL if
+ * there is none. */
 static const char *find_entry(const char *at, const char *key, int index) {
     at++;
     for (int i = 0; *(at += strspn(at, blanks)) && !strchr("]}", *at); i++) {
@@ -47,10 +47,8 @@ static const char *find_entry(const char *at, const char *key, int index) {
     return NULL;
 }
 
-/*
- * Line of member `key` of the outermost object; with `member`, of that member of the object it holds; with
- * index >= 0, of that element of the array it holds. Line 1 when it is not there.
- */
+/* The line of member `key` of the outermost object; with `member`, of that member of the object in it; with
+ * index >= 0, of that element of the array in it. Line 1 if there is none. */
 static int locate_line(const char *text, const char *key, const char *member, int index) {
     const char *at = find_entry(text + strspn(text, blanks), key, 0);
     int line = 1;
@@ -72,7 +70,7 @@ struct reading {
     int complaints;
 };
 
-/* More would not help; and each of them looks for its line. */
+/* more messages would not help, and each one searches for its line */
 enum { COMPLAINTS_MOST = 20 };
 
 static void complain_at(struct reading *reading, int line, const char *format, ...)
@@ -128,7 +126,7 @@ static double *read_vector(struct reading *reading, const char *key, const json_
     return values;
 }
 
-/* An object of numbers whose keys are among `known`. */
+/* Reads an object of numbers whose keys are among `known`. */
 static struct named_value *read_values(struct reading *reading, const char *key, const char *what,
                                        json_t *object, const char *const *known, int known_count,
                                        int *count) {
@@ -171,7 +169,7 @@ static void read_parameters(struct reading *reading, struct state *state, json_t
                                     &state->parameter_count);
 }
 
-/* A name of the model stands where a key must be: finds the key under which it belongs. */
+/* A name of the model is not a key: reports the key under which it belongs. */
 static bool is_of_model(struct reading *reading, int line, const char *name) {
     const struct generation *generation = reading->generation;
     const char *key = NULL;
@@ -203,7 +201,7 @@ static void check_coordinates(struct reading *reading, const json_t *array) {
     }
 }
 
-/* What `statics` and `modes` write besides the state that they found: their results are states, too. */
+/* Keys that `statics` and `modes` write in addition to the state: their results are states, too. */
 static bool is_of_result(const char *key) {
     static const char *const keys[] = {"name",    "at",   "points",    "hold_force", "residual",  "rows",
                                        "lambda",  "phi",  "stability", "criterion",  "potential", "unstable",
@@ -233,7 +231,7 @@ static void read_member(struct reading *reading, struct state *state, const char
                      sizeof keys / sizeof keys[0]);
 }
 
-/* What jansson calls the token, and the character beyond ASCII that it is. */
+/* Shows the token that jansson names, and a character beyond ASCII in it. */
 static void complain_of_syntax(struct reading *reading, const json_error_t *error) {
     const char *token = strstr(error->text, "near '"), *instead;
     const char *strange =
@@ -246,7 +244,7 @@ static void complain_of_syntax(struct reading *reading, const json_error_t *erro
 
 bool state_read(struct state *state, const char *path, const struct generation *generation) {
     *state = (struct state){.t = 0};
-    static const char mark[] = "\xEF\xBB\xBF"; /* of UTF-8, which some editors write first */
+    static const char mark[] = "\xEF\xBB\xBF"; /* byte order mark of UTF-8, which some editors write first */
     const char *text = read_text(path, "state");
     if (!text)
         return false;
@@ -290,7 +288,7 @@ void put_positions(struct document *document, const struct scene *scene) {
     put_close(document, '}');
 }
 
-/* Of several values of one name the last one counts. */
+/* Of several values of one name, the last one counts. */
 static void put_values(struct document *document, const struct named_value *list, int count) {
     for (int i = 0; i < count; i++) {
         bool is_last = true;
@@ -301,7 +299,7 @@ static void put_values(struct document *document, const struct named_value *list
     }
 }
 
-/* The inputs of --set, then the STATE.json's. */
+/* The inputs of --set come first, then the inputs of the STATE.json. */
 static void put_inputs(struct document *document, const struct scene *scene) {
     const struct values *values = &scene->values;
     const struct state *state = &scene->state;

@@ -8,7 +8,7 @@
 #include <string.h>
 #include <zip.h>
 
-enum { FIRST_DATE = 0x0021, NO_TIME = 0 }; /* 1 January 1980, as DOS counts, where ZIP's days begin */
+enum { FIRST_DATE = 0x0021, NO_TIME = 0 }; /* 1 January 1980 in the format of DOS, the first day of ZIP */
 static const unsigned plain_file = 0100644u << 16;
 
 bool archive_is_there(void) {
@@ -44,7 +44,7 @@ static bool copy_archive(zip_source_t *source, FILE *out) {
         return false;
     while ((count = zip_source_read(source, block, sizeof block)) > 0)
         if (fwrite(block, 1, (size_t)count, out) != (size_t)count)
-            break; /* the disk is full, as target_finish tells */
+            break; /* the disk is full, which target_finish reports */
     zip_source_close(source);
     return count >= 0;
 }

@@ -1,8 +1,8 @@
 /*
  * `refdyn export`: a model as an FMU, for other simulators.
  *
- * Takes a scene and options of motions, which Co-Simulation steps with; gives a ZIP archive with sources,
- * libraries and their description.
+ * From a scene and the options of motions, with which Co-Simulation steps, it writes a ZIP archive with
+ * sources, libraries and their description.
  */
 #include "runtime/tool/support/command_line/command_line.h"
 #include "runtime/tool/motions/equilibria/equilibria.h"
@@ -16,9 +16,9 @@
 extern const char fmu_licence[];
 extern const size_t fmu_licence_size;
 
-static const double default_span = 10; /* [s] of the default experiment */
+static const double default_span = 10; /* length of the default experiment [s] */
 
-/* Beside what the start takes: what steps, outputs and directional derivatives do. */
+/* The quantities for steps, outputs and directional derivatives, and for the start. */
 static const char *quantities(const struct options *options, const struct model *model) {
     const bool has_rows = model->row_count > 0;
     const bool has_inputs = model->input_count > 0;
@@ -48,7 +48,7 @@ static enum status check_platforms(const struct options *options, const char *co
     return STATUS_DONE;
 }
 
-/* Methods of GSL are none of the core's, which FMUs carry. */
+/* FMUs contain the core only, which does not have the methods of GSL. */
 static enum status check_method(const struct options *options) {
     const char *method = options_text(options, "method");
     return by_gsl_has(method) ? option_error(options, "method",
@@ -58,7 +58,7 @@ static enum status check_method(const struct options *options) {
 
 /* ---- The FMU ---- */
 
-/* Where M is singular derivatives of accelerations divide by zero. */
+/* If M is singular, derivatives of accelerations divide by zero. */
 static bool are_finite(const struct scene *scene, refdyn_function *function, int count) {
     double *values = allocate((size_t)count, sizeof *values);
     function(scene->work.p, scene->work.x, scene->state.t, scene->q, scene->qd, values);
@@ -68,8 +68,8 @@ static bool are_finite(const struct scene *scene, refdyn_function *function, int
     return true;
 }
 
-/* What keeps the FMU from directional derivatives; NULL: they are there, with a column for each coordinate,
- * rate and input. */
+/* Why the FMU has no directional derivatives; NULL if it has them, with a column for each coordinate, rate
+ * and input. */
 static const char *find_why_no_derivatives(const struct scene *scene) {
     const struct refdyn_model *model = scene->model;
     const int n = model->n;
@@ -133,7 +133,7 @@ static void print_summary(const struct fmu *fmu) {
             fmu->why_no_derivatives ? fmu->why_no_derivatives : "");
 }
 
-/* The motion's start and options, then the FMU. */
+/* Computes the start of the motion and its options, then writes the FMU. */
 static enum status export_scene(struct scene *scene, const struct options *options, struct fmu *fmu,
                                 const char *const *platforms) {
     const char *from = options_text(options, "from");
@@ -157,7 +157,7 @@ static enum status export_scene(struct scene *scene, const struct options *optio
     return status;
 }
 
-/* Reads the model to know which quantities it has, then all of it again with these. */
+/* Reads the model to know which quantities it has, then reads and compiles it with these. */
 static enum status open_and_export(const struct options *options, struct fmu *fmu,
                                    const char *const *platforms) {
     struct scene scene;

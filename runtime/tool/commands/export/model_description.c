@@ -22,7 +22,7 @@ enum { BASE_UNIT_COUNT = 8 };
 static const char *const base_unit_names[BASE_UNIT_COUNT] = {"kg", "m", "s", "A", "K", "mol", "cd", "rad"};
 
 struct base_unit {
-    double factor; /* one of the unit is so many of the base units */
+    double factor; /* one unit in base units */
     int exponents[BASE_UNIT_COUNT];
 };
 
@@ -81,7 +81,7 @@ static const struct unit_symbol *find_symbol(const char *name, size_t length) {
     return NULL;
 }
 
-/* The symbol with the factor of its prefix; NULL: it is none. */
+/* Finds the symbol, and the factor of its prefix; NULL if there is none. */
 static const struct unit_symbol *find_prefixed(const char *name, size_t length, double *factor) {
     const struct unit_symbol *symbol = find_symbol(name, length);
     *factor = 1;
@@ -96,7 +96,7 @@ static const struct unit_symbol *find_prefixed(const char *name, size_t length, 
     return symbol;
 }
 
-/* One symbol with its power at *at, which then stands behind it; sign -1: it divides. */
+/* Reads one symbol with its power at *at and advances *at. sign -1: it divides. */
 static bool take_symbol(const char **at, int sign, struct base_unit *base) {
     const char *name = *at;
     size_t length = 0;
@@ -171,7 +171,7 @@ static void put_base_unit(FILE *out, const char *unit) {
     fputs("/></Unit>\n", out);
 }
 
-/* Is it the unit of an entry before? */
+/* Returns whether an earlier entry has the same unit. */
 static bool is_told(const struct catalogue *catalogue, int entry) {
     for (int i = 0; i < entry; i++)
         if (catalogue->entries[i].unit &&
@@ -237,7 +237,7 @@ bool catalogue_is_unknown_at_start(const struct catalogue_entry *entry) {
 
 /* ---- Dependencies ---- */
 
-/* What an unknown depends on. */
+/* The list of variables that an unknown depends on. */
 struct dependencies {
     FILE *out;
     char *places, *kinds;
@@ -250,7 +250,7 @@ static void dependencies_open(struct dependencies *list) {
     list->kinds_out = text_stream(&list->kinds, &list->kinds_size);
 }
 
-/* Variables are known by their place in FMI 2.0, by their value reference in FMI 3.0. */
+/* FMI 2.0 refers to variables by their place, FMI 3.0 by their value reference. */
 static void dependencies_add(struct dependencies *list, const struct fmu *fmu, int entry, const char *kind) {
     const unsigned known =
         fmu->version == FMI_2 ? (unsigned)entry + 1 : fmu->catalogue.entries[entry].reference;

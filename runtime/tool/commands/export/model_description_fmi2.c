@@ -49,7 +49,7 @@ static void put_variable(FILE *out, const struct catalogue_entry *entry) {
 
 /* ---- Structure ---- */
 
-/* depends NULL: what they depend on is not told. */
+/* If `depends` is NULL, dependencies are left out. */
 static void put_unknowns(FILE *out, const struct fmu *fmu, const char *list,
                          bool (*is_one)(const struct catalogue_entry *entry), const bool *depends) {
     fprintf(out, "    <%s>\n", list);

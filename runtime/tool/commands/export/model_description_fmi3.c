@@ -37,7 +37,7 @@ static bool is_indicator(const struct catalogue_entry *entry) {
     return entry->variable.kind == FMU_INDICATOR;
 }
 
-/* depends NULL: what they depend on is not told. */
+/* If `depends` is NULL, dependencies are left out. */
 static void put_unknowns(FILE *out, const struct fmu *fmu, const char *element,
                          bool (*is_one)(const struct catalogue_entry *entry), const bool *depends) {
     for (int i = 0; i < fmu->catalogue.count; i++) {

@@ -4,7 +4,7 @@
 
 #include <math.h>
 
-/* One residual a row, null for rows of the levels in `without` (a set of bits). */
+/* One residual per row; null for rows of the levels in `without` (a set of bits). */
 static void put_residual(struct document *document, const char *key, const struct refdyn_model *model,
                          const double *values, unsigned without) {
     put_open(document, key, '[');
@@ -75,7 +75,7 @@ static void put_equations(struct document *document, const struct scene *scene, 
     put_array(document, "k", work->k, m);
 }
 
-/* In the order of the coordinates; the partition has them in the order of elimination. */
+/* In the order of the coordinates; the partition lists them in the order of elimination. */
 static void put_dependent(struct document *document, const struct scene *scene) {
     const struct refdyn_partition *partition = &scene->work.partition;
     put_open(document, "dependent", '[');

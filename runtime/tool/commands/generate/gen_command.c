@@ -13,7 +13,7 @@
 
 /* ---- A rule of make for the emitted files ---- */
 
-/* A path as make reads it. */
+/* A path in the syntax of make. */
 static void add_path(struct text *rule, const char *path) {
     for (; *path; path++)
         text_add(rule, *path == ' ' || *path == '#' ? "\\%c" : *path == '$' ? "$%c" : "%c", *path);
@@ -36,7 +36,8 @@ static const char *depfile_text(const struct generation *generation, const char 
     return rule.data;
 }
 
-/* All files are written before the first one gets its name; `depfile` (NULL: none) is the last of them. */
+/* All files are written before the first one gets its name; `depfile`, if it is not NULL, is the last of
+ * them. */
 static bool write_files(struct scene *scene, const char *folder, const char *depfile) {
     const struct emitted_file *files = gen_files(&scene->generation);
     const int emitted = gen_file_count(&scene->generation), count = emitted + (depfile != NULL);
@@ -59,7 +60,7 @@ static bool write_files(struct scene *scene, const char *folder, const char *dep
     return is_good;
 }
 
-/* Into the folder of -o, which is there. */
+/* Writes into the folder of -o, which exists. */
 static enum status emit_into_folder(struct scene *scene, const struct options *options) {
     struct generation *generation = &scene->generation;
     const char *folder = options_text(options, "output");
@@ -76,7 +77,7 @@ static enum status emit_scene(struct scene *scene, const struct options *options
     generation->has_lanes = options_has(options, "for-lanes");
     generation->has_casadi = options_has(options, "for-casadi");
     scene_spare_sources(scene, &scene->targets);
-    if (!targets_make_folder(&scene->targets, options_text(options, "output"))) /* told before the work */
+    if (!targets_make_folder(&scene->targets, options_text(options, "output"))) /* reported before the work */
         return STATUS_FAULT;
     enum status status = scene_outcome(scene, options, gen_plan(generation, options_text(options, "emit")));
     if (status == STATUS_DONE)
@@ -112,7 +113,7 @@ static enum status run_gen(const struct options *options) {
     return scene_run(options, 0, NULL, generate);
 }
 
-/* The picture of --draw. */
+/* Draws the picture of --draw. */
 static enum status draw_model(struct scene *scene, const struct options *options) {
     const char *draw = options_text(options, "draw");
     const struct picture_format *format = picture_format_of(draw);

@@ -1,8 +1,6 @@
-/*
- * `refdyn new NAME`: a model to begin from, and the settings by which the Lua language server of an editor
- * finds the definitions of the model language. Takes the model's name; gives NAME.lua and .luarc.json in the
- * current folder. The model's text is model.lua, with NAME for its name.
- */
+/* `refdyn new NAME`: a model to begin from, and settings with which the Lua language server of an editor
+ * finds the definitions of the model language. Writes NAME.lua and .luarc.json into the current folder. The
+ * text is model.lua with NAME as its name. */
 #include "runtime/tool/support/command_line/command_line.h"
 #include "gen/read/read.h"
 #include "runtime/tool/support/format/format.h"
@@ -18,8 +16,8 @@ extern const char new_model[];
 
 static const char placeholder[] = "NAME", editor_settings[] = ".luarc.json";
 
-/* What is wrong with the name of a model: that it is a path or a file, or what the generator says. NULL:
- * nothing. */
+/* What is wrong with the name of a model: it is a path or a file, or the generator refuses it. NULL if
+ * nothing is. */
 static const char *name_fault(const char *name) {
     struct messages messages = {.memory = &program_memory};
     const char *shown = message_safe_text(&program_memory, name, strlen(name));
@@ -38,12 +36,12 @@ static bool complain(const char *path, const char *what, const char *fact) {
     return false;
 }
 
-/* A file that is not there yet; NULL with errno where it cannot be made. */
+/* Creates a new file; NULL with errno if it exists or cannot be made. */
 static FILE *create(const char *path) {
     return fopen(path, "wx");
 }
 
-/* False, and the file is gone, when not all could be written. */
+/* Returns false and removes the file if not all could be written. */
 static bool finish(FILE *file, const char *path) {
     const bool is_good = !ferror(file);
     if (fclose(file) == 0 && is_good)
@@ -66,7 +64,7 @@ static bool write_model(const char *path, const char *name) {
     return finish(file, path);
 }
 
-/* The folder of refdyn.lua, beside the program as an installation and a build have it; NULL: not there. */
+/* The folder of refdyn.lua next to the program, in an installation or a build; NULL if there is none. */
 static const char *editor_folder(void) {
     char *program = realpath("/proc/self/exe", NULL);
     char *folder =
@@ -77,7 +75,7 @@ static const char *editor_folder(void) {
     return folder;
 }
 
-/* Such a file of the folder's other models stays. */
+/* The settings file of other models in this folder stays. */
 static bool write_editor_settings(void) {
     const char *folder = editor_folder();
     struct document document;

@@ -1,14 +1,14 @@
-/* A link as a beam and a rest: see import.h. The beam's second moments are those of gen/theory.md,
- * sect. 3.3. */
+/* Splits a link into a beam and a rest. The beam's second moments are those of gen/theory.md, sect. 3.3. */
 #include "runtime/tool/commands/import/import.h"
 
 #include <math.h>
 #include <string.h>
 
-/* Of the largest mass that a beam could take, and the least part of its link's mass that is worth one. */
+/* Parts of the largest mass that a beam could have, and of the link's mass below which a beam is not worth
+ * its name. */
 static const double taken_share = 0.99, least_share = 1e-6;
 
-/* Where what the link carries begins, which has to be one place. */
+/* The origin of the child joints, which must be one place. */
 static bool find_tip(const struct robot *robot, int link, double tip[3]) {
     const struct robot_link *at = &robot->links[link];
     if (at->first < 0)
@@ -54,7 +54,7 @@ static void moments_of_link(const struct robot_link *link, double J[16]) {
     second_moments(&body, J);
 }
 
-/* The same of the beam over its mass. */
+/* J of the beam, divided by its mass. */
 static void moments_of_beam(const struct flexible *flexible, const struct beam_choice *choice, double J[16]) {
     const double rpy[3] = {0, flexible->theta, flexible->psi};
     const double across = flexible->length * flexible->length / 12, y = choice->Iz / choice->area,

@@ -1,7 +1,5 @@
-/*
- * `refdyn import`: a URDF file as a Lua model. Takes the file and which of its links are beams; gives the
- * model's text, and on stderr what was read and what was left out.
- */
+/* `refdyn import`: a URDF file as a Lua model. Reads the file and the options for beams; writes the model,
+ * and reports on stderr what was read and what was left out. */
 #include "gen/base/base.h"
 #include "runtime/tool/support/command_line/command_line.h"
 #include "runtime/tool/commands/import/import.h"
@@ -16,7 +14,7 @@ static const double pi = 3.14159265358979323846;
 
 /* ---- sections ---- */
 
-/* int y^2 dA and int z^2 dA as theory, sect. 3.2; the Lua functions of these names have the same. */
+/* int y^2 dA and int z^2 dA as in theory, sect. 3.2; the Lua functions of these names compute the same. */
 static void set_tube(struct beam_choice *beam, const double v[2]) {
     const double out = v[0] * v[0], in = v[1] * v[1];
     beam->area = pi / 4 * (out - in);
@@ -35,7 +33,7 @@ static const struct section {
     void (*set)(struct beam_choice *beam, const double v[2]);
 } sections[] = {{"round", 1, set_tube}, {"tube", 2, set_tube}, {"rectangle", 2, set_rectangle}};
 
-/* `count` numbers of a list, parted by `marks`. */
+/* Reads `count` numbers of a list, separated by `marks`. */
 static bool take_numbers(char *rest, const char *marks, double *out, int count) {
     for (int i = 0; i < count; i++) {
         const char *word = strsep(&rest, marks);
@@ -157,7 +155,7 @@ static void warn_of_joint(const struct robot *robot, const struct robot_joint *j
                    joint->damping);
 }
 
-/* (link_count) has the link, or what it carries, mass? */
+/* (link_count) whether the link, or what it carries, has mass */
 static bool *find_loaded(const struct robot *robot) {
     bool *is_loaded = allocate((size_t)robot->link_count, sizeof *is_loaded);
     for (int k = robot->link_count - 1; k >= 0; k--) {
@@ -169,8 +167,8 @@ static bool *find_loaded(const struct robot *robot) {
     return is_loaded;
 }
 
-/* A joint that moves no mass has no acceleration: lidars and wheels without <inertial> are such. The first
- * one of those that carry each other is told. */
+/* A joint that moves no mass has no acceleration: lidars and wheels without <inertial> are examples. Of
+ * nested ones the first is reported. */
 static void warn_of_massless(const struct robot *robot) {
     const bool *is_loaded = find_loaded(robot);
     bool *is_told = allocate((size_t)robot->link_count, sizeof *is_told);
@@ -205,12 +203,12 @@ static void mend_inertias(struct robot *robot) {
 
 static const double right_angles_most = 0.01; /* [rad] */
 
-/* Of frames as they are read: how many are nearly right angles, and how far from these. */
+/* Frames as they are read: how many are nearly at right angles, and by how much they miss them. */
 struct nearly_right {
-    double within;  /* angles that are as near become right ones */
+    double within;  /* angles within this of a right angle become exact */
     int set;        /* how many of them there were */
     double changed; /* by how much at most */
-    int count;      /* of those that are nearly right, and stay as they are */
+    int count;      /* of those that are nearly right and stay */
     double farthest;
 };
 
@@ -232,7 +230,7 @@ static void set_right(struct nearly_right *angles, double rpy[3]) {
     }
 }
 
-/* Frames at exactly right angles make for less to compute. */
+/* Frames at exactly right angles need less computation. */
 static void set_right_angles(struct robot *robot, double within) {
     struct nearly_right angles = {.within = within};
     for (int i = 0; i < robot->joint_count; i++)

@@ -56,7 +56,7 @@ enum { COUNT_MOST = 10000 };
 
 static const char xacro_advice[] = "run `xacro FILE > FILE.urdf` first";
 
-/* One element, and in which words messages call what it belongs to. */
+/* An element, and the words by which messages call its owner. */
 struct part {
     const struct robot *robot;
     const struct xml_element *element;
@@ -65,7 +65,7 @@ struct part {
 
 /* ---- attributes ---- */
 
-/* `count` numbers parted by blanks; out stays as it is where the attribute is left out. */
+/* Reads `count` numbers separated by blanks; `out` stays if the attribute is missing. */
 static bool take_numbers(const struct part *part, const char *name, double *out, int count) {
     const char *given = xml_attribute(part->element, name);
     const char *where = text_format("%s: <%s>: %s", part->owner, part->element->name, name);
@@ -74,7 +74,7 @@ static bool take_numbers(const struct part *part, const char *name, double *out,
         return true;
     char *rest = text_format("%s", given), *word;
     int found = 0;
-    static const double largest = 1e100; /* products of what is read stay finite */
+    static const double largest = 1e100; /* so that products of the numbers stay finite */
     while ((word = strtok_r(rest, " \t\r\n", &rest))) {
         double number;
         if (strstr(given, "${"))
@@ -108,7 +108,7 @@ static bool need_not_negative(const struct part *part, const char *name, double 
                           part->owner, part->element->name, name, value);
 }
 
-/* The child of that name into `child`, whose element is NULL where there is none. */
+/* Finds the child of that name; its element is NULL if there is none. */
 static bool take_child(const struct part *part, const char *name, struct part *child) {
     *child = (struct part){part->robot, xml_child(part->element, name), part->owner};
     for (const struct xml_element *at = child->element ? child->element->next : NULL; at; at = at->next)
@@ -221,7 +221,7 @@ static bool has_axis(enum joint_kind kind) {
 
 static bool take_axis(const struct part *part, struct robot_joint *joint) {
     struct part axis;
-    joint->axis[0] = 1; /* what the format takes where none is given */
+    joint->axis[0] = 1; /* default of the format */
     if (!has_axis(joint->kind) || !take_child(part, "axis", &axis))
         return !has_axis(joint->kind);
     if (axis.element && !take_numbers(&axis, "xyz", joint->axis, 3))
@@ -242,7 +242,7 @@ static bool take_dynamics(const struct part *part, struct robot_joint *joint) {
                                  need_not_negative(&dynamics, "friction", joint->friction));
 }
 
-/* A turn without end has no range. An effort or a rate of 0 stands for one that nobody knows. */
+/* A continuous joint has no range. An effort or a rate of 0 means that it is unknown. */
 static bool take_limits(const struct part *part, struct robot_joint *joint) {
     struct part limit;
     struct joint_limits *limits = &joint->limits;
@@ -270,7 +270,7 @@ static bool take_limits(const struct part *part, struct robot_joint *joint) {
                           part->owner, limits->from, limits->to);
 }
 
-/* <origin> and <axis> are the child's frame. */
+/* <origin> and <axis> define the child's frame. */
 static bool take_joint(struct robot *robot, const struct xml_element *element) {
     struct robot_joint *joint = &robot->joints[robot->joint_count];
     struct part part = {robot, element, "joint"};
@@ -290,7 +290,7 @@ static bool take_joint(struct robot *robot, const struct xml_element *element) {
            take_axis(&part, joint) && take_dynamics(&part, joint) && take_limits(&part, joint);
 }
 
-/* ---- what names other joints: rows between them, rotors ---- */
+/* ---- Elements that name other joints: rows between them, rotors ---- */
 
 static bool find_single(const struct part *part, const char *name, int *found) {
     *found = robot_find_joint(part->robot, name);

@@ -1,4 +1,4 @@
-/* Completion in bash: see shell.h. The script needs nothing but bash; what it completes with stands in it. */
+/* The completion script for bash. It needs only bash and contains all words that it completes. */
 #include "runtime/tool/commands/shell/shell.h"
 #include "runtime/tool/support/format/format.h"
 
@@ -49,7 +49,7 @@ static void put_files(FILE *out, const char *argument) {
     }
 }
 
-/* What may stand behind an option, as a branch of `case`. */
+/* The values of an option, as a branch of `case`. */
 static void put_option(FILE *out, const struct command *command, const struct option_text *option) {
     const char *words = option->words;
     if (!*option->argument)

@@ -1,4 +1,4 @@
-/* Completion in fish: see shell.h. */
+/* The completion script for fish. */
 #include "runtime/tool/commands/shell/shell.h"
 #include "runtime/tool/support/format/format.h"
 
@@ -18,7 +18,7 @@ static const char beginning[] =
     "end\n\n"
     "complete -c refdyn -f\n";
 
-/* Within single quotes of the shell. */
+/* Puts a text in single quotes of the shell. */
 static void put_quoted(FILE *out, const char *text) {
     fputc('\'', out);
     for (; *text; text++)
@@ -26,7 +26,7 @@ static void put_quoted(FILE *out, const char *text) {
     fputc('\'', out);
 }
 
-/* What gives folders, and files with these endings. */
+/* Puts the commands that list folders and files with these endings. */
 static void put_files(FILE *out, const char *argument) {
     const char *endings;
     switch (values_files(argument, &endings)) {

@@ -158,9 +158,9 @@ static bool has_running(const struct process *processes, int count) {
     return false;
 }
 
-/* By looks, since a signal that came before a call that waits would not end it. */
+/* Polls, because a signal that comes just before a blocking call would not end that call. */
 int process_wait(struct process *processes, int count) {
-    const struct timespec pause = {.tv_nsec = 2000000}; /* short beside any of these programs */
+    const struct timespec pause = {.tv_nsec = 2000000}; /* short compared with any of these programs */
     while (has_running(processes, count) && !interrupt_is_new()) {
         int status;
         struct rusage usage;

@@ -47,7 +47,7 @@ void folder_unmake(char **made) {
     while (made && made[count])
         count++;
     while (count > 0)
-        rmdir(made[--count]); /* fails where something is in it, as it should */
+        rmdir(made[--count]); /* fails for a folder that is not empty, as it should */
 }
 
 /* ---- Temporary folders ---- */
@@ -62,7 +62,8 @@ static void remove_tree(const char *path) {
     nftw(path, remove_entry, DESCRIPTORS, FTW_DEPTH | FTW_PHYS);
 }
 
-/* Opens a folder that is no link and takes its lock; -1: it is not there, not this user's, or in use. */
+/* Opens and locks a folder that is no link. Returns -1 if it is missing, belongs to another user, or is in
+ * use. */
 static int lock_folder(const char *path) {
     struct stat status, now;
     const int folder = open(path, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
@@ -92,7 +93,8 @@ static void remove_dead(const char *parent, const char *prefix) {
         closedir(folder);
 }
 
-/* A new folder and its lock; again, when somebody took it for a dead one before it was locked. */
+/* Makes a folder and locks it. Tries again if another program removed it as abandoned before it was locked.
+ */
 static bool make_locked(struct scratch *scratch, const char *parent, const char *prefix) {
     for (int i = 0; i < TRIES; i++) {
         scratch->path = text_format("%s/%sXXXXXX", parent, prefix);
@@ -123,7 +125,7 @@ static void undo_scratch(void *what) {
 bool scratch_open(struct scratch *scratch, const char *parent, const char *prefix) {
     sigset_t before;
     *scratch = (struct scratch){.lock = -1};
-    char *folder = realpath(parent, NULL); /* from the root on: no name of it begins like an option */
+    char *folder = realpath(parent, NULL); /* an absolute path, so that no name begins like an option */
     if (folder)
         remove_dead(folder, prefix);
     interrupt_hold(&before);

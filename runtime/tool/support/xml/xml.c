@@ -18,9 +18,9 @@ enum { BYTES_MOST = 16 << 20, DEPTH_MOST = 100, COUNT_MOST = 200000, PIECE = 1 <
 struct reading {
     const char *path;
     XML_Parser parser;
-    struct xml_element *root, *open; /* the innermost element that has not ended */
+    struct xml_element *root, *open; /* the innermost open element */
     int depth, count;
-    bool is_refused; /* for a reason that is told */
+    bool is_refused; /* for a reason that was reported */
 };
 
 static void refuse(struct reading *reading, const char *fact) {
