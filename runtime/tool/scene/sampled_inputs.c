@@ -81,7 +81,7 @@ static bool assign_columns(struct reading *reading) {
         inputs->place[inputs->samples.width++] = i;
     }
     if (csv_column(csv, "t") < 0)
-        return csv_complain(csv, "no column is called t, the time of each sample is needed");
+        return csv_complain(csv, "no column is called t; add the time of each sample");
     inputs->samples.place = inputs->place;
     if (inputs->samples.width == 0)
         return no_input(reading);
@@ -116,7 +116,7 @@ static bool take_row(struct reading *reading) {
         row[role == ROLE_TIME ? 0 : 1 + role] = value;
     }
     if (samples->count > 0 && !(*row > *row_of(inputs, samples->count - 1)))
-        return csv_complain(csv, "t = %g does not lie behind the sample before", *row);
+        return csv_complain(csv, "t = %g does not follow the sample before it", *row);
     samples->count++;
     return true;
 }
@@ -126,7 +126,7 @@ static bool take_rows(struct reading *reading) {
     while (answer > 0 && (answer = csv_next(&reading->csv)) > 0)
         answer = take_row(reading) ? 1 : -1;
     if (answer == 0 && reading->inputs->samples.count == 0)
-        return csv_complain(&reading->csv, "no sample, a header and at least one line of numbers are needed");
+        return csv_complain(&reading->csv, "no sample; must have a header and at least one line of numbers");
     return answer == 0;
 }
 

@@ -46,16 +46,15 @@ const struct option_rule scene_rules[] = {
     {.name = "emit",
      .argument = "M,h,...",
      .kind = OPTION_LIST,
-     .help = "these quantities only; all: every one but derivatives; implicit: the tangent of implicit "
-             "steps; step: "
-             "fixed steps with derivatives, step.p: by the parameters, too",
+     .help = "only these quantities; all: all but derivatives; implicit: the tangent of implicit steps; "
+             "step: fixed steps with derivatives; step.p: also by the parameters",
      .list = list_quantities},
     {.name = "for-lanes",
-     .help = "the same functions for 2, 4 or 8 motions side by side, too; gen writes them as NAME_lanes.c"},
+     .help = "also functions for 2, 4 or 8 motions side by side; gen writes them to NAME_lanes.c"},
     {.name = "state",
      .argument = "STATE.json",
      .kind = OPTION_TEXT,
-     .help = "t, q, qd, inputs, parameters; what is left out is the model's"},
+     .help = "t, q, qd, inputs, parameters; missing ones have the model's values"},
     {.name = "inputs",
      .argument = "FILE.csv",
      .kind = OPTION_TEXT,
@@ -64,8 +63,8 @@ const struct option_rule scene_rules[] = {
     {.name = "lanes",
      .argument = "N",
      .kind = OPTION_COUNT,
-     .help = "steps of 1, 2, 4 or 8 cases side by side (default: by the vectors, the model and the number of "
-             "cases)"},
+     .help = "compute steps of 1, 2, 4 or 8 cases side by side (default: chosen from vectors, model and "
+             "number of cases)"},
     {.name = "set",
      .argument = "NAME=VALUE",
      .kind = OPTION_SETTING,
@@ -317,7 +316,7 @@ static void warn_of_unread(const struct scene *scene, const struct options *opti
     for (int i = 0; i < options->setting_count && !options_has(options, "fold"); i++) {
         const char *name = options->settings[i].name;
         if (is_given(values, name) && refdyn_find_name(model->parameters, model->parameter_count, name) < 0)
-            fprintf(stderr, "refdyn: warning: --set %s: nothing of this model reads it\n", name);
+            fprintf(stderr, "refdyn: warning: --set %s: nothing in this model reads it\n", name);
     }
 }
 

@@ -94,23 +94,23 @@ static void unknown_name(struct reading *reading, int line, const char *what, co
                          const char *const *known, int count) {
     const char *near = message_nearest_name(name, known, count);
     if (near)
-        complain_at(reading, line, "%s: no %s is called so, the nearest is %s", name, what, near);
+        complain_at(reading, line, "%s: unknown %s; the nearest is %s", name, what, near);
     else
-        complain_at(reading, line, "%s: no %s is called so%s", name, what,
-                    count ? "" : ", the model has none");
+        complain_at(reading, line, "%s: unknown %s%s", name, what, count ? "" : "; the model has none");
 }
 
 static double *read_vector(struct reading *reading, const char *key, const json_t *array) {
     const struct tree *tree = &reading->generation->tree;
     int line = locate_line(reading->text, key, NULL, -1);
     if (!json_is_array(array)) {
-        complain_at(reading, line, "%s: %s, an array of %d numbers is needed", key, kind_of(array),
+        complain_at(reading, line, "%s: %s; must be an array of %d numbers", key, kind_of(array),
                     tree->count);
         return NULL;
     }
     if (json_array_size(array) != (size_t)tree->count) {
-        complain_at(reading, line, "%s: has %zu values, %d are needed, one per coordinate from %s to %s%s",
-                    key, json_array_size(array), tree->count, tree->count ? tree->frames[0].name : "none",
+        complain_at(reading, line,
+                    "%s: has %zu values; must have %d, one for each coordinate from %s to %s%s", key,
+                    json_array_size(array), tree->count, tree->count ? tree->frames[0].name : "none",
                     tree->count ? tree->frames[tree->count - 1].name : "none",
                     json_array_size(array) > (size_t)tree->count ? "; numbers are written with a point" : "");
         return NULL;
@@ -121,7 +121,7 @@ static double *read_vector(struct reading *reading, const char *key, const json_
         values[i] = json_number_value(value);
         if (!json_is_number(value))
             complain_at(reading, locate_line(reading->text, key, NULL, i),
-                        "%s[%d] (%s): %s, a number is needed", key, i, tree->frames[i].name, kind_of(value));
+                        "%s[%d] (%s): %s; must be a number", key, i, tree->frames[i].name, kind_of(value));
     }
     return values;
 }
@@ -136,7 +136,7 @@ static struct named_value *read_values(struct reading *reading, const char *key,
     *count = 0;
     if (!json_is_object(object))
         complain_at(reading, locate_line(reading->text, key, NULL, -1),
-                    "%s: %s, an object of numbers is needed", key, kind_of(object));
+                    "%s: %s; must be an object of numbers", key, kind_of(object));
     json_object_foreach(object, name, value) {
         if (reading->complaints == COMPLAINTS_MOST)
             break;
@@ -144,7 +144,7 @@ static struct named_value *read_values(struct reading *reading, const char *key,
         if (text_index(name, known, known_count) < 0)
             unknown_name(reading, line, what, name, known, known_count);
         else if (!json_is_number(value))
-            complain_at(reading, line, "%s: %s, a number is needed", name, kind_of(value));
+            complain_at(reading, line, "%s: %s; must be a number", name, kind_of(value));
         else
             values[(*count)++] = (struct named_value){text_format("%s", name), json_number_value(value)};
     }
@@ -182,7 +182,7 @@ static bool is_of_model(struct reading *reading, int line, const char *name) {
         if (strcmp(generation->model.parameters[i].name, name) == 0)
             key = "the object parameters";
     if (key)
-        complain_at(reading, line, "%s: no key of a state; it belongs in %s", name, key);
+        complain_at(reading, line, "%s: not a key of a state; it belongs in %s", name, key);
     return key;
 }
 
@@ -215,7 +215,7 @@ static void read_member(struct reading *reading, struct state *state, const char
     if (strcmp(key, "t") == 0) {
         state->t = json_number_value(value);
         if (!json_is_number(value))
-            complain_at(reading, line, "t: %s, a number is needed", kind_of(value));
+            complain_at(reading, line, "t: %s; must be a number", kind_of(value));
     } else if (strcmp(key, "q") == 0)
         state->q = read_vector(reading, key, value);
     else if (strcmp(key, "qd") == 0)
@@ -237,7 +237,7 @@ static void complain_of_syntax(struct reading *reading, const json_error_t *erro
     const char *strange =
         token ? message_beyond_ascii(&program_memory, token, strlen(token), &instead) : NULL;
     complain_at(reading, error->line > 0 ? error->line : 1,
-                "state: %s, one JSON object of finite numbers is needed%s%s%s%s", error->text,
+                "state: %s; must be one JSON object of finite numbers%s%s%s%s", error->text,
                 strange ? "; it has " : "", strange ? strange : "", strange ? "; " : "",
                 strange ? instead : "");
 }
@@ -257,7 +257,7 @@ bool state_read(struct state *state, const char *path, const struct generation *
     if (!root)
         complain_of_syntax(&reading, &error);
     else if (!json_is_object(root))
-        complain_at(&reading, 1, "state: %s, an object is needed", kind_of(root));
+        complain_at(&reading, 1, "state: %s; must be an object", kind_of(root));
     json_object_foreach(root, key, value) {
         if (reading.complaints < COMPLAINTS_MOST)
             read_member(&reading, state, key, value);

@@ -358,8 +358,7 @@ const struct command merge_command = {
     .options = "output!",
     .output = "FILE.h5",
     .purpose = "join files of runs of the same batch",
-    .help = "Cases come in the order of their numbers. Files of another batch, and cases that two files "
-            "have, are "
-            "refused;\n"
-            "cases that none has are told, and listed in the attribute 'missing'.\n\n"
+    .help = "Cases are in the order of their numbers. Files of another batch, and cases that two files have, "
+            "are refused.\n"
+            "Cases that no file has are reported, and listed in the attribute 'missing'.\n\n"
             "  refdyn merge part_1.h5 part_2.h5 -o runs.h5\n"};

@@ -29,8 +29,8 @@ static const struct option_rule case_rules[] = {
     {.name = "of",
      .argument = "RUNS.h5",
      .kind = OPTION_TEXT,
-     .help = "instead of MODEL.lua: a case of this file of runs once more"},
-    {.name = "case", .argument = "K", .kind = OPTION_INDEX, .help = "which case of --of"},
+     .help = "replaces MODEL.lua: repeat a case of this file of runs"},
+    {.name = "case", .argument = "K", .kind = OPTION_INDEX, .help = "number of the case in --of"},
     {.name = NULL}};
 
 const struct command sim_command = {

@@ -290,15 +290,16 @@ static enum status run_batch_anywhere(const struct options *options) {
 }
 
 static const struct option_rule slurm_rules[] = {
-    {.name = "slurm", .help = "compute the cases by jobs of Slurm, on as many machines as it gives"},
+    {.name = "slurm", .help = "compute the cases in jobs of Slurm, on as many machines as it assigns"},
     {.name = "chunks",
      .argument = "N",
      .kind = OPTION_COUNT,
-     .help = "with --slurm: how many jobs share the cases (default: one for each 16 cases, at most 100)"},
+     .help =
+         "with --slurm: number of jobs that share the cases (default: one for each 16 cases, at most 100)"},
     {.name = "slurm-options",
      .argument = "TEXT",
      .kind = OPTION_TEXT,
-     .help = "with --slurm: options of sbatch, '--partition=long --time=1:00:00'"},
+     .help = "with --slurm: options for sbatch, '--partition=long --time=1:00:00'"},
     {.name = NULL}};
 
 const struct command batch_command = {
@@ -310,13 +311,13 @@ const struct command batch_command = {
     .tables = {slurm_rules, batch_rules, motion_rules, statics_rules, scene_rules},
     .output = "RUNS.h5",
     .purpose = "many motions of a model, into one file",
-    .help = "The cases are those of SWEEP.lua, or the rows of a table. RUNS.h5 has what varied, status and "
-            "reason of each\n"
-            "case, and what was kept of it; RUNS.csv one row a case. While it runs, what is done is in "
-            "RUNS.h5.journal.\n"
-            "With --slurm jobs of Slurm compute the cases; their scripts and messages are in "
-            "RUNS.h5.slurm. Given again,\n"
-            "it computes what is missing.\n\n"
+    .help = "The cases are those of SWEEP.lua, or the rows of a table. RUNS.h5 has what varied, and for each "
+            "case its status,\n"
+            "the reason and the kept results; RUNS.csv has one row for each case. During the batch, "
+            "RUNS.h5.journal has the\n"
+            "finished cases. With --slurm, jobs of Slurm compute the cases; their scripts and messages are "
+            "in RUNS.h5.slurm. The\n"
+            "same command again computes the missing cases.\n\n"
             "  refdyn batch models/manipulator.lua sweep.lua -o runs.h5\n"
             "  refdyn batch models/manipulator.lua --table cases.csv --until 1 -o runs.csv\n"
             "  refdyn batch models/manipulator.lua sweep.lua --slurm --slurm-options '--partition=long' -o "

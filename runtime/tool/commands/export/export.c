@@ -44,7 +44,7 @@ static enum status choose_version(const struct options *options, enum fmi_versio
 static enum status check_platforms(const struct options *options, const char *const *list) {
     for (; *list; list++)
         if (!platform_find(*list))
-            return option_error(options, "platform", ": '%s' is none of %s", *list, platform_names());
+            return option_error(options, "platform", ": '%s' is not one of %s", *list, platform_names());
     return STATUS_DONE;
 }
 
@@ -207,7 +207,7 @@ static const struct option_rule export_rules[] = {
     {.name = "platform",
      .argument = "a,b",
      .kind = OPTION_LIST,
-     .help = "libraries in the FMU: linux64 (default), win64, which takes gcc-mingw-w64",
+     .help = "libraries in the FMU: linux64 (default), win64, which needs gcc-mingw-w64",
      .list = list_platforms},
     {.name = NULL}};
 
@@ -222,7 +222,6 @@ const struct command export_command = {
     .purpose = "a model as an FMU, for other simulators",
     .help = "Model Exchange and Co-Simulation in one file, with libraries and all sources. Variables have "
             "the names of\n"
-            "the columns of sim. Co-Simulation steps as sim does, by the method and the tolerance that are "
-            "given here.\n\n"
+            "the columns of sim. Co-Simulation steps as sim does, with the given method and tolerance.\n\n"
             "  refdyn export models/manipulator.lua --set n_rfe=1 --fmu 2.0 -o manipulator.fmu\n"
             "  refdyn export models/fourbar.lua --fmu 2.0 --platform linux64,win64 -o fourbar.fmu\n"};

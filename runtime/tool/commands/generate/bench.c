@@ -246,6 +246,6 @@ const struct command bench_command = {
     .tables = {scene_rules},
     .output = "FILE",
     .purpose = "time and operations of each emitted quantity",
-    .help = "One JSON object a line; the last one tells what generating and compiling took.\n\n"
+    .help = "One JSON object a line; the last one has the cost of generating and compiling.\n\n"
             "  refdyn bench models/manipulator.lua --set n_rfe=4\n"
             "  refdyn bench models/manipulator.lua --emit qdd,tangent,d_qdd\n"};

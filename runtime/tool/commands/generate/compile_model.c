@@ -190,9 +190,9 @@ const struct command compile_command = {
     .purpose = "compile a model for other programs to load",
     .help = "Leaves a shared library in the cache and prints JSON: its path, lanes, the model's names, units "
             "and values,\n"
-            "its start, and of each emitted function the parts of its result. The library has NAME_model "
-            "(refdyn_model.h),\n"
-            "and with --for-lanes NAME_lanes_W (refdyn_lanes.h), W motions side by side, as many as the "
-            "processor takes.\n\n"
+            "its start, and the parts of the result of each emitted function. The library has NAME_model "
+            "(refdyn_model.h).\n"
+            "With --for-lanes it also has NAME_lanes_W (refdyn_lanes.h), for W motions side by side, the "
+            "widest for this processor.\n\n"
             "  refdyn compile models/manipulator.lua --set n_rfe=8\n"
             "  refdyn compile models/manipulator.lua --emit qdd,d_qdd --for-lanes\n"};

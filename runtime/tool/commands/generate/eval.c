@@ -150,15 +150,14 @@ static enum status run_eval(const struct options *options) {
                      options_text(options, "state"), evaluate_state);
 }
 
-const struct command eval_command = {
-    .name = "eval",
-    .run = run_eval,
-    .operands = "MODEL.lua",
-    .options = "output state set loops accelerations fold",
-    .tables = {scene_rules},
-    .output = "FILE",
-    .purpose = "all quantities of the equations at one state",
-    .help = "Prints one JSON object: M h Q, the rows u v phi psi k, points, accelerations, programme force, "
-            "energy.\n"
-            "Without --state the model's initial state is taken.\n\n"
-            "  refdyn eval models/manipulator.lua --state state.json\n"};
+const struct command eval_command = {.name = "eval",
+                                     .run = run_eval,
+                                     .operands = "MODEL.lua",
+                                     .options = "output state set loops accelerations fold",
+                                     .tables = {scene_rules},
+                                     .output = "FILE",
+                                     .purpose = "all quantities of the equations at one state",
+                                     .help = "Prints one JSON object: M h Q, the rows u v phi psi k, points, "
+                                             "accelerations, programme force, energy.\n"
+                                             "Default of --state: the model's initial state.\n\n"
+                                             "  refdyn eval models/manipulator.lua --state state.json\n"};

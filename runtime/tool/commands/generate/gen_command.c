@@ -95,7 +95,7 @@ static enum status explain_pass(struct scene *scene, const struct options *optio
     if (wrong)
         return usage_error(options->command, "--explain: %s", wrong);
     if (output || options_text(options, "depfile"))
-        return usage_error(options->command, "--explain prints and writes no files, %s is too much",
+        return usage_error(options->command, "--explain prints and writes no files; leave out %s",
                            output ? "-o" : "--depfile");
     return scene_outcome(scene, options,
                          gen_explain(generation, options_text(options, "emit"), explain, stdout));
@@ -120,7 +120,7 @@ static enum status draw_model(struct scene *scene, const struct options *options
     char *svg;
     size_t size;
     if (!format)
-        return usage_error(options->command, "--draw: '%s' ends in none of .svg, .png, .pdf", draw);
+        return usage_error(options->command, "--draw: '%s' must end in .svg, .png or .pdf", draw);
     scene_spare_sources(scene, &scene->targets);
     struct target *target = picture_can_write(format) ? target_open(&scene->targets, draw) : NULL;
     if (!target)
@@ -154,17 +154,16 @@ static const char *list_passes(const struct command *command) {
 
 static const struct option_rule gen_rules[] = {
     {.name = "for-casadi",
-     .help = "the same functions and their derivatives for CasADi, too: NAME_casadi.c, compiled alone into a "
-             "shared "
-             "library"},
+     .help = "also functions and their derivatives for CasADi: NAME_casadi.c, to be compiled alone into a "
+             "shared library"},
     {.name = "depfile",
      .argument = "FILE.d",
      .kind = OPTION_TEXT,
-     .help = "a rule of make: what is emitted depends on the model and what it requires"},
+     .help = "write a rule for make: the emitted files depend on the model and all files that it requires"},
     {.name = "explain",
      .argument = "PASS",
      .kind = OPTION_TEXT,
-     .help = "without -o: print what the generator holds behind a pass: expand, roll, derive, sums or plan",
+     .help = "without -o: print the result of a pass: expand, roll, derive, sums or plan",
      .list = list_passes},
     {.name = NULL}};
 
@@ -177,8 +176,8 @@ const struct command gen_command = {
     .replaces_needed = "explain",
     .output = "DIR",
     .purpose = "write the C code of a model",
-    .help = "Writes NAME.h and NAME.c (more .c files when long) into the folder of -o, and prints what was "
-            "emitted.\n\n"
+    .help = "Writes NAME.h and NAME.c, and further .c files if they are long, into the folder of -o. Prints "
+            "what was emitted.\n\n"
             "  refdyn gen models/manipulator.lua -o out\n"
             "  refdyn gen models/manipulator.lua --set n_rfe=8 --emit qdd -o out\n"
             "  refdyn gen models/manipulator.lua --emit qdd_free,constrained --for-lanes -o out\n"

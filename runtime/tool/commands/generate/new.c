@@ -22,10 +22,10 @@ static const char *name_fault(const char *name) {
     struct messages messages = {.memory = &program_memory};
     const char *shown = message_safe_text(&program_memory, name, strlen(name));
     if (strchr(name, '/'))
-        return text_format("'%s' is a path, the model's name alone is taken: its file goes into this folder",
+        return text_format("'%s' is a path; give only the model's name, whose file goes into this folder",
                            shown);
     if (text_ends_with(name, ".lua"))
-        return text_format("'%s' is the name of a file, that of the model is taken, without .lua", shown);
+        return text_format("'%s' is the name of a file; give the name of the model, without .lua", shown);
     names_check_model(&messages, (struct named){.name = name, .place = {.file = ""}});
     return messages.count > 0 ? messages.list[0].text : NULL;
 }
@@ -123,9 +123,10 @@ const struct command new_command = {
     .operands = "NAME",
     .options = "",
     .purpose = "write a model to begin from",
-    .help = "Writes NAME.lua, a small arm with a flexible link, a programme, an input and parameters, whose "
-            "comments say\n"
-            "what to try, and .luarc.json, by which editors with the Lua language server know the model "
-            "language.\n\n"
+    .help = "Writes NAME.lua, a small arm with a flexible link, a programme, "
+            "an input and parameters, with comments that\n"
+            "suggest experiments. Also writes .luarc.json, from which "
+            "editors with the Lua language server know the model language.\n\n"
             "  refdyn new arm\n"
-            "  refdyn check arm.lua\n"};
+            "  refdyn check arm.lua\n",
+};

@@ -74,7 +74,7 @@ static enum status refuse_without_beam(const struct options *options) {
                  {"rfe", options_number(options, "rfe") > 0}};
     for (size_t i = 0; i < sizeof given / sizeof *given; i++)
         if (given[i].is_given)
-            return usage_error(options->command, "--%s: it is of beams, --flexible LINK is missing",
+            return usage_error(options->command, "--%s: applies to beams only; add --flexible LINK",
                                given[i].name);
     return STATUS_DONE;
 }
@@ -91,20 +91,20 @@ static enum status take_beam(const struct options *options, struct beam_choice *
     if (!flexible)
         return refuse_without_beam(options);
     if (!section || !(E > 0))
-        return usage_error(options->command, "--flexible: %s is missing", section ? "--E" : "--section");
+        return usage_error(options->command, "--flexible: add %s", section ? "--E" : "--section");
     if (!take_section(beam, section))
-        return option_error(options, "section",
-                            ": '%s' is none of round:DIAMETER, tube:OUTER:INNER, rectangle:WIDTH_Y:HEIGHT_Z",
-                            section);
+        return option_error(
+            options, "section",
+            ": '%s' is not one of round:DIAMETER, tube:OUTER:INNER, rectangle:WIDTH_Y:HEIGHT_Z", section);
     if (nu && (!text_to_number(nu, &beam->nu) || !(beam->nu > -1 && beam->nu <= 0.5)))
-        return option_error(options, "nu", ": '%s' is no number above -1 and up to 0.5", nu);
+        return option_error(options, "nu", ": '%s' must be a number above -1 and at most 0.5", nu);
     if (eta && (!text_to_number(eta, &beam->eta) || beam->eta < 0))
-        return option_error(options, "eta", ": '%s' is no number from 0 on", eta);
+        return option_error(options, "eta", ": '%s' must be a number of at least 0", eta);
     if (options_text(options, "tip") &&
         !take_numbers(text_format("%s", options_text(options, "tip")), ",", tip, 3))
         return option_error(options, "tip", ": '%s' is not of the form x,y,z", options_text(options, "tip"));
     if (options_text(options, "tip") && strchr(flexible, ','))
-        return option_error(options, "tip", ": it is that of one link, --flexible has several");
+        return option_error(options, "tip", ": applies to one link; --flexible has several");
     beam->rfe = rfe > 0 ? (int)rfe : beam->rfe;
     beam->tip = options_text(options, "tip") ? tip : NULL;
     return STATUS_DONE;
@@ -142,7 +142,7 @@ static void warn_of_joint(const struct robot *robot, const struct robot_joint *j
     const bool is_single = joint_is_single(joint);
     if (joint->friction > 0 && (choice->friction_width == 0 || !is_single))
         robot_warn(robot, joint->line, "joint %s: friction %g is left out%s", joint->name, joint->friction,
-                   is_single ? ", --friction-width RATE takes it" : "");
+                   is_single ? "; --friction-width RATE includes it" : "");
     const struct joint_limits *limits = &joint->limits;
     const bool is_limited = limits->has_range || limits->has_rate || limits->has_force;
     if (is_limited && !is_single && joint->kind != JOINT_FIXED)
@@ -274,7 +274,7 @@ static bool read_robot(struct robot *robot, const struct options *options, struc
         return false;
     if (count_coordinates(robot, choice) == 0 && !options_text(options, "flexible"))
         return robot_complain(robot, robot->line,
-                              "robot: no joint of it moves, one is needed, or --floating for the root");
+                              "robot: no joint moves; add one, or give --floating for the root");
     mend_inertias(robot);
     set_right_angles(robot, options_number(options, "right-angles"));
     for (int i = 0; i < robot->joint_count; i++)
@@ -319,8 +319,8 @@ static enum status run_import(const struct options *options) {
                                   .beam = &beam};
     if (right_angles > right_angles_most)
         return option_error(options, "right-angles",
-                            ": %g rad is no rounding of an angle, at most %g are taken", right_angles,
-                            right_angles_most);
+                            ": %g rad is larger than any rounding of an angle; must be at most %g",
+                            right_angles, right_angles_most);
     const enum status status = take_beam(options, &beam);
     if (status != STATUS_DONE)
         return status;
@@ -344,18 +344,18 @@ static const struct option_rule import_rules[] = {
     {.name = "section",
      .argument = "SHAPE",
      .kind = OPTION_TEXT,
-     .help = "of these: round:DIAMETER, tube:OUTER:INNER or rectangle:WIDTH_Y:HEIGHT_Z [m]"},
+     .help = "their section: round:DIAMETER, tube:OUTER:INNER or rectangle:WIDTH_Y:HEIGHT_Z [m]"},
     {.name = "tip",
      .argument = "x,y,z",
      .kind = OPTION_TEXT,
-     .help = "where they end, in the link's frame (default: where what the link carries begins) [m]"},
+     .help = "their tip in the link's frame [m] (default: the origin of the joints that the link carries)"},
     {.name = "E", .argument = "E", .kind = OPTION_POSITIVE, .help = "Young's modulus [Pa]"},
     {.name = "nu", .argument = "NU", .kind = OPTION_TEXT, .help = "Poisson's ratio (default 0.3)"},
     {.name = "eta", .argument = "ETA", .kind = OPTION_TEXT, .help = "damping over stiffness (default 0) [s]"},
     {.name = "rho",
      .argument = "RHO",
      .kind = OPTION_POSITIVE,
-     .help = "density (default: as much of the link's mass as a body that can exist spares) [kg/m^3]"},
+     .help = "density [kg/m^3] (default: from the largest mass that leaves a possible body of the link)"},
     {.name = "rfe",
      .argument = "N",
      .kind = OPTION_COUNT,
@@ -363,15 +363,14 @@ static const struct option_rule import_rules[] = {
     {.name = "friction-width",
      .argument = "RATE",
      .kind = OPTION_POSITIVE,
-     .help = "take dry friction, smooth over this rate [rad/s, m/s] (default: it is left out)"},
+     .help = "include dry friction, smooth over this rate [rad/s, m/s] (default: left out)"},
     {.name = "right-angles",
      .argument = "TOL",
      .kind = OPTION_POSITIVE,
-     .help = "take angles of frames that are as near to right ones as these [rad]"},
+     .help = "make angles of frames exact that are this close to right angles [rad]"},
     {.name = "drives",
-     .help =
-         "each joint has an input, which acts up to the joint's effort (default: nothing drives the joints)"},
-    {.name = "floating", .help = "the root moves freely (default: it stands on the ground)"},
+     .help = "each joint has an input, limited to the joint's effort (default: nothing drives the joints)"},
+    {.name = "floating", .help = "the root moves freely (default: it is fixed to the ground)"},
     {.name = NULL}};
 
 const struct command import_command = {
@@ -383,9 +382,8 @@ const struct command import_command = {
     .output = "MODEL.lua",
     .purpose = "write a robot's URDF file as a Lua model",
     .help =
-        "Links, joints and inertias; what is left out is told on stderr. Links of --flexible become beams "
-        "that "
-        "keep, with\n"
-        "a rest that is fixed to them, the link's mass, centre and inertia.\n\n"
+        "Links, joints and inertias; stderr reports what is left out. Links of --flexible become beams. "
+        "Together with a rest\n"
+        "that is fixed to it, each beam keeps the link's mass, centre and inertia.\n\n"
         "  refdyn import robot.urdf -o robot.lua\n"
         "  refdyn import robot.urdf --flexible forearm --section tube:0.08:0.076 --E 7e10 -o robot.lua\n"};

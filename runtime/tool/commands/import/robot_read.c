@@ -80,7 +80,7 @@ static bool take_numbers(const struct part *part, const char *name, double *out,
         if (strstr(given, "${"))
             return robot_complain(part->robot, line, "%s: '%s' is of xacro, %s", where, given, xacro_advice);
         if (!text_to_number(word, &number) || fabs(number) > largest)
-            return robot_complain(part->robot, line, "%s: '%s' is no number up to 1e100", where, word);
+            return robot_complain(part->robot, line, "%s: '%s' is not a number up to 1e100", where, word);
         if (found++ < count)
             out[found - 1] = number;
     }
@@ -90,8 +90,8 @@ static bool take_numbers(const struct part *part, const char *name, double *out,
 
 static bool need_attribute(const struct part *part, const char *name) {
     return xml_attribute(part->element, name) ||
-           robot_complain(part->robot, part->element->line, "%s: <%s> has no %s, which is needed",
-                          part->owner, part->element->name, name);
+           robot_complain(part->robot, part->element->line, "%s: <%s> has no %s; add it", part->owner,
+                          part->element->name, name);
 }
 
 static bool take_number(const struct part *part, const char *name, double *out) {
@@ -104,7 +104,7 @@ static bool need_number(const struct part *part, const char *name, double *out) 
 
 static bool need_not_negative(const struct part *part, const char *name, double value) {
     return value >= 0 ||
-           robot_complain(part->robot, part->element->line, "%s: <%s>: %s is %g, at least 0 is needed",
+           robot_complain(part->robot, part->element->line, "%s: <%s>: %s is %g; must be at least 0",
                           part->owner, part->element->name, name, value);
 }
 
@@ -120,9 +120,8 @@ static bool take_child(const struct part *part, const char *name, struct part *c
 
 static bool need_child(const struct part *part, const char *name, struct part *child) {
     return take_child(part, name, child) &&
-           (child->element ||
-            robot_complain(part->robot, part->element->line, "%s: <%s> has no <%s>, which is needed",
-                           part->owner, part->element->name, name));
+           (child->element || robot_complain(part->robot, part->element->line, "%s: <%s> has no <%s>; add it",
+                                             part->owner, part->element->name, name));
 }
 
 static bool take_pose(const struct part *part, struct pose *pose) {
@@ -169,7 +168,7 @@ static bool take_link(struct robot *robot, const struct xml_element *element) {
         return robot_complain(robot, element->line, "link: its name is empty, each needs one");
     if (same >= 0)
         return robot_complain(robot, element->line,
-                              "%s: the name is taken by line %d, each link needs its own", part.owner,
+                              "%s: line %d has the same name; each link must have its own", part.owner,
                               robot->links[same].line);
     robot->link_count++;
     if (!take_child(&part, "inertial", &inertial))
@@ -190,7 +189,7 @@ static bool take_kind(const struct part *part, enum joint_kind *kind) {
     *kind = (enum joint_kind)place;
     return place >= 0 ||
            robot_complain(part->robot, part->element->line,
-                          "%s: type '%s' is none of fixed, revolute, continuous, prismatic, planar, "
+                          "%s: type '%s' is not one of fixed, revolute, continuous, prismatic, planar, "
                           "floating",
                           part->owner, given);
 }
@@ -229,7 +228,7 @@ static bool take_axis(const struct part *part, struct robot_joint *joint) {
     const double length = hypot(hypot(joint->axis[0], joint->axis[1]), joint->axis[2]);
     return (length > 1e-100 && length < 1e100) ||
            robot_complain(part->robot, axis.element->line,
-                          "%s: <axis>: xyz has length %g, a direction is needed", part->owner, length);
+                          "%s: <axis>: xyz has length %g; must be a direction", part->owner, length);
 }
 
 static bool take_dynamics(const struct part *part, struct robot_joint *joint) {
@@ -282,7 +281,7 @@ static bool take_joint(struct robot *robot, const struct xml_element *element) {
     const int same = robot_find_joint(robot, joint->name);
     if (same >= 0)
         return robot_complain(robot, element->line,
-                              "%s: the name is taken by line %d, each joint needs its own", part.owner,
+                              "%s: line %d has the same name; each joint must have its own", part.owner,
                               robot->joints[same].line);
     robot->joint_count++;
     return take_kind(&part, &joint->kind) && take_end(&part, "parent", &joint->parent) &&
@@ -299,7 +298,7 @@ static bool find_single(const struct part *part, const char *name, int *found) {
                               part->owner, part->element->name, name);
     return joint_is_single(&part->robot->joints[*found]) ||
            robot_complain(part->robot, part->element->line,
-                          "%s: <%s>: joint %s is %s, one with one coordinate is needed", part->owner,
+                          "%s: <%s>: joint %s is %s; must have one coordinate", part->owner,
                           part->element->name, name, kind_names[part->robot->joints[*found].kind]);
 }
 
@@ -315,9 +314,8 @@ static bool take_mimic(struct robot *robot, struct robot_joint *joint, const str
         return true;
     }
     if (!joint_is_single(joint))
-        return robot_complain(robot, mimic.element->line,
-                              "%s: <mimic>: it is %s, one with one coordinate is needed", part.owner,
-                              kind_names[joint->kind]);
+        return robot_complain(robot, mimic.element->line, "%s: <mimic>: it is %s; must have one coordinate",
+                              part.owner, kind_names[joint->kind]);
     if (!need_attribute(&mimic, "joint") ||
         !find_single(&mimic, xml_attribute(mimic.element, "joint"), &joint->leader) ||
         !take_number(&mimic, "multiplier", &joint->multiplier) ||
@@ -360,7 +358,7 @@ static bool take_rotor(struct robot *robot, const struct xml_element *element) {
         return false;
     struct robot_joint *joint = &robot->joints[place];
     if (joint->rotor_inertia > 0)
-        return robot_complain(robot, element->line, "joint %s: a second rotor, one is taken", joint->name);
+        return robot_complain(robot, element->line, "joint %s: a second rotor; a joint has one", joint->name);
     joint->rotor_inertia = inertia;
     joint->gear = gear;
     return true;
@@ -402,7 +400,7 @@ bool robot_read(struct robot *robot, const char *path) {
     int links = 0, joints = 0, transmissions = 0;
     robot->line = root->line;
     if (strcmp(root->name, "robot") != 0)
-        return robot_complain(robot, root->line, "robot: the outermost element is <%s>, <robot> is needed",
+        return robot_complain(robot, root->line, "robot: the outermost element is <%s>; must be <robot>",
                               root->name);
     if (!refuse_macros(robot, root))
         return false;
@@ -417,7 +415,7 @@ bool robot_read(struct robot *robot, const char *path) {
         !take_each(robot, root, "transmission", &transmissions, take_rotor))
         return false;
     if (links == 0)
-        return robot_complain(robot, root->line, "robot: it has no <link>, at least one is needed");
+        return robot_complain(robot, root->line, "robot: it has no <link>; add at least one");
     robot_warn_of_rest(robot, root);
     return true;
 }

@@ -7,7 +7,7 @@
 
 static bool complain_of_roots(const struct robot *robot, int a, int b) {
     return robot_complain(robot, robot->links[b].line,
-                          "link %s: no joint carries it, nor link %s in line %d, one root is needed",
+                          "link %s: no joint carries it, nor link %s in line %d; there must be one root",
                           robot->links[b].name, robot->links[a].name, robot->links[a].line);
 }
 
@@ -36,7 +36,7 @@ static bool find_root(struct robot *robot) {
         robot->root = i;
     }
     return robot->root >= 0 ||
-           robot_complain(robot, robot->line, "robot: each link is carried by a joint, a root is needed");
+           robot_complain(robot, robot->line, "robot: a joint carries each link; there must be a root");
 }
 
 /* Builds the lists of what each link carries, in the order of the joints. */
@@ -93,7 +93,7 @@ static bool check_starts(const struct robot *robot) {
     for (int i = 0; i < robot->joint_count; i++)
         if (!isfinite(robot_start(robot, &robot->joints[i])))
             return robot_complain(robot, robot->joints[i].line,
-                                  "joint %s: what it follows takes it out of all numbers",
+                                  "joint %s: the joint that it follows gives it an infinite value",
                                   robot->joints[i].name);
     return true;
 }

@@ -63,7 +63,7 @@ static enum status run_completion(const struct options *options) {
     while (place < FORM_COUNT && strcmp(forms[place].name, form) != 0)
         place++;
     if (place == FORM_COUNT)
-        return usage_error(options->command, "'%s' is none of %s", form, options->command->operands);
+        return usage_error(options->command, "'%s' is not one of %s", form, options->command->operands);
     struct target *target = target_open(&targets, options_text(options, "output"));
     if (target)
         forms[place].put(target->file, options->commands);
@@ -72,15 +72,14 @@ static enum status run_completion(const struct options *options) {
     return is_good ? STATUS_DONE : STATUS_FAULT;
 }
 
-const struct command completion_command = {
-    .name = "completion",
-    .run = run_completion,
-    .operands = "bash|zsh|fish|man",
-    .options = "output",
-    .output = "FILE",
-    .purpose = "completion for a shell, or the manual page",
-    .help = "Prints the script by which a shell completes commands, options, their values and files, or "
-            "the page of man.\n"
-            "An installation has them in its share/.\n\n"
-            "  eval \"$(refdyn completion bash)\"\n"
-            "  refdyn completion man -o refdyn.1\n"};
+const struct command completion_command = {.name = "completion",
+                                           .run = run_completion,
+                                           .operands = "bash|zsh|fish|man",
+                                           .options = "output",
+                                           .output = "FILE",
+                                           .purpose = "completion for a shell, or the manual page",
+                                           .help = "Prints the script with which a shell completes commands, "
+                                                   "options, their values and files, or the manual page.\n"
+                                                   "An installation has them in its share/.\n\n"
+                                                   "  eval \"$(refdyn completion bash)\"\n"
+                                                   "  refdyn completion man -o refdyn.1\n"};

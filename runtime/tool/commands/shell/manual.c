@@ -140,7 +140,7 @@ static const char *day(void) {
 static const char ending[] =
     ".SH EXIT STATUS\n"
     ".TP\n0\nDone.\n"
-    ".TP\n1\nThe model, the state or a file is at fault, as\nFILE:LINE: what: fact, what is allowed.\n"
+    ".TP\n1\nAn error in the model, the state or a file, as\nFILE:LINE: what: fact; what to do.\n"
     ".TP\n2\nWrong usage.\n"
     ".TP\n3\nThe numbers failed: with the reason, the time and the state.\n"
     ".SH ENVIRONMENT\n"

@@ -224,24 +224,23 @@ static const struct option_rule modes_rules[] = {
     {.name = "modes", .argument = "K", .kind = OPTION_COUNT, .help = "the K slowest modes only"},
     {.name = NULL}};
 
-const struct command modes_command = {
-    .name = "modes",
-    .run = run_modes,
-    .operands = "MODEL.lua",
-    .options = "output at modes hold release way set fold",
-    .tables = {modes_rules, statics_rules, scene_rules},
-    .output = "FILE",
-    .purpose = "frequencies, damping ratios and shapes about an equilibrium",
-    .help =
-        "Prints JSON: coordinates, at, t, q, points, held, phi, residual, unstable, modes; a table goes to "
-        "stderr.\n"
-        "Held coordinates keep their value, constraint rows act; stabilisation does not enter. Of a mode "
-        "e^(lambda t):\n"
-        "eigenvalue [re, im] [1/s], omega |lambda| [rad/s], frequency im/(2 pi) [Hz], damping "
-        "-re/|lambda|, shape and\n"
-        "displacements of the points, as re and im; the largest entry of a shape is 1. A decay without "
-        "oscillation has\n"
-        "frequency 0 and damping 1, a growth -1, a motion that nothing brings back omega 0 and damping "
-        "0.\n\n"
-        "  refdyn modes models/pendulum.lua --modes 4\n"
-        "  refdyn modes models/fourbar.lua --at state.json\n"};
+const struct command modes_command = {.name = "modes",
+                                      .run = run_modes,
+                                      .operands = "MODEL.lua",
+                                      .options = "output at modes hold release way set fold",
+                                      .tables = {modes_rules, statics_rules, scene_rules},
+                                      .output = "FILE",
+                                      .purpose =
+                                          "frequencies, damping ratios and shapes about an equilibrium",
+                                      .help = "Prints JSON: coordinates, at, t, q, points, held, phi, "
+                                              "residual, unstable, modes; a table goes to stderr.\n"
+                                              "Held coordinates keep their value, constraint rows act; "
+                                              "stabilisation does not enter. For a mode e^(lambda t):\n"
+                                              "eigenvalue [re, im] [1/s], omega |lambda| [rad/s], frequency "
+                                              "im/(2 pi) [Hz], damping -re/|lambda|, shape and\n"
+                                              "displacements of the points, as re and im; the largest entry "
+                                              "of a shape is 1. A decay without oscillation has\n"
+                                              "frequency 0 and damping 1, a growth damping -1, a motion "
+                                              "without restoring force omega 0 and damping 0.\n\n"
+                                              "  refdyn modes models/pendulum.lua --modes 4\n"
+                                              "  refdyn modes models/fourbar.lua --at state.json\n"};

@@ -25,10 +25,8 @@ const struct option_rule statics_rules[] = {
     {.name = "way",
      .argument = "HOW",
      .kind = OPTION_TEXT,
-     .help = "how statics finds its equilibrium: load (default) raises the load and jumps where it cannot "
-             "grow on, "
-             "path "
-             "passes limit points step by step, downhill leads to a stable one",
+     .help = "how statics finds the equilibrium: load (default) raises the load and jumps where it cannot be "
+             "raised further, path passes limit points step by step, downhill leads to a stable one",
      .words = way_words},
     {.name = NULL}};
 

@@ -114,9 +114,9 @@ const struct command statics_command = {
     .purpose = "equilibrium",
     .help = "Prints JSON: coordinates, q, points, hold_force of the held coordinates, residual, rows that "
             "hold, their\n"
-            "multipliers, phi, stability. Rows of positions hold at t = 0, but those of a programme that "
-            "begins where\n"
-            "the motion does: with --set NAME=VALUE of what it takes from there, it holds, too.\n\n"
+            "multipliers, phi, stability. Rows of positions hold at t = 0, except rows of a programme that "
+            "begins at the start\n"
+            "of the motion. Such a row holds, too, if --set gives each value that it reads from there.\n\n"
             "  refdyn statics models/manipulator.lua\n"
             "  refdyn statics models/manipulator.lua --hold column_psi,arm_psi,effector_z\n"
             "  refdyn statics models/manipulator.lua --hold column_psi,arm_psi --set xc=0.54\n"

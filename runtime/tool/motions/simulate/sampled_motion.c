@@ -52,13 +52,12 @@ const struct option_rule motion_rules[] = {
     {.name = "tol",
      .argument = "TOL",
      .kind = OPTION_POSITIVE,
-     .help = "steps are found: error of each, as a part of 1 rad and the model's length, 1 m where it states "
-             "none "
-             "(default 1e-6)"},
+     .help = "adaptive steps: local error tolerance, relative to 1 rad and the model's length, or 1 m if it "
+             "states none (default 1e-6)"},
     {.name = "step-max",
      .argument = "H",
      .kind = OPTION_POSITIVE,
-     .help = "largest step that is found [s] (default: no bound)"},
+     .help = "largest adaptive step [s] (default: no bound)"},
     {.name = "every",
      .argument = "DT",
      .kind = OPTION_POSITIVE,
@@ -78,12 +77,12 @@ const struct option_rule motion_rules[] = {
     {.name = "singular",
      .argument = "HOW",
      .kind = OPTION_TEXT,
-     .help = "where the constraint rows lose rank: stop (default), or pass where a branch can be followed",
+     .help = "where the constraint rows lose rank: stop (default), or pass if a branch can be followed",
      .words = singular_words},
     {.name = "start",
      .argument = "HOW",
      .kind = OPTION_TEXT,
-     .help = "as-is (default) or project: moved onto the programme first",
+     .help = "as-is (default), or project: first moves the start onto the programme",
      .words = start_words},
     {.name = NULL}};
 

@@ -486,10 +486,10 @@ const struct option_rule sim_rules[] = {
     {.name = "accuracy",
      .argument = "ERROR",
      .kind = OPTION_POSITIVE,
-     .help = "the error of the whole motion [m, rad]: the tolerance is found"},
-    {.name = "verify", .help = "estimate the error of the whole motion by a finer one"},
+     .help = "bound on the error of the whole motion [m, rad]; the tolerance is chosen to meet it"},
+    {.name = "verify", .help = "estimate the error of the whole motion by repeating it more accurately"},
     {.name = "stop",
      .argument = "NAME<VALUE",
      .kind = OPTION_TEXTS,
-     .help = "end where a column of the CSV falls below a value, or with > exceeds it (repeatable)"},
+     .help = "end when a column of the CSV falls below a value, or with > exceeds it (repeatable)"},
     {.name = NULL}};

@@ -150,20 +150,17 @@ static const char *list_panels(const struct command *command) {
     return panels_names();
 }
 
-static const struct option_rule plot_rules[] = {{.name = "panel",
-                                                 .argument = "a,b",
-                                                 .kind = OPTION_LIST,
-                                                 .help =
-                                                     "these panels only: angles, slides, bending-psi, "
-                                                     "bending-theta, torsion, others, path, side, height, "
-                                                     "velocity, "
-                                                     "forces, torques, inputs, phi, psi, energy",
-                                                 .list = list_panels},
-                                                {.name = "units",
-                                                 .argument = "FILE.json",
-                                                 .kind = OPTION_TEXT,
-                                                 .help = "units of columns, from the summary of refdyn sim"},
-                                                {.name = NULL}};
+static const struct option_rule plot_rules[] = {
+    {.name = "panel",
+     .argument = "a,b",
+     .kind = OPTION_LIST,
+     .help = "these panels only: angles, slides, bending-psi, "
+             "bending-theta, torsion, others, path, side, height, "
+             "velocity, "
+             "forces, torques, inputs, phi, psi, energy",
+     .list = list_panels},
+    {.name = "units", .argument = "FILE.json", .kind = OPTION_TEXT, .help = "these panels only: %s"},
+    {.name = NULL}};
 
 const struct command plot_command = {
     .name = "plot",
@@ -173,15 +170,13 @@ const struct command plot_command = {
     .tables = {plot_rules},
     .output = "FILE.svg",
     .purpose = "figures of motions, as one SVG, PNG or PDF by the suffix of FILE",
-    .help =
-        "Coordinates, paths, heights and vertical velocities of points, forces, inputs, courses, residuals "
-        "and energy.\n"
-        "Colours tell quantities apart, lines the runs, which lie over each other. PNG and PDF are made by "
-        "rsvg-convert.\n"
-        "Of RUNS.h5, a file of runs: results over what varied, percentiles over time, the worst cases; "
-        "--panel "
-        "names what\n"
-        "the file has, as extremes/E_x.\n\n"
-        "  refdyn plot rigid.csv flexible.csv -o motion.svg\n"
-        "  refdyn plot rigid.csv --panel path,energy --units rigid.json -o path.pdf\n"
-        "  refdyn plot runs.h5 --panel extremes/E_x,history/E_x -o runs.svg\n"};
+    .help = "Coordinates, paths, heights and vertical velocities of points, forces, inputs, courses, "
+            "residuals and energy.\n"
+            "Colours distinguish quantities; line styles distinguish the runs, which share one set of axes. "
+            "rsvg-convert makes\n"
+            "PNG and PDF. For RUNS.h5, a file of runs: results over what varied, percentiles over time, the "
+            "worst cases; --panel\n"
+            "selects items of the file, such as extremes/E_x.\n\n"
+            "  refdyn plot rigid.csv flexible.csv -o motion.svg\n"
+            "  refdyn plot rigid.csv --panel path,energy --units rigid.json -o path.pdf\n"
+            "  refdyn plot runs.h5 --panel extremes/E_x,history/E_x -o runs.svg\n"};

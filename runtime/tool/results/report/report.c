@@ -357,7 +357,7 @@ static const struct option_rule report_rules[] = {
     {.name = "steps",
      .argument = "a,b,c",
      .kind = OPTION_LIST,
-     .help = "steps of those with fixed ones [s] (default: from the largest stable one downward)"},
+     .help = "tolerances of methods with adaptive steps (default: each power of ten from 1e-2 to 1e-12)"},
     {.name = "seconds",
      .argument = "S",
      .kind = OPTION_POSITIVE,
@@ -378,13 +378,12 @@ const struct command report_command = {
     .purpose = "error against run time of all methods, as CSV, SVG and HTML",
     .help =
         "Every method over a range of tolerances, or of steps with each stabilisation, from a start on the "
-        "programme,\n"
-        "against a reference that two methods of different kinds agree on, at fifty times unless --every "
-        "tells others.\n"
-        "Writes NAME.csv, NAME.svg and NAME.html into the folder of -o, and prints what the runs say.\n"
-        "Runs that --seconds does not suffice for are stopped and listed; times, and which runs these are, "
-        "differ from\n"
-        "call to call, all else does not.\n\n"
+        "programme.\n"
+        "The reference is a motion on which two methods of different kinds agree, compared at fifty times by "
+        "default.\n"
+        "Writes NAME.csv, NAME.svg and NAME.html into the folder of -o, and prints the findings.\n"
+        "Runs that exceed --seconds are stopped and listed. Times, and which runs these are, differ from "
+        "call to call; all\n"
+        "other results do not.\n\n"
         "  refdyn report models/manipulator.lua --from statics --until 2 -o out\n"
-        "  refdyn report models/manipulator.lua --until 1 --vary n_rfe=1,2,4 --methods rk8,rodas5p -o "
-        "out\n"};
+        "  refdyn report models/manipulator.lua --until 1 --vary n_rfe=1,2,4 --methods rk8,rodas5p -o out\n"};

@@ -148,7 +148,7 @@ static const struct option_rule view_rules[] = {
     {.name = "model",
      .argument = "MODEL.lua",
      .kind = OPTION_TEXT,
-     .help = "of the runs that are CSV; files of HDF5 have theirs"},
+     .help = "model of the runs that are CSV files; HDF5 files contain theirs"},
     {.name = NULL}};
 
 const struct command view_command = {
@@ -159,9 +159,9 @@ const struct command view_command = {
     .tables = {view_rules, scene_rules},
     .output = "PAGE.html",
     .purpose = "motions as one HTML page, to look at from all sides",
-    .help = "Bodies and beams in their places over time, paths of points, programme forces, and figures that "
-            "follow the\n"
-            "time. The page needs no network and no other file; several runs lie over each other.\n\n"
+    .help = "Bodies and beams over time, paths of points, programme forces, and figures that follow the "
+            "time. The page needs no\n"
+            "network and no other file; several runs are shown together.\n\n"
             "  refdyn sim models/manipulator.lua --from statics --until 10 -o flexible.h5\n"
             "  refdyn view flexible.h5 -o flexible.html\n"
             "  refdyn view rigid.csv --model models/manipulator.lua --set n_rfe=1 -o rigid.html\n"};

@@ -119,7 +119,8 @@ void print_command_help(const struct command *command) {
         const int width = printf("  %s--%s %s", option.is_output ? "-o, " : "", option.name, option.argument);
         printf("%*s%s\n", width < WIDTH ? WIDTH - width : 1, "", option.help);
     }
-    puts("\nexit status: 0 done; 1 model, state or file at fault; 2 wrong usage; 3 the numbers failed");
+    puts("\nexit status: 0 done; 1 error in the model, the state or a file; 2 wrong usage; 3 the numbers "
+         "failed");
 }
 
 void print_help(const struct command *const *commands) {
@@ -128,7 +129,7 @@ void print_help(const struct command *const *commands) {
          "and computes its equilibria, frequencies and programme-constrained motions.\n\ncommands:");
     for (; *commands; commands++)
         printf("  %-11s%s\n", (*commands)->name, (*commands)->purpose);
-    puts("\nrefdyn COMMAND --help tells more; --version prints the version.");
+    puts("\nrefdyn COMMAND --help explains a command; --version prints the version.");
 }
 
 /* ---- Wrong usage ---- */

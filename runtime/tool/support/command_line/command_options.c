@@ -54,8 +54,8 @@ enum status options_choose(const struct options *options, const char *name, int 
             meant = words[*place];
         text_add(&known, "%s%s", *place ? ", " : "", words[*place]);
     }
-    return option_error(options, name, ": '%s' is none of %s%s%s", word, known.data, meant ? "; write " : "",
-                        meant ? meant : "");
+    return option_error(options, name, ": '%s' is not one of %s%s%s", word, known.data,
+                        meant ? "; write " : "", meant ? meant : "");
 }
 
 const char *const options_places[] = {"initial", "statics", NULL};
@@ -120,12 +120,13 @@ static enum status read_number(struct options *options, const struct option_rule
     const bool is_number = text_to_number(text, &value);
     const char *advice = message_number_advice(&program_memory, text);
     if (rule->kind == OPTION_INDEX && !(is_number && value >= 0 && value == floor(value)))
-        return usage_error(options->command, "--%s: '%s' is no whole number from 0 on%s", rule->name, text,
-                           advice);
+        return usage_error(options->command, "--%s: '%s' is not a whole number of at least 0%s", rule->name,
+                           text, advice);
     if (rule->kind != OPTION_INDEX && !(is_number && value > 0))
-        return usage_error(options->command, "--%s: '%s' is no positive number%s", rule->name, text, advice);
+        return usage_error(options->command, "--%s: '%s' is not a positive number%s", rule->name, text,
+                           advice);
     if (rule->kind == OPTION_COUNT && (value > LARGEST || value != floor(value)))
-        return usage_error(options->command, "--%s: %s is no whole number up to %d", rule->name, text,
+        return usage_error(options->command, "--%s: %s is not a whole number up to %d", rule->name, text,
                            LARGEST);
     options_set_number(options, rule->name, value);
     return STATUS_DONE;
@@ -137,7 +138,7 @@ enum status check_list(const struct command *command, const char *name, const ch
         if (!*items[i])
             return usage_error(command, "--%s: '%s' has an empty item", name, list);
         if (text_index(items[i], items, i) >= 0)
-            return usage_error(command, "--%s: '%s' is there twice, once is enough", name, items[i]);
+            return usage_error(command, "--%s: '%s' is given twice; give it once", name, items[i]);
     }
     return STATUS_DONE;
 }
@@ -167,8 +168,7 @@ static enum status add_text(struct options *options, const struct option_rule *r
     const char *other;
     for (int i = 0; (other = options_repeated(options, rule->name, i)); i++)
         if (strcmp(other, text) == 0)
-            return usage_error(options->command, "--%s: '%s' is there twice, once is enough", rule->name,
-                               text);
+            return usage_error(options->command, "--%s: '%s' is given twice; give it once", rule->name, text);
     options_add_text(options, rule->name, text);
     return STATUS_DONE;
 }
@@ -205,7 +205,7 @@ static enum status check_ending(const struct options *options) {
     const bool is_table = shown && strncmp(shown, "RUN", 3) == 0;
     for (size_t i = 0; is_table && dot && i < sizeof others / sizeof *others; i++)
         if (strcmp(dot, others[i][0]) == 0)
-            return usage_error(options->command, "-o: '%s' is to be a table, FILE.csv or FILE.h5%s", output,
+            return usage_error(options->command, "-o: '%s' must be a table, FILE.csv or FILE.h5%s", output,
                                others[i][1]);
     return STATUS_DONE;
 }
@@ -237,10 +237,10 @@ static enum status check_operands(const struct options *options) {
             return usage_error(command, "%s is an empty text", command->operands);
     for (int i = 0; i < options->operand_count; i++)
         if (begins_with_dash(options->operands[i]))
-            return usage_error(command, "'%s' begins with a dash of print; an option begins with --",
+            return usage_error(command, "'%s' begins with a typographic dash; an option begins with --",
                                options->operands[i]);
     if (options->operand_count > most && !many)
-        return usage_error(command, "'%s' is too much, one %s is taken", options->operands[most],
+        return usage_error(command, "unexpected operand '%s'; give only %s", options->operands[most],
                            command->operands);
     return STATUS_DONE;
 }

@@ -88,7 +88,8 @@ static bool open_xdg(struct cache *cache) {
         return false;
     const char *reason = open_folder(cache, path, 0);
     if (reason && access(path, F_OK) == 0)
-        fprintf(stderr, "refdyn: warning: %s is no cache folder: %s; another one is taken\n", path, reason);
+        fprintf(stderr, "refdyn: warning: %s cannot be the cache folder: %s; another one is used\n", path,
+                reason);
     if (!reason && access(cache->path, W_OK | X_OK) != 0)
         cache_close(cache);
     return cache->folder >= 0;

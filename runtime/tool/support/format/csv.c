@@ -72,7 +72,7 @@ FILE *input_open(const char *path, const char **fault) {
 }
 
 static bool complain_file(const char *path, const char *what, const char *fault) {
-    complain_line(path, 0, text_format("%s: %s, a readable file is needed", what, fault));
+    complain_line(path, 0, text_format("%s: %s; must be a readable file", what, fault));
     return false;
 }
 
@@ -81,9 +81,9 @@ static bool complain_file(const char *path, const char *what, const char *fault)
 /* Names the kind of a file that begins with zero bytes. */
 static const char *binary_kind(const char *text) {
     return strncmp(text, "\xFF\xFE", 2) == 0 || strncmp(text, "\xFE\xFF", 2) == 0
-               ? "it is in UTF-16, a text in UTF-8 is needed"
-           : strncmp(text, "PK", 2) == 0 ? "it is a workbook or an archive, a text is needed"
-                                         : "a byte is 0, a text is needed";
+               ? "it is in UTF-16; must be a text in UTF-8"
+           : strncmp(text, "PK", 2) == 0 ? "it is a workbook or an archive; must be a text"
+                                         : "a byte is 0; must be a text";
 }
 
 /* Why the reading of a line ended, apart from EOF and the end of the line. */
@@ -203,8 +203,7 @@ static bool check_names(struct csv *csv) {
     for (int i = 0; i < csv->count && is_good; i++)
         for (const char *at = csv->names[i]; *at && is_good; at++)
             if ((unsigned char)*at < ' ' || *at == 0x7F)
-                is_good =
-                    csv_complain(csv, "column %d: a control character in its name, a text is needed", i + 1);
+                is_good = csv_complain(csv, "column %d: a control character in its name; remove it", i + 1);
     return is_good;
 }
 
@@ -214,7 +213,7 @@ static bool read_names(struct csv *csv) {
         return false;
     csv->line = 1;
     if (answer == 0)
-        return csv_complain(csv, "the file is empty, a header and at least one line of numbers are needed");
+        return csv_complain(csv, "the file is empty; must have a header and at least one line of numbers");
     if (!check_separators(csv))
         return false;
     const bool is_marked = strncmp(csv->text, byte_order_mark, strlen(byte_order_mark)) == 0;
@@ -244,9 +243,9 @@ bool csv_number(const struct csv *csv, int i, double *value) {
     if (text_to_number(field, value))
         return true;
     if (!*field)
-        return csv_complain(csv, "%.*s: the field is empty, a finite number is needed", SHOWN_MOST,
+        return csv_complain(csv, "%.*s: the field is empty; must be a finite number", SHOWN_MOST,
                             csv->names[i]);
-    return csv_complain(csv, "%.*s: '%.*s' is no finite number%s", SHOWN_MOST, csv->names[i], SHOWN_MOST,
+    return csv_complain(csv, "%.*s: '%.*s' is not a finite number%s", SHOWN_MOST, csv->names[i], SHOWN_MOST,
                         field, message_number_advice(&program_memory, field));
 }
 

@@ -185,7 +185,7 @@ static bool check_readable(struct hdf5_input *input, const char *what) {
     if (!is_there)
         return hdf5_input_refuse(input, "cannot be read: %s", strerror(number));
     input->bytes = (double)status.st_size;
-    return is_hdf5 || hdf5_input_refuse(input, "is no HDF5 file, a %s is needed", what);
+    return is_hdf5 || hdf5_input_refuse(input, "is no HDF5 file; must be a %s", what);
 }
 
 static bool start_gate(struct hdf5_input *input) {

@@ -65,7 +65,7 @@ static bool check_state(struct motion_reader *reader) {
     const int count = (int)(sizeof state / sizeof state[0]);
     for (int i = 0; i < count; i++)
         if (!hdf5_input_find(input, state[i]))
-            return hdf5_input_refuse(input, "%s: is missing, every %s has it", state[i], what);
+            return hdf5_input_refuse(input, "%s: is missing; every %s has it", state[i], what);
     for (int i = 0; i < count; i++)
         if (i >= input->taken_count || strcmp(input->objects[input->taken[i].object].path, state[i]) != 0)
             return hdf5_input_refuse(input, "%s: has no form of a %s", state[i], what);

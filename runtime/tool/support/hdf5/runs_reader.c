@@ -40,7 +40,7 @@ static bool check_rows(struct runs_reader *reader, const struct hdf5_object *obj
 static const struct hdf5_object *find_needed(struct runs_reader *reader, const char *path) {
     const struct hdf5_object *object = hdf5_input_find(&reader->input, path);
     if (!object)
-        hdf5_input_refuse(&reader->input, "%s: is missing, every file of runs has it", path);
+        hdf5_input_refuse(&reader->input, "%s: is missing; every file of runs has it", path);
     return object;
 }
 
@@ -66,7 +66,7 @@ static bool check_number(struct runs_reader *reader, long row, double number) {
     const double before = row > 0 ? (double)reader->numbers[row - 1] : -1;
     return (number > before && number < (double)reader->batch_count) ||
            hdf5_input_refuse(&reader->input,
-                             "/case: row %ld has number %.0f, ascending ones below %ld are needed", row,
+                             "/case: row %ld has number %.0f; numbers must ascend and be below %ld", row,
                              number, reader->batch_count);
 }
 
@@ -302,11 +302,9 @@ const long *runs_numbers(const struct runs_reader *reader) {
 static bool check_heads(struct runs_reader *reader, long row, const double *values) {
     const double status = values[RUNS_STATUS], steps = values[RUNS_STEPS];
     if (status != 0 && status != 1 && status != 3)
-        return hdf5_input_refuse(&reader->input, "/status: row %ld has %g, which is none of 0, 1 and 3", row,
-                                 status);
+        return hdf5_input_refuse(&reader->input, "/status: row %ld has %g; must be 0, 1 or 3", row, status);
     return (steps >= 0 && steps <= 0x1p53) ||
-           hdf5_input_refuse(&reader->input, "/steps: row %ld has %g, which is no number of steps", row,
-                             steps);
+           hdf5_input_refuse(&reader->input, "/steps: row %ld has %g; must be a number of steps", row, steps);
 }
 
 bool runs_get(struct runs_reader *reader, long row, struct case_record *record) {

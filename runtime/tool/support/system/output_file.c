@@ -54,7 +54,7 @@ static bool find_path(struct target *target) {
     }
     if (S_ISREG(status.st_mode) || S_ISDIR(status.st_mode))
         target->path = path;
-    return S_ISDIR(status.st_mode) ? refuse(target->name, "is a folder, a file is needed") : true;
+    return S_ISDIR(status.st_mode) ? refuse(target->name, "is a folder; must be a file") : true;
 }
 
 /* A folder with the sticky bit, in which files belong to their users. */
@@ -98,7 +98,7 @@ static bool check_apart(const struct targets *targets, const struct target *targ
     struct stat status;
     const char *owner = stat(path, &status) == 0 ? find_owner(targets, target, &status) : NULL;
     return !owner || refuse(target->name, text_format("%s is the file %s, which this command reads or "
-                                                      "writes, too; another name is needed",
+                                                      "also writes; give another name",
                                                       path, owner));
 }
 
@@ -133,11 +133,11 @@ static int open_part(const struct target *target) {
         close(file);
         if (is_busy || !is_plain) {
             refuse(target->name, is_busy ? "another refdyn is writing this file, wait for it or name another"
-                                         : "NAME.part is there and is no plain file of yours, remove it");
+                                         : "NAME.part is there and is no plain file of yours; remove it");
             return -1;
         }
     }
-    refuse(target->name, "NAME.part comes and goes, another name is needed");
+    refuse(target->name, "NAME.part comes and goes; give another name");
     return -1;
 }
 

@@ -45,7 +45,7 @@ static void XMLCALL begin_element(void *context, const char *name, const char **
     if (reading->is_refused)
         return;
     if (reading->depth == DEPTH_MOST) {
-        refuse(reading, text_format("XML: elements lie in each other more than %d deep", DEPTH_MOST));
+        refuse(reading, text_format("XML: elements are nested more than %d deep", DEPTH_MOST));
         return;
     }
     if (++reading->count > COUNT_MOST) {
@@ -81,24 +81,24 @@ static void XMLCALL end_element(void *context, const char *name) {
 static void XMLCALL refuse_document_type(void *context, const char *name, const char *system,
                                          const char *public, int has_subset) {
     (void)name, (void)system, (void)public, (void)has_subset;
-    refuse(context, "XML: a document type, which may bring entities, a file without one is needed");
+    refuse(context, "XML: a document type, which may define entities; remove it");
 }
 
 static bool complain_of_syntax(const struct reading *reading) {
     if (!reading->is_refused)
         complain_line(reading->path, (long)XML_GetCurrentLineNumber(reading->parser),
-                      text_format("XML: %s, a well-formed file is needed",
+                      text_format("XML: %s; must be a well-formed file",
                                   XML_ErrorString(XML_GetErrorCode(reading->parser))));
     return false;
 }
 
 static bool complain_of_file(const char *path, const char *fault) {
-    complain_line(path, 0, text_format("URDF: %s, a readable file is needed", fault));
+    complain_line(path, 0, text_format("URDF: %s; must be a readable file", fault));
     return false;
 }
 
 static bool read_pieces(struct reading *reading, FILE *file) {
-    static const char too_large[] = "URDF: more than %d bytes, no such file is read";
+    static const char too_large[] = "URDF: larger than %d bytes, the most that is read";
     char piece[PIECE];
     size_t length, total = 0;
     do {
