@@ -179,8 +179,8 @@ def test_words_are_those_that_are_taken(option, tmp_path):
     words, = completions(tmp_path, ["refdyn", command, f"--{option}", ""])
     extra = {"way": ["--from", "statics"], "platform": ["--fmu", "2.0"]}.get(option, []) + (["--until", "1"] if command == "sim" else [])
     said = refdyn(command, MODELS / "pendulum.lua", "-o", tmp_path / "out.csv", *extra, f"--{option}", "nothing", status=2).stderr.splitlines()[0]
-    assert said.startswith(f"refdyn {command}: --{option}: 'nothing' is none of ")
-    taken = set(said.split(" is none of ")[1].split(", "))
+    assert said.startswith(f"refdyn {command}: --{option}: 'nothing' is not one of ")
+    taken = set(said.split(" is not one of ")[1].split(", "))
     assert taken <= set(words) and set(words) - taken <= {"msbdf", "bsimp"}
 
 
