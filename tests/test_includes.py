@@ -98,8 +98,7 @@ def test_options_of_commands_are_declared():
     """The program reads options by name: each name has a rule of a fitting kind, and each rule a command that lists it."""
     text = "".join(path.read_text() for path in TOOL_FILES if path.suffix == ".c")
     tables = re.findall(r"struct option_rule \w+\[\] = \{(.*?)\{\.name = NULL\}\}", text, re.S)
-    kinds = {name: (re.search(r"\.kind = OPTION_(\w+)", rule) or ["", "FLAG"])[1]
-             for table in tables for name, rule in re.findall(r'\{\.name = "([\w-]+)"(.*?)\}', table, re.S)}
+    kinds = {name: kind for table in tables for name, kind in re.findall(r'\{"([\w-]+)",\s*(?:"[^"]*"|NULL),\s*OPTION_(\w+)', table)}
     listed = {name.rstrip("!") for texts in re.findall(r'\.options = ((?:"[^"]*"\s*)+)', text) for name in "".join(re.findall('"([^"]*)"', texts)).split()}
     assert len(kinds) > 60 and listed == kinds.keys() - {"help"}
     fitting = {"text": {"TEXT", "LIST", "FREEING_LIST"}, "number": {"POSITIVE", "COUNT", "INDEX"}, "repeated": {"TEXTS"}, "choose": {"TEXT"}, "is": {"TEXT"},

@@ -43,43 +43,27 @@ static const char *list_quantities(const struct command *command) {
 }
 
 const struct option_rule scene_rules[] = {
-    {.name = "emit",
-     .argument = "M,h,...",
-     .kind = OPTION_LIST,
-     .help = "only these quantities; all: all but derivatives; implicit: the tangent of implicit steps; "
-             "step: fixed steps with derivatives; step.p: also by the parameters",
-     .list = list_quantities},
-    {.name = "for-lanes",
-     .help = "also functions for 2, 4 or 8 motions side by side; gen writes them to NAME_lanes.c"},
-    {.name = "state",
-     .argument = "STATE.json",
-     .kind = OPTION_TEXT,
-     .help = "t, q, qd, inputs, parameters; missing ones have the model's values"},
-    {.name = "inputs",
-     .argument = "FILE.csv",
-     .kind = OPTION_TEXT,
-     .help = "samples of inputs over t, each held until the next"},
-    {.name = "summary", .argument = "FILE.json", .kind = OPTION_TEXT, .help = "the summary as JSON"},
-    {.name = "lanes",
-     .argument = "N",
-     .kind = OPTION_COUNT,
-     .help = "compute steps of 1, 2, 4 or 8 cases side by side (default: chosen from vectors, model and "
-             "number of cases)"},
-    {.name = "set",
-     .argument = "NAME=VALUE",
-     .kind = OPTION_SETTING,
-     .help = "set an option or a parameter of the model (repeatable)"},
-    {.name = "loops",
-     .argument = "WHEN",
-     .kind = OPTION_TEXT,
-     .help = "auto (default), always or never: loops over equal elements instead of code for each",
-     .words = loop_words},
-    {.name = "accelerations",
-     .argument = "HOW",
-     .kind = OPTION_TEXT,
-     .help = "auto (default), recursive or dense: how the C solves M qdd = f",
-     .words = acceleration_words},
-    {.name = "fold", .help = "turn parameters into numbers in the C"},
+    {"emit", "M,h,...", OPTION_LIST,
+     "only these quantities; all: all but derivatives; implicit: the tangent of implicit steps; "
+     "step: fixed steps with derivatives; step.p: also by the parameters",
+     NULL, list_quantities},
+    {"for-lanes", NULL, OPTION_FLAG,
+     "also functions for 2, 4 or 8 motions side by side; gen writes them to NAME_lanes.c", NULL, NULL},
+    {"state", "STATE.json", OPTION_TEXT, "t, q, qd, inputs, parameters; missing ones have the model's values",
+     NULL, NULL},
+    {"inputs", "FILE.csv", OPTION_TEXT, "samples of inputs over t, each held until the next", NULL, NULL},
+    {"summary", "FILE.json", OPTION_TEXT, "the summary as JSON", NULL, NULL},
+    {"lanes", "N", OPTION_COUNT,
+     "compute steps of 1, 2, 4 or 8 cases side by side (default: chosen from vectors, model and "
+     "number of cases)",
+     NULL, NULL},
+    {"set", "NAME=VALUE", OPTION_SETTING, "set an option or a parameter of the model (repeatable)", NULL,
+     NULL},
+    {"loops", "WHEN", OPTION_TEXT,
+     "auto (default), always or never: loops over equal elements instead of code for each", loop_words, NULL},
+    {"accelerations", "HOW", OPTION_TEXT, "auto (default), recursive or dense: how the C solves M qdd = f",
+     acceleration_words, NULL},
+    {"fold", NULL, OPTION_FLAG, "turn parameters into numbers in the C", NULL, NULL},
     {.name = NULL}};
 
 static bool read_variant(const struct options *options, struct read_request *request) {
@@ -389,8 +373,7 @@ void scene_spare_sources(const struct scene *scene, struct targets *targets) {
 
 /* Opens the files of -o and --summary, which must differ from all files that the command reads. */
 static enum status open_targets(struct scene *scene, const struct options *options, const char *state_path) {
-    const char *inputs = options_text(options, "inputs");
-    const char *summary = options_text(options, "summary");
+    const char *inputs = options_text(options, "inputs"), *summary = options_text(options, "summary");
     struct targets *targets = &scene->targets;
     scene_spare_sources(scene, targets);
     if (state_path)

@@ -64,8 +64,7 @@ static bool is_journal(const struct options *options) {
 
 static enum status open_results(struct results *results, struct batch_setup *setup) {
     const struct options *options = &setup->options;
-    const char *summary = options_text(options, "summary");
-    const char *output = options_text(options, "output");
+    const char *summary = options_text(options, "summary"), *output = options_text(options, "output");
     results->is_csv = text_ends_with(output, ".csv");
     if (is_journal(options))
         return usage_error(options->command, "--summary %s: the journal of %s, another name is needed",
@@ -306,17 +305,14 @@ enum status run_batch(const struct options *options) {
 }
 
 const struct option_rule batch_rules[] = {
-    {.name = "table",
-     .argument = "CASES.csv",
-     .kind = OPTION_TEXT,
-     .help = "replaces SWEEP.lua: a row for each case, a column for each name that varies"},
-    {.name = "threads",
-     .argument = "N",
-     .kind = OPTION_COUNT,
-     .help = "threads that compute cases (default: one for each processor)"},
-    {.name = "cases", .argument = "A:B", .kind = OPTION_TEXT, .help = "only the cases from A to B - 1"},
-    {.name = "resume", .help = "resume an interrupted batch"},
-    {.name = "dry-run",
-     .help = "check, compile and try a few cases; print the number of cases, and the time and size of the "
-             "whole batch"},
+    {"table", "CASES.csv", OPTION_TEXT,
+     "replaces SWEEP.lua: a row for each case, a column for each name that varies", NULL, NULL},
+    {"threads", "N", OPTION_COUNT, "threads that compute cases (default: one for each processor)", NULL,
+     NULL},
+    {"cases", "A:B", OPTION_TEXT, "only the cases from A to B - 1", NULL, NULL},
+    {"resume", NULL, OPTION_FLAG, "resume an interrupted batch", NULL, NULL},
+    {"dry-run", NULL, OPTION_FLAG,
+     "check, compile and try a few cases; print the number of cases, and the time and size of the "
+     "whole batch",
+     NULL, NULL},
     {.name = NULL}};

@@ -26,11 +26,8 @@ static enum status run_motion(const struct options *options) {
 }
 
 static const struct option_rule case_rules[] = {
-    {.name = "of",
-     .argument = "RUNS.h5",
-     .kind = OPTION_TEXT,
-     .help = "replaces MODEL.lua: repeat a case of this file of runs"},
-    {.name = "case", .argument = "K", .kind = OPTION_INDEX, .help = "number of the case in --of"},
+    {"of", "RUNS.h5", OPTION_TEXT, "replaces MODEL.lua: repeat a case of this file of runs", NULL, NULL},
+    {"case", "K", OPTION_INDEX, "number of the case in --of", NULL, NULL},
     {.name = NULL}};
 
 const struct command sim_command = {

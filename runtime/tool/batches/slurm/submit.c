@@ -290,16 +290,13 @@ static enum status run_batch_anywhere(const struct options *options) {
 }
 
 static const struct option_rule slurm_rules[] = {
-    {.name = "slurm", .help = "compute the cases in jobs of Slurm, on as many machines as it assigns"},
-    {.name = "chunks",
-     .argument = "N",
-     .kind = OPTION_COUNT,
-     .help =
-         "with --slurm: number of jobs that share the cases (default: one for each 16 cases, at most 100)"},
-    {.name = "slurm-options",
-     .argument = "TEXT",
-     .kind = OPTION_TEXT,
-     .help = "with --slurm: options for sbatch, '--partition=long --time=1:00:00'"},
+    {"slurm", NULL, OPTION_FLAG, "compute the cases in jobs of Slurm, on as many machines as it assigns",
+     NULL, NULL},
+    {"chunks", "N", OPTION_COUNT,
+     "with --slurm: number of jobs that share the cases (default: one for each 16 cases, at most 100)", NULL,
+     NULL},
+    {"slurm-options", "TEXT", OPTION_TEXT,
+     "with --slurm: options for sbatch, '--partition=long --time=1:00:00'", NULL, NULL},
     {.name = NULL}};
 
 const struct command batch_command = {

@@ -148,9 +148,8 @@ static void set_text(struct sweep_reading *reading, struct options *options, con
 
 /* Options of the command line win; fixed steps there put away the tolerance of the file, and the reverse. */
 static void set_options(struct sweep_reading *reading, struct options *options) {
-    const double step = options_number(options, "step");
-    const double tol = options_number(options, "tol");
-    const double step_max = options_number(options, "step-max");
+    const double step = options_number(options, "step"), tol = options_number(options, "tol"),
+                 step_max = options_number(options, "step-max");
     const struct sweep_run *run = &reading->file.run;
     const bool has_step = step > 0, has_tolerance = tol > 0 || step_max > 0;
     set_number(reading, options, run->t_end, "until", "t_end");

@@ -199,16 +199,9 @@ static const char *list_platforms(const struct command *command) {
 }
 
 static const struct option_rule export_rules[] = {
-    {.name = "fmu",
-     .argument = "VERSION",
-     .kind = OPTION_TEXT,
-     .help = "version of FMI: 2.0 or 3.0",
-     .words = version_words},
-    {.name = "platform",
-     .argument = "a,b",
-     .kind = OPTION_LIST,
-     .help = "libraries in the FMU: linux64 (default), win64, which needs gcc-mingw-w64",
-     .list = list_platforms},
+    {"fmu", "VERSION", OPTION_TEXT, "version of FMI: 2.0 or 3.0", version_words, NULL},
+    {"platform", "a,b", OPTION_LIST,
+     "libraries in the FMU: linux64 (default), win64, which needs gcc-mingw-w64", NULL, list_platforms},
     {.name = NULL}};
 
 const struct command export_command = {

@@ -88,8 +88,7 @@ static enum status emit_scene(struct scene *scene, const struct options *options
 }
 
 static enum status explain_pass(struct scene *scene, const struct options *options) {
-    const char *explain = options_text(options, "explain");
-    const char *output = options_text(options, "output");
+    const char *explain = options_text(options, "explain"), *output = options_text(options, "output");
     struct generation *generation = &scene->generation;
     const char *wrong = gen_wrong_pass(generation, explain);
     if (wrong)
@@ -153,18 +152,15 @@ static const char *list_passes(const struct command *command) {
 }
 
 static const struct option_rule gen_rules[] = {
-    {.name = "for-casadi",
-     .help = "also functions and their derivatives for CasADi: NAME_casadi.c, to be compiled alone into a "
-             "shared library"},
-    {.name = "depfile",
-     .argument = "FILE.d",
-     .kind = OPTION_TEXT,
-     .help = "write a rule for make: the emitted files depend on the model and all files that it requires"},
-    {.name = "explain",
-     .argument = "PASS",
-     .kind = OPTION_TEXT,
-     .help = "without -o: print the result of a pass: expand, roll, derive, sums or plan",
-     .list = list_passes},
+    {"for-casadi", NULL, OPTION_FLAG,
+     "also functions and their derivatives for CasADi: NAME_casadi.c, to be compiled alone into a "
+     "shared library",
+     NULL, NULL},
+    {"depfile", "FILE.d", OPTION_TEXT,
+     "write a rule for make: the emitted files depend on the model and all files that it requires", NULL,
+     NULL},
+    {"explain", "PASS", OPTION_TEXT,
+     "without -o: print the result of a pass: expand, roll, derive, sums or plan", NULL, list_passes},
     {.name = NULL}};
 
 const struct command gen_command = {
@@ -184,10 +180,8 @@ const struct command gen_command = {
             "  refdyn gen models/manipulator.lua --emit M --explain plan\n"};
 
 static const struct option_rule check_rules[] = {
-    {.name = "draw",
-     .argument = "FILE.svg",
-     .kind = OPTION_TEXT,
-     .help = "draw the tree of links, with rows and drives, as SVG, PNG or PDF by the suffix of FILE"},
+    {"draw", "FILE.svg", OPTION_TEXT,
+     "draw the tree of links, with rows and drives, as SVG, PNG or PDF by the suffix of FILE", NULL, NULL},
     {.name = NULL}};
 
 const struct command check_command = {

@@ -81,10 +81,8 @@ static enum status refuse_without_beam(const struct options *options) {
 
 static enum status take_beam(const struct options *options, struct beam_choice *beam) {
     const double E = options_number(options, "E");
-    const char *flexible = options_text(options, "flexible");
-    const char *section = options_text(options, "section");
-    const char *nu = options_text(options, "nu");
-    const char *eta = options_text(options, "eta");
+    const char *flexible = options_text(options, "flexible"), *section = options_text(options, "section"),
+               *nu = options_text(options, "nu"), *eta = options_text(options, "eta");
     const double rfe = options_number(options, "rfe");
     double *tip = allocate(3, sizeof *tip);
     *beam = (struct beam_choice){.E = E, .nu = 0.3, .rho = options_number(options, "rho"), .rfe = 4};
@@ -337,40 +335,26 @@ static enum status run_import(const struct options *options) {
 }
 
 static const struct option_rule import_rules[] = {
-    {.name = "flexible",
-     .argument = "a,b",
-     .kind = OPTION_LIST,
-     .help = "links that become beams, from their origin to --tip"},
-    {.name = "section",
-     .argument = "SHAPE",
-     .kind = OPTION_TEXT,
-     .help = "their section: round:DIAMETER, tube:OUTER:INNER or rectangle:WIDTH_Y:HEIGHT_Z [m]"},
-    {.name = "tip",
-     .argument = "x,y,z",
-     .kind = OPTION_TEXT,
-     .help = "their tip in the link's frame [m] (default: the origin of the joints that the link carries)"},
-    {.name = "E", .argument = "E", .kind = OPTION_POSITIVE, .help = "Young's modulus [Pa]"},
-    {.name = "nu", .argument = "NU", .kind = OPTION_TEXT, .help = "Poisson's ratio (default 0.3)"},
-    {.name = "eta", .argument = "ETA", .kind = OPTION_TEXT, .help = "damping over stiffness (default 0) [s]"},
-    {.name = "rho",
-     .argument = "RHO",
-     .kind = OPTION_POSITIVE,
-     .help = "density [kg/m^3] (default: from the largest mass that leaves a possible body of the link)"},
-    {.name = "rfe",
-     .argument = "N",
-     .kind = OPTION_COUNT,
-     .help = "rigid finite elements of a beam (default 4)"},
-    {.name = "friction-width",
-     .argument = "RATE",
-     .kind = OPTION_POSITIVE,
-     .help = "include dry friction, smooth over this rate [rad/s, m/s] (default: left out)"},
-    {.name = "right-angles",
-     .argument = "TOL",
-     .kind = OPTION_POSITIVE,
-     .help = "make angles of frames exact that are this close to right angles [rad]"},
-    {.name = "drives",
-     .help = "each joint has an input, limited to the joint's effort (default: nothing drives the joints)"},
-    {.name = "floating", .help = "the root moves freely (default: it is fixed to the ground)"},
+    {"flexible", "a,b", OPTION_LIST, "links that become beams, from their origin to --tip", NULL, NULL},
+    {"section", "SHAPE", OPTION_TEXT,
+     "their section: round:DIAMETER, tube:OUTER:INNER or rectangle:WIDTH_Y:HEIGHT_Z [m]", NULL, NULL},
+    {"tip", "x,y,z", OPTION_TEXT,
+     "their tip in the link's frame [m] (default: the origin of the joints that the link carries)", NULL,
+     NULL},
+    {"E", "E", OPTION_POSITIVE, "Young's modulus [Pa]", NULL, NULL},
+    {"nu", "NU", OPTION_TEXT, "Poisson's ratio (default 0.3)", NULL, NULL},
+    {"eta", "ETA", OPTION_TEXT, "damping over stiffness (default 0) [s]", NULL, NULL},
+    {"rho", "RHO", OPTION_POSITIVE,
+     "density [kg/m^3] (default: from the largest mass that leaves a possible body of the link)", NULL, NULL},
+    {"rfe", "N", OPTION_COUNT, "rigid finite elements of a beam (default 4)", NULL, NULL},
+    {"friction-width", "RATE", OPTION_POSITIVE,
+     "include dry friction, smooth over this rate [rad/s, m/s] (default: left out)", NULL, NULL},
+    {"right-angles", "TOL", OPTION_POSITIVE,
+     "make angles of frames exact that are this close to right angles [rad]", NULL, NULL},
+    {"drives", NULL, OPTION_FLAG,
+     "each joint has an input, limited to the joint's effort (default: nothing drives the joints)", NULL,
+     NULL},
+    {"floating", NULL, OPTION_FLAG, "the root moves freely (default: it is fixed to the ground)", NULL, NULL},
     {.name = NULL}};
 
 const struct command import_command = {

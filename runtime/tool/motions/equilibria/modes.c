@@ -216,12 +216,9 @@ static enum status run_modes(const struct options *options) {
 }
 
 static const struct option_rule modes_rules[] = {
-    {.name = "at",
-     .argument = "WHERE",
-     .kind = OPTION_TEXT,
-     .help = "statics (default), initial, or a STATE.json; rates are 0",
-     .words = options_places},
-    {.name = "modes", .argument = "K", .kind = OPTION_COUNT, .help = "the K slowest modes only"},
+    {"at", "WHERE", OPTION_TEXT, "statics (default), initial, or a STATE.json; rates are 0", options_places,
+     NULL},
+    {"modes", "K", OPTION_COUNT, "the K slowest modes only", NULL, NULL},
     {.name = NULL}};
 
 const struct command modes_command = {.name = "modes",

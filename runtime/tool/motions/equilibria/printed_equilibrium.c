@@ -14,20 +14,13 @@ static const char *const way_words[] = {
     [REFDYN_ALONG_LOAD] = "load", [REFDYN_ALONG_PATH] = "path", [REFDYN_DOWNHILL] = "downhill", NULL};
 
 const struct option_rule statics_rules[] = {
-    {.name = "hold",
-     .argument = "a,b",
-     .kind = OPTION_FREEING_LIST,
-     .help = "coordinates held in statics and modes, instead of the model's ('' frees all)"},
-    {.name = "release",
-     .argument = "a,b",
-     .kind = OPTION_LIST,
-     .help = "constraint rows that do not hold in statics"},
-    {.name = "way",
-     .argument = "HOW",
-     .kind = OPTION_TEXT,
-     .help = "how statics finds the equilibrium: load (default) raises the load and jumps where it cannot be "
-             "raised further, path passes limit points step by step, downhill leads to a stable one",
-     .words = way_words},
+    {"hold", "a,b", OPTION_FREEING_LIST,
+     "coordinates held in statics and modes, instead of the model's ('' frees all)", NULL, NULL},
+    {"release", "a,b", OPTION_LIST, "constraint rows that do not hold in statics", NULL, NULL},
+    {"way", "HOW", OPTION_TEXT,
+     "how statics finds the equilibrium: load (default) raises the load and jumps where it cannot be "
+     "raised further, path passes limit points step by step, downhill leads to a stable one",
+     way_words, NULL},
     {.name = NULL}};
 
 static enum status unknown_name(const struct options *options, const char *option, const char *what,

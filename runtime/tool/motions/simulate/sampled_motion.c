@@ -42,48 +42,26 @@ static const char *const stabilise_words[] = {"none", "baumgarte", "baumgarte-au
 static const char *const start_words[] = {"as-is", "project", NULL};
 static const char *const singular_words[] = {[REFDYN_STOP] = "stop", [REFDYN_PASS] = "pass", NULL};
 const struct option_rule motion_rules[] = {
-    {.name = "until", .argument = "T", .kind = OPTION_POSITIVE, .help = "end of the motion [s]"},
-    {.name = "method",
-     .argument = "NAME",
-     .kind = OPTION_TEXT,
-     .help = "%s (default: rk4 with --step, auto without)",
-     .list = list_methods},
-    {.name = "step", .argument = "H", .kind = OPTION_POSITIVE, .help = "fixed steps of this size [s]"},
-    {.name = "tol",
-     .argument = "TOL",
-     .kind = OPTION_POSITIVE,
-     .help = "adaptive steps: local error tolerance, relative to 1 rad and the model's length, or 1 m if it "
-             "states none (default 1e-6)"},
-    {.name = "step-max",
-     .argument = "H",
-     .kind = OPTION_POSITIVE,
-     .help = "largest adaptive step [s] (default: no bound)"},
-    {.name = "every",
-     .argument = "DT",
-     .kind = OPTION_POSITIVE,
-     .help = "time between outputs [s] (default T/200)"},
-    {.name = "from",
-     .argument = "WHERE",
-     .kind = OPTION_TEXT,
-     .help = "initial (default), statics, or a STATE.json",
-     .words = options_places},
-    {.name = "stabilise",
-     .argument = "HOW",
-     .kind = OPTION_TEXT,
-     .help = "none, baumgarte (default with rk4), baumgarte-auto (gains from the step) or project (default "
-             "with the "
-             "others)",
-     .words = stabilise_words},
-    {.name = "singular",
-     .argument = "HOW",
-     .kind = OPTION_TEXT,
-     .help = "where the constraint rows lose rank: stop (default), or pass if a branch can be followed",
-     .words = singular_words},
-    {.name = "start",
-     .argument = "HOW",
-     .kind = OPTION_TEXT,
-     .help = "as-is (default), or project: first moves the start onto the programme",
-     .words = start_words},
+    {"until", "T", OPTION_POSITIVE, "end of the motion [s]", NULL, NULL},
+    {"method", "NAME", OPTION_TEXT, "%s (default: rk4 with --step, auto without)", NULL, list_methods},
+    {"step", "H", OPTION_POSITIVE, "fixed steps of this size [s]", NULL, NULL},
+    {"tol", "TOL", OPTION_POSITIVE,
+     "adaptive steps: local error tolerance, relative to 1 rad and the model's length, or 1 m if it "
+     "states none (default 1e-6)",
+     NULL, NULL},
+    {"step-max", "H", OPTION_POSITIVE, "largest adaptive step [s] (default: no bound)", NULL, NULL},
+    {"every", "DT", OPTION_POSITIVE, "time between outputs [s] (default T/200)", NULL, NULL},
+    {"from", "WHERE", OPTION_TEXT, "initial (default), statics, or a STATE.json", options_places, NULL},
+    {"stabilise", "HOW", OPTION_TEXT,
+     "none, baumgarte (default with rk4), baumgarte-auto (gains from the step) or project (default "
+     "with the "
+     "others)",
+     stabilise_words, NULL},
+    {"singular", "HOW", OPTION_TEXT,
+     "where the constraint rows lose rank: stop (default), or pass if a branch can be followed",
+     singular_words, NULL},
+    {"start", "HOW", OPTION_TEXT, "as-is (default), or project: first moves the start onto the programme",
+     start_words, NULL},
     {.name = NULL}};
 
 /* GSL's methods work in the room of an implicit method. */
@@ -102,9 +80,8 @@ static enum status choose_gsl(const struct options *options, struct refdyn_optio
 }
 
 static enum status choose_method(const struct options *options, struct refdyn_options *integration) {
-    const double step = options_number(options, "step");
-    const double tol = options_number(options, "tol");
-    const double step_max = options_number(options, "step-max");
+    const double step = options_number(options, "step"), tol = options_number(options, "tol"),
+                 step_max = options_number(options, "step-max");
     const char *name = options_text(options, "method");
     int method = step > 0 ? REFDYN_RK4 : REFDYN_AUTO;
     if (by_gsl_has(name))
@@ -221,9 +198,8 @@ enum status motion_place(struct scene *scene, const struct options *options) {
 }
 
 enum status motion_check_times(const struct scene *scene, const struct options *options) {
-    const double until = options_number(options, "until");
-    const double every = options_number(options, "every");
-    const double step = options_number(options, "step");
+    const double until = options_number(options, "until"), every = options_number(options, "every"),
+                 step = options_number(options, "step");
     const double from = scene->state.t, span = until - from;
     if (span <= 0)
         return option_error(options, "until", " %g: the motion starts at t = %g", until, from);

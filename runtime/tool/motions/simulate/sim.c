@@ -483,13 +483,10 @@ enum status run_sim(const struct options *options) {
 }
 
 const struct option_rule sim_rules[] = {
-    {.name = "accuracy",
-     .argument = "ERROR",
-     .kind = OPTION_POSITIVE,
-     .help = "bound on the error of the whole motion [m, rad]; the tolerance is chosen to meet it"},
-    {.name = "verify", .help = "estimate the error of the whole motion by repeating it more accurately"},
-    {.name = "stop",
-     .argument = "NAME<VALUE",
-     .kind = OPTION_TEXTS,
-     .help = "end when a column of the CSV falls below a value, or with > exceeds it (repeatable)"},
+    {"accuracy", "ERROR", OPTION_POSITIVE,
+     "bound on the error of the whole motion [m, rad]; the tolerance is chosen to meet it", NULL, NULL},
+    {"verify", NULL, OPTION_FLAG, "estimate the error of the whole motion by repeating it more accurately",
+     NULL, NULL},
+    {"stop", "NAME<VALUE", OPTION_TEXTS,
+     "end when a column of the CSV falls below a value, or with > exceeds it (repeatable)", NULL, NULL},
     {.name = NULL}};

@@ -151,15 +151,13 @@ static const char *list_panels(const struct command *command) {
 }
 
 static const struct option_rule plot_rules[] = {
-    {.name = "panel",
-     .argument = "a,b",
-     .kind = OPTION_LIST,
-     .help = "these panels only: angles, slides, bending-psi, "
-             "bending-theta, torsion, others, path, side, height, "
-             "velocity, "
-             "forces, torques, inputs, phi, psi, energy",
-     .list = list_panels},
-    {.name = "units", .argument = "FILE.json", .kind = OPTION_TEXT, .help = "these panels only: %s"},
+    {"panel", "a,b", OPTION_LIST,
+     "these panels only: angles, slides, bending-psi, "
+     "bending-theta, torsion, others, path, side, height, "
+     "velocity, "
+     "forces, torques, inputs, phi, psi, energy",
+     NULL, list_panels},
+    {"units", "FILE.json", OPTION_TEXT, "these panels only: %s", NULL, NULL},
     {.name = NULL}};
 
 const struct command plot_command = {

@@ -78,8 +78,7 @@ static enum status read_methods(const struct options *options, struct study_plan
 
 static enum status read_plan(struct report *report) {
     const struct options *options = report->options;
-    const char *steps = options_text(options, "steps");
-    const char *tols = options_text(options, "tols");
+    const char *steps = options_text(options, "steps"), *tols = options_text(options, "tols");
     const double until = options_number(options, "until");
     struct study_plan *plan = &report->plan;
     plan->until = until;
@@ -344,28 +343,15 @@ static const char *list_methods(const struct command *command) {
 }
 
 static const struct option_rule report_rules[] = {
-    {.name = "methods",
-     .argument = "a,b,c",
-     .kind = OPTION_LIST,
-     .help = "methods to compare (default: all)",
-     .list = list_methods},
-    {.name = "tols",
-     .argument = "a,b,c",
-     .kind = OPTION_LIST,
-     .help =
-         "tolerances of the methods that find their steps (default: each power of ten from 1e-2 to 1e-12)"},
-    {.name = "steps",
-     .argument = "a,b,c",
-     .kind = OPTION_LIST,
-     .help = "tolerances of methods with adaptive steps (default: each power of ten from 1e-2 to 1e-12)"},
-    {.name = "seconds",
-     .argument = "S",
-     .kind = OPTION_POSITIVE,
-     .help = "time for all runs together [s] (default 60)"},
-    {.name = "vary",
-     .argument = "OPTION=V1,V2",
-     .kind = OPTION_TEXT,
-     .help = "repeat the study for these values of a structural option"},
+    {"methods", "a,b,c", OPTION_LIST, "methods to compare (default: all)", NULL, list_methods},
+    {"tols", "a,b,c", OPTION_LIST,
+     "tolerances of the methods that find their steps (default: each power of ten from 1e-2 to 1e-12)", NULL,
+     NULL},
+    {"steps", "a,b,c", OPTION_LIST,
+     "tolerances of methods with adaptive steps (default: each power of ten from 1e-2 to 1e-12)", NULL, NULL},
+    {"seconds", "S", OPTION_POSITIVE, "time for all runs together [s] (default 60)", NULL, NULL},
+    {"vary", "OPTION=V1,V2", OPTION_TEXT, "repeat the study for these values of a structural option", NULL,
+     NULL},
     {.name = NULL}};
 
 const struct command report_command = {

@@ -145,10 +145,8 @@ static enum status run_view(const struct options *options) {
 }
 
 static const struct option_rule view_rules[] = {
-    {.name = "model",
-     .argument = "MODEL.lua",
-     .kind = OPTION_TEXT,
-     .help = "model of the runs that are CSV files; HDF5 files contain theirs"},
+    {"model", "MODEL.lua", OPTION_TEXT, "model of the runs that are CSV files; HDF5 files contain theirs",
+     NULL, NULL},
     {.name = NULL}};
 
 const struct command view_command = {

@@ -13,8 +13,8 @@
 /* ---- The options of a command ---- */
 
 static const struct option_rule common_rules[] = {
-    {.name = "output", .argument = "FILE", .kind = OPTION_TEXT, .help = "where results go"},
-    {.name = "help", .kind = OPTION_HELP, .help = "this text"},
+    {"output", "FILE", OPTION_TEXT, "where results go", NULL, NULL},
+    {"help", NULL, OPTION_HELP, "this text", NULL, NULL},
     {.name = NULL}};
 
 static const struct option_rule *find_in(const struct option_rule *table, const char *name, size_t length) {

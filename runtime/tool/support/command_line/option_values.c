@@ -38,27 +38,24 @@ bool options_is(const struct options *options, const char *name, const char *tex
     return given && strcmp(given, text) == 0;
 }
 
-/* Into a new list, because copies of the struct may share the present one. */
-static void add_value(struct options *options, struct option_value value) {
-    struct option_value *values = allocate((size_t)options->value_count + 1, sizeof *values);
-    if (options->value_count > 0)
-        memcpy(values, options->values, (size_t)options->value_count * sizeof *values);
-    values[options->value_count++] = value;
+/* Puts the value at `place`, in a new list, because copies of the struct may share the present one. */
+static void put_value(struct options *options, int place, struct option_value value) {
+    const int count = options->value_count > place ? options->value_count : place + 1;
+    struct option_value *values = allocate((size_t)count, sizeof *values);
+    for (int i = 0; i < options->value_count; i++)
+        values[i] = options->values[i];
+    values[place] = value;
     options->values = values;
+    options->value_count = count;
 }
 
 static void set_value(struct options *options, struct option_value value) {
     const struct option_value *old = find_value(options, value.name);
-    const ptrdiff_t place = old ? old - options->values : options->value_count;
-    add_value(options, value);
-    if (old) {
-        ((struct option_value *)options->values)[place] = value;
-        options->value_count--;
-    }
+    put_value(options, old ? (int)(old - options->values) : options->value_count, value);
 }
 
 void options_add_text(struct options *options, const char *name, const char *text) {
-    add_value(options, (struct option_value){.name = name, .text = text});
+    put_value(options, options->value_count, (struct option_value){.name = name, .text = text});
 }
 
 void options_set_flag(struct options *options, const char *name) {
