@@ -87,8 +87,8 @@ BAD_NAMES = {
     "my arm": f'model "my arm": {IDENTIFIER}', "3dof": f'model "3dof": {IDENTIFIER}', "a\tb": f'model "a\\x09b": {IDENTIFIER}',
     "int": "model int: a reserved word of C or C++, another name is needed",
     "math": "model math: math.h is a header of the system, another name is needed",
-    "folder/arm": "'folder/arm' is a path, the model's name alone is taken: its file goes into this folder",
-    "arm.lua": "'arm.lua' is the name of a file, that of the model is taken, without .lua",
+    "folder/arm": "'folder/arm' is a path; give only the model's name, whose file goes into this folder",
+    "arm.lua": "'arm.lua' is the name of a file; give the name of the model, without .lua",
     "": "NAME is an empty text",
 }
 
@@ -101,7 +101,7 @@ def test_new_refuses_names(name, tmp_path):
 
 
 def test_new_takes_one_name(tmp_path):
-    for words, fault in ((["a", "b"], "'b' is too much, one NAME is taken"), ([], "NAME is missing")):
+    for words, fault in ((["a", "b"], "unexpected operand 'b'; give only NAME"), ([], "NAME is missing")):
         assert refdyn("new", *words, cwd=tmp_path, status=2).stderr.startswith(f"refdyn new: {fault}\n")
 
 
@@ -182,8 +182,8 @@ def test_words_are_those_that_are_taken(option, tmp_path):
     words, = completions(tmp_path, ["refdyn", command, f"--{option}", ""])
     extra = {"way": ["--from", "statics"], "platform": ["--fmu", "2.0"]}.get(option, []) + (["--until", "1"] if command == "sim" else [])
     said = refdyn(command, MODELS / "pendulum.lua", "-o", tmp_path / "out.csv", *extra, f"--{option}", "nothing", status=2).stderr.splitlines()[0]
-    assert said.startswith(f"refdyn {command}: --{option}: 'nothing' is none of ")
-    taken = set(said.split(" is none of ")[1].split(", "))
+    assert said.startswith(f"refdyn {command}: --{option}: 'nothing' is not one of ")
+    taken = set(said.split(" is not one of ")[1].split(", "))
     assert taken <= set(words) and set(words) - taken <= {"msbdf", "bsimp"}
 
 
@@ -248,7 +248,7 @@ def test_manual_page(tmp_path):
 
 def test_completion_refuses_other_forms():
     done = refdyn("completion", "csh", status=2)
-    assert done.stderr.splitlines()[0] == "refdyn completion: 'csh' is none of bash|zsh|fish|man"
+    assert done.stderr.splitlines()[0] == "refdyn completion: 'csh' is not one of bash|zsh|fish|man"
 
 
 def test_installed_files(prefix):
@@ -275,7 +275,7 @@ def test_depfile(tmp_path):
     done = refdyn("gen", model, "-o", tmp_path / "out", "--depfile", model, status=1)
     assert done.stderr.startswith(f"{model}: output: ")
     assert "rd.model" in model.read_text()
-    assert "--depfile is too much" in refdyn("gen", model, "--explain", "sums", "--depfile", tmp_path / "x.d", status=2).stderr
+    assert "leave out --depfile" in refdyn("gen", model, "--explain", "sums", "--depfile", tmp_path / "x.d", status=2).stderr
 
 
 # ---- a user's own project ----

@@ -31,7 +31,7 @@ def test_values_that_nothing_reads(tmp_path):
 local load, spare = rd.parameter("load", 1, "kg"), rd.parameter("spare", 3)
 return rd.model { name = "m", gravity = { 0, 0, -9.81 }, links = { { "a", joint = "z", mass = load } } }""")
     said = refdyn("sim", "m.lua", "--until", "0.1", "--set", "load=2", "--set", "spare=4", "-o", "m.csv", cwd=tmp_path).stderr
-    assert [line for line in said.splitlines() if "warning" in line] == ["refdyn: warning: --set spare: nothing of this model reads it"]
+    assert [line for line in said.splitlines() if "warning" in line] == ["refdyn: warning: --set spare: nothing in this model reads it"]
 
 
 def test_motions_are_no_models(tmp_path):
@@ -104,8 +104,8 @@ def test_faults_of_no_line_name_none(tmp_path):
         ("check", "empty.lua"): "empty.lua: the file returns nothing, return rd.model { ... } is needed",
         ("check", PENDULUM, "--set", "nothing=1"): f"{PENDULUM}: --set nothing: the model has no option or parameter of that name",
         ("gen", PENDULUM, "-o", "file/out"): "file/out: output: the folder cannot be made: Not a directory",
-        ("eval", PENDULUM, "--state", "none.json"): "none.json: state: No such file or directory, a readable file is needed",
-        ("plot", "none.csv", "-o", "none.svg"): "none.csv: run: No such file or directory, a readable file is needed",
+        ("eval", PENDULUM, "--state", "none.json"): "none.json: state: No such file or directory; must be a readable file",
+        ("plot", "none.csv", "-o", "none.svg"): "none.csv: run: No such file or directory; must be a readable file",
     }
     found = {arguments: refdyn(*arguments, status=1, cwd=tmp_path).stderr for arguments in facts}
     assert found == {arguments: fact + "\n" for arguments, fact in facts.items()}

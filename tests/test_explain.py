@@ -24,7 +24,7 @@ def test_wrong_passes_are_told(tmp_path):
         done = refdyn("gen", REFERENCE, "--explain", wrong, status=2)
         assert f"--explain: no pass is called '{wrong}', known: {' '.join(PASSES)}\n" in done.stderr and done.stdout == ""
     done = refdyn("gen", REFERENCE, "--explain", "plan", "-o", tmp_path / "out", status=2)
-    assert "--explain prints and writes no files, -o is too much" in done.stderr and not (tmp_path / "out").exists()
+    assert "--explain prints and writes no files; leave out -o" in done.stderr and not (tmp_path / "out").exists()
     assert all(name in refdyn("gen", "--help").stdout for name in PASSES)
 
 

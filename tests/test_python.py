@@ -469,7 +469,7 @@ def test_models_and_quantities_in_other_processes(ball):
     with multiprocessing.get_context("fork").Pool(2) as pool:
         assert [float(run.t[-1]) for run in pool.map(ball.simulate, [0.01, 0.02])] == [0.01, 0.02]
         assert same(pool.map(ball.M, [[0, 1], [0, 2]])[1], ball.M([0, 2]))
-        with pytest.raises(ValueError, match="t_end: '-1' is no positive number"):
+        with pytest.raises(ValueError, match="t_end: '-1' is not a positive number"):
             pool.map(ball.simulate, [-1])
 
 
@@ -494,7 +494,7 @@ def test_models_at_fault(package, tmp_path):
     assert (told.value.file, told.value.line) == ("<text>", 3)
     with pytest.raises(package.ModelError, match="--set m_e: unknown option or parameter"):
         package.Model(REFERENCE, m_e=2)
-    with pytest.raises(package.ModelError, match="<cases>:2: cases: m_E: 'nan' is no finite number"):
+    with pytest.raises(package.ModelError, match="<cases>:2: cases: m_E: 'nan' is not a finite number"):
         package.Model(REFERENCE).batch({"m_E": [np.nan]}, t_end=1)
     with pytest.raises(package.ModelError, match="<state>:1: q: has 2 values, 13 are needed"):
         package.Model(REFERENCE).simulate(1, q=[0, 1])
@@ -555,9 +555,9 @@ BALL_CALLS = {
     "from_: 'static' is none of initial, statics, and no file, the nearest is 'statics'": lambda ball: ball.simulate(1, from_="static"),
     "at: 'inital' is none of initial, statics, and no file, the nearest is 'initial'": lambda ball: ball.modes(at="inital"),
     "t: an equilibrium is found at t = 0, another time goes with q or at=\"initial\"": lambda ball: ball.modes(t=1),
-    "t_end: '0' is no positive number": lambda ball: ball.simulate(0),
-    "start: 'moved' is none of as-is, project": lambda ball: ball.simulate(1, start="moved"),
-    "way: 'up' is none of load, path, downhill": lambda ball: ball.statics(way="up"),
+    "t_end: '0' is not a positive number": lambda ball: ball.simulate(0),
+    "start: 'moved' is not one of as-is, project": lambda ball: ball.simulate(1, start="moved"),
+    "way: 'up' is not one of load, path, downhill": lambda ball: ball.statics(way="up"),
     "q: a value is not finite": lambda ball: ball.statics(q=[np.nan, 0]),
     "q: an array of shape (1, 2), one state is needed": lambda ball: ball.simulate(1, q=[[0, 1]]),
     "stop: a motion has no column 'B_q', the nearest is B_x": lambda ball: ball.simulate(1, stop="B_q<1"),

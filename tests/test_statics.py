@@ -395,7 +395,7 @@ def test_batch_gives_what_a_programme_takes(tmp_path):
 # ---- What is refused ----
 
 REFUSED = {
-    "way": (["statics", MODELS / "fourbar.lua", "--way", "up"], 2, "--way: 'up' is none of load, path, downhill"),
+    "way": (["statics", MODELS / "fourbar.lua", "--way", "up"], 2, "--way: 'up' is not one of load, path, downhill"),
     "no row": (["statics", MODELS / "slidercrank.lua", "--release", "guid y"], 2,
                "--release: the model has no constraint row 'guid y', the nearest is guide y"),
     "rate": (["statics", REFERENCE, "--release", "rise"], 2, "--release: rise is no row of positions, it has no part in statics"),

@@ -369,7 +369,7 @@ def test_every_model_is_drawn_without_overlap(tmp_path):
 def test_drawings_that_are_refused(tmp_path):
     fivebar = MODELS / "fivebar.lua"
     done = refdyn("check", fivebar, "--draw", tmp_path / "a.gif", status=2)
-    assert done.stderr.splitlines()[0] == f"refdyn check: --draw: '{tmp_path}/a.gif' ends in none of .svg, .png, .pdf" and not done.stdout
+    assert done.stderr.splitlines()[0] == f"refdyn check: --draw: '{tmp_path}/a.gif' must end in .svg, .png or .pdf" and not done.stdout
     copy = tmp_path / "model.svg"
     copy.write_bytes(fivebar.read_bytes())
     done = refdyn("check", copy, "--draw", copy, status=1)

@@ -259,12 +259,12 @@ def test_a_limit_of_force_that_is_left(tmp_path):
 # ---- states, tables, the command line ----
 
 STATES = {
-    '{"q": [−0.5]}': "state: invalid token near '−', one JSON object of finite numbers is needed; it has U+2212 (a dash or minus sign of print); write -",
-    '{“q”: [0]}': "state: string or '}' expected near '“', one JSON object of finite numbers is needed; it has U+201C (a typographic quotation mark); write \"",
-    '{"q": [0,5]}': "q: has 2 values, 1 are needed, one per coordinate from arm_psi to arm_psi; numbers are written with a point",
-    '{"arm_psi": 1}': "arm_psi: no key of a state; it belongs in the array q, in the order of the coordinates",
-    '{"tau": 1}': "tau: no key of a state; it belongs in the object inputs",
-    '{"k": 1}': "k: no key of a state; it belongs in the object parameters",
+    '{"q": [−0.5]}': "state: invalid token near '−'; must be one JSON object of finite numbers; it has U+2212 (a dash or minus sign of print); write -",
+    '{“q”: [0]}': "state: string or '}' expected near '“'; must be one JSON object of finite numbers; it has U+201C (a typographic quotation mark); write \"",
+    '{"q": [0,5]}': "q: has 2 values; must have 1, one for each coordinate from arm_psi to arm_psi; numbers are written with a point",
+    '{"arm_psi": 1}': "arm_psi: not a key of a state; it belongs in the array q, in the order of the coordinates",
+    '{"tau": 1}': "tau: not a key of a state; it belongs in the object inputs",
+    '{"k": 1}': "k: not a key of a state; it belongs in the object parameters",
 }
 LEAD = 'local p = rd.parameters { { "k", 1, "N m" } } rd.input("tau")'
 
@@ -275,7 +275,7 @@ def test_states(tmp_path):
         state.write_text(text)
         assert said(tmp_path, model(LEAD), "--state", state, command="eval") == [f"state.json:1: {message}"]
     state.write_bytes('{"q": [0]}'.encode("utf-16"))
-    assert said(tmp_path, model(LEAD), "--state", state, command="eval") == ["state.json: state: it is in UTF-16, a text in UTF-8 is needed"]
+    assert said(tmp_path, model(LEAD), "--state", state, command="eval") == ["state.json: state: it is in UTF-16; must be a text in UTF-8"]
     state.write_bytes('{"q": [0]}'.encode("utf-8-sig"))
     said(tmp_path, model(LEAD), "--state", state, command="eval", status=0)
 
@@ -285,11 +285,11 @@ TABLES = {
     "k;tau\n1,5;2\n": f"1: cases: semicolons part the columns; {SEPARATORS}", "k\ttau\n1\t2\n": f"1: cases: tabs part the columns; {SEPARATORS}",
     "k\r1\r2\r": f"1: cases: lines end with \\r; {SEPARATORS}", '"k"\n1\n': "1: cases: the names stand in quotation marks; names and numbers are written without",
     "k\n1,5\n": "2: cases: 2 fields under 1 names; numbers are written with a point",
-    "k\n−1\n": "2: cases: k: '−1' is no finite number, it has U+2212 (a dash or minus sign of print); write -",
-    "k\n1 N m\n": "2: cases: k: '1 N m' is no finite number; write the number alone, in SI units and radians",
+    "k\n−1\n": "2: cases: k: '−1' is not a finite number, it has U+2212 (a dash or minus sign of print); write -",
+    "k\n1 N m\n": "2: cases: k: '1 N m' is not a finite number; write the number alone, in SI units and radians",
     "k [N m]\n1\n": "1: k [N m]: unknown name, a parameter, an input, an option, a coordinate, its rate NAME_d or inputs is needed, without a unit",
-    "k\n1\n".encode("utf-16"): "1: cases: it is in UTF-16, a text in UTF-8 is needed",
-    b"PK\3\4\0\0": "1: cases: it is a workbook or an archive, a text is needed",
+    "k\n1\n".encode("utf-16"): "1: cases: it is in UTF-16; must be a text in UTF-8",
+    b"PK\3\4\0\0": "1: cases: it is a workbook or an archive; must be a text",
 }
 
 
@@ -319,14 +319,14 @@ LINES = {
     ("--set", "k = 2", "--until", "1"): 'm.lua: --set k : unknown option or parameter, the nearest known one is "k", without blanks',
     ("--set", "arm_psi=2", "--until", "1"): "m.lua: --set arm_psi: a coordinate; the model or a STATE.json says where it starts",
     ("--set", "p.k=2", "--until", "1"): 'm.lua: --set p.k: unknown option or parameter, the nearest known one is "k"',
-    ("--until", "0,5"): "refdyn sim: --until: '0,5' is no positive number; write 0.5",
-    ("--until", "10 s"): "refdyn sim: --until: '10 s' is no positive number; write the number alone, in SI units and radians",
-    ("–-until", "1"): "refdyn sim: '–-until' begins with a dash of print; an option begins with --",
-    ("—until", "1"): "refdyn sim: '—until' begins with a dash of print; an option begins with --",
+    ("--until", "0,5"): "refdyn sim: --until: '0,5' is not a positive number; write 0.5",
+    ("--until", "10 s"): "refdyn sim: --until: '10 s' is not a positive number; write the number alone, in SI units and radians",
+    ("–-until", "1"): "refdyn sim: '–-until' begins with a typographic dash; an option begins with --",
+    ("—until", "1"): "refdyn sim: '—until' begins with a typographic dash; an option begins with --",
     ("-until", "1"): "refdyn sim: unknown option -until; write --until",
-    ("--until", "1", "--stabilise", "Project"): "refdyn sim: --stabilise: 'Project' is none of none, baumgarte, baumgarte-auto, project; write project",
-    ("--until", "1", "-o", "x.svg"): "refdyn sim: -o: 'x.svg' is to be a table, FILE.csv or FILE.h5; refdyn plot draws it",
-    ("--until", "1", "-o", "x.xlsx"): "refdyn sim: -o: 'x.xlsx' is to be a table, FILE.csv or FILE.h5",
+    ("--until", "1", "--stabilise", "Project"): "refdyn sim: --stabilise: 'Project' is not one of none, baumgarte, baumgarte-auto, project; write project",
+    ("--until", "1", "-o", "x.svg"): "refdyn sim: -o: 'x.svg' must be a table, FILE.csv or FILE.h5; refdyn plot draws it",
+    ("--until", "1", "-o", "x.xlsx"): "refdyn sim: -o: 'x.xlsx' must be a table, FILE.csv or FILE.h5",
 }
 
 

@@ -207,7 +207,7 @@ static bool spare(void *context, const char *path) {
 }
 
 static enum status open_case(struct again *again, const struct options *given, const char **path) {
-    const char *of = given->of;
+    const char *of = options_text(given, "of");
     again->model = load_attribute(again->runs, "model");
     again->options = load_attribute(again->runs, "options");
     again->files = load_attribute(again->runs, "files");
@@ -218,25 +218,26 @@ static enum status open_case(struct again *again, const struct options *given, c
     enum status status = write_model(again, path);
     read_options(again, given, path);
     if (status == STATUS_DONE)
-        status = read_case(again, of, given->case_number);
+        status = read_case(again, of, options_number(given, "case"));
     const struct case_files files = {
         .hashes = again->files, .folder = runs_attribute(again->runs, "folder"), .runs = of};
     if (status == STATUS_DONE && !case_files_find(&files, &again->setup))
         status = STATUS_FAULT;
-    read_keep(again, &given->of);
+    read_keep(again, &of);
     if (status == STATUS_DONE)
         status = batch_setup_complete(&again->setup);
     targets_spare(&again->targets, of);
     batch_for_each_file(&again->setup, spare, &again->targets);
-    if (status == STATUS_DONE && !(again->rows = target_open(&again->targets, given->output)))
+    if (status == STATUS_DONE && !(again->rows = target_open(&again->targets, options_text(given, "output"))))
         status = STATUS_FAULT;
     return status;
 }
 
 enum status run_case_again(const struct options *options) {
-    if (options->output && text_names_hdf5(options->output))
-        return usage_error(options->command, "-o %s: a case of --of is written as CSV", options->output);
-    struct again again = {.setup = {.memory = arena_start()}, .runs = runs_open(options->of)};
+    const char *output = options_text(options, "output");
+    if (output && text_names_hdf5(output))
+        return usage_error(options->command, "-o %s: a case of --of is written as CSV", output);
+    struct again again = {.setup = {.memory = arena_start()}, .runs = runs_open(options_text(options, "of"))};
     const char *path;
     enum status status = again.runs ? open_case(&again, options, &path) : STATUS_FAULT;
     if (status == STATUS_DONE)

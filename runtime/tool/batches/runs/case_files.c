@@ -53,10 +53,14 @@ static const char *find_file(const struct case_files *files, struct memory *memo
 }
 
 bool case_files_find(const struct case_files *files, struct batch_setup *setup) {
+    const char *from = options_text(&setup->options, "from");
     struct cases *cases = &setup->sweep.cases;
-    if (options_state_path(setup->options.from) &&
-        !(setup->options.from = find_file(files, &setup->memory, setup->options.from)))
-        return false;
+    if (options_state_path(from)) {
+        const char *file = find_file(files, &setup->memory, from);
+        if (!file)
+            return false;
+        options_set_text(&setup->options, "from", file);
+    }
     for (int i = 0; i < cases->width; i++) {
         struct varied *column = &cases->columns[i];
         if (column->kind != VARIED_SAMPLES)

@@ -335,14 +335,14 @@ static bool merge_into(struct merge *merge, const char *path) {
     return is_written;
 }
 
-enum status run_merge(const struct options *options) {
+static enum status run_merge(const struct options *options) {
     const size_t count = (size_t)options->operand_count;
     struct merge merge = {.file_count = options->operand_count,
                           .paths = options->operands,
                           .readers = allocate(count, sizeof *merge.readers),
                           .rows = allocate(count, sizeof *merge.rows),
                           .memory = arena_start()};
-    const bool is_good = merge_into(&merge, options->output);
+    const bool is_good = merge_into(&merge, options_text(options, "output"));
     for (int i = 0; i < merge.file_count; i++)
         if (merge.readers[i])
             runs_close(merge.readers[i]);
@@ -350,3 +350,15 @@ enum status run_merge(const struct options *options) {
     memory_release(&merge.memory);
     return is_good ? STATUS_DONE : STATUS_FAULT;
 }
+
+const struct command merge_command = {
+    .name = "merge",
+    .run = run_merge,
+    .operands = "RUNS.h5...",
+    .options = "output!",
+    .output = "FILE.h5",
+    .purpose = "join files of runs of the same batch",
+    .help = "Cases are in the order of their numbers. Files of another batch, and cases that two files have, "
+            "are refused.\n"
+            "Cases that no file has are reported, and listed in the attribute 'missing'.\n\n"
+            "  refdyn merge part_1.h5 part_2.h5 -o runs.h5\n"};

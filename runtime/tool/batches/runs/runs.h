@@ -253,4 +253,15 @@ void runs_csv_header(const struct runs_layout *layout, bool has_reasons, FILE *o
 void runs_csv_row(const struct runs_layout *layout, bool has_reasons, const struct case_record *record,
                   FILE *out);
 
+/*
+ * Commands, and their options.
+ */
+
+extern const struct command sim_command, merge_command;
+/* The options of batches. */
+extern const struct option_rule batch_rules[];
+enum status run_batch(const struct options *options);
+/* `sim` of a case of a batch. */
+enum status run_case_again(const struct options *options);
+
 #endif

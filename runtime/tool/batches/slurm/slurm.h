@@ -70,4 +70,7 @@ void slurm_cancel(const struct slurm_folder *folder, long job);
 /* Both, into the folder. `options` are those of the command line. False, with a complaint on stderr. */
 bool slurm_scripts_write(const struct slurm_folder *folder, const struct options *options);
 
+/* `refdyn batch`, with or without Slurm. */
+extern const struct command batch_command;
+
 #endif

@@ -5,6 +5,7 @@
  * here, with the hashes of model, sweep and options: a task that finds others in the files refuses.
  */
 #include "runtime/tool/batches/runs/runs.h"
+#include "runtime/tool/motions/equilibria/equilibria.h"
 #include "runtime/tool/support/command_line/command_line.h"
 #include "runtime/tool/batches/slurm/slurm.h"
 #include "runtime/tool/support/system/system.h"
@@ -38,25 +39,26 @@ static const char *find_unfit_word(const char *words) {
 /* Slurm replaces %a and the like also in the folder that a job's output goes to, and reads scripts by lines.
  */
 static bool has_fit_name(const struct options *options) {
-    return !strpbrk(path_from_root(options->output), "%\\\n\r");
+    return !strpbrk(path_from_root(options_text(options, "output")), "%\\\n\r");
 }
 
 static enum status check_options(const struct options *options) {
-    const char *unfit = find_unfit_word(options->slurm_options);
-    if (!text_names_hdf5(options->output))
-        return usage_error(options->command, "-o %s: --slurm needs a name that ends in .h5", options->output);
+    const char *output = options_text(options, "output");
+    const double chunks = options_number(options, "chunks");
+    const char *unfit = find_unfit_word(options_text(options, "slurm-options"));
+    if (!text_names_hdf5(output))
+        return usage_error(options->command, "-o %s: --slurm needs a name that ends in .h5", output);
     if (!has_fit_name(options))
         return usage_error(options->command,
                            "-o %s: Slurm takes no %%, backslash or line break in the names of the file "
                            "and its folders",
-                           options->output);
-    if (options->summary)
+                           output);
+    if (options_text(options, "summary"))
         return usage_error(options->command, "--summary: jobs of Slurm write none");
     if (unfit)
         return usage_error(options->command, "--slurm-options: %s is set by refdyn itself", unfit);
-    if (options->chunks > CHUNKS_MOST)
-        return usage_error(options->command, "--chunks %.0f: at most %d are taken", options->chunks,
-                           CHUNKS_MOST);
+    if (chunks > CHUNKS_MOST)
+        return usage_error(options->command, "--chunks %.0f: at most %d are taken", chunks, CHUNKS_MOST);
     if (process_find("sbatch"))
         return STATUS_DONE;
     fprintf(stderr, "refdyn: --slurm: the program sbatch of Slurm is not in PATH; with another scheduler, "
@@ -74,7 +76,7 @@ static bool complain(const struct submission *submission, const char *fact) {
 /* False where nothing may be submitted; *status then tells whether because all is done. */
 static bool check_result(const struct submission *submission, enum status *status) {
     const struct batch_setup *setup = &submission->setup;
-    const char *result = submission->options->output;
+    const char *result = options_text(submission->options, "output");
     const enum present_result present = present_result(setup, result, setup->first, setup->end);
     const bool has_journal = access(text_format("%s.journal", result), F_OK) == 0;
     *status = present == PRESENT_COMPLETE ? STATUS_DONE : STATUS_FAULT;
@@ -109,7 +111,7 @@ static bool check_queue(const struct submission *submission) {
 static bool check_same(const struct submission *submission) {
     const struct batch_setup *setup = &submission->setup;
     const struct chunks *chunks = &submission->folder.chunks;
-    const double asked = submission->options->chunks;
+    const double asked = options_number(submission->options, "chunks");
     for (int part = 0; part < JOURNAL_PARTS; part++)
         if (strcmp(submission->folder.key.hash[part], setup->key.hash[part]) != 0) {
             fprintf(stderr,
@@ -130,7 +132,7 @@ static bool check_same(const struct submission *submission) {
 
 static long choose_chunks(const struct submission *submission) {
     const long cases = submission->setup.end - submission->setup.first;
-    const double asked = submission->options->chunks;
+    const double asked = options_number(submission->options, "chunks");
     const long usual = (cases + CASES_OF_CHUNK - 1) / CASES_OF_CHUNK;
     const long wanted = asked > 0 ? (long)asked : usual < CHUNKS_DEFAULT_MOST ? usual : CHUNKS_DEFAULT_MOST;
     return wanted < cases ? wanted : cases;
@@ -144,14 +146,15 @@ static bool begin_folder(struct submission *submission) {
         (struct chunks){submission->setup.first, submission->setup.end, choose_chunks(submission)};
     folder->array = folder->merge = 0;
     struct options options = *submission->options;
-    options.lanes = submission->setup.lanes; /* the same on all machines, whatever their vectors */
+    options_set_number(&options, "lanes",
+                       submission->setup.lanes); /* the same on all machines, whatever their vectors */
     return slurm_scripts_write(folder, &options) && slurm_folder_write(folder);
 }
 
 /* A batch that was merged leaves its folder: when its result has gone, all begins anew. */
 static bool prepare_folder(struct submission *submission) {
     struct slurm_folder *folder = &submission->folder;
-    if (!slurm_folder_open(folder, submission->options->output) || !check_queue(submission))
+    if (!slurm_folder_open(folder, options_text(submission->options, "output")) || !check_queue(submission))
         return false;
     const bool is_merged = access(slurm_folder_name(folder, "merged"), F_OK) == 0;
     return folder->chunks.count == 0 || is_merged ? begin_folder(submission) : check_same(submission);
@@ -211,7 +214,8 @@ static char *array_option(const struct submission *submission) {
 static bool submit_array(struct submission *submission) {
     struct slurm_folder *folder = &submission->folder;
     char *option = array_option(submission);
-    folder->array = slurm_submit(folder, submission->options->slurm_options, option, "chunk.sh");
+    folder->array =
+        slurm_submit(folder, options_text(submission->options, "slurm-options"), option, "chunk.sh");
     free(option);
     return folder->array > 0;
 }
@@ -220,7 +224,8 @@ static bool submit_array(struct submission *submission) {
 static bool submit_merge(struct submission *submission) {
     struct slurm_folder *folder = &submission->folder;
     const char *option = folder->array ? text_format("--dependency=afterany:%ld", folder->array) : NULL;
-    folder->merge = slurm_submit(folder, submission->options->slurm_options, option, "merge.sh");
+    folder->merge =
+        slurm_submit(folder, options_text(submission->options, "slurm-options"), option, "merge.sh");
     if (folder->merge == 0 && folder->array) {
         slurm_cancel(folder, folder->array);
         folder->array = 0;
@@ -238,7 +243,7 @@ static void print_submitted(const struct submission *submission) {
     else
         fprintf(stderr, "jobs         %ld (merge)\n", folder->merge);
     fprintf(stderr, "folder       %s.slurm: scripts, and messages of the jobs\n",
-            submission->options->output);
+            options_text(submission->options, "output"));
     if (folder->array)
         fprintf(stderr, "watch        squeue -j %ld,%ld\n", folder->array, folder->merge);
     else
@@ -275,10 +280,42 @@ static enum status run_slurm(const struct options *options) {
     return status;
 }
 
-enum status run_batch_anywhere(const struct options *options) {
-    if (options->slurm && !options->dry_run)
+static enum status run_batch_anywhere(const struct options *options) {
+    const bool has_slurm = options_has(options, "slurm");
+    if (has_slurm && !options_has(options, "dry-run"))
         return run_slurm(options);
-    if (!options->slurm && (options->chunks > 0 || options->slurm_options))
+    if (!has_slurm && (options_number(options, "chunks") > 0 || options_text(options, "slurm-options")))
         return usage_error(options->command, "--chunks and --slurm-options need --slurm");
     return run_batch(options);
 }
+
+static const struct option_rule slurm_rules[] = {
+    {"slurm", NULL, OPTION_FLAG, "compute the cases in jobs of Slurm, on as many machines as it assigns",
+     NULL, NULL},
+    {"chunks", "N", OPTION_COUNT,
+     "with --slurm: number of jobs that share the cases (default: one for each 16 cases, at most 100)", NULL,
+     NULL},
+    {"slurm-options", "TEXT", OPTION_TEXT,
+     "with --slurm: options for sbatch, '--partition=long --time=1:00:00'", NULL, NULL},
+    {.name = NULL}};
+
+const struct command batch_command = {
+    .name = "batch",
+    .run = run_batch_anywhere,
+    .operands = "MODEL.lua [SWEEP.lua]",
+    .options = "output until method step tol step-max every from stabilise singular start hold release way "
+               "summary table threads lanes cases resume dry-run slurm chunks slurm-options set",
+    .tables = {slurm_rules, batch_rules, motion_rules, statics_rules, scene_rules},
+    .output = "RUNS.h5",
+    .purpose = "many motions of a model, into one file",
+    .help = "The cases are those of SWEEP.lua, or the rows of a table. RUNS.h5 has what varied, and for each "
+            "case its status,\n"
+            "the reason and the kept results; RUNS.csv has one row for each case. During the batch, "
+            "RUNS.h5.journal has the\n"
+            "finished cases. With --slurm, jobs of Slurm compute the cases; their scripts and messages are "
+            "in RUNS.h5.slurm. The\n"
+            "same command again computes the missing cases.\n\n"
+            "  refdyn batch models/manipulator.lua sweep.lua -o runs.h5\n"
+            "  refdyn batch models/manipulator.lua --table cases.csv --until 1 -o runs.csv\n"
+            "  refdyn batch models/manipulator.lua sweep.lua --slurm --slurm-options '--partition=long' -o "
+            "runs.h5\n"};

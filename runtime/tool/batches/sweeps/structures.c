@@ -125,7 +125,7 @@ static unsigned needs_of(const struct options *options, const struct cases *case
 static enum status open_scene(struct structure *structure) {
     structure->is_open = true;
     return scene_open(&structure->scene, &structure->options, structure->needs,
-                      options_state_path(structure->options.from));
+                      options_state_path(options_text(&structure->options, "from")));
 }
 
 /* In a process of its own, which leaves the compiled code in the cache; what is wrong the caller says when it

@@ -1,4 +1,4 @@
-/* The libraries of an FMU: see export.h. No shell is involved, so any path will do. */
+/* Compiles the libraries of an FMU. No shell is involved, so paths may have any characters. */
 #include "runtime/tool/commands/export/export.h"
 #include "runtime/tool/support/compile/compile.h"
 #include "runtime/tool/support/system/system.h"
@@ -25,7 +25,7 @@ static const struct platform platforms[] = {
 };
 enum { PLATFORMS = sizeof platforms / sizeof *platforms };
 
-/* As compile_flags of compile.h, whose reasons hold here, too. */
+/* The flags of compile_flags in build_job.c, for the same reasons. */
 static const char *const common_flags[] = {"-std=c11", "-O2", "-ffp-contract=off", "-fno-math-errno", NULL};
 
 const struct platform *platform_find(const char *name) {
@@ -42,7 +42,7 @@ const char *platform_names(void) {
     return text.data;
 }
 
-/* One build, in a folder of its own. */
+/* One build in its own folder. */
 struct fmu_build {
     const struct platform *platform;
     struct toolchain chain;
@@ -65,7 +65,7 @@ static bool find_compiler(struct fmu_build *build) {
     return build->chain.program;
 }
 
-/* Does $CC, with its flags, build for the platform? Complains on stderr when it does not. */
+/* Checks that $CC with its flags builds for the platform; otherwise reports it on stderr. */
 static bool check_machine(const struct fmu_build *build) {
     const struct platform *platform = build->platform;
     if (!platform->machine)
@@ -89,7 +89,7 @@ static bool check_machine(const struct fmu_build *build) {
 
 /* ---- Files ---- */
 
-/* Folders of the path inside the scratch folder. */
+/* Makes the folders of a path inside the temporary folder. */
 static bool make_folders(const struct scratch *scratch, const char *path) {
     const char *slash = strrchr(path, '/');
     if (!slash)
@@ -122,7 +122,7 @@ static void begin_job(struct job *job, const struct fmu_build *build, const char
     job_add_words(job, build->chain.words);
 }
 
-/* Emitted files without the passes of gcc that find nothing there. */
+/* Emitted files are compiled without the passes of gcc that find nothing in them. */
 static void object_job(struct job *job, const struct fmu_build *build, const char *path, bool is_emitted) {
     begin_job(job, build, text_format("%.*s.o", (int)strlen(path) - 2, path));
     job_add_words(job, common_flags);
@@ -133,7 +133,7 @@ static void object_job(struct job *job, const struct fmu_build *build, const cha
                                         "-o", job->object, NULL});
 }
 
-/* Is it the same in all FMUs of both versions? */
+/* Returns whether the file is the same in all FMUs of both versions. */
 static bool is_common(const char *path) {
     bool is_carried = false;
     for (int i = 0; i < carried_file_count; i++)
@@ -144,7 +144,7 @@ static bool is_common(const char *path) {
 /* ---- What all FMUs have in common ---- */
 
 static void hash_text(SHA2_CTX *sha, const char *text, size_t size) {
-    SHA256Update(sha, (const uint8_t *)text, size + 1); /* with the 0 at its end */
+    SHA256Update(sha, (const uint8_t *)text, size + 1); /* including the zero at the end */
 }
 
 static void hash_words(SHA2_CTX *sha, const char *const *words) {
@@ -152,7 +152,7 @@ static void hash_words(SHA2_CTX *sha, const char *const *words) {
         hash_text(sha, *words, strlen(*words));
 }
 
-/* Of the compiler, the flags and the files that go in: sources and headers. */
+/* Hashes the compiler, the flags, and the source files and headers. */
 static const char *make_key(const struct fmu_build *build) {
     char *key = allocate(SHA256_DIGEST_STRING_LENGTH, 1);
     SHA2_CTX sha;
@@ -174,7 +174,7 @@ static const char *make_key(const struct fmu_build *build) {
     return key;
 }
 
-/* All of them as one object. */
+/* Compiles all of them into one object. */
 static bool compile_common(struct fmu_build *build, const char *key) {
     struct job *jobs = allocate((size_t)carried_file_count, sizeof *jobs), link;
     int count = 0;
@@ -189,7 +189,7 @@ static bool compile_common(struct fmu_build *build, const char *key) {
            jobs_run(&build->scratch, &link, 1, &build->peak_kb) && cache_add(&build->cache, key, link.object);
 }
 
-/* Its path in the cache; NULL: it could not be made, as is told. */
+/* The path of the common object in the cache; NULL after a reported error. */
 static const char *common_object(struct fmu_build *build) {
     const char *key = make_key(build);
     const char *path = cache_find(&build->cache, key);

@@ -1,4 +1,4 @@
-/* The sources of an FMU: see export.h. */
+/* Collects the sources of an FMU, writes refdyn_fmu.c with its values, and computes its token. */
 #include "runtime/tool/commands/export/export.h"
 
 #include <sha2.h>
@@ -108,7 +108,8 @@ static void hash_file(SHA2_CTX *sha, const struct fmu_file *file) {
     SHA256Update(sha, (const uint8_t *)file->text, file->size);
 }
 
-/* In the form of a GUID, from all sources; refdyn_fmu.c among them without a token. */
+/* The token has the form of a GUID. It is a hash of all sources, with refdyn_fmu.c before it has the token.
+ */
 static const char *make_token(const struct fmu *fmu) {
     char digest[SHA256_DIGEST_STRING_LENGTH];
     SHA2_CTX sha;

@@ -4,7 +4,7 @@
 
 #include <math.h>
 
-/* One residual a row, null for rows of the levels in `without` (a set of bits). */
+/* One residual per row; null for rows of the levels in `without` (a set of bits). */
 static void put_residual(struct document *document, const char *key, const struct refdyn_model *model,
                          const double *values, unsigned without) {
     put_open(document, key, '[');
@@ -75,7 +75,7 @@ static void put_equations(struct document *document, const struct scene *scene, 
     put_array(document, "k", work->k, m);
 }
 
-/* In the order of the coordinates; the partition has them in the order of elimination. */
+/* In the order of the coordinates; the partition lists them in the order of elimination. */
 static void put_dependent(struct document *document, const struct scene *scene) {
     const struct refdyn_partition *partition = &scene->work.partition;
     put_open(document, "dependent", '[');
@@ -145,7 +145,19 @@ static enum status evaluate_state(struct scene *scene, const struct options *opt
     return status;
 }
 
-enum status run_eval(const struct options *options) {
-    return scene_run(options, NEEDS_RESULT | NEEDS_STATE | NEEDS_POINTS | NEEDS_POINT_RATES, options->state,
-                     evaluate_state);
+static enum status run_eval(const struct options *options) {
+    return scene_run(options, NEEDS_RESULT | NEEDS_STATE | NEEDS_POINTS | NEEDS_POINT_RATES,
+                     options_text(options, "state"), evaluate_state);
 }
+
+const struct command eval_command = {.name = "eval",
+                                     .run = run_eval,
+                                     .operands = "MODEL.lua",
+                                     .options = "output state set loops accelerations fold",
+                                     .tables = {scene_rules},
+                                     .output = "FILE",
+                                     .purpose = "all quantities of the equations at one state",
+                                     .help = "Prints one JSON object: M h Q, the rows u v phi psi k, points, "
+                                             "accelerations, programme force, energy.\n"
+                                             "Default of --state: the model's initial state.\n\n"
+                                             "  refdyn eval models/manipulator.lua --state state.json\n"};

@@ -1,26 +1,25 @@
-/* A link as a beam and a rest: see import.h. The beam's second moments are those of gen/theory.md,
- * sect. 3.3. */
+/* Splits a link into a beam and a rest. The beam's second moments are those of gen/theory.md, sect. 3.3. */
 #include "runtime/tool/commands/import/import.h"
 
 #include <math.h>
 #include <string.h>
 
-/* Of the largest mass that a beam could take, and the least part of its link's mass that is worth one. */
+/* Parts of the largest mass that a beam could have, and of the link's mass below which a beam is not worth
+ * its name. */
 static const double taken_share = 0.99, least_share = 1e-6;
 
-/* Where what the link carries begins, which has to be one place. */
+/* The origin of the child joints, which must be one place. */
 static bool find_tip(const struct robot *robot, int link, double tip[3]) {
     const struct robot_link *at = &robot->links[link];
     if (at->first < 0)
-        return robot_complain(robot, at->line, "link %s: it carries nothing, --tip x,y,z is needed",
-                              at->name);
+        return robot_complain(robot, at->line, "link %s: it carries nothing; add --tip x,y,z", at->name);
     const struct robot_joint *first = &robot->joints[robot->links[at->first].joint];
     for (int child = at->first; child >= 0; child = robot->links[child].sibling) {
         const struct robot_joint *joint = &robot->joints[robot->links[child].joint];
         if (memcmp(joint->pose.xyz, first->pose.xyz, sizeof joint->pose.xyz) != 0)
-            return robot_complain(
-                robot, at->line, "link %s: joints %s and %s begin at different places, --tip x,y,z is needed",
-                at->name, first->name, joint->name);
+            return robot_complain(robot, at->line,
+                                  "link %s: joints %s and %s begin at different places; add --tip x,y,z",
+                                  at->name, first->name, joint->name);
     }
     memcpy(tip, first->pose.xyz, sizeof first->pose.xyz);
     return true;
@@ -35,7 +34,7 @@ static bool set_line(const struct robot *robot, const struct beam_choice *choice
         return false;
     flexible->length = hypot(hypot(tip[0], tip[1]), tip[2]);
     if (!(flexible->length > 0))
-        return robot_complain(robot, link->line, "link %s: its tip is its origin, --tip x,y,z is needed",
+        return robot_complain(robot, link->line, "link %s: its tip is its origin; add --tip x,y,z",
                               link->name);
     for (int i = 0; i < 3; i++)
         flexible->direction[i] = tip[i] / flexible->length;
@@ -54,7 +53,7 @@ static void moments_of_link(const struct robot_link *link, double J[16]) {
     second_moments(&body, J);
 }
 
-/* The same of the beam over its mass. */
+/* J of the beam, divided by its mass. */
 static void moments_of_beam(const struct flexible *flexible, const struct beam_choice *choice, double J[16]) {
     const double rpy[3] = {0, flexible->theta, flexible->psi};
     const double across = flexible->length * flexible->length / 12, y = choice->Iz / choice->area,

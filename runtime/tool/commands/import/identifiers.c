@@ -1,4 +1,4 @@
-/* Names of a URDF file as identifiers: see import.h. What C takes is asked of the generator. */
+/* Turns names of a URDF file into identifiers of Lua and C. The generator decides which names C allows. */
 #include "runtime/tool/commands/import/import.h"
 #include "gen/base/base.h"
 #include "gen/read/read.h"
@@ -25,7 +25,7 @@ static bool is_free(const char *name, bool is_of_model) {
     return messages.errors == 0;
 }
 
-/* Each character that is none of an identifier becomes _. */
+/* Replaces each character that an identifier cannot have by _. */
 static char *with_letters(const char *name) {
     char *made = allocate(LONGEST + 1, 1);
     for (int i = 0; *name && i < LONGEST; i++) {

@@ -1,7 +1,5 @@
-/*
- * What a URDF file has and a model does not take: one warning for each kind of element or attribute, with the
- * line of the first one and their number. See import.h.
- */
+/* Warns of elements and attributes of a URDF file that a model does not have: one warning for each kind, with
+ * the line of the first one and their number. */
 #include "runtime/tool/commands/import/import.h"
 #include "gen/base/base.h"
 #include "runtime/tool/support/xml/xml.h"
@@ -9,7 +7,7 @@
 
 #include <string.h>
 
-/* What robot_read.c takes: elements, by what they lie in, and their attributes. */
+/* What robot_read.c reads: elements by their parents, and their attributes. */
 static const struct taken {
     const char *element, *children, *attributes;
 } taken[] = {
@@ -56,7 +54,7 @@ struct kind {
 
 struct rest {
     struct kind kinds[KINDS_MOST];
-    int count, more; /* kinds; what is of no kind of these */
+    int count, more; /* known kinds, and the number of all others */
 };
 
 static bool is_word_of(const char *name, const char *list) {
@@ -109,7 +107,7 @@ static void count_attributes(struct rest *rest, const struct xml_element *elemen
     }
 }
 
-/* What is left out is not looked into. */
+/* The contents of an unknown element are not examined. */
 static void count_in(struct rest *rest, const struct xml_element *root) {
     const struct xml_element *at = root;
     while (at) {

@@ -42,7 +42,9 @@ enum status choose_held(struct scene *scene, const struct options *options, int 
 enum status choose_statics(const struct scene *scene, const struct options *options, const int *is_given,
                            struct refdyn_statics_options *statics);
 /* What --way may be, by enum refdyn_statics_way; NULL ends the list. */
-extern const char *const statics_way_words[];
+/* The options of equilibria. */
+extern const struct option_rule statics_rules[];
+extern const struct command statics_command, modes_command;
 /* Complains of options of statics where the command looks for no equilibrium; `place` is "--from statics". */
 enum status refuse_statics_options(const struct options *options, const char *place);
 

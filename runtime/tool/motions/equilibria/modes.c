@@ -24,7 +24,7 @@ struct analysis {
 };
 
 static const char *place_of(const struct options *options) {
-    return options->at ? options->at : "statics";
+    return options_text(options, "at") ? options_text(options, "at") : "statics";
 }
 
 /* Small motions of such a row would need derivatives of v. */
@@ -65,7 +65,7 @@ static enum status place(struct analysis *analysis, const struct options *option
         if (status == STATUS_DONE)
             status = choose_held(scene, options, analysis->held);
     }
-    warn_of_rates(scene, options->at);
+    warn_of_rates(scene, options_text(options, "at"));
     memset(scene->qd, 0, (size_t)scene->model->n * sizeof *scene->qd);
     refdyn_anchor(&scene->work, scene->state.t, scene->q, scene->qd, scene->given);
     return status;
@@ -173,6 +173,7 @@ static enum status print_analysis(const struct analysis *analysis) {
 /* ---- The command ---- */
 
 static int compute(struct analysis *analysis, const struct options *options) {
+    const double modes = options_number(options, "modes");
     struct scene *scene = analysis->scene;
     const struct refdyn_model *model = scene->model;
     int result = linearise(&analysis->linear, scene, analysis->held);
@@ -182,8 +183,8 @@ static int compute(struct analysis *analysis, const struct options *options) {
         return result;
     analysis->phi = refdyn_residuals(&scene->work).phi;
     analysis->count = analysis->spectrum.count;
-    if (options->modes > 0 && options->modes < analysis->count)
-        analysis->count = (int)options->modes;
+    if (modes > 0 && modes < analysis->count)
+        analysis->count = (int)modes;
     if (model->point_count)
         model->C(scene->work.p, scene->work.x, scene->state.t, scene->q, scene->qd, analysis->C);
     return REFDYN_OK;
@@ -209,7 +210,34 @@ static enum status analyse(struct scene *scene, const struct options *options) {
     return status;
 }
 
-enum status run_modes(const struct options *options) {
+static enum status run_modes(const struct options *options) {
     return scene_run(options, NEEDS_RESULT | NEEDS_STATICS | NEEDS_POINTS | NEEDS_TANGENT | NEEDS_LINEAR,
-                     options_state_path(options->at), analyse);
+                     options_state_path(options_text(options, "at")), analyse);
 }
+
+static const struct option_rule modes_rules[] = {
+    {"at", "WHERE", OPTION_TEXT, "statics (default), initial, or a STATE.json; rates are 0", options_places,
+     NULL},
+    {"modes", "K", OPTION_COUNT, "the K slowest modes only", NULL, NULL},
+    {.name = NULL}};
+
+const struct command modes_command = {.name = "modes",
+                                      .run = run_modes,
+                                      .operands = "MODEL.lua",
+                                      .options = "output at modes hold release way set fold",
+                                      .tables = {modes_rules, statics_rules, scene_rules},
+                                      .output = "FILE",
+                                      .purpose =
+                                          "frequencies, damping ratios and shapes about an equilibrium",
+                                      .help = "Prints JSON: coordinates, at, t, q, points, held, phi, "
+                                              "residual, unstable, modes; a table goes to stderr.\n"
+                                              "Held coordinates keep their value, constraint rows act; "
+                                              "stabilisation does not enter. For a mode e^(lambda t):\n"
+                                              "eigenvalue [re, im] [1/s], omega |lambda| [rad/s], frequency "
+                                              "im/(2 pi) [Hz], damping -re/|lambda|, shape and\n"
+                                              "displacements of the points, as re and im; the largest entry "
+                                              "of a shape is 1. A decay without oscillation has\n"
+                                              "frequency 0 and damping 1, a growth damping -1, a motion "
+                                              "without restoring force omega 0 and damping 0.\n\n"
+                                              "  refdyn modes models/pendulum.lua --modes 4\n"
+                                              "  refdyn modes models/fourbar.lua --at state.json\n"};

@@ -10,6 +10,19 @@
 
 /* ---- What holds ---- */
 
+static const char *const way_words[] = {
+    [REFDYN_ALONG_LOAD] = "load", [REFDYN_ALONG_PATH] = "path", [REFDYN_DOWNHILL] = "downhill", NULL};
+
+const struct option_rule statics_rules[] = {
+    {"hold", "a,b", OPTION_FREEING_LIST,
+     "coordinates held in statics and modes, instead of the model's ('' frees all)", NULL, NULL},
+    {"release", "a,b", OPTION_LIST, "constraint rows that do not hold in statics", NULL, NULL},
+    {"way", "HOW", OPTION_TEXT,
+     "how statics finds the equilibrium: load (default) raises the load and jumps where it cannot be "
+     "raised further, path passes limit points step by step, downhill leads to a stable one",
+     way_words, NULL},
+    {.name = NULL}};
+
 static enum status unknown_name(const struct options *options, const char *option, const char *what,
                                 const char *name, const char *const *names, int count) {
     const char *near = message_nearest_name(name, names, count);
@@ -37,14 +50,15 @@ static enum status unknown_row(const struct scene *scene, const struct options *
 }
 
 enum status choose_held(struct scene *scene, const struct options *options, int *held) {
-    const char *list = options->hold && *options->hold ? options->hold : NULL;
+    const char *hold = options_text(options, "hold");
+    const char *list = hold && *hold ? hold : NULL;
     for (const char **name = options_list(list); *name; name++) {
         const int place = refdyn_find_name(scene->model->coordinates, scene->model->n, *name);
         if (place < 0)
             return unknown_coordinate(scene, options, *name);
         held[place] = 1;
     }
-    for (int i = 0; !options->hold && i < scene->model->held_count; i++)
+    for (int i = 0; !hold && i < scene->model->held_count; i++)
         held[scene->model->held[i]] = 1;
     return STATUS_DONE;
 }
@@ -68,7 +82,8 @@ static bool waits_for_start(const struct scene *scene, const int *given_beside, 
 
 /* Marks in released (m) the rows of --release. */
 static enum status choose_released(const struct scene *scene, const struct options *options, bool *released) {
-    const char *list = options->release && *options->release ? options->release : NULL;
+    const char *release = options_text(options, "release");
+    const char *list = release && *release ? release : NULL;
     for (const char **name = options_list(list); *name; name++) {
         const int row = refdyn_find_row(scene->model, *name);
         if (row < 0)
@@ -81,13 +96,9 @@ static enum status choose_released(const struct scene *scene, const struct optio
     return STATUS_DONE;
 }
 
-const char *const statics_way_words[] = {
-    [REFDYN_ALONG_LOAD] = "load", [REFDYN_ALONG_PATH] = "path", [REFDYN_DOWNHILL] = "downhill", NULL};
-
 static enum status choose_way(const struct options *options, struct refdyn_statics_options *statics) {
-    int way = REFDYN_ALONG_LOAD;
-    const enum status status =
-        options->way ? options_choose(options, "way", options->way, statics_way_words, &way) : STATUS_DONE;
+    int way;
+    const enum status status = options_choose(options, "way", &way);
     statics->way = (enum refdyn_statics_way)way;
     return status;
 }
@@ -124,7 +135,9 @@ enum status choose_statics(const struct scene *scene, const struct options *opti
 }
 
 enum status refuse_statics_options(const struct options *options, const char *place) {
-    const char *given = options->release ? "release" : options->way ? "way" : NULL;
+    const char *given = options_text(options, "release") ? "release"
+                        : options_text(options, "way")   ? "way"
+                                                         : NULL;
     return given ? option_error(options, given, " goes with %s", place) : STATUS_DONE;
 }
 

@@ -86,7 +86,7 @@ static void warn_of_rates(const struct scene *scene, const char *path) {
 
 static enum status find_and_print(struct scene *scene, const struct options *options) {
     struct equilibrium equilibrium;
-    warn_of_rates(scene, options->state);
+    warn_of_rates(scene, options_text(options, "state"));
     const enum status status = find_equilibrium(scene, options, &equilibrium);
     if (status != STATUS_DONE)
         return status;
@@ -99,6 +99,25 @@ static enum status find_and_print(struct scene *scene, const struct options *opt
     return scene_finish(scene, &document);
 }
 
-enum status run_statics(const struct options *options) {
-    return scene_run(options, NEEDS_RESULT | NEEDS_STATICS | NEEDS_POINTS, options->state, find_and_print);
+static enum status run_statics(const struct options *options) {
+    return scene_run(options, NEEDS_RESULT | NEEDS_STATICS | NEEDS_POINTS, options_text(options, "state"),
+                     find_and_print);
 }
+
+const struct command statics_command = {
+    .name = "statics",
+    .run = run_statics,
+    .operands = "MODEL.lua",
+    .options = "output state hold release way set fold",
+    .tables = {statics_rules, scene_rules},
+    .output = "FILE",
+    .purpose = "equilibrium",
+    .help = "Prints JSON: coordinates, q, points, hold_force of the held coordinates, residual, rows that "
+            "hold, their\n"
+            "multipliers, phi, stability. Rows of positions hold at t = 0, except rows of a programme that "
+            "begins at the start\n"
+            "of the motion. Such a row holds, too, if --set gives each value that it reads from there.\n\n"
+            "  refdyn statics models/manipulator.lua\n"
+            "  refdyn statics models/manipulator.lua --hold column_psi,arm_psi,effector_z\n"
+            "  refdyn statics models/manipulator.lua --hold column_psi,arm_psi --set xc=0.54\n"
+            "  refdyn statics models/slidercrank.lua --release 'guide y'\n"};

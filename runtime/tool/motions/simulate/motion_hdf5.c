@@ -50,13 +50,13 @@ static void add_model(struct facts *facts, const struct scene *scene) {
 
 static void add_method(struct facts *facts, const struct task *task,
                        const struct refdyn_integrator *integrator) {
-    const struct options *given = task->options;
+    const char *method = options_text(task->options, "method"), *from = options_text(task->options, "from");
     const struct refdyn_options *options = &integrator->options;
-    add_text(facts, "/", "method", given->method ? given->method : refdyn_method_name((int)options->method));
+    add_text(facts, "/", "method", method ? method : refdyn_method_name((int)options->method));
     add_text(facts, "/", "stabilise", stabilise_names[options->stabilise]);
     add_number(facts, "/", options->tol > 0 ? "tol" : "step",
                options->tol > 0 ? options->tol : options->step);
-    add_text(facts, "/", "from", given->from ? given->from : "initial");
+    add_text(facts, "/", "from", from ? from : "initial");
     add_number(facts, "/", "until", task->until);
 }
 

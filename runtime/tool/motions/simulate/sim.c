@@ -31,7 +31,7 @@ static void print_remedies(const struct options *options, const struct refdyn_op
             ? "gains from the step (baumgarte-auto) let no step begin there whose error is judged; those of "
               "the rows (baumgarte), or --step, pull it in"
             : what[chosen->stabilise],
-        options->start ? ", as asked" : "");
+        options_text(options, "start") ? ", as asked" : "");
 }
 
 static double farthest_move(const double *moved, int n, int *most) {
@@ -297,7 +297,7 @@ static enum status simulate(const struct task *task, const struct refdyn_options
     else {
         summary.cpu_total_s = trial.motion.cpu_s;
         enum status verified = STATUS_DONE;
-        if (task->options->verify && trial.motion.integrator.t > trial.motion.from)
+        if (options_has(task->options, "verify") && trial.motion.integrator.t > trial.motion.from)
             verified = verify(&trial, task, &summary, &estimate);
         status = finish(&summary, task->scene);
         status = status == STATUS_DONE ? verified : status;
@@ -332,7 +332,7 @@ static enum status conclude(const struct search *search, const struct candidate 
     struct target *target = task->scene->result;
     const struct summary summary = {.trial = &best->trial,
                                     .estimate = best->has_estimate ? &best->estimate : NULL,
-                                    .accuracy = task->options->accuracy,
+                                    .accuracy = options_number(task->options, "accuracy"),
                                     .cpu_total_s = search->cpu_total_s};
     if (search->is_reached)
         return finish(&summary, task->scene);
@@ -380,7 +380,8 @@ static void print_gains(const struct scene *scene, const struct refdyn_options *
 }
 
 static bool wants_hdf5(const struct options *options) {
-    return options->output && text_names_hdf5(options->output);
+    const char *output = options_text(options, "output");
+    return output && text_names_hdf5(output);
 }
 
 /* A signal ends the motion and leaves its rows in order. */
@@ -394,18 +395,21 @@ static enum status run_task(const struct task *task, const struct refdyn_options
         return status;
     print_gains(task->scene, integration);
     interrupt_defer(true);
-    return options->accuracy > 0 ? search(task, integration, &rows) : simulate(task, integration, &rows);
+    return options_number(options, "accuracy") > 0 ? search(task, integration, &rows)
+                                                   : simulate(task, integration, &rows);
 }
 
 /* Which options of the error go together. */
 static enum status check_error_options(const struct options *options,
                                        const struct refdyn_options *integration) {
-    if (options->accuracy > 0 && (options->tolerance > 0 || integration->tol == 0))
+    const double tol = options_number(options, "tol");
+    if (options_number(options, "accuracy") > 0 && (tol > 0 || integration->tol == 0))
         return usage_error(options->command, "--accuracy finds the tolerance: %s does not go with it",
-                           options->tolerance > 0 ? "--tol"
-                           : options->step > 0    ? "--step"
-                                                  : "a method with fixed steps");
-    if (options->verify && integration->tol > 0 && integration->tol * verify_most < DBL_EPSILON)
+                           tol > 0                               ? "--tol"
+                           : options_number(options, "step") > 0 ? "--step"
+                                                                 : "a method with fixed steps");
+    if (options_has(options, "verify") && integration->tol > 0 &&
+        integration->tol * verify_most < DBL_EPSILON)
         return usage_error(options->command, "--verify needs --tol %g or larger", DBL_EPSILON / verify_most);
     return STATUS_DONE;
 }
@@ -415,13 +419,14 @@ static enum status run_scene(struct scene *scene, const struct options *options,
     struct inputs inputs = {.path = NULL};
     const struct task task = {.scene = scene,
                               .options = options,
-                              .until = options->until,
-                              .has_stops = options->stop_count > 0,
+                              .until = options_number(options, "until"),
+                              .has_stops = options_has(options, "stop"),
                               .on_start = on_start};
     enum status status = motion_fit(scene, options, integration);
-    if (status == STATUS_DONE && options->inputs) {
+    if (status == STATUS_DONE && options_text(options, "inputs")) {
         scene->inputs = &inputs;
-        status = inputs_read(&inputs, options->inputs, scene->model) ? STATUS_DONE : STATUS_FAULT;
+        status =
+            inputs_read(&inputs, options_text(options, "inputs"), scene->model) ? STATUS_DONE : STATUS_FAULT;
         if (status == STATUS_DONE)
             inputs_set(&inputs, scene->state.t, scene->work.x);
     }
@@ -460,7 +465,7 @@ enum status run_sim(const struct options *options) {
     if (wants_hdf5(options) && !HAS_HDF5)
         return usage_error(options->command,
                            "-o %s: this refdyn is built without HDF5, CSV is what it writes",
-                           options->output);
+                           options_text(options, "output"));
     enum status status = motion_options(options, &integration);
     if (status == STATUS_DONE)
         status = check_error_options(options, &integration);
@@ -468,7 +473,7 @@ enum status run_sim(const struct options *options) {
         return status;
     const unsigned tangent = refdyn_method_is_implicit(integration.method) ? NEEDS_TANGENT : 0;
     status = scene_open(&scene, options, NEEDS_RESULT | NEEDS_POINT_RATES | motion_needs(options) | tangent,
-                        options_state_path(options->from));
+                        options_state_path(options_text(options, "from")));
     if (status == STATUS_DONE && wants_hdf5(options))
         status = check_hdf5(&scene);
     if (status == STATUS_DONE)
@@ -476,3 +481,12 @@ enum status run_sim(const struct options *options) {
     scene_close(&scene);
     return status;
 }
+
+const struct option_rule sim_rules[] = {
+    {"accuracy", "ERROR", OPTION_POSITIVE,
+     "bound on the error of the whole motion [m, rad]; the tolerance is chosen to meet it", NULL, NULL},
+    {"verify", NULL, OPTION_FLAG, "estimate the error of the whole motion by repeating it more accurately",
+     NULL, NULL},
+    {"stop", "NAME<VALUE", OPTION_TEXTS,
+     "end when a column of the CSV falls below a value, or with > exceeds it (repeatable)", NULL, NULL},
+    {.name = NULL}};

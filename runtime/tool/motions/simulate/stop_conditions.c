@@ -30,10 +30,11 @@ enum status stops_read(struct stops *stops, const struct options *options,
                        struct refdyn_integrator *integrator, const struct refdyn_spatial *spatial) {
     enum status status = STATUS_DONE;
     *stops = (struct stops){.integrator = integrator};
-    stops->list = allocate((size_t)options->stop_count, sizeof *stops->list);
+    stops->list = allocate((size_t)options->value_count, sizeof *stops->list);
     table_start(&stops->table, integrator, spatial);
-    for (int i = 0; i < options->stop_count && status == STATUS_DONE; i++)
-        status = read_stop(stops, options, options->stops[i]);
+    const char *text;
+    for (int i = 0; status == STATUS_DONE && (text = options_repeated(options, "stop", i)); i++)
+        status = read_stop(stops, options, text);
     return status;
 }
 

@@ -260,4 +260,6 @@ double scale_tick(const struct scale *scale, int tick);
 void scale_label(const struct scale *scale, int tick, char text[static SCALE_TEXT]);
 void scale_note(const struct scale *scale, char text[static SCALE_TEXT]);
 
+extern const struct command plot_command;
+
 #endif

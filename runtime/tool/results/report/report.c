@@ -1,5 +1,6 @@
 /* `refdyn report`: error against run time of all methods, as CSV, SVG and a page. */
 #include "runtime/tool/support/format/format.h"
+#include "runtime/tool/motions/equilibria/equilibria.h"
 #include "runtime/tool/results/report/report.h"
 #include "runtime/tool/support/system/system.h"
 #include "gen/base/base.h"
@@ -62,13 +63,14 @@ static void list_settings(struct study_plan *plan) {
 }
 
 static enum status read_methods(const struct options *options, struct study_plan *plan) {
+    const char *methods = options_text(options, "methods");
     for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
-        plan->methods[method] = !options->methods;
-    for (const char **name = options_list(options->methods); *name; name++) {
+        plan->methods[method] = !methods;
+    for (const char **name = options_list(methods); *name; name++) {
         const int method = refdyn_method_find(*name);
         if (method < 0)
-            return usage_error(options->command, "--methods: '%s' is no list of %s", options->methods,
-                               options_methods(false));
+            return usage_error(options->command, "--methods: '%s' is no list of %s", methods,
+                               motion_methods(false));
         plan->methods[method] = true;
     }
     return STATUS_DONE;
@@ -76,18 +78,20 @@ static enum status read_methods(const struct options *options, struct study_plan
 
 static enum status read_plan(struct report *report) {
     const struct options *options = report->options;
+    const char *steps = options_text(options, "steps"), *tols = options_text(options, "tols");
+    const double until = options_number(options, "until");
     struct study_plan *plan = &report->plan;
-    plan->until = options->until;
+    plan->until = until;
     enum status status = read_methods(options, plan);
-    if (status == STATUS_DONE && options->tols)
-        status = read_numbers(options, "tols", options->tols, 1, &plan->tols);
-    if (status == STATUS_DONE && options->steps)
-        status = read_numbers(options, "steps", options->steps, options->until, &plan->steps);
+    if (status == STATUS_DONE && tols)
+        status = read_numbers(options, "tols", tols, 1, &plan->tols);
+    if (status == STATUS_DONE && steps)
+        status = read_numbers(options, "steps", steps, until, &plan->steps);
     return status;
 }
 
 static enum status read_vary(struct report *report) {
-    const char *text = report->options->vary, *equals = strchr(text, '=');
+    const char *text = options_text(report->options, "vary"), *equals = strchr(text, '=');
     if (!equals || equals == text || !equals[1])
         return usage_error(report->options->command, "--vary: '%s' is not of the form OPTION=V1,V2", text);
     report->vary_name = text_format("%.*s", (int)(equals - text), text);
@@ -112,17 +116,17 @@ static bool has_option(const struct model *model, const char *name) {
 
 /* The target NAME.ending in the folder of -o. */
 static struct target *open_file(struct report *report, const char *ending) {
-    return target_open(&report->targets,
-                       text_format("%s/%s.%s", report->options->output, report->model_name, ending));
+    return target_open(&report->targets, text_format("%s/%s.%s", options_text(report->options, "output"),
+                                                     report->model_name, ending));
 }
 
 /* All that is written at the end, opened before the runs. */
 static enum status open_files(struct report *report, const struct scene *scene) {
-    const char *state = options_state_path(report->options->from);
+    const char *state = options_state_path(options_text(report->options, "from"));
     scene_spare_sources(scene, &report->targets);
     if (state)
         targets_spare(&report->targets, state);
-    if (!targets_make_folder(&report->targets, report->options->output))
+    if (!targets_make_folder(&report->targets, options_text(report->options, "output")))
         return STATUS_FAULT;
     report->csv = open_file(report, "csv");
     report->svg = report->csv ? open_file(report, "svg") : NULL;
@@ -132,16 +136,17 @@ static enum status open_files(struct report *report, const struct scene *scene) 
 
 /* Reads the model once for its name and options. */
 static enum status plan_report(struct report *report) {
+    const char *vary = options_text(report->options, "vary");
     struct scene scene = {.is_read = false};
     enum status status = read_plan(report);
-    if (status == STATUS_DONE && report->options->vary)
+    if (status == STATUS_DONE && vary)
         status = read_vary(report);
     if (status != STATUS_DONE)
         return status;
     status = scene_read(&scene, report->options, false);
     if (status == STATUS_DONE) {
         report->model_name = text_format("%s", scene.generation.model.name);
-        if (!report->options->vary)
+        if (!vary)
             report->variant_count = 1;
         else if (!has_option(&scene.generation.model, report->vary_name))
             status = usage_error(report->options->command, "--vary: the model has no option '%s'",
@@ -157,16 +162,17 @@ static enum status plan_report(struct report *report) {
 
 static enum status run_study(struct report *report, struct study *study, const struct options *options,
                              double seconds) {
+    const double every = options_number(options, "every");
     struct scene scene;
     struct study_plan plan = report->plan;
-    enum status status =
-        scene_open(&scene, options, motion_needs(options) | NEEDS_TANGENT, options_state_path(options->from));
+    enum status status = scene_open(&scene, options, motion_needs(options) | NEEDS_TANGENT,
+                                    options_state_path(options_text(options, "from")));
     if (status == STATUS_DONE)
         status = motion_place(&scene, options);
     if (status == STATUS_DONE)
         status = motion_check_times(&scene, options);
     if (status == STATUS_DONE) {
-        plan.every = options->every > 0 ? options->every : (options->until - scene.state.t) / REPORT_OUTPUTS;
+        plan.every = every > 0 ? every : (options_number(options, "until") - scene.state.t) / REPORT_OUTPUTS;
         list_settings(&plan);
         study->facts = page_facts(&scene, options, &plan);
         status = study_run(study, &plan, &scene, seconds);
@@ -192,7 +198,9 @@ static enum status run_variant(struct report *report, int i, double seconds) {
 
 static enum status run_all(struct report *report) {
     enum status status = STATUS_DONE;
-    const double seconds = report->options->seconds > 0 ? report->options->seconds : seconds_default;
+    const double seconds = options_number(report->options, "seconds") > 0
+                               ? options_number(report->options, "seconds")
+                               : seconds_default;
     const double start = wall_seconds();
     interrupt_defer(true);
     for (int i = 0; i < report->variant_count && status == STATUS_DONE; i++) {
@@ -211,7 +219,8 @@ static void put_csv_number(FILE *out, double value, bool is_there) {
     fputc(',', out);
 }
 
-static void put_csv_trial(FILE *out, const struct study *study, const struct method_run *trial, const char *kind) {
+static void put_csv_trial(FILE *out, const struct study *study, const struct method_run *trial,
+                          const char *kind) {
     put_csv_text(out, study->name);
     fprintf(out, ",%s,%s,", kind, refdyn_method_name((int)trial->method));
     put_csv_number(out, trial->tol, trial->tol > 0);
@@ -249,7 +258,7 @@ static bool draw(const struct report *report, char **figure) {
     size_t size;
     FILE *out = text_stream(figure, &size);
     const char *title = text_format("%s, %g s: error against run time, one mark a tolerance or step",
-                                    report->model_name, report->options->until);
+                                    report->model_name, options_number(report->options, "until"));
     diagram_draw(out, title, report->studies, report->done);
     fclose(out);
     fwrite(*figure, 1, size, report->svg->file);
@@ -313,7 +322,7 @@ static void release_report(struct report *report) {
         free(report->studies[i].facts);
 }
 
-enum status run_report(const struct options *options) {
+static enum status run_report(const struct options *options) {
     struct report *report = allocate(1, sizeof *report);
     report->options = options;
     enum status status = plan_report(report);
@@ -327,3 +336,40 @@ enum status run_report(const struct options *options) {
     release_report(report);
     return status;
 }
+
+static const char *list_methods(const struct command *command) {
+    (void)command;
+    return motion_methods(false);
+}
+
+static const struct option_rule report_rules[] = {
+    {"methods", "a,b,c", OPTION_LIST, "methods to compare (default: all)", NULL, list_methods},
+    {"tols", "a,b,c", OPTION_LIST,
+     "tolerances of the methods that find their steps (default: each power of ten from 1e-2 to 1e-12)", NULL,
+     NULL},
+    {"steps", "a,b,c", OPTION_LIST,
+     "tolerances of methods with adaptive steps (default: each power of ten from 1e-2 to 1e-12)", NULL, NULL},
+    {"seconds", "S", OPTION_POSITIVE, "time for all runs together [s] (default 60)", NULL, NULL},
+    {"vary", "OPTION=V1,V2", OPTION_TEXT, "repeat the study for these values of a structural option", NULL,
+     NULL},
+    {.name = NULL}};
+
+const struct command report_command = {
+    .name = "report",
+    .run = run_report,
+    .operands = "MODEL.lua",
+    .options = "output! until! every from hold methods tols steps seconds vary set fold",
+    .tables = {report_rules, motion_rules, statics_rules, scene_rules},
+    .output = "DIR",
+    .purpose = "error against run time of all methods, as CSV, SVG and HTML",
+    .help =
+        "Every method over a range of tolerances, or of steps with each stabilisation, from a start on the "
+        "programme.\n"
+        "The reference is a motion on which two methods of different kinds agree, compared at fifty times by "
+        "default.\n"
+        "Writes NAME.csv, NAME.svg and NAME.html into the folder of -o, and prints the findings.\n"
+        "Runs that exceed --seconds are stopped and listed. Times, and which runs these are, differ from "
+        "call to call; all\n"
+        "other results do not.\n\n"
+        "  refdyn report models/manipulator.lua --from statics --until 2 -o out\n"
+        "  refdyn report models/manipulator.lua --until 1 --vary n_rfe=1,2,4 --methods rk8,rodas5p -o out\n"};

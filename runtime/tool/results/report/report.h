@@ -62,12 +62,12 @@ struct study {
     struct series series[SERIES_MAX];
     int series_count;
     struct method_run references[REFERENCES]; /* errors are distances from the first one */
-    int reference_count;                 /* that were found */
-    double from;                         /* start of the motion [s] */
-    double floor;                        /* their distance: no error below it is claimed */
-    double way;                          /* how far the motion gets from its start */
-    long outputs;                        /* times at which runs are compared */
-    bool has_points;                     /* errors are those of points, else those of coordinates */
+    int reference_count;                      /* that were found */
+    double from;                              /* start of the motion [s] */
+    double floor;                             /* their distance: no error below it is claimed */
+    double way;                               /* how far the motion gets from its start */
+    long outputs;                             /* times at which runs are compared */
+    bool has_points;                          /* errors are those of points, else those of coordinates */
 };
 
 /* Runs all within about `seconds`; an interrupt ends it early. Returns STATUS_DONE also when runs failed,
@@ -120,5 +120,7 @@ char *page_facts(const struct scene *scene, const struct options *options, const
 void diagram_draw(FILE *out, const char *title, const struct study *studies, int count);
 /* The whole page; the figure is the text of an SVG file. */
 void page_write(FILE *out, const char *title, const struct study *studies, int count, const char *figure);
+
+extern const struct command report_command;
 
 #endif

@@ -43,7 +43,7 @@ static void put_row_of_texts(FILE *out, const char *name, const char *value) {
 /* ---- Facts */
 
 static const char *start_text(const struct options *options) {
-    const char *from = options->from;
+    const char *from = options_text(options, "from");
     if (options_state_path(from))
         return "a given state";
     return from && strcmp(from, "statics") == 0 ? "the static equilibrium" : "the model's initial state";
@@ -107,7 +107,8 @@ static void put_error(FILE *out, const struct study *study, const struct method_
         put_value(out, "%.2e", trial->error);
 }
 
-static void put_trial(FILE *out, const struct study *study, const char *name, const struct method_run *trial) {
+static void put_trial(FILE *out, const struct study *study, const char *name,
+                      const struct method_run *trial) {
     fputs("<tr>", out);
     put_cell(out, name);
     put_cell(out, trial_setting(trial));

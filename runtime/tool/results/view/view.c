@@ -18,18 +18,19 @@ struct viewing {
 };
 
 static enum status check_usage(const struct options *options) {
+    const char *model = options_text(options, "model");
     bool has_csv = false;
     for (int i = 0; i < options->operand_count; i++) {
         const char *path = options->operands[i];
         const bool is_hdf5 = run_is_hdf5(path);
         has_csv = has_csv || !is_hdf5;
-        if (!is_hdf5 && !options->model)
+        if (!is_hdf5 && !model)
             return usage_error(options->command, "%s: a CSV does not tell its model, --model is needed",
                                path);
     }
-    if (!has_csv && (options->model || options->setting_count > 0))
+    if (!has_csv && (model || options->setting_count > 0))
         return usage_error(options->command, "%s: all runs are files of HDF5, which tell their models",
-                           options->model ? "--model" : "--set");
+                           model ? "--model" : "--set");
     return STATUS_DONE;
 }
 
@@ -98,12 +99,13 @@ static enum status put_data(FILE *out, const struct viewing *viewing) {
 /* Opens the target, and reads three.js and all runs. */
 static bool open_files(struct viewing *viewing) {
     const struct options *options = viewing->options;
+    const char *model = options_text(options, "model");
     for (int i = 0; i < options->operand_count; i++)
         targets_spare(&viewing->targets, options->operands[i]);
-    if (options->model)
-        targets_spare(&viewing->targets, options->model);
+    if (model)
+        targets_spare(&viewing->targets, model);
     viewing->three = page_read_three();
-    viewing->target = viewing->three ? target_open(&viewing->targets, options->output) : NULL;
+    viewing->target = viewing->three ? target_open(&viewing->targets, options_text(options, "output")) : NULL;
     bool is_good = viewing->target;
     for (int i = 0; i < viewing->run_count && is_good; i++)
         is_good = run_read(&viewing->runs[i], options->operands[i]);
@@ -131,7 +133,7 @@ static enum status write_page(const struct viewing *viewing) {
     return status;
 }
 
-enum status run_view(const struct options *options) {
+static enum status run_view(const struct options *options) {
     struct viewing viewing = {.options = options, .run_count = options->operand_count};
     enum status status = check_usage(options);
     if (status != STATUS_DONE)
@@ -141,3 +143,23 @@ enum status run_view(const struct options *options) {
     targets_release(&viewing.targets);
     return status;
 }
+
+static const struct option_rule view_rules[] = {
+    {"model", "MODEL.lua", OPTION_TEXT, "model of the runs that are CSV files; HDF5 files contain theirs",
+     NULL, NULL},
+    {.name = NULL}};
+
+const struct command view_command = {
+    .name = "view",
+    .run = run_view,
+    .operands = "RUN...",
+    .options = "output! model set",
+    .tables = {view_rules, scene_rules},
+    .output = "PAGE.html",
+    .purpose = "motions as one HTML page, to look at from all sides",
+    .help = "Bodies and beams over time, paths of points, programme forces, and figures that follow the "
+            "time. The page needs no\n"
+            "network and no other file; several runs are shown together.\n\n"
+            "  refdyn sim models/manipulator.lua --from statics --until 10 -o flexible.h5\n"
+            "  refdyn view flexible.h5 -o flexible.html\n"
+            "  refdyn view rigid.csv --model models/manipulator.lua --set n_rfe=1 -o rigid.html\n"};

@@ -151,4 +151,6 @@ enum status viewed_model_read(struct viewed_model *viewed, const struct run *run
                               const struct options *options);
 void viewed_model_release(struct viewed_model *viewed);
 
+extern const struct command view_command;
+
 #endif

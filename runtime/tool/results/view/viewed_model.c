@@ -72,23 +72,23 @@ static enum status read_carried(struct viewed_model *viewed, const char *path,
     viewed->has_folder = scratch_open(&viewed->folder, scratch_parent(), "refdyn-view-");
     if (!viewed->has_folder || !take_all(&carried))
         return STATUS_FAULT;
-    const struct options reading = {.command = options->command,
-                                    .operands = &carried.file,
-                                    .operand_count = 1,
-                                    .settings = carried.settings,
-                                    .setting_count = carried.count,
-                                    .fold = true};
+    struct options reading = {.command = options->command,
+                              .operands = &carried.file,
+                              .operand_count = 1,
+                              .settings = carried.settings,
+                              .setting_count = carried.count};
+    options_set_flag(&reading, "fold");
     return scene_read(&viewed->scene, &reading, false);
 }
 
 /* ---- Any run ---- */
 
 static enum status read_given(struct viewed_model *viewed, const struct options *options) {
-    const char *model = options->model;
+    const char *model = options_text(options, "model");
     struct options reading = *options;
     reading.operands = &model;
     reading.operand_count = 1;
-    reading.fold = true;
+    options_set_flag(&reading, "fold");
     return scene_read(&viewed->scene, &reading, true);
 }
 

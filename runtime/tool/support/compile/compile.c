@@ -1,5 +1,5 @@
-/* From emitted C to a loaded library: see compile.h. build_job.c compiles, compiled_cache.c keeps what is
- * compiled. */
+/* Turns emitted C into a loaded library: looks it up in the cache (compiled_cache.c), or builds it
+ * (build_job.c). */
 #include "runtime/tool/support/compile/compile.h"
 #include "runtime/tool/support/format/format.h"
 
@@ -13,12 +13,13 @@
 #include <unistd.h>
 
 static void hash_text(SHA2_CTX *sha, const char *text, size_t length) {
-    uint64_t size = length; /* first, so that neighbours cannot trade letters */
+    uint64_t size = length; /* the length comes first, so that neighbouring texts cannot exchange letters */
     SHA256Update(sha, (const uint8_t *)&size, sizeof size);
     SHA256Update(sha, (const uint8_t *)text, length);
 }
 
-/* The compiler's file by name, size and time: a newer compiler of the same name is another one. */
+/* Identifies the compiler's file by name, size and time, so that a newer compiler of the same name counts as
+ * another. */
 static void hash_program(SHA2_CTX *sha, const char *path) {
     struct stat status;
     hash_text(sha, path, strlen(path));

@@ -1,4 +1,4 @@
-/* Answers of the gate, and its limits: see hdf5_private.h. */
+/* Answers of the gate process, and its limits of time, memory and texts. */
 #include "runtime/tool/support/hdf5/hdf5_private.h"
 #include "runtime/tool/support/format/format.h"
 
@@ -59,8 +59,8 @@ static void bound(int resource, rlim_t most) {
     }
 }
 
-/* Lengths in a damaged file may request any amount of memory. Where the system does not say how much this
- * process has, only the limits on texts hold. */
+/* Lengths in a damaged file may request any amount of memory. If the system does not say how much this
+ * process has, only the limits on texts apply. */
 static void bound_memory(const struct answers *answers) {
     const double more = 1e9 + 4 * answers->bytes;
     unsigned long long pages = 0;

@@ -1,4 +1,5 @@
-/* The process that reads files of HDF5: see hdf5_private.h. */
+/* The gate process, which reads HDF5 files and checks every object before it reads its data. hdf5_private.h
+ * says what it refuses. */
 #include "runtime/tool/support/hdf5/hdf5_private.h"
 #include "gen/base/base.h"
 #include "runtime/tool/support/format/format.h"
@@ -11,27 +12,27 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-/* An object of the file. Paths begin with a slash. */
+/* An object of the file. Its path begins with a slash. */
 struct entry {
     const char *path;
     haddr_t address;
     H5O_type_t type;
     int group;     /* its number */
-    hid_t dataset; /* open; negative: it is none, or was not needed yet */
+    hid_t dataset; /* open; negative: there is none, or it was not needed yet */
     enum hdf5_kind kind;
     int rank;
-    hsize_t size[2]; /* rows, and numbers a row, 0: one in a dataset with one axis */
+    hsize_t size[2]; /* rows, and numbers in a row; 0 for a dataset with one axis */
 };
 
-/* Where an entry lies in the file. */
+/* The place of an entry in the file. */
 struct entry_address {
     haddr_t address;
     int entry;
 };
 
 enum {
-    DEEPEST = 32,      /* groups in groups */
-    MOST_PACKED = 1100 /* bytes that one byte of a file may stand for; zlib reaches at most 1032 */
+    DEEPEST = 32,      /* depth of groups in groups */
+    MOST_PACKED = 1100 /* how many bytes one byte of a file may become; zlib reaches at most 1032 */
 };
 
 struct gate {
@@ -39,7 +40,7 @@ struct gate {
     hid_t file;
     struct entry *entries;
     int count, room;
-    struct entry_address *places; /* (count) of the entries in the file, in order */
+    struct entry_address *places; /* (count) places of the entries, in order */
 };
 
 /* ---- The objects ---- */
@@ -79,7 +80,7 @@ static herr_t take_link(hid_t group, const char *name, const H5L_info_t *info, v
     return 0;
 }
 
-/* In the order in which they were made, where the group keeps it. */
+/* In the order of creation, if the group keeps it. */
 static struct names list_names(struct gate *gate, const char *path) {
     struct names names = {.gate = gate, .path = path};
     if (H5Literate_by_name(gate->file, path, H5_INDEX_CRT_ORDER, H5_ITER_INC, NULL, take_link, &names,
@@ -105,7 +106,7 @@ static int add_entry(struct gate *gate, const char *path, int group) {
     return gate->count++;
 }
 
-/* Adds a group's content after the group. */
+/* Adds the content of a group after the group. */
 static void add_entries(struct gate *gate, int group, int depth) {
     const char *path = gate->entries[group].path;
     const struct names names = list_names(gate, path);
@@ -119,7 +120,8 @@ static void add_entries(struct gate *gate, int group, int depth) {
 }
 
 static int compare_places(const void *a, const void *b) {
-    const haddr_t x = ((const struct entry_address *)a)->address, y = ((const struct entry_address *)b)->address;
+    const haddr_t x = ((const struct entry_address *)a)->address,
+                  y = ((const struct entry_address *)b)->address;
     return x < y ? -1 : x > y;
 }
 
@@ -135,11 +137,12 @@ static void sort_places(struct gate *gate) {
                            gate->entries[gate->places[i].entry].path);
 }
 
-/* The entry to which a reference leads; `what` it is, for messages. */
+/* The entry that a reference leads to; `what` names it in messages. */
 static const struct entry *referred(struct gate *gate, const char *path, const char *what,
                                     hobj_ref_t reference) {
     const struct entry_address key = {.address = reference};
-    const struct entry_address *place = bsearch(&key, gate->places, (size_t)gate->count, sizeof key, compare_places);
+    const struct entry_address *place =
+        bsearch(&key, gate->places, (size_t)gate->count, sizeof key, compare_places);
     if (!place)
         answers_refuse(gate->answers, "%s: %s is missing", path, what);
     return &gate->entries[place->entry];
@@ -160,15 +163,15 @@ static enum hdf5_kind kind_of(hid_t type) {
     }
 }
 
-/* Data of `count` elements must be in the file, packed no more than HDF5's filters can. */
+/* Checks that the file has the data of `count` elements, packed no more than HDF5's filters can. */
 static void check_fit(struct gate *gate, const char *path, double count, hid_t type) {
     if (count * (double)H5Tget_size(type) > MOST_PACKED * gate->answers->bytes)
         answers_refuse(gate->answers, "damaged: %s: %.0f values do not fit into a file of %.0f bytes", path,
                        count, gate->answers->bytes);
 }
 
-/* `count` texts as the type has them in memory: pointers, of which an empty one may be NULL, or one after the
- * other in fields of one length. */
+/* `count` texts in the form of the memory type: pointers, of which an empty one may be NULL, or fields of one
+ * length. */
 static void send_texts(struct gate *gate, hid_t type, const void *texts, size_t count) {
     const size_t size = H5Tget_size(type);
     const bool is_padded = H5Tget_strpad(type) == H5T_STR_SPACEPAD;
@@ -185,7 +188,7 @@ static void send_texts(struct gate *gate, hid_t type, const void *texts, size_t 
 
 /* ---- Attributes ---- */
 
-/* Of an entry, open. */
+/* Attributes of an open entry. */
 struct attribute {
     hid_t id, type;
     hssize_t length; /* values */
@@ -211,7 +214,7 @@ static void close_attribute(struct attribute *attribute) {
     H5Aclose(attribute->id);
 }
 
-/* In heap memory, as `type` has them. */
+/* In heap memory, in the form of `type`. */
 static void *read_attribute(struct gate *gate, const char *path, const struct attribute *attribute,
                             hid_t type) {
     void *values = allocate_large((size_t)attribute->length + 1, H5Tget_size(type));
@@ -265,7 +268,7 @@ static bool has_attribute(struct gate *gate, const char *path, const char *name)
     return answers_good(gate->answers, path, H5Aexists_by_name(gate->file, path, name, H5P_DEFAULT)) > 0;
 }
 
-/* The path of the scale along the second axis; "": there is none. */
+/* The path of the scale along the second axis; "" if there is none. */
 static const char *find_axis(struct gate *gate, const char *path) {
     static const char name[] = "DIMENSION_LIST";
     const char *axis = "";
@@ -318,7 +321,7 @@ static void check_filters(struct gate *gate, const char *path, hid_t creation) {
     }
 }
 
-/* To be called before any request for the size, which opens the files of a virtual dataset. */
+/* Call it before any request for the size, which would open the files of a virtual dataset. */
 static bool check_storage(struct gate *gate, const char *path, hid_t dataset) {
     const hid_t creation = answers_good(gate->answers, path, H5Dget_create_plist(dataset));
     const H5D_layout_t layout = H5Pget_layout(creation);
@@ -341,7 +344,7 @@ static void check_data(struct gate *gate, const struct entry *entry, hid_t type,
         answers_refuse(gate->answers, "damaged: %s: data are missing", entry->path);
 }
 
-/* Opens the dataset, and finds its kind and its sizes. */
+/* Opens the dataset, and determines its kind and its sizes. */
 static void look_at_dataset(struct gate *gate, struct entry *entry) {
     entry->dataset = answers_good(gate->answers, entry->path, H5Dopen2(gate->file, entry->path, H5P_DEFAULT));
     const bool is_packed = check_storage(gate, entry->path, entry->dataset);
@@ -357,7 +360,7 @@ static void look_at_dataset(struct gate *gate, struct entry *entry) {
     H5Tclose(type);
 }
 
-/* To be called before any attribute is read: a fault in another object may be the cause of one here. */
+/* Call it before reading any attribute: a fault in another object may cause an error here. */
 static void look_at_entries(struct gate *gate) {
     for (int i = 0; i < gate->count; i++) {
         struct entry *entry = &gate->entries[i];
@@ -455,8 +458,8 @@ static bool get_request(int socket, struct gate_request *request) {
     return recv(socket, request, sizeof *request, MSG_WAITALL) == (ssize_t)sizeof *request;
 }
 
-/* A signal that ends the program closes the other end of the socket, which ends this process. What the
- * library and the allocator print about a damaged file is not for the user. */
+/* A signal that ends the program closes the other end of the socket, which ends this process. The user does
+ * not see what the library and the allocator print about a damaged file. */
 static void part_from_program(void) {
     const int ignored[] = {SIGHUP, SIGINT, SIGPIPE}, ending[] = {SIGTERM, SIGXCPU, SIGXFSZ};
     const int nowhere = open("/dev/null", O_RDWR);

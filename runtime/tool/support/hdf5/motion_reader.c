@@ -1,4 +1,4 @@
-/* Reads a file of one motion: see hdf5_files.h. */
+/* Reads a file of one motion. */
 #include "runtime/tool/support/hdf5/hdf5_private.h"
 #include "runtime/tool/support/hdf5/hdf5_files.h"
 #include "runtime/tool/support/format/format.h"
@@ -12,7 +12,7 @@ struct motion_reader {
     const char **names;
     int count, room;
     long row_count, next;
-    double t; /* of the row before */
+    double t; /* time of the previous row */
 };
 
 static const char what[] = "motion as refdyn sim writes it";
@@ -28,7 +28,7 @@ static int width_of(const struct hdf5_object *object) {
     return object->size[1] > 0 ? (int)object->size[1] : 1;
 }
 
-/* All have as many rows as the first one, the time. */
+/* All datasets have as many rows as the first one, the time. */
 static bool take_dataset(struct motion_reader *reader, const struct hdf5_object *object,
                          const struct hdf5_attribute *names) {
     struct hdf5_input *input = &reader->input;
@@ -46,8 +46,8 @@ static bool take_dataset(struct motion_reader *reader, const struct hdf5_object 
     return true;
 }
 
-/* Datasets with names of columns were written by refdyn. They come in the order in which they were made,
- * which is that of the CSV. */
+/* refdyn wrote the datasets that have names of columns. They come in the order of creation, which is that of
+ * the CSV. */
 static bool take_datasets(struct motion_reader *reader) {
     for (int i = 0; i < reader->input.count; i++) {
         const struct hdf5_object *object = &reader->input.objects[i];
@@ -58,14 +58,14 @@ static bool take_datasets(struct motion_reader *reader) {
     return true;
 }
 
-/* The time, and coordinates with their rates, begin each row. */
+/* Each row begins with the time, the coordinates and their rates. */
 static bool check_state(struct motion_reader *reader) {
     static const char *const state[] = {"/t", "/q", "/qd"};
     struct hdf5_input *input = &reader->input;
     const int count = (int)(sizeof state / sizeof state[0]);
     for (int i = 0; i < count; i++)
         if (!hdf5_input_find(input, state[i]))
-            return hdf5_input_refuse(input, "%s: is missing, every %s has it", state[i], what);
+            return hdf5_input_refuse(input, "%s: is missing; every %s has it", state[i], what);
     for (int i = 0; i < count; i++)
         if (i >= input->taken_count || strcmp(input->objects[input->taken[i].object].path, state[i]) != 0)
             return hdf5_input_refuse(input, "%s: has no form of a %s", state[i], what);

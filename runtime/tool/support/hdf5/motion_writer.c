@@ -1,4 +1,4 @@
-/* Writes a file of one motion: see hdf5_files.h. */
+/* Writes a file of one motion. */
 #include "runtime/tool/support/hdf5/hdf5_files.h"
 #include "runtime/tool/support/hdf5/hdf5_private.h"
 #include "runtime/tool/support/format/format.h"
@@ -16,7 +16,7 @@ static bool is_same(const char *a, const char *b) {
     return a == b || (a && b && strcmp(a, b) == 0);
 }
 
-/* One text where all numbers of the part have the same unit, else one for each. */
+/* One text if all numbers of the part have the same unit, otherwise one for each. */
 static void put_units(struct hdf5_file *file, const struct motion_part *part, const char *const *units) {
     bool is_one = true;
     for (int i = 1; i < part->count; i++)

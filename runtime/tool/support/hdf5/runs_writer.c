@@ -1,4 +1,4 @@
-/* Writes a file of many motions: see hdf5_files.h. */
+/* Writes a file of many motions. */
 #include "runtime/tool/support/hdf5/hdf5_files.h"
 #include "runtime/tool/support/hdf5/hdf5_private.h"
 #include "runtime/tool/support/format/format.h"
@@ -15,7 +15,7 @@ struct runs_writer {
     struct hdf5_file file;
     struct hdf5_rows rows;
     const struct runs_layout *layout;
-    long count, written, last; /* cases there will be and are; number of the last one */
+    long count, written, last; /* how many cases there will be, and are; number of the last one */
     int text_count;            /* texts of a row so far */
     double *values;            /* of one row */
     const char **texts;
@@ -23,7 +23,7 @@ struct runs_writer {
 
 /* ---- The datasets ---- */
 
-/* A dataset along the cases, and its place in the rows. size 0: one number, or a text. */
+/* Adds a dataset along the cases, and its place in the rows. size 0: one number, or a text. */
 static hid_t add_dataset(struct runs_writer *writer, const char *path, hid_t type, int place, int size) {
     struct hdf5_file *file = &writer->file;
     const bool is_text = type == file->text;

@@ -1,4 +1,4 @@
-/* What stands for files of HDF5 in a refdyn that was built without: a complaint. */
+/* Replaces files of HDF5 in a build without HDF5: every call that opens a file reports an error. */
 #include "runtime/tool/support/hdf5/hdf5_files.h"
 #include "runtime/tool/support/format/format.h"
 
@@ -11,7 +11,7 @@ struct runs_writer *runs_create(const char *path, const struct runs_layout *layo
     return NULL;
 }
 
-/* The others are called with what runs_create and runs_open give, which is nothing. */
+/* The other functions are called only with a result of runs_create or runs_open, which is NULL here. */
 bool runs_put(struct runs_writer *writer, const struct case_record *record) {
     return writer && record && false;
 }
@@ -100,7 +100,7 @@ int motion_next(struct motion_reader *reader, double *values) {
     return reader && values ? -1 : 0;
 }
 
-/* Called with what motion_open gives. */
+/* Called only with a result of motion_open. */
 void motion_give_facts(const struct motion_reader *reader, const char *group,
                        void take(void *context, const struct motion_fact *fact), void *context) {
     (void)reader;

@@ -1,6 +1,6 @@
 /*
- * modelDescription.xml and buildDescription.xml of FMI 3.0 (FMI 3.0.2, ch. 2.4 and 2.5): see export.h.
- * Variables are known by their value references; event indicators are variables.
+ * modelDescription.xml and buildDescription.xml of FMI 3.0 (FMI 3.0.2, ch. 2.4 and 2.5). Other elements refer
+ * to variables by their value references; event indicators are variables.
  */
 #include "runtime/tool/commands/export/export.h"
 #include "refdyn.h"
@@ -38,7 +38,7 @@ static bool is_indicator(const struct catalogue_entry *entry) {
     return entry->variable.kind == FMU_INDICATOR;
 }
 
-/* depends NULL: what they depend on is not told. */
+/* If `depends` is NULL, dependencies are left out. */
 static void put_unknowns(FILE *out, const struct fmu *fmu, const char *element,
                          bool (*is_one)(const struct catalogue_entry *entry), const bool *depends) {
     for (int i = 0; i < fmu->catalogue.count; i++) {

@@ -1,11 +1,14 @@
-/* Archives by libzip: see export.h. Times and owners are the same in each, so that equal files are equal
- * bytes. */
+/*
+ * Writes an FMU as a ZIP archive with libzip. Times and owners are the same in every archive, so that equal
+ * files make equal bytes. A program that was built without libzip reports that instead.
+ */
 #include "runtime/tool/commands/export/export.h"
 
+#ifdef REFDYN_HAS_LIBZIP
 #include <string.h>
 #include <zip.h>
 
-enum { FIRST_DATE = 0x0021, NO_TIME = 0 }; /* 1 January 1980, as DOS counts, where ZIP's days begin */
+enum { FIRST_DATE = 0x0021, NO_TIME = 0 }; /* 1 January 1980 in the format of DOS, the first day of ZIP */
 static const unsigned plain_file = 0100644u << 16;
 
 bool archive_is_there(void) {
@@ -41,7 +44,7 @@ static bool copy_archive(zip_source_t *source, FILE *out) {
         return false;
     while ((count = zip_source_read(source, block, sizeof block)) > 0)
         if (fwrite(block, 1, (size_t)count, out) != (size_t)count)
-            break; /* the disk is full, as target_finish tells */
+            break; /* the disk is full, which target_finish reports */
     zip_source_close(source);
     return count >= 0;
 }
@@ -68,3 +71,17 @@ bool archive_put(FILE *out, const struct fmu_files *files) {
     zip_error_fini(&error);
     return is_good;
 }
+
+#else
+
+bool archive_is_there(void) {
+    fputs("refdyn: this refdyn is built without libzip, which FMUs need\n", stderr);
+    return false;
+}
+
+/* Never called, because archive_is_there returns false. */
+bool archive_put(FILE *out, const struct fmu_files *files) {
+    return out && files && false;
+}
+
+#endif

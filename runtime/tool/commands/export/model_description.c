@@ -1,9 +1,142 @@
-/* What the descriptions of both versions of FMI have in common: see export.h. */
+/*
+ * modelDescription.xml: the part that FMI 2.0 and FMI 3.0 have in common. The other parts are in
+ * model_description_fmi2.c and model_description_fmi3.c.
+ *
+ * From the catalogue of variables come the unit definitions, the default experiment, the log categories and
+ * the dependencies of unknowns. A unit is a text such as "N s/m": symbols of the SI with their prefixes,
+ * between them blanks, '*' or '.', with whole powers after '^' or directly; each '/' divides by what follows
+ * it up to the next one.
+ */
 #include "runtime/tool/commands/export/export.h"
 #include "runtime/tool/support/format/format.h"
 
+#include <ctype.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+/* ---- Units ---- */
+
+enum { BASE_UNIT_COUNT = 8 };
+
+static const char *const base_unit_names[BASE_UNIT_COUNT] = {"kg", "m", "s", "A", "K", "mol", "cd", "rad"};
+
+struct base_unit {
+    double factor; /* one unit in base units */
+    int exponents[BASE_UNIT_COUNT];
+};
+
+struct unit_symbol {
+    const char *name;
+    double factor;
+    int exponents[BASE_UNIT_COUNT];
+    bool takes_prefix;
+};
+
+static const struct unit_symbol symbols[] = {
+    {"kg", 1, {1}, false},
+    {"m", 1, {0, 1}, true},
+    {"s", 1, {0, 0, 1}, true},
+    {"A", 1, {0, 0, 0, 1}, true},
+    {"K", 1, {0, 0, 0, 0, 1}, true},
+    {"mol", 1, {0, 0, 0, 0, 0, 1}, true},
+    {"cd", 1, {0, 0, 0, 0, 0, 0, 1}, true},
+    {"rad", 1, {0, 0, 0, 0, 0, 0, 0, 1}, true},
+    {"deg", 0.017453292519943295, {0, 0, 0, 0, 0, 0, 0, 1}, false},
+    {"g", 1e-3, {1}, true},
+    {"t", 1e3, {1}, false},
+    {"min", 60, {0, 0, 1}, false},
+    {"h", 3600, {0, 0, 1}, false},
+    {"Hz", 1, {0, 0, -1}, true},
+    {"N", 1, {1, 1, -2}, true},
+    {"Pa", 1, {1, -1, -2}, true},
+    {"bar", 1e5, {1, -1, -2}, true},
+    {"J", 1, {1, 2, -2}, true},
+    {"W", 1, {1, 2, -3}, true},
+    {"C", 1, {0, 0, 1, 1}, true},
+    {"V", 1, {1, 2, -3, -1}, true},
+    {"Ohm", 1, {1, 2, -3, -2}, true},
+    {"F", 1, {-1, -2, 4, 2}, true},
+    {"H", 1, {1, 2, -2, -2}, true},
+    {"Wb", 1, {1, 2, -2, -1}, true},
+    {"T", 1, {1, 0, -2, -1}, true},
+    {"l", 1e-3, {0, 3}, true},
+    {"1", 1, {0}, false},
+    {"-", 1, {0}, false},
+    {"%", 1e-2, {0}, false},
+};
+
+static const struct {
+    char letter;
+    double factor;
+} prefixes[] = {{'n', 1e-9}, {'u', 1e-6}, {'m', 1e-3}, {'c', 1e-2}, {'d', 1e-1},
+                {'h', 1e2},  {'k', 1e3},  {'M', 1e6},  {'G', 1e9}};
+
+enum { SYMBOLS = sizeof symbols / sizeof *symbols, PREFIXES = sizeof prefixes / sizeof *prefixes };
+
+static const struct unit_symbol *find_symbol(const char *name, size_t length) {
+    for (int i = 0; i < SYMBOLS; i++)
+        if (strlen(symbols[i].name) == length && strncmp(symbols[i].name, name, length) == 0)
+            return &symbols[i];
+    return NULL;
+}
+
+/* Finds the symbol, and the factor of its prefix; NULL if there is none. */
+static const struct unit_symbol *find_prefixed(const char *name, size_t length, double *factor) {
+    const struct unit_symbol *symbol = find_symbol(name, length);
+    *factor = 1;
+    for (int i = 0; i < PREFIXES && !symbol && length > 1; i++) {
+        const struct unit_symbol *behind =
+            prefixes[i].letter == *name ? find_symbol(name + 1, length - 1) : NULL;
+        if (behind && behind->takes_prefix) {
+            symbol = behind;
+            *factor = prefixes[i].factor;
+        }
+    }
+    return symbol;
+}
+
+/* Reads one symbol with its power at *at and advances *at. sign -1: it divides. */
+static bool take_symbol(const char **at, int sign, struct base_unit *base) {
+    const char *name = *at;
+    size_t length = 0;
+    double prefix;
+    while (isalpha((unsigned char)name[length]) || (length == 0 && strchr("1-%", *name)))
+        length++;
+    const struct unit_symbol *symbol = find_prefixed(name, length, &prefix);
+    if (!symbol)
+        return false;
+    char *end = (char *)name + length;
+    long power = 1;
+    if (*end == '^' || (isdigit((unsigned char)*end) && *name != '1')) {
+        const char *digits = *end == '^' ? end + 1 : end;
+        power = strtol(digits, &end, 10);
+        if (end == digits || labs(power) > 9)
+            return false;
+    }
+    base->factor *= pow(prefix * symbol->factor, (double)(sign * power));
+    for (int i = 0; i < BASE_UNIT_COUNT; i++)
+        base->exponents[i] += sign * (int)power * symbol->exponents[i];
+    *at = end;
+    return true;
+}
+
+/* Returns false if a part of the text is no known unit. */
+static bool unit_in_base(const char *unit, struct base_unit *base) {
+    int sign = 1;
+    *base = (struct base_unit){.factor = 1};
+    for (const char *at = unit; *at;) {
+        if (*at == '/')
+            sign = -1;
+        if (strchr(" */.", *at))
+            at++;
+        else if (!take_symbol(&at, sign, base))
+            return false;
+    }
+    return *unit != '\0';
+}
+
+/* ---- Parts of both versions ---- */
 
 enum { DEFAULT_STEPS = 200 };
 
@@ -38,7 +171,7 @@ static void put_base_unit(FILE *out, const char *unit) {
     fputs("/></Unit>\n", out);
 }
 
-/* Is it the unit of an entry before? */
+/* Returns whether an earlier entry has the same unit. */
 static bool is_told(const struct catalogue *catalogue, int entry) {
     for (int i = 0; i < entry; i++)
         if (catalogue->entries[i].unit &&
@@ -104,7 +237,7 @@ bool catalogue_is_unknown_at_start(const struct catalogue_entry *entry) {
 
 /* ---- Dependencies ---- */
 
-/* What an unknown depends on. */
+/* The list of variables that an unknown depends on. */
 struct dependencies {
     FILE *out;
     char *places, *kinds;
@@ -117,7 +250,7 @@ static void dependencies_open(struct dependencies *list) {
     list->kinds_out = text_stream(&list->kinds, &list->kinds_size);
 }
 
-/* Variables are known by their place in FMI 2.0, by their value reference in FMI 3.0. */
+/* FMI 2.0 refers to variables by their place, FMI 3.0 by their value reference. */
 static void dependencies_add(struct dependencies *list, const struct fmu *fmu, int entry, const char *kind) {
     const unsigned known =
         fmu->version == FMI_2 ? (unsigned)entry + 1 : fmu->catalogue.entries[entry].reference;

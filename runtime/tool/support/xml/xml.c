@@ -1,21 +1,26 @@
-/* XML by expat: see xml.h. The file goes through the parser in pieces; its handlers grow the tree. */
+/*
+ * Reads XML with expat. The file goes through the parser in pieces, whose handlers grow the tree. A program
+ * that was built without expat reports that instead.
+ */
 #include "runtime/tool/support/xml/xml.h"
 #include "runtime/tool/support/format/format.h"
 
 #include <errno.h>
-#include <expat.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
+
+#ifdef REFDYN_HAS_EXPAT
+#include <expat.h>
 
 enum { BYTES_MOST = 16 << 20, DEPTH_MOST = 100, COUNT_MOST = 200000, PIECE = 1 << 16 };
 
 struct reading {
     const char *path;
     XML_Parser parser;
-    struct xml_element *root, *open; /* the innermost element that has not ended */
+    struct xml_element *root, *open; /* the innermost open element */
     int depth, count;
-    bool is_refused; /* for a reason that is told */
+    bool is_refused; /* for a reason that was reported */
 };
 
 static void refuse(struct reading *reading, const char *fact) {
@@ -40,7 +45,7 @@ static void XMLCALL begin_element(void *context, const char *name, const char **
     if (reading->is_refused)
         return;
     if (reading->depth == DEPTH_MOST) {
-        refuse(reading, text_format("XML: elements lie in each other more than %d deep", DEPTH_MOST));
+        refuse(reading, text_format("XML: elements are nested more than %d deep", DEPTH_MOST));
         return;
     }
     if (++reading->count > COUNT_MOST) {
@@ -76,24 +81,24 @@ static void XMLCALL end_element(void *context, const char *name) {
 static void XMLCALL refuse_document_type(void *context, const char *name, const char *system,
                                          const char *public, int has_subset) {
     (void)name, (void)system, (void)public, (void)has_subset;
-    refuse(context, "XML: a document type, which may bring entities, a file without one is needed");
+    refuse(context, "XML: a document type, which may define entities; remove it");
 }
 
 static bool complain_of_syntax(const struct reading *reading) {
     if (!reading->is_refused)
         complain_line(reading->path, (long)XML_GetCurrentLineNumber(reading->parser),
-                      text_format("XML: %s, a well-formed file is needed",
+                      text_format("XML: %s; must be a well-formed file",
                                   XML_ErrorString(XML_GetErrorCode(reading->parser))));
     return false;
 }
 
 static bool complain_of_file(const char *path, const char *fault) {
-    complain_line(path, 0, text_format("URDF: %s, a readable file is needed", fault));
+    complain_line(path, 0, text_format("URDF: %s; must be a readable file", fault));
     return false;
 }
 
 static bool read_pieces(struct reading *reading, FILE *file) {
-    static const char too_large[] = "URDF: more than %d bytes, no such file is read";
+    static const char too_large[] = "URDF: larger than %d bytes, the most that is read";
     char piece[PIECE];
     size_t length, total = 0;
     do {
@@ -128,4 +133,46 @@ struct xml_element *xml_read(const char *path) {
     XML_ParserFree(reading.parser);
     fclose(file);
     return is_read ? reading.root : NULL;
+}
+
+#else
+
+struct xml_element *xml_read(const char *path) {
+    complain_line(path, 0, "this refdyn is built without expat, which reads XML");
+    return NULL;
+}
+
+#endif
+
+/* ---- Elements of a tree ---- */
+
+const char *xml_attribute(const struct xml_element *element, const char *name) {
+    for (const struct xml_attribute *at = element->attributes; at->name; at++)
+        if (strcmp(at->name, name) == 0)
+            return at->value;
+    return NULL;
+}
+
+const struct xml_element *xml_child(const struct xml_element *element, const char *name) {
+    const struct xml_element *child = element->first;
+    while (child && strcmp(child->name, name) != 0)
+        child = child->next;
+    return child;
+}
+
+const struct xml_element *xml_behind(const struct xml_element *at, const struct xml_element *root) {
+    while (at != root && !at->next)
+        at = at->parent;
+    return at == root ? NULL : at->next;
+}
+
+const struct xml_element *xml_next(const struct xml_element *at, const struct xml_element *root) {
+    return at->first ? at->first : xml_behind(at, root);
+}
+
+int xml_count(const struct xml_element *root, const char *name) {
+    int count = 0;
+    for (const struct xml_element *at = root; at; at = xml_next(at, root))
+        count += strcmp(at->name, name) == 0;
+    return count;
 }

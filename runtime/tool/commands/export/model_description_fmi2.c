@@ -1,5 +1,4 @@
-/* modelDescription.xml of FMI 2.0 (FMI 2.0.5, ch. 2.2): see export.h. Variables are known by their
- * place. */
+/* modelDescription.xml of FMI 2.0 (FMI 2.0.5, ch. 2.2). Other elements refer to variables by their place. */
 #include "runtime/tool/commands/export/export.h"
 #include "refdyn.h"
 
@@ -51,7 +50,7 @@ static void put_variable(FILE *out, const struct catalogue_entry *entry) {
 
 /* ---- Structure ---- */
 
-/* depends NULL: what they depend on is not told. */
+/* If `depends` is NULL, dependencies are left out. */
 static void put_unknowns(FILE *out, const struct fmu *fmu, const char *list,
                          bool (*is_one)(const struct catalogue_entry *entry), const bool *depends) {
     fprintf(out, "    <%s>\n", list);
