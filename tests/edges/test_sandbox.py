@@ -61,8 +61,8 @@ def work_folder(tmp_path):
 
 
 @pytest.mark.parametrize("kind, fault", [
-    ("pipe", "it is no regular file, but a device, pipe or socket"), ("zero", "it is no regular file, but a device, pipe or socket"),
-    ("terminal", "it is no regular file, but a device, pipe or socket"), ("folder", "it is a folder, a file is needed"),
+    ("pipe", "it is a device, pipe or socket; name a regular file"), ("zero", "it is a device, pipe or socket; name a regular file"),
+    ("terminal", "it is a device, pipe or socket; name a regular file"), ("folder", "it is a folder; name a file"),
     ("circle", "Too many levels of symbolic links"), ("missing", "No such file or directory"),
     ("long", "the files of a model are longer than 4 MB"), ("secret", "Permission denied")])
 @pytest.mark.parametrize("how", ["model", "required"])
@@ -186,7 +186,7 @@ def test_bytes_of_a_file(tmp_path):
 local p = rd.parameters { { "m", 1, "k\xe9g" } } -- \xe9
 return rd.model { name = "harmful", links = { { "a", joint = "x", mass = p.m } } }
 """)
-    refuse(tmp_path, "model.lua", ':2: text "k\\xE9g": contains byte 233, which is not UTF-8, a line of text is needed')
+    refuse(tmp_path, "model.lua", ':2: text "k\\xE9g": contains byte 233, which is not UTF-8; save the file as UTF-8')
 
 
 def test_settings_are_texts(tmp_path):
@@ -196,7 +196,7 @@ def test_settings_are_texts(tmp_path):
 return rd.model { name = rd.option("name", "set"), links = { { "a", joint = "x", mass = 1 } } }
 """)
     said = run_harmful(tmp_path, "check", "model.lua", "--set", "name=a\nb")
-    assert said.splitlines()[0] == 'model.lua: --set name "a\\nb": contains control character 10, a line of text is needed'
+    assert said.splitlines()[0] == 'model.lua: --set name "a\\nb": contains control character 10; remove it'
 
 
 # ---- what is honest is still read ----

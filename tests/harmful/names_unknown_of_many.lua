@@ -1,4 +1,4 @@
--- expect: 4: more entries in a table than 10000
+-- expect: 4: more than 10000 entries in a table
 -- Tries names that are not there, beside 20,000 that are.
 local rd = require "refdyn"
 local t, links = {}, {}
