@@ -108,7 +108,7 @@ def test_names_of_other_structures(folder):
     result = read(folder, "vary = { n_rfe = { 1, 4 }, arm_theta_3 = 0.1 }")
     assert result["columns"]["arm_theta_3"]["kind"] == "coordinate"
     assert refusals(folder, sweep_text("vary = { n_rfe = { 1, 2 }, arm_theta_3 = 0.1 }")) == [
-        'sweep.lua:3: arm_theta_3: unknown name; did you mean "arm_theta_1"?']
+        'sweep.lua:3: arm_theta_3: unknown name, the nearest known one is "arm_theta_1"']
 
 
 def test_the_points_of_grids(folder):
@@ -250,9 +250,9 @@ def test_a_sequence_is_the_same_at_each_point_and_a_seed_shifts_it(folder):
 # ---- Refusals ----
 
 REFUSALS = {
-    "vary = { mas = 1 }": 'vary.mas: unknown name; did you mean "mass"?',
+    "vary = { mas = 1 }": 'vary.mas: unknown name, the nearest known one is "mass"',
     "vary = { qqqqqq = 1 }": "vary.qqqqqq: unknown name, a parameter, an input, an option, a coordinate, its rate NAME_d or inputs is needed",
-    "vary = { cart_xd = 1 }": 'vary.cart_xd: unknown name; did you mean "cart_x"?',
+    "vary = { cart_xd = 1 }": 'vary.cart_xd: unknown name, the nearest known one is "cart_x"',
     "vary = { both = 1 }": "vary.both: the model has this name as a parameter and as an input, names of their own are needed",
     "vary = { mass = rd.grid(3, 1, 5) }": "vary.mass: rd.grid: from 3 to 1; the range must ascend",
     "vary = { mass = rd.grid(1, 1, 5) }": "vary.mass: rd.grid: from 1 to 1; the range must ascend",
@@ -269,14 +269,14 @@ REFUSALS = {
     "vary = { mass = rd.log_uniform(0, 1) }, draws = 3": "vary.mass: rd.log_uniform: from 0; bounds must be positive",
     "vary = { mass = rd.log_grid(-1, 1, 3) }": "vary.mass: rd.log_grid: from -1; bounds must be positive",
     "vary = { mass = rd.normal(1, -2) }, draws = 3": "vary.mass: rd.normal: standard deviation -2; must not be negative",
-    "vary = { mass = rd.uniform(0, 1) }": "vary.mass: random, but draws is missing: how many cases at each point of the grids",
-    "vary = { mass = 1 }, draws = 3": "draws: nothing that varies is random, such as rd.uniform(0, 1)",
-    "vary = { mass = 1 }, seed = 3": "seed: nothing that varies is random, such as rd.uniform(0, 1)",
+    "vary = { mass = rd.uniform(0, 1) }": "vary.mass: random, but draws is missing; add draws, the cases at each point of the grids",
+    "vary = { mass = 1 }, draws = 3": "draws: has no effect, since nothing random varies; remove it",
+    "vary = { mass = 1 }, seed = 3": "seed: has no effect, since nothing random varies; remove it",
     "vary = { mass = rd.uniform(0, 1) }, draws = 0": "draws: value 0; must be a positive whole number",
     "vary = { mass = rd.uniform(0, 1) }, draws = 1.5": "draws: value 1.5; must be a positive whole number",
     "vary = { mass = rd.uniform(0, 1) }, draws = 3, seed = -1": "seed: value -1; must be a whole number and not negative",
     "vary = { mass = rd.uniform(0, 1) }, draws = 3, sequence = 'sobl'": 'sequence: "sobl"; did you mean "sobol"?',
-    "vary = { mass = rd.grid(0, 1, 2), mass = 2 }": "mass: given twice in one table, the first time in line 3",
+    "vary = { mass = rd.grid(0, 1, 2), mass = 2 }": "mass: already given in line 3 of this table; give it once",
     "vary = { n_rfe = rd.uniform(0, 1) }, draws = 3": "vary.n_rfe: random numbers, a list of values is needed",
     "vary = { n_rfe = { 2, 2.5 } }": 'with n_rfe = 2.5 the model is at fault: --set n_rfe: value "2.5"; must be a whole number',
     "vary = { n_rfe = { 2, 99 } }": 'with n_rfe = 99 the model is at fault: option n_rfe: value "99"; must be a number from 1 to 20',
@@ -294,7 +294,7 @@ REFUSALS = {
     "vary = { 1 }": "vary: has entries without a name; must be a table such as { m = rd.grid(1, 3, 5) }",
     "vary = 3": "vary: a number; must be a table such as { m = rd.grid(1, 3, 5) }",
     "vari = { mass = 1 }, vary = { mass = 1 }": 'vari: unknown field; did you mean "vary"?',
-    "tol = 1e-6": "rd.sweep: vary is missing, such as vary = { m = rd.grid(1, 3, 5) }",
+    "tol = 1e-6": "rd.sweep: vary is missing; add vary = { m = rd.grid(1, 3, 5) }",
     "vary = { mass = 1 }, tol = -1": "tol: value -1; must be positive",
     "vary = { mass = 1 }, tol = 1e-6, step = 1": "step: fixed steps, but tol or step_max is given for adaptive steps; remove one of them",
     "vary = { mass = 1 }, method = 3": "method: a number; must be a text",
@@ -315,12 +315,12 @@ REFUSALS = {
     "vary = { mass = { 1, 2 } }, derive = function(c) return { E = c.mass > 1 and 'a' or 1 } end": "derive: case 1: E: of another type than in the first case; must be of one type",
     "vary = { mass = { 1, 2 } }, derive = function(c) return c.mass > 1 and { F = 1 } or { E = 1 } end": "derive: case 1: F: missing in the first case; return the same names in each case",
     "vary = { mass = { 1, 2 } }, derive = function(c) return { E = 1, F = c.mass < 2 and 1 or nil } end": "derive: case 1: fewer names than in the first case; return the same names in each case",
-    "vary = { mass = 1 }, derive = function(c) return { EE = 1 } end": 'derive: EE: unknown name; did you mean "E"?',
-    "vary = { mass = 1 }, derive = function(c) return { E = c.mas } end": 'derive: "mas" does not vary, the nearest name that does is "mass"',
-    "vary = { mass = 1 }, derive = function(c) while true do end end": "more than 100 million steps to read the sweep, a loop has no end?",
+    "vary = { mass = 1 }, derive = function(c) return { EE = 1 } end": 'derive: EE: unknown name, the nearest known one is "E"',
+    "vary = { mass = 1 }, derive = function(c) return { E = c.mas } end": 'derive: "mas" does not vary; did you mean "mass"?',
+    "vary = { mass = 1 }, derive = function(c) while true do end end": "more than 100 million steps to read the sweep; look for a loop without an end",
     "vary = { mass = rd.grid(1, 2, 1001), E = rd.uniform(1, 2), F = rd.grid(0, 1, 10) }, draws = 100":
-        "rd.sweep: 1001000 cases (10 of F x 1001 of mass x 100 draws), more than 1000000 need cases_max = 1001000",
-    "vary = { mass = rd.grid(1, 2, 3) }, cases_max = 2": "rd.sweep: 3 cases (3 of mass), more than 2 need cases_max = 3",
+        "rd.sweep: 1001000 cases (10 of F x 1001 of mass x 100 draws), more than 1000000; to allow them add cases_max = 1001000",
+    "vary = { mass = rd.grid(1, 2, 3) }, cases_max = 2": "rd.sweep: 3 cases (3 of mass), more than 2; to allow them add cases_max = 3",
 }
 
 
@@ -332,12 +332,12 @@ def test_refusals(folder, fields):
 
 def test_a_sweep_needs_its_end(folder):
     assert refusals(folder, sweep_text("vary = { mass = 1 }", t_end=False)) == [
-        "sweep.lua:2: rd.sweep: t_end is missing, such as t_end = 10, the end of the motions [s]"]
+        "sweep.lua:2: rd.sweep: t_end is missing; add t_end = 10, the end of the motions [s]"]
 
 
 def test_all_mistakes_are_told_at_once(folder):
     found = refusals(folder, sweep_text("vary = { mas = 1,\n EE = 2 },\n keep = { at = { 3 } }"))
-    assert found == ['sweep.lua:3: vary.mas: unknown name; did you mean "mass"?', 'sweep.lua:4: vary.EE: unknown name; did you mean "E"?',
+    assert found == ['sweep.lua:3: vary.mas: unknown name, the nearest known one is "mass"', 'sweep.lua:4: vary.EE: unknown name, the nearest known one is "E"',
                      "sweep.lua:5: keep.at[1]: time 3, the motions end at 1"]
 
 
@@ -348,25 +348,25 @@ def test_options_that_a_structure_refuses_are_told_where_they_stand(folder):
 
 def test_what_derive_may_take(folder):
     loop = "vary = { mass = rd.grid(1, 2, 1000) }, derive = function(c) for i = 1, 2e5 do end return { E = 1 } end"
-    assert refusals(folder, sweep_text(loop)) == ["sweep.lua:3: more than 102 million steps to read the sweep, a loop has no end?"]
+    assert refusals(folder, sweep_text(loop)) == ["sweep.lua:3: more than 102 million steps to read the sweep; look for a loop without an end"]
 
 
 def test_columns_that_a_sequence_has(folder):
     many = ", ".join(f"arm_theta_{i} = rd.uniform(0, 1)" for i in range(1, 42))
     assert refusals(folder, sweep_text(f"vary = {{ {many} }}, draws = 3, sequence = 'sobol'")) == [
-        "sweep.lua:3: sequence: 41 random columns, sobol has up to 40"]
+        "sweep.lua:3: sequence: 41 random columns; sobol has at most 40"]
     many = ", ".join(f"x_{i} = rd.uniform(0, 1)" for i in range(1230))
     assert refusals(folder, sweep_text(f"vary = {{ {many} }}, draws = 3, sequence = 'halton'")) == [
-        "sweep.lua:3: sequence: 1230 random columns, halton has up to 1229"]
+        "sweep.lua:3: sequence: 1230 random columns; halton has at most 1229"]
 
 
 def test_other_files(folder):
     assert refusals(folder, "return 3\n") == ["sweep.lua: the file returns a number; must return rd.sweep { ... }"]
     assert refusals(folder, "return {\n") == ["sweep.lua:2: unexpected symbol near <eof>"]
-    assert refusals(folder, MODEL)[0].startswith("sweep.lua:3: rd.option: of model files, a sweep file has rd.sweep, rd.grid, rd.log_grid,")
+    assert refusals(folder, MODEL)[0].startswith("sweep.lua:3: rd.option: belongs to model files; in a sweep use one of sweep, grid, log_grid,")
     assert refusals(folder, 'return require "refdyn".gridd(1, 2, 3)') == ['sweep.lua:1: rd.gridd: unknown function; did you mean "grid"?']
     assert refusals(folder, 'return io.open("x")')[0].startswith('sweep.lua:1: undefined global "io": a sweep has no such function or library')
-    assert refusals(folder, "while true do end") == ["sweep.lua:1: more than 100 million steps to read the sweep, a loop has no end?"]
+    assert refusals(folder, "while true do end") == ["sweep.lua:1: more than 100 million steps to read the sweep; look for a loop without an end"]
     done = subprocess.run([CASES, "model.lua", "none.lua"], cwd=folder, capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (1, "none.lua: cannot be read: No such file or directory\n")
 
@@ -402,7 +402,7 @@ def test_tables(folder):
 
 
 @pytest.mark.parametrize("text, message", {
-    "mas\n1\n": '1: mas: unknown name; did you mean "mass"?',
+    "mas\n1\n": '1: mas: unknown name, the nearest known one is "mass"',
     "mass,mass\n1,2\n": "1: cases: two columns are called 'mass', each needs a name of its own",
     "both\n1\n": "1: both: the model has this name as a parameter and as an input, names of their own are needed",
     "mass\n1\nx\n": "3: cases: mass: 'x' is no finite number",
@@ -454,7 +454,7 @@ def test_the_example_of_the_page(folder):
 
 def test_the_page_names_what_there_is(folder):
     page = (SOURCE / "docs" / "batches.md").read_text()
-    known = refusals(folder, sweep_text("vary = { mass = 1 }, qqqqqqqqqqqq = 1"))[0].partition("known:")[2].split()
+    known = refusals(folder, sweep_text("vary = { mass = 1 }, qqqqqqqqqqqq = 1"))[0].partition("use one of ")[2].split(", ")
     assert known and all(f"`{name}`" in page for name in known)
-    functions = re.findall(r"rd\.(\w+)", refusals(folder, 'return require "refdyn".model {}')[0].partition("has")[2])
+    functions = refusals(folder, 'return require "refdyn".model {}')[0].partition("use one of ")[2].split(", ")
     assert functions and all(f"rd.{name}" in page for name in functions)

@@ -68,7 +68,7 @@ return rd.model { name = "doubtful", gravity = { 0, 0, -9.81 }, links = {
 } }
 """)
     assert done.stderr.splitlines() == [
-        f"{path}:3: warning: coordinate spin_psi: nothing loads it, no gravity, spring, damper, force or row",
-        f"{path}:4: warning: coordinate empty_x: nothing loads it, no gravity, spring, damper, force or row",
-        f"{path}:4: warning: coordinate empty_phi: moves nothing that has inertia about its axis, its acceleration has no "
-        "value unless rows give it one"]
+        f"{path}:3: warning: coordinate spin_psi: no load acts on it: no gravity, spring, damper, force or row",
+        f"{path}:4: warning: coordinate empty_x: no load acts on it: no gravity, spring, damper, force or row",
+        f"{path}:4: warning: coordinate empty_phi: moves no inertia about its axis, so that only rows can determine "
+        "its acceleration; add inertia or a row"]

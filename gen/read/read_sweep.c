@@ -438,9 +438,10 @@ static void check_draws(const struct reading *reading, const struct value *sweep
             message_error(messages, value_find_field(sweep, fields[i])->place,
                           "%s: has no effect, since nothing random varies; remove it", fields[i]);
     if (first && !value_find_field(sweep, "draws"))
-        message_error(messages, first->place,
-                      "vary.%s: random, but draws is missing; add draws = cases at each point of the grids",
-                      first->name);
+        message_error(
+            messages, first->place,
+            "vary.%s: random, but draws is missing; add draws, the cases at each point of the grids",
+            first->name);
     const int most = file->sequence == SEQUENCE_SOBOL ? SOBOL_MOST : HALTON_MOST;
     if (file->sequence != SEQUENCE_RANDOM && count > most)
         message_error(messages, value_find_field(sweep, "sequence")->place,

@@ -219,7 +219,7 @@ return rd.model { name = "hidden", gravity = { 0, 0, -9.81 }, links = { { "rod",
   segments = { { length = 1, rfe = 2 }, { length = 1, rfe = 3, rho = 2700 } } } } } }
 """)
     assert refdyn("check", tmp_path / "model.lua").stderr == (
-        f"{tmp_path}/model.lua:3: warning: links[1].beam.rfe: each segment has its own, the beam's says nothing beside them\n")
+        f"{tmp_path}/model.lua:3: warning: links[1].beam.rfe: has no effect, since each segment has its own\n")
 
 
 def test_turns_that_elements_do_not_have(tmp_path):
@@ -231,7 +231,7 @@ return rd.model { name = "plane", gravity = { 0, 0, -9.81 }, links = { { "rod", 
                { length = 1, rfe = 3,
                  curvature = { psi = 0.2 } } } } } } }
 """)
-    told = "the elements have no {0} (dofs), it says nothing"
+    told = "has no effect, since the elements do not turn by {0} (dofs)"
     assert refdyn("check", tmp_path / "model.lua").stderr.splitlines() == [
         f"{tmp_path}/model.lua:4: warning: links[1].beam.damping.phi: " + told.format("phi"),
         f"{tmp_path}/model.lua:7: warning: links[1].beam.segments[2].curvature.psi: " + told.format("psi")]

@@ -56,7 +56,7 @@ def scene(folder, words):
 def refused(path, kind, *options):
     """The names that are refused, with the reason."""
     done = refdyn("check", path, "--set", f"kind={kind}", *options, status=None)
-    found = re.findall(r": (?:parameter|input|link|point) \"?([^ \"]+)\"?: (.*another .*needed)", done.stderr)
+    found = re.findall(r": (?:parameter|input|link|point) \"?([^ \"]+)\"?: (.*; choose another name)", done.stderr)
     assert len(found) == done.stderr.count("\n") - done.stderr.count("warning"), done.stderr
     return dict(found)
 

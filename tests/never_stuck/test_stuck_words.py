@@ -231,7 +231,7 @@ def test_places_that_do_not_move(tmp_path):
     assert said(tmp_path, model(links=ARM.replace('"psi"', '"x, psi"'), rest=rest), status=0) == []
     hand = '{ "hand", on = "arm", joint = "psi", mass = 1, center = { 0.1, 0, 0 } }'
     assert said(tmp_path, model(links=f"{BEAM}, {hand}"), status=0) == [
-        'm.lua:4: warning: link hand: on: "arm" is the root of the beam; its end is "arm.tip"']
+        'm.lua:4: warning: link hand: on: "arm" is the root of the beam; for its end write "arm.tip"']
     assert said(tmp_path, model(links=f"{BEAM}, {hand.replace('on = ', 'along = 0.2, on = ')}"), status=0) == []
 
 
@@ -306,7 +306,7 @@ def test_sweeps(tmp_path):
             "return rd:sweep {}": "rd:sweep: the colon passes rd as first argument; write rd.sweep",
             "return rd.sweep { vary = { k = rd:grid(1, 2, 3) } }": "rd:grid: the colon passes rd as first argument; write rd.grid",
             'return rd.sweep("k", 1)': "rd.sweep: argument 1 is a text; must be a table, as in rd.sweep { vary = { m = rd.grid(1, 3, 5) }, t_end = 10 }",
-            "return rd.sweep { until = 1 }": "unexpected symbol near 'until'; until is a word of Lua and no name, end, in and repeat as well",
+            "return rd.sweep { until = 1 }": "unexpected symbol near 'until'; until is a keyword, as are end, in and repeat; use another name",
             "return rd.sweep { vary = { k = { 1, −2 } } }": "U+2212 (a typographic dash or minus sign) outside a text; write -"}.items():
         sweep.write_text(f'local rd = require "refdyn"\n{text}\n')
         assert said(tmp_path, model(LEAD), sweep, "-o", tmp_path / "r.csv", command="batch") == [f"s.lua:2: {message}"]
@@ -317,7 +317,7 @@ LINES = {
     ("--set", "k=0,5", "--until", "1"): 'm.lua: --set k: value "0,5"; must be a number; write 0.5',
     ("--set", "k=45deg", "--until", "1"): 'm.lua: --set k: value "45deg"; must be a number; write the number alone, in SI units and radians',
     ("--set", "k = 2", "--until", "1"): 'm.lua: --set k : unknown option or parameter; did you mean "k", without blanks?',
-    ("--set", "arm_psi=2", "--until", "1"): "m.lua: --set arm_psi: a coordinate; the model or a STATE.json says where it starts",
+    ("--set", "arm_psi=2", "--until", "1"): "m.lua: --set arm_psi: a coordinate; set its start in the model or in a STATE.json",
     ("--set", "p.k=2", "--until", "1"): 'm.lua: --set p.k: unknown option or parameter; did you mean "k"?',
     ("--until", "0,5"): "refdyn sim: --until: '0,5' is no positive number; write 0.5",
     ("--until", "10 s"): "refdyn sim: --until: '10 s' is no positive number; write the number alone, in SI units and radians",
