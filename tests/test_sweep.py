@@ -365,7 +365,7 @@ def test_other_files(folder):
     assert refusals(folder, "return {\n") == ["sweep.lua:2: unexpected symbol near <eof>"]
     assert refusals(folder, MODEL)[0].startswith("sweep.lua:3: rd.option: belongs to model files; in a sweep use one of sweep, grid, log_grid,")
     assert refusals(folder, 'return require "refdyn".gridd(1, 2, 3)') == ['sweep.lua:1: rd.gridd: unknown function; did you mean "grid"?']
-    assert refusals(folder, 'return io.open("x")')[0].startswith('sweep.lua:1: undefined global "io": a sweep has no such function or library')
+    assert refusals(folder, 'return io.open("x")')[0].startswith('sweep.lua:1: undefined global "io": not available in a sweep')
     assert refusals(folder, "while true do end") == ["sweep.lua:1: more than 100 million steps to read the sweep; look for a loop without an end"]
     done = subprocess.run([CASES, "model.lua", "none.lua"], cwd=folder, capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (1, "none.lua: cannot be read: No such file or directory\n")
