@@ -15,7 +15,7 @@ from harm import HARMFUL, MEGABYTES, SLOWNESS, peak_megabytes, run_harmful
 from program import MODELS, refdyn, some
 
 FILES = some(HARMFUL.glob("*.lua"))
-STEPS = "more than 100 million steps to read the model, a loop has no end?"
+STEPS = "more than 100 million steps to read the model; look for a loop without an end"
 NESTED = "C stack overflow: calls, parentheses, tables or blocks are nested too deep"
 WRITTEN = ["out/harmful.h", "out/harmful.c"] + [f"out/harmful_{part}.c" for part in range(2, 100)]
 
@@ -87,7 +87,7 @@ def test_no_model_file(tmp_path, kind, fault, how):
         refuse(tmp_path, "parts.lua", f": cannot be read: {fault}")
     else:
         (work / "model.lua").write_text('local rd = require "refdyn"\nlocal parts = require "parts"\n')
-        refuse(tmp_path, "model.lua", f":2: require: parts.lua beside the model cannot be read: {fault}")
+        refuse(tmp_path, "model.lua", f":2: require: parts.lua in the folder of the model cannot be read: {fault}")
 
 
 def test_model_without_length(tmp_path):
@@ -102,7 +102,7 @@ def test_many_files(tmp_path):
     (work / "model.lua").write_text('for i = 1, 200 do require("part" .. i) end\n')
     for i in range(1, 201):
         (work / f"part{i}.lua").write_text("return 1\n")
-    refuse(tmp_path, "model.lua", ":1: require: part100.lua beside the model cannot be read: a model has more than 100 files")
+    refuse(tmp_path, "model.lua", ":1: require: part100.lua in the folder of the model cannot be read: a model has more than 100 files")
 
 
 def test_large_files(tmp_path):
@@ -111,7 +111,7 @@ def test_large_files(tmp_path):
     for i in range(1, 6):
         (work / f"part{i}.lua").write_text("-- " + "x" * 1000000 + "\n")
     refuse(tmp_path, "model.lua",
-           ":1: require: part5.lua beside the model cannot be read: the files of a model are longer than 4 MB")
+           ":1: require: part5.lua in the folder of the model cannot be read: the files of a model are longer than 4 MB")
 
 
 @pytest.mark.parametrize("count, expected", [(90, "part90.lua:1: the last"), (99, "part99.lua:1: the last")])
@@ -167,7 +167,7 @@ for i = 1, 5000 do links[i] = { "nothing_of_this_name_" .. i, joint = "x", mass 
 return rd.model { name = "near", links = links, hold = hold }
 """)
     said = run_harmful(tmp_path, "check", "model.lua").splitlines()
-    assert len(said) == 1001 and "model.lua: more than 1000 messages, the rest is left out" in said
+    assert len(said) == 1001 and "model.lua: more than 1000 messages; the others are left out" in said
 
 
 def test_file_name_in_messages(tmp_path):
