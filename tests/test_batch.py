@@ -134,7 +134,7 @@ def test_a_failed_case_leaves_the_others(tmp_path):
         assert list(np.flatnonzero(two_bad["status"][...])) == [17, 29] and not all_good["status"][...].any()
         assert list(two_bad["status"][[17, 29]]) == [1, 3]
         reasons = two_bad["reason"].asstr()[...]
-        assert reasons[17].endswith("model.lua:10: links[1].mass: value -5, a positive number is needed")
+        assert reasons[17].endswith("model.lua:10: links[1].mass: value -5; must be positive")
         assert reasons[29].startswith("start at t = 0 s: ") and reasons[0] == ""
         others = [i for i in range(40) if i not in (17, 29)]
         for name in all_good["final"]:
@@ -657,8 +657,8 @@ VARY = HEAD + "return rd.sweep { vary = { %s }, t_end = 0.1%s }"
     (VARY % ("mass = 1", ',\nstep = 1e-12'), [], 1, "sweep.lua:3: step 1e-12: 1e+11 steps, at most 1e+10 are taken"),
     (VARY % ("mass = 1", ',\nfrom = "late.json"'), [], 1, "sweep.lua:2: t_end 0.1: the motion starts at t = 2"),
     (VARY % ("mass = 1", ',\nmethod = "msbdf"'), [], 1, "sweep.lua:3: method: msbdf takes one motion alone"),
-    (VARY % ("mass = 1", ',\ngoal = 3'), [], 1, "sweep.lua:3: goal: unknown field, known: vary draws"),
-    (VARY % ("mass = 1", ',\ntoll = 3'), [], 1, "sweep.lua:3: toll: unknown field, the nearest known one is \"tol\""),
+    (VARY % ("mass = 1", ',\ngoal = 3'), [], 1, "sweep.lua:3: goal: unknown field; use one of vary, draws"),
+    (VARY % ("mass = 1", ',\ntoll = 3'), [], 1, "sweep.lua:3: toll: unknown field; did you mean \"tol\"?"),
     (VARY % ("mass = { 1, 2 }", ", keep = { at = { 0.05, 0.2 } }"), [], 1, "sweep.lua:2: keep.at[2]: time 0.2, the motions end at 0.1"),
     (VARY % ("arm_psi = { 0.1, 0.2 }", ', from = "statics"'), [], 1,
      "the start value of arm_psi varies, and from statics the coordinate takes its equilibrium: hold keeps it"),

@@ -82,11 +82,11 @@ def test_new_overwrites_nothing(arm):
     assert refdyn("check", "second.lua", cwd=arm).stdout.startswith("second: ")
 
 
-IDENTIFIER = "no identifier of C, a letter and then letters, digits and _ are needed"
+IDENTIFIER = "not an identifier of C; use a letter, then letters, digits and _"
 BAD_NAMES = {
     "my arm": f'model "my arm": {IDENTIFIER}', "3dof": f'model "3dof": {IDENTIFIER}', "a\tb": f'model "a\\x09b": {IDENTIFIER}',
-    "int": "model int: a reserved word of C or C++, another name is needed",
-    "math": "model math: math.h is a header of the system, another name is needed",
+    "int": "model int: a reserved word of C or C++; choose another name",
+    "math": "model math: math.h is a header of the system; choose another name",
     "folder/arm": "'folder/arm' is a path; give only the model's name, whose file goes into this folder",
     "arm.lua": "'arm.lua' is the name of a file; give the name of the model, without .lua",
     "": "NAME is an empty text",
@@ -315,7 +315,7 @@ def test_project_of_the_page(project, prefix):
     assert run(project / "build" / "mine").startswith("8 coordinates")
     model.write_text(good.replace("links = {", "link = {"))
     said = build(project, status=None)
-    assert f'{project}/arm.lua:{good[:good.index("links = {")].count(chr(10)) + 1}: link: unknown field, the nearest known one is "links"' in said
+    assert f'{project}/arm.lua:{good[:good.index("links = {")].count(chr(10)) + 1}: link: unknown field; did you mean "links"?' in said
     model.write_text(good)
     build(project)
     assert run(project / "build" / "mine").startswith("5 coordinates")

@@ -432,7 +432,7 @@ def test_values_that_the_model_refuses(tmp_path):
     model = tmp_path / "losing.lua"
     model.write_text(LOSING.replace("LEFT", "s.q.b_z - 0.55"))
     done = refdyn("sim", model, "--until", 2, "-o", tmp_path / "run.csv", status=3)
-    assert re.search(r"refdyn: losing: t = 0\.\d+ s: the event loses: .*losing\.lua:3: links\[1\]\.mass: value -0\.5, a positive number is needed\n",
+    assert re.search(r"refdyn: losing: t = 0\.\d+ s: the event loses: .*losing\.lua:3: links\[1\]\.mass: value -0\.5; must be positive\n",
                      done.stderr), done.stderr
     model.write_text(LOSING.replace("LEFT", "p.m - 0.7"))
     _, _, summary = motion(model, "--until", 0.5, "--verify")

@@ -394,10 +394,10 @@ return rd.model { name = "refused", gravity = { 0, 0, -9.81 },
       bodies = { rd.tube { outer = p.outer, inner = p.inner, length = 1, axis = "z", density = 100, at = { 0, 0, -0.5 } } } } },
   forces = function(s) return { cart_x = rd.ramp(s.t, 0.2, p.T) } end }
 """
-REFUSALS = {"m": (-0.05, "links[1].mass: value -0.05, a positive number is needed"),
-            "inner": (0.2, "links[2].bodies[1].inner: value 0.2, less than the outer diameter 0.1 is needed"),
+REFUSALS = {"m": (-0.05, "links[1].mass: value -0.05; must be positive"),
+            "inner": (0.2, "links[2].bodies[1].inner: inner diameter 0.2; must be less than the outer diameter, 0.1"),
             "T": (0.1, "rd.ramp: from 0.2 to 0.1, "), "Ix": (3, "link arm: inertia 3 1 1, none may be larger than the sum of the others"),
-            "c": (-1, "links[1].damper.x: value -1, a number not below 0 is needed")}
+            "c": (-1, "links[1].damper.x: value -1; must not be negative")}
 
 
 @pytest.mark.parametrize("version", VERSIONS)
@@ -418,7 +418,7 @@ def test_values_that_the_model_refuses(fmpy, version, tmp_path, capfd):
         with pytest.raises(Exception):
             good.get(["cart_x_dd"])
         said = capfd.readouterr()
-        assert "links[1].mass: value -1, a positive number is needed" in said.out + said.err, said
+        assert "links[1].mass: value -1; must be positive" in said.out + said.err, said
 
 
 

@@ -488,8 +488,8 @@ def test_models_at_fault(package, tmp_path):
     with pytest.raises(package.ModelError) as told:
         package.Model(file)
     assert (told.value.file, told.value.line) == (str(file), 3)
-    assert str(told.value) == f"{file}:3: links[1].mass: value -2, a positive number is needed"
-    with pytest.raises(package.ModelError, match=re.escape("<text>:3: links[1].mas: unknown field, the nearest known one is \"mass\"")) as told:
+    assert str(told.value) == f"{file}:3: links[1].mass: value -2; must be positive"
+    with pytest.raises(package.ModelError, match=re.escape("<text>:3: links[1].mas: unknown field; did you mean \"mass\"?")) as told:
         package.Model.from_text(GOOD.replace("mass", "mas"))
     assert (told.value.file, told.value.line) == ("<text>", 3)
     with pytest.raises(package.ModelError, match="--set m_e: unknown option or parameter"):

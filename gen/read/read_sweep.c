@@ -1,21 +1,20 @@
 /*
- * A sweep file from values to data: see read.h. Each field of rd.sweep has a line in `fields`, with the
- * function that reads it and where it goes.
+ * Reads a sweep file: from the values of rd.sweep to plain data. Each field has a line in `sweep_fields`,
+ * with the function that reads it and the member that it sets.
  */
-#include "gen/read/read.h"
 #include "gen/read/reader.h"
-#include "gen/base/base.h"
 
 #include <math.h>
 #include <stddef.h>
 #include <string.h>
 
-/* What reading may take of memory, deriving included, and how many cases are no accident. */
+/* Bound of the memory for reading and deriving. */
 static const size_t bound_of_reading = (size_t)256 << 20;
+/* Bound of the number of cases unless the file sets cases_max. More are probably a mistake. */
 static const double cases_by_accident = 1e6;
-/* Memory that the tables of all cases may take. */
+/* Bound of the memory for the tables of all cases. */
 static const size_t bound_of_cases = (size_t)512 << 20;
-/* How many columns the sequences of GSL have. */
+/* Largest number of columns of the sequences of GSL. */
 enum { SOBOL_MOST = 40, HALTON_MOST = 1229 };
 
 struct reading {
@@ -25,7 +24,7 @@ struct reading {
 
 static void refuse(const struct reading *reading, const struct value *value, const char *path,
                    const char *needed) {
-    message_error(reading->check.messages, value->place, "%s: %s, %s is needed", path,
+    message_error(reading->check.messages, value->place, "%s: %s; must be %s", path,
                   fields_made_text(&reading->check, value), needed);
 }
 
@@ -35,11 +34,11 @@ static const char *number_text(const struct reading *reading, double x) {
 
 static void refuse_number(const struct reading *reading, const struct value *value, const char *path,
                           const char *needed) {
-    message_error(reading->check.messages, value->place, "%s: value %s, %s is needed", path,
+    message_error(reading->check.messages, value->place, "%s: value %s; must be %s", path,
                   number_text(reading, value->number), needed);
 }
 
-/* ---- Values of one kind each; `target` is where they go ---- */
+/* ---- Values of one kind each, stored in `target` ---- */
 
 typedef void read_field(const struct reading *reading, const struct value *value, const char *path,
                         void *target);
@@ -49,7 +48,7 @@ static void read_positive(const struct reading *reading, const struct value *val
     if (value->kind != VALUE_NUMBER)
         refuse(reading, value, path, "a number");
     else if (!(value->number > 0 && isfinite(value->number)))
-        refuse_number(reading, value, path, "a positive number");
+        refuse_number(reading, value, path, "positive");
     else
         *(double *)target = value->number;
 }
@@ -62,7 +61,7 @@ static bool is_whole(const struct reading *reading, const struct value *value, c
         refuse(reading, value, path, "a number");
     else if (!(x >= least && x <= largest && x == floor(x)))
         refuse_number(reading, value, path,
-                      least > 0 ? "a positive whole number" : "a whole number not below 0");
+                      least > 0 ? "a positive whole number" : "a whole number and not negative");
     else
         return true;
     return false;
@@ -85,7 +84,7 @@ static void read_text(const struct reading *reading, const struct value *value, 
     if (value->kind != VALUE_TEXT)
         refuse(reading, value, path, "a text");
     else if (!*value->text)
-        message_error(reading->check.messages, value->place, "%s: an empty text, a name is needed", path);
+        message_error(reading->check.messages, value->place, "%s: an empty text; must be a name", path);
     else
         *(const char **)target = value->text;
 }
@@ -110,7 +109,7 @@ static bool is_list(const struct value *value) {
     return value->kind == VALUE_TABLE && !value->tag && value->field_count == 0;
 }
 
-/* ---- Lists of names, and of times ---- */
+/* ---- Lists of names and of times ---- */
 
 static void read_names(const struct reading *reading, const struct value *value, const char *path,
                        void *target) {
@@ -131,10 +130,10 @@ static void read_names(const struct reading *reading, const struct value *value,
     for (int i = 0; i < names->count; i++)
         if (text_index(names->names[i], names->names, names->count) < i)
             message_error(reading->check.messages, names->places[i],
-                          "%s: \"%s\" is there twice, once is enough", path, names->names[i]);
+                          "%s: \"%s\" is given twice; give it once", path, names->names[i]);
 }
 
-/* Names as the command line has them, commas between. */
+/* Names with commas between them, as on the command line. */
 static void read_list(const struct reading *reading, const struct value *value, const char *path,
                       void *target) {
     struct sweep_names names = {.count = 0};
@@ -162,7 +161,7 @@ static void read_times(const struct reading *reading, const struct value *value,
             refuse(reading, item, own_path, "a number");
         else if (!(item->number >= 0 && isfinite(item->number)) || (i > 0 && item->number <= keep->at[i - 1]))
             message_error(reading->check.messages, item->place,
-                          "%s: time %s, ascending ones, not below 0, are needed", own_path,
+                          "%s: time %s; times must ascend and not be negative", own_path,
                           number_text(reading, item->number));
     }
     keep->at_count = value->item_count;
@@ -176,13 +175,13 @@ static enum case_values kind_of(const struct value *value) {
     return value->kind == VALUE_TEXT ? CASES_TEXTS : CASES_TRUTHS;
 }
 
-/* The kind that the column has with one more entry; complains about mixed ones. */
+/* Sets the kind of the column with one more entry. Reports mixed kinds. */
 static bool join_kinds(const struct reading *reading, struct case_column *column, const struct value *item,
                        int index, const char *path) {
     const enum case_values kind = kind_of(item);
     const bool are_numbers = kind <= CASES_WHOLE && column->kind <= CASES_WHOLE;
     if (index > 0 && kind != column->kind && !are_numbers) {
-        refuse(reading, item, path, "the same kind of value as before it");
+        refuse(reading, item, path, "of the same kind as the values before it");
         return false;
     }
     column->kind = index > 0 && kind != column->kind ? CASES_NUMBERS : kind;
@@ -192,14 +191,14 @@ static bool join_kinds(const struct reading *reading, struct case_column *column
 static void add_value(const struct reading *reading, struct case_column *column, const struct value *item,
                       int index, const char *path) {
     if (item->kind != VALUE_NUMBER && item->kind != VALUE_TEXT && item->kind != VALUE_BOOLEAN) {
-        if (item->kind != VALUE_NOTHING) /* a gap, said before */
+        if (item->kind != VALUE_NOTHING) /* a gap, reported before */
             refuse(reading, item, path, "a number, a text, true or false");
         return;
     }
     if (!join_kinds(reading, column, item, index, path))
         return;
     if (item->kind == VALUE_NUMBER && !isfinite(item->number))
-        message_error(reading->check.messages, item->place, "%s: value %s, a finite number is needed", path,
+        message_error(reading->check.messages, item->place, "%s: value %s; must be finite", path,
                       text_not_finite(item->number));
     column->values[index] = item->kind == VALUE_NUMBER ? item->number : item->truth;
     if (item->kind == VALUE_TEXT) {
@@ -208,7 +207,7 @@ static void add_value(const struct reading *reading, struct case_column *column,
     }
 }
 
-/* A list of values, or one value that holds for all cases. */
+/* A list of values, or one value for all cases. */
 static void read_values(const struct reading *reading, struct vary *vary, const struct value *items,
                         int count, const char *path) {
     struct memory *memory = reading->check.memory;
@@ -237,26 +236,26 @@ bool vary_is_random(const struct vary *vary) {
 }
 
 static const char *fault_of_range(struct memory *memory, const struct vary *vary) {
-    const double a = vary->from, b = vary->to, largest = 1e300; /* so that no value leaves the numbers */
+    const double a = vary->from, b = vary->to, largest = 1e300; /* so that no value overflows */
     const bool is_logarithmic = vary->form == VARY_LOG_GRID || vary->form == VARY_LOG_UNIFORM;
     if (!isfinite(a) || !isfinite(b) || !isfinite(vary->count))
-        return "a number that is not finite, finite ones are needed";
+        return "a number is not finite; numbers must be finite";
     if (vary->form == VARY_NORMAL && b < 0)
-        return memory_format(memory, "standard deviation %.15g, one not below 0 is needed", b);
+        return memory_format(memory, "standard deviation %.15g; must not be negative", b);
     if (fabs(a) > largest || fabs(b) > largest)
-        return "a number beyond 1e300, smaller ones are needed";
+        return "a number is beyond 1e300; numbers must be smaller";
     if (vary->form == VARY_NORMAL)
         return NULL;
     if (is_logarithmic && !(a > 0))
-        return memory_format(memory, "from %.15g, bounds above 0 are needed", a);
+        return memory_format(memory, "from %.15g; bounds must be positive", a);
     if (!vary_is_random(vary) && !(vary->count >= 1 && vary->count == floor(vary->count)))
-        return memory_format(memory, "%.15g points, a positive whole number is needed", vary->count);
+        return memory_format(memory, "%.15g points; must be a positive whole number", vary->count);
     if (!(a < b) && !(a == b && vary->count == 1))
-        return memory_format(memory, "from %.15g to %.15g, an end above the beginning is needed", a, b);
+        return memory_format(memory, "from %.15g to %.15g; the range must ascend", a, b);
     return NULL;
 }
 
-/* What rd.grid and its like have made, unless the file has changed it since. */
+/* A range made by a function such as rd.grid, unless the file has changed it since. */
 static void read_range(const struct reading *reading, struct vary *vary, const struct value *value,
                        const char *path) {
     int index = 0;
@@ -267,7 +266,8 @@ static void read_range(const struct reading *reading, struct vary *vary, const s
     for (int i = 0; has_numbers && i < needed; i++)
         has_numbers = value->items[i].kind == VALUE_NUMBER;
     if (!has_numbers) {
-        refuse(reading, value, path, "a number, a list of values, rd.grid or rd.uniform and its like");
+        refuse(reading, value, path,
+               "a number, a list of values, rd.grid, log_grid, uniform, log_uniform or normal");
         return;
     }
     vary->form = forms[index].form;
@@ -287,7 +287,7 @@ static void read_column(const struct reading *reading, struct vary *vary, const 
         field_types_has_no_names(&reading->check, value, path, "a list of values");
     else if (value->kind == VALUE_TABLE && value->item_count == 0)
         message_error(reading->check.messages, value->place,
-                      "%s: an empty list, at least one value is needed", path);
+                      "%s: an empty list; must have at least one value", path);
     else if (value->kind == VALUE_TABLE)
         read_values(reading, vary, value->items, value->item_count, path);
     else
@@ -306,7 +306,7 @@ static void read_vary(const struct reading *reading, const struct value *value, 
     if (!field_types_has_no_items(&reading->check, value, path, form))
         return;
     if (value->field_count == 0)
-        message_error(reading->check.messages, value->place, "%s: empty, at least one name is needed", path);
+        message_error(reading->check.messages, value->place, "%s: empty; must have at least one name", path);
     file->varies = memory_get(reading->check.memory, (size_t)value->field_count * sizeof *file->varies);
     file->vary_count = value->field_count;
     for (int i = 0; i < value->field_count; i++) {
@@ -355,7 +355,7 @@ static void read_fields(const struct reading *reading, const struct value *table
     }
     if (table->item_count > 0)
         message_error(reading->check.messages, table->items[0].place,
-                      "%s: an entry without a name, names are needed", *path ? path : "rd.sweep");
+                      "%s: an entry without a name; write NAME = value", *path ? path : "rd.sweep");
 }
 
 #define AT(field) offsetof(struct sweep_file, field)
@@ -379,7 +379,7 @@ static void read_keep(const struct reading *reading, const struct value *value, 
         keep->at_count + keep->extremes.count + keep->norms.count + keep->history.count == 0 &&
         errors == reading->check.messages->errors)
         message_error(reading->check.messages, value->place,
-                      "%s: nothing is kept, final = true or names of columns are needed", path);
+                      "%s: keeps nothing; add final = true or names of columns", path);
 }
 
 static const struct field_reader sweep_fields[] = {
@@ -405,7 +405,7 @@ static const struct field_reader sweep_fields[] = {
     {"keep", read_keep, AT(keep)},
 };
 
-/* ---- What the fields say together ---- */
+/* ---- Checks of several fields ---- */
 
 static void check_needed(const struct reading *reading, const struct value *sweep) {
     static const struct {
@@ -413,16 +413,16 @@ static void check_needed(const struct reading *reading, const struct value *swee
     } needed[] = {{"vary", "{ m = rd.grid(1, 3, 5) }"}, {"t_end", "10, the end of the motions [s]"}};
     for (int i = 0; i < 2; i++)
         if (!value_find_field(sweep, needed[i].name))
-            message_error(reading->check.messages, sweep->place, "rd.sweep: %s is missing, such as %s = %s",
+            message_error(reading->check.messages, sweep->place, "rd.sweep: %s is missing; add %s = %s",
                           needed[i].name, needed[i].name, needed[i].form);
     const struct value *step = value_find_field(sweep, "step");
     if (step && (value_find_field(sweep, "tol") || value_find_field(sweep, "step_max")))
         message_error(
             reading->check.messages, step->place,
-            "step: fixed steps, beside tol or step_max of steps that are found, one kind is needed");
+            "step: fixed steps, but tol or step_max is given for adaptive steps; remove one of them");
 }
 
-/* Only random columns are drawn, and those need to know how often. */
+/* Random columns need a number of draws. The fields for draws have no effect without them. */
 static void check_draws(const struct reading *reading, const struct value *sweep) {
     static const char *const fields[] = {"draws", "seed", "sequence"};
     const struct sweep_file *file = reading->file;
@@ -436,15 +436,16 @@ static void check_draws(const struct reading *reading, const struct value *sweep
     for (int i = 0; i < 3 && !first; i++)
         if (value_find_field(sweep, fields[i]))
             message_error(messages, value_find_field(sweep, fields[i])->place,
-                          "%s: nothing that varies is random, such as rd.uniform(0, 1)", fields[i]);
+                          "%s: has no effect, since nothing random varies; remove it", fields[i]);
     if (first && !value_find_field(sweep, "draws"))
-        message_error(messages, first->place,
-                      "vary.%s: random, but draws is missing: how many cases at each point of the grids",
-                      first->name);
+        message_error(
+            messages, first->place,
+            "vary.%s: random, but draws is missing; add draws, the cases at each point of the grids",
+            first->name);
     const int most = file->sequence == SEQUENCE_SOBOL ? SOBOL_MOST : HALTON_MOST;
     if (file->sequence != SEQUENCE_RANDOM && count > most)
         message_error(messages, value_find_field(sweep, "sequence")->place,
-                      "sequence: %d random columns, %s has up to %d", count,
+                      "sequence: %d random columns; %s has at most %d", count,
                       file->sequence == SEQUENCE_SOBOL ? "sobol" : "halton", most);
 }
 
@@ -455,15 +456,14 @@ double sweep_file_case_count(const struct sweep_file *file) {
     return count;
 }
 
-/* Memory of the values of all cases, their structure and their number. The limit is as large as that of all
- * the rest of a sweep. */
+/* Memory of the values of all cases, their structure and their number. The bound equals that of all other
+ * memory of a sweep. */
 static void check_case_memory(const struct reading *reading, const struct value *sweep, double count) {
     const double bytes = count * (8.0 * (reading->file->vary_count + 1) + 4);
     if (bytes > (double)bound_of_cases)
         message_error(
             reading->check.messages, sweep->place,
-            "rd.sweep: %.15g cases take %.0f MB of memory, more than %d MB; parts of them are sweeps of "
-            "their own",
+            "rd.sweep: %.15g cases take %.0f MB of memory, more than %d MB; divide them into several sweeps",
             count, ceil(bytes / 1048576), (int)(bound_of_cases >> 20));
 }
 
@@ -483,8 +483,8 @@ static void check_case_count(const struct reading *reading, const struct value *
     if (file->draws > 1)
         factors = memory_format(memory, "%s%s%.15g draws", factors, *factors ? " x " : "", file->draws);
     message_error(reading->check.messages, sweep->place,
-                  "rd.sweep: %.15g cases (%s), more than %.15g need cases_max = %.15g", count, factors,
-                  file->cases_max, count);
+                  "rd.sweep: %.15g cases (%s), more than %.15g; to allow them add cases_max = %.15g", count,
+                  factors, file->cases_max, count);
 }
 
 static void read_sweep(const struct reading *reading, const struct value *sweep) {
@@ -492,7 +492,7 @@ static void read_sweep(const struct reading *reading, const struct value *sweep)
     file->place = sweep->place;
     if (!fields_has_tag(sweep, "sweep")) {
         message_error(reading->check.messages, sweep->place,
-                      "the file returns %s, rd.sweep { ... } is needed", value_kind_text(sweep->kind));
+                      "the file returns %s; must return rd.sweep { ... }", value_kind_text(sweep->kind));
         return;
     }
     read_fields(reading, sweep, "", sweep_fields, sizeof sweep_fields / sizeof *sweep_fields);

@@ -44,13 +44,13 @@ def test_setting_that_is_no_value(setting, model):
     name, value = setting.split("=", 1)
     done = refdyn("check", model, "--set", setting, status=1)
     advice = {"m=1kg": UNIT, "push=1 N": UNIT, "m=1,5": "; write 1.5"}.get(setting, "")
-    assert done.stderr == f'{model}: --set {name}: value "{value}", {SETTINGS[setting]} is needed{advice}\n' and done.stdout == ""
+    assert done.stderr == f'{model}: --set {name}: value "{value}"; must be {SETTINGS[setting]}{advice}\n' and done.stdout == ""
 
 
 def test_settings_out_of_range(model):
     """Relations between values are checked at the set values."""
-    facts = {"n_rfe=65": 'option n_rfe: value "65", a number from 1 up to 64 is needed', "m=-1": "links[1].mass: value -1, a positive number is needed",
-             "t1=-2": "rd.ramp: from 0 to -2, an end behind the beginning is needed", "t1=0": "rd.ramp: from 0 to 0, an end behind the beginning is needed"}
+    facts = {"n_rfe=65": 'option n_rfe: value "65"; must be a number from 1 to 64', "m=-1": "links[1].mass: value -1; must be positive",
+             "t1=-2": "rd.ramp: from 0 to -2; the range must ascend", "t1=0": "rd.ramp: from 0 to 0; the range must ascend"}
     for setting, fact in facts.items():
         assert refdyn("check", model, "--set", setting, status=1).stderr.rstrip("\n").endswith(": " + fact)
     for setting in ("n_rfe=64", "n_rfe=+4", "n_rfe=1e1", "m=1e-3", "m=.5", "t1=1E2", "push=-0.5", "wide=false"):
@@ -58,8 +58,8 @@ def test_settings_out_of_range(model):
 
 
 def test_names_of_settings(model):
-    facts = {"n_rf=4": 'the nearest known one is "n_rfe"', " n_rfe=4": 'the nearest known one is "n_rfe"',
-             "n_rfe =4": 'the nearest known one is "n_rfe"', "M=1": 'the nearest known one is "m"', "gravity=1": "no option or parameter of that name"}
+    facts = {"n_rf=4": 'did you mean "n_rfe"', " n_rfe=4": 'did you mean "n_rfe"',
+             "n_rfe =4": 'did you mean "n_rfe"', "M=1": 'did you mean "m"', "gravity=1": "no option or parameter of this name"}
     for setting, fact in facts.items():
         done = refdyn("check", model, "--set", setting, status=1)
         assert fact in done.stderr and done.stderr.count("\n") == 1, done.stderr
@@ -159,7 +159,7 @@ def test_wrong_state(which, model, tmp_path):
 def test_a_state_of_impossible_values(model, tmp_path):
     """Relations between values are checked at the values of the state."""
     state = tmp_path / "state.json"
-    facts = {"t1": (-1, "rd.ramp: from 0 to -1, an end behind the beginning is needed"), "m": (0, "links[1].mass: value 0, a positive number is needed")}
+    facts = {"t1": (-1, "rd.ramp: from 0 to -1; the range must ascend"), "m": (0, "links[1].mass: value 0; must be positive")}
     for name, (value, fact) in facts.items():
         state.write_text(json.dumps({"parameters": {name: value}}))
         assert re.fullmatch(rf"{re.escape(str(model))}:\d+: {re.escape(fact)}\n", refdyn("eval", model, "--state", state, status=1).stderr)
@@ -194,7 +194,7 @@ def test_a_file_beside_the_model_gives_one_value(tmp_path):
     (tmp_path / "model.lua").write_text('local rd = require "refdyn"\nlocal part = require "parts"\n'
                                         'return rd.model { name = "two", links = { part } }\n')
     done = refdyn("check", tmp_path / "model.lua", status=1)
-    assert done.stderr == f'{tmp_path}/model.lua:2: require: "parts" returns two values, one is needed\n'
+    assert done.stderr == f'{tmp_path}/model.lua:2: require: "parts" returns two values; must return one\n'
 
 
 def test_files_of_another_model_are_not_written_over(tmp_path):
@@ -219,7 +219,7 @@ return rd.model { name = "hidden", gravity = { 0, 0, -9.81 }, links = { { "rod",
   segments = { { length = 1, rfe = 2 }, { length = 1, rfe = 3, rho = 2700 } } } } } }
 """)
     assert refdyn("check", tmp_path / "model.lua").stderr == (
-        f"{tmp_path}/model.lua:3: warning: links[1].beam.rfe: each segment has its own, the beam's says nothing beside them\n")
+        f"{tmp_path}/model.lua:3: warning: links[1].beam.rfe: has no effect, since each segment has its own\n")
 
 
 def test_turns_that_elements_do_not_have(tmp_path):
@@ -231,7 +231,7 @@ return rd.model { name = "plane", gravity = { 0, 0, -9.81 }, links = { { "rod", 
                { length = 1, rfe = 3,
                  curvature = { psi = 0.2 } } } } } } }
 """)
-    told = "the elements have no {0} (dofs), it says nothing"
+    told = "has no effect, since the elements do not turn by {0} (dofs)"
     assert refdyn("check", tmp_path / "model.lua").stderr.splitlines() == [
         f"{tmp_path}/model.lua:4: warning: links[1].beam.damping.phi: " + told.format("phi"),
         f"{tmp_path}/model.lua:7: warning: links[1].beam.segments[2].curvature.psi: " + told.format("psi")]

@@ -16,7 +16,7 @@ from program import LEAN, MODELS, refdyn, some
 # Those take more than 4 s of CPU with sanitizers; smaller models take the same paths there.
 SLOW = {"breaks_many", "chain_near", "energy_deep", "energy_many", "links_near", "loops_of_chain", "springs_many"}
 FILES = [path for path in some(HARMFUL.glob("*.lua")) if not (LEAN and path.stem in SLOW)]
-STEPS = "more than 100 million steps to read the model, a loop has no end?"
+STEPS = "more than 100 million steps to read the model; look for a loop without an end"
 NESTED = "C stack overflow: calls, parentheses, tables or blocks are nested too deep"
 WRITTEN = ["out/harmful.h", "out/harmful.c"] + [f"out/harmful_{part}.c" for part in range(2, 100)]
 
@@ -55,8 +55,8 @@ def work_folder(tmp_path):
 
 
 @pytest.mark.parametrize("kind, fault", [
-    ("pipe", "it is no regular file, but a device, pipe or socket"), ("zero", "it is no regular file, but a device, pipe or socket"),
-    ("terminal", "it is no regular file, but a device, pipe or socket"), ("folder", "it is a folder, a file is needed"),
+    ("pipe", "it is a device, pipe or socket; name a regular file"), ("zero", "it is a device, pipe or socket; name a regular file"),
+    ("terminal", "it is a device, pipe or socket; name a regular file"), ("folder", "it is a folder; name a file"),
     ("circle", "Too many levels of symbolic links"), ("missing", "No such file or directory"),
     ("long", "the files of a model are longer than 4 MB"), ("secret", "Permission denied")])
 @pytest.mark.parametrize("how", ["model", "required"])
@@ -81,7 +81,7 @@ def test_no_model_file(tmp_path, kind, fault, how):
         refuse(tmp_path, "parts.lua", f": cannot be read: {fault}")
     else:
         (work / "model.lua").write_text('local rd = require "refdyn"\nlocal parts = require "parts"\n')
-        refuse(tmp_path, "model.lua", f":2: require: parts.lua beside the model cannot be read: {fault}")
+        refuse(tmp_path, "model.lua", f":2: require: parts.lua in the folder of the model cannot be read: {fault}")
 
 
 def test_model_without_length(tmp_path):
@@ -96,7 +96,7 @@ def test_many_files(tmp_path):
     (work / "model.lua").write_text('for i = 1, 200 do require("part" .. i) end\n')
     for i in range(1, 201):
         (work / f"part{i}.lua").write_text("return 1\n")
-    refuse(tmp_path, "model.lua", ":1: require: part100.lua beside the model cannot be read: a model has more than 100 files")
+    refuse(tmp_path, "model.lua", ":1: require: part100.lua in the folder of the model cannot be read: a model has more than 100 files")
 
 
 def test_large_files(tmp_path):
@@ -105,7 +105,7 @@ def test_large_files(tmp_path):
     for i in range(1, 6):
         (work / f"part{i}.lua").write_text("-- " + "x" * 1000000 + "\n")
     refuse(tmp_path, "model.lua",
-           ":1: require: part5.lua beside the model cannot be read: the files of a model are longer than 4 MB")
+           ":1: require: part5.lua in the folder of the model cannot be read: the files of a model are longer than 4 MB")
 
 
 @pytest.mark.parametrize("count, expected", [(90, "part90.lua:1: the last"), (99, "part99.lua:1: the last")])
@@ -161,7 +161,7 @@ for i = 1, 5000 do links[i] = { "nothing_of_this_name_" .. i, joint = "x", mass 
 return rd.model { name = "near", links = links, hold = hold }
 """)
     said = run_harmful(tmp_path, "check", "model.lua").splitlines()
-    assert len(said) == 1001 and "model.lua: more than 1000 messages, the rest is left out" in said
+    assert len(said) == 1001 and "model.lua: more than 1000 messages; the others are left out" in said
 
 
 def test_file_name_in_messages(tmp_path):
@@ -180,7 +180,7 @@ def test_bytes_of_a_file(tmp_path):
 local p = rd.parameters { { "m", 1, "k\xe9g" } } -- \xe9
 return rd.model { name = "harmful", links = { { "a", joint = "x", mass = p.m } } }
 """)
-    refuse(tmp_path, "model.lua", ':2: text "k\\xE9g": contains byte 233, which is not UTF-8, a line of text is needed')
+    refuse(tmp_path, "model.lua", ':2: text "k\\xE9g": contains byte 233, which is not UTF-8; save the file as UTF-8')
 
 
 def test_settings_are_texts(tmp_path):
@@ -190,7 +190,7 @@ def test_settings_are_texts(tmp_path):
 return rd.model { name = rd.option("name", "set"), links = { { "a", joint = "x", mass = 1 } } }
 """)
     said = run_harmful(tmp_path, "check", "model.lua", "--set", "name=a\nb")
-    assert said.splitlines()[0] == 'model.lua: --set name "a\\nb": contains control character 10, a line of text is needed'
+    assert said.splitlines()[0] == 'model.lua: --set name "a\\nb": contains control character 10; remove it'
 
 
 # ---- harmless models are still read ----
