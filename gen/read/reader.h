@@ -8,7 +8,7 @@
  *   state_symbols.c    names in formulas, markers
  *   fields.c           values and the table of fields; their checks are in check_fields.c
  *   read_model.c       from values to the model, with read_link.c, read_beam.c, read_forces.c,
- *                      read_constraints.c and read_events.c
+ *                      read_constraints.c, read_events.c and, for their results, read_result.c
  *   warnings.c         doubtful values
  */
 #ifndef REFDYN_GEN_READER_H
@@ -437,6 +437,8 @@ struct reader {
     const struct tree *tree; /* while forces, rows and events are read */
     bool lacks_links;        /* some have errors, so that unknown links are not reported */
 };
+
+/* ---- read_result.c ---- */
 
 /* Whether the result of the function `name` is a table of the author. Reports an error if it is not. */
 bool read_is_result(const struct reader *reader, const struct value *result, const char *name,

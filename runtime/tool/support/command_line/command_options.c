@@ -1,6 +1,7 @@
 /* Reads the command line by the tables of options, and checks that it is complete. */
 #include "runtime/tool/support/command_line/command_line.h"
 #include "gen/base/base.h"
+#include "refdyn.h"
 #include "runtime/tool/support/format/format.h"
 
 #include <getopt.h>

@@ -2,7 +2,8 @@
  * Reads a sweep file: from the values of rd.sweep to plain data. Each field has a line in `sweep_fields`,
  * with the function that reads it and the member that it sets.
  */
-#include "gen/read/reader.h"
+#include "gen/read/read.h"
+#include "runtime/tool/batches/sweeps/sweeps.h"
 
 #include <math.h>
 #include <stddef.h>
@@ -79,8 +80,8 @@ static void read_seed(const struct reading *reading, const struct value *value, 
     *(double *)target = value->number;
 }
 
-static void read_text(const struct reading *reading, const struct value *value, const char *path,
-                      void *target) {
+static void read_text_field(const struct reading *reading, const struct value *value, const char *path,
+                            void *target) {
     if (value->kind != VALUE_TEXT)
         refuse(reading, value, path, "a text");
     else if (!*value->text)
@@ -321,7 +322,7 @@ static void read_sequence(const struct reading *reading, const struct value *val
                           void *target) {
     static const char *const names[] = {"random", "sobol", "halton"};
     const char *name = NULL;
-    read_text(reading, value, path, &name);
+    read_text_field(reading, value, path, &name);
     const int index = name ? text_index(name, names, 3) : SEQUENCE_RANDOM;
     if (index < 0)
         fields_refuse_name(&reading->check, value->place, path,
@@ -394,14 +395,14 @@ static const struct field_reader sweep_fields[] = {
     {"step", read_positive, AT(run.step)},
     {"step_max", read_positive, AT(run.step_max)},
     {"every", read_positive, AT(run.every)},
-    {"method", read_text, AT(run.method)},
-    {"from", read_text, AT(run.from)},
-    {"stabilise", read_text, AT(run.stabilise)},
-    {"singular", read_text, AT(run.singular)},
-    {"start", read_text, AT(run.start)},
+    {"method", read_text_field, AT(run.method)},
+    {"from", read_text_field, AT(run.from)},
+    {"stabilise", read_text_field, AT(run.stabilise)},
+    {"singular", read_text_field, AT(run.singular)},
+    {"start", read_text_field, AT(run.start)},
     {"hold", read_list, AT(run.hold)},
     {"release", read_list, AT(run.release)},
-    {"way", read_text, AT(run.way)},
+    {"way", read_text_field, AT(run.way)},
     {"keep", read_keep, AT(keep)},
 };
 
