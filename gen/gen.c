@@ -264,10 +264,7 @@ const struct emitted_file *gen_files(const struct generation *gen) {
 }
 
 const struct operation_count *gen_count(const struct generation *gen, const char *quantity) {
-    const struct function *function = gen->plan->functions;
-    while (strcmp(function->quantity, quantity))
-        function++;
-    return &function->operations;
+    return &plan_find_function(gen->plan, quantity)->operations;
 }
 
 bool gen_function(const struct generation *gen, int number, struct emitted_function *function) {

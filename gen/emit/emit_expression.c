@@ -1,6 +1,4 @@
-/*
- * Prints expressions as C in which every rounding occurs where the graph has it.
- */
+/* Prints expressions as C in which every rounding occurs where the graph has it. */
 #include "gen/emit/emit.h"
 #include "gen/graph/graph.h"
 

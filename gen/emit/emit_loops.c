@@ -1,6 +1,4 @@
-/*
- * The C text of the loops of a plan (plan.h): loops over local arrays and results.
- */
+/* The C text of the loops of a plan (plan.h): loops over local arrays and results. */
 #include "gen/emit/emit.h"
 
 #include <stdlib.h>

@@ -1,6 +1,4 @@
-/*
- * Describes the model and the emitted functions for people: the texts of `refdyn check` and `refdyn gen`.
- */
+/* Describes the model and the emitted functions for people: the texts of `refdyn check` and `refdyn gen`. */
 #include "gen/plan/plan.h"
 #include "gen/tree/tree.h"
 

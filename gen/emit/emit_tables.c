@@ -59,10 +59,7 @@ static void emit_limits(const struct emission *x, struct text *text) {
  * refdyn_model.h. The header declares it if points request it. */
 
 static bool has_function(const struct emission *x, const char *quantity) {
-    for (int f = 0; f < x->plan->function_count; f++)
-        if (!strcmp(x->plan->functions[f].quantity, quantity))
-            return true;
-    return false;
+    return plan_find_function(x->plan, quantity) != NULL;
 }
 
 static bool emit_is_spatial(const struct function *function) {
@@ -417,7 +414,7 @@ static void set_functions(struct emission *x, struct text *text) {
     static const char *const names[] = {REFDYN_QUANTITIES(NAME)};
     for (int i = 0; i < FUNCTION_COUNT; i++)
         set_pointer(x, text, names[i], memory_format(x->plan->memory, "%s_doubles", names[i]),
-                    plan_find_function(x->plan, names[i]) != NULL);
+                    has_function(x, names[i]));
 }
 
 void emit_table_of_functions(struct emission *x, struct text *text) {
@@ -428,12 +425,11 @@ void emit_table_of_functions(struct emission *x, struct text *text) {
 
 /* Operations of one call: a division counts as four, a function as ten; 0: it is not emitted. */
 static long cost_of(const struct plan *plan, const char *quantity) {
-    for (int f = 0; f < plan->function_count; f++) {
-        const struct operation_count *count = &plan->functions[f].operations;
-        if (!strcmp(plan->functions[f].quantity, quantity))
-            return count->adds + count->muls + 4 * count->divs + 10 * count->functions;
-    }
-    return 0;
+    const struct function *function = plan_find_function(plan, quantity);
+    if (!function)
+        return 0;
+    const struct operation_count *count = &function->operations;
+    return count->adds + count->muls + 4 * count->divs + 10 * count->functions;
 }
 
 void emit_before_table(struct text *text, const char *model, const char *macro, const char *header,

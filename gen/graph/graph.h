@@ -22,8 +22,6 @@
  * changes nodes: it reorders summands (order_of_sums.c). Such a node has the same value, rounded differently.
  */
 
-struct memory;
-
 typedef uint32_t expression;
 
 enum operation {
@@ -285,8 +283,6 @@ void describe_definition(struct text *text, const struct graph *g, expression e,
  * differentiable (natural spline: no curvature at the ends; de Boor, A Practical Guide to Splines, 1978, ch.
  * IV). Beyond the ends the spline continues as a straight line, which keeps both derivatives continuous.
  */
-
-struct memory;
 
 enum { PIECE_COLUMNS = 5, SPLINE_ORDERS = 4 }; /* knot, c0 ... c3; derivatives of order 0 to 3 */
 

@@ -18,8 +18,8 @@
  *
  * A function's plan has a list of loops, which run in order. Each reads and writes arrays of the function by
  * their numbers: parts of the result, or local arrays. Loops add to the entries that straight-line code has
- * computed. loops.c counts their operations, emit_loops.c prints them, interpreter_loops.c runs them. All
- * visit the entries in the same order, so that every rounding is the same.
+ * computed. arrays_and_loops.c counts their operations, emit_loops.c prints them, interpreter_loops.c runs
+ * them. All visit the entries in the same order, so that every rounding is the same.
  *
  * PAIRS computes entries for two coordinates, one of which carries the other. Each coordinate has vectors in
  * ground axes: far ones (wrenches about its own origin) and near ones (motions of its joint). The loop visits
@@ -180,8 +180,6 @@ struct repeat {
     int group;
     expression value;
 };
-
-struct function;
 
 /* An array of a composed function, which is copied from a function that is called. */
 struct composed_array {

@@ -36,9 +36,7 @@ const char *quantities_block_word(struct memory *memory, const char *quantity, i
 
 /* ---- Shared terms ---- */
 
-/*
- * Terms of one model that several quantities share: each is derived when first requested.
- */
+/* Terms of one model that several quantities share: each is derived when first requested. */
 
 /* The terms of one way of solving M x = f, u x = k. NULL: not derived yet. */
 struct solution {

@@ -100,9 +100,7 @@ const char **tree_coordinate_names(struct memory *memory, const struct tree *tre
 
 /* ---- Expanding links ---- */
 
-/*
- * Links (tree.c) and beams (rigid_finite_elements.c) grow the tree frame by frame.
- */
+/* Links (tree.c) and beams (rigid_finite_elements.c) grow the tree frame by frame. */
 
 /* An element of a beam: the frame that carries it, and its beginning along the beam. */
 struct element {
@@ -147,8 +145,6 @@ void rigid_finite_elements_add(struct expansion *x, const struct link *link, str
  * axes onto the given one. Its transpose follows the joint, so that at q = 0 the link's frame is parallel to
  * its carrier's (theory, sect. 2.1). All other joints are about the frame's own axes.
  */
-
-struct expansion;
 
 /* Adds a frame with the joint at the place `at`, which then becomes the link's frame after the joint. */
 struct frame *joint_axis_add(struct expansion *x, struct fixed_frame *at, const struct joint *joint);
