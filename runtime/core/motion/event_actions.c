@@ -162,20 +162,14 @@ static int meet_rows(struct refdyn_motion *motion) {
 /* The motion continues from the begin of the step, and forgets the steps before. */
 static int go_on(struct refdyn_motion *motion) {
     struct refdyn_step *step = &motion->step;
-    refdyn_step_break_off(step, 1);
-    refdyn_linear_leave_begin(&motion->linear);
-    refdyn_linear_drop_factors(&motion->linear);
-    refdyn_programme_forget(&motion->programme);
-    refdyn_control_leave_interval(&motion->control);
+    refdyn_motion_break_off(motion, 1);
     refdyn_step_limit(step, INFINITY);
     int status = meet_rows(motion);
     if (!status)
         status = refdyn_rates(&step->evaluation, step->t_begin, step->state, step->rates);
-    if (status)
-        return status;
-    memcpy(step->state_new, step->state, refdyn_state_bytes(step));
-    memcpy(step->rates_new, step->rates, refdyn_rates_bytes(step));
-    return REFDYN_OK;
+    if (!status)
+        refdyn_step_give_up(step);
+    return status;
 }
 
 /* Each event that is due acts once; impacts repeat until no impact causes another one. */

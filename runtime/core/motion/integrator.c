@@ -207,11 +207,7 @@ static int begin_here(struct refdyn_integrator *integrator) {
     struct refdyn_step *step = &motion->step;
     refdyn_rows_change_at_end(motion, 0);
     refdyn_special_step_end(motion);
-    refdyn_step_break_off(step, 0);
-    refdyn_linear_leave_begin(&motion->linear);
-    refdyn_linear_drop_factors(&motion->linear);
-    refdyn_programme_forget(&motion->programme);
-    refdyn_control_leave_interval(&motion->control);
+    refdyn_motion_break_off(motion, 0);
     refdyn_partition_bound_rank(work, work->partition.rank);
     int status = place_step(integrator);
     if (!status)

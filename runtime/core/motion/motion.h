@@ -116,6 +116,9 @@ void refdyn_attempt_judge(struct refdyn_motion *motion, struct refdyn_attempt *a
 int refdyn_motion_try(struct refdyn_motion *motion, double t_new, double h);
 int refdyn_motion_complete(struct refdyn_motion *motion);
 int refdyn_motion_accept(struct refdyn_motion *motion, double h);
+/* The motion continues from the begin of the step, and nothing of earlier steps is kept; is_new: as in
+ * refdyn_step_break_off. */
+void refdyn_motion_break_off(struct refdyn_motion *motion, int is_new);
 /* Are options.step_limit steps tried? */
 int refdyn_step_limit_reached(const struct refdyn_motion *motion);
 /* Notes that an evaluation or projection has failed at t. */
@@ -357,11 +360,9 @@ void refdyn_rows_change_at_end(struct refdyn_motion *motion, int change);
 int refdyn_rows_jump_at(struct refdyn_motion *motion, double t);
 /* The time at which rates and rows of t, inside the last step or at its end, are evaluated. */
 double refdyn_rows_side_of(const struct refdyn_motion *motion, double t);
-/* The next step begins where rows have changed: its state and rates. Errors: those of refdyn_project and
- * refdyn_rates; ROWS_UNMET. */
+/* If rows have changed where the last step ended: the state and rates from which the next step begins. Entry
+ * in the list of obstacles, at time events. Errors: those of refdyn_project and refdyn_rates; ROWS_UNMET. */
 int refdyn_rows_take_new(struct refdyn_motion *motion);
-/* Entry in the list of obstacles, at time events: the same if rows have changed where the last step ended. */
-int refdyn_rows_leave_event(struct refdyn_motion *motion);
 
 /* Notes the residuals of this state, from the row terms in the workspace: of a state before a jump; of a
  * state that the caller sees. */

@@ -25,12 +25,16 @@
  *   start   a motion begins
  *   find    the time of the obstacle; INFINITY: an ordinary step of ahead->h meets none. With `step`, a special step is to be tried
  *   step    takes the special step. Returns 1 if that was done. Otherwise *t is the obstacle that remains ahead, or INFINITY if
- *           an ordinary step may go on after all
+ *           ordinary steps may continue after all
  *   seen    an ordinary step is good: *t is where a shorter one has to end, to meet the obstacle; t_begin: no step may be taken;
  *           INFINITY: nowhere. An error refuses the step
  *   cause   an ordinary step was refused, with this status if its end could not be completed, or else for its error: the time of an
  *           obstacle that may have caused this, where a shorter step should end; INFINITY: none
  *   leave   before the next step begins: what happens where the last one ended
+ *
+ * Kinds without `step` are found first, so that special steps can respect `bound` and `time_event` of struct refdyn_ahead. What a
+ * kind keeps between steps is a struct of its own in struct refdyn_motion. One check is not in the list: accepted_step.c asks at
+ * the end of each step whether fading rows were lost, before it evaluates the rates there.
  */
 /* clang-format on */
 #include "runtime/core/motion/motion.h"
@@ -83,7 +87,7 @@ static const struct kind kinds[] = {
      .find = refdyn_crossing_find,
      .step = refdyn_crossing_step,
      .seen = refdyn_crossing_seen},
-    {.find = refdyn_time_events_find, .leave = refdyn_rows_leave_event},
+    {.find = refdyn_time_events_find, .leave = refdyn_rows_take_new},
     {.seen = refdyn_state_events_seen,
      .cause = refdyn_state_events_cause,
      .leave = refdyn_event_actions_take},

@@ -124,6 +124,8 @@ int refdyn_rows_take_new(struct refdyn_motion *motion) {
     struct refdyn_workspace *work = motion->work;
     struct refdyn_step *step = &motion->step;
     const int has_contacts = motion->state_events.contacts.resting > 0;
+    if (!motion->rows_change)
+        return REFDYN_OK;
     motion->rows_change = 0;
     refdyn_programme_forget(&motion->programme);
     refdyn_linear_drop_factors(&motion->linear);
@@ -140,10 +142,6 @@ int refdyn_rows_take_new(struct refdyn_motion *motion) {
     if (!status)
         status = refdyn_rates(&step->evaluation, step->t_begin, step->state, step->rates);
     return status;
-}
-
-int refdyn_rows_leave_event(struct refdyn_motion *motion) {
-    return motion->rows_change ? refdyn_rows_take_new(motion) : REFDYN_OK;
 }
 
 /* ---- At any jump ---- */
