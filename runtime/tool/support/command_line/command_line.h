@@ -73,7 +73,8 @@ struct command {
     const struct option_rule *tables[OPTION_TABLES]; /* that declare them; those not used are NULL */
     bool has_gsl;                                    /* the methods of GSL are among its methods */
     const char *replaces_needed;   /* an option that makes the needed ones superfluous; NULL: there is none */
-    const char *replaces_operands; /* options that make the operands superfluous, blanks between; or NULL */
+    const char *replaces_operands; /* options that replace the operands and all needed options, blanks
+                                      between; or NULL */
     const char *output;            /* what -o names: "FILE" or "DIR" */
     const char *purpose;           /* one line */
     const char *help;              /* what else a user should know, with examples */

@@ -248,7 +248,7 @@ static enum status check_operands(const struct options *options) {
 static enum status check_complete(const struct reading *reading) {
     const struct options *options = reading->options;
     const enum status status = check_operands(options);
-    if (status != STATUS_DONE)
+    if (status != STATUS_DONE || has_any(options, options->command->replaces_operands))
         return status;
     for (int i = 0; i < reading->known_count && !has_any(options, options->command->replaces_needed); i++)
         if (reading->known[i].is_needed && !options_has(options, reading->known[i].rule->name))
