@@ -41,7 +41,7 @@ static void find_percentiles(const double *values, long cases, int stride, int k
 
 /* Courses (PERCENTILES x size), by as many times at once as there is room for. */
 static bool fill(struct runs_charts *figure, const struct kept_item *item, double *courses) {
-    const long cases = runs_count(figure->reader);
+    const long cases = hdf5_runs_count(figure->reader);
     const int most = cases > 0 && NUMBERS_MOST / cases > 1 ? (int)(NUMBERS_MOST / cases) : 1;
     double *sorted = memory_get(&figure->memory, ((size_t)cases + 1) * sizeof *sorted);
     for (int first = 0; first < item->size; first += most) {
@@ -107,8 +107,8 @@ static void add_courses(struct chart *chart, const double *x, const double *cour
     add_key(chart, "median", median);
 }
 
-bool bands_add(struct runs_charts *figure, const struct kept_item *item) {
-    const struct kept_axis *axis = find_axis(runs_layout(figure->reader), item->axis);
+bool figures_bands_add(struct runs_charts *figure, const struct kept_item *item) {
+    const struct kept_axis *axis = find_axis(hdf5_runs_layout(figure->reader), item->axis);
     const size_t size = (size_t)item->size;
     double *x = memory_get(&figure->memory, (size + 1) * sizeof *x);
     double *courses = memory_get(&figure->memory, (PERCENTILES * size + 1) * sizeof *courses);

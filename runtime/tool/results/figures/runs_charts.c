@@ -21,12 +21,12 @@ bool runs_charts_can_draw(double value) {
 }
 
 double *runs_charts_read(struct runs_charts *figure, const struct kept_item *item, int place, int count) {
-    const long cases = runs_count(figure->reader);
+    const long cases = hdf5_runs_count(figure->reader);
     const size_t part = (size_t)count;
     double *values = memory_get(&figure->memory, ((size_t)cases * part + 1) * sizeof *values);
     for (long row = 0; row < cases; row++) {
         struct case_record record;
-        if (!runs_get(figure->reader, row, &record))
+        if (!hdf5_runs_get(figure->reader, row, &record))
             return NULL;
         memcpy(values + (size_t)row * part, record.values + item->offset + place, part * sizeof *values);
     }

@@ -88,7 +88,7 @@ static int next_reason(const struct reasons *reasons) {
 }
 
 static void tell_reasons(struct runs_charts *figure, struct reasons *reasons) {
-    const long cases = runs_count(figure->reader);
+    const long cases = hdf5_runs_count(figure->reader);
     runs_charts_add_head(figure, text_format("%s: %ld case%s, %ld failed", figure->path, cases,
                                              cases == 1 ? "" : "s", reasons->failed));
     for (int i = 0, which; i < REASONS_MOST && (which = next_reason(reasons)) >= 0; i++) {
@@ -103,8 +103,8 @@ static void tell_reasons(struct runs_charts *figure, struct reasons *reasons) {
 
 /* "case 17 (m_E = 3, program = none)". */
 static void print_case(FILE *out, const struct runs_charts *figure, long row) {
-    const struct cases *cases = &runs_layout(figure->reader)->cases;
-    fprintf(out, "case %ld", runs_numbers(figure->reader)[row]);
+    const struct cases *cases = &hdf5_runs_layout(figure->reader)->cases;
+    fprintf(out, "case %ld", hdf5_runs_numbers(figure->reader)[row]);
     for (int i = 0; i < cases->width && i < COLUMNS_MOST; i++) {
         const struct varied *varied = &cases->columns[i];
         fprintf(out, "%s%s = ", i ? ", " : " (", varied->name);
@@ -133,14 +133,14 @@ static void tell_worst(struct runs_charts *figure, const struct worst *worst) {
     free(text);
 }
 
-bool worst_add(struct runs_charts *figure) {
+bool figures_worst_add(struct runs_charts *figure) {
     struct worst worst[EXTREMES_MOST];
     struct reasons reasons = {.count = 0};
-    const int count = find_items(runs_layout(figure->reader), worst);
+    const int count = find_items(hdf5_runs_layout(figure->reader), worst);
     bool is_good = true;
-    for (long row = 0; row < runs_count(figure->reader) && is_good; row++) {
+    for (long row = 0; row < hdf5_runs_count(figure->reader) && is_good; row++) {
         struct case_record record;
-        is_good = runs_get(figure->reader, row, &record);
+        is_good = hdf5_runs_get(figure->reader, row, &record);
         if (is_good && record.status != 0)
             add_reason(&reasons, record.reason);
         for (int i = 0; i < count && is_good; i++)

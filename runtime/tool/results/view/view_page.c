@@ -15,7 +15,7 @@ extern const char view_body[], view_style[], view_three_licence[], view_motion[]
 static const char policy[] = "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; "
                              "script-src 'unsafe-inline'; style-src 'unsafe-inline'\">\n";
 
-char *page_read_three(void) {
+char *view_page_read_three(void) {
     const char *own = getenv("REFDYN_THREE");
     const char *path = own && *own ? own : "/usr/share/javascript/three/three.min.js";
     if (access(path, R_OK) == 0)
@@ -42,7 +42,7 @@ static void put_data(FILE *out, const char *data) {
     fputs("\n</script>\n", out);
 }
 
-void page_put(FILE *out, const char *title, const char *three, const char *data) {
+void view_page_put(FILE *out, const char *title, const char *three, const char *data) {
     static const char *const scripts[] = {view_motion, view_camera,   view_shapes, view_scene,
                                           view_charts, view_controls, view_start};
     fprintf(out, "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n%s", policy);

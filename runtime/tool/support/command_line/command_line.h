@@ -157,7 +157,7 @@ const char *options_state_path(const char *place);
 bool options_read(const struct command *const *commands, int argc, char **argv, struct options *options,
                   enum status *status);
 /* Reports an empty item of a list "a,b" of option `name`, or one that is given twice. */
-enum status check_list(const struct command *command, const char *name, const char *list);
+enum status options_check_list(const struct command *command, const char *name, const char *list);
 
 /* Messages. */
 
