@@ -272,7 +272,7 @@ def test_one_case_again_after_its_files_changed(tmp_path):
     with h5py.File(tmp_path / "runs.h5") as file:
         assert file["final/arm_psi"][0] == read_run(tmp_path / "case.csv")["arm_psi"][-1]
     for name in ("calm.csv", "state.json"):
-        assert "another name is needed" in refdyn(*again, tmp_path / name, status=1).stderr
+        assert "give another name" in refdyn(*again, tmp_path / name, status=1).stderr
     for name in ("calm.csv", "state.json"):
         text = (tmp_path / name).read_text()
         (tmp_path / name).write_text(text.replace("0.1", "0.2"))
@@ -600,7 +600,7 @@ def test_outputs_spare_inputs(tmp_path):
     sweep = HEAD + 'return rd.sweep { vary = { inputs = "in.csv" }, t_end = 0.1, from = "state.h5" }'
     for name in ("in.csv", "state.h5"):
         before = (tmp_path / name).read_bytes()
-        assert "another name is needed" in batch(tmp_path, sweep, output=name, status=1).stderr
+        assert "give another name" in batch(tmp_path, sweep, output=name, status=1).stderr
         assert (tmp_path / name).read_bytes() == before
     assert sorted(os.listdir(tmp_path)) == ["in.csv", "state.h5", "sweep.lua"]
 

@@ -235,7 +235,7 @@ def test_merge_spoils_no_input(tmp_path):
     a = make(tmp_path / "a.h5", 0, 1, 20)
     before = a.read_bytes()
     done = refdyn("merge", a, "-o", a, status=1)
-    assert "which this command reads or writes, too" in done.stderr and a.read_bytes() == before
+    assert "which this command also reads or writes" in done.stderr and a.read_bytes() == before
     assert refdyn("merge", a, "-o", "/dev/null", status=1).stderr == "/dev/null: output: HDF5 needs a file, which this is not\n"
 
 

@@ -76,7 +76,7 @@ static void fill(struct freedom *freedom, const double *rows) {
         freedom->basis[freedom->column[rank + b] * left + b] = 1;
 }
 
-void find_freedom(struct freedom *freedom, const double *R, const double *B, int count, int n) {
+void scene_find_freedom(struct freedom *freedom, const double *R, const double *B, int count, int n) {
     *freedom = (struct freedom){.n = n, .count = count};
     freedom->row = allocate((size_t)count, sizeof *freedom->row);
     freedom->column = allocate((size_t)n, sizeof *freedom->column);

@@ -60,8 +60,8 @@ static void print_gap(const struct scene *scene, double t, const double *q, cons
                     exact_text(values[i], text));
 }
 
-enum status numbers_failed(const struct scene *scene, int result, double t, const double *q,
-                           const double *qd) {
+enum status scene_numbers_failed(const struct scene *scene, int result, double t, const double *q,
+                                 const double *qd) {
     char text[NUMBER_LENGTH];
     fprintf(stderr, "refdyn: %s: t = %s s: %s", scene->model->name, exact_text(t, text),
             refdyn_status_text(result));
@@ -80,8 +80,8 @@ static double residual_of(const struct refdyn_workspace *work, int a) {
     return work->model->rows[a].level == REFDYN_POSITION ? work->phi[a] : work->psi[a];
 }
 
-void print_residuals(struct refdyn_workspace *work, double t, const double *q, const double *qd,
-                     const char *where) {
+void scene_print_residuals(struct refdyn_workspace *work, double t, const double *q, const double *qd,
+                           const char *where) {
     char text[NUMBER_LENGTH];
     double below = INFINITY;
     if (work->m == 0 || refdyn_equations(work, t, q, qd) != REFDYN_OK)
@@ -117,7 +117,7 @@ static double condition_of_rows(const struct refdyn_workspace *work) {
     return info == 0 ? values[0] / values[rank - 1] : -1;
 }
 
-bool print_condition(struct refdyn_workspace *work, double t, const double *q, const double *qd) {
+bool scene_print_condition(struct refdyn_workspace *work, double t, const double *q, const double *qd) {
     if (work->partition.rank <= 0 || refdyn_equations(work, t, q, qd) != REFDYN_OK)
         return false;
     const double condition = condition_of_rows(work);
@@ -131,7 +131,7 @@ bool print_condition(struct refdyn_workspace *work, double t, const double *q, c
 }
 
 /* The rows of free contacts, which follow the rows of the programme, are not reported. */
-void print_rows_left_out(const struct refdyn_model *model, const int *rows, int count) {
+void scene_print_rows_left_out(const struct refdyn_model *model, const int *rows, int count) {
     const int end = refdyn_programme_rows(model);
     int shown = 0;
     for (int i = 0; i < count; i++)
@@ -150,11 +150,11 @@ static bool has_no_slope(const struct refdyn_workspace *work, int row) {
     return true;
 }
 
-void print_redundant_rows(const struct refdyn_workspace *work) {
+void scene_print_redundant_rows(const struct refdyn_workspace *work) {
     const struct refdyn_partition *partition = &work->partition;
     if (partition->rank < 0)
         return;
-    print_rows_left_out(work->model, partition->row + partition->rank, work->m - partition->rank);
+    scene_print_rows_left_out(work->model, partition->row + partition->rank, work->m - partition->rank);
     for (int i = partition->rank; i < work->m; i++)
         if (partition->row[i] < refdyn_programme_rows(work->model) && has_no_slope(work, partition->row[i]))
             fprintf(stderr,

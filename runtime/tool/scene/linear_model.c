@@ -117,7 +117,7 @@ static int check_mass(const struct linear *linear, struct scene *scene) {
     return REFDYN_OK;
 }
 
-int linearise(struct linear *linear, struct scene *scene, const int *held) {
+int scene_linearise(struct linear *linear, struct scene *scene, const int *held) {
     const int all = scene->model->n;
     choose_places(linear, scene, held);
     int status = refdyn_equations(&scene->work, scene->state.t, scene->q, scene->qd);
@@ -138,7 +138,7 @@ int linearise(struct linear *linear, struct scene *scene, const int *held) {
     return status;
 }
 
-int linear_out_of_balance(const struct linear *linear) {
+int scene_linear_out_of_balance(const struct linear *linear) {
     for (int j = 0; j < linear->n; j++) {
         const double *row = linear->K + j * linear->n;
         double stiffness = 0, force = fabs(linear->force[j]);

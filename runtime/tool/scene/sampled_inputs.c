@@ -58,7 +58,7 @@ static void warn_of_passed(const struct reading *reading) {
     }
 }
 
-bool inputs_are_set_by_event(const struct refdyn_model *model, int input) {
+bool scene_inputs_are_set_by_event(const struct refdyn_model *model, int input) {
     for (int i = 0; i < model->change_count; i++)
         if (model->changes[i].what == REFDYN_CHANGED_INPUT && model->changes[i].place == input)
             return true;
@@ -86,7 +86,7 @@ static bool assign_columns(struct reading *reading) {
     if (inputs->samples.width == 0)
         return no_input(reading);
     for (int k = 0; k < inputs->samples.width; k++)
-        if (inputs_are_set_by_event(model, inputs->place[k]))
+        if (scene_inputs_are_set_by_event(model, inputs->place[k]))
             return csv_complain(csv, "column %s: events of the model set this input, samples cannot",
                                 model->inputs[inputs->place[k]].name);
     warn_of_passed(reading);
@@ -130,7 +130,7 @@ static bool take_rows(struct reading *reading) {
     return answer == 0;
 }
 
-bool inputs_read(struct inputs *inputs, const char *path, const struct refdyn_model *model) {
+bool scene_inputs_read(struct inputs *inputs, const char *path, const struct refdyn_model *model) {
     struct reading reading = {.inputs = inputs, .model = model};
     *inputs = (struct inputs){.path = path};
     const bool is_good =
@@ -139,6 +139,6 @@ bool inputs_read(struct inputs *inputs, const char *path, const struct refdyn_mo
     return is_good;
 }
 
-void inputs_set(struct inputs *inputs, double t, double *x) {
+void scene_inputs_set(struct inputs *inputs, double t, double *x) {
     inputs->next = refdyn_samples_set(&inputs->samples, t, x);
 }

@@ -388,7 +388,7 @@ static enum status open_targets(struct scene *scene, const struct options *optio
 
 enum status scene_finish(struct scene *scene, struct document *document) {
     if (!document_close(document, scene->result->file))
-        return numbers_failed(scene, REFDYN_NOT_FINITE, scene->state.t, scene->q, scene->qd);
+        return scene_numbers_failed(scene, REFDYN_NOT_FINITE, scene->state.t, scene->q, scene->qd);
     return target_finish(scene->result) ? STATUS_DONE : STATUS_FAULT;
 }
 
@@ -399,7 +399,7 @@ enum status scene_open(struct scene *scene, const struct options *options, unsig
         status = open_targets(scene, options, state_path);
     if (status != STATUS_DONE || !needs)
         return status;
-    if (state_path && !state_read(&scene->state, state_path, &scene->generation))
+    if (state_path && !scene_state_read(&scene->state, state_path, &scene->generation))
         return STATUS_FAULT;
     scene->values = given_values(scene);
     return make_ready(scene, options, needs, &scene->values);

@@ -35,7 +35,7 @@ struct freedom {
 };
 
 /* B may be NULL. */
-void find_freedom(struct freedom *freedom, const double *R, const double *B, int count, int n);
+void scene_find_freedom(struct freedom *freedom, const double *R, const double *B, int count, int n);
 
 /*
  * Sampled inputs of a motion from a CSV file: columns `t` and names of inputs. Other columns are skipped.
@@ -54,11 +54,11 @@ struct inputs {
 };
 
 /* Returns whether events of the model set this input; samples cannot set it then. */
-bool inputs_are_set_by_event(const struct refdyn_model *model, int input);
+bool scene_inputs_are_set_by_event(const struct refdyn_model *model, int input);
 /* Returns false and reports the error as FILE:LINE if the file does not have them. */
-bool inputs_read(struct inputs *inputs, const char *path, const struct refdyn_model *model);
+bool scene_inputs_read(struct inputs *inputs, const char *path, const struct refdyn_model *model);
 /* Sets x to the values at t, and inputs->next. */
-void inputs_set(struct inputs *inputs, double t, double *x);
+void scene_inputs_set(struct inputs *inputs, double t, double *x);
 
 /*
  * STATE.json: {"t": 0, "q": [...], "qd": [...], "inputs": {"NAME": value}, "parameters": {"NAME": value}}.
@@ -87,7 +87,7 @@ struct state {
 };
 
 /* Returns false and reports errors with FILE:LINE if the file is not a state of this model. */
-bool state_read(struct state *state, const char *path, const struct generation *generation);
+bool scene_state_read(struct state *state, const char *path, const struct generation *generation);
 
 /*
  * One model made ready to compute with: read, emitted, compiled, its parameters and inputs set.
@@ -153,11 +153,11 @@ enum status scene_finish(struct scene *scene, struct document *document);
 
 /* Puts the names of the coordinates for which `which` (n) is non-zero, of all if it is NULL; and "points"
  * with their positions. */
-void put_coordinates(struct document *document, const char *key, const struct refdyn_model *model,
-                     const int *which);
-void put_positions(struct document *document, const struct scene *scene);
+void scene_put_coordinates(struct document *document, const char *key, const struct refdyn_model *model,
+                           const int *which);
+void scene_put_positions(struct document *document, const struct scene *scene);
 /* Puts "q", "qd", "t", "inputs" and "parameters" of the scene, as in a STATE.json, with the given values. */
-void put_state(struct document *document, const struct scene *scene);
+void scene_put_state(struct document *document, const struct scene *scene);
 
 enum { REFUSED_LENGTH = 400 };
 /* After REFDYN_REFUSED in a workspace of the scene's model, writes which parameter value the model refuses,
@@ -173,17 +173,17 @@ enum status scene_outcome(struct scene *scene, const struct options *options, en
 
 /* Reports a status of the runtime with its time and state. Of many coordinates it shows those that failed or
  * are largest. Returns STATUS_NUMBERS. */
-enum status numbers_failed(const struct scene *scene, int result, double t, const double *q,
-                           const double *qd);
+enum status scene_numbers_failed(const struct scene *scene, int result, double t, const double *q,
+                                 const double *qd);
 /* Prints up to three rows with the largest residuals at a state, which `where` describes. */
-void print_residuals(struct refdyn_workspace *work, double t, const double *q, const double *qd,
-                     const char *where);
+void scene_print_residuals(struct refdyn_workspace *work, double t, const double *q, const double *qd,
+                           const char *where);
 /* Prints the condition of the rows at a state. Returns true if they are close to losing rank. */
-bool print_condition(struct refdyn_workspace *work, double t, const double *q, const double *qd);
+bool scene_print_condition(struct refdyn_workspace *work, double t, const double *q, const double *qd);
 /* Prints the names of redundant rows. */
-void print_rows_left_out(const struct refdyn_model *model, const int *rows, int count);
+void scene_print_rows_left_out(const struct refdyn_model *model, const int *rows, int count);
 /* The same for all rows of a workspace after its accelerations were solved. */
-void print_redundant_rows(const struct refdyn_workspace *work);
+void scene_print_redundant_rows(const struct refdyn_workspace *work);
 
 /*
  * The equations of small motions about a state at rest.
@@ -209,9 +209,9 @@ struct linear {
 
 /* lambda minimises |Q + u^T lambda|; of several minima, it is the smallest. Returns a status of the runtime.
  */
-int linearise(struct linear *linear, struct scene *scene, const int *held);
+int scene_linearise(struct linear *linear, struct scene *scene, const int *held);
 /* The first coordinate that is out of balance by more than 1e-6 rad or m, and by an acceleration of more than
  * 1e-9 rad/s^2 or m/s^2; -1 if the state is an equilibrium. */
-int linear_out_of_balance(const struct linear *linear);
+int scene_linear_out_of_balance(const struct linear *linear);
 
 #endif

@@ -242,7 +242,7 @@ static void complain_of_syntax(struct reading *reading, const json_error_t *erro
                 strange ? instead : "");
 }
 
-bool state_read(struct state *state, const char *path, const struct generation *generation) {
+bool scene_state_read(struct state *state, const char *path, const struct generation *generation) {
     *state = (struct state){.t = 0};
     static const char mark[] = "\xEF\xBB\xBF"; /* byte order mark of UTF-8, which some editors write first */
     const char *text = read_text(path, "state");
@@ -268,8 +268,8 @@ bool state_read(struct state *state, const char *path, const struct generation *
 
 /* ---- Writing ---- */
 
-void put_coordinates(struct document *document, const char *key, const struct refdyn_model *model,
-                     const int *which) {
+void scene_put_coordinates(struct document *document, const char *key, const struct refdyn_model *model,
+                           const int *which) {
     put_open(document, key, '[');
     for (int i = 0; i < model->n; i++)
         if (!which || which[i])
@@ -277,7 +277,7 @@ void put_coordinates(struct document *document, const char *key, const struct re
     put_close(document, ']');
 }
 
-void put_positions(struct document *document, const struct scene *scene) {
+void scene_put_positions(struct document *document, const struct scene *scene) {
     const struct refdyn_model *model = scene->model;
     double *r = allocate_matrix(model->point_count, 3);
     if (model->point_count)
@@ -314,7 +314,7 @@ static void put_inputs(struct document *document, const struct scene *scene) {
     put_close(document, '}');
 }
 
-void put_state(struct document *document, const struct scene *scene) {
+void scene_put_state(struct document *document, const struct scene *scene) {
     put_array(document, "q", scene->q, scene->model->n);
     put_array(document, "qd", scene->qd, scene->model->n);
     put_number(document, "t", scene->state.t);

@@ -169,20 +169,21 @@ static bool write_csv(struct results *results, const struct batch_setup *setup, 
 /* The shares of the cases add up to all processor time of this call. */
 static bool share_time(struct runs_writer *writer, struct batch_count *count) {
     batch_time_passed(count);
-    return runs_share_time(writer, count->cpu_s - count->cases_cpu_s);
+    return hdf5_runs_share_time(writer, count->cpu_s - count->cases_cpu_s);
 }
 
 static bool write_hdf5(struct results *results, const struct batch_setup *setup, struct batch_count *count) {
     struct case_record record;
-    struct runs_writer *writer = runs_create(results->runs->part, &setup->layout, setup->end - setup->first);
+    struct runs_writer *writer =
+        hdf5_runs_create(results->runs->part, &setup->layout, setup->end - setup->first);
     bool is_good = writer != NULL;
     for (long number = setup->first; number < setup->end && is_good; number++)
-        is_good = journal_get(&results->journal, number, &record) && runs_put(writer, &record);
+        is_good = journal_get(&results->journal, number, &record) && hdf5_runs_put(writer, &record);
     is_good = is_good && share_time(writer, count);
     if (is_good)
-        return runs_finish(writer);
+        return hdf5_runs_finish(writer);
     if (writer)
-        runs_drop(writer);
+        hdf5_runs_drop(writer);
     return false;
 }
 
@@ -264,16 +265,16 @@ static enum status compute(struct results *results, struct batch_setup *setup) {
 
 /* With --resume and without a journal: a file that is there is the result already, or is not to be replaced.
  * A CSV does not tell of what batch it is. */
-static enum present_result find_present(const struct batch_setup *setup) {
+static enum runs_present_result find_present(const struct batch_setup *setup) {
     const char *path = options_text(&setup->options, "output");
     if (!options_has(&setup->options, "resume") || text_ends_with(path, ".csv"))
         return PRESENT_NONE;
     const bool has_journal = access(text_format("%s.journal", path), F_OK) == 0;
-    return has_journal ? PRESENT_NONE : present_result(setup, path, setup->first, setup->end);
+    return has_journal ? PRESENT_NONE : runs_present_result(setup, path, setup->first, setup->end);
 }
 
 static enum status compute_missing(struct results *results, struct batch_setup *setup) {
-    const enum present_result present = find_present(setup);
+    const enum runs_present_result present = find_present(setup);
     if (present == PRESENT_OTHER) {
         fprintf(stderr, "refdyn: --resume needs the same batch; without it the file is replaced\n");
         return STATUS_FAULT;

@@ -178,7 +178,8 @@ bool batch_check_texts(const struct runs_reader *runs, const char *path) {
     char hash[JOURNAL_HASH], name[16];
     for (int part = 0; part < JOURNAL_PARTS; part++) {
         snprintf(name, sizeof name, "%s_hash", part_names[part]);
-        const char *text = runs_attribute(runs, part_names[part]), *kept = runs_attribute(runs, name);
+        const char *text = hdf5_runs_attribute(runs, part_names[part]),
+                   *kept = hdf5_runs_attribute(runs, name);
         hash_text(text ? text : "", hash);
         if (!text || !kept || strcmp(hash, kept) != 0) {
             complain_line(path, 0,

@@ -37,7 +37,7 @@ static enum status complain(const char *path, const char *fact) {
 /* ---- What the file tells ---- */
 
 static json_t *load_attribute(const struct runs_reader *runs, const char *name) {
-    const char *text = runs_attribute(runs, name);
+    const char *text = hdf5_runs_attribute(runs, name);
     return text ? json_loads(text, 0, NULL) : NULL;
 }
 
@@ -78,12 +78,12 @@ static void leave_one_text(struct varied *column) {
 /* The case alone, as case number 0. */
 static enum status read_case(struct again *again, const char *path, double number) {
     struct memory *memory = &again->setup.memory;
-    const struct cases *all = &runs_layout(again->runs)->cases;
+    const struct cases *all = &hdf5_runs_layout(again->runs)->cases;
     struct cases *cases = &again->setup.sweep.cases;
     long row = 0;
-    while (row < runs_count(again->runs) && (double)runs_numbers(again->runs)[row] != number)
+    while (row < hdf5_runs_count(again->runs) && (double)hdf5_runs_numbers(again->runs)[row] != number)
         row++;
-    if (row == runs_count(again->runs))
+    if (row == hdf5_runs_count(again->runs))
         return complain(path, memory_format(memory, "it has no case %.0f", number));
     *cases = (struct cases){.count = 1, .width = all->width};
     cases->columns = memory_get(memory, ((size_t)all->width + 1) * sizeof *cases->columns);
@@ -101,7 +101,7 @@ static enum status read_case(struct again *again, const char *path, double numbe
 
 /* What made the batch look at its times: outputs where anything is kept of them, and times of their own. */
 static void read_keep(struct again *again, const char *const *of) {
-    const struct runs_layout *layout = runs_layout(again->runs);
+    const struct runs_layout *layout = hdf5_runs_layout(again->runs);
     struct keep *keep = &again->setup.sweep.keep;
     keep->final = true;
     for (int i = 0; i < layout->item_count; i++) {
@@ -169,7 +169,7 @@ static int note_end(void *context, const struct refdyn_batch_case *one,
     if (result->status == REFDYN_REFUSED)
         return print_refused_values(again, one, result);
     scene->work.fault = integrator->work->fault;
-    numbers_failed(scene, result->status, result->t, integrator->q, integrator->qd);
+    scene_numbers_failed(scene, result->status, result->t, integrator->q, integrator->qd);
     return 0;
 }
 
@@ -220,8 +220,8 @@ static enum status open_case(struct again *again, const struct options *given, c
     if (status == STATUS_DONE)
         status = read_case(again, of, options_number(given, "case"));
     const struct case_files files = {
-        .hashes = again->files, .folder = runs_attribute(again->runs, "folder"), .runs = of};
-    if (status == STATUS_DONE && !case_files_find(&files, &again->setup))
+        .hashes = again->files, .folder = hdf5_runs_attribute(again->runs, "folder"), .runs = of};
+    if (status == STATUS_DONE && !runs_case_files_find(&files, &again->setup))
         status = STATUS_FAULT;
     read_keep(again, &of);
     if (status == STATUS_DONE)
@@ -237,7 +237,8 @@ enum status run_case_again(const struct options *options) {
     const char *output = options_text(options, "output");
     if (output && text_names_hdf5(output))
         return usage_error(options->command, "-o %s: a case of --of is written as CSV", output);
-    struct again again = {.setup = {.memory = arena_start()}, .runs = runs_open(options_text(options, "of"))};
+    struct again again = {.setup = {.memory = arena_start()},
+                          .runs = hdf5_runs_open(options_text(options, "of"))};
     const char *path;
     enum status status = again.runs ? open_case(&again, options, &path) : STATUS_FAULT;
     if (status == STATUS_DONE)
@@ -247,7 +248,7 @@ enum status run_case_again(const struct options *options) {
     if (again.has_folder)
         scratch_close(&again.folder);
     if (again.runs)
-        runs_close(again.runs);
+        hdf5_runs_close(again.runs);
     json_decref(again.model);
     json_decref(again.options);
     json_decref(again.files);

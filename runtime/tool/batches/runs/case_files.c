@@ -52,7 +52,7 @@ static const char *find_file(const struct case_files *files, struct memory *memo
     return complain(path, places, count, changed);
 }
 
-bool case_files_find(const struct case_files *files, struct batch_setup *setup) {
+bool runs_case_files_find(const struct case_files *files, struct batch_setup *setup) {
     const char *from = options_text(&setup->options, "from");
     struct cases *cases = &setup->sweep.cases;
     if (options_state_path(from)) {

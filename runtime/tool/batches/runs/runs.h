@@ -222,21 +222,22 @@ struct case_files {
  * written, seen from the folder of this call, from that of the batch, or from that of the file of runs. A
  * file counts when it has the content that the batch read. False, with a complaint: one is nowhere.
  */
-bool case_files_find(const struct case_files *files, struct batch_setup *setup);
+bool runs_case_files_find(const struct case_files *files, struct batch_setup *setup);
 
 /*
  * What has the name of a batch's result already: a batch that goes on with itself neither computes again what
  * is complete nor replaces what is another's.
  */
 
-enum present_result {
+enum runs_present_result {
     PRESENT_NONE,     /* no file, or one of this batch that lacks some of the cases */
     PRESENT_COMPLETE, /* the cases [first, end) of this batch, maybe among others */
     PRESENT_OTHER     /* it cannot be read or is of another batch, as is told on stderr */
 };
 
 /* Of the file of runs `path`, by its attributes and its numbers of cases. */
-enum present_result present_result(const struct batch_setup *setup, const char *path, long first, long end);
+enum runs_present_result runs_present_result(const struct batch_setup *setup, const char *path, long first,
+                                             long end);
 
 /*
  * The runs of a batch as CSV, where one row a case is enough: its number, what varied (a start value under

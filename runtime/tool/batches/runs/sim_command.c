@@ -38,7 +38,6 @@ const struct command sim_command = {
                "singular start hold release way summary of case set fold",
     .tables = {case_rules, sim_rules, motion_rules, statics_rules, scene_rules},
     .has_gsl = true,
-    .replaces_needed = "of case",
     .replaces_operands = "of case",
     .output = "RUN.csv",
     .purpose = "one motion, as CSV or HDF5",

@@ -22,7 +22,7 @@ struct chunks {
 };
 
 /* The first case of a chunk; that of chunk number `count` is the end. */
-long chunks_start(const struct chunks *chunks, long chunk);
+long slurm_chunks_start(const struct chunks *chunks, long chunk);
 
 struct slurm_folder {
     char *path; /* absolute */
@@ -43,7 +43,7 @@ char *slurm_folder_name(const struct slurm_folder *folder, const char *format, .
 void slurm_folder_close(struct slurm_folder *folder);
 
 /* The path from the root: what is not there yet has one, too. */
-char *path_from_root(const char *path);
+char *slurm_path_from_root(const char *path);
 
 /*
  * The programs of Slurm that a submission needs: sbatch, squeue and scancel, as PATH finds them.

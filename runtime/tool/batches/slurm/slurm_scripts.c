@@ -129,7 +129,7 @@ static void put_chunk_script(struct script *script) {
 /* ---- merge.sh ---- */
 
 static void put_merge_script(struct script *script) {
-    char *result = path_from_root(options_text(script->options, "output"));
+    char *result = slurm_path_from_root(options_text(script->options, "output"));
     put_header(script, "refdyn-merge", "merge.txt");
     fputs("# Joins the parts of a batch once all chunks have ended, written by refdyn batch --slurm.\n",
           script->out);

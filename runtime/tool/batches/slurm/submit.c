@@ -39,7 +39,7 @@ static const char *find_unfit_word(const char *words) {
 /* Slurm replaces %a and the like also in the folder that a job's output goes to, and reads scripts by lines.
  */
 static bool has_fit_name(const struct options *options) {
-    return !strpbrk(path_from_root(options_text(options, "output")), "%\\\n\r");
+    return !strpbrk(slurm_path_from_root(options_text(options, "output")), "%\\\n\r");
 }
 
 static enum status check_options(const struct options *options) {
@@ -77,7 +77,7 @@ static bool complain(const struct submission *submission, const char *fact) {
 static bool check_result(const struct submission *submission, enum status *status) {
     const struct batch_setup *setup = &submission->setup;
     const char *result = options_text(submission->options, "output");
-    const enum present_result present = present_result(setup, result, setup->first, setup->end);
+    const enum runs_present_result present = runs_present_result(setup, result, setup->first, setup->end);
     const bool has_journal = access(text_format("%s.journal", result), F_OK) == 0;
     *status = present == PRESENT_COMPLETE ? STATUS_DONE : STATUS_FAULT;
     if (present == PRESENT_COMPLETE)
@@ -177,8 +177,9 @@ static bool find_missing(struct submission *submission) {
     submission->is_missing = allocate((size_t)chunks->count, sizeof *submission->is_missing);
     for (long chunk = 0; chunk < chunks->count; chunk++) {
         char *part = slurm_folder_name(&submission->folder, "part_%ld.h5", chunk);
-        const enum present_result present = present_result(
-            &submission->setup, part, chunks_start(chunks, chunk), chunks_start(chunks, chunk + 1));
+        const enum runs_present_result present =
+            runs_present_result(&submission->setup, part, slurm_chunks_start(chunks, chunk),
+                                slurm_chunks_start(chunks, chunk + 1));
         const bool is_missing = present == PRESENT_NONE;
         const bool is_good = present != PRESENT_OTHER && (!is_missing || begin_journal(submission, part));
         if (!is_good)

@@ -54,7 +54,7 @@ static void find_varied(struct sweep_reading *reading) {
 static bool make_table(struct sweep_reading *reading) {
     struct memory *memory = reading->names.memory;
     struct case_table given, derived;
-    expand_cases(&reading->file, memory, &given);
+    sweeps_expand_cases(&reading->file, memory, &given);
     if (!sweep_file_derive(&reading->file, &given, memory, &derived))
         return false;
     reading->table = (struct case_table){.count = given.count, .width = given.width + derived.width};

@@ -143,7 +143,7 @@ bool case_names_check(const struct case_names *names, const struct case_table *t
  */
 
 /* Lives in `memory`. */
-void expand_cases(const struct sweep_file *file, struct memory *memory, struct case_table *cases);
+void sweeps_expand_cases(const struct sweep_file *file, struct memory *memory, struct case_table *cases);
 
 /*
  * What a batch keeps of each motion, as the sweep asks for it: names of columns as in the CSV of `sim`.

@@ -11,7 +11,7 @@
 enum { FIRST_DATE = 0x0021, NO_TIME = 0 }; /* 1 January 1980 in the format of DOS, the first day of ZIP */
 static const unsigned plain_file = 0100644u << 16;
 
-bool archive_is_there(void) {
+bool export_archive_is_there(void) {
     return true;
 }
 
@@ -49,7 +49,7 @@ static bool copy_archive(zip_source_t *source, FILE *out) {
     return count >= 0;
 }
 
-bool archive_put(FILE *out, const struct fmu_files *files) {
+bool export_archive_put(FILE *out, const struct fmu_files *files) {
     zip_error_t error;
     zip_error_init(&error);
     zip_source_t *source = zip_source_buffer_create(NULL, 0, 0, &error);
@@ -74,13 +74,13 @@ bool archive_put(FILE *out, const struct fmu_files *files) {
 
 #else
 
-bool archive_is_there(void) {
+bool export_archive_is_there(void) {
     fputs("refdyn: this refdyn is built without libzip, which FMUs need\n", stderr);
     return false;
 }
 
-/* Never called, because archive_is_there returns false. */
-bool archive_put(FILE *out, const struct fmu_files *files) {
+/* Never called, because export_archive_is_there returns false. */
+bool export_archive_put(FILE *out, const struct fmu_files *files) {
     return out && files && false;
 }
 

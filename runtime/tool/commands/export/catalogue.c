@@ -259,7 +259,7 @@ static void add_entry(struct catalogue *catalogue, const struct scene *scene, co
     catalogue->entries[catalogue->count++] = entry;
 }
 
-void catalogue_make(struct catalogue *catalogue, struct scene *scene, bool has_indicators) {
+void export_catalogue_make(struct catalogue *catalogue, struct scene *scene, bool has_indicators) {
     struct columns columns;
     find_columns(&columns, scene);
     *catalogue = (struct catalogue){.count = 0};
@@ -289,7 +289,7 @@ static void scatter(double *values, const double *about, int count, unsigned *se
 /* Which coordinates the position of each point depends on. A position is an analytic function of the
  * coordinates. A column of C that is not identically zero is therefore not zero at scattered states with
  * scattered parameters. */
-bool *catalogue_dependencies(const struct scene *scene) {
+bool *export_catalogue_dependencies(const struct scene *scene) {
     enum { STATES = 3 };
     const struct refdyn_model *model = scene->model;
     const int n = model->n, parameters = model->parameter_count, count = 3 * model->point_count * n;

@@ -43,8 +43,9 @@ static enum status choose_version(const struct options *options, enum fmi_versio
 
 static enum status check_platforms(const struct options *options, const char *const *list) {
     for (; *list; list++)
-        if (!platform_find(*list))
-            return option_error(options, "platform", ": '%s' is not one of %s", *list, platform_names());
+        if (!export_platform_find(*list))
+            return option_error(options, "platform", ": '%s' is not one of %s", *list,
+                                export_platform_names());
     return STATUS_DONE;
 }
 
@@ -95,31 +96,33 @@ static void add_text(struct fmu *fmu, const char *path, void (*put)(FILE *out, c
     FILE *out = text_stream(&text, &size);
     put(out, fmu);
     fclose(out);
-    fmu_files_add(&fmu->files, path, text, size);
+    export_files_add(&fmu->files, path, text, size);
 }
 
 static void add_sources(struct fmu *fmu) {
     for (int i = 0; i < fmu->sources.count; i++) {
         const struct fmu_file *source = &fmu->sources.list[i];
-        fmu_files_add(&fmu->files, text_format("sources/%s", source->path), source->text, source->size);
+        export_files_add(&fmu->files, text_format("sources/%s", source->path), source->text, source->size);
     }
 }
 
 static enum status write_fmu(struct fmu *fmu, const char *const *platforms) {
     struct scene *scene = fmu->scene;
-    catalogue_make(&fmu->catalogue, scene, fmu->version == FMI_3);
+    export_catalogue_make(&fmu->catalogue, scene, fmu->version == FMI_3);
     fmu->why_no_derivatives = find_why_no_derivatives(scene);
-    fmu_make_sources(fmu);
-    add_text(fmu, "modelDescription.xml", fmu->version == FMI_2 ? description_put_2 : description_put_3);
+    export_make_sources(fmu);
+    add_text(fmu, "modelDescription.xml",
+             fmu->version == FMI_2 ? export_description_put_2 : export_description_put_3);
     for (; *platforms; platforms++)
-        if (!binary_make(fmu, platform_find(*platforms)))
+        if (!export_binary_make(fmu, export_platform_find(*platforms)))
             return STATUS_FAULT;
     add_sources(fmu);
     if (fmu->version == FMI_3)
-        add_text(fmu, "sources/buildDescription.xml", description_put_build);
-    fmu_files_add(&fmu->files, "documentation/licenses/license.txt", fmu_licence, fmu_licence_size);
-    return archive_put(scene->result->file, &fmu->files) && target_finish(scene->result) ? STATUS_DONE
-                                                                                         : STATUS_FAULT;
+        add_text(fmu, "sources/buildDescription.xml", export_description_put_build);
+    export_files_add(&fmu->files, "documentation/licenses/license.txt", fmu_licence, fmu_licence_size);
+    return export_archive_put(scene->result->file, &fmu->files) && target_finish(scene->result)
+               ? STATUS_DONE
+               : STATUS_FAULT;
 }
 
 static void print_summary(const struct fmu *fmu) {
@@ -190,12 +193,12 @@ static enum status run_export(const struct options *options) {
         status = motion_options(options, &fmu.options);
     if (status != STATUS_DONE)
         return status;
-    return archive_is_there() ? open_and_export(options, &fmu, platforms) : STATUS_FAULT;
+    return export_archive_is_there() ? open_and_export(options, &fmu, platforms) : STATUS_FAULT;
 }
 
 static const char *list_platforms(const struct command *command) {
     (void)command;
-    return platform_names();
+    return export_platform_names();
 }
 
 static const struct option_rule export_rules[] = {

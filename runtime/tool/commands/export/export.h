@@ -42,9 +42,9 @@ struct catalogue {
 };
 
 /* Describes the variables at the start of the scene. */
-void catalogue_make(struct catalogue *catalogue, struct scene *scene, bool has_indicators);
+void export_catalogue_make(struct catalogue *catalogue, struct scene *scene, bool has_indicators);
 /* (3 points x n) Which coordinates the position of each point depends on. */
-bool *catalogue_dependencies(const struct scene *scene);
+bool *export_catalogue_dependencies(const struct scene *scene);
 
 /* The FMU that `export` writes. Its parts are made one after the other. */
 
@@ -76,16 +76,16 @@ struct fmu {
     struct fmu_files files;   /* of the whole FMU */
 };
 
-void fmu_files_add(struct fmu_files *files, const char *path, const char *text, size_t size);
+void export_files_add(struct fmu_files *files, const char *path, const char *text, size_t size);
 /* Returns whether a file belongs only to the other version of FMI, by its name. */
-bool fmu_is_of_other_version(const char *path, enum fmi_version version);
+bool export_is_of_other_version(const char *path, enum fmi_version version);
 
 /* A ZIP archive of files; equal files give equal bytes. */
 
 /* Returns whether this refdyn is built with libzip; otherwise reports it on stderr. */
-bool archive_is_there(void);
+bool export_archive_is_there(void);
 /* Returns false and reports on stderr if it fails. */
-bool archive_put(FILE *out, const struct fmu_files *files);
+bool export_archive_put(FILE *out, const struct fmu_files *files);
 
 /* The libraries of an FMU, one for each platform. */
 
@@ -101,12 +101,12 @@ struct platform {
 };
 
 /* Returns NULL if there is no platform of that name. */
-const struct platform *platform_find(const char *name);
+const struct platform *export_platform_find(const char *name);
 /* "linux64, win64" */
-const char *platform_names(void);
+const char *export_platform_names(void);
 /* Compiles the sources and adds the library to fmu->files. The part that is the same in all FMUs is compiled
  * once and kept in the cache. Returns false and reports on stderr if it fails. */
-bool binary_make(struct fmu *fmu, const struct platform *platform);
+bool export_binary_make(struct fmu *fmu, const struct platform *platform);
 
 /* The sources in every FMU: the core of the runtime and runtime/bindings/fmi, embedded at build time. */
 
@@ -122,36 +122,36 @@ extern const int carried_file_count;
 /* modelDescription.xml of an FMU. model_description.c has the parts that both versions share. */
 
 /* Call these after fmu_make_sources. */
-void description_put_2(FILE *out, const struct fmu *fmu);
-void description_put_3(FILE *out, const struct fmu *fmu);
+void export_description_put_2(FILE *out, const struct fmu *fmu);
+void export_description_put_3(FILE *out, const struct fmu *fmu);
 /* sources/buildDescription.xml of FMI 3.0. */
-void description_put_build(FILE *out, const struct fmu *fmu);
+void export_description_put_build(FILE *out, const struct fmu *fmu);
 
 /* ---- Parts of both versions ---- */
 
 /* Puts NAME="VALUE" after a blank. */
-void put_attribute(FILE *out, const char *name, const char *value);
-void put_number_attribute(FILE *out, const char *name, double value);
+void export_put_attribute(FILE *out, const char *name, const char *value);
+void export_put_number_attribute(FILE *out, const char *name, double value);
 extern const char *const causality_names[], *const variability_names[], *const initial_names[];
 /* Puts each unit in use, with its base units. */
-void description_put_units(FILE *out, const struct fmu *fmu);
-void description_put_experiment(FILE *out, const struct fmu *fmu);
-void description_put_categories(FILE *out);
+void export_description_put_units(FILE *out, const struct fmu *fmu);
+void export_description_put_experiment(FILE *out, const struct fmu *fmu);
+void export_description_put_categories(FILE *out);
 /* Puts the attributes that list what an unknown depends on; none if that is all states and inputs. `depends`
  * comes from catalogue_dependencies. */
-void description_put_dependencies(FILE *out, const struct fmu *fmu, const bool *depends,
-                                  const struct catalogue_entry *entry);
-bool catalogue_has_start(const struct catalogue_entry *entry);
-bool catalogue_is_output(const struct catalogue_entry *entry);
-bool catalogue_is_derivative(const struct catalogue_entry *entry);
+void export_description_put_dependencies(FILE *out, const struct fmu *fmu, const bool *depends,
+                                         const struct catalogue_entry *entry);
+bool export_catalogue_has_start(const struct catalogue_entry *entry);
+bool export_catalogue_is_output(const struct catalogue_entry *entry);
+bool export_catalogue_is_derivative(const struct catalogue_entry *entry);
 /* Returns whether initialisation computes it: an output, a derivative or a state. */
-bool catalogue_is_unknown_at_start(const struct catalogue_entry *entry);
+bool export_catalogue_is_unknown_at_start(const struct catalogue_entry *entry);
 
 /* The sources of an FMU: those in every FMU, the emitted model, and the values that it is exported with. */
 
 /* Fills fmu->sources, and fmu->token, which is computed from all sources. */
-void fmu_make_sources(struct fmu *fmu);
+void export_make_sources(struct fmu *fmu);
 /* Returns whether the file is compiled; headers are not. */
-bool fmu_is_source(const char *path);
+bool export_is_source(const char *path);
 
 #endif

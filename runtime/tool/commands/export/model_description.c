@@ -144,13 +144,13 @@ const char *const causality_names[] = {"independent", "parameter", "input", "out
 const char *const variability_names[] = {"fixed", "tunable", "discrete", "continuous"};
 const char *const initial_names[] = {NULL, "exact", "approx", "calculated"};
 
-void put_attribute(FILE *out, const char *name, const char *value) {
+void export_put_attribute(FILE *out, const char *name, const char *value) {
     fprintf(out, " %s=\"", name);
     put_xml_text(out, value);
     fputc('"', out);
 }
 
-void put_number_attribute(FILE *out, const char *name, double value) {
+void export_put_number_attribute(FILE *out, const char *name, double value) {
     fprintf(out, " %s=\"", name);
     print_number(out, value);
     fputc('"', out);
@@ -167,7 +167,7 @@ static void put_base_unit(FILE *out, const char *unit) {
         if (base.exponents[i])
             fprintf(out, " %s=\"%d\"", base_unit_names[i], base.exponents[i]);
     if (base.factor != 1)
-        put_number_attribute(out, "factor", base.factor);
+        export_put_number_attribute(out, "factor", base.factor);
     fputs("/></Unit>\n", out);
 }
 
@@ -180,7 +180,7 @@ static bool is_told(const struct catalogue *catalogue, int entry) {
     return false;
 }
 
-void description_put_units(FILE *out, const struct fmu *fmu) {
+void export_description_put_units(FILE *out, const struct fmu *fmu) {
     const struct catalogue *catalogue = &fmu->catalogue;
     fputs("  <UnitDefinitions>\n", out);
     for (int i = 0; i < catalogue->count; i++) {
@@ -188,7 +188,7 @@ void description_put_units(FILE *out, const struct fmu *fmu) {
         if (!unit || is_told(catalogue, i))
             continue;
         fputs("    <Unit", out);
-        put_attribute(out, "name", unit);
+        export_put_attribute(out, "name", unit);
         put_base_unit(out, unit);
     }
     fputs("  </UnitDefinitions>\n", out);
@@ -196,18 +196,18 @@ void description_put_units(FILE *out, const struct fmu *fmu) {
 
 /* ---- Experiment, messages ---- */
 
-void description_put_experiment(FILE *out, const struct fmu *fmu) {
+void export_description_put_experiment(FILE *out, const struct fmu *fmu) {
     const double from = fmu->scene->state.t;
     fputs("  <DefaultExperiment", out);
-    put_number_attribute(out, "startTime", from);
-    put_number_attribute(out, "stopTime", fmu->until);
+    export_put_number_attribute(out, "startTime", from);
+    export_put_number_attribute(out, "stopTime", fmu->until);
     if (fmu->options.tol > 0)
-        put_number_attribute(out, "tolerance", fmu->options.tol);
-    put_number_attribute(out, "stepSize", (fmu->until - from) / DEFAULT_STEPS);
+        export_put_number_attribute(out, "tolerance", fmu->options.tol);
+    export_put_number_attribute(out, "stepSize", (fmu->until - from) / DEFAULT_STEPS);
     fputs("/>\n", out);
 }
 
-void description_put_categories(FILE *out) {
+void export_description_put_categories(FILE *out) {
     static const char *const names[] = {"logStatusWarning", "logStatusDiscard", "logStatusError",
                                         "logStatusFatal", "logAll"};
     fputs("  <LogCategories>\n", out);
@@ -218,19 +218,19 @@ void description_put_categories(FILE *out) {
 
 /* ---- Variables ---- */
 
-bool catalogue_has_start(const struct catalogue_entry *entry) {
+bool export_catalogue_has_start(const struct catalogue_entry *entry) {
     return entry->initial == INITIAL_EXACT || entry->initial == INITIAL_APPROXIMATE;
 }
 
-bool catalogue_is_output(const struct catalogue_entry *entry) {
+bool export_catalogue_is_output(const struct catalogue_entry *entry) {
     return entry->causality == AS_OUTPUT;
 }
 
-bool catalogue_is_derivative(const struct catalogue_entry *entry) {
+bool export_catalogue_is_derivative(const struct catalogue_entry *entry) {
     return entry->state >= 0;
 }
 
-bool catalogue_is_unknown_at_start(const struct catalogue_entry *entry) {
+bool export_catalogue_is_unknown_at_start(const struct catalogue_entry *entry) {
     const bool is_free = entry->initial == INITIAL_CALCULATED || entry->initial == INITIAL_APPROXIMATE;
     return is_free && (entry->causality == AS_OUTPUT || entry->state >= 0);
 }
@@ -261,8 +261,8 @@ static void dependencies_add(struct dependencies *list, const struct fmu *fmu, i
 static void dependencies_put(struct dependencies *list, FILE *out) {
     fclose(list->out);
     fclose(list->kinds_out);
-    put_attribute(out, "dependencies", list->places);
-    put_attribute(out, "dependenciesKind", list->kinds);
+    export_put_attribute(out, "dependencies", list->places);
+    export_put_attribute(out, "dependenciesKind", list->kinds);
     free(list->places);
     free(list->kinds);
 }
@@ -276,8 +276,8 @@ static void add_position_dependencies(struct dependencies *list, const struct fm
                 dependencies_add(list, fmu, fmu->catalogue.first[kind] + j, "dependent");
 }
 
-void description_put_dependencies(FILE *out, const struct fmu *fmu, const bool *depends,
-                                  const struct catalogue_entry *entry) {
+void export_description_put_dependencies(FILE *out, const struct fmu *fmu, const bool *depends,
+                                         const struct catalogue_entry *entry) {
     struct dependencies list;
     const enum fmu_kind kind = entry->variable.kind;
     const bool is_state = kind == FMU_COORDINATE || kind == FMU_RATE;

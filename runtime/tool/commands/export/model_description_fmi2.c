@@ -5,10 +5,10 @@
 static void put_source_files(FILE *out, const struct fmu *fmu) {
     fputs("    <SourceFiles>\n", out);
     for (int i = 0; i < fmu->sources.count; i++) {
-        if (!fmu_is_source(fmu->sources.list[i].path))
+        if (!export_is_source(fmu->sources.list[i].path))
             continue;
         fputs("      <File", out);
-        put_attribute(out, "name", fmu->sources.list[i].path);
+        export_put_attribute(out, "name", fmu->sources.list[i].path);
         fputs("/>\n", out);
     }
     fputs("    </SourceFiles>\n", out);
@@ -16,7 +16,7 @@ static void put_source_files(FILE *out, const struct fmu *fmu) {
 
 static void put_type(FILE *out, const struct fmu *fmu, const char *type, const char *abilities) {
     fprintf(out, "  <%s", type);
-    put_attribute(out, "modelIdentifier", fmu->name);
+    export_put_attribute(out, "modelIdentifier", fmu->name);
     fputs(abilities, out);
     fputs(" canNotUseMemoryManagementFunctions=\"true\" canGetAndSetFMUstate=\"true\"", out);
     if (!fmu->why_no_derivatives)
@@ -31,18 +31,18 @@ static void put_type(FILE *out, const struct fmu *fmu, const char *type, const c
 /* Inputs have a start value, and no `initial`. */
 static void put_variable(FILE *out, const struct catalogue_entry *entry) {
     fputs("    <ScalarVariable", out);
-    put_attribute(out, "name", entry->name);
+    export_put_attribute(out, "name", entry->name);
     fprintf(out, " valueReference=\"%u\"", entry->reference);
-    put_attribute(out, "description", entry->about);
-    put_attribute(out, "causality", causality_names[entry->causality]);
-    put_attribute(out, "variability", variability_names[entry->variability]);
+    export_put_attribute(out, "description", entry->about);
+    export_put_attribute(out, "causality", causality_names[entry->causality]);
+    export_put_attribute(out, "variability", variability_names[entry->variability]);
     if (entry->causality != AS_INPUT && initial_names[entry->initial])
-        put_attribute(out, "initial", initial_names[entry->initial]);
+        export_put_attribute(out, "initial", initial_names[entry->initial]);
     fputs(">\n      <Real", out);
     if (entry->unit)
-        put_attribute(out, "unit", entry->unit);
-    if (catalogue_has_start(entry))
-        put_number_attribute(out, "start", entry->start);
+        export_put_attribute(out, "unit", entry->unit);
+    if (export_catalogue_has_start(entry))
+        export_put_number_attribute(out, "start", entry->start);
     if (entry->state >= 0)
         fprintf(out, " derivative=\"%d\"", entry->state + 1);
     fputs("/>\n    </ScalarVariable>\n", out);
@@ -60,36 +60,36 @@ static void put_unknowns(FILE *out, const struct fmu *fmu, const char *list,
             continue;
         fprintf(out, "      <Unknown index=\"%d\"", i + 1);
         if (depends)
-            description_put_dependencies(out, fmu, depends, entry);
+            export_description_put_dependencies(out, fmu, depends, entry);
         fputs("/>\n", out);
     }
     fprintf(out, "    </%s>\n", list);
 }
 
 static void put_structure(FILE *out, const struct fmu *fmu) {
-    const bool *depends = catalogue_dependencies(fmu->scene);
+    const bool *depends = export_catalogue_dependencies(fmu->scene);
     fputs("  <ModelStructure>\n", out);
-    put_unknowns(out, fmu, "Outputs", catalogue_is_output, depends);
-    put_unknowns(out, fmu, "Derivatives", catalogue_is_derivative, depends);
-    put_unknowns(out, fmu, "InitialUnknowns", catalogue_is_unknown_at_start, NULL);
+    put_unknowns(out, fmu, "Outputs", export_catalogue_is_output, depends);
+    put_unknowns(out, fmu, "Derivatives", export_catalogue_is_derivative, depends);
+    put_unknowns(out, fmu, "InitialUnknowns", export_catalogue_is_unknown_at_start, NULL);
     fputs("  </ModelStructure>\n", out);
 }
 
 /* ---- The whole ---- */
 
-void description_put_2(FILE *out, const struct fmu *fmu) {
+void export_description_put_2(FILE *out, const struct fmu *fmu) {
     fputs("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiModelDescription fmiVersion=\"2.0\"", out);
-    put_attribute(out, "modelName", fmu->name);
-    put_attribute(out, "guid", fmu->token);
-    put_attribute(out, "generationTool", "refdyn " REFDYN_VERSION);
+    export_put_attribute(out, "modelName", fmu->name);
+    export_put_attribute(out, "guid", fmu->token);
+    export_put_attribute(out, "generationTool", "refdyn " REFDYN_VERSION);
     fprintf(out, " variableNamingConvention=\"flat\" numberOfEventIndicators=\"%d\">\n",
             fmu_count_indicators(fmu->scene->model));
     put_type(out, fmu, "ModelExchange",
              fmu->scene->model->event_count > 0 ? "" : " completedIntegratorStepNotNeeded=\"true\"");
     put_type(out, fmu, "CoSimulation", " canHandleVariableCommunicationStepSize=\"true\"");
-    description_put_units(out, fmu);
-    description_put_categories(out);
-    description_put_experiment(out, fmu);
+    export_description_put_units(out, fmu);
+    export_description_put_categories(out);
+    export_description_put_experiment(out, fmu);
     fputs("  <ModelVariables>\n", out);
     for (int i = 0; i < fmu->catalogue.count; i++)
         put_variable(out, &fmu->catalogue.entries[i]);

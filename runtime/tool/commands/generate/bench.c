@@ -162,7 +162,7 @@ static enum status print_quantities(struct scene *scene, FILE *out) {
         const char *name = quantities[i].name;
         if (!is_finite(&subject, name) ||
             !print_quantity(out, name, &subject, gen_count(&scene->generation, name)))
-            status = numbers_failed(scene, REFDYN_NOT_FINITE, scene->state.t, scene->q, scene->qd);
+            status = scene_numbers_failed(scene, REFDYN_NOT_FINITE, scene->state.t, scene->q, scene->qd);
     }
     return status;
 }

@@ -60,7 +60,7 @@ static void put_inputs(struct document *document, const struct scene *scene) {
         put_open(document, NULL, '{');
         put_name(document, &model->inputs[i]);
         put_number(document, "value", scene->work.x[i]);
-        put_truth(document, "by_events", inputs_are_set_by_event(model, i));
+        put_truth(document, "by_events", scene_inputs_are_set_by_event(model, i));
         put_close(document, '}');
     }
     put_close(document, ']');

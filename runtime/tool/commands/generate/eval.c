@@ -122,7 +122,7 @@ static enum status print_state(struct scene *scene, const double *qdd) {
     double *room = allocate_matrix(scene->model->n, 1);
     put_open(&document, NULL, '{');
     put_text(&document, "name", scene->model->name);
-    put_coordinates(&document, "coordinates", scene->model, NULL);
+    scene_put_coordinates(&document, "coordinates", scene->model, NULL);
     put_equations(&document, scene, room);
     put_points(&document, scene);
     put_accelerations(&document, scene, qdd, room);
@@ -139,9 +139,9 @@ static enum status evaluate_state(struct scene *scene, const struct options *opt
         refdyn_refine(&scene->work, scene->state.t, scene->q, scene->qd, REFDYN_BAUMGARTE, qdd);
     const enum status status = result == REFDYN_OK
                                    ? print_state(scene, qdd)
-                                   : numbers_failed(scene, result, scene->state.t, scene->q, scene->qd);
+                                   : scene_numbers_failed(scene, result, scene->state.t, scene->q, scene->qd);
     if (status == STATUS_DONE)
-        print_redundant_rows(&scene->work);
+        scene_print_redundant_rows(&scene->work);
     return status;
 }
 

@@ -125,7 +125,7 @@ static enum status draw_model(struct scene *scene, const struct options *options
     if (!target)
         return STATUS_FAULT;
     FILE *out = text_stream(&svg, &size);
-    model_drawing_put(out, &scene->generation);
+    view_model_drawing_put(out, &scene->generation);
     fclose(out);
     const bool is_good = picture_write(format, svg, target->file) && target_finish(target);
     free(svg);

@@ -40,7 +40,7 @@ static const char *made_of(const char *name, const char *lead, bool is_of_model)
     return is_free(made, is_of_model) ? made : text_format("%.20s_%.70s", lead, made);
 }
 
-const char **identifiers_make(const char *const *names, int count, const char *lead) {
+const char **import_identifiers_make(const char *const *names, int count, const char *lead) {
     const char **made = allocate((size_t)count + 1, sizeof *made);
     for (int i = 0; i < count; i++)
         if (is_free(names[i], false))
@@ -56,6 +56,6 @@ const char **identifiers_make(const char *const *names, int count, const char *l
     return made;
 }
 
-const char *identifiers_model(const char *name) {
+const char *import_identifiers_model(const char *name) {
     return made_of(name, "robot", true);
 }

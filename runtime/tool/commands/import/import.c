@@ -113,8 +113,8 @@ static bool complain_of_link(const struct robot *robot, const char *name) {
     for (int i = 0; i < robot->link_count; i++)
         known[i] = robot->links[i].name;
     const char *near = message_nearest_name(name, known, robot->link_count);
-    return robot_complain(robot, 0, "--flexible: there is no link '%s'%s%s%s", name,
-                          near ? ", the nearest is '" : "", near ? near : "", near ? "'" : "");
+    return import_robot_complain(robot, 0, "--flexible: there is no link '%s'%s%s%s", name,
+                                 near ? ", the nearest is '" : "", near ? near : "", near ? "'" : "");
 }
 
 static bool make_beams(const struct robot *robot, const struct options *options,
@@ -123,10 +123,10 @@ static bool make_beams(const struct robot *robot, const struct options *options,
     struct flexible *flexible = allocate((size_t)robot->link_count, sizeof *flexible);
     for (choice->flexible_count = 0; names[choice->flexible_count]; choice->flexible_count++) {
         const char *name = names[choice->flexible_count];
-        const int link = robot_find_link(robot, name);
+        const int link = import_robot_find_link(robot, name);
         if (link < 0)
             return complain_of_link(robot, name);
-        if (!flexible_make(robot, link, choice->beam, &flexible[choice->flexible_count]))
+        if (!import_flexible_make(robot, link, choice->beam, &flexible[choice->flexible_count]))
             return false;
     }
     choice->flexible = flexible;
@@ -137,20 +137,21 @@ static bool make_beams(const struct robot *robot, const struct options *options,
 
 static void warn_of_joint(const struct robot *robot, const struct robot_joint *joint,
                           const struct model_choice *choice) {
-    const bool is_single = joint_is_single(joint);
+    const bool is_single = import_joint_is_single(joint);
     if (joint->friction > 0 && (choice->friction_width == 0 || !is_single))
-        robot_warn(robot, joint->line, "joint %s: friction %g is left out%s", joint->name, joint->friction,
-                   is_single ? "; --friction-width RATE includes it" : "");
+        import_robot_warn(robot, joint->line, "joint %s: friction %g is left out%s", joint->name,
+                          joint->friction, is_single ? "; --friction-width RATE includes it" : "");
     const struct joint_limits *limits = &joint->limits;
     const bool is_limited = limits->has_range || limits->has_rate || limits->has_force;
     if (is_limited && !is_single && joint->kind != JOINT_FIXED)
-        robot_warn(robot, joint->line, "joint %s: limits of several coordinates are left out", joint->name);
+        import_robot_warn(robot, joint->line, "joint %s: limits of several coordinates are left out",
+                          joint->name);
     if (choice->has_drives && !is_single && joint->kind != JOINT_FIXED)
-        robot_warn(robot, joint->line, "joint %s: it has several coordinates, which get no inputs",
-                   joint->name);
+        import_robot_warn(robot, joint->line, "joint %s: it has several coordinates, which get no inputs",
+                          joint->name);
     if (joint->damping > 0 && !is_single && joint->kind != JOINT_FIXED)
-        robot_warn(robot, joint->line, "joint %s: damping %g of several coordinates is left out", joint->name,
-                   joint->damping);
+        import_robot_warn(robot, joint->line, "joint %s: damping %g of several coordinates is left out",
+                          joint->name, joint->damping);
 }
 
 /* (link_count) whether the link, or what it carries, has mass */
@@ -176,9 +177,10 @@ static void warn_of_massless(const struct robot *robot) {
             continue;
         const struct robot_joint *joint = &robot->joints[robot->links[i].joint];
         if (joint->kind != JOINT_FIXED && !is_told[joint->parent])
-            robot_warn(robot, joint->line,
-                       "joint %s: nothing that it moves has mass, a motion needs one, or a fixed joint",
-                       joint->name);
+            import_robot_warn(
+                robot, joint->line,
+                "joint %s: nothing that it moves has mass, a motion needs one, or a fixed joint",
+                joint->name);
         is_told[i] = is_told[joint->parent] || joint->kind != JOINT_FIXED;
     }
 }
@@ -187,15 +189,15 @@ static void mend_inertias(struct robot *robot) {
     for (int i = 0; i < robot->link_count; i++) {
         struct robot_link *link = &robot->links[i];
         const double *I = link->inertia, was[6] = {I[0], I[1], I[2], I[3], I[4], I[5]};
-        if (!inertia_mend(link->inertia))
+        if (!import_inertia_mend(link->inertia))
             continue;
-        tidy(link->inertia, 6, I[0] + I[1] + I[2]);
-        robot_warn(robot, link->line,
-                   "link %s: no body has the moments %g %g %g with the products %g %g %g, the nearest "
-                   "that one has are "
-                   "taken: %g %g %g with %g %g %g",
-                   link->name, was[0], was[1], was[2], was[3], was[4], was[5], I[0], I[1], I[2], I[3], I[4],
-                   I[5]);
+        import_tidy(link->inertia, 6, I[0] + I[1] + I[2]);
+        import_robot_warn(robot, link->line,
+                          "link %s: no body has the moments %g %g %g with the products %g %g %g, the nearest "
+                          "that one has are "
+                          "taken: %g %g %g with %g %g %g",
+                          link->name, was[0], was[1], was[2], was[3], was[4], was[5], I[0], I[1], I[2], I[3],
+                          I[4], I[5]);
     }
 }
 
@@ -253,7 +255,7 @@ static void print_beam(const struct robot *robot, const struct flexible *beam) {
             "it at "
             "%.6g m\n",
             link->name, beam->length, link->mass - beam->rest.mass, link->mass, beam->rho, beam->rest.mass,
-            flexible_along(beam, beam->rest.center));
+            import_flexible_along(beam, beam->rest.center));
 }
 
 /* ---- the command ---- */
@@ -268,11 +270,11 @@ static int count_coordinates(const struct robot *robot, const struct model_choic
 }
 
 static bool read_robot(struct robot *robot, const struct options *options, struct model_choice *choice) {
-    if (!robot_read(robot, options->operands[0]) || !robot_make_tree(robot))
+    if (!import_robot_read(robot, options->operands[0]) || !import_robot_make_tree(robot))
         return false;
     if (count_coordinates(robot, choice) == 0 && !options_text(options, "flexible"))
-        return robot_complain(robot, robot->line,
-                              "robot: no joint moves; add one, or give --floating for the root");
+        return import_robot_complain(robot, robot->line,
+                                     "robot: no joint moves; add one, or give --floating for the root");
     mend_inertias(robot);
     set_right_angles(robot, options_number(options, "right-angles"));
     for (int i = 0; i < robot->joint_count; i++)
@@ -291,7 +293,7 @@ static const char *counted(int count, const char *what) {
 static int count_inputs(const struct robot *robot, const struct model_choice *choice) {
     int count = 0;
     for (int i = 0; i < robot->joint_count && choice->has_drives; i++)
-        count += joint_is_driven(&robot->joints[i]);
+        count += import_joint_is_driven(&robot->joints[i]);
     return count;
 }
 
@@ -327,7 +329,7 @@ static enum status run_import(const struct options *options) {
     bool is_good = target && read_robot(&robot, options, &choice);
     if (is_good) {
         print_summary(&robot, &choice);
-        write_model(&robot, &choice, target->file);
+        import_write_model(&robot, &choice, target->file);
         is_good = target_finish(target);
     }
     targets_release(&targets);

@@ -27,20 +27,20 @@ struct body {
 };
 
 /* Rz(rpy[2]) Ry(rpy[1]) Rx(rpy[0]), by rows. */
-void rotation_of_rpy(const double rpy[3], double R[9]);
+void import_rotation_of_rpy(const double rpy[3], double R[9]);
 /* The tensor xx yy zz xy xz yz along other axes, onto which R turns the given ones. */
-void inertia_turn(const double R[9], const double tensor[6], double turned[6]);
+void import_inertia_turn(const double R[9], const double tensor[6], double turned[6]);
 
-/* By rows. The mass of `body_of` must be positive. */
-void second_moments(const struct body *body, double J[16]);
-struct body body_of(const double J[16]);
+/* By rows. The mass of `import_body_of` must be positive. */
+void import_second_moments(const struct body *body, double J[16]);
+struct body import_body_of(const double J[16]);
 
 /* The largest s for which A - s B belongs to a body; 0 if A itself belongs to none. B belongs to a body. */
-double second_moments_share(const double A[16], const double B[16]);
+double import_second_moments_share(const double A[16], const double B[16]);
 
 /* Replaces a tensor that no body can have by the nearest one, in second moments, that a body can have.
  * Returns whether it did. */
-bool inertia_mend(double inertia[6]);
+bool import_inertia_mend(double inertia[6]);
 
 /*
  * A robot as the URDF file describes it: links with mass data, and the joints between them.
@@ -108,29 +108,29 @@ struct robot {
 struct xml_element;
 
 /* Prints "FILE:LINE: " and the text; returns false. */
-bool robot_complain(const struct robot *robot, int line, const char *format, ...)
+bool import_robot_complain(const struct robot *robot, int line, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
-void robot_warn(const struct robot *robot, int line, const char *format, ...)
+void import_robot_warn(const struct robot *robot, int line, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
 /* Reads the whole file. Returns false after a reported error. */
-bool robot_read(struct robot *robot, const char *path);
+bool import_robot_read(struct robot *robot, const char *path);
 /* Checks that links and joints are one tree; sets joint, first, sibling, root and order. Returns false after
  * a reported error. */
-bool robot_make_tree(struct robot *robot);
-/* Warns of all elements and attributes that robot_read does not read. */
-void robot_warn_of_rest(const struct robot *robot, const struct xml_element *root);
+bool import_robot_make_tree(struct robot *robot);
+/* Warns of all elements and attributes that import_robot_read does not read. */
+void import_robot_warn_of_rest(const struct robot *robot, const struct xml_element *root);
 
 /* The start of a joint's coordinate: 0, or the middle of its range if 0 is outside. A joint that follows
  * another one starts where that one puts it. */
-double robot_start(const struct robot *robot, const struct robot_joint *joint);
+double import_robot_start(const struct robot *robot, const struct robot_joint *joint);
 /* A joint with one coordinate. */
-bool joint_is_single(const struct robot_joint *joint);
+bool import_joint_is_single(const struct robot_joint *joint);
 /* A joint with one coordinate that follows no other joint. */
-bool joint_is_driven(const struct robot_joint *joint);
+bool import_joint_is_driven(const struct robot_joint *joint);
 /* The index of that name; -1 if there is none. */
-int robot_find_link(const struct robot *robot, const char *name);
-int robot_find_joint(const struct robot *robot, const char *name);
+int import_robot_find_link(const struct robot *robot, const char *name);
+int import_robot_find_joint(const struct robot *robot, const char *name);
 
 /*
  * A rigid link as a uniform beam and a rest.
@@ -160,27 +160,27 @@ struct flexible {
 };
 
 /* Returns false after a reported error. */
-bool flexible_make(const struct robot *robot, int link, const struct beam_choice *choice,
-                   struct flexible *flexible);
+bool import_flexible_make(const struct robot *robot, int link, const struct beam_choice *choice,
+                          struct flexible *flexible);
 /* The position along the beam of the section that is nearest to a point of the link. */
-double flexible_along(const struct flexible *flexible, const double point[3]);
+double import_flexible_along(const struct flexible *flexible, const double point[3]);
 /* A vector of the link's frame along the axes of the beam. */
-void flexible_turn_back(const struct flexible *flexible, const double vector[3], double turned[3]);
+void import_flexible_turn_back(const struct flexible *flexible, const double vector[3], double turned[3]);
 
 /* Names of a URDF file as identifiers of Lua and C. A valid name stays. In other names _ replaces each
  * character that is not allowed; a lead goes in front if the result is still no identifier; the number of the
  * entry follows a name that is taken. So the same file always gives the same names. */
 
 /* For `count` different names; `lead`: "link". */
-const char **identifiers_make(const char *const *names, int count, const char *lead);
+const char **import_identifiers_make(const char *const *names, int count, const char *lead);
 /* The name of a model, and of its files. */
-const char *identifiers_model(const char *name);
+const char *import_identifiers_model(const char *name);
 
 /* Removes rounding from computed numbers, so that they look as a person would write them: numbers that are
  * small against a scale become 0, and last digits within 1e-15 of the value go. */
 
 /* With `scale` 0 no number becomes 0. */
-void tidy(double *list, int count, double scale);
+void import_tidy(double *list, int count, double scale);
 
 /* A robot as a Lua model that a person would write; models/README.md describes the language. */
 
@@ -194,7 +194,7 @@ struct model_choice {
     int flexible_count;
 };
 
-void write_model(const struct robot *robot, const struct model_choice *choice, FILE *out);
+void import_write_model(const struct robot *robot, const struct model_choice *choice, FILE *out);
 
 extern const struct command import_command;
 

@@ -9,7 +9,7 @@
 
 static const double rounding = 1e-14;
 
-void tidy(double *list, int count, double scale) {
+void import_tidy(double *list, int count, double scale) {
     char text[NUMBER_LENGTH];
     for (int i = 0; i < count; i++)
         if (fabs(list[i]) < rounding * scale)
@@ -21,7 +21,7 @@ void tidy(double *list, int count, double scale) {
 /* Places of xx yy zz xy xz yz. */
 static const int rows[6] = {0, 1, 2, 0, 0, 1}, columns[6] = {0, 1, 2, 1, 2, 2};
 
-void rotation_of_rpy(const double rpy[3], double R[9]) {
+void import_rotation_of_rpy(const double rpy[3], double R[9]) {
     const double cr = cos(rpy[0]), sr = sin(rpy[0]), cp = cos(rpy[1]), sp = sin(rpy[1]), cy = cos(rpy[2]),
                  sy = sin(rpy[2]);
     const double made[9] = {cy * cp,
@@ -36,7 +36,7 @@ void rotation_of_rpy(const double rpy[3], double R[9]) {
     memcpy(R, made, sizeof made);
 }
 
-void inertia_turn(const double R[9], const double tensor[6], double turned[6]) {
+void import_inertia_turn(const double R[9], const double tensor[6], double turned[6]) {
     double full[9];
     for (int k = 0; k < 6; k++)
         full[3 * rows[k] + columns[k]] = full[3 * columns[k] + rows[k]] = tensor[k];
@@ -55,7 +55,7 @@ static void flip(const double from[6], double part, double to[6]) {
         to[k] = (k < 3 ? part * trace : 0) - from[k];
 }
 
-void second_moments(const struct body *body, double J[16]) {
+void import_second_moments(const struct body *body, double J[16]) {
     double about_center[6];
     flip(body->inertia, 0.5, about_center);
     for (int k = 0; k < 6; k++)
@@ -66,7 +66,7 @@ void second_moments(const struct body *body, double J[16]) {
     J[15] = body->mass;
 }
 
-struct body body_of(const double J[16]) {
+struct body import_body_of(const double J[16]) {
     struct body body = {.mass = J[15]};
     double about_center[6];
     for (int i = 0; i < 3; i++)
@@ -79,7 +79,7 @@ struct body body_of(const double J[16]) {
 }
 
 /* The largest eigenvalue of B x = lambda A x is 1/s; A is positive definite. */
-double second_moments_share(const double A[16], const double B[16]) {
+double import_second_moments_share(const double A[16], const double B[16]) {
     double a[16], b[16], lambda[4];
     memcpy(a, A, sizeof a);
     memcpy(b, B, sizeof b);
@@ -104,7 +104,7 @@ static bool is_possible(const double inertia[6]) {
     return !solve_tensor(is_complete ? second : inertia, lambda, V) || lambda[0] >= -slack * fabs(lambda[2]);
 }
 
-bool inertia_mend(double inertia[6]) {
+bool import_inertia_mend(double inertia[6]) {
     double second[6], V[9], lambda[3], mended[6] = {0};
     flip(inertia, 0.5, second);
     const bool is_kept = is_possible(inertia) || !solve_tensor(second, lambda, V);

@@ -131,18 +131,18 @@ static const char *reason_of(const char *element) {
 static void warn_of_kind(const struct robot *robot, const struct kind *kind) {
     const char *meshes = kind->meshes ? text_format(" with %d meshes", kind->meshes) : "";
     if (kind->is_attribute)
-        robot_warn(robot, kind->line, "<%s>: attribute %s, %d in all, left out: it is not known", kind->owner,
-                   kind->name, kind->count);
+        import_robot_warn(robot, kind->line, "<%s>: attribute %s, %d in all, left out: it is not known",
+                          kind->owner, kind->name, kind->count);
     else
-        robot_warn(robot, kind->line, "<%s> in <%s>, %d in all%s, left out: %s", kind->name, kind->owner,
-                   kind->count, meshes, reason_of(kind->name));
+        import_robot_warn(robot, kind->line, "<%s> in <%s>, %d in all%s, left out: %s", kind->name,
+                          kind->owner, kind->count, meshes, reason_of(kind->name));
 }
 
-void robot_warn_of_rest(const struct robot *robot, const struct xml_element *root) {
+void import_robot_warn_of_rest(const struct robot *robot, const struct xml_element *root) {
     struct rest *rest = allocate(1, sizeof *rest);
     count_in(rest, root);
     for (int i = 0; i < rest->count; i++)
         warn_of_kind(robot, &rest->kinds[i]);
     if (rest->more > 0)
-        robot_warn(robot, 0, "%d elements and attributes of other names left out, too", rest->more);
+        import_robot_warn(robot, 0, "%d elements and attributes of other names left out, too", rest->more);
 }

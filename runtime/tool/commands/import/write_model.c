@@ -49,7 +49,7 @@ static const char *vector(const double v[3]) {
 }
 
 static const char *computed(double value) {
-    tidy(&value, 1, 0);
+    import_tidy(&value, 1, 0);
     return number(value);
 }
 
@@ -134,7 +134,7 @@ static const char *beam_name(const struct writer *w, int link) {
 /* A frame that is fixed to a section of the beam, given in the link's frame. */
 static void put_place_on_beam(struct writer *w, const struct flexible *beam, const struct pose *pose,
                               struct text *turns) {
-    const double along = flexible_along(beam, pose->xyz);
+    const double along = import_flexible_along(beam, pose->xyz);
     const bool is_tip = along == beam->length;
     double offset[3], at[3];
     for (int i = 0; i < 3; i++)
@@ -142,8 +142,8 @@ static void put_place_on_beam(struct writer *w, const struct flexible *beam, con
     put(w, "on = \"%s%s\"", beam_name(w, beam->link), is_tip ? ".tip" : "");
     if (!is_tip)
         put(w, "along = %s", computed(along));
-    flexible_turn_back(beam, offset, at);
-    tidy(at, 3, beam->length);
+    import_flexible_turn_back(beam, offset, at);
+    import_tidy(at, 3, beam->length);
     if (!is_zero(at))
         put(w, "at = %s", vector(at));
     add_turn(turns, "y", -beam->theta);
@@ -205,7 +205,7 @@ static void put_limits(struct writer *w, const struct robot_joint *joint) {
 
 static void put_single(struct writer *w, const struct robot_joint *joint) {
     const char *name = letter(joint);
-    const double start = robot_start(w->robot, joint);
+    const double start = import_robot_start(w->robot, joint);
     put(w, "joint = \"%s\"", name);
     if (!is_positive_axis(joint))
         put(w, "axis = %s", vector(joint->axis));
@@ -243,7 +243,7 @@ static void write_plane(struct writer *w, const struct robot_joint *joint) {
 }
 
 static void put_joint(struct writer *w, const struct robot_joint *joint) {
-    if (joint_is_single(joint))
+    if (import_joint_is_single(joint))
         put_single(w, joint);
     else if (joint->kind == JOINT_PLANAR)
         put_planar(w, joint);
@@ -296,7 +296,7 @@ static void write_flexible(struct writer *w, const struct flexible *beam) {
     struct pose pose = {.rpy = {0}};
     double inertia[6], mass = beam->rest.mass;
     memcpy(pose.xyz, beam->rest.center, sizeof pose.xyz);
-    tidy(pose.xyz, 3, beam->length);
+    import_tidy(pose.xyz, 3, beam->length);
     open_entry(w, name);
     put(w, "on = \"%s\"", w->names[beam->link]);
     add_turn(&turns, "z", beam->psi);
@@ -313,8 +313,8 @@ static void write_flexible(struct writer *w, const struct flexible *beam) {
     open_entry(w, helper_name(w, w->names[beam->link], "rest"));
     put_place(w, beam->link, &pose, 0, 0);
     memcpy(inertia, beam->rest.inertia, sizeof inertia);
-    tidy(inertia, 6, inertia[0] + inertia[1] + inertia[2]);
-    tidy(&mass, 1, 0);
+    import_tidy(inertia, 6, inertia[0] + inertia[1] + inertia[2]);
+    import_tidy(&mass, 1, 0);
     put_mass(w, mass, &(struct pose){.rpy = {0}}, inertia);
     close_entry(w);
 }
@@ -413,7 +413,7 @@ static void write_points(struct writer *w) {
 /* ---- forces ---- */
 
 static bool has_drive(const struct writer *w, const struct robot_joint *joint) {
-    return w->choice->has_drives && joint_is_driven(joint);
+    return w->choice->has_drives && import_joint_is_driven(joint);
 }
 
 /* "tau_arm_psi" for a torque, "f_arm_x" for a force. */
@@ -447,8 +447,9 @@ static void write_forces(const struct writer *w) {
     bool has_any = false;
     for (int i = 0; i < w->robot->joint_count; i++) {
         const struct robot_joint *joint = &w->robot->joints[i];
-        const bool is_driven = has_drive(w, joint),
-                   is_rubbed = joint->friction > 0 && joint_is_single(joint) && w->choice->friction_width > 0;
+        const bool is_driven = has_drive(w, joint), is_rubbed = joint->friction > 0 &&
+                                                                import_joint_is_single(joint) &&
+                                                                w->choice->friction_width > 0;
         if (!is_driven && !is_rubbed)
             continue;
         if (!has_any)
@@ -515,25 +516,25 @@ static void write_hold(struct writer *w) {
     for (int k = 0; k < w->robot->link_count; k++) {
         const struct robot_link *link = &w->robot->links[w->robot->order[k]];
         const struct robot_joint *joint = link->joint >= 0 ? &w->robot->joints[link->joint] : NULL;
-        if (joint && joint_is_driven(joint))
+        if (joint && import_joint_is_driven(joint))
             put(w, "\"%s\"", coordinate(w, joint));
     }
     close_entry(w);
 }
 
-void write_model(const struct robot *robot, const struct model_choice *choice, FILE *out) {
+void import_write_model(const struct robot *robot, const struct model_choice *choice, FILE *out) {
     const char **names = allocate((size_t)robot->link_count, sizeof *names);
     for (int i = 0; i < robot->link_count; i++)
         names[i] = robot->links[i].name;
     struct writer w = {.robot = robot, .choice = choice, .out = out};
-    w.names = identifiers_make(names, robot->link_count, "link");
+    w.names = import_identifiers_make(names, robot->link_count, "link");
     fprintf(out, "-- Robot %s, from %s.\n", safe(robot->name), safe(choice->source));
     write_names(&w);
     fputs("local rd = require \"refdyn\"\n", out);
     write_parameters(&w);
     write_inputs(&w);
     fprintf(out, "\nreturn rd.model {\n  name = \"%s\", gravity = { 0, 0, -9.81 },\n  links = {\n",
-            identifiers_model(robot->name));
+            import_identifiers_model(robot->name));
     for (int k = 0; k < robot->link_count; k++)
         write_link(&w, robot->order[k]);
     fputs("  },\n", out);

@@ -34,7 +34,7 @@ static const char beginning[] =
 
 static void put_files(FILE *out, const char *argument) {
     const char *endings;
-    switch (values_files(argument, &endings)) {
+    switch (shell_values_files(argument, &endings)) {
     case MEANT_FOLDER:
         fputs(" _refdyn_files;", out);
         break;
@@ -78,7 +78,7 @@ static void put_option_names(FILE *out, const struct command *command) {
 }
 
 static void put_operand(FILE *out, const struct command *command) {
-    const char *words = values_operand_words(command);
+    const char *words = shell_values_operand_words(command);
     fprintf(out, "    %s)", command->name);
     if (*words)
         fprintf(out, " _refdyn_words %s;", words);
@@ -86,7 +86,7 @@ static void put_operand(FILE *out, const struct command *command) {
     fputs(" ;;\n", out);
 }
 
-void put_bash_completion(FILE *out, const struct command *const *commands) {
+void shell_put_bash_completion(FILE *out, const struct command *const *commands) {
     struct option_text option;
     fputs(beginning, out);
     put_commands(out, commands);

@@ -12,7 +12,7 @@
 #include <ctype.h>
 #include <string.h>
 
-const char *values_operand_words(const struct command *command) {
+const char *shell_values_operand_words(const struct command *command) {
     char *words = text_format("%s", command->operands), *bar;
     if (!strchr(words, '|'))
         return "";
@@ -23,7 +23,7 @@ const char *values_operand_words(const struct command *command) {
 
 /* ---- files ---- */
 
-enum files_meant values_files(const char *argument, const char **endings) {
+enum files_meant shell_values_files(const char *argument, const char **endings) {
     static const struct {
         const char *lead, *endings;
     } known[] = {{"RUNS", "h5"}, {"RUN", "csv h5"}, {"FILE.svg", "svg png pdf"}, {"WHERE", "json"}};
@@ -49,10 +49,10 @@ enum files_meant values_files(const char *argument, const char **endings) {
 static const struct {
     const char *name;
     void (*put)(FILE *out, const struct command *const *commands);
-} forms[] = {{"bash", put_bash_completion},
-             {"zsh", put_zsh_completion},
-             {"fish", put_fish_completion},
-             {"man", put_manual_page}};
+} forms[] = {{"bash", shell_put_bash_completion},
+             {"zsh", shell_put_zsh_completion},
+             {"fish", shell_put_fish_completion},
+             {"man", shell_put_manual_page}};
 
 enum { FORM_COUNT = sizeof forms / sizeof *forms };
 

@@ -29,7 +29,7 @@ static void put_quoted(FILE *out, const char *text) {
 /* Puts the commands that list folders and files with these endings. */
 static void put_files(FILE *out, const char *argument) {
     const char *endings;
-    switch (values_files(argument, &endings)) {
+    switch (shell_values_files(argument, &endings)) {
     case MEANT_FOLDER:
         fputs(" (__fish_complete_directories)", out);
         break;
@@ -58,14 +58,14 @@ static void put_option(FILE *out, const struct command *command, const struct op
     fputc('\n', out);
 }
 
-void put_fish_completion(FILE *out, const struct command *const *commands) {
+void shell_put_fish_completion(FILE *out, const struct command *const *commands) {
     struct option_text option;
     fputs(beginning, out);
     for (int k = 0; commands[k]; k++) {
         fprintf(out, "complete -c refdyn -n __fish_use_subcommand -a %s -d ", commands[k]->name);
         put_quoted(out, commands[k]->purpose);
         fprintf(out, "\ncomplete -c refdyn -n '__fish_seen_subcommand_from %s' -a \"%s", commands[k]->name,
-                values_operand_words(commands[k]));
+                shell_values_operand_words(commands[k]));
         put_files(out, commands[k]->operands);
         fputs("\"\n", out);
         for (int i = 0; options_describe(commands[k], i, &option); i++)

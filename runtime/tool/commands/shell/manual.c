@@ -153,7 +153,7 @@ static const char ending[] =
     "with the reference of the model language, README.md,\nand the definitions for editors,\n"
     ".IR editor/refdyn.lua .\n";
 
-void put_manual_page(FILE *out, const struct command *const *commands) {
+void shell_put_manual_page(FILE *out, const struct command *const *commands) {
     fprintf(
         out,
         ".\\\" Written by `refdyn completion man`: do not edit.\n"

@@ -25,7 +25,7 @@ static void put_pattern(FILE *out, const char *endings) {
 
 static void put_files(FILE *out, const char *argument, const char *otherwise) {
     const char *endings;
-    const enum files_meant meant = values_files(argument, &endings);
+    const enum files_meant meant = shell_values_files(argument, &endings);
     if (meant == MEANT_FOLDER)
         fputs("_files -/", out);
     else if (meant == MEANT_ANY_FILE)
@@ -46,7 +46,7 @@ static void put_action(FILE *out, const struct option_text *option) {
         put_files(out, option->argument, " ");
     } else if (option->is_list) {
         fprintf(out, "_sequence compadd - %s", words);
-    } else if (values_files(option->argument, &endings) == MEANT_NONE) {
+    } else if (shell_values_files(option->argument, &endings) == MEANT_NONE) {
         fprintf(out, "(%s)", words);
     } else {
         fprintf(out, " _alternative \"words\\:word\\:(%s)\" \"files\\:file\\:_files -g \\\"", words);
@@ -74,7 +74,7 @@ static void put_option(FILE *out, const struct option_text *option) {
 }
 
 static void put_operand(FILE *out, const struct command *command) {
-    const char *words = values_operand_words(command);
+    const char *words = shell_values_operand_words(command);
     fputs("            '*:", out);
     put_quoted(out, command->operands);
     fputc(':', out);
@@ -85,7 +85,7 @@ static void put_operand(FILE *out, const struct command *command) {
     fputs("'\n", out);
 }
 
-void put_zsh_completion(FILE *out, const struct command *const *commands) {
+void shell_put_zsh_completion(FILE *out, const struct command *const *commands) {
     struct option_text option;
     fputs(
         "#compdef refdyn\n# Completion of refdyn in zsh, written by `refdyn completion zsh`: do not edit.\n\n"

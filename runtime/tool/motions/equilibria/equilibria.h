@@ -26,12 +26,12 @@ struct spectrum {
 };
 
 /* Returns a status of the runtime. */
-int find_spectrum(struct spectrum *spectrum, const struct linear *linear);
+int equilibria_find_spectrum(struct spectrum *spectrum, const struct linear *linear);
 
 /* Equilibria as the options of a command ask for them. */
 
 /* Marks in held (n) the coordinates of --hold, or the model's. Complains about names that there are not. */
-enum status choose_held(struct scene *scene, const struct options *options, int *held);
+enum status equilibria_choose_held(struct scene *scene, const struct options *options, int *held);
 
 /*
  * How equilibria of the scene are looked for: its position rows hold, but those of --release and those of a
@@ -39,14 +39,14 @@ enum status choose_held(struct scene *scene, const struct options *options, int 
  * is_given (parameters of the model in C): besides those of scene->given; NULL: none. Complains about words
  * and rows that there are not.
  */
-enum status choose_statics(const struct scene *scene, const struct options *options, const int *is_given,
-                           struct refdyn_statics_options *statics);
+enum status equilibria_choose_options(const struct scene *scene, const struct options *options,
+                                      const int *is_given, struct refdyn_statics_options *statics);
 /* What --way may be, by enum refdyn_statics_way; NULL ends the list. */
 /* The options of equilibria. */
 extern const struct option_rule statics_rules[];
 extern const struct command statics_command, modes_command;
 /* Complains of options of statics where the command looks for no equilibrium; `place` is "--from statics". */
-enum status refuse_statics_options(const struct options *options, const char *place);
+enum status equilibria_refuse_options(const struct options *options, const char *place);
 
 /*
  * Equilibrium from the scene's q, with the coordinates of --hold (or the model's); q becomes the equilibrium.
@@ -59,15 +59,16 @@ struct equilibrium {
     struct refdyn_statics_result result;
 };
 
-enum status find_equilibrium(struct scene *scene, const struct options *options,
-                             struct equilibrium *equilibrium);
+enum status equilibria_find(struct scene *scene, const struct options *options,
+                            struct equilibrium *equilibrium);
 /* Says which rows do not hold without being released, and why. */
-void print_rows_without_part(const struct scene *scene, const struct refdyn_statics_options *statics);
+void equilibria_print_rows_without_part(const struct scene *scene,
+                                        const struct refdyn_statics_options *statics);
 /* "stable", "neutral in 1 direction", "unstable in 2 directions". */
-const char *stability_text(const struct refdyn_statics_result *result);
+const char *equilibria_stability_text(const struct refdyn_statics_result *result);
 /* How stability was judged: a word for each value of the enum; for forces without a potential, a line on
  * stderr. */
-extern const char *const statics_criterion_words[];
-void print_criterion(const struct refdyn_statics_result *result);
+extern const char *const equilibria_criterion_words[];
+void equilibria_print_criterion(const struct refdyn_statics_result *result);
 
 #endif

@@ -58,12 +58,12 @@ static enum status place(struct analysis *analysis, const struct options *option
     enum status status = STATUS_DONE;
     if (strcmp(analysis->at, "statics") == 0) {
         struct equilibrium equilibrium;
-        status = find_equilibrium(scene, options, &equilibrium);
+        status = equilibria_find(scene, options, &equilibrium);
         analysis->held = equilibrium.held;
     } else {
-        status = refuse_statics_options(options, "--at statics");
+        status = equilibria_refuse_options(options, "--at statics");
         if (status == STATUS_DONE)
-            status = choose_held(scene, options, analysis->held);
+            status = equilibria_choose_held(scene, options, analysis->held);
     }
     warn_of_rates(scene, options_text(options, "at"));
     memset(scene->qd, 0, (size_t)scene->model->n * sizeof *scene->qd);
@@ -75,9 +75,9 @@ static enum status place(struct analysis *analysis, const struct options *option
 
 static void print_warnings(const struct analysis *analysis) {
     const struct linear *linear = &analysis->linear;
-    const int off = linear_out_of_balance(linear);
-    print_rows_left_out(analysis->scene->model, analysis->spectrum.redundant,
-                        analysis->spectrum.redundant_count);
+    const int off = scene_linear_out_of_balance(linear);
+    scene_print_rows_left_out(analysis->scene->model, analysis->spectrum.redundant,
+                              analysis->spectrum.redundant_count);
     if (off >= 0)
         fprintf(stderr, "refdyn: warning: this is no equilibrium: %s is out of balance by %.4g\n",
                 analysis->scene->model->coordinates[linear->place[off]].name, fabs(linear->force[off]));
@@ -154,11 +154,11 @@ static enum status print_analysis(const struct analysis *analysis) {
         unstable += creal(spectrum->modes[i].eigenvalue) > 0;
     put_open(&document, NULL, '{');
     put_text(&document, "name", scene->model->name);
-    put_coordinates(&document, "coordinates", scene->model, NULL);
+    scene_put_coordinates(&document, "coordinates", scene->model, NULL);
     put_text(&document, "at", analysis->at);
-    put_state(&document, scene);
-    put_positions(&document, scene);
-    put_coordinates(&document, "held", scene->model, analysis->held);
+    scene_put_state(&document, scene);
+    scene_put_positions(&document, scene);
+    scene_put_coordinates(&document, "held", scene->model, analysis->held);
     put_number(&document, "phi", analysis->phi);
     put_number(&document, "residual", analysis->linear.residual);
     put_whole(&document, "unstable", unstable);
@@ -176,9 +176,9 @@ static int compute(struct analysis *analysis, const struct options *options) {
     const double modes = options_number(options, "modes");
     struct scene *scene = analysis->scene;
     const struct refdyn_model *model = scene->model;
-    int result = linearise(&analysis->linear, scene, analysis->held);
+    int result = scene_linearise(&analysis->linear, scene, analysis->held);
     if (result == REFDYN_OK)
-        result = find_spectrum(&analysis->spectrum, &analysis->linear);
+        result = equilibria_find_spectrum(&analysis->spectrum, &analysis->linear);
     if (result != REFDYN_OK)
         return result;
     analysis->phi = refdyn_residuals(&scene->work).phi;
@@ -200,7 +200,7 @@ static enum status analyse(struct scene *scene, const struct options *options) {
         status = place(&analysis, options);
     int result = status == STATUS_DONE ? compute(&analysis, options) : REFDYN_OK;
     if (result != REFDYN_OK)
-        status = numbers_failed(scene, result, scene->state.t, scene->q, NULL);
+        status = scene_numbers_failed(scene, result, scene->state.t, scene->q, NULL);
     if (status == STATUS_DONE && result == REFDYN_OK)
         status = print_analysis(&analysis);
     if (status == STATUS_DONE) {

@@ -12,10 +12,10 @@ static void print_notes(const struct scene *scene, const struct equilibrium *equ
         fprintf(stderr, "refdyn: %d limit point%s of the load passed\n", result->limit_points,
                 result->limit_points > 1 ? "s" : "");
     if (!result->unstable)
-        print_criterion(result);
+        equilibria_print_criterion(result);
     if (result->is_indeterminate)
         fputs("refdyn: the forces of the contacts are not unique, the least ones are reported\n", stderr);
-    print_rows_without_part(scene, &equilibrium->options);
+    equilibria_print_rows_without_part(scene, &equilibrium->options);
 }
 
 /* Contacts that take part, which begin at row `from` of the options: their gaps, and the forces of those that
@@ -52,19 +52,19 @@ static void put_rows(struct document *document, const struct scene *scene,
 }
 
 static void put_stability(struct document *document, const struct refdyn_statics_result *result) {
-    put_text(document, "stability", stability_text(result));
+    put_text(document, "stability", equilibria_stability_text(result));
     put_whole(document, "unstable", result->unstable);
     put_whole(document, "neutral", result->neutral);
     put_truth(document, "potential", result->has_potential);
-    put_text(document, "criterion", statics_criterion_words[result->criterion]);
+    put_text(document, "criterion", equilibria_criterion_words[result->criterion]);
 }
 
 static void put_equilibrium(struct document *document, const struct scene *scene,
                             const struct equilibrium *equilibrium) {
     const struct refdyn_model *model = scene->model;
-    put_coordinates(document, "coordinates", model, NULL);
-    put_state(document, scene);
-    put_positions(document, scene);
+    scene_put_coordinates(document, "coordinates", model, NULL);
+    scene_put_state(document, scene);
+    scene_put_positions(document, scene);
     put_open(document, "hold_force", '[');
     for (int i = 0; i < model->n; i++)
         if (equilibrium->held[i])
@@ -87,7 +87,7 @@ static void warn_of_rates(const struct scene *scene, const char *path) {
 static enum status find_and_print(struct scene *scene, const struct options *options) {
     struct equilibrium equilibrium;
     warn_of_rates(scene, options_text(options, "state"));
-    const enum status status = find_equilibrium(scene, options, &equilibrium);
+    const enum status status = equilibria_find(scene, options, &equilibrium);
     if (status != STATUS_DONE)
         return status;
     struct document document;

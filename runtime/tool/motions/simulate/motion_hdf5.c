@@ -72,19 +72,19 @@ static bool begin(struct row_sink *sink, const struct table *table) {
                                          .part_count = table->part_count,
                                          .fact_count = facts.count,
                                          .width = table->count};
-    sink->writer = motion_create(sink->path, &layout);
+    sink->writer = hdf5_motion_create(sink->path, &layout);
     sink->is_lost = !sink->writer;
     memory_release(&memory);
     return sink->writer;
 }
 
 static bool put(struct row_sink *sink, const struct table *table) {
-    return motion_put(sink->writer, table->values);
+    return hdf5_motion_put(sink->writer, table->values);
 }
 
 /* HDF5 leaves no file that can be read when not all could be written. */
 static bool end(struct row_sink *sink) {
-    sink->is_lost = !sink->writer || !motion_finish(sink->writer);
+    sink->is_lost = !sink->writer || !hdf5_motion_finish(sink->writer);
     sink->writer = NULL;
     return !sink->is_lost;
 }

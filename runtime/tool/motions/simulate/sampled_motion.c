@@ -187,12 +187,12 @@ enum status motion_place(struct scene *scene, const struct options *options) {
     enum status status = STATUS_DONE;
     if (is_from_statics(options)) {
         struct equilibrium *equilibrium = allocate(1, sizeof *equilibrium);
-        status = find_equilibrium(scene, options, equilibrium);
+        status = equilibria_find(scene, options, equilibrium);
         scene->equilibrium = &equilibrium->result;
     } else if (options_text(options, "hold"))
         return option_error(options, "hold", " goes with --from statics");
     else
-        status = refuse_statics_options(options, "--from statics");
+        status = equilibria_refuse_options(options, "--from statics");
     refdyn_anchor(&scene->work, scene->state.t, scene->q, scene->qd, scene->given);
     return status;
 }
@@ -265,7 +265,7 @@ int motion_start(struct motion *motion, struct scene *scene, const struct refdyn
     int status = refdyn_integrator_init(&motion->integrator, &scene->work, integration, motion->memory, size);
     double begin = cpu_seconds();
     if (scene->inputs)
-        inputs_set(scene->inputs, motion->from, scene->work.x);
+        scene_inputs_set(scene->inputs, motion->from, scene->work.x);
     if (status == REFDYN_OK)
         keep_values(motion);
     if (status == REFDYN_OK)
@@ -304,7 +304,7 @@ bool motion_is_stopped(const struct motion *motion) {
 /* The inputs of the sample at the integration's time, from which the state is met anew. */
 static int take_sample(struct motion *motion) {
     struct refdyn_integrator *integrator = &motion->integrator;
-    inputs_set(motion->scene->inputs, integrator->t, integrator->work->x);
+    scene_inputs_set(motion->scene->inputs, integrator->t, integrator->work->x);
     refdyn_integrator_limit(integrator, next_sample(motion));
     const int status = refdyn_integrator_refresh(integrator);
     if (status == REFDYN_OK && motion->stops)

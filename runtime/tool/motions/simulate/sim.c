@@ -127,7 +127,7 @@ static void on_start(const struct task *task, const struct motion *motion) {
     print_start(task->options, motion);
     print_beyond(motion);
     print_free_contacts(motion);
-    print_redundant_rows(&task->scene->work);
+    scene_print_redundant_rows(&task->scene->work);
 }
 
 /* The partial file stays, under its own name, if there are rows in it. */
@@ -162,10 +162,10 @@ static void print_start_residuals(const struct trial *trial) {
     const struct refdyn_integrator *integrator = &trial->motion.integrator;
     if (trial->result != REFDYN_NO_CONVERGENCE && trial->result != REFDYN_ROWS_INCONSISTENT)
         return;
-    print_residuals(integrator->work, scene->state.t, scene->q, scene->qd, "the start");
+    scene_print_residuals(integrator->work, scene->state.t, scene->q, scene->qd, "the start");
     if (memcmp(scene->q, integrator->q, (size_t)scene->model->n * sizeof *integrator->q) != 0)
-        print_residuals(integrator->work, scene->state.t, integrator->q, integrator->qd,
-                        "where the projection ended");
+        scene_print_residuals(integrator->work, scene->state.t, integrator->q, integrator->qd,
+                              "where the projection ended");
 }
 
 /* Do rates drive forces to their limits? */
@@ -181,7 +181,7 @@ static void print_failure(const struct trial *trial) {
     if (trial->unfit)
         fprintf(stderr, "refdyn: column %s is infinite or no number\n", trial->unfit);
     if (!trial->is_started) {
-        numbers_failed(scene, trial->result, scene->state.t, scene->q, scene->qd);
+        scene_numbers_failed(scene, trial->result, scene->state.t, scene->q, scene->qd);
         print_start_residuals(trial);
     } else if (trial->result == MOTION_INTERRUPTED || trial->result == MOTION_NOT_WRITTEN)
         fprintf(stderr, "refdyn: %s at t = %s s\n",
@@ -193,9 +193,9 @@ static void print_failure(const struct trial *trial) {
         if (integrator->cause > 0 && integrator->cause != trial->result)
             fprintf(stderr, "refdyn: at t = %s s: %s\n", exact_text(integrator->failed_t, text),
                     refdyn_status_text(integrator->cause));
-        numbers_failed(scene, trial->result, integrator->t, integrator->q, integrator->qd);
+        scene_numbers_failed(scene, trial->result, integrator->t, integrator->q, integrator->qd);
         events_print_failed(integrator);
-        if (print_condition(integrator->work, integrator->t, integrator->q, integrator->qd) &&
+        if (scene_print_condition(integrator->work, integrator->t, integrator->q, integrator->qd) &&
             integrator->options.singular == REFDYN_STOP)
             fputs("refdyn: --singular pass leads through where a branch can be followed\n", stderr);
         print_refused(&integrator->refused);
@@ -425,10 +425,10 @@ static enum status run_scene(struct scene *scene, const struct options *options,
     enum status status = motion_fit(scene, options, integration);
     if (status == STATUS_DONE && options_text(options, "inputs")) {
         scene->inputs = &inputs;
-        status =
-            inputs_read(&inputs, options_text(options, "inputs"), scene->model) ? STATUS_DONE : STATUS_FAULT;
+        status = scene_inputs_read(&inputs, options_text(options, "inputs"), scene->model) ? STATUS_DONE
+                                                                                           : STATUS_FAULT;
         if (status == STATUS_DONE)
-            inputs_set(&inputs, scene->state.t, scene->work.x);
+            scene_inputs_set(&inputs, scene->state.t, scene->work.x);
     }
     if (status == STATUS_DONE)
         status = motion_place(scene, options);

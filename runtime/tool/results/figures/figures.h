@@ -139,9 +139,9 @@ struct run {
 };
 
 /* Whether a file's name says that it is one of HDF5. */
-bool run_is_hdf5(const char *path);
+bool figures_run_is_hdf5(const char *path);
 /* Complains on stderr with FILE:LINE and returns false when it is no such file. */
-bool run_read(struct run *run, const char *path);
+bool figures_run_read(struct run *run, const char *path);
 
 /*
  * What the figure of some motions shows: a list of charts. What no run has makes none.
@@ -220,11 +220,11 @@ bool runs_figure_draw(const char *path, const char *panels, FILE *out);
 
 /* How a number of each case depends on what varied: over two quantities a map of the means of the cases
  * there, over one a curve. Of extremes the one at `place` of the axis. */
-bool response_add(struct runs_charts *figure, const struct kept_item *item, int place);
+bool figures_response_add(struct runs_charts *figure, const struct kept_item *item, int place);
 /* Percentiles of a history over time; cases that have no number there take no part. */
-bool bands_add(struct runs_charts *figure, const struct kept_item *item);
+bool figures_bands_add(struct runs_charts *figure, const struct kept_item *item);
 /* Heads: how many cases failed and why, and which have the largest extremes. */
-bool worst_add(struct runs_charts *figure);
+bool figures_worst_add(struct runs_charts *figure);
 
 /*
  * An axis of a chart: what it shows of the numbers, where its ticks stand, and what is written there.

@@ -18,7 +18,7 @@ struct drawing {
 };
 
 static bool is_file_of_runs(const char *path) {
-    return run_is_hdf5(path) && !motion_is_in(path);
+    return figures_run_is_hdf5(path) && !hdf5_motion_is_in(path);
 }
 
 static enum status check_runs(struct drawing *drawing) {
@@ -127,7 +127,7 @@ static bool open_files(struct drawing *drawing) {
                           : NULL;
     bool is_good = drawing->target && (!units || read_units(&drawing->panels, units));
     for (int i = 0; i < options->operand_count && is_good && !drawing->is_of_runs; i++)
-        is_good = run_read(&drawing->panels.runs[i], options->operands[i]);
+        is_good = figures_run_read(&drawing->panels.runs[i], options->operands[i]);
     return is_good;
 }
 

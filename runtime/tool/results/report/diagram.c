@@ -18,7 +18,7 @@ struct points {
 static void take_points(struct points *points, const struct study *study, const struct series *series) {
     for (int i = 0; i < series->count; i++) {
         const struct method_run *trial = &series->trials[i];
-        const double error = is_settled(study, trial) ? fmax(trial->error, study->floor) : 0;
+        const double error = report_is_settled(study, trial) ? fmax(trial->error, study->floor) : 0;
         if (error > 0) {
             points->cpu_s[points->count] = trial->cpu_s;
             points->error[points->count++] = error;
@@ -49,7 +49,7 @@ static void add_series(struct chart *chart, const struct study *study, const str
     take_points(points, study, series);
     if (points->count == 0)
         return;
-    add_curve(chart, series_name(study, series), points,
+    add_curve(chart, report_series_name(study, series), points,
               style_method((int)series->method, line_of(study, series)));
 }
 
@@ -81,7 +81,7 @@ static struct chart make_chart(const struct study *study, struct points *points)
     return chart;
 }
 
-void diagram_draw(FILE *out, const char *title, const struct study *studies, int count) {
+void report_diagram_draw(FILE *out, const char *title, const struct study *studies, int count) {
     struct points *points = allocate((size_t)count * (SERIES_MAX + 1), sizeof *points);
     struct chart *charts = allocate((size_t)count, sizeof *charts);
     struct key head = {.name = title};

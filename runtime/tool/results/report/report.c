@@ -104,7 +104,7 @@ static enum status read_vary(struct report *report) {
             return usage_error(report->options->command, "--vary: more than %d values", VARIANTS_MAX);
         report->values[report->variant_count++] = *value;
     }
-    return check_list(report->options->command, "vary", equals + 1);
+    return options_check_list(report->options->command, "vary", equals + 1);
 }
 
 static bool has_option(const struct model *model, const char *name) {
@@ -174,8 +174,8 @@ static enum status run_study(struct report *report, struct study *study, const s
     if (status == STATUS_DONE) {
         plan.every = every > 0 ? every : (options_number(options, "until") - scene.state.t) / REPORT_OUTPUTS;
         list_settings(&plan);
-        study->facts = page_facts(&scene, options, &plan);
-        status = study_run(study, &plan, &scene, seconds);
+        study->facts = report_page_facts(&scene, options, &plan);
+        status = report_study_run(study, &plan, &scene, seconds);
     }
     scene_close(&scene);
     return status;
@@ -227,12 +227,12 @@ static void put_csv_trial(FILE *out, const struct study *study, const struct met
     put_csv_number(out, trial->step, trial->step > 0);
     fprintf(out, "%s,%ld,%ld,%ld,%ld,", stabilise_names[trial->stabilise], trial->steps, trial->rejected,
             trial->evaluations, trial->tangents);
-    put_csv_number(out, trial->error, is_done(trial));
+    put_csv_number(out, trial->error, report_is_done(trial));
     put_csv_number(out, trial->phi_max, true);
     put_csv_number(out, trial->psi_max, true);
     put_csv_number(out, trial->energy_error, !isnan(trial->energy_error));
-    put_csv_number(out, trial->cpu_s, is_done(trial));
-    put_csv_text(out, trial_outcome(trial));
+    put_csv_number(out, trial->cpu_s, report_is_done(trial));
+    put_csv_text(out, report_trial_outcome(trial));
     fputc('\n', out);
 }
 
@@ -259,7 +259,7 @@ static bool draw(const struct report *report, char **figure) {
     FILE *out = text_stream(figure, &size);
     const char *title = text_format("%s, %g s: error against run time, one mark a tolerance or step",
                                     report->model_name, options_number(report->options, "until"));
-    diagram_draw(out, title, report->studies, report->done);
+    report_diagram_draw(out, title, report->studies, report->done);
     fclose(out);
     fwrite(*figure, 1, size, report->svg->file);
     return target_finish(report->svg);
@@ -268,15 +268,15 @@ static bool draw(const struct report *report, char **figure) {
 static bool write_page(const struct report *report, const char *figure) {
     const char *title =
         text_format("%s: error against run time%s", report->model_name, interrupted ? ", interrupted" : "");
-    page_write(report->page->file, title, report->studies, report->done, figure);
+    report_page_write(report->page->file, title, report->studies, report->done, figure);
     return target_finish(report->page);
 }
 
 /* Of the widest text in the column. */
 static int find_width(const struct study *study, int column) {
-    size_t widest = strlen(findings_cell(study, NULL, column));
+    size_t widest = strlen(report_findings_cell(study, NULL, column));
     for (int i = 0; i < study->series_count; i++) {
-        const size_t width = strlen(findings_cell(study, &study->series[i], column));
+        const size_t width = strlen(report_findings_cell(study, &study->series[i], column));
         widest = width > widest ? width : widest;
     }
     return (int)widest;
@@ -286,16 +286,16 @@ static int find_width(const struct study *study, int column) {
 static void print_row(const struct study *study, const struct series *series) {
     const int last = FINDING_COLUMNS - 1;
     for (int i = 0; i < last; i++)
-        printf("%-*s  ", find_width(study, i), findings_cell(study, series, i));
-    puts(findings_cell(study, series, last));
+        printf("%-*s  ", find_width(study, i), report_findings_cell(study, series, i));
+    puts(report_findings_cell(study, series, last));
 }
 
 static void print_findings(const struct study *study) {
-    printf("== %s\n%s", study->name, findings_reference(study));
+    printf("== %s\n%s", study->name, report_findings_reference(study));
     print_row(study, NULL);
     for (int i = 0; i < study->series_count; i++)
         print_row(study, &study->series[i]);
-    puts(findings_note);
+    puts(report_findings_note);
 }
 
 static enum status write_report(const struct report *report) {

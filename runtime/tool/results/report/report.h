@@ -72,30 +72,30 @@ struct study {
 
 /* Runs all within about `seconds`; an interrupt ends it early. Returns STATUS_DONE also when runs failed,
  * STATUS_NUMBERS when no two methods came to the end for a reference. */
-enum status study_run(struct study *study, const struct study_plan *plan, struct scene *scene,
-                      double seconds);
+enum status report_study_run(struct study *study, const struct study_plan *plan, struct scene *scene,
+                             double seconds);
 /* The run came to the end. */
-bool is_done(const struct method_run *trial);
+bool report_is_done(const struct method_run *trial);
 /* The two references are the same motion: nearer than 5 % of the way. */
-bool has_reference(const struct study *study);
+bool report_has_reference(const struct study *study);
 /* It came to the end near the reference: within 5 % of the way. */
-bool is_settled(const struct study *study, const struct method_run *trial);
+bool report_is_settled(const struct study *study, const struct method_run *trial);
 
 /*
  * What the runs of a study say: of its reference in sentences, of each method in a row of a table.
  */
 
 /* "rk4", "rk4, baumgarte": the stabilisation where the method has several. */
-const char *series_name(const struct study *study, const struct series *series);
+const char *report_series_name(const struct study *study, const struct series *series);
 /* "tolerance 1e-06" or "step 0.001 s". */
-const char *trial_setting(const struct method_run *trial);
+const char *report_trial_setting(const struct method_run *trial);
 /* "done", or where the run stopped and why. */
-const char *trial_outcome(const struct method_run *trial);
+const char *report_trial_outcome(const struct method_run *trial);
 /* Unit of errors. */
-const char *study_unit(const struct study *study);
+const char *report_study_unit(const struct study *study);
 
 /* What errors are measured against. */
-const char *findings_reference(const struct study *study);
+const char *report_findings_reference(const struct study *study);
 
 enum {
     LEVEL_COUNT = 3,
@@ -103,10 +103,10 @@ enum {
 };
 
 /* What the table's times are, for a line below it. */
-extern const char findings_note[];
+extern const char report_findings_note[];
 
 /* What is in a column of the table for a series, or NULL: the column's head. */
-const char *findings_cell(const struct study *study, const struct series *series, int column);
+const char *report_findings_cell(const struct study *study, const struct series *series, int column);
 
 /*
  * What a report draws and writes of its studies: error over run time as a figure, a chart for each study and
@@ -115,11 +115,13 @@ const char *findings_cell(const struct study *study, const struct series *series
  */
 
 /* What was computed: model, options, start, parameters; part of the page, in heap memory. */
-char *page_facts(const struct scene *scene, const struct options *options, const struct study_plan *plan);
+char *report_page_facts(const struct scene *scene, const struct options *options,
+                        const struct study_plan *plan);
 /* The text of the figure, an SVG file, goes to `out`. */
-void diagram_draw(FILE *out, const char *title, const struct study *studies, int count);
+void report_diagram_draw(FILE *out, const char *title, const struct study *studies, int count);
 /* The whole page; the figure is the text of an SVG file. */
-void page_write(FILE *out, const char *title, const struct study *studies, int count, const char *figure);
+void report_page_write(FILE *out, const char *title, const struct study *studies, int count,
+                       const char *figure);
 
 extern const struct command report_command;
 

@@ -119,19 +119,20 @@ static double largest_of(const struct valuation *valuation, int first, int count
 static void put_applied(FILE *out, const struct valuation *valuation, const struct applied *applied,
                         int first) {
     struct model *model = &valuation->generation->model;
-    const double unit = rounded_unit(largest_of(valuation, first, applied->count), DIGITS);
+    const double unit = view_rounded_unit(largest_of(valuation, first, applied->count), DIGITS);
     fputs("{\"name\":", out);
     put_json_text(out, applied->name);
     fprintf(out, ",\"kind\":\"%s\",\"frame\":%d,\"at\":[", applied->kind, applied->at.frame);
     for (int i = 0; i < 3; i++) {
         fputs(i ? "," : "", out);
-        put_length(out,
-                   parameters_evaluate(model->graph, model->parameters, applied->at.placement.position[i]));
+        view_put_length(
+            out, parameters_evaluate(model->graph, model->parameters, applied->at.placement.position[i]));
     }
     fputs("],\"parts\":[", out);
     for (int i = 0; i < applied->count; i++) {
         fprintf(out, "%s{\"unit\":%.9g,\"steps\":", i ? "," : "", unit);
-        put_course(out, valuation->list + first + i, valuation->rows->count, valuation->formula_count, unit);
+        view_put_course(out, valuation->list + first + i, valuation->rows->count, valuation->formula_count,
+                        unit);
         fputc('}', out);
     }
     fputs("]}", out);
@@ -173,8 +174,8 @@ static int list_known(const struct valuation *valuation, struct applied *list, i
     return count;
 }
 
-void applied_forces_put(FILE *out, struct generation *generation, const struct run *run,
-                        const struct drawn_rows *rows) {
+void view_applied_forces_put(FILE *out, struct generation *generation, const struct run *run,
+                             const struct drawn_rows *rows) {
     const struct model *model = &generation->model;
     struct valuation valuation = {.generation = generation, .run = run, .rows = rows};
     struct applied *list = allocate((size_t)(model->force_count + model->load_count) + 1, sizeof *list);

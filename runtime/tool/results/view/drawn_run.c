@@ -11,7 +11,7 @@ enum { TIME_DIGITS = 7, SLIDE_DIGITS = 5, COURSE_DIGITS = 4 };
 
 static const double turn_unit = 1e-5; /* [rad] */
 
-struct drawn_rows drawn_run_rows(const struct run *run, int share) {
+struct drawn_rows view_drawn_run_rows(const struct run *run, int share) {
     const long width = run->column_count, room = NUMBERS_MOST / width / share;
     const long most = room < RUN_ROWS_LEAST ? RUN_ROWS_LEAST : room < ROWS_MOST ? room : ROWS_MOST;
     const long stride = (run->kept_count + most - 1) / most;
@@ -26,17 +26,17 @@ struct drawn_rows drawn_run_rows(const struct run *run, int share) {
 
 static void put_numbers(FILE *out, const struct drawn_rows *rows, int column, double unit) {
     fprintf(out, "\"unit\":%.9g,\"steps\":", unit);
-    put_course(out, rows->values + column, rows->count, rows->width, unit);
+    view_put_course(out, rows->values + column, rows->count, rows->width, unit);
     fputc('}', out);
 }
 
 static double unit_of_coordinate(const struct run *run, int column, bool is_revolute) {
-    return is_revolute ? fmin(turn_unit, rounded_unit(run->largest[column], COURSE_DIGITS))
-                       : rounded_unit(run->largest[column], SLIDE_DIGITS);
+    return is_revolute ? fmin(turn_unit, view_rounded_unit(run->largest[column], COURSE_DIGITS))
+                       : view_rounded_unit(run->largest[column], SLIDE_DIGITS);
 }
 
 static void put_coordinate_rows(FILE *out, const struct run *run, const struct tree *tree,
-                            const struct drawn_rows *rows) {
+                                const struct drawn_rows *rows) {
     fputs("\"q\":[", out);
     for (int i = 0; i < tree->count; i++) {
         const int column = run->coordinates + i;
@@ -71,15 +71,16 @@ static void put_courses(FILE *out, const struct run *run, const struct drawn_row
         fprintf(out, "%s{\"name\":", separator);
         put_json_text(out, run->columns[i]);
         fprintf(out, ",\"kind\":\"%s\",", kind);
-        put_numbers(out, rows, i, rounded_unit(run->largest[i], COURSE_DIGITS));
+        put_numbers(out, rows, i, view_rounded_unit(run->largest[i], COURSE_DIGITS));
         separator = ",\n";
     }
     fputs("]", out);
 }
 
-void drawn_run_put(FILE *out, const struct run *run, const struct tree *tree, const struct drawn_rows *rows) {
+void view_drawn_run_put(FILE *out, const struct run *run, const struct tree *tree,
+                        const struct drawn_rows *rows) {
     fputs("\"t\":{", out);
-    put_numbers(out, rows, 0, rounded_unit(run->largest[0], TIME_DIGITS));
+    put_numbers(out, rows, 0, view_rounded_unit(run->largest[0], TIME_DIGITS));
     fputs(",\n", out);
     put_coordinate_rows(out, run, tree, rows);
     put_courses(out, run, rows);

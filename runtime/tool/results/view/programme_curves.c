@@ -102,7 +102,8 @@ static bool step(struct programme_curve *curve, double at[AXES], double way[AXES
 }
 
 /* Onward or back from the start, until there, or as far as there is a curve. */
-static void trace(struct programme_curve *curve, int side, const double start[AXES], const double way_of_start[AXES]) {
+static void trace(struct programme_curve *curve, int side, const double start[AXES],
+                  const double way_of_start[AXES]) {
     double at[AXES] = {start[0], start[1]}, way[AXES] = {way_of_start[0], way_of_start[1]};
     const double near = 0.6 * curve->size / STEPS_OF_SIZE;
     int count = 0;
@@ -119,7 +120,7 @@ static void trace(struct programme_curve *curve, int side, const double start[AX
 static void put_place(FILE *out, const double at[AXES], const char **separator) {
     for (int k = 0; k < AXES; k++) {
         fputs(*separator, out);
-        put_length(out, at[k]);
+        view_put_length(out, at[k]);
         *separator = ",";
     }
 }
@@ -157,7 +158,7 @@ static bool trace_curve(struct programme_curve *curve, const struct run *run, do
     return true;
 }
 
-void programme_curves_put(FILE *out, struct generation *generation, const struct run *run) {
+void view_programme_curves_put(FILE *out, struct generation *generation, const struct run *run) {
     const struct model *model = &generation->model;
     const char *separator = "\n";
     fputs("\"curves\":[", out);

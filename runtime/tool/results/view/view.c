@@ -22,7 +22,7 @@ static enum status check_usage(const struct options *options) {
     bool has_csv = false;
     for (int i = 0; i < options->operand_count; i++) {
         const char *path = options->operands[i];
-        const bool is_hdf5 = run_is_hdf5(path);
+        const bool is_hdf5 = figures_run_is_hdf5(path);
         has_csv = has_csv || !is_hdf5;
         if (!is_hdf5 && !model)
             return usage_error(options->command, "%s: a CSV does not tell its model, --model is needed",
@@ -56,28 +56,28 @@ static void put_palette(FILE *out) {
 
 static void put_read_run(FILE *out, const struct viewing *viewing, const struct run *run,
                          struct generation *generation) {
-    const struct drawn_rows rows = drawn_run_rows(run, viewing->run_count);
+    const struct drawn_rows rows = view_drawn_run_rows(run, viewing->run_count);
     fputs("{\"name\":", out);
     put_json_text(out, run->name);
     fputs(",\"model\":", out);
     put_json_text(out, generation->model.name);
     fprintf(out, ",\"up\":%d,\n", upward(generation));
-    drawn_model_put(out, generation);
+    view_drawn_model_put(out, generation);
     fputs(",\n", out);
-    drawn_run_put(out, run, &generation->tree, &rows);
+    view_drawn_run_put(out, run, &generation->tree, &rows);
     fputs(",\n", out);
-    applied_forces_put(out, generation, run, &rows);
+    view_applied_forces_put(out, generation, run, &rows);
     fputs(",\n", out);
-    programme_curves_put(out, generation, run);
+    view_programme_curves_put(out, generation, run);
     fputc('}', out);
 }
 
 static enum status put_run(FILE *out, const struct viewing *viewing, const struct run *run) {
     struct viewed_model viewed;
-    const enum status status = viewed_model_read(&viewed, run, viewing->options);
+    const enum status status = view_model_read(&viewed, run, viewing->options);
     if (status == STATUS_DONE)
         put_read_run(out, viewing, run, &viewed.scene.generation);
-    viewed_model_release(&viewed);
+    view_model_release(&viewed);
     return status;
 }
 
@@ -104,11 +104,11 @@ static bool open_files(struct viewing *viewing) {
         targets_spare(&viewing->targets, options->operands[i]);
     if (model)
         targets_spare(&viewing->targets, model);
-    viewing->three = page_read_three();
+    viewing->three = view_page_read_three();
     viewing->target = viewing->three ? target_open(&viewing->targets, options_text(options, "output")) : NULL;
     bool is_good = viewing->target;
     for (int i = 0; i < viewing->run_count && is_good; i++)
-        is_good = run_read(&viewing->runs[i], options->operands[i]);
+        is_good = figures_run_read(&viewing->runs[i], options->operands[i]);
     return is_good;
 }
 
@@ -126,7 +126,7 @@ static enum status write_page(const struct viewing *viewing) {
     enum status status = put_data(out, viewing);
     fclose(out);
     if (status == STATUS_DONE) {
-        page_put(viewing->target->file, title_of(viewing), viewing->three, data);
+        view_page_put(viewing->target->file, title_of(viewing), viewing->three, data);
         status = target_finish(viewing->target) ? STATUS_DONE : STATUS_FAULT;
     }
     free(data);

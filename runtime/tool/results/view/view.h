@@ -27,9 +27,10 @@ struct drawn_rows {
 };
 
 /* `share`: how many runs are on the page. */
-struct drawn_rows drawn_run_rows(const struct run *run, int share);
+struct drawn_rows view_drawn_run_rows(const struct run *run, int share);
 /* These members, without brackets around them, of a run that has the coordinates of that tree. */
-void drawn_run_put(FILE *out, const struct run *run, const struct tree *tree, const struct drawn_rows *rows);
+void view_drawn_run_put(FILE *out, const struct run *run, const struct tree *tree,
+                        const struct drawn_rows *rows);
 
 /*
  * Applied forces of a model along a run, as JSON: drives on coordinates, and forces and torques at points.
@@ -43,8 +44,8 @@ void drawn_run_put(FILE *out, const struct run *run, const struct tree *tree, co
  * start that nobody gave) is in no row: that force is left out, and so is one that is 0 throughout.
  */
 
-void applied_forces_put(FILE *out, struct generation *generation, const struct run *run,
-                        const struct drawn_rows *rows);
+void view_applied_forces_put(FILE *out, struct generation *generation, const struct run *run,
+                             const struct drawn_rows *rows);
 
 /*
  * A model as the page draws it, as JSON: frames with their joints, from which the page finds all placements,
@@ -62,7 +63,7 @@ void applied_forces_put(FILE *out, struct generation *generation, const struct r
  */
 
 /* These members, without brackets around them. Parameters are numbers in the model's graph. */
-void drawn_model_put(FILE *out, struct generation *generation);
+void view_drawn_model_put(FILE *out, struct generation *generation);
 
 /*
  * A model as a picture: the tree of its links on the left, its rows and drives on the right, each with lines
@@ -70,7 +71,7 @@ void drawn_model_put(FILE *out, struct generation *generation);
  * same model.
  */
 
-void model_drawing_put(FILE *out, struct generation *generation);
+void view_model_drawing_put(FILE *out, struct generation *generation);
 
 /*
  * The page of `refdyn view`: one HTML file that needs no other and no network. In it are three.js as the
@@ -78,9 +79,9 @@ void model_drawing_put(FILE *out, struct generation *generation);
  */
 
 /* The text of three.js; NULL, with a complaint that tells what to install. */
-char *page_read_three(void);
+char *view_page_read_three(void);
 /* The page with that title, `data` a JSON text. */
-void page_put(FILE *out, const char *title, const char *three, const char *data);
+void view_page_put(FILE *out, const char *title, const char *three, const char *data);
 
 /*
  * Curves on which a programme holds points of interest, as JSON: of each position row that is a formula in
@@ -91,7 +92,7 @@ void page_put(FILE *out, const char *title, const char *three, const char *data)
  * By steps along the tangent of phi(x, y) = 0, each brought back by Newton's method.
  */
 
-void programme_curves_put(FILE *out, struct generation *generation, const struct run *run);
+void view_programme_curves_put(FILE *out, struct generation *generation, const struct run *run);
 
 /*
  * Numbers of a page, rounded to what a picture needs, as JSON. None of them is NaN or infinite: what is not
@@ -99,14 +100,14 @@ void programme_curves_put(FILE *out, struct generation *generation, const struct
  */
 
 /* A length, or another number of a scale of its own: seven digits. */
-void put_length(FILE *out, double value);
+void view_put_length(FILE *out, double value);
 /* An entry of a rotation, to 1e-8. */
-void put_cosine(FILE *out, double value);
+void view_put_cosine(FILE *out, double value);
 /* `digits` of the largest absolute value: a power of ten. 1 where that is 0. */
-double rounded_unit(double largest, int digits);
+double view_rounded_unit(double largest, int digits);
 /* Values at that distance from each other as whole numbers of `unit`, each but the first less the one before:
  * "[3,0,-1]". */
-void put_course(FILE *out, const double *values, long count, long stride, double unit);
+void view_put_course(FILE *out, const double *values, long count, long stride, double unit);
 
 /*
  * What stands for the bodies of a model: elements of beams by their sections, solids by mass and inertia.
@@ -130,8 +131,8 @@ struct shape {
 };
 
 /* Calls `take` for each shape, link by link. */
-void shapes_give(const struct generation *generation, void take(void *context, const struct shape *shape),
-                 void *context);
+void view_shapes_give(const struct generation *generation,
+                      void take(void *context, const struct shape *shape), void *context);
 
 /*
  * The model of a run that is drawn: that of a file of HDF5 from the texts, options and parameters that the
@@ -146,10 +147,10 @@ struct viewed_model {
 };
 
 /* Reads the model of the run, whose columns have to be its coordinates. Complains on stderr;
- * viewed_model_release in any case. */
-enum status viewed_model_read(struct viewed_model *viewed, const struct run *run,
-                              const struct options *options);
-void viewed_model_release(struct viewed_model *viewed);
+ * view_model_release in any case. */
+enum status view_model_read(struct viewed_model *viewed, const struct run *run,
+                            const struct options *options);
+void view_model_release(struct viewed_model *viewed);
 
 extern const struct command view_command;
 

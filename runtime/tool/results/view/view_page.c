@@ -16,7 +16,7 @@ extern const char view_body[], view_style[], view_three_licence[], view_motion[]
 static const char policy[] = "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; "
                              "script-src 'unsafe-inline'; style-src 'unsafe-inline'\">\n";
 
-char *page_read_three(void) {
+char *view_page_read_three(void) {
     const char *own = getenv("REFDYN_THREE");
     const char *path = own && *own ? own : "/usr/share/javascript/three/three.min.js";
     if (access(path, R_OK) == 0)
@@ -43,7 +43,7 @@ static void put_data(FILE *out, const char *data) {
     fputs("\n</script>\n", out);
 }
 
-void page_put(FILE *out, const char *title, const char *three, const char *data) {
+void view_page_put(FILE *out, const char *title, const char *three, const char *data) {
     static const char *const scripts[] = {view_motion, view_camera,   view_shapes, view_scene,
                                           view_charts, view_controls, view_start};
     fprintf(out, "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n%s", policy);
@@ -59,20 +59,20 @@ void page_put(FILE *out, const char *title, const char *three, const char *data)
 
 /* ---- Numbers of a page ---- */
 
-void put_length(FILE *out, double value) {
+void view_put_length(FILE *out, double value) {
     fprintf(out, "%.7g", isfinite(value) ? value + 0.0 : 0);
 }
 
-void put_cosine(FILE *out, double value) {
+void view_put_cosine(FILE *out, double value) {
     const double unit = 1e8, rounded = round(value * unit) / unit;
-    put_length(out, rounded == 0 ? 0 : rounded); /* no -0 */
+    view_put_length(out, rounded == 0 ? 0 : rounded); /* no -0 */
 }
 
-double rounded_unit(double largest, int digits) {
+double view_rounded_unit(double largest, int digits) {
     return largest > 0 && isfinite(largest) ? pow(10, floor(log10(largest)) + 1 - digits) : 1;
 }
 
-void put_course(FILE *out, const double *values, long count, long stride, double unit) {
+void view_put_course(FILE *out, const double *values, long count, long stride, double unit) {
     long long before = 0;
     fputc('[', out);
     for (long i = 0; i < count; i++) {

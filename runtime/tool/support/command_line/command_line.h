@@ -73,7 +73,8 @@ struct command {
     const struct option_rule *tables[OPTION_TABLES]; /* that declare them; those not used are NULL */
     bool has_gsl;                                    /* the methods of GSL are among its methods */
     const char *replaces_needed;   /* an option that makes the needed ones superfluous; NULL: there is none */
-    const char *replaces_operands; /* options that make the operands superfluous, blanks between; or NULL */
+    const char *replaces_operands; /* options that replace the operands and all needed options, blanks
+                                      between; or NULL */
     const char *output;            /* what -o names: "FILE" or "DIR" */
     const char *purpose;           /* one line */
     const char *help;              /* what else a user should know, with examples */
@@ -156,7 +157,7 @@ const char *options_state_path(const char *place);
 bool options_read(const struct command *const *commands, int argc, char **argv, struct options *options,
                   enum status *status);
 /* Reports an empty item of a list "a,b" of option `name`, or one that is given twice. */
-enum status check_list(const struct command *command, const char *name, const char *list);
+enum status options_check_list(const struct command *command, const char *name, const char *list);
 
 /* Messages. */
 

@@ -133,7 +133,7 @@ static enum status read_number(struct options *options, const struct option_rule
     return STATUS_DONE;
 }
 
-enum status check_list(const struct command *command, const char *name, const char *list) {
+enum status options_check_list(const struct command *command, const char *name, const char *list) {
     const char **items = options_list(list);
     for (int i = 0; items[i]; i++) {
         if (!*items[i])
@@ -148,8 +148,9 @@ static enum status read_words(struct options *options, const struct option_rule 
     options_set_text(options, rule->name, text);
     if (rule->kind == OPTION_TEXT)
         return *text ? STATUS_DONE : usage_error(options->command, "--%s: the value is empty", rule->name);
-    return rule->kind == OPTION_FREEING_LIST && !*text ? STATUS_DONE
-                                                       : check_list(options->command, rule->name, text);
+    return rule->kind == OPTION_FREEING_LIST && !*text
+               ? STATUS_DONE
+               : options_check_list(options->command, rule->name, text);
 }
 
 static enum status add_setting(struct options *options, char *text) {
@@ -249,7 +250,7 @@ static enum status check_operands(const struct options *options) {
 static enum status check_complete(const struct reading *reading) {
     const struct options *options = reading->options;
     const enum status status = check_operands(options);
-    if (status != STATUS_DONE)
+    if (status != STATUS_DONE || has_any(options, options->command->replaces_operands))
         return status;
     for (int i = 0; i < reading->known_count && !has_any(options, options->command->replaces_needed); i++)
         if (reading->known[i].is_needed && !options_has(options, reading->known[i].rule->name))

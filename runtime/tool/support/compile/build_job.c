@@ -16,14 +16,14 @@
 
 enum { PROCESSES = 2 };
 
-void job_add_word(struct job *job, const char *word) {
+void compile_job_add_word(struct job *job, const char *word) {
     job->argv = memory_room(&program_memory, job->argv, job->argc + 1, &job->room, sizeof *job->argv);
     job->argv[job->argc++] = word;
 }
 
-void job_add_words(struct job *job, const char *const *words) {
+void compile_job_add_words(struct job *job, const char *const *words) {
     for (; *words; words++)
-        job_add_word(job, *words);
+        compile_job_add_word(job, *words);
 }
 
 static void show_log(const struct job *job) {
@@ -42,7 +42,7 @@ static bool start(struct process *process, const struct scratch *scratch, const 
     return error == 0;
 }
 
-bool jobs_run(const struct scratch *scratch, const struct job *jobs, int count, long *peak_kb) {
+bool compile_jobs_run(const struct scratch *scratch, const struct job *jobs, int count, long *peak_kb) {
     struct process running[PROCESSES] = {{.pid = 0}};
     const struct job *of[PROCESSES] = {NULL};
     bool is_good = true;
@@ -106,7 +106,7 @@ const char *const gcc_flags[] = {"-fno-tree-slp-vectorize",
 /* clang also defines __GNUC__ */
 static const char gcc_question[] = "#if !defined(__GNUC__) || defined(__clang__)\n#error not gcc\n#endif\n";
 
-const char *const *lanes_flags(int width) {
+const char *const *compile_lanes_flags(int width) {
     static const char *const two[] = {"-DLANES=2", NULL}, *const four[] = {"-DLANES=4", "-mavx2", NULL},
                              *const eight[] = {"-DLANES=8", "-mavx512f", NULL};
     static const char *const four_apart[] = {"-DLANES=4", NULL}, *const eight_apart[] = {"-DLANES=8", NULL};
@@ -118,7 +118,7 @@ static const char blanks[] = " \t\n";
 
 /* $CC is the file of a program, which may contain blanks, or a command of words separated by blanks ("ccache
  * gcc"). */
-bool toolchain_find(struct toolchain *chain) {
+bool compile_toolchain_find(struct toolchain *chain) {
     const char *command = getenv("CC");
     if (!command || command[strspn(command, blanks)] == '\0')
         command = "cc";
@@ -140,39 +140,39 @@ bool toolchain_find(struct toolchain *chain) {
 static void object_job(struct job *job, const struct toolchain *chain, const struct build *build,
                        const char *name) {
     *job = (struct job){.source = scratch_file(&build->scratch, name)};
-    job_add_words(job, chain->words);
+    compile_job_add_words(job, chain->words);
     job->object = text_format("%.*s.o", (int)strlen(job->source) - 2, job->source);
     job->log = text_format("%s.log", job->object);
-    job_add_words(job, compile_flags);
+    compile_job_add_words(job, compile_flags);
     if (build->lanes &&
         gen_is_for_lanes(name)) /* for vectors these passes, which scalars do without, gain a fifth */
-        job_add_words(job, lanes_flags(build->lanes));
+        compile_job_add_words(job, compile_lanes_flags(build->lanes));
     else if (build->is_gcc)
-        job_add_words(job, gcc_flags);
-    job_add_words(job, (const char *[]){"-c", job->source, "-o", job->object, NULL});
+        compile_job_add_words(job, gcc_flags);
+    compile_job_add_words(job, (const char *[]){"-c", job->source, "-o", job->object, NULL});
 }
 
 /* Applies to gcc only, and to a version that knows all of its flags. */
 static void question_job(struct job *job, const struct toolchain *chain, const struct scratch *scratch) {
     *job = (struct job){.source = scratch_file(scratch, "question.c")};
-    job_add_words(job, chain->words);
+    compile_job_add_words(job, chain->words);
     job->log = text_format("%s.log", job->source);
-    job_add_words(job, gcc_flags);
-    job_add_words(job, (const char *[]){"-fsyntax-only", job->source, NULL});
+    compile_job_add_words(job, gcc_flags);
+    compile_job_add_words(job, (const char *[]){"-fsyntax-only", job->source, NULL});
 }
 
 static void link_job(struct job *job, const struct toolchain *chain, const struct build *build,
                      const struct job *objects, int count) {
     *job = (struct job){.log = text_format("%s.log", build->library)};
-    job_add_words(job, chain->words);
-    job_add_word(job, "-shared");
+    compile_job_add_words(job, chain->words);
+    compile_job_add_word(job, "-shared");
     for (int i = 0; i < count; i++)
-        job_add_word(job, objects[i].object);
-    job_add_words(job, (const char *[]){"-o", build->library, "-lm", NULL});
+        compile_job_add_word(job, objects[i].object);
+    compile_job_add_words(job, (const char *[]){"-o", build->library, "-lm", NULL});
 }
 
 /* The compiler's output is not shown. */
-bool toolchain_is_gcc(const struct toolchain *chain, const struct scratch *scratch) {
+bool compile_toolchain_is_gcc(const struct toolchain *chain, const struct scratch *scratch) {
     struct job job;
     struct process process;
     question_job(&job, chain, scratch);
@@ -190,10 +190,10 @@ static bool compile_and_link(struct build *build, const struct toolchain *chain,
                              struct build_cost *cost) {
     struct job link;
     double start = wall_seconds();
-    if (!jobs_run(&build->scratch, jobs, count, &cost->peak_kb))
+    if (!compile_jobs_run(&build->scratch, jobs, count, &cost->peak_kb))
         return false;
     link_job(&link, chain, build, jobs, count);
-    bool is_good = jobs_run(&build->scratch, &link, 1, &cost->peak_kb);
+    bool is_good = compile_jobs_run(&build->scratch, &link, 1, &cost->peak_kb);
     cost->seconds = wall_seconds() - start;
     for (int i = 0; i < count; i++)
         cost->object_bytes += file_size(jobs[i].object);
@@ -205,8 +205,8 @@ static bool is_source(const char *name) {
     return dot && strcmp(dot, ".c") == 0;
 }
 
-bool build_run(struct build *build, const struct toolchain *chain, const struct emitted_file *files,
-               int count, struct build_cost *cost) {
+bool compile_build_run(struct build *build, const struct toolchain *chain, const struct emitted_file *files,
+                       int count, struct build_cost *cost) {
     struct build_cost own = {.seconds = 0};
     struct job *jobs = allocate((size_t)count, sizeof *jobs);
     int job_count = 0;
@@ -214,7 +214,7 @@ bool build_run(struct build *build, const struct toolchain *chain, const struct 
         scratch_write(&build->scratch, "refdyn_model.h", refdyn_model_header, refdyn_model_header_size) &&
         scratch_write(&build->scratch, "refdyn_lanes.h", refdyn_lanes_header, refdyn_lanes_header_size);
     build->library = scratch_file(&build->scratch, "model.so");
-    build->is_gcc = toolchain_is_gcc(chain, &build->scratch);
+    build->is_gcc = compile_toolchain_is_gcc(chain, &build->scratch);
     for (int i = 0; i < count && is_good; i++) {
         is_good = scratch_write(&build->scratch, files[i].name, files[i].text, files[i].length);
         if (is_good && is_source(files[i].name))

@@ -61,12 +61,12 @@ struct toolchain {
 };
 
 /* The additional flags for files for lanes of this width and its vectors. */
-const char *const *lanes_flags(int width);
+const char *const *compile_lanes_flags(int width);
 
 /* Reports on stderr if there is no compiler. */
-bool toolchain_find(struct toolchain *chain);
+bool compile_toolchain_find(struct toolchain *chain);
 /* Returns whether it is a gcc that knows all of gcc_flags. clang also claims to be gcc. */
-bool toolchain_is_gcc(const struct toolchain *chain, const struct scratch *scratch);
+bool compile_toolchain_is_gcc(const struct toolchain *chain, const struct scratch *scratch);
 
 struct build {
     struct scratch scratch; /* the open folder of the build */
@@ -76,8 +76,8 @@ struct build {
 };
 
 /* Returns false and reports on stderr, with the compiler's own output, if it fails. cost may be NULL. */
-bool build_run(struct build *build, const struct toolchain *chain, const struct emitted_file *files,
-               int count, struct build_cost *cost);
+bool compile_build_run(struct build *build, const struct toolchain *chain, const struct emitted_file *files,
+                       int count, struct build_cost *cost);
 
 /*
  * The folder of compiled models: $REFDYN_CACHE, or refdyn in the XDG cache folder, or a private folder in
@@ -94,16 +94,16 @@ struct cache {
     int folder;       /* descriptor of the folder: the folder that was checked is the folder that is used */
 };
 
-/* Reports on stderr if there is no folder. Call cache_close in any case. */
-bool cache_open(struct cache *cache);
+/* Reports on stderr if there is no folder. Call compile_cache_close in any case. */
+bool compile_cache_open(struct cache *cache);
 /* Loads the library KEY.so with dlopen and sets the descriptor that it came from, to be closed after dlclose.
  * Returns NULL if it is missing, incomplete or not this user's. */
-void *cache_load(const struct cache *cache, const char *key, int *file);
+void *compile_cache_load(const struct cache *cache, const char *key, int *file);
 /* The path of KEY.so for a linker, checked as for loading; NULL as above. */
-const char *cache_find(const struct cache *cache, const char *key);
+const char *compile_cache_find(const struct cache *cache, const char *key);
 /* Seals the library and moves it into the cache as KEY.so. Reports on stderr if it cannot. */
-bool cache_add(const struct cache *cache, const char *key, const char *library);
-void cache_close(struct cache *cache);
+bool compile_cache_add(const struct cache *cache, const char *key, const char *library);
+void compile_cache_close(struct cache *cache);
 
 /* Runs of a compiler: their words, and several at a time. */
 
@@ -114,11 +114,11 @@ struct job {
     const char *source, *object, *log;
 };
 
-void job_add_word(struct job *job, const char *word);
+void compile_job_add_word(struct job *job, const char *word);
 /* `words` ends with NULL. */
-void job_add_words(struct job *job, const char *const *words);
+void compile_job_add_words(struct job *job, const char *const *words);
 /* Runs all jobs, two at a time. After a failure, which is reported with the compiler's output, no new one
  * starts. Returns whether all succeeded. */
-bool jobs_run(const struct scratch *scratch, const struct job *jobs, int count, long *peak_kb);
+bool compile_jobs_run(const struct scratch *scratch, const struct job *jobs, int count, long *peak_kb);
 
 #endif

@@ -64,7 +64,7 @@ static const char *open_folder(struct cache *cache, const char *path, int flags)
     cache->folder = cache->path ? open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC | flags) : -1;
     const char *reason = cache->folder < 0 ? strerror(errno) : find_danger(cache);
     if (reason)
-        cache_close(cache);
+        compile_cache_close(cache);
     return reason;
 }
 
@@ -91,7 +91,7 @@ static bool open_xdg(struct cache *cache) {
         fprintf(stderr, "refdyn: warning: %s cannot be the cache folder: %s; another one is used\n", path,
                 reason);
     if (!reason && access(cache->path, W_OK | X_OK) != 0)
-        cache_close(cache);
+        compile_cache_close(cache);
     return cache->folder >= 0;
 }
 
@@ -105,7 +105,7 @@ static bool open_temporary(struct cache *cache) {
     return !reason;
 }
 
-bool cache_open(struct cache *cache) {
+bool compile_cache_open(struct cache *cache) {
     const char *own = getenv("REFDYN_CACHE");
     *cache = (struct cache){.folder = -1};
     if (own && *own)
@@ -113,7 +113,7 @@ bool cache_open(struct cache *cache) {
     return open_xdg(cache) || open_temporary(cache);
 }
 
-void cache_close(struct cache *cache) {
+void compile_cache_close(struct cache *cache) {
     if (cache->folder >= 0)
         close(cache->folder);
     cache->folder = -1;
@@ -161,7 +161,7 @@ static int open_library(const struct cache *cache, const char *key) {
 }
 
 /* Loads by the descriptor, so that nobody can replace the file between the check and the loading. */
-void *cache_load(const struct cache *cache, const char *key, int *file) {
+void *compile_cache_load(const struct cache *cache, const char *key, int *file) {
     *file = open_library(cache, key);
     if (*file < 0)
         return NULL;
@@ -172,7 +172,7 @@ void *cache_load(const struct cache *cache, const char *key, int *file) {
     return library;
 }
 
-const char *cache_find(const struct cache *cache, const char *key) {
+const char *compile_cache_find(const struct cache *cache, const char *key) {
     const int file = open_library(cache, key);
     if (file < 0)
         return NULL;
@@ -193,7 +193,7 @@ static bool seal(const char *library) {
     return is_good;
 }
 
-bool cache_add(const struct cache *cache, const char *key, const char *library) {
+bool compile_cache_add(const struct cache *cache, const char *key, const char *library) {
     const char *name = text_format("%s.so", key);
     const bool is_good = seal(library) && renameat(AT_FDCWD, library, cache->folder, name) == 0;
     if (!is_good)

@@ -105,17 +105,17 @@ struct runs_writer;
 /* Creates the file `path` for `count` cases. It replaces an existing file and may be the part of a target,
  * which the caller gives its name after closing. The layout must live until then. Returns NULL and reports on
  * stderr if it fails. Rows are written in blocks, so that memory does not grow with `count`. */
-struct runs_writer *runs_create(const char *path, const struct runs_layout *layout, long count);
+struct runs_writer *hdf5_runs_create(const char *path, const struct runs_layout *layout, long count);
 /* Writes the next case; numbers ascend. Returns false and reports the error if it cannot. */
-bool runs_put(struct runs_writer *writer, const struct case_record *record);
+bool hdf5_runs_put(struct runs_writer *writer, const struct case_record *record);
 /* Adds processor time that all cases have caused together, in equal shares, to their cpu_s. Call it after the
  * last case. */
-bool runs_share_time(struct runs_writer *writer, double seconds);
+bool hdf5_runs_share_time(struct runs_writer *writer, double seconds);
 /* Writes the remaining data to the disk. Returns false and reports the error if it cannot, or if fewer than
  * `count` cases were written. Releases the writer in any case. */
-bool runs_finish(struct runs_writer *writer);
+bool hdf5_runs_finish(struct runs_writer *writer);
 /* Releases the writer of a file that is given up. */
-void runs_drop(struct runs_writer *writer);
+void hdf5_runs_drop(struct runs_writer *writer);
 
 /* ---- Reading ---- */
 
@@ -123,21 +123,21 @@ struct runs_reader;
 
 /* Returns NULL and reports the reason, with the name of the file, if it cannot be read, is no file of runs,
  * or is truncated. */
-struct runs_reader *runs_open(const char *path);
+struct runs_reader *hdf5_runs_open(const char *path);
 /* The layout; the values of its columns are those of the cases in the file, by row. */
-const struct runs_layout *runs_layout(const struct runs_reader *reader);
-long runs_count(const struct runs_reader *reader);
+const struct runs_layout *hdf5_runs_layout(const struct runs_reader *reader);
+long hdf5_runs_count(const struct runs_reader *reader);
 /* Number of cases of the whole batch; the file may have a part of them. It is cases.count of the layout as
  * written. */
-long runs_batch_count(const struct runs_reader *reader);
-/* (runs_count) numbers of the cases. */
-const long *runs_numbers(const struct runs_reader *reader);
+long hdf5_runs_batch_count(const struct runs_reader *reader);
+/* (hdf5_runs_count) numbers of the cases. */
+const long *hdf5_runs_numbers(const struct runs_reader *reader);
 /* Reads row `row`; the record is valid until the next call. Returns false and reports the error if it cannot.
  */
-bool runs_get(struct runs_reader *reader, long row, struct case_record *record);
+bool hdf5_runs_get(struct runs_reader *reader, long row, struct case_record *record);
 /* The text of an attribute; NULL if there is none. */
-const char *runs_attribute(const struct runs_reader *reader, const char *name);
-void runs_close(struct runs_reader *reader);
+const char *hdf5_runs_attribute(const struct runs_reader *reader, const char *name);
+void hdf5_runs_close(struct runs_reader *reader);
 
 /*
  * A file of one motion, RUN.h5: its layout, and its rows, one for each output. It knows nothing of models.
@@ -172,29 +172,29 @@ struct motion_layout {
 struct motion_writer;
 
 /* Creates the file `path`, replacing an existing one. Returns NULL and reports on stderr if it fails. */
-struct motion_writer *motion_create(const char *path, const struct motion_layout *layout);
+struct motion_writer *hdf5_motion_create(const char *path, const struct motion_layout *layout);
 /* Writes the next row. Returns false and reports the error if it cannot. */
-bool motion_put(struct motion_writer *writer, const double *values);
+bool hdf5_motion_put(struct motion_writer *writer, const double *values);
 /* Writes the remaining data to the disk. Returns false and reports the error if it cannot. Releases the
  * writer in any case. */
-bool motion_finish(struct motion_writer *writer);
+bool hdf5_motion_finish(struct motion_writer *writer);
 
 struct motion_reader;
 
 /* Returns whether the file is of this kind; reports nothing. */
-bool motion_is_in(const char *path);
+bool hdf5_motion_is_in(const char *path);
 /* Returns NULL and reports on stderr if it fails. */
-struct motion_reader *motion_open(const char *path);
+struct motion_reader *hdf5_motion_open(const char *path);
 /* Names of the columns, in the order of the CSV, and their number. */
-const char *const *motion_names(const struct motion_reader *reader, int *count);
+const char *const *hdf5_motion_names(const struct motion_reader *reader, int *count);
 /* Reads the next row, (count) finite numbers. Returns 1, 0 after the last row, or -1 after a reported error.
  */
-int motion_next(struct motion_reader *reader, double *values);
+int hdf5_motion_next(struct motion_reader *reader, double *values);
 /* Calls `take` with the attributes of a group such as "/parameters", in the order of their names. The text of
  * a number is NULL. A missing group has no attributes. */
-void motion_give_facts(const struct motion_reader *reader, const char *group,
-                       void take(void *context, const struct motion_fact *fact), void *context);
+void hdf5_motion_give_facts(const struct motion_reader *reader, const char *group,
+                            void take(void *context, const struct motion_fact *fact), void *context);
 /* Does nothing for NULL. */
-void motion_close(struct motion_reader *reader);
+void hdf5_motion_close(struct motion_reader *reader);
 
 #endif

@@ -196,7 +196,7 @@ static bool start_gate(struct hdf5_input *input) {
     input->gate = fork();
     if (input->gate == 0) {
         close(ends[0]);
-        gate_serve(input->path, ends[1]);
+        hdf5_gate_serve(input->path, ends[1]);
     }
     close(ends[1]);
     input->socket = ends[0];

@@ -119,7 +119,7 @@ enum {
 };
 
 /* Serves the file until the other end of the socket is closed. Does not return. */
-_Noreturn void gate_serve(const char *path, int socket);
+_Noreturn void hdf5_gate_serve(const char *path, int socket);
 
 /*
  * Answers that the gate for HDF5 files sends to the program (hdf5_private.h has the order), and its limits of
@@ -139,20 +139,20 @@ struct answers {
 
 /* Answers go through the socket and concern the file `path`. Limits memory, and the work until the first
  * request. */
-void answers_start(struct answers *answers, const char *path, int socket);
+void hdf5_answers_start(struct answers *answers, const char *path, int socket);
 /* Limits the work of the next request. */
-void answers_bound_work(struct answers *answers);
+void hdf5_answers_bound_work(struct answers *answers);
 
-void answers_begin(struct answers *answers, enum gate_answer answer);
-void answers_put_whole(struct answers *answers, int64_t number);
-void answers_put_bytes(struct answers *answers, const char *text, size_t length);
-void answers_end(struct answers *answers);
+void hdf5_answers_begin(struct answers *answers, enum gate_answer answer);
+void hdf5_answers_put_whole(struct answers *answers, int64_t number);
+void hdf5_answers_put_bytes(struct answers *answers, const char *text, size_t length);
+void hdf5_answers_end(struct answers *answers);
 
 /* Sends the fact and ends the process. */
-_Noreturn void answers_refuse(struct answers *answers, const char *format, ...)
+_Noreturn void hdf5_answers_refuse(struct answers *answers, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 /* Returns `result` of a function of HDF5. If that is an error, refuses the object with it as the fact. */
-hid_t answers_good(struct answers *answers, const char *path, hid_t result);
+hid_t hdf5_answers_good(struct answers *answers, const char *path, hid_t result);
 
 /*
  * An HDF5 file that is read: all its objects with their attributes, and rows of its datasets. Rows are read

@@ -17,7 +17,7 @@ struct motion_reader {
 
 static const char what[] = "motion as refdyn sim writes it";
 
-bool motion_is_in(const char *path) {
+bool hdf5_motion_is_in(const char *path) {
     return hdf5_input_is(path, MOTION_CONTENT);
 }
 
@@ -86,16 +86,16 @@ static bool read_all(struct motion_reader *reader, const char *path) {
     return true;
 }
 
-struct motion_reader *motion_open(const char *path) {
+struct motion_reader *hdf5_motion_open(const char *path) {
     struct motion_reader *reader = allocate_large(1, sizeof *reader);
     *reader = (struct motion_reader){.t = -INFINITY};
     if (read_all(reader, path))
         return reader;
-    motion_close(reader);
+    hdf5_motion_close(reader);
     return NULL;
 }
 
-const char *const *motion_names(const struct motion_reader *reader, int *count) {
+const char *const *hdf5_motion_names(const struct motion_reader *reader, int *count) {
     *count = reader->count;
     return reader->names;
 }
@@ -113,7 +113,7 @@ static bool check_row(struct motion_reader *reader, const double *row) {
     return true;
 }
 
-int motion_next(struct motion_reader *reader, double *values) {
+int hdf5_motion_next(struct motion_reader *reader, double *values) {
     const double *row;
     char **texts;
     if (reader->next == reader->row_count)
@@ -129,8 +129,8 @@ int motion_next(struct motion_reader *reader, double *values) {
 
 /* ---- Attributes ---- */
 
-void motion_give_facts(const struct motion_reader *reader, const char *group,
-                       void take(void *context, const struct motion_fact *fact), void *context) {
+void hdf5_motion_give_facts(const struct motion_reader *reader, const char *group,
+                            void take(void *context, const struct motion_fact *fact), void *context) {
     const struct hdf5_object *object = hdf5_input_find(&reader->input, group);
     for (int i = 0; object && i < object->attribute_count; i++) {
         const struct hdf5_attribute *attribute = &object->attributes[i];
@@ -144,7 +144,7 @@ void motion_give_facts(const struct motion_reader *reader, const char *group,
     }
 }
 
-void motion_close(struct motion_reader *reader) {
+void hdf5_motion_close(struct motion_reader *reader) {
     if (!reader)
         return;
     hdf5_input_close(&reader->input);

@@ -275,27 +275,27 @@ static bool read_all(struct runs_reader *reader, const char *path) {
     return true;
 }
 
-struct runs_reader *runs_open(const char *path) {
+struct runs_reader *hdf5_runs_open(const char *path) {
     struct runs_reader *reader = allocate_large(1, sizeof *reader);
     if (read_all(reader, path))
         return reader;
-    runs_close(reader);
+    hdf5_runs_close(reader);
     return NULL;
 }
 
-const struct runs_layout *runs_layout(const struct runs_reader *reader) {
+const struct runs_layout *hdf5_runs_layout(const struct runs_reader *reader) {
     return &reader->layout;
 }
 
-long runs_count(const struct runs_reader *reader) {
+long hdf5_runs_count(const struct runs_reader *reader) {
     return reader->count;
 }
 
-long runs_batch_count(const struct runs_reader *reader) {
+long hdf5_runs_batch_count(const struct runs_reader *reader) {
     return reader->batch_count;
 }
 
-const long *runs_numbers(const struct runs_reader *reader) {
+const long *hdf5_runs_numbers(const struct runs_reader *reader) {
     return reader->numbers;
 }
 
@@ -307,7 +307,7 @@ static bool check_heads(struct runs_reader *reader, long row, const double *valu
            hdf5_input_refuse(&reader->input, "/steps: row %ld has %g; must be a number of steps", row, steps);
 }
 
-bool runs_get(struct runs_reader *reader, long row, struct case_record *record) {
+bool hdf5_runs_get(struct runs_reader *reader, long row, struct case_record *record) {
     const double *values;
     char **texts;
     if (!hdf5_input_row(&reader->input, row, reader->count, &values, &texts) ||
@@ -322,14 +322,14 @@ bool runs_get(struct runs_reader *reader, long row, struct case_record *record) 
     return true;
 }
 
-const char *runs_attribute(const struct runs_reader *reader, const char *name) {
+const char *hdf5_runs_attribute(const struct runs_reader *reader, const char *name) {
     for (int i = 0; i < reader->layout.attribute_count; i++)
         if (strcmp(reader->layout.attributes[i].name, name) == 0)
             return reader->layout.attributes[i].text;
     return NULL;
 }
 
-void runs_close(struct runs_reader *reader) {
+void hdf5_runs_close(struct runs_reader *reader) {
     hdf5_input_close(&reader->input);
     free(reader);
 }

@@ -97,8 +97,8 @@ static const char *find_owner(const struct targets *targets, const struct target
 static bool check_apart(const struct targets *targets, const struct target *target, const char *path) {
     struct stat status;
     const char *owner = stat(path, &status) == 0 ? find_owner(targets, target, &status) : NULL;
-    return !owner || refuse(target->name, text_format("%s is the file %s, which this command reads or "
-                                                      "also writes; give another name",
+    return !owner || refuse(target->name, text_format("%s is the file %s, which this command also reads or "
+                                                      "writes; give another name",
                                                       path, owner));
 }
 
