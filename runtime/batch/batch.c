@@ -1,5 +1,5 @@
 /*
- * The cases of a batch on several threads, and samples of inputs.
+ * The cases of a batch on several threads.
  *
  * The queue is a counter that all threads increment. Each case has its own workspace and integrator. A thread
  * computes as many cases at a time as there are lanes. Each case halts at a step that lanes can take; then
@@ -293,34 +293,4 @@ int refdyn_batch_run(const struct refdyn_batch *batch, long *ended) {
     if (ended)
         *ended = atomic_load(&queue.ended);
     return status;
-}
-
-/* ---- Samples of inputs ---- */
-
-static const double *row_of(const struct refdyn_samples *samples, int number) {
-    return samples->rows + (long)number * (samples->width + 1);
-}
-
-/* Returns the number of samples at or before t, by bisection. */
-static int count_until(const struct refdyn_samples *samples, double t) {
-    int low = 0, high = samples->count;
-    while (low < high) {
-        const int middle = low + (high - low) / 2;
-        if (*row_of(samples, middle) <= t)
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    return low;
-}
-
-double refdyn_samples_set(const struct refdyn_samples *samples, double t, double *x) {
-    const int past = count_until(samples, t);
-    const int next =
-        past > 0 ? past
-                 : 1; /* the first value is also valid before its time, so that nothing changes there */
-    const double *row = row_of(samples, next - 1);
-    for (int i = 0; i < samples->width; i++)
-        x[samples->place[i]] = row[1 + i];
-    return next < samples->count ? *row_of(samples, next) : INFINITY;
 }

@@ -1,5 +1,5 @@
 /*
- * One case of a batch, from its start to its end.
+ * One case of a batch, from its start to its end, and samples of inputs.
  *
  * The start of a case is computed in this order: parameters and inputs; the model's initial state for them;
  * start values and rates of the batch, then of the case; its equilibrium; anchored parameters.
@@ -245,4 +245,34 @@ void refdyn_worker_judge(struct worker *worker, int taken) {
     const long before = statistics->steps;
     refdyn_integrator_judge(&worker->integrator, &worker->attempt, taken);
     worker->steps_in_lanes += statistics->steps - before;
+}
+
+/* ---- Samples of inputs ---- */
+
+static const double *row_of(const struct refdyn_samples *samples, int number) {
+    return samples->rows + (long)number * (samples->width + 1);
+}
+
+/* Returns the number of samples at or before t, by bisection. */
+static int count_until(const struct refdyn_samples *samples, double t) {
+    int low = 0, high = samples->count;
+    while (low < high) {
+        const int middle = low + (high - low) / 2;
+        if (*row_of(samples, middle) <= t)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+double refdyn_samples_set(const struct refdyn_samples *samples, double t, double *x) {
+    const int past = count_until(samples, t);
+    const int next =
+        past > 0 ? past
+                 : 1; /* the first value is also valid before its time, so that nothing changes there */
+    const double *row = row_of(samples, next - 1);
+    for (int i = 0; i < samples->width; i++)
+        x[samples->place[i]] = row[1 + i];
+    return next < samples->count ? *row_of(samples, next) : INFINITY;
 }

@@ -56,16 +56,6 @@ static int is_ahead(struct refdyn_motion *motion, double t) {
     return motion->fading.is_known;
 }
 
-int refdyn_fading_is_on(const struct refdyn_motion *motion) {
-    return motion->step.guide == &motion->fading.guide;
-}
-
-int refdyn_fading_lost_rows(const struct refdyn_motion *motion) {
-    const struct refdyn_fading *fading = &motion->fading;
-    return fading->is_known && motion->step.t_begin < fading->t &&
-           motion->work->partition.rank < fading->rank;
-}
-
 /* Brings a stage's state (2 n) onto the programme, with all independent rows. */
 static int bring(void *context, double t, double *state) {
     struct refdyn_motion *motion = context;
@@ -78,7 +68,7 @@ static int bring(void *context, double t, double *state) {
 }
 
 void refdyn_fading_start(struct refdyn_motion *motion) {
-    motion->fading = (struct refdyn_fading){.guide = {bring, motion}, .t = -INFINITY};
+    motion->fading = (struct refdyn_fading){.guide = {bring, NULL, motion}, .t = -INFINITY};
 }
 
 /* Is the error of the step small enough? It ends where the rows have changed. Error: NO_CONVERGENCE. */
@@ -93,19 +83,6 @@ static int judge(struct refdyn_motion *motion) {
     refdyn_collocation_accelerations(step, 1, step->rates_new + n);
     refdyn_rows_change_at_end(motion, 1);
     return REFDYN_OK;
-}
-
-int refdyn_fading_refuse(struct refdyn_motion *motion) {
-    struct refdyn_step *step = &motion->step;
-    struct refdyn_workspace *work = motion->work;
-    refdyn_rows_change_at_end(motion, 0);
-    if (refdyn_fading_is_on(motion))
-        refdyn_special_step_end(motion);
-    if (refdyn_equations(work, step->t_begin, step->state, step->state + step->n) ||
-        refdyn_partition_renew(work))
-        return 0;
-    work->fault = (struct refdyn_fault){.row = work->partition.row[work->m - 1], .coordinate = -1};
-    return work->partition.rank >= motion->fading.rank;
 }
 
 int refdyn_fading_is_near(const struct refdyn_motion *motion, double t) {

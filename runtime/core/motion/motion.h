@@ -40,6 +40,8 @@ struct refdyn_ahead {
     double stop;       /* an ordinary step ends there or earlier [s] */
     double remaining;  /* obstacle whose special step has failed; INFINITY: none [s] */
     int rank;          /* independent rows before the end of the step was completed */
+    /* refdyn_obstacles_seen, for special steps */
+    int (*seen)(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, double *t);
 };
 
 /* A motion begins. */
@@ -72,8 +74,7 @@ double refdyn_motion_resolution(const struct refdyn_motion *motion, double t);
 
 /* ---- One accepted step ---- */
 
-/* The last failure of an evaluation or projection. `struct refdyn_failure` is written only by
- * accepted_step.c. */
+/* The last failure of an evaluation or projection. `struct refdyn_failure` is written only by attempt.c. */
 struct refdyn_failure {
     int cause; /* 0: none */
     double t;  /* [s] */
@@ -113,6 +114,7 @@ void refdyn_attempt_judge(struct refdyn_motion *motion, struct refdyn_attempt *a
 
 /* The parts of special steps: the method's attempt from t_begin to t_new, with the gains of a step of h; its
  * end on the programme, with partition, rates and work; the record of an accepted step. */
+int refdyn_motion_take(struct refdyn_motion *motion, double t_new, double h);
 int refdyn_motion_try(struct refdyn_motion *motion, double t_new, double h);
 int refdyn_motion_complete(struct refdyn_motion *motion);
 int refdyn_motion_accept(struct refdyn_motion *motion, double h);
@@ -124,7 +126,7 @@ int refdyn_step_limit_reached(const struct refdyn_motion *motion);
 /* Notes that an evaluation or projection has failed at t. */
 void refdyn_motion_failed(struct refdyn_motion *motion, int cause, double t);
 
-/* `struct refdyn_statistics` is written only by accepted_step.c. */
+/* `struct refdyn_statistics` is written only by attempt.c. */
 void refdyn_statistics_start(struct refdyn_statistics *statistics);
 /* Adds the residuals of the row terms in the workspace. */
 void refdyn_statistics_residuals(struct refdyn_statistics *statistics, const struct refdyn_workspace *work);
@@ -408,8 +410,6 @@ double refdyn_fading_find(struct refdyn_motion *motion, struct refdyn_ahead *ahe
 int refdyn_fading_step(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, double *t);
 /* Did the last step end at such an event? */
 int refdyn_fading_is_on(const struct refdyn_motion *motion);
-/* Has an ordinary step lost rows that fade out towards an event after its begin? */
-int refdyn_fading_lost_rows(const struct refdyn_motion *motion);
 /* A step is refused: the partition is that of its begin again. Returns 0 if the rank is lost there already:
  * then the motion ends. */
 int refdyn_fading_refuse(struct refdyn_motion *motion);
@@ -447,9 +447,6 @@ int refdyn_crossing_step(struct refdyn_motion *motion, const struct refdyn_ahead
 int refdyn_crossing_seen(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, double *t);
 /* Did the last step pass such a state? */
 int refdyn_crossing_is_on(const struct refdyn_motion *motion);
-/* After a projection of a state (2 n) in the special step: NO_CONVERGENCE if it was moved so far that it may
- * be on another branch. */
-int refdyn_crossing_follow(struct refdyn_motion *motion, const double *before, const double *state);
 /* Is t so near a state passed that rows do not determine its accelerations? */
 int refdyn_crossing_is_near(const struct refdyn_motion *motion, double t);
 

@@ -33,7 +33,7 @@
  *   leave   before the next step begins: what happens where the last one ended
  *
  * Kinds without `step` are found first, so that special steps can respect `bound` and `time_event` of struct refdyn_ahead. What a
- * kind keeps between steps is a struct of its own in struct refdyn_motion. One check is not in the list: accepted_step.c asks at
+ * kind keeps between steps is a struct of its own in struct refdyn_motion. One check is not in the list: attempt.c asks at
  * the end of each step whether fading rows were lost, before it evaluates the rates there.
  */
 /* clang-format on */
@@ -109,7 +109,8 @@ int refdyn_obstacles_leave(struct refdyn_motion *motion) {
 }
 
 void refdyn_obstacles_find(struct refdyn_motion *motion, double t_out, struct refdyn_ahead *ahead) {
-    *ahead = (struct refdyn_ahead){.t_out = t_out, .bound = INFINITY, .time_event = INFINITY};
+    *ahead = (struct refdyn_ahead){
+        .t_out = t_out, .bound = INFINITY, .time_event = INFINITY, .seen = refdyn_obstacles_seen};
     ahead->h = motion->options.tol > 0 ? motion->control.next : motion->options.step;
     ahead->least = refdyn_control_least(motion->step.t_begin, t_out);
     ahead->stop = ahead->remaining = INFINITY;
@@ -148,24 +149,4 @@ double refdyn_obstacles_cause(struct refdyn_motion *motion, const struct refdyn_
             t = kind->cause(motion, ahead, status);
     refdyn_statistics_rejected(&motion->statistics, isfinite(t));
     return t;
-}
-
-/* ---- Special steps ---- */
-
-static void follow_with(struct refdyn_motion *motion, enum refdyn_method method,
-                        const struct refdyn_stage_guide *guide) {
-    refdyn_method_use(method, &motion->step);
-    refdyn_step_guide(&motion->step, guide);
-    refdyn_programme_forget(&motion->programme);
-}
-
-void refdyn_special_step_begin(struct refdyn_motion *motion, enum refdyn_method method,
-                               const struct refdyn_stage_guide *guide) {
-    motion->ordinary = motion->step.number;
-    follow_with(motion, method, guide);
-}
-
-void refdyn_special_step_end(struct refdyn_motion *motion) {
-    if (motion->step.guide)
-        follow_with(motion, motion->ordinary, NULL);
 }

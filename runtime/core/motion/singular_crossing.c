@@ -337,7 +337,8 @@ static double speed_there(const struct refdyn_motion *motion) {
     return most;
 }
 
-int refdyn_crossing_follow(struct refdyn_motion *motion, const double *before, const double *state) {
+static int follow(void *context, const double *before, const double *state) {
+    struct refdyn_motion *motion = context;
     struct refdyn_step *step = &motion->step;
     struct refdyn_singular_crossing *crossing = &motion->crossing;
     const int n = motion->work->n;
@@ -362,7 +363,7 @@ static int bring(void *context, double t, double *state) {
         status = refdyn_programme_meet(&motion->programme, step, t, state);
     if (!status && motion->work->partition.rank != rank)
         status = REFDYN_NO_CONVERGENCE;
-    return status ? status : refdyn_crossing_follow(motion, before, state);
+    return status ? status : follow(motion, before, state);
 }
 
 /* Sets the length of the next step through such a state from this one's error, over the largest accepted. */
@@ -412,7 +413,7 @@ void refdyn_crossing_start(struct refdyn_motion *motion) {
     crossing->t = -INFINITY;
     crossing->stretch = INFINITY;
     crossing->refused = (struct refdyn_refused_crossing){.tries = 0};
-    crossing->guide = (struct refdyn_stage_guide){bring, motion};
+    crossing->guide = (struct refdyn_stage_guide){bring, follow, motion};
 }
 
 /* ---- Record ---- */
@@ -450,17 +451,17 @@ double refdyn_crossing_find(struct refdyn_motion *motion, struct refdyn_ahead *a
 }
 
 /* The step has no shorter one that could end at an obstacle seen in it. */
-static int meets_none(struct refdyn_motion *motion) {
+static int meets_none(struct refdyn_motion *motion, const struct refdyn_ahead *ahead) {
     const struct refdyn_step *step = &motion->step;
-    const struct refdyn_ahead ahead = {.t_out = step->t_end,
-                                       .least = refdyn_control_least(step->t_begin, step->t_end)};
+    const struct refdyn_ahead none = {.t_out = step->t_end,
+                                      .least = refdyn_control_least(step->t_begin, step->t_end)};
     double t;
-    const int status = refdyn_obstacles_seen(motion, &ahead, &t);
+    const int status = ahead->seen(motion, &none, &t);
     return status ? status : isfinite(t) ? REFDYN_NO_CONVERGENCE : REFDYN_OK;
 }
 
 /* One attempt, from t_begin to t_new. */
-static int attempt(struct refdyn_motion *motion, double t_new) {
+static int attempt(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, double t_new) {
     const double h = t_new - motion->step.t_begin;
     double error;
     int status = enter(motion);
@@ -473,7 +474,7 @@ static int attempt(struct refdyn_motion *motion, double t_new) {
     look_back(motion);
     status = refdyn_motion_complete(motion);
     if (!status)
-        status = meets_none(motion);
+        status = meets_none(motion, ahead);
     if (!status)
         status = refdyn_motion_accept(motion, h);
     if (!status)
@@ -490,7 +491,7 @@ int refdyn_crossing_step(struct refdyn_motion *motion, const struct refdyn_ahead
     if (options->tol > 0 && options->step_max > 0 && isfinite(t_new) &&
         t_new - motion->step.t_begin > options->step_max)
         return 0;
-    const int status = isfinite(t_new) ? attempt(motion, t_new) : REFDYN_NO_CONVERGENCE;
+    const int status = isfinite(t_new) ? attempt(motion, ahead, t_new) : REFDYN_NO_CONVERGENCE;
     if (!status)
         return 1;
     refdyn_motion_failed(motion, status, motion->failure.t);

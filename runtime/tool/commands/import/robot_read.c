@@ -21,13 +21,6 @@ bool import_robot_complain(const struct robot *robot, int line, const char *form
     return false;
 }
 
-void import_robot_warn(const struct robot *robot, int line, const char *format, ...) {
-    va_list list;
-    va_start(list, format);
-    complain_line(robot->path, line, text_format("warning: %s", text_vformat(format, list)));
-    va_end(list);
-}
-
 bool import_joint_is_single(const struct robot_joint *joint) {
     return joint->kind == JOINT_REVOLUTE || joint->kind == JOINT_CONTINUOUS || joint->kind == JOINT_PRISMATIC;
 }

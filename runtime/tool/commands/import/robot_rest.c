@@ -6,6 +6,15 @@
 #include "runtime/tool/support/format/format.h"
 
 #include <string.h>
+#include <stdio.h>
+#include <stdarg.h>
+
+void import_robot_warn(const struct robot *robot, int line, const char *format, ...) {
+    va_list list;
+    va_start(list, format);
+    complain_line(robot->path, line, text_format("warning: %s", text_vformat(format, list)));
+    va_end(list);
+}
 
 /* What robot_read.c reads: elements by their parents, and their attributes. */
 static const struct taken {

@@ -1,4 +1,4 @@
-/* The drawing of error over run time: see page.h. */
+/* The drawing of error over run time. */
 #include "runtime/tool/results/report/report.h"
 #include "runtime/tool/results/figures/figures.h"
 #include "runtime/tool/support/format/format.h"

@@ -58,7 +58,7 @@ struct series {
 
 struct study {
     const char *name; /* "n_rfe=4", or the model's name */
-    char *facts;      /* of the scene, as HTML: page.h */
+    char *facts;      /* of the scene, as HTML */
     struct series series[SERIES_MAX];
     int series_count;
     struct method_run references[REFERENCES]; /* errors are distances from the first one */

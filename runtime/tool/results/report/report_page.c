@@ -1,4 +1,4 @@
-/* The page of a report: see page.h. */
+/* The page of a report as HTML. */
 #include "runtime/tool/results/report/report.h"
 #include "runtime/tool/support/format/format.h"
 

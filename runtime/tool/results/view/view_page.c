@@ -1,4 +1,4 @@
-/* The page of `refdyn view`: see page.h. */
+/* The page of `refdyn view` as HTML. */
 #include "runtime/tool/results/view/view.h"
 #include "runtime/tool/support/format/format.h"
 
