@@ -122,7 +122,7 @@ def promises():
     for path in C_FILES:
         if path.startswith("runtime/core/"):
             text = re.sub(r"\s+(?:\*\s+)?", " ", text_of(path))
-            for name, file in re.findall(r"(\w+) (?:is|are) written only by (\w+\.c)", text):
+            for name, file in re.findall(r"(\w+)`? (?:is|are) written only by (\w+\.c)", text):
                 yield path, name, file
 
 
