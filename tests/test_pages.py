@@ -1,4 +1,5 @@
 """Pages and comments speak of what there is: folders stand in their README, files exist, "is written only by" holds."""
+import functools
 import re
 import subprocess
 
@@ -16,6 +17,7 @@ PAGES = [path for path in FILES if path.endswith(".md")]
 EXAMPLES = {"arm", "main", "motion", "motion_auto", "heun", "drive", "refdyn_fmu", "math"}
 
 
+@functools.cache
 def text_of(path):
     return (SOURCE / path).read_text()
 
@@ -98,6 +100,7 @@ def test_files_that_comments_name_exist():
 ASSIGNED = r"(?:\[[^\]]*\]|(?:->|\.)\w+)*\s*(?:[-+*/|&]?=(?!=)|\+\+|--)"
 
 
+@functools.cache
 def code_of(path):
     return re.sub(r"/\*.*?\*/", "", text_of(path), flags=re.S)
 
@@ -105,7 +108,7 @@ def code_of(path):
 def ways_to(name, text):
     """Patterns of what names a member `name`, or in this text a struct of this name: as a member, and by a pointer."""
     if not name.startswith("refdyn_"):
-        return [rf"(?:->|\.){name}"]
+        return [rf"(?:->|\.){re.escape(name)}"]
     members = {member for path in C_FILES if path.endswith(".h") for member in re.findall(rf"struct {name} (\w+);", code_of(path))}
     pointers = set(re.findall(rf"(?<!const )struct {name} \*(?:const )?(\w+)", text))
     return [rf"(?:->|\.){member}\.\w+" for member in sorted(members)] + [rf"\b{pointer}->\w+" for pointer in sorted(pointers)]
@@ -122,7 +125,7 @@ def promises():
     for path in C_FILES:
         if path.startswith("runtime/core/"):
             text = re.sub(r"\s+(?:\*\s+)?", " ", text_of(path))
-            for name, file in re.findall(r"(\w+)`? (?:is|are) written only by (\w+\.c)", text):
+            for name, file in re.findall(r"([\w.]+)`? (?:is|are) written only by (\w+\.c)", text):
                 yield path, name, file
 
 

@@ -37,7 +37,7 @@ int refdyn_rank_of_rows(struct refdyn_workspace *work);
  * NOT_FINITE, ROWS_INCONSISTENT. */
 int refdyn_partition_renew(struct refdyn_workspace *work);
 /* From now on the rank does not grow beyond `most`. `partition.rank_most` is written only by
- * index_partition.c and workspace.c. */
+ * index_partition.c; workspace.c begins with the number of rows. */
 void refdyn_partition_bound_rank(struct refdyn_workspace *work, int most);
 
 /* ---- Projection ---- */
