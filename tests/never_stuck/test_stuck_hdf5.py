@@ -277,8 +277,8 @@ def test_names_of_courses_before_a_motion(tmp_path):
 
 
 @pytest.mark.parametrize("keep, why", [
-    ('history = { "t" }', "keep.history: 't': a file of HDF5 has its axis /history/t under this name"),
-    ('extremes = { "b_z", "which" }', "keep.extremes: 'which': a file of HDF5 has its axis /extremes/which under this name"),
+    ('history = { "t" }', "keep.history: 't': an HDF5 file has its axis /history/t under this name"),
+    ('extremes = { "b_z", "which" }', "keep.extremes: 'which': an HDF5 file has its axis /extremes/which under this name"),
     ('extremes = { "a/b" }', "keep.extremes: 'a/b': a slash leads into a group of a file of HDF5"),
     ('norms = { "." }', "keep.norms: '.': a dot is the group itself in a file of HDF5"),
     ('history = { "z", "z/L" }', "keep.history: 'z/L': a slash leads into a group of a file of HDF5")])
@@ -304,5 +304,5 @@ def test_columns_of_one_name_in_a_table_of_runs(tmp_path):
     (tmp_path / "fall.lua").write_text((MODEL % "").replace('"m", 1', '"status", 1').replace("p.m", "p.status"))
     (tmp_path / "sweep.lua").write_text(SWEEP.replace("m =", "status =").replace(', history = { "b_z" }', ""))
     said = refdyn("batch", "fall.lua", "sweep.lua", "-o", "x.csv", cwd=tmp_path, status=2).stderr
-    assert "-o x.csv: two columns would have the name status, in a file RUNS.h5 they lie in groups" in said
+    assert "-o x.csv: two columns would have the name status; write a file RUNS.h5, which has groups" in said
     refdyn("batch", "fall.lua", "sweep.lua", "-o", "x.h5", cwd=tmp_path)

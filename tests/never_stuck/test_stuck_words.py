@@ -287,7 +287,7 @@ TABLES = {
     "k\n1,5\n": "2: cases: 2 fields under 1 names; numbers are written with a point",
     "k\n−1\n": "2: cases: k: '−1' is no finite number, it has U+2212 (a dash or minus sign of print); write -",
     "k\n1 N m\n": "2: cases: k: '1 N m' is no finite number; write the number alone, in SI units and radians",
-    "k [N m]\n1\n": "1: k [N m]: unknown name, a parameter, an input, an option, a coordinate, its rate NAME_d or inputs is needed, without a unit",
+    "k [N m]\n1\n": "1: k [N m]: unknown name; use a parameter, an input, an option, a coordinate, its rate NAME_d or inputs, without a unit",
     "k\n1\n".encode("utf-16"): "1: cases: it is in UTF-16, a text in UTF-8 is needed",
     b"PK\3\4\0\0": "1: cases: it is a workbook or an archive, a text is needed",
 }
