@@ -531,7 +531,7 @@ def test_methods_of_the_printed_form(tmp_path):
 @pytest.mark.parametrize("command", [["sim"], ["report", "-o", "out"]], ids=" ".join)
 def test_too_many_outputs(command, tmp_path):
     done = refdyn(command[0], PENDULUM, "--until", 1, "--every", 1e-12, *command[1:], status=2, cwd=tmp_path)
-    assert done.stderr.startswith(f"refdyn {command[0]}: --every 1e-12: 1e+12 outputs, at most 10000000 are taken\n") and done.stdout == ""
+    assert done.stderr.startswith(f"refdyn {command[0]}: --every 1e-12: 1e+12 outputs; must be at most 10000000\n") and done.stdout == ""
     assert not list(tmp_path.iterdir())
 
 

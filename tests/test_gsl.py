@@ -82,7 +82,7 @@ def test_through_a_singular_state(method, tolerance):
 
 
 def test_usage():
-    for arguments, said in ((["--step", "1e-3"], "--step: msbdf finds its steps, it takes --tol"),
+    for arguments, said in ((["--step", "1e-3"], "--step: msbdf chooses its steps; use --tol"),
                             (["--stabilise", "project"], "--stabilise: a projection would make msbdf start again")):
         done = refdyn("sim", REFERENCE, "--until", "1", "--method", "msbdf", *arguments, status=2)
         assert said in done.stderr
@@ -151,4 +151,4 @@ def test_program_without_gsl(tmp_path):
     for method in ("msbdf", "bsimp"):
         done = subprocess.run([program, "sim", REFERENCE, "--until", "1", "--method", method], capture_output=True, text=True)
         assert done.returncode == 2
-        assert f"--method: '{method}' needs a refdyn that is built with GSL\n" in done.stderr
+        assert f"--method: '{method}' needs GSL; build refdyn with it\n" in done.stderr

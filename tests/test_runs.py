@@ -236,7 +236,7 @@ def test_merge_spoils_no_input(tmp_path):
     before = a.read_bytes()
     done = refdyn("merge", a, "-o", a, status=1)
     assert "which this command reads or writes, too" in done.stderr and a.read_bytes() == before
-    assert refdyn("merge", a, "-o", "/dev/null", status=1).stderr == "/dev/null: output: HDF5 needs a file, which this is not\n"
+    assert refdyn("merge", a, "-o", "/dev/null", status=1).stderr == "/dev/null: output: not a regular file; HDF5 needs one\n"
 
 
 def limited(size):

@@ -241,7 +241,7 @@ def test_resume_of_what_is_complete(work):
     said = batch(work, "--cases", "0:9", "--resume").stderr
     assert said == "refdyn: runs.h5 already has all 9 cases\n"
     said = batch(work, "--cases", "0:9", "--resume", "--set", "label=it's", status=1).stderr
-    assert "runs.h5: belongs to another batch: the options differ" in said and "without it the file is replaced" in said
+    assert "runs.h5: belongs to another batch: the options differ" in said and "without --resume the file is replaced" in said
     assert os.stat(work / "runs.h5").st_mtime_ns == before
     batch(work, "--resume")
     with h5py.File(work / "runs.h5") as file:
@@ -447,7 +447,7 @@ def test_gaps_of_failed_tasks(cluster, tmp_path):
     wait_for("the end of all jobs", lambda: not cluster.queue(), 120)
     chunk, merge = (slurm / "chunk_2.txt").read_text(), (slurm / "merge.txt").read_text()
     assert [f"after {retries} retries" in chunk for retries in range(5)] == [True] * 4 + [False], chunk
-    assert "cases 30 to 44 are missing: chunk 2 has not ended well" in merge and not (work / "runs.h5").exists(), merge
+    assert "cases 30 to 44 are missing: chunk 2 has failed" in merge and not (work / "runs.h5").exists(), merge
     assert sorted(path.name for path in slurm.glob("part_*.h5")) == ["part_0.h5", "part_1.h5", "part_3.h5"]
     (slurm / "part_2.h5.part").rmdir()
     assert "1 of these to compute" in batch(work, "--slurm", env=cluster.env).stderr

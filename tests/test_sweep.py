@@ -66,7 +66,7 @@ def needs_gsl(folder):
     """Passes in a build without GSL if that build says so."""
     done = call(folder, sweep_text("vary = { mass = rd.uniform(0, 1) }, draws = 2, sequence = 'halton'"))
     if done.returncode:
-        assert done.stderr == "sweep.lua:2: sequence: halton needs a refdyn that is built with GSL\n"
+        assert done.stderr == "sweep.lua:2: sequence: halton needs GSL; build refdyn with it\n"
         pytest.skip("built without GSL")
 
 

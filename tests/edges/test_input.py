@@ -97,8 +97,8 @@ USAGE = {
     "time empty": (["sim", "--until", ""], "--until: '' is no positive number"),
     "modes without number": (["modes", "--modes", "1e12"], "--modes: 1e12 is no whole number up to 1000000"),
     "modes in parts": (["modes", "--modes", "2.5"], "--modes: 2.5 is no whole number up to 1000000"),
-    "outputs without number": (["sim", "--until", "1", "--every", "1e-300"], "--every 1e-300: 1e+300 outputs, at most 10000000 are taken"),
-    "steps without number": (["sim", "--until", "1", "--step", "1e-12"], "--step 1e-12: 1e+12 steps, at most 1e+10 are taken"),
+    "outputs without number": (["sim", "--until", "1", "--every", "1e-300"], "--every 1e-300: 1e+300 outputs; must be at most 10000000"),
+    "steps without number": (["sim", "--until", "1", "--step", "1e-12"], "--step 1e-12: 1e+12 steps; must be at most 1e+10"),
     "state empty": (["eval", "--state", ""], "--state: the value is empty"),
     "method empty": (["sim", "--until", "1", "--method", ""], "--method: the value is empty"),
 }
@@ -168,7 +168,7 @@ def test_a_state_of_impossible_values(model, tmp_path):
 def test_rates_of_a_state_for_modes(model, tmp_path):
     """Small motions start from rest."""
     state = tmp_path / "state.json"
-    for qd, warning in ([0, 0.5], f"{state}: warning: qd: modes are those of small motions from rest, rates are taken as 0\n"), ([0, 0], ""):
+    for qd, warning in ([0, 0.5], f"{state}: warning: qd: modes are small motions about rest; all rates are set to 0\n"), ([0, 0], ""):
         state.write_text(json.dumps({"q": [-0.2, 0], "qd": qd}))
         errors = refdyn("modes", model, "--at", state).stderr
         assert "".join(line for line in errors.splitlines(True) if "qd" in line) == warning

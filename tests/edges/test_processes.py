@@ -181,7 +181,7 @@ def test_the_rows_of_a_search_that_cannot_be_kept(place):
         resource.setrlimit(resource.RLIMIT_FSIZE, (8192, 8192))
 
     said = place.run(*arguments, status=1, preexec_fn=limit)
-    assert "a temporary file: not all could be written: File too large" in said and not files_in(place.work)
+    assert "a temporary file could not be written: File too large" in said and not files_in(place.work)
 
 
 # ---- The compiler ----

@@ -152,7 +152,7 @@ def test_parameters_of_a_motion_are_finite(made, tmp_path):
     path = shutil.copy(made / "run.h5", tmp_path / "run.h5")
     with h5py.File(path, "r+") as file:
         file["parameters"].attrs["m"] = np.nan
-    assert refused(["view", path, "-o", tmp_path / "x.html"], path) == "/parameters: m is nan, which must be finite"
+    assert refused(["view", path, "-o", tmp_path / "x.html"], path) == "/parameters: m is nan; must be finite"
 
 
 @pytest.mark.parametrize("name, how, fact, which", [
@@ -164,11 +164,11 @@ def test_parameters_of_a_motion_are_finite(made, tmp_path):
     ("history/t", write(1, np.nan), "/history/t: entry 1 is nan; entries must be finite and ascend", "plot merge sim"),
     ("status", write(1, 7), "/status: row 1 has 7, which is none of 0, 1 and 3", "plot merge"),
     ("steps", write(1, -7), "/steps: row 1 has -7, which is no number of steps", "plot merge"),
-    ("cases/m", write(1, np.nan), "/cases/m: case 1 has nan, which must be finite", "sim"),
-    ("cases/b_z", write(1, -np.inf), "/cases/b_z: case 1 has -inf, which must be finite", "sim"),
+    ("cases/m", write(1, np.nan), "/cases/m: case 1 has nan; must be finite", "sim"),
+    ("cases/b_z", write(1, -np.inf), "/cases/b_z: case 1 has -inf; must be finite", "sim"),
     ("cases/m", lambda file, name: file[name].attrs.__delitem__("kind"), "/cases/m: has no form of a file of runs", "plot merge sim"),
     ("/", lambda file, name: file.attrs.__setitem__("model", file.attrs["model"].replace("9.81", "1.62")),
-     "damaged: attribute model does not fit model_hash", "sim")])
+     "damaged: attribute model does not match model_hash", "sim")])
 def test_a_batch_is_whole(made, tmp_path, name, how, fact, which):
     path = shutil.copy(made / "runs.h5", tmp_path / "runs.h5")
     with h5py.File(path, "r+") as file:
