@@ -170,11 +170,11 @@ def test_times_of_warnings_are_short(tmp_path):
 return rd.model { name = "mass", gravity = { 0, 0, 0 }, links = {
   { "a", joint = "x", mass = 1, spring = { x = (rd.pi / 0.95)^2 }, start = { x = 1 }, limits = { x = { rate = 1 } } } } }""")
     said = refdyn("sim", tmp_path / "mass.lua", "--until", 1, "--every", 0.005, "--method", "rk4", "--step", 0.005, "-o", tmp_path / "run.csv").stderr
-    assert " at t = 0.475 s, at least -1 is allowed\n" in said and 95 * 0.005 != 0.475
+    assert " at t = 0.475 s; allowed is at least -1\n" in said and 95 * 0.005 != 0.475
     (tmp_path / "fall.lua").write_text("""local rd = require "refdyn"
 return rd.model { name = "fall", gravity = { 0, 0, -9.81 }, links = { { "a", joint = "z", mass = 1, limits = { z = { from = -1 } } } } }""")
     said = refdyn("sim", tmp_path / "fall.lua", "--until", 20, "--every", 10, "-o", tmp_path / "run.csv").stderr
-    assert " -1962 m at t = 20 s, at least -1 is allowed\n" in said
+    assert " -1962 m at t = 20 s; allowed is at least -1\n" in said
 
 
 def test_limits_of_a_motion(tmp_path):

@@ -291,7 +291,7 @@ def test_start_at_a_limit_point(tmp_path):
         found, _ = statics(tmp_path / "pendulum.lua", "--way", way)
         assert abs(found["q"][0] + pi / 2) < 1e-14 and found["stability"] == "stable"
     said = statics(tmp_path / "pendulum.lua", status=3)
-    assert said.endswith("refdyn: --hold keeps coordinates at their start\n"
+    assert said.endswith("refdyn: --hold keeps free coordinates at their start\n"
                          "refdyn: --way path passes limit points of the load; --way downhill follows the forces\n"), said
 
 
@@ -367,7 +367,7 @@ def test_batch_counts_jumps_over_limit_points(tmp_path):
     (tmp_path / "shallow.lua").write_text(SHALLOW)
     loads = 20.3, 40, 0.7, 60
     (tmp_path / "cases.csv").write_text("P\n" + "".join(f"{P}\n" for P in loads))
-    jumps = ["not the one that the growing load leads to" in statics(tmp_path / "shallow.lua", "--set", f"P={P}")[1] for P in loads]
+    jumps = ["the growing load does not lead to it" in statics(tmp_path / "shallow.lua", "--set", f"P={P}")[1] for P in loads]
     assert jumps == [False, True, False, True]
     for way, count in ("load", 2), ("path", 0):
         done = refdyn("batch", tmp_path / "shallow.lua", "--table", tmp_path / "cases.csv", "--until", 0.01, "--from", "statics", "--way", way,
@@ -395,12 +395,12 @@ def test_batch_gives_what_a_programme_takes(tmp_path):
 REFUSED = {
     "way": (["statics", MODELS / "fourbar.lua", "--way", "up"], 2, "--way: 'up' is none of load, path, downhill"),
     "no row": (["statics", MODELS / "slidercrank.lua", "--release", "guid y"], 2,
-               "--release: the model has no constraint row 'guid y', the nearest is guide y"),
+               "--release: the model has no constraint row 'guid y'; the nearest is guide y"),
     "rate": (["statics", REFERENCE, "--release", "rise"], 2, "--release: rise is not a row of positions and has no part in statics; omit it"),
     "release": (["sim", REFERENCE, "--until", "1", "-o", "run.csv", "--release", "ellipse"], 2, "--release needs --from statics"),
     "way of a batch": (["batch", REFERENCE, "--table", "cases.csv", "--until", "1", "-o", "runs.csv", "--way", "path"], 2,
                        "--way needs --from statics"),
-    "way of modes": (["modes", MODELS / "fourbar.lua", "--at", "initial", "--way", "path"], 2, "--way goes with --at statics"),
+    "way of modes": (["modes", MODELS / "fourbar.lua", "--at", "initial", "--way", "path"], 2, "--way needs --at statics"),
     "printed": (["statics", REFERENCE, "--set", "form=printed", "--set", "program=chapter"], 1,
                 "manipulator: statics with constraint rows needs the corrected form; release the rows with --release ellipse"),
 }
