@@ -499,7 +499,7 @@ def test_warnings_of_the_model_are_told_once(package):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert free.qdd([[0.1]]).shape == (1, 1) and free.simulate(0.01).sizes["t"] == 201
-        with pytest.raises(ValueError, match="^method: 'rk5' is none of"):
+        with pytest.raises(ValueError, match="^method: 'rk5' is not one of"):
             free.simulate(0.01, method="rk5")
 
 

@@ -1,12 +1,12 @@
 /*
  * Sweeps: from a sweep file or a table of cases to the cases of a batch and the models that compute them.
  *
- *   sweeps         read a sweep file or a CSV table
  *   names          which part of the model each varied name is
  *   cases          the points of grids and lists, and the draws of each
  *   kept values    what the sweep keeps of a motion
  *   random numbers independent of the machine and of the order of work; quasi-random sequences
  *   structures     cases grouped by the model options that they set, each group with its compiled model
+ *   sweeps         a sweep file or a CSV table, read for one model
  *   text sets      different texts with numbers
  */
 #ifndef REFDYN_TOOL_SWEEPS_H

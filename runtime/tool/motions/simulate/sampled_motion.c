@@ -49,7 +49,7 @@ static enum status choose_method(const struct options *options, struct refdyn_op
     if (options->method)
         method = refdyn_method_find(options->method);
     if (method < 0)
-        return option_error(options, "method", ": '%s' is unknown; use one of %s", options->method,
+        return option_error(options, "method", ": '%s' is not one of %s", options->method,
                             options_methods(false));
     if (options->tolerance > 0 && options->step > 0)
         return usage_error(options->command,

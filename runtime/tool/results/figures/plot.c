@@ -39,7 +39,7 @@ static enum status check_usage(struct drawing *drawing) {
     const char *unknown = drawing->is_of_runs ? NULL : panels_choose(&drawing->panels, options->panel);
     drawing->format = picture_format_of(options->output);
     if (status == STATUS_DONE && unknown)
-        return usage_error(options->command, "--panel: '%s' is unknown; use %s", unknown, panels_names());
+        return usage_error(options->command, "--panel: '%s' is not one of %s", unknown, panels_names());
     if (status == STATUS_DONE && !drawing->format)
         return usage_error(options->command, "-o: '%s' must end in .svg, .png or .pdf", options->output);
     return status;

@@ -1,17 +1,18 @@
-/* Represents the bodies of a model by balls, cylinders and boxes.
+/*
+ * Represents the bodies of a model by balls, cylinders and boxes.
  *
- * Sections are known by area and second moments alone. Those of a round section or a tube, D^2 - d^2 = 4 A /
- * pi and D^2 + d^2 = 16 I / A, are told by It = Iy + Iz; any other one is drawn as the rectangle that has the
- * same radii of gyration.
+ * A section is known only by its area and second moments. A round section or a tube, with D^2 - d^2 = 4 A /
+ * pi and D^2 + d^2 = 16 I / A, is recognised by It = Iy + Iz. Any other section is drawn as the rectangle
+ * with the same radii of gyration.
  *
- * A solid is drawn as the even one that has its mass and inertia: with S = int x x^T dm / m = (tr J / 2 1 -
- * J) / m in principal axes, a ball where all three S are equal (S = D^2 / 20), a cylinder where two are (S =
- * D^2 / 16 across, L^2 / 12 along), else a box (S = L^2 / 12). Sides that the inertia does not tell have the
- * length that gives the mass of steel.
+ * A solid is drawn as the homogeneous one with its mass and inertia. Let S = int x x^T dm / m = (tr J / 2 1 -
+ * J) / m in principal axes. If all three S are equal it is a ball (S = D^2 / 20); if two are equal, a
+ * cylinder (S = D^2 / 16 across, L^2 / 12 along); otherwise a box (S = L^2 / 12). Sides that the inertia
+ * leaves open have the length that gives the mass of steel.
  *
- * A solid with less than a tenth of the density of water is not what the link looks like: inertias that are
- * guessed, or of another unit, give such ones. It is drawn no larger than what its frame carries reaches from
- * its centre, but not smaller than of the density of water.
+ * A density below a tenth of water's does not look like the link: it comes from guessed inertias or from
+ * another unit. Such a solid is drawn no larger than the reach of what its frame carries from its centre, but
+ * not smaller than with the density of water.
  */
 #include "runtime/tool/results/view/view.h"
 #include "gen/tree/tree.h"

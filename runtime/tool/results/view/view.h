@@ -1,13 +1,13 @@
 /*
  * View: motions as an HTML page in three dimensions, and a model as a picture.
  *
- *   numbers            rounded numbers in JSON
  *   run                the rows of a run and the applied forces, as JSON
  *   model              frames, shapes, points and closures, as JSON
- *   shapes             bodies as balls, cylinders and boxes
- *   programme curves   the curves on which a programme keeps points
- *   viewed model       the model that belongs to a run
  *   picture            the links, rows and drives of a model as SVG
+ *   programme curves   the curves on which a programme keeps points
+ *   numbers            rounded numbers in JSON
+ *   shapes             bodies as balls, cylinders and boxes
+ *   viewed model       the model that belongs to a run
  *
  * view.c is the command and writes the page; page/ has its style and scripts.
  */
