@@ -1,5 +1,5 @@
 /*
- * The pass list of the generator: read, check, expand, read the programme, check it; then `passes`; then
+ * The generator's list of passes: read, check, expand, read the programme, check it; then `passes`; then
  * print.
  */
 #include "gen/gen.h"
@@ -13,10 +13,11 @@
 #include <string.h>
 #include <unistd.h>
 
-/* What a model may take in all while it is read, and until its C is there. Beside it stand the program and
- * what the system keeps of it: some 20 MB. */
+/* The memory that a model may use while it is read, and until its C is complete. The program and the
+ * system need some 20 MB more. */
 static const size_t bound_of_reading = (size_t)256 << 20, bound_of_all = (size_t)448 << 20;
-/* Operations on expressions: seconds. 300 links or 4,000 elements take less than half a million. */
+/* Millions of operations on expressions, which take seconds. 300 links or 4,000 elements need less than
+ * half a million operations. */
 enum { MILLIONS_OF_WORK = 16 };
 
 static _Noreturn void out_of_memory(void *context) {
@@ -24,8 +25,8 @@ static _Noreturn void out_of_memory(void *context) {
     longjmp(generation->out_of_memory, 1);
 }
 
-/* A model that wants more than a bound is at fault, whatever the machine has. The message takes a little
- * more. */
+/* A model that exceeds a bound is an error of the model, regardless of the machine's memory. The message
+ * needs a little more memory. */
 static enum gen_status no_memory(struct generation *gen, const char *to_what_end) {
     struct memory *memory = &gen->memory;
     const int megabytes = (int)(memory->bound >> 20);
@@ -80,12 +81,12 @@ enum gen_status gen_read(struct generation *gen, const struct read_request *requ
     gen->model.graph = &gen->graph;
     read_model(gen, request);
     gen->memory.bound = bound_of_all;
-    gen->memory.is_over_bound = false; /* Lua may have found room all the same */
+    gen->memory.is_over_bound = false; /* Lua may have found memory nevertheless */
     message_sort(&gen->messages);
     return gen->messages.errors ? GEN_MODEL_ERROR : GEN_OK;
 }
 
-/* ---- The passes behind reading, in their order ---- */
+/* ---- The passes after reading, in their order ---- */
 
 static bool start_plan(struct generation *gen) {
     gen->plan = memory_get(&gen->memory, sizeof *gen->plan);
@@ -106,7 +107,7 @@ static bool roll_elements(struct generation *gen) {
     return true;
 }
 
-/* A step wants derivatives, which the printed form has not. */
+/* A step needs derivatives, which the printed form does not have. */
 static const char *step_lacks(const struct generation *gen) {
     if (!gen->plan->has_step)
         return NULL;
@@ -129,8 +130,8 @@ static bool derive_quantities(struct generation *gen) {
                       gen->emit, gen->plan->left_out);
     else
         message_error(&gen->messages, gen->model.place,
-                      "--emit %s: no function for CasADi, which has derivatives with what they are of: "
-                      "qdd brings d_qdd",
+                      "--emit %s: no function for CasADi; name a function of the state, such as qdd, "
+                      "whose derivatives are emitted with it",
                       gen->emit);
     return false;
 }
@@ -146,10 +147,10 @@ static bool plan_all_functions(struct generation *gen) {
     return true;
 }
 
-/* `expand` has given its tree while the model was read: its programme names coordinates. */
+/* `expand` made its tree while the model was read, because the programme names coordinates. */
 static const struct pass {
     const char *name;
-    bool (*run)(struct generation *gen); /* false: with a complaint */
+    bool (*run)(struct generation *gen); /* false: an error was reported */
     void (*explain)(const struct generation *gen, struct text *text);
 } passes[] = {
     {"expand", start_plan, explain_tree},         {"roll", roll_elements, explain_rolled_tree},
@@ -164,25 +165,24 @@ enum { HAS_CHECKS = 0 };
 enum { HAS_CHECKS = 1 };
 #endif
 
-/* What passes promise each other. `sums` changes nodes where they stand, so that the graph is looked at
- * before it. */
-static const char *violation_behind(struct generation *gen, const struct pass *pass) {
+/* Checks the rules between passes. `sums` changes nodes in place, so that the graph is checked before it. */
+static const char *violation_after(struct generation *gen, const struct pass *pass) {
     if (pass->run == plan_all_functions)
         return plan_violation(gen->plan);
     return pass->run == order_all_sums ? NULL : graph_violation(&gen->graph);
 }
 
-/* The work and the memory of looking are none of the model's. */
+/* The work and memory of the checks do not count against the model. */
 static void check_invariants(struct generation *gen, const struct pass *pass) {
     struct memory *memory = &gen->memory;
     const struct memory before = *memory;
     memory->bound = 0;
-    const char *broken = violation_behind(gen, pass);
+    const char *broken = violation_after(gen, pass);
     memory->work = before.work;
     memory->bound = before.bound + (memory->taken - before.taken);
     if (!broken)
         return;
-    fprintf(stderr, "refdyn: behind pass %s of %s: %s\n", pass->name, gen->model.name, broken);
+    fprintf(stderr, "refdyn: after pass %s of %s: %s\n", pass->name, gen->model.name, broken);
     abort();
 }
 
@@ -264,10 +264,7 @@ const struct emitted_file *gen_files(const struct generation *gen) {
 }
 
 const struct operation_count *gen_count(const struct generation *gen, const char *quantity) {
-    const struct function *function = gen->plan->functions;
-    while (strcmp(function->quantity, quantity))
-        function++;
-    return &function->operations;
+    return &plan_find_function(gen->plan, quantity)->operations;
 }
 
 bool gen_function(const struct generation *gen, int number, struct emitted_function *function) {
@@ -284,8 +281,8 @@ struct result_part gen_result_part(const struct generation *gen, int function, i
     return (struct result_part){array->name, array->about, array->count, array->columns};
 }
 
-/* Was the file made for a model of another name? Part 2 of the model `arm` has the name of the model `arm_2`.
- */
+/* Returns whether the file was made for a model of another name. Part 2 of the model `arm` has the same
+ * file name as the model `arm_2`. */
 static bool is_of_other_model(struct generation *gen, const char *path) {
     char head[256] = "";
     FILE *file = fopen(path, "rb");
@@ -298,7 +295,7 @@ static bool is_of_other_model(struct generation *gen, const char *path) {
     const bool is_own = strncmp(name, gen->model.name, length) == 0 && strchr(":,", name[length]);
     if (is_own || !strstr(head, "generated by refdyn"))
         return false;
-    message_error(&gen->messages, (struct place){path, 0}, "is of another model, another folder is needed");
+    message_error(&gen->messages, (struct place){path, 0}, "belongs to another model; choose another folder");
     return true;
 }
 
@@ -322,7 +319,7 @@ static bool begins_with(FILE *file, const char *lead) {
     return !*lead;
 }
 
-/* A file of that name and with that first line; false: a complaint, it stays. */
+/* Removes a file with that name and that first line. False: an error was reported, the file stays. */
 static bool remove_stale(struct generation *gen, const char *path, const char *lead, bool *is_there) {
     FILE *file = fopen(path, "rb");
     *is_there = file != NULL;
@@ -332,8 +329,8 @@ static bool remove_stale(struct generation *gen, const char *path, const char *l
     fclose(file);
     if (!is_stale || !unlink(path))
         return true;
-    message_error(&gen->messages, (struct place){path, 0}, "a part of an earlier emission, not removed: %s",
-                  strerror(errno));
+    message_error(&gen->messages, (struct place){path, 0},
+                  "cannot remove this part of an earlier emission: %s", strerror(errno));
     return false;
 }
 
@@ -344,7 +341,7 @@ static bool is_emitted(const struct plan *plan, const char *name) {
     return false;
 }
 
-/* Those of an earlier emission that this one has not. */
+/* Removes companion files of an earlier emission that this one does not have. */
 static bool remove_stale_companions(struct generation *gen, const char *directory) {
     struct memory *memory = &gen->memory;
     struct companion companion;
@@ -360,7 +357,7 @@ static bool remove_stale_parts(struct generation *gen, const char *directory) {
     struct memory *memory = &gen->memory;
     const char *model = gen->model.name;
     bool is_good = remove_stale_companions(gen, directory), is_there = true;
-    /* NAME.h stands before all parts, companions behind them */
+    /* NAME.h precedes all parts, companions follow them */
     for (int part = gen->plan->file_count - gen->plan->companion_count; is_good && is_there; part++)
         is_good =
             remove_stale(gen, memory_format(memory, "%s/%s", directory, emit_part_name(memory, model, part)),

@@ -1,5 +1,6 @@
 /*
- * The generator as one call after another; its pass list is gen.c. The tool and the tests use this header.
+ * The generator, one call after another. The tool and the tests use this header; gen.c has the list of
+ * passes.
  */
 #ifndef REFDYN_GEN_GEN_H
 #define REFDYN_GEN_GEN_H
@@ -19,47 +20,49 @@ struct generation {
     struct graph graph;
     struct messages messages;
     struct model model;
-    struct tree tree, rolled; /* see tree.h */
+    struct tree tree,
+        rolled; /* the tree of frames, as read and with runs of equal elements rolled (tree.h) */
     struct plan *plan;
-    const char *emit; /* what is asked for, as in gen_plan */
-    bool has_lanes;   /* set before gen_plan: the files of lanes are emitted, too */
-    bool has_casadi;  /* the same of the file for CasADi */
+    const char *emit; /* the requested quantities, as in gen_plan */
+    bool has_lanes;   /* set before gen_plan: also emit the files for lanes */
+    bool has_casadi;  /* set before gen_plan: also emit the file for CasADi */
     jmp_buf out_of_memory;
 };
 
 enum gen_status { GEN_OK, GEN_MODEL_ERROR, GEN_NO_MEMORY, GEN_NOT_WRITTEN };
 
-/* Reads, checks and expands. `allowance` as in base.h; -1 outside of tests. gen_release in any case. A
- * model that takes more memory than one may is GEN_MODEL_ERROR, also of gen_plan and gen_write. */
+/* Reads, checks and expands a model. `allowance` is that of base.h; -1 except in tests. Call gen_release
+ * in any case. A model that exceeds its bound of memory is a GEN_MODEL_ERROR, also in gen_plan. */
 enum gen_status gen_read(struct generation *generation, const struct read_request *request, long allowance);
-/* What is wrong with a list of quantities and what is allowed, or NULL: before gen_plan. */
+/* The message about a wrong list of quantities, with the allowed ones; NULL: the list is right. Call it
+ * before gen_plan. */
 const char *gen_wrong_emit(struct generation *generation, const char *emit);
-/* Derives and plans the functions named in `emit` (comma-separated quantities, "all" or NULL: all that the
- * scene has, but derivatives). A complaint when the scene has none of them. */
+/* Derives and plans the functions named in `emit`: comma-separated quantities, "all", or NULL for all that
+ * the scene has except derivatives. Reports an error if the scene has none of them. */
 enum gen_status gen_plan(struct generation *generation, const char *emit);
-/* The same up to a pass, then prints what the generator holds behind it: for people who change the generator.
- */
+/* Does the same up to a pass and prints its result, for people who change the generator. */
 enum gen_status gen_explain(struct generation *generation, const char *emit, const char *pass, FILE *out);
-/* The passes that can be shown, by number from 0; NULL: there are not so many. */
+/* The passes that can be shown, by number from 0; NULL: there are no more. */
 const char *gen_pass(int number);
-/* What is wrong with the name of a pass and what is allowed, or NULL: before gen_explain. */
+/* The message about a wrong name of a pass, with the allowed ones; NULL: the name is right. Call it before
+ * gen_explain. */
 const char *gen_wrong_pass(struct generation *generation, const char *pass);
-/* Complains about a file in the folder that has the name of one of ours and is of another model. */
+/* Reports an error if the folder has a file with the name of one of ours that belongs to another model. */
 enum gen_status gen_check_folder(struct generation *generation, const char *directory);
-/* Parts NAME_2.c ... of a longer emission before this one, in folder `directory`: they would be compiled with
- * it. What else has such a name stays. */
+/* Removes the parts NAME_2.c ... of a longer earlier emission from the folder, because they would be
+ * compiled with this one. Other files with such names stay. */
 enum gen_status gen_remove_stale_parts(struct generation *generation, const char *directory);
-/* What was emitted: coordinates, operation counts, what was left out. */
+/* Prints what was emitted: coordinates, operation counts, omitted quantities. */
 void gen_print_summary(const struct generation *generation, FILE *out);
-/* The tree of links, coordinates, constraints and parameters, as `refdyn check` shows it. */
+/* Prints the tree of links, coordinates, constraints and parameters, as `refdyn check` shows it. */
 void gen_print_model(const struct generation *generation, FILE *out);
 void gen_release(struct generation *generation);
 
-/* Place in the model's files of the requirement with that number in the emitted table. */
+/* The place in the model's files of the requirement with that number in the emitted table. */
 struct place gen_requirement_place(const struct generation *generation, int number);
 
 /* The files of the emitted C, as text. */
-/* Is it the name of a file for lanes? */
+/* Returns whether it is the name of a file for lanes. */
 bool gen_is_for_lanes(const char *name);
 struct emitted_file {
     const char *name; /* without folder */
@@ -69,34 +72,35 @@ struct emitted_file {
 int gen_file_count(const struct generation *generation);
 const struct emitted_file *gen_files(const struct generation *generation);
 
-/* Operations of one emitted function, loops counted by their trips. */
+/* Operations of one emitted function; those in loops count once for each repetition. */
 struct operation_count {
     const char *quantity;
     long adds, muls, divs, functions, bytes; /* bytes read and written of parameters, state and results */
 };
-/* Of a quantity that is emitted. */
+/* The quantity must be emitted. */
 const struct operation_count *gen_count(const struct generation *generation, const char *quantity);
 
-/* An emitted function, and the named parts of its result in their order: what NAME.h tells as text. */
+/* An emitted function, and the named parts of its result in their order: the facts that NAME.h states as
+ * text. */
 struct emitted_function {
     const char *quantity, *about;
-    bool takes_motion; /* behind qd stands what `constrained` gives: qdd (n), power (1), lambda (m) */
+    bool takes_motion; /* after qd it reads the result of `constrained`: qdd (n), power (1), lambda (m) */
     bool is_struct;    /* its result is a struct of its parts, not an array */
     int part_count;
 };
 struct result_part {
     const char *name, *about;
-    int count, columns; /* numbers; of a matrix those of a row, 0: a vector */
+    int count, columns; /* numbers in all, and numbers in a row of a matrix; 0: a vector */
 };
-/* By number from 0; false: there are not so many. */
+/* Functions by number from 0; false: there are no more. */
 bool gen_function(const struct generation *generation, int number, struct emitted_function *function);
 struct result_part gen_result_part(const struct generation *generation, int function, int part);
-/* All quantities that there are, in a scene or not, by number from 0; NULL: there are not so many. */
+/* All existing quantities, whether the scene has them or not, by number from 0; NULL: there are no more. */
 const char *gen_quantity(int number);
 
 /*
- * The interpreter of the plan: the judge of the emitted C. Same arguments as the emitted function of that
- * name; p starts with the parameters, the values derived from them are computed here. 0 when the function
+ * The interpreter of the plan: the judge of the emitted C. The arguments are those of the emitted function; p
+ * begins with the parameters, and the interpreter computes the derived values. Returns 0 if the function
  * exists.
  */
 int gen_interpret(const struct generation *generation, const char *quantity, const double *p, const double *x,

@@ -92,7 +92,7 @@ void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
     p->derived.base_z_load_force_z_plus_column_psi_load_force_z = base_z_load_force_z + column_psi_load_force_z;
 }
 
-#ifndef REFDYN_GENERATED_manipulator_flexible_SINCOS /* parts may be compiled as one */
+#ifndef REFDYN_GENERATED_manipulator_flexible_SINCOS /* parts may be compiled as one file */
 #define REFDYN_GENERATED_manipulator_flexible_SINCOS
 static void manipulator_flexible_sincos_libm(const double *angle, double *sine, double *cosine) {
     for (int i = 0; i < 4; i++) {
@@ -109,7 +109,7 @@ static void manipulator_flexible_sincos_libm(const double *angle, double *sine, 
 #else
 #define HAS_BUILTIN(name) 0
 #endif
-/* A sum as it is rounded, also where the compiler may reorder sums. */
+/* A rounded sum, even if the compiler may reorder sums. */
 static double manipulator_flexible_rounded(double sum, unsigned long long ones) {
 #if defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 12 && !defined(__ASSOCIATIVE_MATH__)
     (void)ones;
@@ -128,10 +128,10 @@ static double manipulator_flexible_rounded(double sum, unsigned long long ones) 
 #undef HAS_BUILTIN
 
 /* Sines and cosines of 4 angles up to 100000 rad: x = k pi/2 + r, and two polynomials of r, minimax on
-   |r| <= pi/4; error at most 0.82 units in the last place. Beyond, and for what is no number, libm's. */
+   |r| <= pi/4; error at most 0.82 units in the last place. For larger angles and values that are not numbers libm. */
 static void manipulator_flexible_sincos_4(const double *angle, double *sine, double *cosine) {
-    const double whole = 6755399441055744.0; /* 1.5 2^52: beside it only whole numbers exist */
-    const volatile unsigned long long mask = ~0ULL; /* volatile: not known while this is compiled */
+    const double whole = 6755399441055744.0; /* 1.5 2^52: doubles of this size are whole numbers */
+    const volatile unsigned long long mask = ~0ULL; /* volatile: unknown to the compiler */
     const unsigned long long ones = mask;
     double x[4], s[4], c[4];
     long long small = 1, known = 1;
@@ -197,13 +197,13 @@ static void manipulator_flexible_sincos_4(const double *angle, double *sine, dou
     for (int i = 0; i < 4; i++)
         cosine[i] = c[i];
 }
-#else /* sums may be kept longer than doubles */
+#else /* sums may be wider than doubles */
 static void manipulator_flexible_sincos_4(const double *angle, double *sine, double *cosine) {
     manipulator_flexible_sincos_libm(angle, sine, cosine);
 }
 #endif
 
-/* Of `count` angles, 4 at the least; the last block may overlap the one before. */
+/* For `count` angles, at least 4; the last block may overlap the one before. */
 static void manipulator_flexible_sincos(const double *angle, double *sine, double *cosine, int count) {
     for (int i = 0; i < count - 4; i += 4)
         manipulator_flexible_sincos_4(angle + i, sine + i, cosine + i);
@@ -1650,7 +1650,7 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
         Q_q[56 + 42 * e] = -p->derived.arm_stiffness_bending;
         Q_q[70 + 42 * e] = -p->derived.arm_stiffness_phi;
     }
-    { /* pairs of coordinates (7.3): how j turns what is felt by i beyond it */
+    { /* pairs of coordinates (7.3): j turns the forces on i beyond it */
         static const unsigned char is_turn[13] = {0, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 0};
         for (int j = 12; j >= 0; j--) {
             const int end = 13;
@@ -2597,7 +2597,7 @@ void manipulator_flexible_required(const struct manipulator_flexible_parameters 
     const double t6 = t3 * 0.09817477042468103;
     required[33] = (0.0 < t6 ? 1.0 : 0.0) * (fabs(t6) < 1.7976931348623157e+308 ? 1.0 : 0.0);
     required[34] = t6;
-    /* what the model needs of parameters: 1 where it holds */
+    /* the model's rules for parameters: 1 if a rule holds */
     const double t7 = p->Izz_col / 2.0;
     const double t8 = fmin(0.0, fmin(0.0, p->Izz_col));
     const double t9 = (0.0 < t8 ? 1.0 : 0.0);
@@ -2707,28 +2707,28 @@ static const struct refdyn_row manipulator_flexible_rows[] = {
 static const char *const manipulator_flexible_points[] = {"E"};
 
 static const struct refdyn_requirement manipulator_flexible_requirements[] = {
-    {"rd.round", "argument 1 is %.6g, a positive number is needed", 1},
-    {"gravity[3]", "value %.6g, a number is needed", 1},
-    {"links[1].damper.z", "value %.6g, a number not below 0 is needed", 1},
-    {"links[1].mass", "value %.6g, a positive number is needed", 1},
-    {"links[2].mass", "value %.6g, a positive number is needed", 1},
-    {"links[2].center[3]", "value %.6g, a number is needed", 1},
-    {"links[2].inertia.zz", "value %.6g, a number not below 0 is needed", 1},
-    {"link column", "inertia %.6g %.6g %.6g, none may be larger than the sum of the others", 3},
-    {"link column", "inertia: products %.6g %.6g %.6g are too large for its moments, no body has such", 6},
-    {"links[3].beam.length", "value %.6g, a positive number is needed", 1},
-    {"links[3].beam.section.area", "value %.6g, a positive number is needed", 1},
-    {"links[3].beam.section.Iy", "value %.6g, a positive number is needed", 1},
-    {"links[3].beam.section.Iz", "value %.6g, a positive number is needed", 1},
-    {"links[3].beam.section.It", "value %.6g, a positive number is needed", 1},
-    {"links[3].beam.E", "value %.6g, a positive number is needed", 1},
-    {"links[3].beam.nu", "value %.6g, a number above -1 and up to 0.5 is needed", 1},
-    {"links[3].beam.rho", "value %.6g, a positive number is needed", 1},
-    {"links[3].beam.eta", "value %.6g, a number not below 0 is needed", 1},
-    {"links[4].mass", "value %.6g, a positive number is needed", 1},
-    {"constraints[1].alpha", "value %.6g, a number not below 0 is needed", 1},
-    {"constraints[1].beta", "value %.6g, a number not below 0 is needed", 1},
-    {"constraints[2].alpha", "value %.6g, a number not below 0 is needed", 1},
+    {"rd.round", "argument 1: value %.6g; must be positive", 1},
+    {"gravity[3]", "value %.6g; must be a number", 1},
+    {"links[1].damper.z", "value %.6g; must not be negative", 1},
+    {"links[1].mass", "value %.6g; must be positive", 1},
+    {"links[2].mass", "value %.6g; must be positive", 1},
+    {"links[2].center[3]", "value %.6g; must be a number", 1},
+    {"links[2].inertia.zz", "value %.6g; must not be negative", 1},
+    {"link column", "moments of inertia %.6g %.6g %.6g; each must be at most the sum of the other two", 3},
+    {"link column", "products of inertia %.6g %.6g %.6g; too large for the moments of any body", 6},
+    {"links[3].beam.length", "value %.6g; must be positive", 1},
+    {"links[3].beam.section.area", "value %.6g; must be positive", 1},
+    {"links[3].beam.section.Iy", "value %.6g; must be positive", 1},
+    {"links[3].beam.section.Iz", "value %.6g; must be positive", 1},
+    {"links[3].beam.section.It", "value %.6g; must be positive", 1},
+    {"links[3].beam.E", "value %.6g; must be positive", 1},
+    {"links[3].beam.nu", "value %.6g; must be above -1 and at most 0.5", 1},
+    {"links[3].beam.rho", "value %.6g; must be positive", 1},
+    {"links[3].beam.eta", "value %.6g; must not be negative", 1},
+    {"links[4].mass", "value %.6g; must be positive", 1},
+    {"constraints[1].alpha", "value %.6g; must not be negative", 1},
+    {"constraints[1].beta", "value %.6g; must not be negative", 1},
+    {"constraints[2].alpha", "value %.6g; must not be negative", 1},
 };
 
 static void manipulator_flexible_prepare_doubles(double *p) {
@@ -2917,13 +2917,13 @@ static void manipulator_flexible_required_doubles(const double *p, const double 
 #endif
 
 #if REFDYN_MODEL_VERSION != 4
-#error "manipulator_flexible was emitted for version 4 of refdyn_model.h, and this refdyn_model.h is of another one: emit it again."
+#error "manipulator_flexible was emitted for version 4 of refdyn_model.h, and this refdyn_model.h has another version: emit it again."
 #endif
 
 const struct refdyn_model manipulator_flexible_model = {
     SET(interface_version) 4,
     SET(name) "manipulator_flexible",
-    SET(hash) "7488e3377c277435",
+    SET(hash) "560f59056d08da02",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,

@@ -12,7 +12,7 @@
  *   3 arm_psi_1 [rad], turn about local z, on arm_psi
  *   4 arm_theta_1 [rad], turn about local y, on arm_psi_1
  *   5 arm_phi_1 [rad], turn about local x, on arm_theta_1
- *   and so on, 3 such elements, to 11 arm_phi_3
+ *   and so on: 3 elements of this kind, to 11 arm_phi_3
  *   12 effector_z [m], slide along local z, on arm_phi_3
  * Rows: 1 ellipse, 2 rise.
  *
@@ -61,7 +61,7 @@ enum {
     manipulator_flexible_n = 13, /* coordinates */
     manipulator_flexible_m = 2, /* constraint rows */
     manipulator_flexible_parameter_count = 21, /* parameters that are read */
-    manipulator_flexible_derived_count = 37, /* values behind them that prepare computes */
+    manipulator_flexible_derived_count = 37, /* values that prepare computes after them */
     manipulator_flexible_input_count = 0, /* inputs */
     manipulator_flexible_point_count = 1, /* points of interest */
     manipulator_flexible_course_count = 2, /* values to record with a motion */
@@ -127,7 +127,7 @@ enum {
     manipulator_flexible_COURSE_vertical_velocity = 1
 };
 
-/* Set the values, or take the defaults; then call manipulator_flexible_prepare. */
+/* Set the values or load the defaults, then call manipulator_flexible_prepare. */
 struct manipulator_flexible_parameters {
     double m_base; /* [kg] */
     double s_sup; /* [N/m] */
@@ -188,14 +188,14 @@ struct manipulator_flexible_parameters {
         double arm_psi_e_entry_x_squared;
         double m_base_plus_m_col;
         double base_z_load_force_z_plus_column_psi_load_force_z;
-    } derived; /* what depends on parameters alone, set by manipulator_flexible_prepare */
+    } derived; /* values of parameters alone, computed by manipulator_flexible_prepare */
 };
 
 struct manipulator_flexible_inputs; /* there are none: pass NULL */
 
 struct manipulator_flexible_row_terms_result {
     double u[26]; /* (m x n) row coefficients, u qdd + v = 0 */
-    double v[2]; /* (m) rest of the rows */
+    double v[2]; /* (m) remaining terms of the rows */
     double phi[2]; /* (m) residuals of position rows, 0 for others */
     double psi[2]; /* (m) velocity-level residuals, 0 for acceleration rows */
     double k[2]; /* (m) stabilised right side, u qdd = k */
@@ -203,7 +203,7 @@ struct manipulator_flexible_row_terms_result {
 
 struct manipulator_flexible_terms_result {
     double u[26]; /* (m x n) row coefficients, u qdd + v = 0 */
-    double v[2]; /* (m) rest of the rows */
+    double v[2]; /* (m) remaining terms of the rows */
     double phi[2]; /* (m) residuals of position rows, 0 for others */
     double psi[2]; /* (m) velocity-level residuals, 0 for acceleration rows */
     double k[2]; /* (m) stabilised right side, u qdd = k */
@@ -237,19 +237,19 @@ struct manipulator_flexible_equations_result {
     double M[169]; /* (n x n) mass matrix [kg, kg m, kg m^2] */
     double f[13]; /* (n) h + Q [N, N m] */
     double u[26]; /* (m x n) row coefficients, u qdd + v = 0 */
-    double v[2]; /* (m) rest of the rows */
+    double v[2]; /* (m) remaining terms of the rows */
     double phi[2]; /* (m) residuals of position rows, 0 for others */
     double psi[2]; /* (m) velocity-level residuals, 0 for acceleration rows */
     double k[2]; /* (m) stabilised right side, u qdd = k */
 };
 
-/* Default values of all parameters, prepared. */
+/* Sets all parameters to their defaults and computes p->derived. */
 void manipulator_flexible_defaults(struct manipulator_flexible_parameters *p);
 
 /* Computes p->derived: call it after every change of a parameter. */
 void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p);
 
-/* Results are written while arguments are still read: they share no memory. */
+/* Functions write results while they still read arguments: these must not overlap in memory. */
 
 /* mass matrix: (n x n) mass matrix [kg, kg m, kg m^2] */
 void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -259,7 +259,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
 void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double h[13]);
 
-/* generalized forces: gravity, springs, dampers and those that the model names: (n) generalized forces [N, N m] */
+/* generalized forces: gravity, springs, dampers and the model's own forces: (n) generalized forces [N, N m] */
 void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double Q[13]);
 
@@ -275,7 +275,7 @@ void manipulator_flexible_row_terms(const struct manipulator_flexible_parameters
 void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], struct manipulator_flexible_terms_result *out);
 
-/* rest of the rows, u qdd + v = 0: (m) rest of the rows */
+/* remaining terms of the rows, u qdd + v = 0: (m) remaining terms of the rows */
 void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double v[2]);
 
@@ -363,7 +363,7 @@ void manipulator_flexible_anchor(const struct manipulator_flexible_parameters *p
 void manipulator_flexible_start(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double start[26]);
 
-/* what the model needs of parameters: of each of NAME_model.requirements: 1 where it holds, then its numbers */
+/* the model's rules for parameters: for each of NAME_model.requirements: 1 if it holds, then its numbers */
 void manipulator_flexible_required(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double required[51]);
 

@@ -748,7 +748,7 @@ void manipulator_rigid_required(const struct manipulator_rigid_parameters *p, co
     const double t6 = t3 * 0.09817477042468103;
     required[33] = (0.0 < t6 ? 1.0 : 0.0) * (fabs(t6) < 1.7976931348623157e+308 ? 1.0 : 0.0);
     required[34] = t6;
-    /* what the model needs of parameters: 1 where it holds */
+    /* the model's rules for parameters: 1 if a rule holds */
     const double t7 = p->Izz_col / 2.0;
     const double t8 = fmin(0.0, fmin(0.0, p->Izz_col));
     const double t9 = (0.0 < t8 ? 1.0 : 0.0);
@@ -849,25 +849,25 @@ static const struct refdyn_row manipulator_rigid_rows[] = {
 static const char *const manipulator_rigid_points[] = {"E"};
 
 static const struct refdyn_requirement manipulator_rigid_requirements[] = {
-    {"rd.round", "argument 1 is %.6g, a positive number is needed", 1},
-    {"gravity[3]", "value %.6g, a number is needed", 1},
-    {"links[1].damper.z", "value %.6g, a number not below 0 is needed", 1},
-    {"links[1].mass", "value %.6g, a positive number is needed", 1},
-    {"links[2].mass", "value %.6g, a positive number is needed", 1},
-    {"links[2].center[3]", "value %.6g, a number is needed", 1},
-    {"links[2].inertia.zz", "value %.6g, a number not below 0 is needed", 1},
-    {"link column", "inertia %.6g %.6g %.6g, none may be larger than the sum of the others", 3},
-    {"link column", "inertia: products %.6g %.6g %.6g are too large for its moments, no body has such", 6},
-    {"links[3].beam.length", "value %.6g, a positive number is needed", 1},
-    {"links[3].beam.section.area", "value %.6g, a positive number is needed", 1},
-    {"links[3].beam.section.Iy", "value %.6g, a positive number is needed", 1},
-    {"links[3].beam.section.Iz", "value %.6g, a positive number is needed", 1},
-    {"links[3].beam.section.It", "value %.6g, a positive number is needed", 1},
-    {"links[3].beam.rho", "value %.6g, a positive number is needed", 1},
-    {"links[4].mass", "value %.6g, a positive number is needed", 1},
-    {"constraints[1].alpha", "value %.6g, a number not below 0 is needed", 1},
-    {"constraints[1].beta", "value %.6g, a number not below 0 is needed", 1},
-    {"constraints[2].alpha", "value %.6g, a number not below 0 is needed", 1},
+    {"rd.round", "argument 1: value %.6g; must be positive", 1},
+    {"gravity[3]", "value %.6g; must be a number", 1},
+    {"links[1].damper.z", "value %.6g; must not be negative", 1},
+    {"links[1].mass", "value %.6g; must be positive", 1},
+    {"links[2].mass", "value %.6g; must be positive", 1},
+    {"links[2].center[3]", "value %.6g; must be a number", 1},
+    {"links[2].inertia.zz", "value %.6g; must not be negative", 1},
+    {"link column", "moments of inertia %.6g %.6g %.6g; each must be at most the sum of the other two", 3},
+    {"link column", "products of inertia %.6g %.6g %.6g; too large for the moments of any body", 6},
+    {"links[3].beam.length", "value %.6g; must be positive", 1},
+    {"links[3].beam.section.area", "value %.6g; must be positive", 1},
+    {"links[3].beam.section.Iy", "value %.6g; must be positive", 1},
+    {"links[3].beam.section.Iz", "value %.6g; must be positive", 1},
+    {"links[3].beam.section.It", "value %.6g; must be positive", 1},
+    {"links[3].beam.rho", "value %.6g; must be positive", 1},
+    {"links[4].mass", "value %.6g; must be positive", 1},
+    {"constraints[1].alpha", "value %.6g; must not be negative", 1},
+    {"constraints[1].beta", "value %.6g; must not be negative", 1},
+    {"constraints[2].alpha", "value %.6g; must not be negative", 1},
 };
 
 static void manipulator_rigid_prepare_doubles(double *p) {
@@ -1056,13 +1056,13 @@ static void manipulator_rigid_required_doubles(const double *p, const double *x,
 #endif
 
 #if REFDYN_MODEL_VERSION != 4
-#error "manipulator_rigid was emitted for version 4 of refdyn_model.h, and this refdyn_model.h is of another one: emit it again."
+#error "manipulator_rigid was emitted for version 4 of refdyn_model.h, and this refdyn_model.h has another version: emit it again."
 #endif
 
 const struct refdyn_model manipulator_rigid_model = {
     SET(interface_version) 4,
     SET(name) "manipulator_rigid",
-    SET(hash) "c31c099c88fa2f0b",
+    SET(hash) "35d30e4e9ebc2204",
     SET(n) 4,
     SET(m) 2,
     SET(parameter_count) 18,

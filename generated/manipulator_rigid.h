@@ -57,7 +57,7 @@ enum {
     manipulator_rigid_n = 4, /* coordinates */
     manipulator_rigid_m = 2, /* constraint rows */
     manipulator_rigid_parameter_count = 18, /* parameters that are read */
-    manipulator_rigid_derived_count = 19, /* values behind them that prepare computes */
+    manipulator_rigid_derived_count = 19, /* values that prepare computes after them */
     manipulator_rigid_input_count = 0, /* inputs */
     manipulator_rigid_point_count = 1, /* points of interest */
     manipulator_rigid_course_count = 2, /* values to record with a motion */
@@ -111,7 +111,7 @@ enum {
     manipulator_rigid_COURSE_vertical_velocity = 1
 };
 
-/* Set the values, or take the defaults; then call manipulator_rigid_prepare. */
+/* Set the values or load the defaults, then call manipulator_rigid_prepare. */
 struct manipulator_rigid_parameters {
     double m_base; /* [kg] */
     double s_sup; /* [N/m] */
@@ -151,14 +151,14 @@ struct manipulator_rigid_parameters {
         double effector_z_D_inverse;
         double m_base_plus_m_col;
         double base_z_load_force_z_plus_column_psi_load_force_z;
-    } derived; /* what depends on parameters alone, set by manipulator_rigid_prepare */
+    } derived; /* values of parameters alone, computed by manipulator_rigid_prepare */
 };
 
 struct manipulator_rigid_inputs; /* there are none: pass NULL */
 
 struct manipulator_rigid_row_terms_result {
     double u[8]; /* (m x n) row coefficients, u qdd + v = 0 */
-    double v[2]; /* (m) rest of the rows */
+    double v[2]; /* (m) remaining terms of the rows */
     double phi[2]; /* (m) residuals of position rows, 0 for others */
     double psi[2]; /* (m) velocity-level residuals, 0 for acceleration rows */
     double k[2]; /* (m) stabilised right side, u qdd = k */
@@ -166,7 +166,7 @@ struct manipulator_rigid_row_terms_result {
 
 struct manipulator_rigid_terms_result {
     double u[8]; /* (m x n) row coefficients, u qdd + v = 0 */
-    double v[2]; /* (m) rest of the rows */
+    double v[2]; /* (m) remaining terms of the rows */
     double phi[2]; /* (m) residuals of position rows, 0 for others */
     double psi[2]; /* (m) velocity-level residuals, 0 for acceleration rows */
     double k[2]; /* (m) stabilised right side, u qdd = k */
@@ -200,19 +200,19 @@ struct manipulator_rigid_equations_result {
     double M[16]; /* (n x n) mass matrix [kg, kg m, kg m^2] */
     double f[4]; /* (n) h + Q [N, N m] */
     double u[8]; /* (m x n) row coefficients, u qdd + v = 0 */
-    double v[2]; /* (m) rest of the rows */
+    double v[2]; /* (m) remaining terms of the rows */
     double phi[2]; /* (m) residuals of position rows, 0 for others */
     double psi[2]; /* (m) velocity-level residuals, 0 for acceleration rows */
     double k[2]; /* (m) stabilised right side, u qdd = k */
 };
 
-/* Default values of all parameters, prepared. */
+/* Sets all parameters to their defaults and computes p->derived. */
 void manipulator_rigid_defaults(struct manipulator_rigid_parameters *p);
 
 /* Computes p->derived: call it after every change of a parameter. */
 void manipulator_rigid_prepare(struct manipulator_rigid_parameters *p);
 
-/* Results are written while arguments are still read: they share no memory. */
+/* Functions write results while they still read arguments: these must not overlap in memory. */
 
 /* mass matrix: (n x n) mass matrix [kg, kg m, kg m^2] */
 void manipulator_rigid_M(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -222,7 +222,7 @@ void manipulator_rigid_M(const struct manipulator_rigid_parameters *p, const str
 void manipulator_rigid_h(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double h[4]);
 
-/* generalized forces: gravity, springs, dampers and those that the model names: (n) generalized forces [N, N m] */
+/* generalized forces: gravity, springs, dampers and the model's own forces: (n) generalized forces [N, N m] */
 void manipulator_rigid_Q(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double Q[4]);
 
@@ -238,7 +238,7 @@ void manipulator_rigid_row_terms(const struct manipulator_rigid_parameters *p, c
 void manipulator_rigid_terms(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], struct manipulator_rigid_terms_result *out);
 
-/* rest of the rows, u qdd + v = 0: (m) rest of the rows */
+/* remaining terms of the rows, u qdd + v = 0: (m) remaining terms of the rows */
 void manipulator_rigid_v(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double v[2]);
 
@@ -326,7 +326,7 @@ void manipulator_rigid_anchor(const struct manipulator_rigid_parameters *p, cons
 void manipulator_rigid_start(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double start[8]);
 
-/* what the model needs of parameters: of each of NAME_model.requirements: 1 where it holds, then its numbers */
+/* the model's rules for parameters: for each of NAME_model.requirements: 1 if it holds, then its numbers */
 void manipulator_rigid_required(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double required[45]);
 

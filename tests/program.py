@@ -2,6 +2,7 @@
 import json
 import os
 import pathlib
+import re
 import subprocess
 import tempfile
 
@@ -13,9 +14,15 @@ REFDYN = os.path.abspath(os.environ.get("REFDYN", BUILD / "bin" / "refdyn"))
 # 0 shows the actual residuals: every comparison then fails and prints its figure.
 SCALE = float(os.environ.get("REFDYN_TOLERANCE_SCALE", "1"))
 
+# The public header is the only place where the version is written.
+VERSION = ".".join(re.findall(r"^#define REFDYN_VERSION_(?:MAJOR|MINOR|PATCH) (\d+)$", (SOURCE / "runtime" / "refdyn.h").read_text(), re.M))
 REFERENCE = MODELS / "manipulator.lua"
 # tests/long: all models instead of a few representatives.
 LONG = "REFDYN_LONG" in os.environ
+# A build with sanitizers finds faults in memory; numbers and bounds are compared in the other build. LEAN is such a build in
+# tests/run, which leaves the slowest cases to tests/long.
+SANITIZED = "REFDYN_SLOWNESS" in os.environ
+LEAN = SANITIZED and not LONG
 
 
 def some(paths):
@@ -32,6 +39,7 @@ def sources(folder, *patterns):
 
 # The public headers and the files of the runtime core.
 CORE_FILES = some([*(SOURCE / "runtime").glob("*.h"), *sources("runtime/core", "*.[ch]", "*.inc")])
+CORE_LIBRARY = BUILD / "librefdyn_runtime.a"
 CORE_SOURCES = some(path for path in CORE_FILES if path.suffix == ".c")
 
 

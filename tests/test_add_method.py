@@ -60,8 +60,8 @@ def program(tmp_path_factory):
     file, line = blocks()
     (runtime / "core" / "methods" / "heun.c").write_text(file)
     header = (runtime / "refdyn.h").read_text()
-    added, count = re.subn(r"(?m)^(    REFDYN_ENTRY\(REFDYN_ROS34PW2, ros34pw2\))$", lambda last: line + last[1], header)
-    assert count == 1, "the last line of the list is another one"
+    added, count = re.subn(r"(?m)^(    /\*\*.*\\\n    REFDYN_ENTRY\(REFDYN_ROS34PW2, ros34pw2\))$", lambda last: line + last[1], header)
+    assert count == 1, "the list ends with another entry"
     (runtime / "refdyn.h").write_text(added)
     (folder / "main.c").write_text(PROGRAM)
     sources = sorted(runtime.rglob("*.c"))

@@ -1,5 +1,5 @@
-"""tests/bench without the peers: the table of ratios, its figure, the timing of emitted C, wrong usage."""
-import json
+"""tests/bench without other programs: the table of ratios, its figure, the timing of emitted C, wrong usage."""
+import array
 import pathlib
 import shutil
 import subprocess
@@ -7,65 +7,63 @@ import sys
 
 import pytest
 
-from program import REFDYN, TESTS, check, close, evaluate
+from program import TESTS, check, close, evaluate
 
 BENCH = TESTS / "bench"
-sys.path.insert(0, str(BENCH))
+sys.path.insert(0, str(BENCH / "peers"))
+import chain  # noqa: E402
 import emitted  # noqa: E402
-import publish  # noqa: E402
-import ratios  # noqa: E402
+import tables  # noqa: E402
 
-RESULTS = [  # program, variant, n_rfe, microseconds
-    ("refdyn", "qdd_free/O2", 4, 0.30), ("refdyn", "qdd_free/O3n_fold", 4, 0.25), ("refdyn", "qdd_free/O3n_fold", 4, 0.20),
-    ("refdyn", "M_and_h/O2", 4, 0.5), ("refdyn", "qdd/O2", 4, 0.5), ("casadi", "ca_fd_O2", 4, 0.50), ("casadi", "ca_fd_O3n", 4, 0.46),
-    ("casadi", "pinca_fd_O3n", 4, 0.10), ("casadi", "ca_mh_O2", 4, 0.75), ("casadi", "ca_lag_O2", 4, 1.5), ("pinocchio", "fd_aba/rz,ry,rx", 4, 3.0),
-    ("pinocchio", "fd_aba_world/rz,ry,rx", 4, 2.6), ("pinocchio", "fd_aba/sphericalZYX", 4, 2.0), ("pinocchio", "fd_crba_nle_llt/rz,ry,rx", 4, 0.1),
-    ("pinocchio", "M_and_h/rz,ry,rx", 4, 1.0), ("pinocchio", "fd_constrained_3d_pv/sphericalZYX", 4, 1.0),
-    ("pinocchio", "fd_constrained_3d/rz,ry,rx", 4, 4.0), ("mujoco", "fd_lean(kin)", 4, 1.6), ("mujoco", "M_and_h", 4, 2.0),
+TIMES = [  # program, quantity, variant, microseconds, relative deviation, all of n_rfe = 4
+    ("refdyn", "accelerations", "O2", 0.30, 1e-13), ("refdyn", "accelerations", "O3n_fold", 0.25, 1e-13), ("refdyn", "accelerations", "O3n_fold", 0.20, 1e-13),
+    ("refdyn", "mass", "O2", 0.5, 1e-15), ("refdyn", "rows", "O2", 0.5, 1e-15), ("casadi", "accelerations", "own-O2", 0.50, 2e-10),
+    ("casadi", "accelerations", "own-O3n", 0.46, 2e-10), ("casadi", "accelerations", "pinocchio-O3n", 0.10, 5e-9), ("casadi", "mass", "own-O2", 0.75, 1e-15),
+    ("casadi", "mass", "pinocchio-O2", 1.5, 1e-15), ("pinocchio", "accelerations", "aba-turns", 3.0, 1e-13),
+    ("pinocchio", "accelerations", "aba_world-turns", 2.6, 1e-13), ("pinocchio", "accelerations", "aba-euler", 2.0, 0.3),
+    ("pinocchio", "mass", "crba+nle-turns", 1.0, 1e-15), ("pinocchio", "rows", "pv-euler", 1.0, 0.3), ("pinocchio", "rows", "constraintDynamics-turns", 4.0, 1e-13),
+    ("mujoco", "accelerations", "needed", 1.6, 2e-9), ("mujoco", "mass", "crb+rne", 2.0, 1e-15),
 ]
-ERRORS = {"refdyn-O2": "1.0e-13", "refdyn-O3n_fold": "1.0e-13", "ca_fd-O3n": "2.0e-10", "pinca_fd-O3n": "5.0e-9", "pinocchio": "1.0e-13",
-          "pinocchio_zyx": "3.0e-01", "mujoco": "2.0e-09"}
+RECORDS = [  # program, variant, level, seconds
+    ("refdyn", "O2", "O2", 0.4), ("refdyn", "O2_fold", "O2", 0.3), ("refdyn", "O3n_fold", "O3n", None), ("casadi", "own-O2", "O2", 1.2), ("casadi", "own-O3n", "O3n", None)]
 
 
-def write_lines(path, lines):
-    path.write_text("".join(json.dumps(line) + "\n" for line in lines))
+def measured_rows(times=TIMES):
+    """Rows of made-up measurements, with two batches."""
+    lines = [dict(program=program, quantity=quantity, variant=variant, n_rfe=4, n=13, us=us) for program, quantity, variant, us, _ in times]
+    errors = {(program, quantity, variant, 4): error for program, quantity, variant, _, error in times}
+    counts = {"adds": "5", "muls": "7", "divs": "1", "funcs": "2"}
+    records = [dict(program=program, quantity="accelerations", variant=variant, level=level, n_rfe=4, seconds=seconds, KiB=40, **counts)
+               for program, variant, level, seconds in RECORDS]
+    records += [dict(program="refdyn", quantity=quantity, variant="O2", level="O2", n_rfe=4, seconds=9, KiB=40, **counts) for quantity in ("mass", "rows")]
+    batches = [dict(quantity=f"{tables.BATCH}, {scene}", program=program, variant="RK4", n_rfe=4, n=13, us=us, error=5e-7)
+               for scene, ratio in (("plane", 500), ("column", 30)) for program, us in (("refdyn", 1e3), ("mujoco", ratio * 1e3))]
+    return tables.call_rows(lines, errors, records) + tables.build_rows(records) + batches
 
 
-@pytest.fixture
-def work(tmp_path):
-    """A working folder with made-up measurements."""
-    out = tmp_path / "out"
-    out.mkdir()
-    write_lines(out / "results.jsonl", [dict(peer=peer, what=what, n_rfe=n_rfe, n=3 * n_rfe + 1, us=us) for peer, what, n_rfe, us in RESULTS])
-    write_lines(out / "agree.jsonl", [dict(agree=name, n_rfe=4, n=13, norm=error) for name, error in ERRORS.items()])
-    write_lines(out / "ca_gen.log", [dict(peer="casadi", what="gen_ca_fd", n_rfe=4, n=13, gen_s=0.5)])
-    write_lines(out / "ca_compile.log", [dict(what="compile_ca_fd_O2", n_rfe=4, ok=True, cpu_s=0.7, C_KiB=60),
-                                         dict(what="compile_ca_fd_O3n", n_rfe=4, ok=False, cpu_s=150, C_KiB=60)])
-    write_lines(out / "refdyn_build.jsonl", [dict(what=what, n_rfe=4, adds=5, muls=7, divs=1, funcs=2, gen_s=0.1, cc_s=seconds, C_KiB=40)
-                                             for what, seconds in (("qdd_free/O2", 0.3), ("qdd_free/O2_fold", 0.2), ("qdd/O2", 9))])
-    return tmp_path
+def cells_of(markdown):
+    quantity, found = "", {}
+    for line in markdown.splitlines()[2:]:
+        first, program, cell = (part.strip() for part in line.split("|")[1:4])
+        quantity = first or quantity
+        found[quantity, program] = cell
+    return found
 
 
 def run(script, *arguments):
     return subprocess.run([BENCH / script, *map(str, arguments)], capture_output=True, text=True, timeout=100)
 
 
-def test_ratios(work):
-    done = run("ratios.py", work, "--csv", work / "times.csv")
-    assert done.returncode == 0, done.stderr
-    quantity, found = "", {}
-    for line in done.stdout.splitlines()[2:]:
-        first, program, cell = (part.strip() for part in line.split("|")[1:4])
-        quantity = first or quantity
-        found[quantity, program] = cell
-    assert found == {
+def test_ratios(tmp_path):
+    rows = measured_rows()
+    assert cells_of(tables.ratio_table(rows)) == {
         ("accelerations", "Refdyn"): "0.2 us, error 1e-13",
-        ("accelerations", "CasADi, C"): "2.30 >= 2.2 (0.46 us)",  # the faster one is off by 5e-9
-        ("accelerations", "Pinocchio"): "13.00 >= 10 (2.6 us)",  # neither its Euler angles nor what is no articulated body
+        ("accelerations", "CasADi, C"): "2.30 >= 2.2 (0.46 us)",  # the faster variant has an error of 5e-9
+        ("accelerations", "Pinocchio"): "13.00 >= 10 (2.6 us)",  # Euler angles are not accurate
         ("accelerations", "MuJoCo"): "8.00 >= 7 (1.6 us, error 2e-09)",  # it has no better one
-        ("accelerations with two rows", "Refdyn"): "0.5 us",
-        ("accelerations with two rows", "Pinocchio"): "8.00 >= 7 (4 us)",
-        ("M and h", "Refdyn"): "0.5 us",
+        ("accelerations, tip held", "Refdyn"): "0.5 us, error 1e-15",
+        ("accelerations, tip held", "Pinocchio"): "8.00 >= 7 (4 us)",
+        ("M and h", "Refdyn"): "0.5 us, error 1e-15",
         ("M and h", "CasADi, C"): "1.50 (0.75 us)",
         ("M and h", "Pinocchio"): "2.00 (1 us)",
         ("M and h", "MuJoCo"): "4.00 (2 us)",
@@ -73,54 +71,56 @@ def test_ratios(work):
         ("generate and compile, -O2", "Refdyn"): "0.3 s",
         ("generate and compile, -O2", "CasADi, C"): "4.00 >= 1 (1.2 s)",
     }
-    assert run("ratios.py", work / "times.csv").stdout == done.stdout
+    assert [line.split(" | ")[-2:] for line in tables.batch_table(rows).splitlines()[2:]] == [["1000", " |"], ["2", "500 |"], ["1000", " |"], ["33.3", "30 |"]]
+    tables.write_csv(rows, tmp_path / "times.csv")
+    read = tables.read_csv(tmp_path / "times.csv")
+    assert (tables.ratio_table(read), tables.batch_table(read)) == (tables.ratio_table(rows), tables.batch_table(rows))
 
 
-def test_missed_target(work):
-    text = (work / "out" / "results.jsonl").read_text()
-    (work / "out" / "results.jsonl").write_text(text.replace("0.46", "0.4"))
-    assert "| 2.00 < 2.2 (0.4 us) |" in run("ratios.py", work).stdout
+def test_missed_target():
+    assert "| 2.00 < 2.2 (0.4 us) |" in tables.ratio_table(measured_rows([(*line[:3], 0.4 if line[3] == 0.46 else line[3], line[4]) for line in TIMES]))
 
 
 @pytest.mark.parametrize("script, arguments", [
-    ("peers", []), ("peers", ["nowhere"]), ("peers", ["nowhere", "work"]), ("peers", [BENCH, "work"]), ("ratios.py", []),
-    ("ratios.py", ["nowhere"]), ("ratios.py", [BENCH, "--csv"]), ("publish.py", ["nowhere"]), ("publish.py", ["--nothing"])])
+    ("peers/run", ["work", "--repeats", "0"]), ("peers/run", ["work", "--sizes", "0"]), ("peers/run", ["--only", "nothing"]),
+    ("peers/run", ["--only", "batch", "--publish"]), ("peers/run", ["work", "more"])])
 def test_wrong_usage(script, arguments):
     done = run(script, *arguments)
-    assert done.returncode == 2 and "usage: " + script in done.stderr and done.stdout == ""
+    assert done.returncode == 2 and "usage: run" in done.stderr and done.stdout == ""
 
 
 def test_committed_times_are_drawn(tmp_path):
-    """Table and figure in generated/ are what their CSV gives, byte for byte."""
+    """Tables and figure in generated/ and in docs/benchmarks.md follow from the CSV, byte for byte."""
     names = ["README.md", "times.csv", "times.svg"]
     for name in names[:2]:
-        shutil.copy(publish.GENERATED / name, tmp_path)
-    text = (tmp_path / "README.md").read_text()
-    (tmp_path / "README.md").write_text(publish.MARKS.sub(r"\1\2", text))
-    assert run("publish.py", tmp_path).returncode == 0
+        shutil.copy(tables.GENERATED / name, tmp_path)
+    shutil.copy(tables.BENCHMARKS, tmp_path)
+    for page, mark in ((tmp_path / "README.md", "times"), (tmp_path / "benchmarks.md", "ratios")):
+        tables.between(mark, page, "nothing")
+    tables.publish(tmp_path, tmp_path / "benchmarks.md")
     for name in names:
-        assert (tmp_path / name).read_bytes() == (publish.GENERATED / name).read_bytes(), name
+        assert (tmp_path / name).read_bytes() == (tables.GENERATED / name).read_bytes(), name
+    assert (tmp_path / "benchmarks.md").read_bytes() == tables.BENCHMARKS.read_bytes()
 
 
 def test_emitted_is_timed(tmp_path):
-    """The bench's models compile and give the accelerations that `refdyn eval` gives for the same inputs."""
+    """The model of the comparison compiles, is timed, and its accelerations are those of `refdyn eval`, with and without rows."""
     emitted.prepare(tmp_path)
-    names = ["base_z", "column_psi", "arm_psi", "effector_z"]
-    q, qd, tau = [0.02, -0.8, 0.7, 0.07], [0.3, -0.8, -0.7, -0.6], [-0.7, 1.0, 0.5, -0.5]
-    (tmp_path / "state.txt").write_text("\n".join(" ".join(map(str, row)) for row in (q, qd, tau)))
-    driven = {"q": q, "qd": qd, "inputs": {f"tau_{name}": value for name, value in zip(names, tau)}}
-    records = {record["what"]: record for record in emitted.build(REFDYN, tmp_path, 1)}
+    chain.write(1, tmp_path)
+    q, qd, tau, _ = chain.state(1)
+    given = {"q": q, "qd": qd, "inputs": {"tau": tau[1]}}
+    records = emitted.build(tmp_path, 1)
     variants = [level + fold for level in emitted.LEVELS for fold in emitted.FOLDS]
-    assert set(records) == {f"{quantity}/{variant}" for quantity in emitted.QUANTITIES for variant in variants} | {"driven/O2", "driven/O2_fold"}
+    assert {(record["quantity"], record["variant"]) for record in records} == {(quantity, variant) for quantity in emitted.QUANTITIES for variant in variants}
     lines = []
-    for quantity, model, state, program in (("qdd_free", "manipulator.lua", {"q": q, "qd": qd}, "none"), ("qdd", "manipulator.lua", {"q": q, "qd": qd}, "consistent"),
-                                            ("driven", "driven.lua", driven, "none")):
-        settings = ["--set", "n_rfe=1", "--set", f"program={program}", "--set", "drive=input"]
-        expected = evaluate(tmp_path / model, state, *settings)["qdd" if quantity == "qdd" else "qdd_free"]
-        for what in (what for what in records if what.startswith(quantity + "/")):
-            line = emitted.time_one(tmp_path, records[what], tmp_path / "state.txt", tmp_path / "result.txt", None)
+    for quantity, hold, name in (("accelerations", "none", "qdd_free"), ("rows", "tip", "qdd")):
+        expected = evaluate(tmp_path / "refdyn" / "held.lua", given, "--set", "n_rfe=1", *emitted.SETTINGS, "--set", f"hold={hold}")[name]
+        for record in (record for record in records if record["quantity"] == quantity):
+            emitted.call(tmp_path, "values", *record["command"])
+            line, = emitted.call(tmp_path, "times", *record["command"])
             assert line["us"] > 0 and line["n"] == 4
-            lines.append(close(what, [float(text) for text in (tmp_path / "result.txt").read_text().split()], expected, 1e-12))
+            values = array.array("d", (tmp_path / "values" / f"refdyn-{quantity}-{record['variant']}-1").read_bytes())
+            lines.append(close(f"{quantity} {record['variant']}", list(values), expected, 1e-12))
     check(lines)
 
 

@@ -24,7 +24,7 @@ def test_wrong_passes_are_told(tmp_path):
         done = refdyn("gen", REFERENCE, "--explain", wrong, status=2)
         assert f"--explain: no pass is called '{wrong}', known: {' '.join(PASSES)}\n" in done.stderr and done.stdout == ""
     done = refdyn("gen", REFERENCE, "--explain", "plan", "-o", tmp_path / "out", status=2)
-    assert "--explain prints and writes no files, -o is too much" in done.stderr and not (tmp_path / "out").exists()
+    assert "--explain prints and writes no files; leave out -o" in done.stderr and not (tmp_path / "out").exists()
     assert all(name in refdyn("gen", "--help").stdout for name in PASSES)
 
 
@@ -34,7 +34,7 @@ def test_trees():
     assert len(expanded) == 9 and expanded[5] == "  frame 5, on 4: arm_psi_3 turns about z, coordinate 5"
     assert [line for line in rolled if line.endswith(" e") or " run " in line] == [
         "  frame 3, on 2: entry of run 0", "  frame 4, on 3: arm_psi_e turns about z, coordinate 3 + 1 e", "  frame 5, on 4: exit of run 0",
-        "  run 0, arm_psi_e: 5 elements of 1 coordinates from 3 on, the last one of its own inertia"]
+        "  run 0, arm_psi_e: 5 elements of 1 coordinates from 3 on, the last one with another inertia"]
 
 
 def definitions(text):

@@ -12,7 +12,7 @@ import zipfile
 import numpy as np
 import pytest
 
-from program import LONG, MODELS, REFDYN, REFERENCE, SOURCE, TESTS, check, close, motion, refdyn
+from program import BUILD, CORE_LIBRARY, LONG, MODELS, REFDYN, REFERENCE, SOURCE, TESTS, VERSION, check, close, motion, refdyn
 
 ARM = SOURCE / "docs" / "casadi" / "arm.lua"
 BALL = TESTS / "models" / "events" / "ball.lua"
@@ -91,6 +91,7 @@ def test_files(linkage):
     archive = zipfile.ZipFile(file)
     names = archive.namelist()
     folder = "linux64" if version == "2.0" else "x86_64-linux"
+    assert description(file).get("generationTool") == f"refdyn {VERSION}"
     assert archive.testzip() is None and f"binaries/{folder}/fourbar.so" in names
     assert archive.read("documentation/licenses/license.txt") == (SOURCE / "LICENSE").read_bytes()
     listed = description(file) if version == "2.0" else xml.etree.ElementTree.fromstring(archive.read("sources/buildDescription.xml"))
@@ -133,9 +134,9 @@ def test_parameters_of_events(tmp_path):
 MODEL = MODELS / "pendulum.lua"
 NOWHERE = "no_such_folder/a.fmu"
 REFUSED = {
-    "version": (["--fmu", "1.0"], 2, "refdyn export: --fmu: '1.0' is none of 2.0, 3.0"),
+    "version": (["--fmu", "1.0"], 2, "refdyn export: --fmu: '1.0' is not one of 2.0, 3.0"),
     "no version": ([], 2, "refdyn export: --fmu is missing"),
-    "platform": (["--fmu", "2.0", "--platform", "linux64,win32"], 2, "refdyn export: --platform: 'win32' is none of linux64, win64"),
+    "platform": (["--fmu", "2.0", "--platform", "linux64,win32"], 2, "refdyn export: --platform: 'win32' is not one of linux64, win64"),
     "folder": (["--fmu", "2.0", "-o", NOWHERE], 1, f"{NOWHERE}.part: output: cannot be written: No such file or directory"),
     "method": (["--fmu", "3.0", "--method", "msbdf"], 2, "refdyn export: --method: 'msbdf' is a method of GSL, which FMUs do not contain"),
 }
@@ -186,16 +187,46 @@ def test_windows_library(version, tmp_path):
     assert exported == set(re.findall(rf"#define (fmi{version[0]}\w+) ", header)) if version == "2.0" else {"fmi3DoStep", "fmi3GetFloat64"} <= exported
 
 
+def stepper(folder, compiler, name, *more):
+    """fmi/step.c, a caller of Co-Simulation without FMPy, compiled."""
+    subprocess.run([compiler, "-std=gnu11", "-I", SOURCE, "-I", SOURCE / "runtime", TESTS / "fmi" / "step.c", *more, "-o", folder / name], check=True)
+    return folder / name
+
+
+@pytest.mark.quick
+def test_steps_of_a_caller(tmp_path):
+    """
+    The sources of an FMU that are the model's own, linked with the libraries of the build, since all sources together take long to
+    compile. For the same reason the library in the FMU holds nothing of them here.
+    """
+    (tmp_path / "empty").write_text("""#!/bin/sh
+case "$*" in *fourbar* | *machine.c*) exec cc "$@" ;; esac
+while [ "$1" != -o ]; do shift; done
+exec cc -c -x c /dev/null -o "$2"
+""")
+    (tmp_path / "empty").chmod(0o755)
+    file = export(MODELS / "fourbar.lua", "2.0", tmp_path / "a.fmu", "--tol", 1e-9, env={"CC": str(tmp_path / "empty")})
+    zipfile.ZipFile(file).extractall(tmp_path)
+    own = [tmp_path / "sources" / name for name in ("refdyn_fmu.c", "fourbar.c")]
+    program = stepper(tmp_path, "cc", "step", "-rdynamic", *own, "-Wl,--whole-archive", BUILD / "librefdyn_fmi.a", "-Wl,--no-whole-archive",
+                      CORE_LIBRARY, "-lm")
+    said = subprocess.run([program, "", description(file).get("guid"), "0.03"], check=True, capture_output=True, text=True).stdout
+    found = np.array([[float(value) for value in line.split()] for line in said.splitlines()])
+    names = {int(entry["valueReference"]): name for name, entry in variables(description(file)).items()}
+    run, _, _ = motion(MODELS / "fourbar.lua", "--every", 0.03, "--until", 0.3, "--tol", 1e-9)
+    compared = [k for k in range(found.shape[1]) if names[k] in run]
+    assert len(compared) > 3
+    check([close(names[k], found[:, k], run[names[k]][1:], 1e-6, 1) for k in compared])
+
+
 @pytest.mark.skipif(not (LONG and MINGW and WINE), reason="takes long: tests/long; and needs gcc-mingw-w64-x86-64 and wine64")
 def test_windows_motion(tmp_path):
     """The motion under Wine equals the motion on Linux."""
     file = export(MODELS / "fourbar.lua", "2.0", tmp_path / "a.fmu", "--platform", "linux64,win64")
     zipfile.ZipFile(file).extractall(tmp_path)
     guid = description(file).get("guid")
-    program = TESTS / "fmi" / "step.c"
-    include = ["-std=gnu11", "-I", SOURCE, "-I", SOURCE / "runtime", program]
-    subprocess.run(["cc", *include, "-o", tmp_path / "step", "-ldl"], check=True)
-    subprocess.run([MINGW, *include, "-o", tmp_path / "step.exe"], check=True)
+    stepper(tmp_path, "cc", "step")
+    stepper(tmp_path, MINGW, "step.exe")
     here = subprocess.run([tmp_path / "step", tmp_path / "binaries/linux64/fourbar.so", guid, "0.03"], check=True, capture_output=True, text=True).stdout
     env = {**os.environ, "WINEPREFIX": str(tmp_path / "wine"), "WINEDEBUG": "-all", "WINEDLLOVERRIDES": "mscoree,mshtml="}
     there = subprocess.run([WINE, "step.exe", "binaries/win64/fourbar.dll", guid, "0.03"], cwd=tmp_path, env=env, capture_output=True, text=True, timeout=600)
@@ -363,10 +394,10 @@ return rd.model { name = "refused", gravity = { 0, 0, -9.81 },
       bodies = { rd.tube { outer = p.outer, inner = p.inner, length = 1, axis = "z", density = 100, at = { 0, 0, -0.5 } } } } },
   forces = function(s) return { cart_x = rd.ramp(s.t, 0.2, p.T) } end }
 """
-REFUSALS = {"m": (-0.05, "links[1].mass: value -0.05, a positive number is needed"),
-            "inner": (0.2, "links[2].bodies[1].inner: value 0.2, less than the outer diameter 0.1 is needed"),
+REFUSALS = {"m": (-0.05, "links[1].mass: value -0.05; must be positive"),
+            "inner": (0.2, "links[2].bodies[1].inner: inner diameter 0.2; must be less than the outer diameter, 0.1"),
             "T": (0.1, "rd.ramp: from 0.2 to 0.1, "), "Ix": (3, "link arm: inertia 3 1 1, none may be larger than the sum of the others"),
-            "c": (-1, "links[1].damper.x: value -1, a number not below 0 is needed")}
+            "c": (-1, "links[1].damper.x: value -1; must not be negative")}
 
 
 @pytest.mark.parametrize("version", VERSIONS)
@@ -387,7 +418,7 @@ def test_values_that_the_model_refuses(fmpy, version, tmp_path, capfd):
         with pytest.raises(Exception):
             good.get(["cart_x_dd"])
         said = capfd.readouterr()
-        assert "links[1].mass: value -1, a positive number is needed" in said.out + said.err, said
+        assert "links[1].mass: value -1; must be positive" in said.out + said.err, said
 
 
 

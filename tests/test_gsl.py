@@ -1,4 +1,4 @@
-"""Motions by GSL's integrators: reference motions, breaks, the installed library, and a program without GSL."""
+"""Motions by GSL's integrators: reference motions, breaks, and the installed library. test_python.py tries a program without GSL."""
 import os
 import subprocess
 
@@ -48,6 +48,7 @@ def test_flexible_pendulum(tmp_path, method, tolerance):
 
 
 @pytest.mark.parametrize("method, tolerance", [("msbdf", 1e-9), ("bsimp", 1e-9)])
+@pytest.mark.quick
 def test_breaks_end_a_step(tmp_path, method, tolerance):
     """A force that jumps and a force with a kink: the method restarts after them and never evaluates across them."""
     model, at = tmp_path / "jump.lua", 0.333
@@ -141,14 +142,3 @@ def test_core_is_free_of_gsl(installed):
     users = [path for path in [*(SOURCE / "gen").rglob("*.[ch]"), *(SOURCE / "generated").glob("*.[ch]"), *CORE_FILES]
              if "gsl" in path.read_text()]
     assert not users
-
-
-def test_program_without_gsl(tmp_path):
-    run_command("cmake", "-S", SOURCE, "-B", tmp_path, "-DREFDYN_GSL=OFF", "-DBUILD_TESTING=OFF", "-DCMAKE_C_FLAGS=-O0")
-    run_command("cmake", "--build", tmp_path)
-    program = tmp_path / "bin" / "refdyn"
-    assert "gsl" not in run_command("ldd", program)
-    for method in ("msbdf", "bsimp"):
-        done = subprocess.run([program, "sim", REFERENCE, "--until", "1", "--method", method], capture_output=True, text=True)
-        assert done.returncode == 2
-        assert f"--method: '{method}' needs GSL; build refdyn with it\n" in done.stderr

@@ -1,11 +1,11 @@
 """Identities that are true for every model: all models of the repository and random trees."""
 import json
 import random
-import re
 
 import numpy
 import pytest
 
+from compiled import Compiled
 from program import MODELS, SCALE, TESTS, all_models, check, difference, evaluate, few_models, few_models_of_tests, read_run, refdyn, settings
 from random_models import as_lua, random_model, random_state
 
@@ -15,37 +15,36 @@ CASES = ([(path, ()) for path in few_models()] + [(path, ()) for path in few_mod
 NAMES = [f"random {path}" if isinstance(path, int) else " ".join([path.name, *options]) for path, options in CASES]
 
 
-def input_names(path, options):
-    """As `refdyn check` lists them."""
-    text = refdyn("check", path, *options).stdout.partition("\ninputs:\n")[2]
-    return re.findall(r"^  (\w+)", re.split(r"^\w", text, flags=re.M)[0], re.M)
+class Values:
+    """What the emitted C of a case says of one state, by name as in the results of `refdyn eval`."""
+
+    def __init__(self, found, state):
+        self.found, self.state = found, state
+
+    def __getitem__(self, name):
+        if name == "energy":
+            return dict(zip(("kinetic", "potential"), self.found("energy", self.state)))
+        if name == "points":
+            r, rd = self.found("r", self.state), self.found("rd", self.state)
+            return {point: {"r": r[i], "rd": rd[i]} for i, point in enumerate(self.found.points)}
+        return self.found(name, self.state)
 
 
 class Case:
-    """A model at a random state."""
+    """A model at a random state: what the program says there, and the emitted C for the states around it."""
 
     def __init__(self, path, options, folder):
         if isinstance(path, int):
             seed, path = path, folder / "random.lua"
             path.write_text(as_lua(random_model(seed)))
-        self.path, self.options = path, options
-        start = evaluate(path, None, *options)
-        self.inputs = input_names(path, options)
-        self.names = start["coordinates"]
-        state = random_state(random.Random(7), len(self.names), 0.15)
+        self.found = Compiled(path, folder / "emitted", *options)
+        state = random_state(random.Random(7), self.found.n, 0.15)
         self.t, self.q, self.qd = state["t"], numpy.array(state["q"]), numpy.array(state["qd"])
-        self.known = {}
-        self.at_state = self.at()
+        now = evaluate(path, {"t": self.t, "q": self.q.tolist(), "qd": self.qd.tolist()}, *options)
+        self.at_state = {name: numpy.array(value) if name in ARRAYS else value for name, value in now.items()}
 
     def at(self, **changes):
-        """The values at a changed state, each state evaluated once."""
-        state = {"t": self.t, "q": self.q, "qd": self.qd, **changes}
-        state = {name: value if isinstance(value, dict) else numpy.array(value).tolist() for name, value in state.items()}
-        key = str(state)
-        if key not in self.known:
-            found = evaluate(self.path, state, *self.options)
-            self.known[key] = {name: numpy.array(value) if name in ARRAYS else value for name, value in found.items()}
-        return self.known[key]
+        return Values(self.found, {"t": self.t, "q": self.q, "qd": self.qd, **changes})
 
     def slope(self, read, step, **direction):
         """Derivative of read(values) along a direction in t, q, qd: central differences of order four."""
@@ -102,17 +101,14 @@ def test_bias_forces_follow_from_mass_matrix(case):
 
 def test_forces_follow_from_potential(case):
     """Without rates and inputs, at t = 0 (no drive, no course) Q = -dV/dq."""
-    case = at_rest(case)
-    n, none = len(case.q), {name: 0 for name in case.inputs}
-    found = case.at(inputs=none)["Q"]
-    expected = [-case.slope(lambda now: now["energy"]["potential"], 1e-3, q=numpy.eye(n)[i]) for i in range(n)]
+    n, t, qd, inputs = len(case.q), case.t, case.qd, case.found.x.copy()
+    try:
+        case.t, case.qd, case.found.x[:] = 0.0, 0 * qd, 0
+        found = case.at()["Q"]
+        expected = [-case.slope(lambda now: now["energy"]["potential"], 1e-3, q=numpy.eye(n)[i]) for i in range(n)]
+    finally:
+        case.t, case.qd, case.found.x[:] = t, qd, inputs
     check([agrees("Q", found, expected, 1e-8, abs(found).max())])
-
-
-def at_rest(case):
-    still = object.__new__(Case)
-    still.__dict__.update(case.__dict__, t=0.0, qd=0 * case.qd)
-    return still
 
 
 def test_kinetic_energy(case):

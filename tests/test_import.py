@@ -102,6 +102,7 @@ def test_stiff_beam_tends_to_the_link(tmp_path):
     assert 1e-3 < errors[0] < 0.1 and 0.9e6 < errors[0] / errors[1] < 1.1e6, errors
 
 
+@pytest.mark.quick
 def test_given_density(tmp_path):
     text = (ROBOTS / "two.urdf").read_text()
     model, said = imported(tmp_path, text, "--flexible", "upper", *BEAM, "--rho", "431")
@@ -118,11 +119,11 @@ def test_given_density(tmp_path):
 
 LINE = PAIR + joint()
 NO_BEAM = {
-    "leaf": (LINE, "b", [], "r.urdf:3: link b: it carries nothing, --tip x,y,z is needed"),
-    "no length": (LINE, "a", [], "r.urdf:2: link a: its tip is its origin, --tip x,y,z is needed"),
+    "leaf": (LINE, "b", [], "r.urdf:3: link b: it carries nothing; add --tip x,y,z"),
+    "no length": (LINE, "a", [], "r.urdf:2: link a: its tip is its origin; add --tip x,y,z"),
     "no mass": (LINE, "a", OBLIQUE, "r.urdf:2: link a: it has no mass, a beam needs one"),
     "two tips": (PAIR + joint('<origin xyz="1 0 0"/>') + '<link name="c"/>' + joint('<origin xyz="0 2 0"/>', "k", child="c"), "a", [],
-                 "r.urdf:2: link a: joints j and k begin at different places, --tip x,y,z is needed"),
+                 "r.urdf:2: link a: joints j and k begin at different places; add --tip x,y,z"),
     "point": (LINE.replace("0.3", "1e-12").replace("0.4", "1e-12").replace("0.5", "1e-12"), "b", OBLIQUE,
               "r.urdf:3: link b: its mass and inertia are not those of a body that has a beam of 0.354824 m in it"),
     "unknown": (LINE, "bb", OBLIQUE, "r.urdf: --flexible: there is no link 'bb', the nearest is 'b'"),
@@ -137,12 +138,12 @@ def test_links_that_are_no_beams(which, tmp_path):
 
 
 WRONG_USE = {
-    "--section: it is of beams, --flexible LINK is missing": ["--section", "round:1"], "--rfe: it is of beams, --flexible LINK is missing": ["--rfe", "3"],
-    "--flexible: --section is missing": ["--flexible", "b", "--E", "1e9"], "--flexible: --E is missing": ["--flexible", "b", "--section", "round:1"],
-    "--nu: '0.6' is no number above -1 and up to 0.5": ["--flexible", "b", *BEAM, "--nu", "0.6"],
-    "--eta: '-1' is no number from 0 on": ["--flexible", "b", *BEAM, "--eta", "-1"], "--tip: '1,2' is not of the form x,y,z": ["--flexible", "b", *BEAM, "--tip", "1,2"],
-    "--tip: it is that of one link, --flexible has several": ["--flexible", "a,b", *BEAM, "--tip", "1,2,3"],
-    **{f"--section: '{shape}' is none of round:DIAMETER, tube:OUTER:INNER, rectangle:WIDTH_Y:HEIGHT_Z": ["--flexible", "b", "--E", "1e9", "--section", shape]
+    "--section: applies to beams only; add --flexible LINK": ["--section", "round:1"], "--rfe: applies to beams only; add --flexible LINK": ["--rfe", "3"],
+    "--flexible: add --section": ["--flexible", "b", "--E", "1e9"], "--flexible: add --E": ["--flexible", "b", "--section", "round:1"],
+    "--nu: '0.6' must be a number above -1 and at most 0.5": ["--flexible", "b", *BEAM, "--nu", "0.6"],
+    "--eta: '-1' must be a number of at least 0": ["--flexible", "b", *BEAM, "--eta", "-1"], "--tip: '1,2' is not of the form x,y,z": ["--flexible", "b", *BEAM, "--tip", "1,2"],
+    "--tip: applies to one link; --flexible has several": ["--flexible", "a,b", *BEAM, "--tip", "1,2,3"],
+    **{f"--section: '{shape}' is not one of round:DIAMETER, tube:OUTER:INNER, rectangle:WIDTH_Y:HEIGHT_Z": ["--flexible", "b", "--E", "1e9", "--section", shape]
        for shape in ("round", "round:", "round:0", "round:1:2", "tube:1", "tube:1:1", "tube:1:2", "rectangle:1", "rectangle:1:-1", "box:1:1", "round:nan", "round:1e-90")},
 }
 
@@ -184,6 +185,7 @@ def test_joints_that_follow(tmp_path):
     assert 'start = { y = 0.05 }' in model.read_text()
 
 
+@pytest.mark.quick
 def test_limits(tmp_path):
     """As in the emitted C, where omitted limits are infinite."""
     text = HEAD + PAIR + '<link name="c"/><link name="d"/>' + "".join((
@@ -240,6 +242,7 @@ ARM = (PAIR + joint('<limit lower="-1" upper="1" effort="47.5"/><dynamics fricti
        + joint('<axis xyz="0 0 1"/><mimic joint="s" multiplier="-1.5"/>', "c", "prismatic", "tool", "cart"))
 
 
+@pytest.mark.quick
 def test_drives(tmp_path):
     """An input for each joint that follows no other, which acts up to the joint's effort."""
     model, said = imported(tmp_path, HEAD + ARM + "</robot>", "--drives", "--friction-width", "0.1")
@@ -312,6 +315,7 @@ def test_text_is_the_same_each_time(tmp_path):
     assert set(re.findall(r"[\d.]+e-1\d+", model)) == set()
 
 
+@pytest.mark.quick
 def test_right_angles(tmp_path):
     angles = [math.pi, -math.pi / 2, math.pi / 4]
     model, _ = imported(tmp_path, HEAD + PAIR + joint(f'<origin rpy="{float(angles[0])!r} {float(angles[1])!r} {float(angles[2])!r}"/>') + "</robot>")
@@ -331,7 +335,7 @@ def test_angles_that_are_nearly_right(tmp_path):
 def test_angles_that_are_not_nearly_right(tmp_path):
     (tmp_path / "r.urdf").write_text(HEAD + PAIR + joint('<origin rpy="1.2 0.2 0"/>') + "</robot>")
     said = refdyn("import", tmp_path / "r.urdf", "--right-angles", "0.5", "-o", tmp_path / "r.lua", status=2).stderr
-    assert said.startswith("refdyn import: --right-angles: 0.5 rad is no rounding of an angle, at most 0.01 are taken\n")
+    assert said.startswith("refdyn import: --right-angles: 0.5 rad is larger than any rounding of an angle; must be at most 0.01\n")
 
 
 # ---- What is omitted, and what is refused ----
@@ -348,7 +352,7 @@ LEFT_OUT = {
               ["r.urdf:4: warning: <safety_controller> in <joint>, 1 in all, left out: controllers are written in Lua",
                "r.urdf:4: warning: <calibration> in <joint>, 1 in all, left out: q = 0 is that of the joint",
                "r.urdf:5: warning: <limit>: attribute uper, 1 in all, left out: it is not known"]),
-    "friction": (PAIR + joint('<dynamics friction="0.7"/>'), ["r.urdf:4: warning: joint j: friction 0.7 is left out, --friction-width RATE takes it"]),
+    "friction": (PAIR + joint('<dynamics friction="0.7"/>'), ["r.urdf:4: warning: joint j: friction 0.7 is left out; --friction-width RATE includes it"]),
     "nothing to move": (LINE + '<link name="c"/>\n<link name="d"/>' + joint(name="k", kind="prismatic", parent="b", child="c") + joint(name="l", parent="c", child="d").strip()
                         + '<link name="e"/>' + joint(name="m", parent="b", child="e") + f'<link name="f">{MASS}</link>' + joint(name="n", kind="fixed", parent="e", child="f"),
                         ["r.urdf:6: warning: joint k: nothing that it moves has mass, a motion needs one, or a fixed joint"]),
@@ -390,48 +394,48 @@ def links_and(*joints):
 
 
 WRONG = {
-    "mismatch": (HEAD + "<link></robot>", ":2: XML: mismatched tag, a well-formed file is needed"),
-    "empty": ("", ":1: XML: no element found, a well-formed file is needed"),
-    "cut": (HEAD + "<link name='a'", ":2: XML: unclosed token, a well-formed file is needed"),
-    "two documents": (HEAD + "</robot><robot/>", ":2: XML: junk after document element, a well-formed file is needed"),
-    "twice": (HEAD + "<link name='a' name='b'/></robot>", ":2: XML: duplicate attribute, a well-formed file is needed"),
-    "encoding": (b'<robot name="\xff"/>', ":1: XML: not well-formed (invalid token), a well-formed file is needed"),
-    "entity": (HEAD + "<link name='&x;'/></robot>", ":2: XML: undefined entity, a well-formed file is needed"),
-    "bomb": ('<!DOCTYPE r [<!ENTITY a "ha"><!ENTITY b "&a;&a;&a;&a;">]>\n' + HEAD + "&b;</robot>", ":1: XML: a document type, which may bring entities, a file without one is needed"),
-    "external": ('<!DOCTYPE r [<!ENTITY a SYSTEM "/etc/passwd">]>\n<robot name="&a;"/>', ":1: XML: a document type, which may bring entities, a file without one is needed"),
-    "deep": (HEAD + "<link>" * 100 + "</link>" * 100 + "</robot>", ":2: XML: elements lie in each other more than 100 deep"),
-    "other root": ("<sdf/>", ":1: robot: the outermost element is <sdf>, <robot> is needed"),
-    "no name": ("<robot/>", ":1: robot: <robot> has no name, which is needed"),
-    "no link": (HEAD + "</robot>", ":1: robot: it has no <link>, at least one is needed"),
-    "nothing moves": (HEAD + PAIR + joint(kind="fixed") + "</robot>", ":1: robot: no joint of it moves, one is needed, or --floating for the root"),
+    "mismatch": (HEAD + "<link></robot>", ":2: XML: mismatched tag; must be a well-formed file"),
+    "empty": ("", ":1: XML: no element found; must be a well-formed file"),
+    "cut": (HEAD + "<link name='a'", ":2: XML: unclosed token; must be a well-formed file"),
+    "two documents": (HEAD + "</robot><robot/>", ":2: XML: junk after document element; must be a well-formed file"),
+    "twice": (HEAD + "<link name='a' name='b'/></robot>", ":2: XML: duplicate attribute; must be a well-formed file"),
+    "encoding": (b'<robot name="\xff"/>', ":1: XML: not well-formed (invalid token); must be a well-formed file"),
+    "entity": (HEAD + "<link name='&x;'/></robot>", ":2: XML: undefined entity; must be a well-formed file"),
+    "bomb": ('<!DOCTYPE r [<!ENTITY a "ha"><!ENTITY b "&a;&a;&a;&a;">]>\n' + HEAD + "&b;</robot>", ":1: XML: a document type, which may define entities; remove it"),
+    "external": ('<!DOCTYPE r [<!ENTITY a SYSTEM "/etc/passwd">]>\n<robot name="&a;"/>', ":1: XML: a document type, which may define entities; remove it"),
+    "deep": (HEAD + "<link>" * 100 + "</link>" * 100 + "</robot>", ":2: XML: elements are nested more than 100 deep"),
+    "other root": ("<sdf/>", ":1: robot: the outermost element is <sdf>; must be <robot>"),
+    "no name": ("<robot/>", ":1: robot: <robot> has no name; add it"),
+    "no link": (HEAD + "</robot>", ":1: robot: it has no <link>; add at least one"),
+    "nothing moves": (HEAD + PAIR + joint(kind="fixed") + "</robot>", ":1: robot: no joint moves; add one, or give --floating for the root"),
     "macro": (HEAD + '<link name="a">\n<xacro:box/></link></robot>', ":3: xacro: <xacro:box> is a macro, run `xacro FILE > FILE.urdf` first"),
     "substitution": (with_origin('xyz="0 0 ${h}"'), ":4: joint j: <origin>: xyz: '0 0 ${h}' is of xacro, run `xacro FILE > FILE.urdf` first"),
-    "nameless link": (HEAD + "<link/></robot>", ":2: link: <link> has no name, which is needed"),
+    "nameless link": (HEAD + "<link/></robot>", ":2: link: <link> has no name; add it"),
     "empty link": (HEAD + "<link name=''/></robot>", ":2: link: its name is empty, each needs one"),
-    "same link": (HEAD + "<link name='a'/>\n<link name='a'/></robot>", ":3: link a: the name is taken by line 2, each link needs its own"),
+    "same link": (HEAD + "<link name='a'/>\n<link name='a'/></robot>", ":3: link a: line 2 has the same name; each link must have its own"),
     "two inertials": (HEAD + f"<link name='a'>{MASS}\n{MASS}</link></robot>", ":3: link a: a second <inertial>, the first is in line 2"),
-    "no inertia": (HEAD + "<link name='a'><inertial><mass value='1'/></inertial></link></robot>", ":2: link a: <inertial> has no <inertia>, which is needed"),
-    "no value": (HEAD + "<link name='a'><inertial><mass>1</mass><inertia/></inertial></link></robot>", ":2: link a: <mass> has no value, which is needed"),
-    "negative mass": (with_mass("-2"), ":3: link a: <mass>: value is -2, at least 0 is needed"),
-    "NaN": (with_mass("nan"), ":3: link a: <mass>: value: 'nan' is no number up to 1e100"),
-    "infinite": (with_mass("1e999"), ":3: link a: <mass>: value: '1e999' is no number up to 1e100"),
-    "huge": (with_mass("1e101"), ":3: link a: <mass>: value: '1e101' is no number up to 1e100"),
-    "five moments": (with_mass("1", "ixx='1' ixy='0' ixz='0' iyy='1' izz='1'"), ":3: link a: <inertia> has no iyz, which is needed"),
+    "no inertia": (HEAD + "<link name='a'><inertial><mass value='1'/></inertial></link></robot>", ":2: link a: <inertial> has no <inertia>; add it"),
+    "no value": (HEAD + "<link name='a'><inertial><mass>1</mass><inertia/></inertial></link></robot>", ":2: link a: <mass> has no value; add it"),
+    "negative mass": (with_mass("-2"), ":3: link a: <mass>: value is -2; must be at least 0"),
+    "NaN": (with_mass("nan"), ":3: link a: <mass>: value: 'nan' is not a number up to 1e100"),
+    "infinite": (with_mass("1e999"), ":3: link a: <mass>: value: '1e999' is not a number up to 1e100"),
+    "huge": (with_mass("1e101"), ":3: link a: <mass>: value: '1e101' is not a number up to 1e100"),
+    "five moments": (with_mass("1", "ixx='1' ixy='0' ixz='0' iyy='1' izz='1'"), ":3: link a: <inertia> has no iyz; add it"),
     "two numbers": (with_origin('xyz="0 1"'), ":4: joint j: <origin>: xyz: '0 1' has 2 numbers, 3 are needed"),
     "four numbers": (with_origin('rpy="0 1 2 3"'), ":4: joint j: <origin>: rpy: '0 1 2 3' has 4 numbers, 3 are needed"),
-    "comma": (with_origin('xyz="0,1,2"'), ":4: joint j: <origin>: xyz: '0,1,2' is no number up to 1e100"),
-    "hexadecimal": (with_origin('xyz="0 1 0x10"'), ":4: joint j: <origin>: xyz: '0x10' is no number up to 1e100"),
-    "control": (with_origin('xyz="0 1 &#9;a"'), ":4: joint j: <origin>: xyz: 'a' is no number up to 1e100"),
-    "no type": (HEAD + PAIR + '<joint name="j"/></robot>', ":4: joint j: <joint> has no type, which is needed"),
-    "type": (HEAD + PAIR + joint(kind="ball") + "</robot>", ":4: joint j: type 'ball' is none of fixed, revolute, continuous, prismatic, planar, floating"),
-    "no parent": (HEAD + PAIR + '<joint name="j" type="fixed"><child link="b"/></joint></robot>', ":4: joint j: <joint> has no <parent>, which is needed"),
+    "comma": (with_origin('xyz="0,1,2"'), ":4: joint j: <origin>: xyz: '0,1,2' is not a number up to 1e100"),
+    "hexadecimal": (with_origin('xyz="0 1 0x10"'), ":4: joint j: <origin>: xyz: '0x10' is not a number up to 1e100"),
+    "control": (with_origin('xyz="0 1 &#9;a"'), ":4: joint j: <origin>: xyz: 'a' is not a number up to 1e100"),
+    "no type": (HEAD + PAIR + '<joint name="j"/></robot>', ":4: joint j: <joint> has no type; add it"),
+    "type": (HEAD + PAIR + joint(kind="ball") + "</robot>", ":4: joint j: type 'ball' is not one of fixed, revolute, continuous, prismatic, planar, floating"),
+    "no parent": (HEAD + PAIR + '<joint name="j" type="fixed"><child link="b"/></joint></robot>', ":4: joint j: <joint> has no <parent>; add it"),
     "unknown parent": (HEAD + PAIR.replace('"a"', '"base"') + joint(parent="bse") + "</robot>", ":4: joint j: <parent>: there is no link 'bse', the nearest is 'base'"),
-    "same joint": (links_and(joint(), joint(child="c")), ":6: joint j: the name is taken by line 5, each joint needs its own"),
-    "no axis": (HEAD + PAIR + joint('<axis xyz="0 0 0"/>') + "</robot>", ":4: joint j: <axis>: xyz has length 0, a direction is needed"),
-    "negative damping": (HEAD + PAIR + joint('<dynamics damping="-1"/>') + "</robot>", ":4: joint j: <dynamics>: damping is -1, at least 0 is needed"),
+    "same joint": (links_and(joint(), joint(child="c")), ":6: joint j: line 5 has the same name; each joint must have its own"),
+    "no axis": (HEAD + PAIR + joint('<axis xyz="0 0 0"/>') + "</robot>", ":4: joint j: <axis>: xyz has length 0; must be a direction"),
+    "negative damping": (HEAD + PAIR + joint('<dynamics damping="-1"/>') + "</robot>", ":4: joint j: <dynamics>: damping is -1; must be at least 0"),
     "limits": (HEAD + PAIR + joint('<limit lower="1" upper="-1"/>') + "</robot>", ":4: joint j: <limit>: lower 1 is above upper -1"),
-    "two roots": (links_and(joint()), ":4: link c: no joint carries it, nor link a in line 2, one root is needed"),
-    "no root": (HEAD + PAIR + joint() + joint(name="k", parent="b", child="a") + "</robot>", ":1: robot: each link is carried by a joint, a root is needed"),
+    "two roots": (links_and(joint()), ":4: link c: no joint carries it, nor link a in line 2; there must be one root"),
+    "no root": (HEAD + PAIR + joint() + joint(name="k", parent="b", child="a") + "</robot>", ":1: robot: a joint carries each link; there must be a root"),
     "loop": (links_and(joint(parent="b", child="c"), joint(name="k", parent="c", child="b")), ":4: link c: carries itself in a loop of joints, a URDF is a tree"),
     "itself": (links_and(joint(), joint(name="k", parent="c", child="c")), ":4: link c: carries itself in a loop of joints, a URDF is a tree"),
     "two carriers": (links_and(joint(), joint(name="k", child="c"), joint(name="l", parent="b", child="c")),
@@ -439,15 +443,15 @@ WRONG = {
     "mimic unknown": (with_mimic('joint="m"'), ":4: joint j: <mimic>: there is no joint 'm'"),
     "mimic itself": (with_mimic('joint="j"'), ":4: joint j: <mimic>: it follows itself, a leader that does not is needed"),
     "mimic in a circle": (with_mimic('joint="k"', '<mimic joint="j"/>'), ":5: joint k: <mimic>: it follows itself, a leader that does not is needed"),
-    "mimic of many": (with_mimic('joint="k"', kind="planar"), ":4: joint j: <mimic>: it is planar, one with one coordinate is needed"),
+    "mimic of many": (with_mimic('joint="k"', kind="planar"), ":4: joint j: <mimic>: it is planar; must have one coordinate"),
     "mimic too far": (links_and(joint('<mimic joint="k" multiplier="1e100"/>'), joint('<mimic joint="l" multiplier="1e100"/>', "k", child="c"),
                                 '<link name="d"/><link name="e"/><link name="f"/>' + joint('<mimic joint="m" multiplier="1e100"/>', "l", child="d"),
                                 joint('<mimic joint="n" multiplier="1e100"/>', "m", child="e"), joint('<limit lower="1" upper="2"/>', "n", "revolute", child="f")),
-                      ":5: joint j: what it follows takes it out of all numbers"),
+                      ":5: joint j: the joint that it follows gives it an infinite value"),
     "rotor": (HEAD + LINE + '<transmission name="t"><joint name="x"/><actuator name="m"><drake:rotor_inertia value="1"/></actuator></transmission></robot>',
               ":5: transmission: <joint>: there is no joint 'x'"),
     "second rotor": (HEAD + LINE + '<transmission name="t"><joint name="j"/><actuator name="m"><drake:rotor_inertia value="1"/></actuator></transmission>\n' * 2 + "</robot>",
-                     ":6: joint j: a second rotor, one is taken"),
+                     ":6: joint j: a second rotor; a joint has one"),
 }
 
 

@@ -92,3 +92,16 @@ def test_no_path_of_a_machine():
         for path in sources(folder, *("*" + suffix for suffix in (".c", ".h", ".lua", ".md", ".py", ".cmake"))):
             found = re.findall(r"(?<![\w.])/(?:home|root|work)/\w+", path.read_text())
             assert not found, f"{path}: {found}"
+
+
+def test_options_of_commands_are_declared():
+    """The program reads options by name: each name has a rule of a fitting kind, and each rule a command that lists it."""
+    text = "".join(path.read_text() for path in TOOL_FILES if path.suffix == ".c")
+    tables = re.findall(r"struct option_rule \w+\[\] = \{(.*?)\{\.name = NULL\}\}", text, re.S)
+    kinds = {name: kind for table in tables for name, kind in re.findall(r'\{"([\w-]+)",\s*(?:"[^"]*"|NULL),\s*OPTION_(\w+)', table)}
+    listed = {name.rstrip("!") for texts in re.findall(r'\.options = ((?:"[^"]*"\s*)+)', text) for name in "".join(re.findall('"([^"]*)"', texts)).split()}
+    assert len(kinds) > 60 and listed == kinds.keys() - {"help"}
+    fitting = {"text": {"TEXT", "LIST", "FREEING_LIST"}, "number": {"POSITIVE", "COUNT", "INDEX"}, "repeated": {"TEXTS"}, "choose": {"TEXT"}, "is": {"TEXT"},
+               "has": set(kinds.values())}
+    reads = re.findall(r'options_(?:set_)?(has|text|number|repeated|choose|is)\([^,"]+,\s*"([^"]+)"', text)
+    assert len(reads) > 100 and not [(how, name) for how, name in reads if kinds.get(name) not in fitting[how]]

@@ -1,11 +1,13 @@
 """Installs into a temporary prefix and builds a user's program against it, with CMake and with pkg-config."""
 import os
+import re
 import shutil
 import subprocess
+import xml.etree.ElementTree
 
 import pytest
 
-from program import BUILD, REFERENCE, SOURCE, TESTS, read_run, refdyn, some
+from program import BUILD, REFERENCE, SOURCE, TESTS, VERSION, read_run, refdyn, some
 
 
 def run(*command, **options):
@@ -37,14 +39,14 @@ def check_program(folder, program):
 
 def test_installed_program(installed):
     program = installed / "prefix" / "bin" / "refdyn"
-    assert run(program, "--version").split()[-1] == "0.1.0"
+    assert run(program, "--version") == f"refdyn {VERSION}\n"
     assert "arm_psi" in run(program, "check", REFERENCE)
 
 
 def test_find_package(installed):
     build = installed / "cmake"
     run("cmake", "-S", TESTS / "install", "-B", build, f"-DCMAKE_PREFIX_PATH={installed / 'prefix'}",
-        f"-DEMITTED={installed / 'emitted'}", "-DCMAKE_BUILD_TYPE=Release")
+        f"-DEMITTED={installed / 'emitted'}", f"-DVERSION={VERSION}", "-DCMAKE_BUILD_TYPE=Release")
     run("cmake", "--build", build)
     check_program(installed, build / "user")
 
@@ -52,13 +54,30 @@ def test_find_package(installed):
 def test_pkg_config(installed):
     packages = next((installed / "prefix").rglob("refdyn.pc")).parent
     env = {**os.environ, "PKG_CONFIG_PATH": str(packages)}
-    assert run("pkg-config", "--modversion", "refdyn", env=env).strip() == "0.1.0"
+    for package in some(packages.glob("refdyn*.pc")):
+        assert run("pkg-config", "--modversion", package.stem, env=env).strip() == VERSION
     flags = run("pkg-config", "--cflags", "refdyn", env=env).split()
     libraries = run("pkg-config", "--libs", "--static", "refdyn", env=env).split()
     program = installed / "user"
     run("cc", "-O2", *flags, "-I", installed / "emitted", TESTS / "install" / "main.c", *(installed / "emitted").glob("*.c"),
         *libraries, "-o", program)
     check_program(installed, program)
+
+
+def test_version_in_c(installed):
+    """The numbers, the text and the function agree; the changes begin with this version."""
+    (installed / "version.c").write_text("""#include <refdyn.h>
+#include <stdio.h>
+int main(void) {
+    printf("%d.%d.%d\\n%s\\n%s\\n", REFDYN_VERSION_MAJOR, REFDYN_VERSION_MINOR, REFDYN_VERSION_PATCH, REFDYN_VERSION, refdyn_version());
+    return 0;
+}
+""")
+    env = {**os.environ, "PKG_CONFIG_PATH": str(next((installed / "prefix").rglob("refdyn.pc")).parent)}
+    flags = run("pkg-config", "--cflags", "--libs", "--static", "refdyn", env=env).split()
+    run("cc", installed / "version.c", *flags, "-o", installed / "version")
+    assert run(installed / "version").split() == [VERSION] * 3
+    assert re.search(r"^## (\S+)", (SOURCE / "CHANGELOG.md").read_text(), re.M).group(1) == VERSION
 
 
 @pytest.mark.parametrize("library", ["lib", "/elsewhere/lib"])
@@ -84,3 +103,18 @@ def test_emitted_code_needs_one_small_header(installed):
         shutil.copy(header, folder)
     for source in some(folder.glob("*.c")):
         run("cc", "-std=c11", "-c", source.name, cwd=folder)
+
+
+@pytest.mark.skipif(not shutil.which("doxygen"), reason="doxygen is not installed")
+def test_reference_of_the_headers(tmp_path):
+    """Every symbol of the public headers is documented; one that is not stops the target `reference`."""
+    run("cmake", "--build", BUILD, "--target", "reference")
+    symbols = [symbol for page in some((BUILD / "reference" / "xml").glob("*.xml"))
+               for symbol in xml.etree.ElementTree.parse(page).iter() if symbol.tag in ("memberdef", "enumvalue")]
+    texts = {symbol.find("name").text: "".join(symbol.find("briefdescription").itertext()).strip() for symbol in symbols}
+    assert {"refdyn_statics", "REFDYN_RODAS5P", "tangent_vectors", "refdyn_gsl_to", "refdyn_batch_run"} <= set(texts)
+    assert not [name for name, text in texts.items() if not text]
+    settings = (BUILD / "Doxyfile.reference").read_text() + f"\nINPUT = {tmp_path / 'bare.h'}\nOUTPUT_DIRECTORY = {tmp_path}\n"
+    (tmp_path / "settings").write_text(settings)
+    (tmp_path / "bare.h").write_text("/** @file */\nint bare(int a);\n")
+    assert subprocess.run(["doxygen", tmp_path / "settings"], capture_output=True).returncode != 0

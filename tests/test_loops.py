@@ -8,7 +8,7 @@ import numpy
 import pytest
 
 from compiled import Compiled
-from program import REFDYN, REFERENCE, TESTS, check, close, refdyn, some
+from program import LONG, REFDYN, REFERENCE, TESTS, check, close, refdyn, some
 from random_models import as_lua, random_model, random_state
 
 RUNS = TESTS / "models" / "runs.lua"
@@ -18,8 +18,8 @@ LOOPS = ["--accelerations", "recursive", "--loops", "always"]
 STRAIGHT = ["--accelerations", "recursive", "--loops", "never"]
 OTHERS = {"chosen": [], "dense": ["--accelerations", "dense"]}
 EXACT = 1e-12
-# Each kind with the smallest run and with one other count; all counts from 2 to 9 occur.
-COUNTS = [(kind, count) for i, kind in enumerate(KINDS) for count in (2, 3 + i % 7)]
+# Each kind with the smallest run or with another count, in tests/long with both; all counts from 2 to 9 occur.
+COUNTS = [(kind, count) for i, kind in enumerate(KINDS) for count in (2, 3 + i % 7) if LONG or (count == 2) == (i % 3 == 0)]
 
 
 def loops_of(path, folder, *options):

@@ -3,7 +3,7 @@ import subprocess
 
 import pytest
 
-from program import CORE_SOURCES, REFERENCE, SOURCE, TESTS, refdyn, settings
+from program import CORE_LIBRARY, REFERENCE, SOURCE, TESTS, refdyn, settings
 
 ARM = TESTS / "models" / "suite" / "arm.lua"
 CASES = {"arm_led": (ARM, dict(n_rfe=2, row="swing", E="2e9", omega=4)), "arm_pushed": (ARM, dict(n_rfe=2, E="2e9", push=2)),
@@ -158,22 +158,14 @@ int main(void) {
 METHODS = ["auto", "rk4", "rk54", "rk8", "rodas5p", "rodas6p", "radau9", "gauss12", "ros34pw2"]
 
 
-@pytest.fixture(scope="module")
-def runtime(tmp_path_factory):
-    """The core, compiled."""
-    folder = tmp_path_factory.mktemp("runtime")
-    subprocess.run(["gcc", "-std=c11", "-O2", "-I", SOURCE, "-I", SOURCE / "runtime", "-c", *CORE_SOURCES], cwd=folder, check=True)
-    return sorted(folder.glob("*.o"))
-
-
 @pytest.mark.parametrize("case", CASES)
-def test_motions_in_two_threads(case, runtime, tmp_path):
+def test_motions_in_two_threads(case, tmp_path):
     model, options = CASES[case]
     refdyn("gen", model, *settings(options), "--emit",
            f"all,{'tangent_vectors' if case.endswith('O(n)') else 'tangent'}", "-o", tmp_path)
     name = next(tmp_path.glob("*.h")).stem
     (tmp_path / "program.c").write_text(PROGRAM.replace("MODEL", name).replace("ROUNDS_COUNT", str(ROUNDS)))
-    subprocess.run(["gcc", "-std=gnu11", "-O1", "-Wall", "-Wextra", "-pthread", "-I", SOURCE, "-I", SOURCE / "runtime", *tmp_path.glob("*.c"), *runtime,
+    subprocess.run(["gcc", "-std=gnu11", "-O1", "-Wall", "-Wextra", "-pthread", "-I", SOURCE, "-I", SOURCE / "runtime", *tmp_path.glob("*.c"), CORE_LIBRARY,
                     "-Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc", "-lm", "-o", tmp_path / "program"], check=True)
     text = subprocess.run([tmp_path / "program"], check=True, capture_output=True, text=True, timeout=300).stdout
     print(text)

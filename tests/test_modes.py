@@ -153,6 +153,7 @@ def test_hanging_chain():
 G = 9.81
 
 
+@pytest.mark.quick
 def test_double_pendulum():
     expected = [math.sqrt(G / 0.5 * (2 - math.sqrt(2))), math.sqrt(G / 0.5 * (2 + math.sqrt(2)))]
     found, said = analyse(SMALL, kind="double")
@@ -299,6 +300,7 @@ def test_simulated_motion(model, arguments, number, tmp_path):
 
 # ---- The command ----
 
+@pytest.mark.quick
 def test_keys_and_count(tmp_path):
     found, said = analyse(MODELS / "stepped.lua", "--modes", 2)
     assert list(found) == "name coordinates at q qd t inputs parameters points held phi residual unstable modes".split()
@@ -337,7 +339,7 @@ def test_same_text_every_time():
 
 
 WRONG = [
-    (["--modes", "2.5"], 2, "--modes: 2.5 is no whole number"), (["--modes", "0"], 2, "'0' is no positive number"),
+    (["--modes", "2.5"], 2, "--modes: 2.5 is not a whole number"), (["--modes", "0"], 2, "'0' is not a positive number"),
     (["--hold", "upper_thet"], 2, "no coordinate 'upper_thet'; the nearest is upper_theta"), (["--from", "statics"], 2, "unknown option --from"),
     (["--at"], 2, "--at needs a value"), (["--at", "none.json"], 1, "none.json: state: "),
 ]
@@ -386,7 +388,7 @@ def test_numbers_that_fail(tmp_path):
 
 SPECTRUM = """
 #include "MODEL.h"
-#include "motion/motion.h"
+#include "runtime/core/motion/motion.h"
 #include <stdlib.h>
 
 int spectrum(const double *q, double *rate, double *damping);

@@ -67,6 +67,7 @@ def test_numbers_are_those_of_the_csv(tmp_path, more):
             assert dataset.dims[0][0] == file["t"], name
 
 
+@pytest.mark.quick
 def test_it_tells_what_it_was_made_from(tmp_path):
     file, _, _ = both(tmp_path, *MANIPULATOR, "--set", "m_E=3", "--tol", "1e-7")
     assert file["parameters"].attrs["m_E"] == 3 and file["parameters"].attrs["E"] == 2.1e11
@@ -101,6 +102,7 @@ def test_what_a_failed_motion_computed_is_kept(tmp_path):
     assert 0 < len(file["t"]) < 200 and not (tmp_path / "run.h5").exists()
 
 
+@pytest.mark.quick
 def test_plot_draws_it_as_the_csv(tmp_path):
     both(tmp_path, *MANIPULATOR)
     (tmp_path / "csv").mkdir()

@@ -115,6 +115,7 @@ def test_start_off_the_programme():
     assert summary["phi_max"] > 1.6
 
 
+@pytest.mark.quick
 def test_start_is_shown_as_it_is(tmp_path):
     """Also with redundant rows, the reported and shown start is off the programme, and not the projected beginning of the first step."""
     model = tmp_path / "off.lua"
@@ -194,6 +195,7 @@ return rd.model { name = "jump", links = { { "cart", joint = { "x" }, mass = 2 }
 
 
 @pytest.mark.parametrize("method", [("rk4", "--step", "0.1"), ("rk54", "--tol", "1e-4")])
+@pytest.mark.quick
 def test_breaks_end_a_step(tmp_path, method):
     """A force that jumps and a force with a kink, both functions of time: polynomials in between, so any step is exact."""
     model, at = tmp_path / "jump.lua", 0.333

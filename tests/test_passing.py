@@ -7,7 +7,7 @@ import re
 import numpy
 import pytest
 
-from program import MODELS, SCALE, TESTS, check, close, motion, read_run, refdyn
+from program import LEAN, MODELS, SCALE, TESTS, check, close, motion, read_run, refdyn
 
 ARM, CRANK, FOUR_BAR, REACH = [TESTS / "models" / f"{name}.lua" for name in ("arm_through", "equal_crank", "four_bar", "reach")]
 PASS = ("--singular", "pass")
@@ -71,6 +71,7 @@ def test_through(which, method):
 
 
 @pytest.mark.parametrize("which", CASES)
+@pytest.mark.quick
 def test_through_by_fixed_steps(which):
     model, arguments, _, _ = CASES[which]
     run, _, summary = motion(model, *arguments, *PASS, "--step", 1e-3)
@@ -202,7 +203,7 @@ def test_branches_that_seem_to_meet():
 def test_no_room(tmp_path):
     """The motion ends where the rows lose rank."""
     said = refdyn("sim", ARM, "--until", repr(float(STRETCHED)), "--step", 1e-3, *PASS, "-o", tmp_path / "run.csv", status=3).stderr
-    assert "the step would have to end before, at a break, a change of inputs or the end of the motion\n" in said, said
+    assert "the step would have to end before, at a time event, a change of inputs or the end of the motion\n" in said, said
 
 
 def test_hint(tmp_path):
@@ -280,6 +281,7 @@ return rd.model { name = "chain", gravity = { 0, -9.81, 0 }, links = links, poin
 """
 
 
+@pytest.mark.skipif(LEAN, reason="takes 11 s with sanitizers: tests/long")
 def test_many_loops(tmp_path):
     """Rows of loops that share no coordinate are treated separately: otherwise the time is 2.5 times as long, and five times with 40."""
     model = tmp_path / "chain.lua"

@@ -51,7 +51,7 @@ PARALLEL = {
     "slides": ("kept", [link("a", None, ["phi"]), link("b", "a", ["psi"], turn=[("x", 0.4)]), link("c", "b", ["psi"]),
                         link("d", "c", ["x", "psi"]), link("e", "c", ["psi", "z"]), link("f", "e", ["theta"], turn=[("z", 0.3)])]),
     "chain": ("kept", [link("a", None, ["phi"])] + [link(name, on, ["theta"]) for on, name in zip("abcde", "bcdef")]),
-    "planar": ("kept behind the first", [
+    "planar": ("kept after the first", [
         {"name": name, **({"on": on} if on else {}), "at": (0.5 if on else 0, 0, 0), "joint": ["psi"], "mass": 0.7, "center": (0.3, 0, 0),
          "inertia": {"zz": 0.1}} for on, name in zip(("", "a", "b", "c"), "abcf")]),
 }

@@ -198,8 +198,8 @@ def rename(file, name):
     (lambda f: rename(f, "history/energy"), "belongs to another batch than a.h5: the list of kept values differs"),
     (lambda f: rename(f, "cases/m_E"), "belongs to another batch than a.h5: the list of varied names differs"),
     (lambda f: f["history/t"].__setitem__(2, 0.3), "belongs to another batch than a.h5: an axis of the kept values differs"),
-    (lambda f: f["case"].__setitem__(3, 1000), "/case: row 3 has number 1000, ascending ones below 40 are needed"),
-    (lambda f: f["case"].__setitem__(3, 21), "/case: row 3 has number 21, ascending ones below 40 are needed"),
+    (lambda f: f["case"].__setitem__(3, 1000), "/case: row 3 has number 1000; numbers must ascend and be below 40"),
+    (lambda f: f["case"].__setitem__(3, 21), "/case: row 3 has number 21; numbers must ascend and be below 40"),
     (lambda f: f.attrs.__setitem__("layout_version", 7), "is a file of runs as refdyn batch writes it in layout 7, this refdyn reads layout 1"),
     (lambda f: f.attrs.__setitem__("content", "refdyn motion"), "is no file of runs as refdyn batch writes it"),
     (lambda f: f.attrs.__delitem__("content"), "is no file of runs as refdyn batch writes it"),
@@ -215,7 +215,7 @@ def test_merge_refuses_changed_files(tmp_path, how, fact):
 def test_merge_refuses_what_is_no_file_of_runs(tmp_path):
     a, b = make(tmp_path / "a.h5", 0, 1, 20), tmp_path / "b.h5"
     assert refuse(tmp_path, a, b) == "b.h5: cannot be read: No such file or directory"
-    needed = "is no HDF5 file, a file of runs as refdyn batch writes it is needed"
+    needed = "is no HDF5 file; must be a file of runs as refdyn batch writes it"
     b.write_text("t,x\n0,1\n")
     assert refuse(tmp_path, a, b) == f"b.h5: {needed}"
     b.write_bytes(b"")
@@ -235,7 +235,7 @@ def test_merge_spoils_no_input(tmp_path):
     a = make(tmp_path / "a.h5", 0, 1, 20)
     before = a.read_bytes()
     done = refdyn("merge", a, "-o", a, status=1)
-    assert "which this command reads or writes, too" in done.stderr and a.read_bytes() == before
+    assert "which this command also reads or writes" in done.stderr and a.read_bytes() == before
     assert refdyn("merge", a, "-o", "/dev/null", status=1).stderr == "/dev/null: output: not a regular file; HDF5 needs one\n"
 
 

@@ -188,6 +188,7 @@ def test_auto_with_many_samples(tmp_path):
     assert summary["steps"] < 1500, f"{summary['steps']} steps"
 
 
+@pytest.mark.quick
 def test_inputs_of_a_run(tmp_path):
     """The CSV of a motion is a file of samples: its inputs drive another motion."""
     first, _, _ = motion(*cart(tmp_path), "--until", 1.3, "--every", 0.05)
@@ -250,6 +251,7 @@ def test_stop(how, condition, at, tmp_path):
     assert not (run[name][:-1] < float(value) if "<" in condition else run[name][:-1] > float(value)).any()
 
 
+@pytest.mark.quick
 def test_stop_between_outputs(tmp_path):
     """A swing that returns before the next output is detected at the ends of steps; the error is reported up to the end."""
     whole, _, _ = motion(PENDULUM, "--until", 3, "--every", 0.001)
@@ -312,6 +314,7 @@ def test_rows_without_gains(tmp_path):
         assert ("no row has gains" in done.stderr) == is_told, done.stderr
 
 
+@pytest.mark.quick
 def test_summary_of_rows():
     _, said, summary = motion(*RIGID)
     assert summary["phi_row"] in said and summary["psi_row"] in said

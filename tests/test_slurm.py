@@ -216,6 +216,7 @@ def test_failed_task_is_queued_again(work, stub):
         assert [call[:3] for call in stub.taken()] == [["scontrol", "requeue", "77"]] * calls
 
 
+@pytest.mark.quick
 def test_refusals(work, stub, tmp_path):
     without = {"PATH": str(tmp_path / "none")}
     assert "sbatch of Slurm is not in PATH" in batch(work, "--slurm", env=without, status=1).stderr
@@ -235,6 +236,7 @@ def test_refusals(work, stub, tmp_path):
     assert not (work / "c.h5.slurm").exists()
 
 
+@pytest.mark.quick
 def test_resume_of_what_is_complete(work):
     batch(work, "--cases", "0:9")
     before = os.stat(work / "runs.h5").st_mtime_ns

@@ -83,6 +83,7 @@ def test_change_point():
 
 # ---- The slider-crank ----
 
+@pytest.mark.quick
 def test_slidercrank(tmp_path):
     """Its drive and its guide hold it, the drive at the time of the state. With the rod's root held off the straight rod's angle, the rod
     bends."""
@@ -301,6 +302,7 @@ def test_neutral_across_coordinates():
     assert found["stability"] == "neutral in 4 directions" and found["residual"] < 1e-11
 
 
+@pytest.mark.quick
 def test_neutral(tmp_path):
     """A wheel that nothing holds or drives."""
     (tmp_path / "wheel.lua").write_text('local rd = require "refdyn"\nreturn rd.model { name = "wheel",\n'
@@ -393,7 +395,7 @@ def test_batch_gives_what_a_programme_takes(tmp_path):
 # ---- What is refused ----
 
 REFUSED = {
-    "way": (["statics", MODELS / "fourbar.lua", "--way", "up"], 2, "--way: 'up' is none of load, path, downhill"),
+    "way": (["statics", MODELS / "fourbar.lua", "--way", "up"], 2, "--way: 'up' is not one of load, path, downhill"),
     "no row": (["statics", MODELS / "slidercrank.lua", "--release", "guid y"], 2,
                "--release: the model has no constraint row 'guid y'; the nearest is guide y"),
     "rate": (["statics", REFERENCE, "--release", "rise"], 2, "--release: rise is not a row of positions and has no part in statics; omit it"),

@@ -254,73 +254,73 @@ REFUSALS = {
     "vary = { qqqqqq = 1 }": "vary.qqqqqq: unknown name; use a parameter, an input, an option, a coordinate, its rate NAME_d or inputs",
     "vary = { cart_xd = 1 }": 'vary.cart_xd: unknown name; the nearest known one is "cart_x"',
     "vary = { both = 1 }": "vary.both: the model uses this name for a parameter and for an input; rename one of them",
-    "vary = { mass = rd.grid(3, 1, 5) }": "vary.mass: rd.grid: from 3 to 1, an end above the beginning is needed",
-    "vary = { mass = rd.grid(1, 1, 5) }": "vary.mass: rd.grid: from 1 to 1, an end above the beginning is needed",
-    "vary = { mass = rd.grid(1, 2, 0) }": "vary.mass: rd.grid: 0 points, a positive whole number is needed",
-    "vary = { mass = rd.grid(1, 2, 2.5) }": "vary.mass: rd.grid: 2.5 points, a positive whole number is needed",
-    "vary = { mass = rd.grid(0/0, 2, 2) }": "vary.mass: rd.grid: a number that is not finite, finite ones are needed",
-    "vary = { mass = rd.uniform(-1e308, 1e308) }, draws = 3": "vary.mass: rd.uniform: a number beyond 1e300, smaller ones are needed",
-    "vary = { mass = 1 }, derive = function(c) return { E = 'a\\nb' } end": "derive: case 0: E: contains control character 10, a line of text is needed",
-    "vary = { mass = 1 }, tol = 0/0": "tol: value nan, a positive number is needed",
-    "vary = { mass = rd.grid(1, 2) }": "rd.grid: number of arguments is 2, 3 are needed: from, to and the number of points",
-    "vary = { mass = rd.grid('a', 2, 3) }": "rd.grid: argument 1 is of type string, a number is needed",
-    "vary = { mass = rd.uniform(2, 1) }, draws = 3": "vary.mass: rd.uniform: from 2 to 1, an end above the beginning is needed",
-    "vary = { mass = rd.uniform(1, 1) }, draws = 3": "vary.mass: rd.uniform: from 1 to 1, an end above the beginning is needed",
-    "vary = { mass = rd.log_uniform(0, 1) }, draws = 3": "vary.mass: rd.log_uniform: from 0, bounds above 0 are needed",
-    "vary = { mass = rd.log_grid(-1, 1, 3) }": "vary.mass: rd.log_grid: from -1, bounds above 0 are needed",
-    "vary = { mass = rd.normal(1, -2) }, draws = 3": "vary.mass: rd.normal: standard deviation -2, one not below 0 is needed",
-    "vary = { mass = rd.uniform(0, 1) }": "vary.mass: random, but draws is missing: how many cases at each point of the grids",
-    "vary = { mass = 1 }, draws = 3": "draws: nothing that varies is random, such as rd.uniform(0, 1)",
-    "vary = { mass = 1 }, seed = 3": "seed: nothing that varies is random, such as rd.uniform(0, 1)",
-    "vary = { mass = rd.uniform(0, 1) }, draws = 0": "draws: value 0, a positive whole number is needed",
-    "vary = { mass = rd.uniform(0, 1) }, draws = 1.5": "draws: value 1.5, a positive whole number is needed",
-    "vary = { mass = rd.uniform(0, 1) }, draws = 3, seed = -1": "seed: value -1, a whole number not below 0 is needed",
-    "vary = { mass = rd.uniform(0, 1) }, draws = 3, sequence = 'sobl'": 'sequence: "sobl", the nearest known one is "sobol"',
-    "vary = { mass = rd.grid(0, 1, 2), mass = 2 }": "mass: given twice in one table, the first time in line 3",
+    "vary = { mass = rd.grid(3, 1, 5) }": "vary.mass: rd.grid: from 3 to 1; the range must ascend",
+    "vary = { mass = rd.grid(1, 1, 5) }": "vary.mass: rd.grid: from 1 to 1; the range must ascend",
+    "vary = { mass = rd.grid(1, 2, 0) }": "vary.mass: rd.grid: 0 points; must be a positive whole number",
+    "vary = { mass = rd.grid(1, 2, 2.5) }": "vary.mass: rd.grid: 2.5 points; must be a positive whole number",
+    "vary = { mass = rd.grid(0/0, 2, 2) }": "vary.mass: rd.grid: a number is not finite; numbers must be finite",
+    "vary = { mass = rd.uniform(-1e308, 1e308) }, draws = 3": "vary.mass: rd.uniform: a number is beyond 1e300; numbers must be smaller",
+    "vary = { mass = 1 }, derive = function(c) return { E = 'a\\nb' } end": "derive: case 0: E: contains control character 10; remove it",
+    "vary = { mass = 1 }, tol = 0/0": "tol: value nan; must be positive",
+    "vary = { mass = rd.grid(1, 2) }": "rd.grid: 2 arguments; must have 3: from, to and the number of points",
+    "vary = { mass = rd.grid('a', 2, 3) }": "rd.grid: argument 1 is of type string; must be a number",
+    "vary = { mass = rd.uniform(2, 1) }, draws = 3": "vary.mass: rd.uniform: from 2 to 1; the range must ascend",
+    "vary = { mass = rd.uniform(1, 1) }, draws = 3": "vary.mass: rd.uniform: from 1 to 1; the range must ascend",
+    "vary = { mass = rd.log_uniform(0, 1) }, draws = 3": "vary.mass: rd.log_uniform: from 0; bounds must be positive",
+    "vary = { mass = rd.log_grid(-1, 1, 3) }": "vary.mass: rd.log_grid: from -1; bounds must be positive",
+    "vary = { mass = rd.normal(1, -2) }, draws = 3": "vary.mass: rd.normal: standard deviation -2; must not be negative",
+    "vary = { mass = rd.uniform(0, 1) }": "vary.mass: random, but draws is missing; add draws, the cases at each point of the grids",
+    "vary = { mass = 1 }, draws = 3": "draws: has no effect, since nothing random varies; remove it",
+    "vary = { mass = 1 }, seed = 3": "seed: has no effect, since nothing random varies; remove it",
+    "vary = { mass = rd.uniform(0, 1) }, draws = 0": "draws: value 0; must be a positive whole number",
+    "vary = { mass = rd.uniform(0, 1) }, draws = 1.5": "draws: value 1.5; must be a positive whole number",
+    "vary = { mass = rd.uniform(0, 1) }, draws = 3, seed = -1": "seed: value -1; must be a whole number and not negative",
+    "vary = { mass = rd.uniform(0, 1) }, draws = 3, sequence = 'sobl'": 'sequence: "sobl"; did you mean "sobol"?',
+    "vary = { mass = rd.grid(0, 1, 2), mass = 2 }": "mass: already given in line 3 of this table; give it once",
     "vary = { n_rfe = rd.uniform(0, 1) }, draws = 3": "vary.n_rfe: random numbers; write a list of values",
-    "vary = { n_rfe = { 2, 2.5 } }": 'with n_rfe = 2.5 the model has an error: --set n_rfe: value "2.5", a whole number is needed',
-    "vary = { n_rfe = { 2, 99 } }": 'with n_rfe = 99 the model has an error: option n_rfe: value "99", a number from 1 up to 20 is needed',
-    "vary = { mass = {} }": "vary.mass: an empty list, at least one value is needed",
-    "vary = { mass = 1/0 }": "vary.mass: value inf, a finite number is needed",
-    "vary = { mass = { 1, 0/0 } }": "vary.mass[2]: value nan, a finite number is needed",
-    "vary = { mass = { 1, 'a' } }": "vary.mass[2]: a text, the same kind of value as before it is needed",
+    "vary = { n_rfe = { 2, 2.5 } }": 'with n_rfe = 2.5 the model has an error: --set n_rfe: value "2.5"; must be a whole number',
+    "vary = { n_rfe = { 2, 99 } }": 'with n_rfe = 99 the model has an error: option n_rfe: value "99"; must be a number from 1 to 20',
+    "vary = { mass = {} }": "vary.mass: an empty list; must have at least one value",
+    "vary = { mass = 1/0 }": "vary.mass: value inf; must be finite",
+    "vary = { mass = { 1, 0/0 } }": "vary.mass[2]: value nan; must be finite",
+    "vary = { mass = { 1, 'a' } }": "vary.mass[2]: a text; must be of the same kind as the values before it",
     "vary = { mass = 'a' }": "vary.mass: a text; must be a number",
     "vary = { mass = true }": "vary.mass: true or false; must be a number",
-    "vary = { mass = { from = 1 } }": "vary.mass: has named entries (from), a list of values is needed",
-    "vary = { mass = function() end }": "vary.mass: a function, a number, a text, true or false is needed",
+    "vary = { mass = { from = 1 } }": "vary.mass: has named entries (from); must be a list of values",
+    "vary = { mass = function() end }": "vary.mass: a function; must be a number, a text, true or false",
     "vary = { inputs = 3 }": "vary.inputs: a number; must be names of files",
     "vary = { inputs = 'no.csv' }": "inputs: no.csv: No such file or directory; name a readable file",
-    "vary = {}": "vary: empty, at least one name is needed",
-    "vary = { 1 }": "vary: has entries without a name, a table such as { m = rd.grid(1, 3, 5) } is needed",
-    "vary = 3": "vary: a number, a table such as { m = rd.grid(1, 3, 5) } is needed",
-    "vari = { mass = 1 }, vary = { mass = 1 }": 'vari: unknown field, the nearest known one is "vary"',
-    "tol = 1e-6": "rd.sweep: vary is missing, such as vary = { m = rd.grid(1, 3, 5) }",
-    "vary = { mass = 1 }, tol = -1": "tol: value -1, a positive number is needed",
-    "vary = { mass = 1 }, tol = 1e-6, step = 1": "step: fixed steps, beside tol or step_max of steps that are found, one kind is needed",
-    "vary = { mass = 1 }, method = 3": "method: a number, a text is needed",
-    "vary = { mass = 1 }, keep = {}": "keep: nothing is kept, final = true or names of columns are needed",
-    "vary = { mass = 1 }, keep = { finl = true }": 'keep.finl: unknown field, the nearest known one is "final"',
-    "vary = { mass = 1 }, keep = { at = { 1, 0.5 } }": "keep.at[2]: time 0.5, ascending ones, not below 0, are needed",
+    "vary = {}": "vary: empty; must have at least one name",
+    "vary = { 1 }": "vary: has entries without a name; must be a table such as { m = rd.grid(1, 3, 5) }",
+    "vary = 3": "vary: a number; must be a table such as { m = rd.grid(1, 3, 5) }",
+    "vari = { mass = 1 }, vary = { mass = 1 }": 'vari: unknown field; did you mean "vary"?',
+    "tol = 1e-6": "rd.sweep: vary is missing; add vary = { m = rd.grid(1, 3, 5) }",
+    "vary = { mass = 1 }, tol = -1": "tol: value -1; must be positive",
+    "vary = { mass = 1 }, tol = 1e-6, step = 1": "step: fixed steps, but tol or step_max is given for adaptive steps; remove one of them",
+    "vary = { mass = 1 }, method = 3": "method: a number; must be a text",
+    "vary = { mass = 1 }, keep = {}": "keep: keeps nothing; add final = true or names of columns",
+    "vary = { mass = 1 }, keep = { finl = true }": 'keep.finl: unknown field; did you mean "final"?',
+    "vary = { mass = 1 }, keep = { at = { 1, 0.5 } }": "keep.at[2]: time 0.5; times must ascend and not be negative",
     "vary = { mass = 1 }, keep = { at = { 0.5, 2 } }": "keep.at[2]: time 2; must not be after the end of the motions at 1",
-    "vary = { mass = 1 }, keep = { norms = { 3 } }": "keep.norms[1]: a number, a name is needed",
-    "vary = { mass = 1 }, keep = { norms = { 'a', 'a' } }": 'keep.norms: "a" is there twice, once is enough',
-    "vary = { mass = 1 }, derive = 3": "derive: a number, a function of the values of a case is needed",
-    "vary = { mass = { 1, 2 } }, derive = function(c) return { E = 1 / (c.mass - 2) } end": "derive: case 1: E: value inf, a finite number is needed",
-    "vary = { mass = 1 }, derive = function(c) return { E = 0/0 } end": "derive: case 0: E: value nan, a finite number is needed",
-    "vary = { mass = 1 }, derive = function(c) return { mass = 1 } end": "derive: case 0: mass: `vary` has this name, too, one of them is needed",
-    "vary = { mass = 1 }, derive = function(c) return 3 end": "derive: case 0: the function gives number, a table such as { NAME = value } is needed",
-    "vary = { mass = 1 }, derive = function(c) return {} end": "derive: case 0: an empty table, { NAME = value } is needed",
-    "vary = { mass = 1 }, derive = function(c) return { 3 } end": "derive: case 0: an entry without a name, { NAME = value } is needed",
-    "vary = { mass = 1 }, derive = function(c) return { E = {} } end": "derive: case 0: E: of type table, a number, a text, true or false is needed",
-    "vary = { mass = { 1, 2 } }, derive = function(c) return { E = c.mass > 1 and 'a' or 1 } end": "derive: case 1: E: of another type than in the first case, all of one are needed",
-    "vary = { mass = { 1, 2 } }, derive = function(c) return c.mass > 1 and { F = 1 } or { E = 1 } end": "derive: case 1: F: not there in the first case, the same names in each are needed",
-    "vary = { mass = { 1, 2 } }, derive = function(c) return { E = 1, F = c.mass < 2 and 1 or nil } end": "derive: case 1: fewer names than in the first case, the same in each are needed",
+    "vary = { mass = 1 }, keep = { norms = { 3 } }": "keep.norms[1]: a number; must be a name",
+    "vary = { mass = 1 }, keep = { norms = { 'a', 'a' } }": 'keep.norms: "a" is given twice; give it once',
+    "vary = { mass = 1 }, derive = 3": "derive: a number; must be a function of the values of a case",
+    "vary = { mass = { 1, 2 } }, derive = function(c) return { E = 1 / (c.mass - 2) } end": "derive: case 1: E: value inf; must be finite",
+    "vary = { mass = 1 }, derive = function(c) return { E = 0/0 } end": "derive: case 0: E: value nan; must be finite",
+    "vary = { mass = 1 }, derive = function(c) return { mass = 1 } end": "derive: case 0: mass: already varies; choose another name or remove it from vary",
+    "vary = { mass = 1 }, derive = function(c) return 3 end": "derive: case 0: the function returns number; must return a table such as { NAME = value }",
+    "vary = { mass = 1 }, derive = function(c) return {} end": "derive: case 0: an empty table; return { NAME = value }",
+    "vary = { mass = 1 }, derive = function(c) return { 3 } end": "derive: case 0: an entry without a name; return { NAME = value }",
+    "vary = { mass = 1 }, derive = function(c) return { E = {} } end": "derive: case 0: E: of type table; must be a number, a text, true or false",
+    "vary = { mass = { 1, 2 } }, derive = function(c) return { E = c.mass > 1 and 'a' or 1 } end": "derive: case 1: E: of another type than in the first case; must be of one type",
+    "vary = { mass = { 1, 2 } }, derive = function(c) return c.mass > 1 and { F = 1 } or { E = 1 } end": "derive: case 1: F: missing in the first case; return the same names in each case",
+    "vary = { mass = { 1, 2 } }, derive = function(c) return { E = 1, F = c.mass < 2 and 1 or nil } end": "derive: case 1: fewer names than in the first case; return the same names in each case",
     "vary = { mass = 1 }, derive = function(c) return { EE = 1 } end": 'derive: EE: unknown name; the nearest known one is "E"',
-    "vary = { mass = 1 }, derive = function(c) return { E = c.mas } end": 'derive: "mas" does not vary, the nearest name that does is "mass"',
-    "vary = { mass = 1 }, derive = function(c) while true do end end": "more than 100 million steps to read the sweep, a loop has no end?",
+    "vary = { mass = 1 }, derive = function(c) return { E = c.mas } end": 'derive: "mas" does not vary; did you mean "mass"?',
+    "vary = { mass = 1 }, derive = function(c) while true do end end": "more than 100 million steps to read the sweep; look for a loop without an end",
     "vary = { mass = rd.grid(1, 2, 1001), E = rd.uniform(1, 2), F = rd.grid(0, 1, 10) }, draws = 100":
-        "rd.sweep: 1001000 cases (10 of F x 1001 of mass x 100 draws), more than 1000000 need cases_max = 1001000",
-    "vary = { mass = rd.grid(1, 2, 3) }, cases_max = 2": "rd.sweep: 3 cases (3 of mass), more than 2 need cases_max = 3",
+        "rd.sweep: 1001000 cases (10 of F x 1001 of mass x 100 draws), more than 1000000; to allow them add cases_max = 1001000",
+    "vary = { mass = rd.grid(1, 2, 3) }, cases_max = 2": "rd.sweep: 3 cases (3 of mass), more than 2; to allow them add cases_max = 3",
 }
 
 
@@ -332,7 +332,7 @@ def test_refusals(folder, fields):
 
 def test_a_sweep_needs_its_end(folder):
     assert refusals(folder, sweep_text("vary = { mass = 1 }", t_end=False)) == [
-        "sweep.lua:2: rd.sweep: t_end is missing, such as t_end = 10, the end of the motions [s]"]
+        "sweep.lua:2: rd.sweep: t_end is missing; add t_end = 10, the end of the motions [s]"]
 
 
 def test_all_mistakes_are_told_at_once(folder):
@@ -343,30 +343,30 @@ def test_all_mistakes_are_told_at_once(folder):
 
 def test_options_that_a_structure_refuses_are_told_where_they_stand(folder):
     assert refusals(folder, sweep_text("vary = { E = 1,\n mass = 1,\n n_rfe = { 2, 99 } }")) == [
-        'sweep.lua:5: with n_rfe = 99 the model has an error: option n_rfe: value "99", a number from 1 up to 20 is needed']
+        'sweep.lua:5: with n_rfe = 99 the model has an error: option n_rfe: value "99"; must be a number from 1 to 20']
 
 
 def test_what_derive_may_take(folder):
     loop = "vary = { mass = rd.grid(1, 2, 1000) }, derive = function(c) for i = 1, 2e5 do end return { E = 1 } end"
-    assert refusals(folder, sweep_text(loop)) == ["sweep.lua:3: more than 102 million steps to read the sweep, a loop has no end?"]
+    assert refusals(folder, sweep_text(loop)) == ["sweep.lua:3: more than 102 million steps to read the sweep; look for a loop without an end"]
 
 
 def test_columns_that_a_sequence_has(folder):
     many = ", ".join(f"arm_theta_{i} = rd.uniform(0, 1)" for i in range(1, 42))
     assert refusals(folder, sweep_text(f"vary = {{ {many} }}, draws = 3, sequence = 'sobol'")) == [
-        "sweep.lua:3: sequence: 41 random columns, sobol has up to 40"]
+        "sweep.lua:3: sequence: 41 random columns; sobol has at most 40"]
     many = ", ".join(f"x_{i} = rd.uniform(0, 1)" for i in range(1230))
     assert refusals(folder, sweep_text(f"vary = {{ {many} }}, draws = 3, sequence = 'halton'")) == [
-        "sweep.lua:3: sequence: 1230 random columns, halton has up to 1229"]
+        "sweep.lua:3: sequence: 1230 random columns; halton has at most 1229"]
 
 
 def test_other_files(folder):
-    assert refusals(folder, "return 3\n") == ["sweep.lua: the file returns a number, rd.sweep { ... } is needed"]
+    assert refusals(folder, "return 3\n") == ["sweep.lua: the file returns a number; must return rd.sweep { ... }"]
     assert refusals(folder, "return {\n") == ["sweep.lua:2: unexpected symbol near <eof>"]
-    assert refusals(folder, MODEL)[0].startswith("sweep.lua:3: rd.option: of model files, a sweep file has rd.sweep, rd.grid, rd.log_grid,")
-    assert refusals(folder, 'return require "refdyn".gridd(1, 2, 3)') == ['sweep.lua:1: rd.gridd: unknown function, the nearest known one is "grid"']
-    assert refusals(folder, 'return io.open("x")')[0].startswith('sweep.lua:1: undefined global "io": a sweep has no such function or library')
-    assert refusals(folder, "while true do end") == ["sweep.lua:1: more than 100 million steps to read the sweep, a loop has no end?"]
+    assert refusals(folder, MODEL)[0].startswith("sweep.lua:3: rd.option: belongs to model files; in a sweep use one of sweep, grid, log_grid,")
+    assert refusals(folder, 'return require "refdyn".gridd(1, 2, 3)') == ['sweep.lua:1: rd.gridd: unknown function; did you mean "grid"?']
+    assert refusals(folder, 'return io.open("x")')[0].startswith('sweep.lua:1: undefined global "io": not available in a sweep')
+    assert refusals(folder, "while true do end") == ["sweep.lua:1: more than 100 million steps to read the sweep; look for a loop without an end"]
     done = subprocess.run([CASES, "model.lua", "none.lua"], cwd=folder, capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (1, "none.lua: cannot be read: No such file or directory\n")
 
@@ -375,7 +375,7 @@ def test_models_have_no_functions_of_sweeps(folder):
     from program import refdyn
     (folder / "wrong.lua").write_text('local rd = require "refdyn"\nreturn rd.sweep { vary = {} }\n')
     assert refdyn("check", folder / "wrong.lua", status=1).stderr.endswith(
-        "wrong.lua:2: rd.sweep: of sweep files; refdyn batch MODEL.lua SWEEP.lua takes them\n")
+        "wrong.lua:2: rd.sweep: belongs to sweep files; run them by refdyn batch MODEL.lua SWEEP.lua\n")
 
 
 def test_the_command_line_sets_what_a_sweep_does_not_vary(folder):
@@ -410,7 +410,7 @@ def test_tables(folder):
     "mass,E\n1\n": "2: cases: 1 fields under 2 names",
     "mass\n": "1: cases: no row below the names; write at least one case",
     "mass,shape\n1,\n": "2: cases: shape: the field is empty; write a value",
-    "mass,shape\n1,oval\n": '1: with shape = oval the model has an error: option shape: value "oval", one of round, flat is needed',
+    "mass,shape\n1,oval\n": '1: with shape = oval the model has an error: option shape: value "oval"; must be one of round, flat',
     "inputs\nno.csv\n": "1: inputs: no.csv: No such file or directory; name a readable file",
 }.items())
 def test_wrong_tables(folder, text, message):
@@ -454,7 +454,7 @@ def test_the_example_of_the_page(folder):
 
 def test_the_page_names_what_there_is(folder):
     page = (SOURCE / "docs" / "batches.md").read_text()
-    known = refusals(folder, sweep_text("vary = { mass = 1 }, qqqqqqqqqqqq = 1"))[0].partition("known:")[2].split()
+    known = refusals(folder, sweep_text("vary = { mass = 1 }, qqqqqqqqqqqq = 1"))[0].partition("use one of ")[2].split(", ")
     assert known and all(f"`{name}`" in page for name in known)
-    functions = re.findall(r"rd\.(\w+)", refusals(folder, 'return require "refdyn".model {}')[0].partition("has")[2])
+    functions = refusals(folder, 'return require "refdyn".model {}')[0].partition("use one of ")[2].split(", ")
     assert functions and all(f"rd.{name}" in page for name in functions)

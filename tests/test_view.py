@@ -291,6 +291,7 @@ def write_run(path, names, rows, step):
     np.savetxt(path, np.column_stack([t, q, rates, q[:, 0], force]), delimiter=",", header=header, comments="", fmt="%.9g")
 
 
+@pytest.mark.quick
 def test_pages_are_small(tmp_path):
     """With 193 coordinates over ten seconds, a thousand rows, and as many forces."""
     names = ["column_psi", *(f"rod_{turn}_{i}" for i in range(1, 65) for turn in ("psi", "theta", "phi"))]
@@ -319,6 +320,7 @@ def drawing(model, folder, *more):
     return ElementTree.parse(folder / "model.svg").getroot()
 
 
+@pytest.mark.quick
 def test_a_model_is_drawn(tmp_path):
     svg = drawing(MODELS / "fivebar.lua", tmp_path)
     texts = [text.text for text in svg.iter("{http://www.w3.org/2000/svg}text")]
@@ -330,6 +332,7 @@ def test_a_model_is_drawn(tmp_path):
     assert len(ties) == 4 and len(branches) == 5
 
 
+@pytest.mark.quick
 def test_a_row_leads_to_the_link_that_is_named(tmp_path):
     """Not to the link to which it is welded; the message names an axis that is not the link's own, and uses singular and plural correctly."""
     model = tmp_path / "arm.lua"
@@ -366,7 +369,7 @@ def test_every_model_is_drawn_without_overlap(tmp_path):
 def test_drawings_that_are_refused(tmp_path):
     fivebar = MODELS / "fivebar.lua"
     done = refdyn("check", fivebar, "--draw", tmp_path / "a.gif", status=2)
-    assert done.stderr.splitlines()[0] == f"refdyn check: --draw: '{tmp_path}/a.gif' ends in none of .svg, .png, .pdf" and not done.stdout
+    assert done.stderr.splitlines()[0] == f"refdyn check: --draw: '{tmp_path}/a.gif' must end in .svg, .png or .pdf" and not done.stdout
     copy = tmp_path / "model.svg"
     copy.write_bytes(fivebar.read_bytes())
     done = refdyn("check", copy, "--draw", copy, status=1)

@@ -1,4 +1,4 @@
-/* The generator's arena: see base.h. */
+/* The generator's arena and scratch: lists of blocks from malloc, bounded in bytes and in work. */
 #include "gen/base/base.h"
 
 #include <stdarg.h>
@@ -9,12 +9,12 @@
 enum {
     BLOCK_SIZE = 1 << 18,
     ALIGNMENT = 16,
-    BYTES_OF_WORK = 300 /* of scratch: measured, they take as long as one expression */
+    BYTES_OF_WORK = 300 /* of scratch take as long as one expression (measured) */
 };
 
 struct memory_block {
     struct memory_block *next;
-    size_t used, size; /* bytes of data behind the header */
+    size_t used, size; /* bytes of data that follow the header */
 };
 
 static const size_t header_size = (sizeof(struct memory_block) + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
@@ -37,7 +37,7 @@ static struct memory_block *new_block(struct memory *memory, size_t size) {
     return block;
 }
 
-/* From the last block of a list, or from a new one. */
+/* Takes zeroed bytes from the first block of the list, or from a new one. NULL if memory is short. */
 static void *take(struct memory *memory, struct memory_block **list, size_t size) {
     size = (size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
     if (!*list || (*list)->size - (*list)->used < size) {
@@ -93,7 +93,7 @@ static void free_last(struct memory *memory, struct memory_block **list) {
     *list = next;
 }
 
-/* The first block stays: most steps are small, and take nothing from malloc. */
+/* The first block stays, so that most steps, which are small, need no call of malloc. */
 void memory_back(struct memory *memory, struct memory_mark mark) {
     while (memory->scratch != mark.block && memory->scratch->next)
         free_last(memory, &memory->scratch);

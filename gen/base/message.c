@@ -1,6 +1,6 @@
 /*
- * Complaints about a model: see base.h. The nearest name is by edit distance with transpositions.
- * Characters are those of RFC 3629.
+ * Messages about a model: made safe to show, collected, sorted by line; and the known name nearest to a
+ * misspelled one, by edit distance with transpositions.
  */
 #include "gen/base/base.h"
 
@@ -13,7 +13,7 @@ enum { LONGEST_NAME = 40, LONGEST_TEXT = 2000 };
 
 /* ---- texts of authors ---- */
 
-/* C0, DEL and C1, and the separators of lines and paragraphs. */
+/* C0, DEL and C1, and the separators of lines and paragraphs (Unicode). */
 static bool is_control(unsigned code) {
     return code < 0x20 || (code >= 0x7F && code < 0xA0) || code == 0x2028 || code == 0x2029;
 }
@@ -24,7 +24,7 @@ static bool turns_direction(unsigned code) {
            (code >= 0x2066 && code <= 0x2069);
 }
 
-/* Bytes at the start of a text that a line may hold. */
+/* Number of bytes at the start of a text that may appear in a line. */
 static size_t fit_length(const char *text, size_t length) {
     unsigned code;
     size_t at = 0;
@@ -37,7 +37,7 @@ static size_t fit_length(const char *text, size_t length) {
     return at;
 }
 
-/* The character at `text`, which a line may not hold; gives its bytes. */
+/* Adds the character at `text`, which may not appear in a line, as an escape; returns its number of bytes. */
 static size_t add_escaped(struct text *safe, const char *text, size_t length) {
     unsigned code;
     const int count = utf8_decode(text, length, &code);
@@ -67,27 +67,24 @@ const char *message_safe_text(struct memory *memory, const char *text, size_t le
     return safe.data;
 }
 
-static void complain_of_character(struct messages *messages, struct place place, const char *what,
-                                  const char *text, size_t length) {
+static void refuse_character(struct messages *messages, struct place place, const char *what,
+                             const char *text, size_t length) {
     unsigned code;
     if (utf8_decode(text, length, &code) == 0)
-        message_error(messages, place, "%s: contains byte %d, which is not UTF-8, a line of text is needed",
+        message_error(messages, place, "%s: contains byte %d, which is not UTF-8; save the file as UTF-8",
                       what, (unsigned char)*text);
     else if (is_control(code))
-        message_error(messages, place, "%s: contains control character %d, a line of text is needed", what,
-                      (int)code);
+        message_error(messages, place, "%s: contains control character %d; remove it", what, (int)code);
     else
-        message_error(
-            messages, place,
-            "%s: contains U+%04X, which turns the direction of reading, a line of plain text is needed", what,
-            code);
+        message_error(messages, place, "%s: contains U+%04X, which turns the direction of reading; remove it",
+                      what, code);
 }
 
 bool message_is_one_line(struct messages *messages, struct place place, const char *what, const char *text,
                          size_t length) {
     const size_t at = fit_length(text, length);
     if (at < length)
-        complain_of_character(messages, place, what, text + at, length - at);
+        refuse_character(messages, place, what, text + at, length - at);
     return at == length;
 }
 
@@ -117,7 +114,7 @@ static const char *with_point(struct memory *memory, const char *text) {
     return text_to_number(changed, &value) ? changed : NULL;
 }
 
-/* A number and then letters, such as those of a unit? */
+/* Whether the text is a number followed by letters, such as those of a unit. */
 static bool has_unit(struct memory *memory, const char *text) {
     double value;
     const size_t length = strspn(text, "+-.0123456789");
@@ -130,7 +127,7 @@ static bool has_unit(struct memory *memory, const char *text) {
 const char *message_number_advice(struct memory *memory, const char *text) {
     const char *instead, *strange = message_beyond_ascii(memory, text, strlen(text), &instead);
     if (strange)
-        return memory_format(memory, ", it has %s; %s", strange, instead);
+        return memory_format(memory, "; it contains %s: %s", strange, instead);
     const char *number = with_point(memory, text);
     if (number)
         return memory_format(memory, "; write %s", number);
@@ -146,12 +143,12 @@ static void put(struct messages *messages, struct place place, const char *text,
     messages->list[messages->count++] = (struct message){.place = place, .text = text, .is_error = is_error};
 }
 
-/* Says that there are more messages. An error ends the reading: the guesses of what was meant alone would
- * take minutes for a million of them. */
+/* Says that there are more messages. An error ends the reading: for a million errors, the search for the
+ * nearest names alone would take minutes. */
 static void leave_out(struct messages *messages, struct place place, bool is_error) {
     if (is_error || messages->count == MESSAGES_BOUND)
         put(messages, (struct place){.file = place.file},
-            memory_format(messages->memory, "%smore than %d messages, the rest is left out",
+            memory_format(messages->memory, "%smore than %d messages; the others are left out",
                           is_error ? "" : "warning: ", MESSAGES_BOUND),
             is_error);
     messages->are_too_many = is_error;
@@ -214,7 +211,7 @@ static int smaller(int a, int b) {
     return a < b ? a : b;
 }
 
-/* What two names begin and end with alike is no part of their distance. */
+/* Removes the letters that two names have in common at their beginning and end. */
 static void strip(const char **a, int *length_a, const char **b, int *length_b) {
     while (*length_a > 0 && *length_b > 0 && **a == **b)
         ++*a, ++*b, --*length_a, --*length_b;
@@ -222,8 +219,8 @@ static void strip(const char **a, int *length_a, const char **b, int *length_b) 
         --*length_a, --*length_b;
 }
 
-/* Least number of letters put in, left out, replaced or swapped with their neighbour that leads from a to b;
- * `limit` where it is not less than that. */
+/* The least number of insertions, deletions, replacements and swaps of neighbouring letters that lead from a
+ * to b, and at most `limit`. */
 static int edit_distance(const char *a, const char *b, int limit) {
     int length_a = (int)strlen(a), length_b = (int)strlen(b);
     strip(&a, &length_a, &b, &length_b);
@@ -255,7 +252,7 @@ const char *message_nearest_name(const char *name, const char *const *known, int
         return NULL;
     const char *nearest = NULL;
     size_t longest = 0;
-    int least = (int)length / 3 + 2; /* farther than a third of the letters and one is no slip of the pen */
+    int least = (int)length / 3 + 2; /* a typing error changes at most a third of the letters and one more */
     for (int i = 0; i < count; i++)
         if (strcasecmp(name, known[i]) == 0)
             return known[i];
@@ -263,11 +260,11 @@ const char *message_nearest_name(const char *name, const char *const *known, int
         const long apart = (long)strlen(known[i]) - (long)length;
         const bool is_far = strlen(known[i]) > LONGEST_NAME || apart > least || -apart > least;
         int distance = is_far ? least : edit_distance(name, known[i], least + 1);
-        /* with half of its letters changed a short name is another one, unless the name begins with it */
+        /* a short name with half of its letters changed is another name, unless the name begins with it */
         if (distance > 1 && 2 * distance > (int)strlen(known[i]) &&
             strncmp(name, known[i], strlen(known[i])) != 0)
             distance = least + 1;
-        /* the nearest so far has no letter in common with the name */
+        /* whether the nearest so far has no letter in common with the name */
         const bool is_other = nearest && least >= (int)length && least >= (int)longest;
         const bool is_alike = is_other && !is_far && distance == least && distance < (int)strlen(known[i]);
         if (distance < least || is_alike) {
@@ -277,4 +274,23 @@ const char *message_nearest_name(const char *name, const char *const *known, int
         }
     }
     return nearest;
+}
+
+const char *message_names(struct memory *memory, const char *const *names, int count) {
+    const char *text = "";
+    for (int i = 0; i < count; i++)
+        text = memory_format(memory, "%s%s%s", text, i ? ", " : "", names[i]);
+    return text;
+}
+
+const char *message_advice_on_name(struct memory *memory, const char *name, const char *const *known,
+                                   int count) {
+    enum { MOST_SHOWN = 40 };
+    const char *nearest = message_nearest_name(name, known, count);
+    if (nearest)
+        return memory_format(memory, "; did you mean \"%s\"?", nearest);
+    const char *shown = message_names(memory, known, count < MOST_SHOWN ? count : MOST_SHOWN);
+    if (count > 1)
+        return memory_format(memory, "; use one of %s%s", shown, count > MOST_SHOWN ? " ..." : "");
+    return count ? memory_format(memory, "; use %s", shown) : "; there are none";
 }

@@ -1,13 +1,13 @@
 /*
  * The solution of M x = f in O(n): articulated inertias, eliminated joint by joint from the tips (theory,
- * sect. 5.1 to 5.4; Featherstone, Rigid Body Dynamics Algorithms, 2008, ch. 7). The velocities stand in f, so
- * one elimination serves every right side.
+ * sect. 5.1 to 5.4; Featherstone, Rigid Body Dynamics Algorithms, 2008, ch. 7). The velocities are in f, so
+ * that one elimination serves every right side.
  *
- * Takes kinematics, gives x for right sides f; declared in dynamics.h. For each frame the articulated
- * inertia IA = [J H; H^T M], J and M symmetric, maps (angular, linear) acceleration to (moment, force). Three
- * turns at one point, as of a spring-damping element, are eliminated together, as a ball joint: its moment m
- * follows from the forces on its coordinates alone, and only M - H^T J^-1 H is passed on. What vanishes there
- * is an exact zero, not a difference.
+ * Input: kinematics and right sides f. Result: x. For each frame the articulated inertia IA = [J H; H^T M], J
+ * and M symmetric, maps (angular, linear) acceleration to (moment, force). Three turns at one point, as in a
+ * spring-damping element, are eliminated together, as a ball joint: its moment m follows from the forces on
+ * its coordinates alone, and only M - H^T J^-1 H is passed on. The vanishing entries are exact zeros, not
+ * differences.
  */
 #include "gen/dynamics/dynamics.h"
 #include "gen/base/base.h"
@@ -20,19 +20,19 @@ struct articulated {
     struct tensor M;
 };
 
-/* What is kept of joint i: U = IA e, D = e . U + rotor, as U / D and 1 / D. Theory, sect. 5.2. */
+/* Values kept of joint i: U = IA e, D = e . U + rotor, as U / D and 1 / D. Theory, sect. 5.2. */
 struct pivot {
     struct wrench U, U_over_D;
     expression D_inverse;
-    expression kept; /* rotor / D: what joint i leaves of U and of its force along its own axis */
+    expression kept; /* rotor / D: the part of U, and of joint i's force, that remains along its own axis */
 };
 
-/* What is kept of a ball joint, in the axes of its last frame: J = L D L^T, J^-1 H, and where its three axes
- * stand. Theory, sect. 5.3. */
+/* Values kept of a ball joint, in the axes of its last frame: J = L D L^T, J^-1 H, and the directions of
+ * its three axes. Theory, sect. 5.3. */
 struct ball {
     expression D_inverse[3], L[3]; /* L: yx zx zy */
     struct matrix H, J_inverse_H;
-    struct matrix turn; /* from the last frame's axes to those of what carries the first */
+    struct matrix turn; /* from the last frame's axes to those of the first frame's carrier */
     expression tilt,
         cos_inverse; /* in the middle frame the first axis is cos along itself, tilt along the last axis */
 };
@@ -47,9 +47,9 @@ struct stage {
 
 struct elimination {
     const struct kinematics *k;
-    struct stage *stages;       /* by the frame that ends it; the others are empty */
+    struct stage *stages;       /* by the frame that ends the stage; the others are empty */
     bool *ends_stage;           /* by frame */
-    struct articulated *beyond; /* by frame: what all beyond it adds */
+    struct articulated *beyond; /* by frame: the contribution of everything beyond it */
 };
 
 /* IA of a rigid body: J, H = [mc]x, M = m 1. Theory, sect. 5.1. */
@@ -80,8 +80,8 @@ static struct vector tensor_column(const struct tensor *t, int column) {
     return c;
 }
 
-/* 1 / e. Where e chooses one of two constants for the last element of a run, the same choice of their
- * reciprocals: then no iteration divides. */
+/* 1 / e. If e chooses one of two constants for the last element of a run, the result is the same choice of
+ * their reciprocals, so that no iteration divides. */
 static expression reciprocal(struct graph *g, expression e) {
     const struct node node = g->nodes[e];
     const struct symbol *s = node.operation == OP_WHERE ? expr_as_symbol(g, node.operand[0]) : NULL;
@@ -114,8 +114,8 @@ static struct pivot pivot_of(struct graph *g, const struct joint *joint, const s
     return p;
 }
 
-/* IA e - U U.e / D = U rotor / D: the row and column of the joint's own axis are set to it, zero without a
- * rotor, not subtracted. */
+/* IA e - U U.e / D = U rotor / D: the row and column of the joint's own axis are set to this value, which
+ * is zero without a rotor; they are not subtracted. */
 static void keep_along_axis(struct graph *g, const struct joint *joint, const struct pivot *p,
                             struct articulated *a) {
     struct tensor *own = joint->is_revolute ? &a->J : &a->M;
@@ -163,7 +163,7 @@ struct matrix articulated_body_matrix_to_parent(const struct kinematics *k, int 
     return full;
 }
 
-/* The axis that r is parallel to, -1: none. */
+/* The axis to which r is parallel; -1: none. */
 static int axis_along(struct vector r) {
     for (int a = 0; a < 3; a++)
         if (r.at[a] && !r.at[(a + 1) % 3] && !r.at[(a + 2) % 3])
@@ -171,7 +171,7 @@ static int axis_along(struct vector r) {
     return -1;
 }
 
-/* [r]x M [r]x^T for r of length l along an axis, by l^2: then J' can be computed before H'. */
+/* [r]x M [r]x^T for r of length l along an axis, by l^2, so that J' can be computed before H'. */
 static struct tensor lever_square(struct graph *g, int axis, expression l, struct tensor M) {
     struct tensor square = {{0}};
     const int b = (axis + 1) % 3, c = (axis + 2) % 3, bc = tensor_index(b, c);
@@ -233,7 +233,8 @@ static int count_children(const struct tree *tree, int i) {
     return children;
 }
 
-/* A turn that carries nothing but the turn of frame `next`, at the same point and about another axis. */
+/* Returns whether frame i is a turn that carries only the turn of frame `next`, at the same point and
+ * about another axis. */
 static bool leads_to(const struct tree *tree, int i, int next) {
     const struct frame *frame = &tree->frames[i], *child = &tree->frames[next];
     return child->parent == i && child->kind == FRAME_JOINT && frame->joint.is_revolute &&
@@ -241,7 +242,7 @@ static bool leads_to(const struct tree *tree, int i, int next) {
            inertia_is_zero(&frame->inertia) && is_identity(&child->placement) && count_children(tree, i) == 1;
 }
 
-/* Rotors act on coordinates, not on the body behind the three turns. */
+/* Rotors act on coordinates, not on the body after the three turns. */
 static bool has_rotor(const struct tree *tree, int first) {
     return tree->frames[first].joint.rotor || tree->frames[first + 1].joint.rotor ||
            tree->frames[first + 2].joint.rotor;
@@ -282,8 +283,8 @@ static struct vector solve_ball(struct graph *g, const struct ball *ball, struct
 }
 
 /*
- * The last pivot, zz - yz^2 / yy, inverted as yy / (yy zz - yz^2): the rounding is as small, and the division
- * need not wait for that of the pivot before.
+ * The inverse of the last pivot, zz - yz^2 / yy, as yy / (yy zz - yz^2): rounding is as small, and the
+ * division need not wait for the division of the previous pivot.
  */
 static expression last_pivot_inverse(struct graph *g, expression yy, expression zz, expression yz) {
     if (!yz)
@@ -317,15 +318,15 @@ static void tilt_ball(const struct kinematics *k, const struct stage *stage, str
 }
 
 /*
- * The rotation of all three turns as one matrix, so that a vector takes one product instead of three that
- * wait for each other. Not in loops over elements: there other work fills the time, and the matrix would have
- * to be stored.
+ * The rotation of all three turns as one matrix, so that a vector needs one product instead of three
+ * consecutive ones. Not in loops over elements: there other operations fill the time, and the matrix would
+ * have to be stored.
  */
 static bool has_turn(const struct kinematics *k, const struct stage *stage) {
     return k->tree->frames[stage->last].run < 0;
 }
 
-/* A free vector out of the last frame's axes, turn by turn. */
+/* Turns a free vector out of the last frame's axes, turn by turn. */
 static struct vector turn_by_turn(const struct kinematics *k, const struct stage *stage, struct vector v) {
     for (int i = stage->last; i >= stage->first; i--)
         v = kinematics_to_parent(k, i, v);
@@ -341,7 +342,7 @@ static void turn_ball(const struct kinematics *k, const struct stage *stage, str
     kinematics_name_matrix(k, stage->last, "turn", &ball->turn);
 }
 
-/* A free vector from the last frame's axes to those of what carries the ball joint, and back. */
+/* A free vector from the last frame's axes to those of the ball joint's carrier, and back. */
 static struct vector out_of_ball(const struct kinematics *k, const struct stage *stage, struct vector v) {
     if (has_turn(k, stage))
         return matrix_times(k->g, stage->ball.turn.at, v);
@@ -356,7 +357,7 @@ static struct vector into_ball(const struct kinematics *k, const struct stage *s
     return v;
 }
 
-/* M - H^T J^-1 H is all that a ball joint passes on, from y = L^-1 H and z = D^-1 y: theory, sect. 5.3. */
+/* A ball joint passes on only M - H^T J^-1 H, from y = L^-1 H and z = D^-1 y: theory, sect. 5.3. */
 static struct articulated eliminate_ball(const struct kinematics *k, struct stage *stage,
                                          const struct articulated *beyond) {
     struct graph *g = k->g;
@@ -385,7 +386,7 @@ static struct articulated eliminate_ball(const struct kinematics *k, struct stag
 }
 
 /* The moment in the joint, in the middle frame: m_last = f_last, m_middle = f_middle, m_first = (f_first -
- * tilt f_last) / cos, since each force is the moment's part along its axis. Theory, sect. 5.3. */
+ * tilt f_last) / cos, since each force is the moment's component along its axis. Theory, sect. 5.3. */
 static struct vector ball_moment(const struct kinematics *k, const struct stage *stage, const expression *f) {
     struct graph *g = k->g;
     const struct frame *frames = k->tree->frames;
@@ -398,14 +399,15 @@ static struct vector ball_moment(const struct kinematics *k, const struct stage 
     return moment;
 }
 
-/* dw/dt behind turn i with its coordinate's acceleration at zero; beside references w x e qd is added. */
+/* dw/dt after turn i while its coordinate's acceleration is zero; without references this includes w x e
+ * qd. */
 static struct vector carry_turn(const struct kinematics *k, int i, bool moves, struct vector wd) {
     const struct vector turned = kinematics_to_child(k, i, wd);
     return moves ? kinematics_gyroscopic(k, i, turned) : turned;
 }
 
-/* x_first = delta_first / cos, x_middle = delta_middle, x_last = delta_last - tilt x_first with delta the
- * relative angular acceleration in the middle frame, of dw/dt or of what it differs by from references on
+/* x_first = delta_first / cos, x_middle = delta_middle, x_last = delta_last - tilt x_first, where delta is
+ * the relative angular acceleration in the middle frame: of dw/dt, or of its difference from references on
  * both sides. Theory, sect. 5.3 and 5.5. */
 static void ball_coordinates(const struct kinematics *k, const struct stage *stage, bool moves,
                              struct vector inside, struct vector outside, expression *x) {
@@ -462,8 +464,8 @@ static void remark_stage(const struct kinematics *k, const struct stage *stage) 
                                 name));
 }
 
-/* IA_i = I_i + what the children pass on (theory, sect. 5.1). A stage is eliminated at its last frame; its
- * other frames, and frames without a joint, pass on what they get. */
+/* IA_i = I_i + the contributions of the children (theory, sect. 5.1). A stage is eliminated at its last
+ * frame. Its other frames, and frames without a joint, pass on their sums unchanged. */
 static void eliminate_inward(struct elimination *e, int i) {
     const struct kinematics *k = e->k;
     const struct frame *frame = &k->tree->frames[i];
@@ -496,19 +498,19 @@ static expression wrench_dot(struct graph *g, struct wrench a, struct vector ang
     return expr_add(g, vector_dot(g, a.moment, angular), vector_dot(g, a.force, linear));
 }
 
-/* One right side: wrenches inward, then accelerations outward. Theory, sect. 5.4. */
+/* The solution for one right side: wrenches inward, then accelerations outward. Theory, sect. 5.4. */
 struct solution {
     const struct kinematics *k;
     const struct elimination *elimination;
     struct right_side side;
-    struct wrench *p;                   /* by frame: what all beyond passes on */
-    expression *u;                      /* force that is left for a joint */
+    struct wrench *p;                   /* by frame: the sum that everything beyond passes on */
+    expression *u;                      /* the remaining force of a joint */
     struct vector *angular_at_rest;     /* J^-1 (m - n_p) of a ball joint, by its last frame */
     struct acceleration *accelerations; /* of each frame */
     expression *x;
 };
 
-/* u_i = f_i - e . p is left for the joint, p + U u_i / D is passed on: theory, sect. 5.4. */
+/* The joint has the remaining force u_i = f_i - e . p and passes on p + U u_i / D: theory, sect. 5.4. */
 static struct wrench reduce_joint(const struct kinematics *k, const struct stage *stage, struct wrench p,
                                   struct solution *solution) {
     struct graph *g = k->g;
@@ -519,15 +521,15 @@ static struct wrench reduce_joint(const struct kinematics *k, const struct stage
     struct wrench through = {vector_scale(g, u, stage->pivot.U_over_D.moment),
                              vector_scale(g, u, stage->pivot.U_over_D.force)};
     through = wrench_add(g, p, through);
-    /* Along the joint's own axis that is e . p + u_i (1 - rotor / D) = f_i - u_i rotor / D, without a rotor
-     * f_i exactly. */
+    /* Along the joint's own axis this is e . p + u_i (1 - rotor / D) = f_i - u_i rotor / D; without a
+     * rotor exactly f_i. */
     (joint->is_revolute ? &through.moment : &through.force)->at[joint->axis] =
         expr_sub(g, solution->side.f[i], expr_mul(g, u, stage->pivot.kept));
     return through;
 }
 
-/* m and f_p + H^T J^-1 (m - n_p) are passed on, about the origin of the frame that carries the first turn:
- * theory, sect. 5.3. */
+/* The ball joint passes on m and f_p + H^T J^-1 (m - n_p), about the origin of the frame that carries the
+ * first turn: theory, sect. 5.3. */
 static struct wrench reduce_ball(const struct kinematics *k, const struct stage *stage, struct wrench p,
                                  struct solution *solution) {
     struct graph *g = k->g;
@@ -544,7 +546,7 @@ static struct wrench reduce_ball(const struct kinematics *k, const struct stage 
     return wrench_shift(g, k->joints[stage->first].shift, through);
 }
 
-/* What stage or frame i passes on to its parent. */
+/* The wrench that stage or frame i passes on to its parent. */
 static struct wrench reduce(const struct kinematics *k, int i, struct solution *solution) {
     const struct stage *stage = &solution->elimination->stages[i];
     struct wrench p = solution->p[i];
@@ -569,8 +571,8 @@ static void reduce_inward(struct solution *solution, int i) {
         solution->p[parent] = wrench_add(k->g, solution->p[parent], through);
 }
 
-/* x_i = (u_i - U . a') / D with a' the parent's acceleration, moved here; then a = a' + e x_i. Theory, sect.
- * 5.4. */
+/* x_i = (u_i - U . a') / D, where a' is the parent's acceleration moved to this frame; then a = a' + e
+ * x_i. Theory, sect. 5.4. */
 static struct acceleration accelerate_joint(const struct kinematics *k, const struct stage *stage,
                                             struct acceleration carried, struct solution *solution) {
     struct graph *g = k->g;
@@ -587,20 +589,20 @@ static struct acceleration accelerate_joint(const struct kinematics *k, const st
     return carried;
 }
 
-/* Acceleration of the origin of frame i, its joint at rest, in its parent's axes. */
+/* Acceleration of the origin of frame i while its joint is at rest, in its parent's axes. */
 static struct vector carried_origin(const struct kinematics *k, int i, struct acceleration parent) {
     return vector_add(k->g, parent.linear, vector_cross(k->g, parent.angular, k->joints[i].shift));
 }
 
-/* a': acceleration of frame i with its joint at rest. */
+/* a': acceleration of frame i while its joint is at rest. */
 static struct acceleration carry_outward(const struct kinematics *k, int i, struct acceleration parent) {
     return (struct acceleration){kinematics_to_child(k, i, parent.angular),
                                  kinematics_to_child(k, i, carried_origin(k, i, parent)),
                                  kinematics_to_child(k, i, parent.whole)};
 }
 
-/* wd = J^-1 (m - n_p) - J^-1 H a, counted from the reference wd = 0 (theory, sect. 5.3 and 5.5). `inside` is
- * the acceleration of what carries the joint. */
+/* wd = J^-1 (m - n_p) - J^-1 H a, relative to the reference wd = 0 (theory, sect. 5.3 and 5.5). `inside`
+ * is the acceleration of the joint's carrier. */
 static struct acceleration accelerate_ball(const struct kinematics *k, const struct stage *stage,
                                            struct acceleration inside, struct solution *solution) {
     struct graph *g = k->g;
@@ -613,7 +615,7 @@ static struct acceleration accelerate_ball(const struct kinematics *k, const str
     return (struct acceleration){wd, linear, wd};
 }
 
-/* A whole stage at its last frame. */
+/* Computes the accelerations of a whole stage at its last frame. */
 static void accelerate_outward(struct solution *solution, int i) {
     const struct kinematics *k = solution->k;
     const struct stage *stage = &solution->elimination->stages[i];

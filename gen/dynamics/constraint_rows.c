@@ -1,6 +1,90 @@
-/* Programme constraints: see constraints.h. */
+/*
+ * Derivatives of expressions by the coordinates, and the rows of programme constraints: from residuals in
+ * symbols to the terms of the motion equations (theory, sect. 6.1 to 6.3).
+ */
 #include "gen/dynamics/dynamics.h"
 #include "gen/base/base.h"
+
+/* ---- Derivatives by the coordinates ---- */
+
+static expression place_symbol(void *context, struct graph *g, expression e) {
+    const struct kinematics *k = context;
+    const struct symbol s = *expr_as_symbol(g, e);
+    if (s.kind == SYMBOL_COORDINATE && s.order == 2)
+        return expr_zero(g);
+    if (s.kind != SYMBOL_POINT)
+        return e;
+    const struct point_motion *point = &k->points[s.index / 3];
+    const struct vector by_order[3] = {point->r, point->rd, point->d};
+    return by_order[s.order].at[s.index % 3];
+}
+
+static expression rest_symbol(void *context, struct graph *g, expression e) {
+    const struct symbol s = *expr_as_symbol(g, e);
+    if (s.order > 0 && (s.kind == SYMBOL_COORDINATE || s.kind == SYMBOL_POINT))
+        return expr_zero(g);
+    return place_symbol(context, g, e);
+}
+
+expression coordinate_derivatives_with_points(const struct kinematics *k, expression e) {
+    rewrite_substitute(k->g, place_symbol, (void *)k, &e, &e, 1);
+    return e;
+}
+
+expression coordinate_derivatives_at_rest(const struct kinematics *k, expression e) {
+    rewrite_substitute(k->g, rest_symbol, (void *)k, &e, &e, 1);
+    return e;
+}
+
+static expression rate_of_symbol(void *context, struct graph *g, expression e) {
+    const struct symbol s = *expr_as_symbol(g, e);
+    (void)context;
+    if (s.kind == SYMBOL_TIME)
+        return expr_one(g);
+    if (s.kind == SYMBOL_COORDINATE && s.order == 0)
+        return expr_symbol(g, s.kind, s.index, 1);
+    if (s.kind == SYMBOL_POINT && s.order < 2)
+        return expr_symbol(g, s.kind, s.index, s.order + 1);
+    return expr_zero(g);
+}
+
+expression coordinate_derivatives_rate(const struct kinematics *k, expression e) {
+    return rewrite_derivative(k->g, e, rate_of_symbol, NULL);
+}
+
+expression *coordinate_derivatives_symbol_gradient(const struct kinematics *k, expression e, int order) {
+    const int n = k->tree->count, count = n + 3 * k->model->marker_count;
+    expression *by = memory_get(k->memory, ((size_t)count + 1) * sizeof *by);
+    expression *result = memory_get(k->memory, ((size_t)count + 1) * sizeof *result);
+    for (int i = 0; i < k->tree->count; i++)
+        if (k->tree->frames[i].kind == FRAME_JOINT && k->tree->frames[i].run < 0)
+            by[i] =
+                kinematics_coordinate_of(k, i, order); /* 0, not a symbol, in a run, which no formula names */
+    for (int i = n; i < count; i++)
+        by[i] = expr_symbol(k->g, SYMBOL_POINT, i - n, order);
+    rewrite_gradient(k->g, e, by, result, count);
+    return result;
+}
+
+static expression *coordinate_derivatives_placed_gradient(const struct kinematics *k, expression e,
+                                                          int order) {
+    expression *c = coordinate_derivatives_symbol_gradient(k, e, order);
+    rewrite_substitute(k->g, place_symbol, (void *)k, c, c, k->tree->count + 3 * k->model->marker_count);
+    return c;
+}
+
+/* c_j += (de/dr) . C_j for all points: theory, sect. 6.2. */
+expression *coordinate_derivatives_coefficients(const struct kinematics *k, expression e, int order,
+                                                bool resting) {
+    const int n = k->tree->count, markers = k->model->marker_count;
+    expression *c =
+        coordinate_derivatives_symbol_gradient(k, e, order); /* followed by three weights for each point */
+    rewrite_substitute(k->g, resting ? rest_symbol : place_symbol, (void *)k, c, c, n + 3 * markers);
+    for (int j = -1; recursion_next_joint(k->g, k->tree, &j);)
+        for (int p = 0; p < markers; p++)
+            c[j] = expr_add(k->g, c[j], vector_dot(k->g, vector_of(c + n + 3 * p), k->points[p].columns[j]));
+    return c;
+}
 
 expression constraints_rate_gain(struct graph *g, const struct row *row) {
     return expr_apply1(g, OP_RATE_GAIN, expr_mul(g, expr_number(g, 2), row->alpha));
@@ -10,8 +94,8 @@ expression constraints_position_gain(struct graph *g, const struct row *row) {
     return expr_apply1(g, OP_POSITION_GAIN, expr_mul(g, row->beta, row->beta));
 }
 
-/* k = -v - 2 alpha psi - beta^2 phi (theory, sect. 6.3). phi is 0 in a velocity row, psi, too, in an
- * acceleration row. */
+/* k = -v - 2 alpha psi - beta^2 phi (theory, sect. 6.3). phi is 0 in a velocity row; in an acceleration
+ * row psi is 0, too. */
 static void stabilise(const struct kinematics *k, int index, struct row_terms *terms) {
     struct graph *g = k->g;
     const struct row *row = &k->model->rows[index];
@@ -30,7 +114,8 @@ static void name_row(const struct kinematics *k, int index, const struct row_ter
         graph_name_value(k->g, values[i], memory_format(k->memory, "row_%d_%s", index + 1, names[i]));
 }
 
-/* A coefficient that is the entry of a point's C is called after the point: other rows may have it, too. */
+/* A coefficient that equals an entry of a point's C is named after the point, because other rows may have
+ * it, too. */
 static const char *coefficient_name(const struct kinematics *k, int index, int j, expression e) {
     static const char axes[3] = "xyz";
     const char *frame = k->tree->frames[j].name;
@@ -41,8 +126,8 @@ static const char *coefficient_name(const struct kinematics *k, int index, int j
     return memory_format(k->memory, "row_%d_u_%s", index + 1, frame);
 }
 
-/* Position: psi = d(phi)/dt, v = d(psi)/dt at qdd = 0; velocity: v = d(psi)/dt; acceleration: v is the
- * residual at qdd = 0; u by the symbols of the row's own order. Theory, sect. 6.1. */
+/* Position: psi = d(phi)/dt, v = d(psi)/dt at qdd = 0. Velocity: v = d(psi)/dt. Acceleration: v is the
+ * residual at qdd = 0. u is the derivative by the symbols of the row's own order. Theory, sect. 6.1. */
 static struct row_terms derive_row(const struct kinematics *k, int index) {
     static const char *const formulas[] = {
         "row %d, of positions: psi' = u qdd + v, k = -v - 2 alpha psi - beta^2 phi (6.1, 6.3)",

@@ -1,14 +1,23 @@
-/* From kinematics to the terms of the equations of motion. */
+/*
+ * The terms of the equations of motion, derived from the tree.
+ *
+ * The parts in order: kinematics; rows of programme constraints; derivatives by the coordinates; inertia,
+ * bias forces, gravity and energy; the solution of M x = f by articulated bodies or by factors of M; strains
+ * of elements; applied forces.
+ */
 #ifndef REFDYN_GEN_DYNAMICS_H
 #define REFDYN_GEN_DYNAMICS_H
 
 #include "gen/tree/tree.h"
 
+/* ---- Kinematics ---- */
+
 /*
- * Kinematics: rotations, angular velocities and bias accelerations of all frames, from the base outward.
+ * Rotations, angular velocities and bias accelerations of all frames, from the base outward.
  *
- * Takes the tree, gives expressions in each frame's own axes (theory, sect. 4.1 to 4.4). A bias acceleration
- * is the acceleration at qdd = 0, sum_jk T_jk qd_j qd_k of theory, sect. 2.1. Points are in the ground frame.
+ * Input: the tree. Output: expressions in each frame's own axes (theory, sect. 4.1 to 4.4). A bias
+ * acceleration is the acceleration at qdd = 0, sum_jk T_jk qd_j qd_k of theory, sect. 2.1. Points are in the
+ * ground frame.
  */
 
 struct joint_place {
@@ -17,29 +26,29 @@ struct joint_place {
 };
 
 struct frame_motion {
-    expression cosine,
-        sine;              /* of the angle from the frame's axes to those of its body: see tree.h */
-    struct vector angular; /* angular velocity w [rad/s] */
-    struct vector linear;  /* velocity of the origin [m/s] */
-    struct vector bias_angular;      /* dw/dt at qdd = 0 [rad/s^2] */
-    struct vector bias_linear;       /* acceleration of the origin at qdd = 0 [m/s^2] */
-    struct vector bias_less_gravity; /* the same minus gravity: what an accelerometer would show [m/s^2] */
-    struct matrix gradient;          /* B, of bias_linear in space: B r = wd0 x r + w x (w x r) [1/s^2] */
-    struct vector gravity;           /* the field, in own axes [m/s^2] */
-    struct matrix rotation;          /* axes in the ground frame */
-    struct vector position;          /* origin in the ground frame [m] */
+    expression cosine, sine;    /* of the angle from the frame's axes to those of its body; they differ if the
+                                   frame keeps its axes (tree.h) */
+    struct vector angular;      /* angular velocity w [rad/s] */
+    struct vector linear;       /* velocity of the origin [m/s] */
+    struct vector bias_angular; /* dw/dt at qdd = 0 [rad/s^2] */
+    struct vector bias_linear;  /* acceleration of the origin at qdd = 0 [m/s^2] */
+    struct vector bias_less_gravity; /* the same minus gravity: the reading of an accelerometer [m/s^2] */
+    struct matrix gradient; /* B, the gradient of bias_linear in space: B r = wd0 x r + w x (w x r) [1/s^2] */
+    struct vector gravity;  /* gravitational acceleration, in own axes [m/s^2] */
+    struct matrix rotation; /* axes in the ground frame */
+    struct vector position; /* origin in the ground frame [m] */
 };
 
-/* Of a point, or of a direction: then r is the vector itself. */
+/* Motion of a point, or of a direction; r is then the direction itself. */
 struct point_motion {
     struct vector r, rd, d; /* position, velocity, bias acceleration: rdd = C qdd + d */
-    struct vector *columns; /* C: a column a frame, zero off the point's path */
+    struct vector *columns; /* C: one column for each frame, zero off the point's path to the ground */
 };
 
 struct kinematics {
     struct graph *g;
     struct memory *memory;
-    const struct tree *tree;    /* rolled: see tree.h */
+    const struct tree *tree;    /* the rolled tree */
     struct joint_place *joints; /* by frame */
     struct frame_motion *frames;
     struct point_motion *points;
@@ -49,61 +58,63 @@ struct kinematics {
 void kinematics_derive(struct memory *memory, const struct model *model, const struct tree *tree,
                        struct kinematics *kinematics);
 
-/* A recursion over its frames: see recursion_over. */
+/* A recursion over its frames: see recursion_over in tree.h. */
 struct recursion kinematics_recursion(const struct kinematics *k, void *state, size_t size);
-/* q, qd or qdd of frame i; in a run those of the element that the loop is at. */
+/* q, qd or qdd of frame i; in a run, of the current element. */
 expression kinematics_coordinate_of(const struct kinematics *k, int i, int order);
-/* Is frame `outer` on the way from frame i to the ground, i itself included? */
+/* Returns whether frame `outer` is on the way from frame i to the ground, which includes i itself. */
 bool kinematics_is_on_path(const struct kinematics *k, int outer, int i);
-/* B = [wd]x + [w]x [w]x, which makes a + B r the acceleration at r from that of the origin, a: taken once a
- * frame, for its centre and for all that it carries. */
+/* B = [wd]x + [w]x [w]x. With the acceleration a of the origin, a + B r is the acceleration at r. B is
+ * computed once for each frame, for its centre and for all that it carries. */
 struct matrix kinematics_acceleration_gradient(struct graph *g, struct vector w, struct vector wd);
-/* wd + w x e qd for the axis e of joint i, own axes: dw/dt behind a revolute joint at qdd = 0. Twice the same
- * term is what a prismatic joint adds to the acceleration of the origin (theory, sect. 4.3). */
+/* wd + w x e qd for the axis e of joint i, own axes: dw/dt after a revolute joint at qdd = 0. A prismatic
+ * joint adds twice the same term to the acceleration of the origin (theory, sect. 4.3). */
 struct vector kinematics_gyroscopic(const struct kinematics *k, int i, struct vector wd);
 /* The axis of joint i in the ground frame. */
 struct vector kinematics_joint_axis(const struct kinematics *k, int i);
-/* A free vector, and a tensor, from the axes of frame i's body, -1: the ground, into its own. */
+/* A free vector, and a tensor, from the axes of frame i's body (-1: the ground) into its own. */
 struct vector kinematics_from_body(const struct kinematics *k, int i, struct vector a);
 struct tensor kinematics_tensor_from_body(const struct kinematics *k, int i, struct tensor t);
 /* A free vector from the axes of frame i's parent into its own, and back. */
 struct vector kinematics_to_child(const struct kinematics *k, int i, struct vector a);
 struct vector kinematics_to_parent(const struct kinematics *k, int i, struct vector a);
 struct tensor kinematics_tensor_to_parent(const struct kinematics *k, int i, struct tensor t);
-/* The same in a few more operations of which fewer wait for each other: for long recursions. */
+/* The same with a few more operations, fewer of which wait for each other: for long recursions. */
 struct tensor kinematics_tensor_to_parent_quickly(const struct kinematics *k, int i, struct tensor t);
 
 /*
- * d of a point, in the ground frame, from the acceleration of its frame's origin minus gravity and from B:
- * for callers whose recursion has both anyway. For a direction from B alone. Theory, sect. 4.4.
+ * d of a point, in the ground frame, from the acceleration of its frame's origin minus gravity and from B,
+ * for callers whose recursion has both. For a direction B is enough. Theory, sect. 4.4.
  */
 struct vector kinematics_acceleration_less_gravity(const struct kinematics *k, int point,
                                                    struct vector less_gravity, const struct matrix *gradient);
 
-/* By frame: the joint's origin from that of the joint before, ground axes. */
+/* By frame: the vector from the origin of the previous joint to that of this joint, ground axes. */
 struct vector *kinematics_ground_shifts(const struct kinematics *k);
 
-/* "arm_psi: <formula>", for a reader of the C. */
+/* Adds the remark "arm_psi: <formula>" for the reader of the C. */
 void kinematics_remark(const struct kinematics *k, int i, const char *formula);
-/* Names for a reader of the C: "arm_psi_1_<what>_x" ... */
+/* Names values for the reader of the C: "arm_psi_1_<what>_x" ... */
 void kinematics_name_vector(const struct kinematics *k, int i, const char *what, struct vector a);
-/* Rows of a matrix: "<what>_x_x", "<what>_x_y" ... */
+/* Names the rows of a matrix: "<what>_x_x", "<what>_x_y" ... */
 void kinematics_name_matrix(const struct kinematics *k, int i, const char *what, const struct matrix *m);
 void kinematics_name_scalar(const struct kinematics *k, int i, const char *what, expression e);
 
+/* ---- Programme constraints ---- */
+
 /*
- * Programme constraints: from residuals in symbols to the rows of the motion equations.
+ * From residuals in symbols to the rows of the motion equations.
  *
- * Takes the rows of the model (residuals of time, coordinates, rates and points), gives u, v, phi, psi, k
- * (theory, sect. 6.1 to 6.3). One rule serves all levels: d/dt of a symbol of order o is the symbol of order
- * o + 1, at qdd = 0; the coefficients u come from dynamics.h.
+ * Input: the rows of the model (residuals of time, coordinates, rates and points). Output: u, v, phi, psi, k
+ * (theory, sect. 6.1 to 6.3). One rule applies to all levels: d/dt of a symbol of order o is the symbol of
+ * order o + 1, at qdd = 0; the coefficients u are derivatives by the coordinates, below.
  */
 
 struct row_terms {
     expression *u;             /* n coefficients */
     expression v, phi, psi, k; /* u qdd + v = 0; residuals; stabilised right side */
-    expression *pull;          /* gradient by the coordinates themselves, by frame */
-    struct vector *pulls;      /* and by each point, ground frame: u = pull + C^T pulls */
+    expression *pull;          /* gradient by the row's own coordinates, by frame */
+    struct vector *pulls;      /* gradient by each point, ground frame: u = pull + C^T pulls */
 };
 
 /* 2 alpha and beta^2: values of the parameter struct, which the runtime may replace. */
@@ -112,40 +123,43 @@ expression constraints_position_gain(struct graph *g, const struct row *row);
 
 struct row_terms *constraints_derive(const struct kinematics *k);
 
+/* ---- Derivatives by the coordinates ---- */
+
 /*
- * Derivatives of an expression in symbols by the coordinates: theory, sect. 6.2, for rows, forces and
- * tangents.
+ * Derivatives of an expression in symbols by the coordinates, for rows, forces and tangents: theory, sect.
+ * 6.2.
  *
- * Takes an expression of time, coordinates and points, gives its n derivatives by the coordinates' values,
- * rates or accelerations. A point's symbol of order o changes with the coordinates of order o by the columns
- * of C, at every order.
+ * Input: an expression of time, coordinates and points. Output: its n derivatives by the coordinates' values,
+ * rates or accelerations. A point's symbol of order o depends on the coordinates' symbols of order o through
+ * the columns of C, at every order.
  */
 
-/* Derivatives of e by the symbols of one order: one for each frame's coordinate, then three for each point;
- * still in symbols. */
+/* Derivatives of e by the symbols of one order: one for each frame's coordinate, then three for each
+ * point. They are still in symbols. */
 expression *coordinate_derivatives_symbol_gradient(const struct kinematics *k, expression e, int order);
 
 /* The same with the symbols replaced by the kinematics. */
-expression *coordinate_derivatives_placed_gradient(const struct kinematics *k, expression e, int order);
 
-/* The same as derivatives by the coordinates of all frames, points by their kinematics; `resting`: at qd = 0.
- */
+/* The derivatives by the coordinates of all frames, with points replaced by their kinematics; `resting`:
+ * at qd = 0. */
 expression *coordinate_derivatives_coefficients(const struct kinematics *k, expression e, int order,
                                                 bool resting);
 
 /* d/dt of an expression in symbols at qdd = 0, in symbols: theory, sect. 6.2. */
 expression coordinate_derivatives_rate(const struct kinematics *k, expression e);
 
-/* Symbols of points replaced by their kinematics, accelerations at qdd = 0. */
+/* Replaces the symbols of points by their kinematics, with accelerations at qdd = 0. */
 expression coordinate_derivatives_with_points(const struct kinematics *k, expression e);
 /* The same at qd = 0. */
 expression coordinate_derivatives_at_rest(const struct kinematics *k, expression e);
 
+/* ---- Inertia, bias forces, gravity and energy ---- */
+
 /*
- * Dynamics: mass matrix, bias forces, gravity, energy and the solution of M x = f, from the tips inward.
+ * Mass matrix, bias forces, gravity and energy, from the tips inward.
  *
- * Takes kinematics, gives expressions. Each function is one recursion of theory, sect. 4 or 5, in the axes of
- * each frame; a wrench is taken about the origin of the frame in whose axes it is given.
+ * Input: kinematics. Each function is one recursion of theory, sect. 4 or 5, in the axes of each frame. A
+ * wrench refers to the origin of the frame in whose axes it is given.
  */
 
 struct wrench {
@@ -153,20 +167,21 @@ struct wrench {
 };
 
 struct wrench wrench_add(struct graph *g, struct wrench a, struct wrench b);
-/* Of the body that moves with frame i; in a run that of the element that the loop is at. */
+/* The inertia of the body that moves with frame i; in a run, of the current element. */
 struct inertia dynamics_own_inertia(const struct kinematics *k, int i);
-/* About a point from which its own is r away. */
+/* The wrench about a point from which its own reference point is r away. */
 struct wrench wrench_shift(struct graph *g, struct vector r, struct wrench w);
-/* About the origin of frame i's parent, in its axes. */
+/* The wrench about the origin of frame i's parent, in the parent's axes. */
 struct wrench wrench_to_parent(const struct kinematics *k, int i, struct wrench w);
 
 /*
- * Composite inertias Ic_i of all beyond each joint (theory, sect. 4.5); entry [n] is the ground's. M (n x n,
- * both halves) of a tree without runs is derived on the way, unless it is NULL.
+ * Composite inertias Ic_i of everything beyond each joint (theory, sect. 4.5); entry [n] is the ground's.
+ * Unless M is NULL, it receives the mass matrix (n x n, both halves) of a tree without runs.
  */
 struct inertia *dynamics_composite_inertias(const struct kinematics *k, expression *M);
 
-/* W_i = Ic_i e_i, the wrench that accelerates all beyond joint i by one unit of qdd_i: theory, sect. 4.6. */
+/* W_i = Ic_i e_i, the wrench that accelerates everything beyond joint i by one unit of qdd_i: theory,
+ * sect. 4.6. */
 struct wrench wrench_of_unit(const struct kinematics *k, int i, const struct inertia *beyond);
 /* R m R^T for the rotation R from frame i to its parent. */
 struct matrix articulated_body_matrix_to_parent(const struct kinematics *k, int i, struct matrix m);
@@ -184,88 +199,96 @@ expression *dynamics_printed_sum(const struct kinematics *k);
 expression dynamics_kinetic_energy(const struct kinematics *k);
 expression dynamics_gravity_energy(const struct kinematics *k, const struct inertia *composites);
 
-/* Accelerations of a frame, own axes, at which its body's load is taken: reference_accelerations.c. */
+/* Accelerations of a frame, in own axes, at which its body's load is evaluated. */
 struct reference {
     struct vector angular;  /* dw/dt [rad/s^2] */
     struct vector linear;   /* of the origin, minus gravity [m/s^2] */
     struct matrix gradient; /* of `linear` in space [1/s^2] */
 };
-/* The wrench of inertia and gravity that each body takes at these accelerations, in its frame. */
+/* The wrench of inertia and gravity of each body at these accelerations, in its frame. */
 struct wrench *dynamics_loads(const struct kinematics *k, const struct reference *references);
-/* Of the body of frame i at the acceleration a of its origin: moment J wd + w x J w + mc x a and force m a +
- * B mc, B = [wd]x + [w]x [w]x the gradient. */
+/* The wrench of the body of frame i at the acceleration a of its origin: moment J wd + w x J w + mc x a
+ * and force m a + B mc, where B = [wd]x + [w]x [w]x is the gradient. */
 struct wrench wrench_of_inertia(const struct kinematics *k, int i, struct vector wd,
                                 const struct matrix *gradient, struct vector a);
 
-/* M x = f by articulated inertias, eliminated from the tips; each right side then costs O(n): theory, sect.
- * 5.1 to 5.4. */
+/* ---- Solution of M x = f ---- */
+
+/* By articulated inertias, eliminated from the tips; each right side then costs O(n): theory, sect. 5.1 to
+ * 5.4. */
 struct elimination;
 struct elimination *articulated_body_eliminate(const struct kinematics *k);
-/* f minus the generalized forces of `loads` (by frame, or NULL), which are summed on the way. `references`:
- * the accelerations that these loads are taken at, NULL: they depend on none. */
+/* f minus the generalized forces of `loads` (by frame, or NULL), which the recursion sums. `references`:
+ * the accelerations at which these loads are evaluated; NULL: they depend on none. */
 struct right_side {
     const expression *f;
     const struct wrench *loads;
     const struct reference *references;
 };
-/* Accelerations of a frame, own axes, beyond those of its reference; `whole`: dw/dt with the reference's. */
+/* Accelerations of a frame, in own axes, relative to its reference; `whole`: dw/dt including the
+ * reference's. */
 struct acceleration {
     struct vector angular, linear, whole;
 };
-/* Accelerations by frame into `frames` unless it is NULL. */
+/* Writes the accelerations by frame into `frames` unless it is NULL. */
 expression *articulated_body_solve(const struct kinematics *k, const struct elimination *elimination,
                                    struct right_side side, struct acceleration **frames);
-/* Is frame i the last of the turns that are eliminated together? */
+/* Returns whether frame i is the last of three turns that are eliminated together. */
 bool articulated_body_ends_ball(const struct elimination *elimination, int i);
-/* By frame; for bodies behind ball joints dw/dt is not that at qdd = 0. */
+/* Reference accelerations by frame. After a ball joint their dw/dt is not the one at qdd = 0. */
 struct reference *reference_accelerations_derive(const struct kinematics *k,
                                                  const struct elimination *elimination);
-/* Can a load act on frame i? Not on one between the turns that are eliminated together. */
+/* Returns whether a load may act on frame i: not between turns that are eliminated together. */
 bool articulated_body_takes_load(const struct elimination *elimination, int i);
 
 /*
- * M x = f: M as L^T D L (mass_factor.c); then any right side costs O(n^2), in branched trees less. In trees
- * without runs alone.
+ * M x = f by M = L^T D L; any right side then costs O(n^2), less in branched trees. Only for trees without
+ * runs.
  */
 struct factors;
 struct factors *mass_factor(const struct kinematics *k, const expression *mass_matrix);
 expression *mass_factor_solve(const struct factors *factors, const expression *f);
-/* Additions and multiplications of the factorisation of a matrix M in which no entry vanishes. */
+/* Additions and multiplications of the factorisation of a matrix M without zero entries. */
 long mass_factor_operations(const struct tree *tree);
+
+/* ---- Strains of elements ---- */
 
 /*
  * Springs and dampers of an element with three turns, in a form that is symmetric in them: theory, sect. 3.4.
  *
- * Takes the turns psi, theta, phi of one spring-damping element, gives what its springs and dampers add to
- * the generalized forces, their energy and their derivatives. The strains are the components of the rotation
+ * Input: the turns psi, theta, phi of one spring-damping element. Output: the generalized forces of its
+ * springs and dampers, their energy and their derivatives. The strains are the components of the rotation
  * vector of R = Rz Ry Rx to second order in the turns (Baker, Campbell, Hausdorff), w_psi = psi - theta phi /
  * 2,   w_theta = theta + psi phi / 2,   w_phi = phi - psi theta / 2.
  */
 
-/* Do the spring and damper of frame i act on strains? Then the three turns are frames one behind the other.
- */
+/* Returns whether the spring and damper of frame i act on strains. The three turns are then consecutive
+ * frames. */
 bool element_strains_has(const struct kinematics *k, int i);
 /* The frame of the element's first turn. */
 int element_strains_first(const struct kinematics *k, int i);
 
 enum strain_part { STRAIN_ELASTIC = 1, STRAIN_VISCOUS = 2, STRAIN_BOTH = 3 };
 
-/* What springs, dampers or both add to Q_i: -(J^T S (w - w_rest))_i, -(J^T D J qd)_i, with J = dw/dq. */
+/* The part of Q_i from springs, dampers or both: -(J^T S (w - w_rest))_i, -(J^T D J qd)_i, with J = dw/dq. */
 expression element_strains_force(const struct kinematics *k, int i, enum strain_part part);
 /* s_i (w_i - w_rest_i)^2 / 2 */
 expression element_strains_energy(const struct kinematics *k, int i);
-/* Derivatives of what both add to Q_i by the element's three turns (order 0) or their rates (order 1);
+/* Derivatives of both parts of Q_i by the element's three turns (order 0) or their rates (order 1);
  * is_resting: at qd = 0. */
 void element_strains_derivatives(const struct kinematics *k, int i, int order, bool is_resting,
                                  expression by_turn[3]);
 
+/* ---- Applied forces ---- */
+
 /*
- * Applied forces: springs and dampers on coordinates, and what the author names (forces on coordinates, loads
- * at points, energies).
+ * Springs and dampers on coordinates, and the forces of the author: on coordinates, loads at points,
+ * energies.
  *
- * Takes the model's forces in symbols, gives generalized forces Q_j, their potential, their power and their
- * tangent (theory, sect. 4.9). A load F at a point gives Q = C^T F, a torque acts on the turns of its body,
- * an energy V gives Q = -dV/dq, which is a force -dV/dq_j on each coordinate and a load -dV/dr at each point.
+ * Input: the model's forces in symbols. Output: generalized forces Q_j, their potential, their power and
+ * their tangent (theory, sect. 4.9). A load F at a point contributes Q = C^T F, a torque acts on the turns of
+ * its body, and an energy V contributes Q = -dV/dq: a force -dV/dq_j on each coordinate and a load -dV/dr at
+ * each point.
  */
 
 /* All forces, loads and energies of the model as forces on coordinates and loads at points, in symbols. */
@@ -273,19 +296,19 @@ struct named_forces {
     struct force *forces; /* `coordinate` is the frame */
     struct load *loads;
     int force_count, load_count;
-    int own_forces, own_loads; /* the first ones are the author's own, the others come from energies */
+    int own_forces, own_loads; /* the author's own come first; the others come from energies */
 };
 
 struct named_forces forces_collect(const struct kinematics *k);
 
 struct applied {
     expression *conservative; /* n: springs and energies */
-    expression *others;       /* n: dampers, forces and loads that the author names */
-    expression *strained;     /* n: the sum of both where springs act on strains, 0 elsewhere: J^T once */
+    expression *others;       /* n: dampers, and forces and loads of the author */
+    expression *strained; /* n: the sum of both if springs act on strains, else 0, so that J^T occurs once */
 };
 
 struct applied forces_generalized(const struct kinematics *k);
-/* Energy of springs, 1/2 s (q - rest)^2 or that of strains, and of the author's potentials. */
+/* Energy of springs, 1/2 s (q - rest)^2 or the energy of strains, and of the author's potentials. */
 expression forces_energy(const struct kinematics *k);
 /* dQ_i/dq_j of all of these at qd = 0 (n x n). */
 expression *forces_tangent(const struct kinematics *k);

@@ -1,8 +1,106 @@
-/* Applied forces: see dynamics.h. */
+/*
+ * Applied forces: springs, dampers and the forces of the author (theory, sect. 4.9). Springs and dampers of
+ * an element's three turns act on strains (theory, sect. 3.4).
+ */
 #include "gen/dynamics/dynamics.h"
 #include "gen/base/base.h"
+#include "gen/graph/graph.h"
 
 #include <string.h>
+
+/* ---- Strains of elements ---- */
+
+/* sign_a e, of w_a = q_a + sign_a q_b q_c / 2 */
+static expression with_sign(struct graph *g, int a, expression e) {
+    return a == 1 ? e : expr_neg(g, e);
+}
+
+static expression half_of(struct graph *g, expression e) {
+    return expr_mul(g, expr_number(g, 0.5), e);
+}
+
+bool element_strains_has(const struct kinematics *k, int i) {
+    return k->tree->frames[i].has_strains;
+}
+
+int element_strains_first(const struct kinematics *k, int i) {
+    return i - k->tree->frames[i].turn;
+}
+
+static const struct joint *joint_of(const struct kinematics *k, int first, int turn) {
+    return &k->tree->frames[first + turn].joint;
+}
+
+static expression turn_of(const struct kinematics *k, int first, int turn, int order) {
+    return kinematics_coordinate_of(k, first + turn, order);
+}
+
+/* dw_a/dq_b = sign_a q_c / 2 for three turns a, b, c; 1 for a = b. */
+static expression strain_by_turn(const struct kinematics *k, int first, int a, int b) {
+    if (a == b)
+        return expr_one(k->g);
+    return with_sign(k->g, a, half_of(k->g, turn_of(k, first, 3 - a - b, 0)));
+}
+
+/* q_a + sign_a q_b q_c / 2 of any three values. */
+static expression strain_of(struct graph *g, const expression q[3], int a) {
+    const expression product = expr_mul(g, half_of(g, q[(a + 1) % 3]), q[(a + 2) % 3]);
+    return expr_add(g, q[a], with_sign(g, a, product));
+}
+
+/* w - w_rest */
+static expression strain(const struct kinematics *k, int first, int a) {
+    expression q[3], rest[3];
+    for (int turn = 0; turn < 3; turn++) {
+        q[turn] = turn_of(k, first, turn, 0);
+        rest[turn] = joint_of(k, first, turn)->rest;
+    }
+    return expr_sub(k->g, strain_of(k->g, q, a), strain_of(k->g, rest, a));
+}
+
+/* J qd */
+static expression strain_rate(const struct kinematics *k, int first, int a) {
+    expression rate = 0;
+    for (int b = 0; b < 3; b++)
+        rate = expr_add(k->g, rate, expr_mul(k->g, strain_by_turn(k, first, a, b), turn_of(k, first, b, 1)));
+    return rate;
+}
+
+/* S (w - w_rest), D J qd, or their sum. */
+static expression strain_moment(const struct kinematics *k, int first, int a, enum strain_part part) {
+    const struct joint *joint = joint_of(k, first, a);
+    expression moment = 0;
+    if (part & STRAIN_ELASTIC)
+        moment = expr_mul(k->g, joint->stiffness, strain(k, first, a));
+    if (part & STRAIN_VISCOUS)
+        moment = expr_add(k->g, moment, expr_mul(k->g, joint->damping, strain_rate(k, first, a)));
+    return moment;
+}
+
+expression element_strains_force(const struct kinematics *k, int i, enum strain_part part) {
+    const int first = element_strains_first(k, i), b = i - first;
+    expression force = 0;
+    for (int a = 0; a < 3; a++)
+        force = expr_add(k->g, force,
+                         expr_mul(k->g, strain_by_turn(k, first, a, b), strain_moment(k, first, a, part)));
+    return expr_neg(k->g, force);
+}
+
+expression element_strains_energy(const struct kinematics *k, int i) {
+    const int first = element_strains_first(k, i), a = i - first;
+    const expression w = strain(k, first, a);
+    return expr_mul(k->g, half_of(k->g, joint_of(k, first, a)->stiffness), expr_mul(k->g, w, w));
+}
+
+void element_strains_derivatives(const struct kinematics *k, int i, int order, bool is_resting,
+                                 expression by_turn[3]) {
+    const int first = element_strains_first(k, i);
+    const enum strain_part part = order == 0 && is_resting ? STRAIN_ELASTIC : STRAIN_BOTH;
+    expression by[3];
+    for (int turn = 0; turn < 3; turn++)
+        by[turn] = turn_of(k, first, turn, order);
+    rewrite_gradient(k->g, element_strains_force(k, i, part), by, by_turn, 3);
+}
 
 static expression *new_values(const struct kinematics *k, size_t count) {
     return memory_get(k->memory, (count + 1) * sizeof(expression));
@@ -66,8 +164,8 @@ static struct vector load_column(const struct kinematics *k, const struct load *
     return still;
 }
 
-/* Forces that name q_j and sum of F . C_j and of T . e_j: theory, sect. 4.9. F: by load, in terms of the
- * coordinates. */
+/* Adds forces that name q_j and the sum of F . C_j and of T . e_j: theory, sect. 4.9. F is by load, in
+ * terms of the coordinates. */
 static void add_named(const struct kinematics *k, const struct named_forces *named, const struct vector *F,
                       int j, struct applied *applied) {
     struct graph *g = k->g;
@@ -93,7 +191,7 @@ static void apply_forces(const struct kinematics *k, const struct named_forces *
     add_named(k, named, F, j, applied);
 }
 
-/* The same of an element's strains: theory, sect. 3.4. */
+/* The same for an element's strains: theory, sect. 3.4. */
 static void apply_strained(const struct kinematics *k, const struct named_forces *named,
                            const struct vector *F, int j, struct applied *applied) {
     struct graph *g = k->g;
@@ -136,8 +234,8 @@ expression forces_energy(const struct kinematics *k) {
 }
 
 /*
- * dC_j/dq_i: the joint nearer to the ground, if revolute, turns the column of the farther one, e x C; the
- * axis of a torque is turned by nearer joints alone. Theory, sect. 7.3.
+ * dC_j/dq_i: of two joints the nearer to the ground, if revolute, turns the column of the farther one, e x C.
+ * Only nearer joints turn the axis of a torque. Theory, sect. 7.3.
  */
 static struct vector column_change(const struct kinematics *k, const struct load *load, int j, int i) {
     const struct vector still = {{0, 0, 0}};
@@ -169,7 +267,7 @@ static void add_load_tangent(const struct kinematics *k, const struct load *load
         }
 }
 
-/* Row i of dQ/dq of springs. */
+/* Sets row i of dQ/dq of springs. */
 static void set_spring_tangent(const struct kinematics *k, int i, expression *row) {
     if (element_strains_has(k, i))
         element_strains_derivatives(k, i, 0, true, row + element_strains_first(k, i));
@@ -182,7 +280,7 @@ expression *forces_tangent(const struct kinematics *k) {
     const int n = k->tree->count;
     const struct named_forces named = forces_collect(k);
     expression *tangent = new_values(k, (size_t)n * (size_t)n);
-    graph_remark(g, "dQ/dq of springs and of what the model names, at qd = 0 (4.9, 7.3)");
+    graph_remark(g, "dQ/dq of springs and of the model's own forces, at qd = 0 (4.9, 7.3)");
     for (int i = 0; i < n; i++)
         set_spring_tangent(k, i, tangent + i * n);
     for (int f = 0; f < named.force_count; f++) {
@@ -210,7 +308,7 @@ expression *forces_printed_rates(const struct kinematics *k) {
     const struct named_forces named = forces_collect(k);
     expression *extra = new_values(k, (size_t)n);
     graph_remark(g, "printed form: sum_j qd_j dQ_j/dqd_i (9)");
-    for (int i = 0; i < n; i++) /* dampers: -D qd with a symmetric D gives itself */
+    for (int i = 0; i < n; i++) /* dampers: -D qd with a symmetric D is its own extra term */
         extra[i] = element_strains_has(k, i)
                        ? element_strains_force(k, i, STRAIN_VISCOUS)
                        : expr_neg(g, expr_mul(g, k->tree->frames[i].joint.damping, rate(k, i)));

@@ -1,4 +1,7 @@
-/* Mass matrix, bias forces, gravity and energy from the tips inward: see dynamics.h. */
+/*
+ * Mass matrix, bias forces, gravity and energy, from the tips inward (theory, sect. 4.5 to 4.11), and the
+ * solution of M x = f with M written out.
+ */
 #include "gen/dynamics/dynamics.h"
 #include "gen/base/base.h"
 
@@ -54,13 +57,13 @@ struct wrench wrench_to_parent(const struct kinematics *k, int i, struct wrench 
     return wrench_shift(k->g, k->joints[i].shift, turned);
 }
 
-/* e . wrench: the part that the joint's coordinate feels. */
+/* e . wrench: the component that acts on the joint's coordinate. */
 static expression on_joint(const struct kinematics *k, int i, struct wrench w) {
     const struct joint *joint = &k->tree->frames[i].joint;
     return joint->is_revolute ? w.moment.at[joint->axis] : w.force.at[joint->axis];
 }
 
-/* What a sum over all beyond a joint consists of, and how its values are called. */
+/* The summands of a sum over everything beyond a joint, and the names of its values. */
 struct inward_sum {
     struct wrench (*own)(const struct kinematics *k, int i);
     const char *moment_name, *force_name, *what;
@@ -88,8 +91,8 @@ static expression *sum_inward(const struct kinematics *k, const struct inward_su
 }
 
 /*
- * w x J w from products of the components of w, which B has anyway; two equal principal moments leave nothing
- * behind. Theory, sect. 4.7.
+ * w x J w from products of the components of w, which B needs anyway; terms of two equal principal moments
+ * vanish. Theory, sect. 4.7.
  */
 static struct vector gyroscopic_moment(struct graph *g, struct tensor J, struct vector w) {
     struct vector moment;
@@ -181,9 +184,9 @@ struct wrench wrench_of_unit(const struct kinematics *k, int i, const struct ine
     return (struct wrench){vector_cross(g, mc, axis), vector_scale(g, beyond->mass, axis)};
 }
 
-/* M_ij = e_j . W_i, W_i moved from joint to joint, and the rotor's inertia in M_ii (theory, sect. 4.6). Each
- * column follows its composite at once, since few later values read it and compilers then keep less in
- * registers. */
+/* M_ij = e_j . W_i, with W_i moved from joint to joint, and the rotor's inertia in M_ii (theory, sect.
+ * 4.6). Each column follows its composite directly: few later values read it, and compilers then keep less
+ * in registers. */
 static void derive_column(const struct kinematics *k, const struct inertia *composites, int i,
                           expression *M) {
     const int n = k->tree->count;
@@ -229,9 +232,9 @@ expression *dynamics_gravity_forces(const struct kinematics *k, const struct ine
 }
 
 /*
- * dg_i/dq_j = -(grav x e_i) . Delta_j for a revolute i on the way from j to the ground, Delta_j the change of
- * the mass moment beyond joint j by q_j: theory, sect. 4.8. In the ground frame nothing is moved from joint
- * to joint.
+ * dg_i/dq_j = -(grav x e_i) . Delta_j for a revolute i on the way from j to the ground, where Delta_j is the
+ * change of the mass moment beyond joint j by q_j: theory, sect. 4.8. In the ground frame nothing is moved
+ * from joint to joint.
  */
 expression *dynamics_gravity_tangent(const struct kinematics *k, const struct inertia *composites) {
     struct graph *g = k->g;
@@ -267,8 +270,8 @@ static struct wrench momentum(const struct kinematics *k, int i) {
 
 /*
  * s_i = dEk/dq_i = (w x e) . L + (v x e) . p of a revolute joint, (w x e) . p of a prismatic one: theory,
- * sect. 4.11. With the momentum p_i = X_i . L of coordinate i, dp_i/dt = dX_i/dt . L + X_i . dL/dt and, at
- * qdd = 0, dp_i/dt - dEk/dq_i = c_i = X_i . dL/dt, so that dX_i/dt . L is left for dEk/dq_i.
+ * sect. 4.11. With the momentum p_i = X_i . L of coordinate i, dp_i/dt = dX_i/dt . L + X_i . dL/dt, and at
+ * qdd = 0 dp_i/dt - dEk/dq_i = c_i = X_i . dL/dt, so that dEk/dq_i = dX_i/dt . L.
  */
 static expression printed_term(const struct kinematics *k, int i, struct wrench L) {
     struct graph *g = k->g;
@@ -324,4 +327,81 @@ expression dynamics_gravity_energy(const struct kinematics *k, const struct iner
     const struct inertia *all = &composites[k->tree->count];
     graph_remark(k->g, "Ep = -grav.(mc of all) + springs, zero at the ground's origin (4.10)");
     return expr_neg(k->g, vector_dot(k->g, vector_of(k->model->gravity), all->moment));
+}
+
+/* ---- Factors of the mass matrix ---- */
+
+/*
+ * M = L^T D L, then substitutions (theory, sect. 5.7; Featherstone, Rigid Body Dynamics Algorithms, 2008,
+ * sect. 6.5).
+ *
+ * Input: M and right sides f. Result: x. M_ij is zero unless one of both joints carries the other. The
+ * factorisation proceeds from the tips inward, so that L has no entry where M has none. For trees without
+ * loops over equal elements.
+ */
+
+struct factors {
+    const struct kinematics *k;
+    expression *L;         /* n x n, L_ij for j nearer to the ground; its diagonal of ones is not stored */
+    expression *D_inverse; /* by coordinate */
+};
+
+static int parent_of(const struct factors *x, int i) {
+    return x->k->tree->frames[i].parent;
+}
+
+/* 1 / D_i = 1 / M_ii, L_ij = M_ij / D_i, M_jl -= L_ij M_il for j, l on the way from i to the ground. */
+static void eliminate_row(struct factors *x, expression *M, int i) {
+    struct graph *g = x->k->g;
+    const int n = x->k->tree->count;
+    x->D_inverse[i] = expr_div(g, expr_one(g), M[i * n + i]);
+    kinematics_name_scalar(x->k, i, "pivot_inverse", x->D_inverse[i]);
+    for (int j = parent_of(x, i); j >= 0; j = parent_of(x, j)) {
+        const expression ratio = x->L[i * n + j] = expr_mul(g, M[i * n + j], x->D_inverse[i]);
+        for (int l = j; l >= 0; l = parent_of(x, l))
+            M[j * n + l] = expr_sub(g, M[j * n + l], expr_mul(g, ratio, M[i * n + l]));
+    }
+}
+
+struct factors *mass_factor(const struct kinematics *k, const expression *mass_matrix) {
+    const size_t n = (size_t)k->tree->count, size = n * n * sizeof(expression);
+    struct factors *x = memory_get(k->memory, sizeof *x);
+    x->k = k;
+    x->L = memory_get(k->memory, size + sizeof *x->L);
+    x->D_inverse = memory_get(k->memory, (n + 1) * sizeof *x->D_inverse);
+    expression *rest = memory_grow(k->memory, mass_matrix, size, size + sizeof *rest);
+    for (int i = k->tree->count - 1; i >= 0; i--) {
+        kinematics_remark(k, i, "its row of M = L^T D L (5.7)");
+        eliminate_row(x, rest, i);
+    }
+    return x;
+}
+
+/* y = L^-T f and z = D^-1 y inward, x = L^-1 z outward. */
+expression *mass_factor_solve(const struct factors *x, const expression *f) {
+    struct graph *g = x->k->g;
+    const int n = x->k->tree->count;
+    const size_t size = (size_t)n * sizeof *f;
+    expression *solution = memory_grow(x->k->memory, f, size, size + sizeof *f);
+    graph_remark(g, "L^T D L x = f (5.7)");
+    for (int i = n - 1; i >= 0; i--) {
+        for (int j = parent_of(x, i); j >= 0; j = parent_of(x, j))
+            solution[j] = expr_sub(g, solution[j], expr_mul(g, x->L[i * n + j], solution[i]));
+        solution[i] = expr_mul(g, x->D_inverse[i], solution[i]);
+    }
+    for (int i = 0; i < n; i++)
+        for (int j = parent_of(x, i); j >= 0; j = parent_of(x, j))
+            solution[i] = expr_sub(g, solution[i], expr_mul(g, x->L[i * n + j], solution[j]));
+    return solution;
+}
+
+long mass_factor_operations(const struct tree *tree) {
+    long operations = 0;
+    for (int i = 0; i < tree->count; i++) {
+        long depth = 0;
+        for (int j = tree->frames[i].parent; j >= 0; j = tree->frames[j].parent)
+            depth++;
+        operations += depth * (depth + 1);
+    }
+    return operations;
 }

@@ -1,10 +1,10 @@
-/* Kinematics from the base outward: see dynamics.h. */
+/* Kinematics from the base outward: rotations, velocities and bias accelerations of frames and points. */
 #include "gen/dynamics/dynamics.h"
 #include "gen/base/base.h"
 
 #include <string.h>
 
-/* The frame of a coordinate, which may be that of a later element of a run. */
+/* The frame of a coordinate; in a run, the coordinate may belong to a later element. */
 static int frame_of(const struct tree *tree, int coordinate) {
     int i = tree->count - 1;
     while (tree->frames[i].kind != FRAME_JOINT || tree->frames[i].coordinate > coordinate)
@@ -12,13 +12,13 @@ static int frame_of(const struct tree *tree, int coordinate) {
     return i;
 }
 
-/* Frames of which neither carries the other. */
+/* Returns whether neither frame carries the other. */
 static bool are_apart(const struct kinematics *k, int i, int j) {
     return !kinematics_is_on_path(k, i, j) && !kinematics_is_on_path(k, j, i);
 }
 
-/* What frames of one path have in common is called after the first one, what others have, after none; so is
- * x where -x is theirs. */
+/* A value that frames of one path share is named after the first of them; a value that other frames share
+ * is named after none. The same applies to x if they have -x. */
 void kinematics_name_scalar(const struct kinematics *k, int i, const char *what, expression e) {
     struct graph *g = k->g;
     const struct frame *frame = &k->tree->frames[i];
@@ -98,9 +98,9 @@ struct vector kinematics_to_parent(const struct kinematics *k, int i, struct vec
 }
 
 /*
- * Rot(axis) T Rot(axis)^T: with w = s (jj - ll) + 2 c jl the block across the axis is jj - s w, ll + s w,
- * c w - jl. No diagonal term is computed as a difference from the trace: a slender link's inertia about its
- * axis is a millionth of the others and would be lost in rounding; s w is small when the angle is.
+ * Rot(axis) T Rot(axis)^T: with w = s (jj - ll) + 2 c jl the block across the axis is jj - s w, ll + s w, c w
+ * - jl. No diagonal term is a difference from the trace: the inertia of a slender link about its axis is a
+ * millionth of the others and would be lost in rounding. s w is small when the angle is.
  */
 static struct tensor tensor_turn_axis(struct graph *g, int axis, expression c, expression s,
                                       struct tensor t) {
@@ -118,8 +118,8 @@ static struct tensor tensor_turn_axis(struct graph *g, int axis, expression c, e
     return turned;
 }
 
-/* The same by the double angle: four operations more, but a recursion waits for two less. Without it qdd of
- * the manipulator with 16 elements took up to a fifth longer. */
+/* The same by the double angle: four more operations, but a recursion waits for two fewer. Without it, qdd
+ * of the manipulator with 16 elements took up to a fifth longer. */
 static struct tensor tensor_turn_axis_quickly(struct graph *g, int axis, expression c, expression s,
                                               struct tensor t) {
     const int j = (axis + 1) % 3, l = (axis + 2) % 3, jl = tensor_index(j, l);
@@ -140,7 +140,7 @@ struct tensor kinematics_tensor_from_body(const struct kinematics *k, int i, str
     return tensor_turn_axis(k->g, k->tree->frames[i].joint.axis, k->frames[i].cosine, k->frames[i].sine, t);
 }
 
-/* The joint's turn undone: into the axes of the parent. */
+/* Undoes the joint's turn: into the axes of the parent. */
 static struct tensor tensor_off_joint(const struct kinematics *k, int i, struct tensor t) {
     const struct frame *frame = &k->tree->frames[i];
     return frame->goes_on ? t
@@ -177,7 +177,7 @@ bool kinematics_is_on_path(const struct kinematics *k, int outer, int i) {
     return i == outer;
 }
 
-/* a + B r: acceleration of a place r of a frame whose origin has the acceleration a. */
+/* a + B r: acceleration at r in a frame whose origin has the acceleration a. */
 static struct vector carried_acceleration(struct graph *g, const struct frame_motion *m, struct vector a,
                                           struct vector r) {
     return vector_add(g, a, matrix_times(g, m->gradient.at, r));
@@ -221,7 +221,8 @@ static void place_joint(struct kinematics *k, int i) {
 
 /*
  * Cosine and sine of the angle from the frame's axes to those of its body (theory, sect. 4.12): a sum of
- * joint angles, by the addition theorems from those of the coordinates, which are all taken in one pass.
+ * joint angles. The addition theorems compute them from the sines and cosines of the coordinates, which are
+ * all computed in one pass.
  */
 static void turn_body(struct kinematics *k, int i, const struct frame_motion *parent) {
     struct graph *g = k->g;
@@ -239,8 +240,8 @@ static void turn_body(struct kinematics *k, int i, const struct frame_motion *pa
     kinematics_name_scalar(k, i, "body_sin", motion->sine);
 }
 
-/* R_i = R_p E_i^T, r_i = r_p + R_p s_i (theory, sect. 4.1). Rows of R are the ground's axes seen from the
- * frame, so each is E_i times the parent's. */
+/* R_i = R_p E_i^T, r_i = r_p + R_p s_i (theory, sect. 4.1). The rows of R are the ground's axes in the
+ * frame's axes, so that each is E_i times the parent's row. */
 static void place_in_ground(struct kinematics *k, int i, const struct frame_motion *parent) {
     struct graph *g = k->g;
     struct frame_motion *motion = &k->frames[i];
@@ -261,8 +262,8 @@ struct vector kinematics_gyroscopic(const struct kinematics *k, int i, struct ve
     return vector_add(k->g, wd, vector_cross(k->g, k->frames[i].angular, rate));
 }
 
-/* The joint's own share. Revolute: wd0 += w x e qd, w += e qd. Prismatic: v += e qd, a0 += 2 w x e qd.
- * Theory, sect. 4.2 and 4.3. */
+/* Adds the joint's own motion. Revolute: wd0 += w x e qd, w += e qd. Prismatic: v += e qd, a0 += 2 w x e
+ * qd. Theory, sect. 4.2 and 4.3. */
 static void add_joint_motion(struct kinematics *k, int i) {
     struct graph *g = k->g;
     struct frame_motion *motion = &k->frames[i];
@@ -281,8 +282,8 @@ static void add_joint_motion(struct kinematics *k, int i) {
     }
 }
 
-/* w = E w_p, v = E (v_p + w_p x s), wd0 = E wd0_p, a0 = E (a0_p + B_p s), then the joint's share: theory,
- * sect. 4.2 and 4.3. */
+/* w = E w_p, v = E (v_p + w_p x s), wd0 = E wd0_p, a0 = E (a0_p + B_p s), then the joint's own motion:
+ * theory, sect. 4.2 and 4.3. */
 static void move_frame(struct kinematics *k, int i, const struct frame_motion *parent) {
     struct graph *g = k->g;
     struct frame_motion *m = &k->frames[i];
@@ -305,7 +306,7 @@ static void move_frame(struct kinematics *k, int i, const struct frame_motion *p
     kinematics_name_vector(k, i, "gravity", m->gravity);
 }
 
-/* At rest; minus gravity its acceleration is -grav. */
+/* The ground is at rest; minus gravity its acceleration is -grav. */
 static struct frame_motion ground_motion(const struct kinematics *k) {
     struct frame_motion ground = {.rotation = {{1, 0, 0, 0, 1, 0, 0, 0, 1}}};
     ground.gravity = vector_of(k->model->gravity);
@@ -318,7 +319,8 @@ struct vector kinematics_joint_axis(const struct kinematics *k, int i) {
     return matrix_times(k->g, k->frames[i].rotation.at, axis);
 }
 
-/* C_i = e x (r - r_i), of a direction e x r; of a prismatic joint e, of a direction 0: theory, sect. 4.4. */
+/* C_i = e x (r - r_i), for a direction e x r; for a prismatic joint e, for a direction 0: theory, sect.
+ * 4.4. */
 static struct vector point_column(const struct kinematics *k, int i, struct vector r, bool is_direction) {
     const struct vector axis = kinematics_joint_axis(k, i), still = {{0, 0, 0}};
     if (!k->tree->frames[i].joint.is_revolute)
@@ -375,7 +377,7 @@ struct vector kinematics_acceleration_less_gravity(const struct kinematics *k, i
     const struct fixed_frame *fixed = &k->tree->points[point];
     const struct vector rho = kinematics_from_body(k, fixed->frame, vector_of(fixed->placement.position));
     const struct vector across = matrix_times(g, gradient->at, rho);
-    if (vector_is_zero(k->points[point].d)) /* on the ground, or behind prismatic joints alone */
+    if (vector_is_zero(k->points[point].d)) /* a point on the ground, or after prismatic joints alone */
         return k->points[point].d;
     const expression *rotation = k->frames[fixed->frame].rotation.at;
     if (k->model->points[point].is_direction)
@@ -422,8 +424,8 @@ void kinematics_derive(struct memory *memory, const struct model *model, const s
         derive_point(k, i);
 }
 
-/* Shifts of frames without joints wait in `pending` until the next frame with one: theory, sect. 7.4 moves
- * wrenches from joint to joint. */
+/* Shifts of frames without joints are collected in `pending` until the next frame with a joint, because
+ * theory, sect. 7.4, moves wrenches from joint to joint. */
 struct vector *kinematics_ground_shifts(const struct kinematics *k) {
     const size_t n = (size_t)k->tree->count + 1;
     const struct vector none = {{0, 0, 0}};

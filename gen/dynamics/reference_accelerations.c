@@ -1,19 +1,18 @@
 /*
- * Reference accelerations: those at which the inertia and gravity of each body are taken as loads, while the
- * recursion for M x = f gives what the true ones differ by.
+ * Reference accelerations: the inertia and gravity of each body are loads at these accelerations, while the
+ * recursion for M x = f computes the differences of the true accelerations from them.
  *
- * Takes kinematics and the elimination, gives accelerations by frame; declared in dynamics.h (theory,
- * sect. 5.5). They are the bias accelerations, at qdd = 0 - except for dw/dt behind a ball joint, whose
- * accelerations no joint holds: there any reference serves, and dw/dt = 0 need not be turned from frame to
- * frame. The joint's coordinates then take up what dw/dt would have been (ball_coordinates in
- * articulated_body.c). With a force on each coordinate of the manipulator qdd_free took 14 to 16 % longer at
- * the bias accelerations alone.
+ * Input: kinematics and the elimination. Output: accelerations by frame (theory, sect. 5.5). They are the
+ * bias accelerations, at qdd = 0, except for dw/dt after a ball joint. No joint restricts the accelerations
+ * there, so that any reference is valid, and dw/dt = 0 need not be turned from frame to frame. The joint's
+ * coordinates then include the omitted part of dw/dt (ball_coordinates in articulated_body.c). With a force
+ * on each coordinate of the manipulator, qdd_free took 14 to 16 % longer with bias accelerations alone.
  */
 #include "gen/dynamics/dynamics.h"
 #include "gen/base/base.h"
 
-/* w of frame i. An ENTRY's motion is that of the element before in its loop, so its w comes from its
- * parent's. */
+/* w of frame i. The motion of an ENTRY is that of the previous element in its loop, so that its w comes
+ * from its parent's. */
 static struct vector angular_velocity(const struct kinematics *k, int i) {
     const struct frame *frame = &k->tree->frames[i];
     const struct vector still = {{0, 0, 0}};
@@ -22,7 +21,7 @@ static struct vector angular_velocity(const struct kinematics *k, int i) {
     return kinematics_to_child(k, i, frame->parent < 0 ? still : k->frames[frame->parent].angular);
 }
 
-/* wdr = E wdr_p + w x e qd, 0 behind a ball joint; ar = E (ar_p + B_p s) + 2 w x e qd: theory, sect. 5.5. */
+/* wdr = E wdr_p + w x e qd, 0 after a ball joint; ar = E (ar_p + B_p s) + 2 w x e qd: theory, sect. 5.5. */
 static struct reference refer(const struct kinematics *k, const struct elimination *elimination, int i,
                               const struct reference *parent) {
     struct graph *g = k->g;

@@ -1,6 +1,6 @@
 /*
- * The names of emitted files, their list, and their first lines: whose they are, and what they refuse to be
- * compiled with.
+ * The names of emitted files, their list, and their first lines: which model they belong to, and with which
+ * compiler options they refuse to be compiled.
  */
 #include "gen/emit/emit.h"
 
@@ -30,10 +30,10 @@ const char *emit_part_lead(struct memory *memory, const char *model, int part) {
 }
 
 /*
- * Infinities and NaN have to stay what they are: an angle that is no number must give accelerations that are
- * no numbers. Compilers that are told that neither exists say so, and the file then does not compile. Nor
- * does it where numbers have fewer than 64 bits, be it those that are written alone: only their size tells of
- * that.
+ * Infinities and NaN must keep their meaning: an angle that is not a number must lead to accelerations that
+ * are not numbers. A compiler that may assume that neither occurs says so in a macro, and the file then does
+ * not compile. It does not compile either if unsuffixed constants have fewer than 64 bits, which only their
+ * size shows.
  */
 void emit_refusal(struct text *text, const char *file) {
     text_add(text,

@@ -1,12 +1,93 @@
 /*
- * A model's functions as CasADi loads them: takes the plan, gives NAME_casadi.c, which includes the model's
- * own C under other names and is compiled alone into a shared library. Interface: CasADi 3.6 and later,
- * "external functions"; the Jacobian of F is a function jac_F of F's inputs and outputs, whose outputs are
- * the blocks of all pairs, by output. What is the same for all models is in text/casadi_body.c.in.
+ * A model's functions as CasADi loads them. Input: the plan. Output: NAME_casadi.c, which includes the
+ * model's own C under other names and is compiled alone into a shared library.
+ *
+ * Interface: CasADi 3.6 and later, "external functions". The Jacobian of F is a function jac_F of F's inputs
+ * and outputs, whose outputs are the blocks of all pairs, by output. text/casadi_body.c.in has the part that
+ * is the same for all models.
  */
 #include "gen/emit/emit.h"
 
 #include <string.h>
+
+/* ---- Nonzero entries ---- */
+
+/*
+ * Determines which entries of an array may be nonzero: a flag for each entry of an array of a planned
+ * function.
+ *
+ * Straight-line code is examined entry by entry. Loops over pairs of coordinates leave an entry zero if
+ * neither coordinate carries the other. All other loops are assumed to fill their array.
+ */
+
+static void mark_entries(bool *is_there, const struct array *array, int entry) {
+    const int n = array->symmetric;
+    is_there[entry] = true;
+    if (n > 0) /* only the lower half is computed */
+        is_there[entry % n * n + entry / n] = true;
+}
+
+static bool leads_to(const struct tree *tree, int i, int j) {
+    while (j > i)
+        j = tree->frames[j].parent;
+    return i == j;
+}
+
+static void mark_pairs(const struct plan *plan, bool *is_there) {
+    const int n = plan->tree->count;
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < n; j++)
+            is_there[i * n + j] |= leads_to(plan->tree, i, j) || leads_to(plan->tree, j, i);
+}
+
+static bool is_filled(const struct loop *loop, int array) {
+    switch (loop->kind) {
+    case LOOP_PRODUCT:
+        return loop->of.product.target == array;
+    case LOOP_FACTORING:
+        return loop->of.factoring.matrix == array;
+    case LOOP_SOLVING:
+        return loop->of.solving.array == array;
+    default:
+        return false;
+    }
+}
+
+static void mark_loop(const struct plan *plan, const struct loop *loop, int array, bool *is_there,
+                      int count) {
+    for (int i = 0; loop->kind == LOOP_PAIRS && i < loop->of.pairs.product_count; i++)
+        if (loop->of.pairs.products[i].array == array)
+            mark_pairs(plan, is_there);
+    if (is_filled(loop, array))
+        memset(is_there, true, (size_t)count * sizeof *is_there);
+}
+
+static void mark_straight_code(const struct plan *plan, const struct function *function, int number,
+                               bool *is_there) {
+    const struct array *array = &function->arrays[number];
+    for (int i = 0; i < array->single_count; i++)
+        mark_entries(is_there, array, array->singles[i].entry);
+    for (int i = 0; i < function->run_result_count; i++) {
+        const struct run_result *result = &function->run_results[i];
+        for (int e = 0; result->array == number && e < plan->rolled->runs[result->run].count; e++)
+            mark_entries(is_there, array, result->entry + e * result->stride);
+    }
+}
+
+static void mark(const struct plan *plan, const struct function *function, int number, bool *is_there) {
+    mark_straight_code(plan, function, number, is_there);
+    for (int i = 0; i < function->part_count; i++)
+        if (function->parts[i].to_array == number)
+            mark(plan, function->parts[i].from, function->parts[i].from_array, is_there);
+    for (int l = 0; l < function->loop_count; l++)
+        mark_loop(plan, &function->loops[l], number, is_there, function->arrays[number].count);
+}
+
+static const bool *emit_pattern(const struct plan *plan, const struct function *function, int array) {
+    bool *is_there = memory_get(plan->memory, (size_t)function->arrays[array].count + 1);
+    mark(plan, function, array, is_there);
+    return is_there;
+}
 
 /* text/casadi_body.c.in, embedded by the build. */
 extern const char casadi_body[];
@@ -15,8 +96,8 @@ extern const char casadi_body[];
 struct port {
     const char *name;
     int rows, columns, place, stride;
-    const bool *is_there; /* rows x columns, NULL: all */
-    bool is_empty;        /* there is none */
+    const bool *is_there; /* rows x columns, whether an entry may be nonzero; NULL: all may */
+    bool is_empty;        /* it has no values */
 };
 
 struct ports {
@@ -30,7 +111,7 @@ struct writer {
     struct plan *plan;
     struct text *text;
     const char *name;
-    const char **patterns; /* texts of those that are printed */
+    const char **patterns; /* texts of the patterns printed so far */
     int pattern_count, pattern_capacity;
 };
 
@@ -74,7 +155,7 @@ static const char *pattern_text(struct memory *memory, const struct port *port) 
     return text.data;
 }
 
-/* The number of a pattern, which is printed when it is a new one. */
+/* The number of a pattern, which is printed if it is new. */
 static int put_pattern(struct writer *w, const struct port *port) {
     const char *pattern = pattern_text(w->plan->memory, port);
     for (int i = 0; i < w->pattern_count; i++)
@@ -108,7 +189,7 @@ static void put_ports(struct writer *w, const char *name, const char *what, cons
     text_add(w->text, "};\n");
 }
 
-/* The table and the functions of `name`, which NAME_compute computes; its inputs have a table already. */
+/* Prints the table and the functions of `name`. NAME_compute computes it; its inputs have a table already. */
 static void put_function(struct writer *w, const char *name, const char *in_table, int in_count,
                          const struct ports *out, int value_count, int work_count) {
     put_ports(w, name, "out", out);
@@ -118,7 +199,7 @@ static void put_function(struct writer *w, const char *name, const char *in_tabl
     text_add(w->text, "CASADI_FUNCTION(%s, %s_table)\n\n", name, name);
 }
 
-/* Of a Jacobian, which has inputs of its own. */
+/* Prints a Jacobian, which has a separate table of inputs. */
 static void put_jacobian_function(struct writer *w, const char *name, const struct ports *in,
                                   const struct ports *out, int value_count, int work_count) {
     put_ports(w, name, "in", in);
@@ -126,12 +207,12 @@ static void put_jacobian_function(struct writer *w, const char *name, const stru
                  work_count);
 }
 
-/* Of struct NAME_parameters, with what prepare computes. */
+/* Number of doubles in struct NAME_parameters, including the values that `prepare` computes. */
 static int doubles_of_parameters(const struct plan *plan) {
     return plan->parameter_count + plan->prepare.out_count;
 }
 
-/* What a function of the model reads; `is_step`: h, too. */
+/* Lists the arguments of a function of the model; `is_step`: also h. */
 static void list_inputs(const struct plan *plan, bool is_step, struct ports *ports) {
     const int n = plan->tree->count;
     *ports = (struct ports){.memory = plan->memory};
@@ -144,12 +225,12 @@ static void list_inputs(const struct plan *plan, bool is_step, struct ports *por
     add_port(ports, "parameters", plan->parameter_count, 1);
 }
 
-/* The name of the derivatives by an input, as d_qdd has them. */
+/* The name of the derivatives with respect to an input, as in d_qdd. */
 static const char *block_of_input(const char *input) {
     return !strcmp(input, "inputs") ? "x" : !strcmp(input, "parameters") ? "p" : input;
 }
 
-/* Behind the inputs of a Jacobian stand the outputs of its function, which it does not read. */
+/* The inputs of a Jacobian are followed by the outputs of its function, which it does not read. */
 static void add_outputs_to_inputs(struct writer *w, struct ports *in, const struct ports *out) {
     for (int i = 0; i < out->count; i++)
         add_port(in, memory_format(w->plan->memory, "out_%s", out->list[i].name), out->list[i].rows,
@@ -157,7 +238,7 @@ static void add_outputs_to_inputs(struct writer *w, struct ports *in, const stru
             ->is_empty = true;
 }
 
-/* A block of a Jacobian: there is none until its place is set. */
+/* A block of a Jacobian, empty until its place is set. */
 static struct port *add_block(struct writer *w, struct ports *blocks, const struct port *out,
                               const struct port *in) {
     struct port *block = add_port(blocks, memory_format(w->plan->memory, "jac_%s_%s", out->name, in->name),
@@ -175,12 +256,9 @@ static void set_block(struct port *block, int place, int stride, const bool *is_
 
 /* ---- Quantities ---- */
 
-/* Those that are no functions of the state, or that need what `constrained` gives. */
+/* CasADi calls functions of the state alone; it has derivatives as Jacobians of these. */
 static bool is_for_casadi(const struct function *function) {
-    static const char *const others[] = {"breaks", "switches", "pace",           "event_terms",
-                                         "start",  "anchor",   "tangent_vectors", "required"};
-    return !function->takes_motion && strncmp(function->quantity, "d_", 2) != 0 &&
-           text_index(function->quantity, others, sizeof others / sizeof *others) < 0;
+    return !function->takes_motion && !function->has_blocks && !function->is_for_runtime;
 }
 
 bool emit_has_casadi_function(const struct plan *plan) {
@@ -341,15 +419,15 @@ static void put_named(struct writer *w, const char *what, const char *name, cons
 
 static void put_remarks(struct writer *w) {
     const struct plan *plan = w->plan;
-    text_add(
-        w->text,
-        "%s/*\n * Functions for CasADi 3.6 and later:\n"
-        " *     cc -O2 -fPIC -shared -I$REFDYN_INCLUDE %s_casadi.c -o lib%s_casadi.so -lm\n"
-        " * with the folder of refdyn_model.h, then\n"
-        " *     casadi.external(\"%s_qdd\", \"./lib%s_casadi.so\")\n"
-        " * Arguments: q, qd, t, inputs, parameters; a step has its length h behind t. %s_defaults gives the "
-        "model's values.\n",
-        emit_lead(plan->memory, w->name, "CasADi"), w->name, w->name, w->name, w->name, w->name);
+    text_add(w->text,
+             "%s/*\n * Functions for CasADi 3.6 and later:\n"
+             " *     cc -O2 -fPIC -shared -I$REFDYN_INCLUDE %s_casadi.c -o lib%s_casadi.so -lm\n"
+             " * where REFDYN_INCLUDE is the folder of refdyn_model.h, then\n"
+             " *     casadi.external(\"%s_qdd\", \"./lib%s_casadi.so\")\n"
+             " * Arguments: q, qd, t, inputs, parameters; a step has its length h after t. %s_defaults "
+             "returns the "
+             "model's values.\n",
+             emit_lead(plan->memory, w->name, "CasADi"), w->name, w->name, w->name, w->name, w->name);
     for (int i = 0; i < plan->tree->count && i < 20; i++)
         put_named(w, "q", plan->tree->frames[i].name, plan->tree->frames[i].joint.is_revolute ? "rad" : "m",
                   i);
@@ -371,7 +449,7 @@ static void put_end_of_renaming(struct writer *w, const char *what) {
     text_add(w->text, "#undef %s_%s\n", w->name, what);
 }
 
-/* All that the model's own files have for others. */
+/* Applies `put` to all global names in the model's own files. */
 static void for_all_names(struct writer *w, void (*put)(struct writer *w, const char *what)) {
     static const char *const others[] = {"defaults", "prepare", "model", "limits", "spatial"};
     for (size_t i = 0; i < sizeof others / sizeof *others; i++)
@@ -383,7 +461,8 @@ static void for_all_names(struct writer *w, void (*put)(struct writer *w, const 
 }
 
 static void put_includes(struct writer *w) {
-    text_add(w->text, "\n/* The model's own functions, under other names: these are CasADi's. */\n");
+    text_add(w->text,
+             "\n/* The model's own functions, renamed, because CasADi's functions have their names. */\n");
     for_all_names(w, put_renaming);
     for (int i = 1; i < w->plan->file_count - w->plan->companion_count; i++) /* 0 is the header */
         text_add(w->text, "#include \"%s\"\n", w->plan->files[i].name);
@@ -392,7 +471,7 @@ static void put_includes(struct writer *w) {
     for_all_names(w, put_end_of_renaming);
 }
 
-/* The longest of the inputs that may be NULL. */
+/* The length of the longest input that may be NULL. */
 static int largest_input(const struct plan *plan) {
     const int n = plan->tree->count, k = plan->model->input_count, p = plan->parameter_count;
     const int larger = n > k ? n : k;
@@ -401,7 +480,7 @@ static int largest_input(const struct plan *plan) {
 
 static void put_calls(struct writer *w) {
     const struct plan *plan = w->plan;
-    text_add(w->text, "/* The parameters, and what is derived from them. */\n"
+    text_add(w->text, "/* Copies the parameters and computes the values derived from them. */\n"
                       "static void casadi_take_parameters(const casadi_real *from, casadi_real *p) {\n");
     if (plan->parameter_count)
         text_add(w->text, "    memcpy(p, from, %d * sizeof *p);\n", plan->parameter_count);
@@ -417,7 +496,7 @@ static void put_calls(struct writer *w) {
                       "    return 0;\n}\n\n");
 }
 
-/* Those that all functions of the state have, and all steps. */
+/* The inputs that all functions of the state share, and those of all steps. */
 static void put_inputs(struct writer *w) {
     struct ports in;
     list_inputs(w->plan, false, &in);

@@ -1,6 +1,6 @@
 /*
- * The constants of a model's header: how many coordinates, rows, inputs ... there are, and the place of each
- * by its name. Takes the plan, gives enumerators NAME_n, NAME_COORDINATE_base_z, NAME_ROW_row_1 ...
+ * The constants of a model's header: the numbers of coordinates, rows, inputs ..., and the place of each by
+ * its name. Input: the plan. Output: enumerators NAME_n, NAME_COORDINATE_base_z, NAME_ROW_row_1 ...
  */
 #include "gen/emit/emit.h"
 
@@ -8,7 +8,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { FEWEST_BY_MACRO = 24 }; /* coordinates of a run: beyond, one line stands for an element */
+enum {
+    FEWEST_BY_MACRO = 24
+}; /* coordinates of a run: a longer one has a macro instead of one line for each element */
 
 /* Length of a name without the number at its end. */
 static size_t stem_length(const char *name) {
@@ -23,7 +25,8 @@ struct stem emit_name_stem(const struct emission *x, const struct element_run *r
     return (struct stem){name, (int)stem_length(name)};
 }
 
-/* Are the names of a run's elements those of the first one, numbered on? Its number, else -1. */
+/* Returns the number in the name of a run's first element if the elements' names are consecutive numbers;
+ * else -1. */
 static int first_number(const struct emission *x, const struct element_run *run) {
     const struct frame *frames = x->plan->tree->frames;
     const char *first = frames[run->first].name;
@@ -53,7 +56,7 @@ int emit_named_run(const struct emission *x, int i) {
     return -1;
 }
 
-/* ---- sizes ---- */
+/* ---- Sizes ---- */
 
 static void emit_sizes(const struct emission *x, struct text *text) {
     const struct plan *plan = x->plan;
@@ -63,7 +66,7 @@ static void emit_sizes(const struct emission *x, struct text *text) {
     } sizes[] = {{"n", "coordinates", plan->tree->count},
                  {"m", "constraint rows", plan->model->row_count},
                  {"parameter_count", "parameters that are read", plan->parameter_count},
-                 {"derived_count", "values behind them that prepare computes", plan->prepare.out_count},
+                 {"derived_count", "values that prepare computes after them", plan->prepare.out_count},
                  {"input_count", "inputs", plan->model->input_count},
                  {"point_count", "points of interest", plan->model->point_count},
                  {"course_count", "values to record with a motion", plan->model->course_count}};
@@ -74,7 +77,7 @@ static void emit_sizes(const struct emission *x, struct text *text) {
              (plan->parameter_count + plan->prepare.out_count) * (int)sizeof(double), x->name);
 }
 
-/* ---- places ---- */
+/* ---- Places ---- */
 
 static void emit_run_macro(const struct emission *x, struct text *text, const struct element_run *run,
                            int number) {
@@ -116,8 +119,8 @@ static void emit_coordinate_places(const struct emission *x, struct text *text) 
     text_add(text, "\n");
 }
 
-/* Names of rows and courses are any text: what no identifier has becomes _, and what is there already gets a
- * number. */
+/* Names of rows and courses may be any text. A character that no identifier can have becomes _, and a name
+ * that is taken already receives a number. */
 static const char *constant_name(struct memory *memory, const char *text, const char *const *before,
                                  int count) {
     char *plain = memory_text(memory, text);
@@ -129,7 +132,7 @@ static const char *constant_name(struct memory *memory, const char *text, const 
         if (strcmp(before[i], name))
             continue;
         name = memory_format(memory, "%s_%d", plain, number++);
-        i = -1; /* the new one may be there, too */
+        i = -1; /* the new name may be taken, too */
     }
     return name;
 }

@@ -1,7 +1,4 @@
-/*
- * The C text of expressions: takes nodes of the plan, gives C in which every rounding stands where the graph
- * has it.
- */
+/* Prints expressions as C in which every rounding occurs where the graph has it. */
 #include "gen/emit/emit.h"
 #include "gen/graph/graph.h"
 
@@ -11,35 +8,21 @@ const char *emit_lane_function(enum operation operation) {
     return operation == OP_LESS ? "less" : operation == OP_WHERE ? "where" : operation_text(operation);
 }
 
-enum { WIDTH = 104 }; /* a line is broken after an operator from here on */
-
-enum binding binding_of(const struct node *node) {
-    switch (node->operation) {
-    case OP_ADD:
-    case OP_SUB:
-        return BINDS_SUM;
-    case OP_MUL:
-    case OP_DIV:
-    case OP_NEG: /* -a b is (-a) b: the same value */
-        return BINDS_PRODUCT;
-    default:
-        return BINDS_ATOM;
-    }
-}
+enum { WIDTH = 104 }; /* a line is broken after an operator beyond this column */
 
 static bool is_named(const struct emission *x, expression e) {
     return x->plan->is_statement[e] || x->plan->is_derived[e];
 }
 
-/* What is held in derivatives is the same value. */
-static expression behind_hold(const struct emission *x, expression e) {
+/* The operand of HOLD, which has the same value. */
+static expression without_hold(const struct emission *x, expression e) {
     while (x->g->nodes[e].operation == OP_HOLD)
         e = x->g->nodes[e].operand[0];
     return e;
 }
 
 static void emit_operand(struct emission *x, struct text *text, expression e, enum binding at_least) {
-    e = behind_hold(x, e);
+    e = without_hold(x, e);
     const bool bare = is_named(x, e) || binding_of(&x->g->nodes[e]) >= at_least;
     text_add(text, bare ? "" : "(");
     emit_value(x, text, e);
@@ -71,7 +54,7 @@ static const char *row_array(struct emission *x) {
     return "lambda";
 }
 
-/* q[4 + 3 * e]: of the element that the loop is at. */
+/* q[4 + 3 * e]: the coordinate of the current element. */
 static void emit_element(struct emission *x, struct text *text, const struct symbol *s) {
     const struct frame *frame = &x->plan->rolled->frames[s->index];
     text_add(text, "%s[", coordinate_array(x, s->order));
@@ -79,7 +62,8 @@ static void emit_element(struct emission *x, struct text *text, const struct sym
     text_add(text, "]");
 }
 
-/* A loop's own variable; in a later loop what was kept of it, in a later piece what was left. */
+/* In its loop, a slot is the loop's own variable; in a later loop, the value kept from it; in a later
+ * piece, the value carried there. */
 static void emit_slot(struct emission *x, struct text *text, expression e) {
     const struct symbol *s = expr_as_symbol(x->g, e);
     const bool is_kept =
@@ -127,7 +111,7 @@ static void emit_symbol(struct emission *x, struct text *text, expression e) {
     }
 }
 
-/* Is its text a number of C even in lanes, since it is made of numbers alone? */
+/* Returns whether its text is a plain number even in lanes, because it consists of numbers alone. */
 static bool is_plain_number(const struct emission *x, expression e) {
     const struct node *node = &x->g->nodes[e];
     const int arity = operation_arity(node->operation);
@@ -139,7 +123,7 @@ static bool is_plain_number(const struct emission *x, expression e) {
     return arity > 0 || node->operation == OP_NUMBER;
 }
 
-/* C makes vectors of numbers beside operators alone. */
+/* C converts a number to a vector only as the operand of an operator. */
 void emit_assigned(struct emission *x, struct text *text, expression e) {
     const bool is_wrapped = x->is_lanes && is_plain_number(x, e);
     text_add(text, is_wrapped ? "every_lane(" : "");
@@ -151,7 +135,7 @@ const char *emit_zero(const struct emission *x) {
     return x->is_lanes ? "every_lane(0.0)" : "0.0";
 }
 
-/* Each operator without a sign of its own is a function of the file's beginning. */
+/* An operator without a sign in C is a function at the beginning of the file. */
 static void emit_lane_call(struct emission *x, struct text *text, const struct node *node) {
     x->uses_operation[node->operation] = true;
     text_add(text, "%s_lanes(", emit_lane_function(node->operation));
@@ -273,7 +257,7 @@ void emit_name(struct emission *x, struct text *text, expression e) {
 }
 
 void emit_value(struct emission *x, struct text *text, expression e) {
-    e = behind_hold(x, e);
+    e = without_hold(x, e);
     if (x->plan->is_derived[e]) {
         x->uses_p = true;
         text_add(text, "p->derived.%s", x->value_names[e]);
@@ -291,4 +275,70 @@ void emit_value(struct emission *x, struct text *text, expression e) {
         emit_name(x, text, e);
         text_add(text, "%s", x->function->is_stored[e] ? "[e]" : "");
     }
+}
+
+/* ---- Splines ---- */
+
+/* For each spline a table of pieces and a function, with the same search and polynomial as spline.c. */
+
+static void emit_table(struct emission *x, struct text *text, const struct spline *spline, int index) {
+    char digits[32];
+    text_add(
+        text,
+        "/* Pieces of spline %d: knot, c0, c1, c2, c3; y = c0 + h (c1 + h (c2 + h c3)), h = x - knot. */\n",
+        index + 1);
+    text_add(text, "static const double %s_pieces_%d[%d][%d] = {\n", x->name, index + 1, spline->count,
+             PIECE_COLUMNS);
+    for (int i = 0; i < spline->count; i++) {
+        text_add(text, "    {");
+        for (int c = 0; c < PIECE_COLUMNS; c++)
+            text_add(text, "%s%s", c ? ", " : "",
+                     text_of_number(spline->pieces[PIECE_COLUMNS * i + c], digits));
+        text_add(text, "},\n");
+    }
+    text_add(text, "};\n\n");
+}
+
+static void emit_search(struct emission *x, struct text *text, const struct spline *spline, int index) {
+    text_add(text, "double %s_spline_%d(double at, int order) {\n", x->name, index + 1);
+    text_add(text, "    int low = 0, high = %d;\n    while (high - low > 1) {\n", spline->count);
+    text_add(text, "        const int middle = (low + high) / 2;\n");
+    text_add(text, "        if (%s_pieces_%d[middle][0] <= at)\n            low = middle;\n", x->name,
+             index + 1);
+    text_add(text, "        else\n            high = middle;\n    }\n");
+    text_add(text, "    const double *c = %s_pieces_%d[low] + 1, h = at - c[-1];\n", x->name, index + 1);
+    text_add(text, "    if (order == 0)\n        return c[0] + h * (c[1] + h * (c[2] + h * c[3]));\n");
+    text_add(text, "    if (order == 1)\n        return c[1] + h * (2.0 * c[2] + h * (3.0 * c[3]));\n");
+    text_add(text, "    return order == 2 ? 2.0 * c[2] + h * (6.0 * c[3]) : 6.0 * c[3];\n}\n\n");
+}
+
+/* Splines that some function uses. */
+static bool *used_splines(struct emission *x) {
+    struct plan *plan = x->plan;
+    const bool *needed = plan_mark_nodes_of_functions(plan);
+    bool *used = memory_get(plan->memory, ((size_t)x->g->spline_count + 1) * sizeof *used);
+    for (expression e = 0; e < x->g->count; e++)
+        if (needed[e] && x->g->nodes[e].operation == OP_SPLINE)
+            used[x->g->nodes[e].operand[1] / SPLINE_ORDERS] = true;
+    return used;
+}
+
+void emit_spline_functions(struct emission *x, struct text *text) {
+    const bool *used = used_splines(x);
+    for (uint32_t i = 0; i < x->g->spline_count; i++) {
+        if (!used[i])
+            continue;
+        emit_table(x, text, &x->g->splines[i], (int)i);
+        emit_search(x, text, &x->g->splines[i], (int)i);
+    }
+}
+
+void emit_spline_prototypes(struct emission *x, struct text *text) {
+    const bool *used = used_splines(x);
+    for (uint32_t i = 0; i < x->g->spline_count; i++)
+        if (used[i])
+            text_add(text,
+                     "/* Spline %u of the model, or its derivative of the given order, 0 to 3. */\n"
+                     "double %s_spline_%u(double at, int order);\n\n",
+                     i + 1, x->name, i + 1);
 }

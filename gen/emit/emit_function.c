@@ -1,10 +1,11 @@
 /*
- * The C text of one function: takes its plan, gives named values in sections, one statement a line, then its
- * results. Long functions are cut into static pieces; values that later pieces read are carried in a struct
- * on the stack.
+ * The C text of one function: named values in sections, one statement a line, then the results. Long
+ * functions are cut into static pieces; values that later pieces read are carried in a struct on the stack.
  */
 #include "gen/emit/emit.h"
 
+#include <ctype.h>
+#include <stdlib.h>
 #include <string.h>
 
 struct writer {
@@ -13,7 +14,7 @@ struct writer {
     const struct function *function;
     const char *last_remark;
     const char *indent;
-    const char *local; /* what stands before the names of local arrays */
+    const char *local; /* precedes the names of local arrays */
     int written;       /* of function->writes */
     bool wrote_result;
 };
@@ -74,7 +75,7 @@ static void emit_remark(struct writer *w, expression e) {
     w->last_remark = remark;
 }
 
-/* name = ..., s->name = ... or name[e] = ... */
+/* Prints name = ..., s->name = ... or name[e] = ... */
 static void emit_target(struct writer *w, expression e) {
     struct emission *x = w->x;
     if (x->is_carried[e]) {
@@ -125,7 +126,7 @@ static bool is_slot_needed(const struct writer *w, int slot) {
     return needed[g->slots[slot].carried] || needed[g->slots[slot].final];
 }
 
-/* Of all elements, what the loop carried into them, when other loops read it. */
+/* Stores, for all elements, the value that the loop carries into them, if other loops read it. */
 static void emit_kept_slots(struct writer *w, const struct code_block *block, int count, bool declare) {
     struct emission *x = w->x;
     for (int s = 0; s < x->g->slot_count; s++) {
@@ -141,7 +142,7 @@ static void emit_kept_slots(struct writer *w, const struct code_block *block, in
     }
 }
 
-/* Arrays that the loop fills for others, and what it carries. */
+/* Declares the arrays that the loop fills for others, and the values that it carries. */
 static void emit_loop_variables(struct writer *w, const struct code_block *block, int begin, int count) {
     struct emission *x = w->x;
     for (int i = begin; i < block->end; i++) {
@@ -163,7 +164,7 @@ static void emit_loop_variables(struct writer *w, const struct code_block *block
     }
 }
 
-/* What the next iteration begins with: all is computed before any is changed. */
+/* The values for the next iteration: all are computed before any is changed. */
 static void emit_slot_updates(struct writer *w, const struct code_block *block) {
     struct emission *x = w->x;
     for (int pass = 0; pass < 2; pass++)
@@ -207,7 +208,7 @@ static void emit_run_results(struct writer *w, int block) {
     }
 }
 
-/* What later pieces read of what the loop carried. */
+/* Saves the carried values that later pieces read. */
 static void emit_carried_slots(struct writer *w, const struct code_block *block) {
     const struct emission *x = w->x;
     for (int s = 0; s < x->g->slot_count; s++)
@@ -215,7 +216,7 @@ static void emit_carried_slots(struct writer *w, const struct code_block *block)
             text_add(w->text, "    s->%s = %s;\n", x->slot_names[s], x->slot_names[s]);
 }
 
-/* Values that every loop makes anew. */
+/* Prints the values that every loop computes again. */
 static void emit_repeats(struct writer *w, int group) {
     struct emission *x = w->x;
     for (int i = 0; i < w->function->repeat_count; i++) {
@@ -272,7 +273,7 @@ static void emit_result(struct writer *w, const struct write *write) {
     text_add(w->text, ";\n");
 }
 
-/* What is known behind `place` statements and blocks. */
+/* Writes the results that are known after `place` statements and blocks. */
 static void emit_results(struct writer *w, int place) {
     const struct function *function = w->function;
     for (; w->written < function->write_count && function->writes[w->written].place <= place; w->written++)
@@ -307,7 +308,8 @@ static void emit_mirrors(struct writer *w) {
     }
 }
 
-/* Statements of one piece, block by block. A loop without statements stands where it begins. */
+/* Prints the statements of one piece, block by block. A loop without statements belongs to the piece in
+ * which it begins. */
 static void emit_blocks(struct writer *w, int begin, int end) {
     const struct function *function = w->function;
     for (int b = 0, at = 0; b < function->block_count; at = function->blocks[b++].end) {
@@ -324,7 +326,7 @@ static void emit_blocks(struct writer *w, int begin, int end) {
     }
 }
 
-/* Statements and results of one piece; notes in the emission which arguments were read. */
+/* Prints the statements and results of one piece, and notes in the emission which arguments they read. */
 static void emit_body(struct writer *w, int piece) {
     struct emission *x = w->x;
     x->piece = piece;
@@ -475,8 +477,8 @@ static void emit_calls(struct writer *w) {
     text_add(w->text, "}\n\n");
 }
 
-/* The carried values are known once all pieces have been written: a first writing into the void finds them.
- */
+/* The carried values are known only after all pieces have been printed: a first printing, which is
+ * discarded, finds them. */
 static void find_carried(struct writer *w) {
     struct text unread = {.memory = w->x->plan->memory}, *text = w->text;
     w->text = &unread;
@@ -485,9 +487,46 @@ static void find_carried(struct writer *w) {
     w->text = text;
 }
 
+/* ---- Bytes of local arrays ---- */
+
+/*
+ * Bytes of local arrays of emitted functions, for callers with a small stack.
+ *
+ * The count reads the text of a function, in which each declaration has a line of its own: `double
+ * NAME[COUNT],
+ * ...;`. Values that one piece of a long function passes to the next are members of a local struct and look
+ * the same.
+ */
+
+/* Numbers declared by a line "name[count], name;"; 0 for a line that also assigns a value. */
+static long declared_numbers(const char *line, const char *end) {
+    long numbers = 0;
+    if (memchr(line, '=', (size_t)(end - line)))
+        return 0;
+    while (line < end) {
+        const size_t length = strcspn(line, ",;[");
+        numbers += line[length] == '[' ? strtol(line + length + 1, NULL, 10) : 1;
+        line += strcspn(line, ",;") + 1;
+    }
+    return numbers;
+}
+
+static long local_arrays_count_bytes(const char *text) {
+    static const char type[] = "double ";
+    long numbers = 0;
+    for (const char *end; (end = strchr(text, '\n')); text = end + 1) {
+        while (isblank((unsigned char)*text))
+            text++;
+        if (!strncmp(text, type, sizeof type - 1) && end[-1] == ';')
+            numbers += declared_numbers(text + sizeof type - 1, end);
+    }
+    return numbers * (long)sizeof(double);
+}
+
 /* ---- Composed functions ---- */
 
-/* Does the part write into its place itself? Else what it gives is copied from where it is. */
+/* Returns whether the called function writes into the part's place itself. Otherwise its result is copied
+ * there. */
 static bool writes_in_place(const struct composed_array *part) {
     return !plan_is_struct_result(part->from) && !part->is_added;
 }
@@ -509,7 +548,7 @@ static void emit_part_call(struct writer *w, const struct composed_array *part) 
              plan_is_struct_result(from) ? "&" : "", from->quantity);
 }
 
-/* "terms.u": where a part stands that is copied from there. */
+/* "terms.u": the source of a part that is copied. */
 static const char *source_text(const struct writer *w, const struct composed_array *part) {
     const char *from = part->from->quantity;
     return plan_is_struct_result(part->from)

@@ -1,8 +1,25 @@
 /*
- * The header and the tables of a model: what it is, how coordinates are ordered, what each function costs.
+ * The header of a model: what the model is, the order of its coordinates, the cost of each
+ * function, and the bytes of its local arrays.
  */
 #include "gen/emit/emit.h"
 #include "gen/tree/tree.h"
+
+#include <string.h>
+
+/* Bytes of a function and all that it calls; a result from which a part is copied is a local array, too. */
+static long local_arrays_bytes(const struct emission *x, const struct function *function) {
+    long bytes = x->own_bytes[function - x->plan->functions];
+    for (int i = 0; i < function->part_count; i++) {
+        const struct function *from = function->parts[i].from;
+        if (i > 0 && function->parts[i - 1].from == from)
+            continue;
+        bytes += local_arrays_bytes(x, from);
+        if (plan_is_struct_result(from))
+            bytes += from->out_count * (long)sizeof(double);
+    }
+    return bytes;
+}
 
 static const char *coordinate_unit(const struct frame *frame) {
     return frame->joint.is_revolute ? "rad" : "m";
@@ -46,8 +63,8 @@ static void emit_coordinate_list(struct emission *x, struct text *text) {
                      frame->parent < 0 ? "the ground" : tree->frames[frame->parent].name);
         }
         if (run)
-            text_add(text, " *   and so on, %d such elements, to %d %s\n", count, i + count * period - 1,
-                     tree->frames[i + count * period - 1].name);
+            text_add(text, " *   and so on: %d elements of this kind, to %d %s\n", count,
+                     i + count * period - 1, tree->frames[i + count * period - 1].name);
         i += count * period;
     }
     for (int i = 0; i < x->plan->model->row_count; i++)
@@ -76,7 +93,7 @@ static void emit_parameter_struct(struct emission *x, struct text *text) {
         return;
     }
     text_add(text,
-             "/* Set the values, or take the defaults; then call %s_prepare. */\nstruct %s_parameters {\n",
+             "/* Set the values or load the defaults, then call %s_prepare. */\nstruct %s_parameters {\n",
              x->name, x->name);
     for (int i = 0; i < plan->parameter_count; i++) {
         const struct parameter *parameter = &plan->model->parameters[plan->parameters[i]];
@@ -91,7 +108,7 @@ static void emit_parameter_struct(struct emission *x, struct text *text) {
         for (int i = 0; i < plan->prepare.out_count; i++)
             text_add(text, "        %s %s;\n", x->number,
                      x->value_names[plan->prepare.arrays->singles[i].value]);
-        text_add(text, "    } derived; /* what depends on parameters alone, set by %s_prepare */\n", x->name);
+        text_add(text, "    } derived; /* values of parameters alone, computed by %s_prepare */\n", x->name);
     }
     text_add(text, "};\n\n");
 }
@@ -148,7 +165,8 @@ void emit_header(struct emission *x, struct text *text) {
     emit_structs(x, text);
     if (plan->parameter_count)
         text_add(text,
-                 "/* Default values of all parameters, prepared. */\nvoid %s_defaults(struct %s_parameters "
+                 "/* Sets all parameters to their defaults and computes p->derived. */\nvoid "
+                 "%s_defaults(struct %s_parameters "
                  "*p);\n\n",
                  x->name, x->name);
     if (plan->prepare.out_count)
@@ -157,7 +175,8 @@ void emit_header(struct emission *x, struct text *text) {
                  "void %s_prepare(struct %s_parameters *p);\n\n",
                  x->name, x->name);
     emit_spline_prototypes(x, text);
-    text_add(text, "/* Results are written while arguments are still read: they share no memory. */\n\n");
+    text_add(text, "/* Functions write results while they still read arguments: these must not overlap in "
+                   "memory. */\n\n");
     for (int f = 0; f < plan->function_count; f++)
         emit_prototype(x, text, &plan->functions[f]);
     emit_spatial_declaration(x, text);

@@ -1,12 +1,12 @@
 /*
- * The files of motions side by side: the functions of the model printed once more, where a number is a vector
- * of LANES doubles, one a motion. Takes the emission of the model's own files, gives NAME_lanes.h and
- * NAME_lanes.c. How many lanes there are is said when the file is compiled; compilers take vectors apart that
- * the processor lacks.
+ * The files for motions side by side: the functions of the model printed once more, with a vector of LANES
+ * doubles, one for each motion, as the type of numbers. Input: the emission of the model's own files. Output:
+ * NAME_lanes.h and NAME_lanes.c. The number of lanes is a macro of the compiler's command line; compilers
+ * split vectors that the processor lacks.
  *
- * Operators of C apply to vectors and to a vector beside a number. All else is a function of the file's
- * beginning, exp_lanes, where_lanes ...: it asks libm lane after lane, or masks bits, so that no lane knows
- * of another one.
+ * Operators of C apply to two vectors, and to a vector and a number. Everything else is a function at the
+ * beginning of the file, exp_lanes, where_lanes ...: it calls libm lane after lane or masks bits, so that no
+ * lane depends on another.
  */
 #include "gen/emit/emit.h"
 #include "gen/graph/graph.h"
@@ -14,29 +14,30 @@
 
 #include <string.h>
 
-/* ---- What functions of the file call ---- */
+/* ---- Helpers of the emitted functions ---- */
 
 static void put_types(struct text *text) {
-    text_add(text,
-             "#if !defined(LANES) || (LANES != 1 && LANES != 2 && LANES != 4 && LANES != 8)\n"
-             "#error \"say how many motions stand side by side: -DLANES=2, 4 or 8, or 1 for tests\"\n#endif\n"
-             "/* Vectors are passed by value between functions that are inlined: how else differs with the "
-             "processor. */\n"
-             "#pragma GCC diagnostic ignored \"-Wpsabi\"\n#define INLINE static inline "
-             "__attribute__((always_inline))\n\n"
-             "#if LANES == 1\n"
-             "typedef double lane;\ntypedef long long lane_mask;\n#define AT(vector, l) (vector)\n"
-             "#else\n"
-             "typedef double lane __attribute__((vector_size(LANES * sizeof(double)), may_alias));\n"
-             "typedef long long lane_mask __attribute__((vector_size(LANES * sizeof(long long))));\n"
-             "#define AT(vector, l) (vector)[l]\n"
-             "#endif\n\n");
-    text_add(text, "/* A number in all lanes; - 0.0 changes none. */\n"
+    text_add(
+        text,
+        "#if !defined(LANES) || (LANES != 1 && LANES != 2 && LANES != 4 && LANES != 8)\n"
+        "#error \"define how many motions run side by side: -DLANES=2, 4 or 8, or 1 for tests\"\n#endif\n"
+        "/* Only inlined functions pass vectors by value: other conventions differ between "
+        "processors. */\n"
+        "#pragma GCC diagnostic ignored \"-Wpsabi\"\n#define INLINE static inline "
+        "__attribute__((always_inline))\n\n"
+        "#if LANES == 1\n"
+        "typedef double lane;\ntypedef long long lane_mask;\n#define AT(vector, l) (vector)\n"
+        "#else\n"
+        "typedef double lane __attribute__((vector_size(LANES * sizeof(double)), may_alias));\n"
+        "typedef long long lane_mask __attribute__((vector_size(LANES * sizeof(long long))));\n"
+        "#define AT(vector, l) (vector)[l]\n"
+        "#endif\n\n");
+    text_add(text, "/* A number in all lanes; subtracting 0.0 changes no number. */\n"
                    "INLINE lane every_lane(double number) {\n"
                    "    const lane zero = {0.0};\n    return number - zero;\n}\n\n");
 }
 
-/* Of two, by a condition in each lane. */
+/* A choice of one of two values, by a condition in each lane. */
 static void put_choice(struct text *text) {
     text_add(text, "INLINE lane choose_lanes(lane_mask which, lane a, lane b) {\n"
                    "#if LANES == 1\n    return which ? a : b;\n#else\n"
@@ -50,7 +51,8 @@ static const struct {
 } choices[] = {
     {OP_LESS, "lane a, lane b", "a < b", "every_lane(1.0), every_lane(0.0)"},
     {OP_WHERE, "lane condition, lane a, lane b", "condition != 0.0", "a, b"},
-    {OP_MIN, "lane a, lane b", "(a < b) | (b != b)", "a, b"}, /* as those of libm, a number before NaN */
+    {OP_MIN, "lane a, lane b", "(a < b) | (b != b)",
+     "a, b"}, /* like those of libm, they prefer a number to NaN */
     {OP_MAX, "lane a, lane b", "(a > b) | (b != b)", "a, b"},
 };
 enum { CHOICES = sizeof choices / sizeof *choices };
@@ -104,7 +106,7 @@ static void put_splines(const struct emission *x, struct text *text) {
 
 /* ---- The files ---- */
 
-/* Functions call each other in any order. */
+/* Functions may call each other in any order. */
 static void put_prototypes(struct emission *x, struct text *text) {
     for (int f = 0; f < x->plan->function_count; f++) {
         emit_signature(x, text, &x->plan->functions[f]);

@@ -1,6 +1,4 @@
-/*
- * The C text of loops: takes the loops of a plan, gives loops over local arrays and results. See plan.h.
- */
+/* The C text of the loops of a plan (plan.h): loops over local arrays and results. */
 #include "gen/emit/emit.h"
 
 #include <stdlib.h>
@@ -9,7 +7,7 @@ struct printer {
     struct emission *x;
     struct text *text;
     const struct function *function;
-    const char *local; /* what stands before the names of local arrays */
+    const char *local; /* precedes the names of local arrays */
 };
 
 const char *emit_array_text(struct emission *x, const struct function *function, int array,
@@ -70,7 +68,7 @@ static void put_tables(const struct printer *p, const struct pairs *pairs) {
         put_flags(p, "moves_on", pairs->moves_on, pairs->n);
 }
 
-/* Does an array have entries of its own, other than 0, `step`, 2 `step` ...? step 0: any. */
+/* Returns whether an array has entries other than 0, `step`, 2 `step` ...; step 0: any entries. */
 static bool has_entries(const struct function *function, int array, int step) {
     const struct array *of = &function->arrays[array];
     for (int i = 0; i < of->single_count; i++)
@@ -84,8 +82,8 @@ static bool has_entries(const struct function *function, int array, int step) {
     return false;
 }
 
-/* Nothing but this product writes its array, and its entries stand in rows: dots go to their places at once.
- */
+/* Returns whether only this product writes its array, with entries in rows. Dot products then go to their
+ * places directly. */
 static bool is_direct(const struct function *function, const struct pairs *pairs,
                       const struct pair_product *product) {
     return product->is_mirrored && is_in_order(pairs) && !has_entries(function, product->array, 0);
@@ -106,10 +104,10 @@ bool emit_is_written_by_loops(const struct function *function, int array) {
 enum { BLOCK = 8 };
 
 /*
- * Whole rows are written at once, in blocks of one length: each but the first may reach before j, where
- * nothing stands yet; all that it puts there is written again when those coordinates have their turn. For a
- * chain, whose arrays have nothing else off the diagonal and are written by no loop before. M alone is
- * quicker entry by entry.
+ * Whole rows are written at once, in blocks of one length. Each block but the first may begin before j; the
+ * entries that it writes there are written again when those coordinates follow. This applies to a chain whose
+ * arrays have no other entries off the diagonal and are written by no earlier loop. M alone is faster entry
+ * by entry.
  */
 static bool fills_rows(const struct printer *p, const struct pairs *pairs) {
     if (!is_in_order(pairs) || !is_chain(pairs) || pairs->n < BLOCK ||
@@ -125,7 +123,7 @@ static bool fills_rows(const struct printer *p, const struct pairs *pairs) {
     return !is_mass_alone;
 }
 
-/* Sums of the rows, and what stands on the diagonal. */
+/* Sums of the rows, and the diagonal. */
 static void put_row_sums(const struct printer *p, const struct pairs *pairs) {
     const char *number = p->x->number;
     for (int i = 0; i < pairs->product_count; i++) {
@@ -158,7 +156,7 @@ static void put_row_stores(const struct printer *p, const struct pairs *pairs) {
     text_add(p->text, "            }\n");
 }
 
-/* Where the dots of one product stand until they are put in their places. */
+/* Declares the place of the dot products of one product until they are added to their entries. */
 static void put_sums(const struct printer *p, const struct pairs *pairs) {
     for (int i = 0; i < pairs->product_count; i++) {
         const struct pair_product *product = &pairs->products[i];
@@ -228,8 +226,9 @@ static void put_products(const struct printer *p, const struct pairs *pairs, boo
     }
 }
 
-/* Blocks are for numbers that compilers make vectors of; lanes are vectors already. There is always a block,
- * which a compiler that looks for values never set sees in this form alone. */
+/* Blocks are for numbers that compilers turn into vectors; lanes are vectors already. There is always a
+ * complete block: only in this form does a compiler that looks for uninitialised values see that all are
+ * set. */
 static void put_dots(const struct printer *p, const struct pairs *pairs, bool turns) {
     put_near_vectors(p, pairs, turns);
     if (fills_rows(p, pairs) && !p->x->is_lanes) {
@@ -263,8 +262,8 @@ static void put_stores(const struct printer *p, const struct pairs *pairs) {
     }
 }
 
-/* The other triangle of what went to its places at once, row by row: column by column it would take longer
- * than all products. */
+/* Copies the other triangle of arrays that were written directly, row by row: column by column it would
+ * take longer than all products. */
 static void put_mirrors(const struct printer *p, const struct pairs *pairs) {
     const int n = pairs->n;
     for (int k = 0; k < pairs->product_count; k++) {
@@ -394,14 +393,14 @@ static void put_factoring(const struct printer *p, const struct factoring *facto
     text_add(p->text, "                %s[k * %d + i] *= %s[k * %d + k];\n        }\n", A, n, A, n);
 }
 
-/* Row i of one sweep, of the rows k that are done, from the last one or the first one on. */
+/* Row i of one sweep: of the completed rows k, from the last one or the first one on. */
 struct sweep {
     const char *b, *L;
     int n, width;
     bool inward;
 };
 
-/* sum -= L b_k for `step` rows at a time, as long as there are as many. */
+/* sum -= L b_k for `step` rows at a time, as long as that many remain. */
 static void put_rows_of_sweep(const struct printer *p, const struct sweep *s, int step) {
     const char *before = s->inward ? "k > i" : "k < i", sign = s->inward ? '-' : '+';
     text_add(p->text, "            for (; %s", before);

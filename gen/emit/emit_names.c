@@ -1,7 +1,7 @@
 /*
- * Names of values in the emitted C: takes the names that the derivation gave, gives each value that some
- * function computes one of its own. Values of parameters alone always have one: those that the derivation
- * did not name are called after their factors and terms (half_L, m_E_times_g), or constant_7 where that is
+ * Names of values in the emitted C: each value that some function computes gets a unique name. Input: the
+ * names from the derivation. Values of parameters alone always have a name. If the derivation did not name
+ * them, they are named after their factors and terms (half_L, m_E_times_g), or constant_7 if that is too
  * long.
  */
 #include "gen/emit/emit.h"
@@ -9,11 +9,26 @@
 #include <ctype.h>
 #include <string.h>
 
-/* ---- After factors and terms ---- */
+/* How tightly the operator of a node binds in C. */
+enum binding binding_of(const struct node *node) {
+    switch (node->operation) {
+    case OP_ADD:
+    case OP_SUB:
+        return BINDS_SUM;
+    case OP_MUL:
+    case OP_DIV:
+    case OP_NEG: /* -a b is (-a) b: the same value */
+        return BINDS_PRODUCT;
+    default:
+        return BINDS_ATOM;
+    }
+}
+
+/* ---- Names from factors and terms ---- */
 
 enum { LONGEST_NAME = 52, LONGEST_NUMBER = 6 };
 
-/* 12.5 -> "12_5"; "" where a name cannot hold it. */
+/* 12.5 -> "12_5"; "" for a number that a name cannot contain. */
 static const char *digits_of(struct memory *memory, double value) {
     char buffer[32];
     if (value == 3.141592653589793)
@@ -29,18 +44,19 @@ static const char *digits_of(struct memory *memory, double value) {
     return digits;
 }
 
-/* "A_times_B"; "" where either has no name, or it is long. A name begins with no digit. */
+/* "A_times_B"; "" if either has no name or the result is too long. A name does not begin with a digit. */
 static const char *joined(struct memory *memory, const char *a, const char *word, const char *b) {
     const bool is_none = !*a || !*b || isdigit((unsigned char)*a);
     const bool is_long = strlen(a) + strlen(word) + strlen(b) + 2 > LONGEST_NAME;
     return is_none || is_long ? "" : memory_format(memory, "%s_%s_%s", a, word, b);
 }
 
-static const char *affixed(struct memory *memory, const char *before, const char *name, const char *behind) {
-    return *name ? memory_format(memory, "%s%s%s", before, name, behind) : "";
+static const char *affixed(struct memory *memory, const char *before, const char *name, const char *after) {
+    return *name ? memory_format(memory, "%s%s%s", before, name, after) : "";
 }
 
-/* What an operand is called where only what binds as tightly as `at_least` has an unambiguous name. */
+/* The name of an operand; "" if it binds less tightly than `at_least`, because the name would be
+ * ambiguous. */
 static const char *name_of_operand(const struct emission *x, expression e, enum binding at_least);
 
 static const char *name_of_operation(const struct emission *x, const struct node *node) {
@@ -85,9 +101,9 @@ static const char *name_of_operand(const struct emission *x, expression e, enum 
     return name_of_definition(x, e);
 }
 
-/* ---- One name each ---- */
+/* ---- Unique names ---- */
 
-/* A slot of a hash table of texts: the name's own, or the empty one where it belongs. */
+/* The place of a name in a hash table of texts: its own, or the empty one where it belongs. */
 static size_t slot_of(const char **table, size_t size, const char *name) {
     size_t h = 5381;
     for (const char *c = name; *c; c++)
@@ -110,7 +126,8 @@ static const char *unique_name(struct emission *x, const char **table, size_t si
     return candidate;
 }
 
-/* Each name of the derivation that some function prints once; values of parameters alone always have one. */
+/* Makes each name of the derivation that some function prints unique. Values of parameters alone always
+ * have one. */
 void emit_name_values(struct emission *x) {
     struct memory *memory = x->plan->memory;
     size_t size = 1024;

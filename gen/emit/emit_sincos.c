@@ -1,23 +1,24 @@
 /*
- * Sines and cosines of the coordinates that are angles: all of a call in one pass, which compilers turn into
- * vector instructions. Takes the function that is printed, gives the range of coordinates, the pass as C
- * text, and its results as entries of two arrays. Angles that are no plain coordinate are left to libm, and
- * so are functions of few angles, where sine and cosine of libm in pairs are as fast.
+ * Sines and cosines of the coordinates that are angles: all angles of a call in one pass, which compilers
+ * turn into vector instructions. Input: the current function. Output: the range of coordinates, the pass as C
+ * text, and its results as entries of two arrays. Angles other than a plain coordinate use libm. Functions of
+ * few angles do so, too, because libm is as fast there for pairs of sine and cosine.
  *
  * Reduction: W. J. Cody and W. Waite, Software Manual for the Elementary Functions, 1980, ch. 8, with pi/2 in
- * three parts: 37, 35 and 53 bits, so that the products with multiples below 2^16 are exact in the first two;
- * what the last subtraction rounds away is carried on as `low`. That needs sums which are rounded one by one.
- * Compilers may be allowed to reorder them (-funsafe-math-optimizations, -fassociative-math): each sum that
- * must not be reordered is kept by `rounded`. Where doubles are not rounded to doubles at all, as on the x87
- * unit (FLT_EVAL_METHOD of C11, 5.2.4.2.2), the pass is left to libm. Polynomials: tests/minimax.py, relative
- * error 4e-18 and 5e-20 on |x| <= pi/4. tests/test_sincos.py derives them again and measures the whole: at
- * most 0.82 units in the last place.
+ * three parts: 37, 35 and 53 bits, so that the products of the first two with multiples below 2^16 are exact;
+ * the rounding error of the last subtraction is carried on as `low`. This requires sums that are rounded one
+ * by one. Compilers may be allowed to reorder sums (-funsafe-math-optimizations, -fassociative-math):
+ * `rounded` protects each sum that must keep its order. Where doubles are not rounded to doubles at all, as
+ * on the x87 unit (FLT_EVAL_METHOD of C11, 5.2.4.2.2), libm replaces the pass.
+ *
+ * Polynomials: tests/minimax.py, relative error 4e-18 and 5e-20 on |x| <= pi/4. tests/test_sincos.py derives
+ * them again and measures the total error: at most 0.82 units in the last place.
  */
 #include "gen/emit/emit.h"
 
-enum { LARGEST = 100000 }; /* [rad] beyond, and for what is no number, libm is asked */
+enum { LARGEST = 100000 }; /* [rad] larger angles, and values that are not numbers, use libm */
 
-/* Where the same text stands: in a loop over a block of angles, or once for a vector of lanes. */
+/* The texts that differ between a loop over a block of angles and a single vector of lanes. */
 struct form {
     const char *name, *number, *indent, *angle;
 };
@@ -46,7 +47,7 @@ static void put_polynomials(struct text *text, const struct form *form, const ch
     put_line(text, form, "    zz * (2.0875723479646543e-09 - z * 1.135965887716259e-11));");
 }
 
-/* Angles within an eighth of a turn, as those of bending mostly are, need no reduction. */
+/* Angles within an eighth of a turn, as most angles of bending are, need no reduction. */
 static void put_small(struct text *text, const struct form *form) {
     text_add(text, "    if (small) {\n        for (int i = 0; i < %d; i++) {\n", FEWEST_ANGLES);
     put_polynomials(text, form, form->angle);
@@ -54,7 +55,7 @@ static void put_small(struct text *text, const struct form *form) {
                    "            c[i] = level + (((1.0 - level) - half) + zz * C);\n        }\n");
 }
 
-/* One sum that has to be rounded by itself. */
+/* A sum that must be rounded separately. */
 static void put_sum(struct text *text, const struct form *form, const char *name, const char *sum) {
     text_add(text, "%sconst %s %s = %s_rounded(%s, ones);\n", form->indent, form->number, name, form->name,
              sum);
@@ -75,7 +76,7 @@ static void put_reduction(struct text *text, const struct form *form) {
     put_value(text, form, "low = left - rest");
 }
 
-/* Gives s and c of the angle from those of r. */
+/* Computes s and c of the angle from those of r. */
 static void put_quadrant(struct text *text, const struct form *form) {
     put_value(text, form, "sin_r = r + ((r * z) * S + low * level)");
     put_value(text, form, "cos_r = level + (((1.0 - level) - half) + (zz * C - r * low))");
@@ -98,9 +99,10 @@ static void put_reduced(struct text *text, const struct form *form) {
 }
 
 /*
- * From version 12 on gcc says whether it may reorder sums; its __builtin_assoc_barrier does not help where it
- * may, since loops that become vectors lose it. clang has an operation for it that costs nothing where sums
- * are not reordered. Elsewhere the bits pass a mask of ones that the compiler does not know.
+ * Since version 12, gcc says whether it may reorder sums. Its __builtin_assoc_barrier does not help if it
+ * may, because it is lost in loops that become vectors. clang has an operation for this purpose that costs
+ * nothing if sums are not reordered. With other compilers the bits pass a mask of ones that the compiler does
+ * not know.
  */
 static void put_rounded(const struct emission *x, struct text *text) {
     const char *number = x->number, *bits = x->is_lanes ? "lane_mask" : "unsigned long long";
@@ -108,7 +110,7 @@ static void put_rounded(const struct emission *x, struct text *text) {
         text,
         "#ifdef __has_builtin\n#define HAS_BUILTIN(name) __has_builtin(name)\n"
         "#else\n#define HAS_BUILTIN(name) 0\n#endif\n"
-        "/* A sum as it is rounded, also where the compiler may reorder sums. */\n"
+        "/* A rounded sum, even if the compiler may reorder sums. */\n"
         "%s %s %s_rounded(%s sum, %s ones) {\n"
         "#if defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 12 && !defined(__ASSOCIATIVE_MATH__)\n"
         "    (void)ones;\n"
@@ -135,31 +137,32 @@ static void put_libm(const struct emission *x, struct text *text) {
              x->name, FEWEST_ANGLES);
 }
 
-/* Flags as wide as the angles, and one array written after the other, are vectors without further ado. */
+/* Compilers vectorise this form without further hints: flags are as wide as the angles, and one array is
+ * written after the other. */
 static void put_block(const struct emission *x, struct text *text) {
     const int n = FEWEST_ANGLES;
     text_add(text,
              "/* Sines and cosines of %d angles up to %d rad: x = k pi/2 + r, and two polynomials of r, "
              "minimax on\n"
-             "   |r| <= pi/4; error at most 0.82 units in the last place. Beyond, and for what is no number, "
-             "libm's. */\n"
+             "   |r| <= pi/4; error at most 0.82 units in the last place. For larger angles and values "
+             "that are not numbers libm. */\n"
              "static void %s_sincos_%d(const double *angle, double *sine, double *cosine) {\n",
              n, LARGEST, x->name, n);
-    text_add(
-        text,
-        "    const double whole = 6755399441055744.0; /* 1.5 2^52: beside it only whole numbers exist */\n"
-        "    const volatile unsigned long long mask = ~0ULL; /* volatile: not known while this is compiled "
-        "*/\n"
-        "    const unsigned long long ones = mask;\n"
-        "    double x[%d], s[%d], c[%d];\n"
-        "    long long small = 1, known = 1;\n"
-        "    for (int i = 0; i < %d; i++)\n"
-        "        x[i] = angle[i];\n"
-        "    for (int i = 0; i < %d; i++) {\n"
-        "        small &= fabs(x[i]) <= 0.785;\n"
-        "        known &= fabs(x[i]) <= %d.0;\n"
-        "    }\n",
-        n, n, n, n, n, LARGEST);
+    text_add(text,
+             "    const double whole = 6755399441055744.0; /* 1.5 2^52: doubles of this size are whole "
+             "numbers */\n"
+             "    const volatile unsigned long long mask = ~0ULL; /* volatile: unknown to the compiler "
+             "*/\n"
+             "    const unsigned long long ones = mask;\n"
+             "    double x[%d], s[%d], c[%d];\n"
+             "    long long small = 1, known = 1;\n"
+             "    for (int i = 0; i < %d; i++)\n"
+             "        x[i] = angle[i];\n"
+             "    for (int i = 0; i < %d; i++) {\n"
+             "        small &= fabs(x[i]) <= 0.785;\n"
+             "        known &= fabs(x[i]) <= %d.0;\n"
+             "    }\n",
+             n, n, n, n, n, LARGEST);
     const struct form form = {x->name, "double", "            ", "x[i]"};
     put_small(text, &form);
     text_add(text, "    } else if (known) {\n        for (int i = 0; i < %d; i++) {\n", n);
@@ -174,8 +177,8 @@ static void put_block(const struct emission *x, struct text *text) {
              x->name, n, n);
 }
 
-/* FLT_EVAL_METHOD is 0 where doubles are rounded to doubles, and 1 or 16 where that holds for all but
- * narrower types. */
+/* FLT_EVAL_METHOD is 0 if doubles are rounded to doubles, and 1 or 16 if that is true for all but narrower
+ * types. */
 static void put_pass(const struct emission *x, struct text *text) {
     text_add(text,
              "#if defined(__FLT_EVAL_METHOD__) && \\\n"
@@ -183,7 +186,7 @@ static void put_pass(const struct emission *x, struct text *text) {
     put_rounded(x, text);
     put_block(x, text);
     text_add(text,
-             "#else /* sums may be kept longer than doubles */\n"
+             "#else /* sums may be wider than doubles */\n"
              "static void %s_sincos_%d(const double *angle, double *sine, double *cosine) {\n"
              "    %s_sincos_libm(angle, sine, cosine);\n}\n#endif\n\n",
              x->name, FEWEST_ANGLES, x->name);
@@ -194,12 +197,12 @@ void emit_sincos(struct emission *x, struct text *text) {
     if (x->has_sincos)
         return;
     x->has_sincos = true;
-    text_add(text, "#ifndef REFDYN_GENERATED_%s_SINCOS /* parts may be compiled as one */\n", x->name);
+    text_add(text, "#ifndef REFDYN_GENERATED_%s_SINCOS /* parts may be compiled as one file */\n", x->name);
     text_add(text, "#define REFDYN_GENERATED_%s_SINCOS\n", x->name);
     put_libm(x, text);
     put_pass(x, text);
     text_add(text,
-             "/* Of `count` angles, %d at the least; the last block may overlap the one before. */\n"
+             "/* For `count` angles, at least %d; the last block may overlap the one before. */\n"
              "static void %s_sincos(const double *angle, double *sine, double *cosine, int count) {\n"
              "    for (int i = 0; i < count - %d; i += %d)\n"
              "        %s_sincos_%d(angle + i, sine + i, cosine + i);\n"
@@ -209,12 +212,12 @@ void emit_sincos(struct emission *x, struct text *text) {
 
 /* ---- In lanes ---- */
 
-/* Each lane by itself, whatever stands in the others: where the angles of all lanes are small, the shorter
- * way gives the bits of the longer one with k = 0. */
+/* The result of a lane does not depend on the other lanes: if the angles of all lanes are small, the
+ * shorter way computes the bits of the longer one with k = 0. */
 static void put_lane_small(const struct emission *x, struct text *text) {
     const struct form form = {x->name, "lane", "    ", "x"};
     text_add(text,
-             "/* The same bits, where the angles of all lanes are within an eighth of a turn. */\n"
+             "/* The same bits if the angles of all lanes are within an eighth of a turn. */\n"
              "INLINE void %s_small_angle(lane x, lane *sine, lane *cosine) {\n",
              x->name);
     put_polynomials(text, &form, form.angle);
@@ -224,21 +227,21 @@ static void put_lane_small(const struct emission *x, struct text *text) {
 
 static void put_lane_angle(const struct emission *x, struct text *text) {
     const struct form form = {x->name, "lane", "    ", "x"};
-    text_add(
-        text,
-        "/* Sine and cosine of an angle that is known, as those of %s.c. */\n"
-        "INLINE void %s_angle(lane x, lane *sine, lane *cosine) {\n"
-        "    const double whole = 6755399441055744.0; /* 1.5 2^52: beside it only whole numbers exist */\n"
-        "    const volatile long long mask = -1; /* volatile: not known while this is "
-        "compiled */\n"
-        "    const long long ones = mask;\n",
-        x->plan->model->name, x->name);
+    text_add(text,
+             "/* Sine and cosine of an angle within the range of the pass, computed as in %s.c. */\n"
+             "INLINE void %s_angle(lane x, lane *sine, lane *cosine) {\n"
+             "    const double whole = 6755399441055744.0; /* 1.5 2^52: doubles of this size are whole "
+             "numbers */\n"
+             "    const volatile long long mask = -1; /* volatile: unknown to the "
+             "compiler */\n"
+             "    const long long ones = mask;\n",
+             x->plan->model->name, x->name);
     put_reduced(text, &form);
     text_add(text, "    *sine = even * sin_r + turned * cos_r;\n"
                    "    *cosine = even * cos_r - turned * sin_r;\n}\n\n");
 }
 
-/* Reached by few angles, but by each lane alone. */
+/* Few angles need it, but each lane must be handled alone. */
 static void put_lane_repair(const struct emission *x, struct text *text) {
     const char *name = x->name;
     text_add(text,
@@ -247,14 +250,14 @@ static void put_lane_repair(const struct emission *x, struct text *text) {
              "INLINE lane_mask %s_is_known(lane x) {\n"
              "    return %s_is_within(x, %s_largest);\n}\n\n"
              "INLINE int %s_is_in_all_lanes(lane_mask mask) {\n"
-             "#if LANES == 4 && defined(__AVX__) /* what compilers do not make of the loop */\n"
+             "#if LANES == 4 && defined(__AVX__) /* compilers do not turn the loop into this */\n"
              "    return __builtin_ia32_movmskpd256((lane)mask) == 15;\n"
              "#else\n"
              "    long long all = -1;\n    for (int l = 0; l < LANES; l++)\n        all &= AT(mask, l);\n"
              "    return all != 0;\n#endif\n}\n\n",
              name, name, name, name, name);
     text_add(text,
-             "/* In lanes that hold a larger angle, or no number, those of libm. */\n"
+             "/* Lanes with a larger angle, or a value that is not a number, get the results of libm. */\n"
              "static void %s_ask_libm(const lane *angle, lane *sine, lane *cosine) {\n"
              "    const lane x = *angle;\n    const lane_mask known = %s_is_known(x);\n    for (int l = 0; l "
              "< LANES; l++)\n"
@@ -263,8 +266,8 @@ static void put_lane_repair(const struct emission *x, struct text *text) {
              name, name);
 }
 
-/* Of a formula: what the sine and the cosine of one angle share is computed once, since compilers see it
- * before any branch. */
+/* The sine or cosine of a formula. The common part of both for one angle is computed once, because
+ * compilers see it before any branch. */
 static void put_lane_function(const struct emission *x, struct text *text, enum operation operation) {
     const char *name = x->name;
     if (!x->uses_operation[operation])
@@ -303,7 +306,7 @@ void emit_lane_sincos(struct emission *x, struct text *text) {
              "#if defined(__FLT_EVAL_METHOD__) && \\\n"
              "    (__FLT_EVAL_METHOD__ == 0 || __FLT_EVAL_METHOD__ == 1 || __FLT_EVAL_METHOD__ == 16)\n"
              "static const double %s_largest = %d.0;\n"
-             "#else /* sums may be kept longer than doubles: libm is asked for all */\n"
+             "#else /* sums may be wider than doubles: libm computes all */\n"
              "static const double %s_largest = -1.0;\n#endif\n",
              x->name, LARGEST, x->name);
     put_rounded(x, text);
@@ -316,7 +319,7 @@ void emit_lane_sincos(struct emission *x, struct text *text) {
 
 /* ---- In a function ---- */
 
-/* A vector of lanes is full with one angle: then the pass is of any number of them. */
+/* In lanes one angle fills a vector, so that the pass may have any number of angles. */
 void emit_begin_angles(struct emission *x) {
     const struct function *function = x->function;
     if (x->is_lanes)
@@ -338,7 +341,7 @@ static void emit_pass_call(const struct emission *x, struct text *text, int firs
              within, place, count);
 }
 
-/* In lanes a slide among them costs as much as an angle. */
+/* In lanes a sliding coordinate in the range costs as much as an angle. */
 void emit_angle_pass(struct emission *x, struct text *text) {
     const struct angle_range *angles = &x->angles;
     const int end = angles->first + angles->count;

@@ -1,7 +1,7 @@
 /*
- * Fixed steps of a model's motion with their derivatives: takes the plan, whose functions qdd and d_qdd a
- * step calls, gives NAME_step.h and NAME_step.c. What is the same for all models is in text/step_body.c.in,
- * behind the sizes and names of this one.
+ * Fixed steps of a model's motion with their derivatives. Input: the plan, whose functions qdd and d_qdd a
+ * step calls. Output: NAME_step.h and NAME_step.c. The sizes and names of the model come first;
+ * text/step_body.c.in, the part that is the same for all models, follows.
  */
 #include "gen/emit/emit.h"
 
@@ -18,7 +18,7 @@ struct step_part {
 enum { STEP_PARTS = 5 };
 
 static const struct array *part_of_derivatives(const struct plan *plan, const char *name) {
-    const struct function *function = plan_find_function(plan, "d_qdd"); /* which a step brings */
+    const struct function *function = plan_find_function(plan, "d_qdd"); /* a step requests it */
     for (int i = 0; i < function->array_count; i++)
         if (!strcmp(function->arrays[i].name, name))
             return &function->arrays[i];
@@ -61,27 +61,29 @@ static void put_remarks(const struct plan *plan, struct text *text) {
     const struct model *model = plan->model;
     text_add(
         text,
-        " * A state goes from t to t + count h in `count` steps of length h; inputs and parameters are held. "
-        "0: done,\n * 1: an implicit step did not converge, or a result is no number; what is given then "
-        "is of no use.\n");
+        " * The state advances from t to t + count h in `count` steps of length h; inputs and parameters "
+        "stay\n"
+        " * constant. Returns 0 if successful; 1 if an implicit step did not converge or a result is not a\n"
+        " * number: the results are then invalid.\n");
     if (model->row_count)
-        text_add(text, " * Rows are kept by their gains alone, as the accelerations qdd have them: nothing "
-                       "is projected, "
-                       "and what is\n * missed of a row without gains grows. Derivatives are those of these "
-                       "steps, also off "
-                       "the rows.\n");
+        text_add(text, " * Only their gains stabilise the rows, as in the accelerations qdd: nothing is "
+                       "projected, so that\n"
+                       " * the residual of a row without gains grows. The derivatives are those of these "
+                       "steps, also at\n"
+                       " * states off the rows.\n");
     if (model->event_count)
-        text_add(text, " * Events are not looked for: what happens there is left to the caller.\n");
-    text_add(text, " * Where a formula has a kink, derivatives are those of the branch that is taken. t, h "
-                   "and derivatives "
-                   "by them in\n * seconds; results share no memory with `work`.\n */\n");
+        text_add(text, " * Steps do not detect events: the caller must handle them.\n");
+    text_add(
+        text,
+        " * At a kink of a formula the derivatives are those of the branch that is computed. t and h are in\n"
+        " * seconds; results must not overlap `work` in memory.\n */\n");
 }
 
 static void put_struct(const struct emission *x, struct text *text) {
     struct step_part parts[STEP_PARTS];
     const int rows = 2 * x->plan->tree->count;
     list_parts(x->plan, parts);
-    text_add(text, "/* Derivatives of the state at the end, %d values: q, then qd; a row each. */\n", rows);
+    text_add(text, "/* Derivatives of the final state, %d values: q, then qd; one row for each. */\n", rows);
     text_add(text, "struct %s_step_derivatives {\n", x->name);
     for (int i = 0; i < STEP_PARTS; i++)
         if (parts[i].columns)
@@ -93,10 +95,10 @@ static void put_struct(const struct emission *x, struct text *text) {
 static const struct {
     const char *name, *one, *about;
 } methods[] = {{"rk4", "step_explicit",
-                "The classical explicit Runge-Kutta method of order 4: h below 2.8 over the "
-                "largest angular frequency."},
+                "The classical explicit Runge-Kutta method of order 4; h must be below 2.8 / "
+                "(largest angular frequency)."},
                {"gauss", "step_implicit",
-                "The implicit method of Gauss with two stages, order 4, stable for all vibrations."}};
+                "The implicit two-stage method of Gauss, order 4, stable for all vibrations."}};
 enum { METHODS = sizeof methods / sizeof *methods };
 
 const char *emit_step_method(int number) {
@@ -126,18 +128,19 @@ long emit_step_work(const struct plan *plan) {
 
 static void put_header(const struct emission *x, struct text *text) {
     text_add(text, "%s", emit_lead(x->plan->memory, x->name, "steps"));
-    text_add(text, "/*\n * Fixed steps of the motion, and exact derivatives of what they give.\n *\n");
+    text_add(text, "/*\n * Fixed steps of the motion, and exact derivatives of their results.\n *\n");
     put_remarks(x->plan, text);
     text_add(text, "#ifndef REFDYN_GENERATED_%s_step_H\n#define REFDYN_GENERATED_%s_step_H\n\n", x->name,
              x->name);
     text_add(text, "#include \"%s.h\"\n\n#ifdef __cplusplus\nextern \"C\" {\n#endif\n\n", x->name);
-    text_add(text, "/* Doubles at `work`: they need no values, and keep none for the next call. */\n");
+    text_add(text, "/* Number of doubles at `work`. Their contents need not be set or kept. */\n");
     text_add(text, "enum { %s_step_work = %ld };\n\n", x->name, emit_step_work(x->plan));
     put_struct(x, text);
-    text_add(text,
-             "/* state (%d): q, then qd, at the end. `derivatives` may be NULL, which saves most of the "
-             "time. */\n",
-             2 * x->plan->tree->count);
+    text_add(
+        text,
+        "/* state (%d) receives q, then qd, at the end. `derivatives` may be NULL, which saves most of the "
+        "time. */\n",
+        2 * x->plan->tree->count);
     for (int i = 0; i < METHODS; i++) {
         text_add(text, "\n/* %s */\n", methods[i].about);
         put_step_signature(x, text, i);
@@ -148,14 +151,14 @@ static void put_header(const struct emission *x, struct text *text) {
 
 /* ---- The source ---- */
 
-/* A part of d_qdd that may be absent. */
+/* Access to a part of d_qdd that may be absent. */
 static void put_access(const struct emission *x, struct text *text, const char *function, const char *part,
                        bool is_there) {
     text_add(text, "static const double *%s(const step_derivatives *d) {\n", function);
     if (is_there && part_of_derivatives(x->plan, part))
         text_add(text, "    return d->%s;\n}\n\n", part);
     else
-        text_add(text, "    (void)d;\n    return 0; /* there are none */\n}\n\n");
+        text_add(text, "    (void)d;\n    return 0; /* d_qdd has no such part */\n}\n\n");
 }
 
 static void put_names(const struct emission *x, struct text *text) {
@@ -177,9 +180,8 @@ static void put_derivatives(const struct emission *x, struct text *text) {
     text_add(text,
              "static void step_give(const struct step *s, double *state, struct %s_step_derivatives *d) {\n",
              x->name);
-    text_add(text,
-             "    memcpy(state, s->q, 2 * STEP_N * sizeof *state); /* and qd behind it */\n    if (!d)\n"
-             "        return;\n");
+    text_add(text, "    memcpy(state, s->q, 2 * STEP_N * sizeof *state); /* and qd after it */\n    if (!d)\n"
+                   "        return;\n");
     for (int i = 0; i < STEP_PARTS; i++)
         if (parts[i].columns)
             text_add(text,

@@ -1,6 +1,4 @@
-/*
- * What was read and what was emitted, for people: the texts of `refdyn check` and `refdyn gen`.
- */
+/* Describes the model and the emitted functions for people: the texts of `refdyn check` and `refdyn gen`. */
 #include "gen/plan/plan.h"
 #include "gen/tree/tree.h"
 
@@ -12,7 +10,7 @@ static double value_of(const struct generation *gen, expression e) {
 
 static void print_unread(const struct generation *gen, FILE *out) {
     const struct plan *plan = gen->plan;
-    const char *separator = "parameters that nothing reads:";
+    const char *separator = "unused parameters:";
     for (int i = 0; i < gen->model.parameter_count; i++) {
         bool read = false;
         for (int k = 0; k < plan->parameter_count; k++)
@@ -60,7 +58,7 @@ void gen_print_summary(const struct generation *gen, FILE *out) {
         fprintf(out, "%s: %zu bytes\n", plan->files[i].name, plan->files[i].length);
 }
 
-/* Of its bodies and its beam. */
+/* The mass of its bodies and its beam. */
 static double link_mass(const struct generation *gen, const struct link *link) {
     double mass = 0;
     for (int i = 0; i < link->beam.segment_count; i++) {

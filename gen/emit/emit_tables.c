@@ -1,12 +1,105 @@
 /*
- * The constant tables of a model: names, units, defaults, the tree, and all functions in the one form of
+ * The constant tables of a model: names, units, defaults, the tree, and all functions with the signature of
  * refdyn_model.h.
  */
 #include "gen/emit/emit.h"
 #include "refdyn_model.h"
 #include "gen/dynamics/dynamics.h"
 
+#include <math.h>
+#include <stddef.h>
 #include <string.h>
+
+/* ---- Limits of joints ---- */
+
+/* NAME_limits has one entry for each joint with limits, for planning and control. The header declares it if
+ * there are any. */
+
+static int count_limits(const struct emission *x) {
+    int count = 0;
+    for (int i = 0; i < x->plan->tree->count; i++)
+        count += x->plan->tree->frames[i].joint.limits != NULL;
+    return count;
+}
+
+void emit_limits_declaration(const struct emission *x, struct text *text) {
+    const int count = count_limits(x);
+    if (!count)
+        return;
+    text_add(text, "/* Limits of joints; no function in this file reads them. */\n");
+    text_add(text, "enum { %s_limit_count = %d };\n", x->name, count);
+    text_add(text, "extern const struct refdyn_limits %s_limits[%d];\n\n", x->name, count);
+}
+
+static const char *limit_text(double limit, char digits[32]) {
+    if (isinf(limit))
+        return limit < 0 ? "-HUGE_VAL" : "HUGE_VAL";
+    return text_of_number(limit, digits);
+}
+
+static void emit_limits(const struct emission *x, struct text *text) {
+    const int count = count_limits(x);
+    if (!count)
+        return;
+    text_add(text, "const struct refdyn_limits %s_limits[%d] = {\n", x->name, count);
+    for (int i = 0; i < x->plan->tree->count; i++) {
+        const struct limits *limits = x->plan->tree->frames[i].joint.limits;
+        char digits[4][32];
+        if (limits)
+            text_add(text, "    {%d, %s, %s, %s, %s},\n", i, limit_text(limits->from, digits[0]),
+                     limit_text(limits->to, digits[1]), limit_text(limits->rate, digits[2]),
+                     limit_text(limits->force, digits[3]));
+    }
+    text_add(text, "};\n\n");
+}
+
+/* ---- Spatial Jacobians ---- */
+
+/* NAME_spatial has the points with spatial Jacobians, and both functions with the signature of
+ * refdyn_model.h. The header declares it if points request it. */
+
+static bool has_function(const struct emission *x, const char *quantity) {
+    return plan_find_function(x->plan, quantity) != NULL;
+}
+
+static bool emit_is_spatial(const struct function *function) {
+    return !strcmp(function->quantity, "J") || !strcmp(function->quantity, "Jd_qd");
+}
+
+static bool has_spatial(const struct emission *x) {
+    return has_function(x, "J") || has_function(x, "Jd_qd");
+}
+
+void emit_spatial_declaration(const struct emission *x, struct text *text) {
+    if (has_spatial(x))
+        text_add(text,
+                 "/* The points of J and Jd_qd, in their order, and these functions on doubles. */\n"
+                 "extern const struct refdyn_spatial %s_spatial;\n\n",
+                 x->name);
+}
+
+static void put_function(const struct emission *x, struct text *text, const char *quantity) {
+    if (has_function(x, quantity))
+        text_add(text, ", %s_%s_doubles", x->name, quantity);
+    else
+        text_add(text, ", 0");
+}
+
+static void emit_spatial(const struct emission *x, struct text *text) {
+    const struct model *model = x->plan->model;
+    int count = 0;
+    if (!has_spatial(x))
+        return;
+    text_add(text, "static const int %s_spatial_points[] = {", x->name);
+    for (int i = 0; i < model->point_count; i++)
+        if (model->points[i].is_angular)
+            text_add(text, "%s%d", count++ ? ", " : "", i);
+    text_add(text, "};\n\nconst struct refdyn_spatial %s_spatial = {%d, %s_spatial_points", x->name, count,
+             x->name);
+    put_function(x, text, "J");
+    put_function(x, text, "Jd_qd");
+    text_add(text, "};\n\n");
+}
 
 static void emit_name_entry(struct text *text, const char *name, const char *unit, double value) {
     char digits[32];
@@ -24,7 +117,7 @@ static void emit_coordinate(struct emission *x, struct text *text, int i) {
     emit_name_entry(text, frame->name, frame->joint.is_revolute ? "rad" : "m", start);
 }
 
-/* One macro for the names of an element. */
+/* One macro for the names in an element. */
 static void emit_run_macro(struct emission *x, struct text *text, const struct element_run *run, int index) {
     char digits[32];
     text_add(text, "#define ELEMENT_%d(e)", index + 1);
@@ -107,7 +200,7 @@ static int *coordinate_indices(struct emission *x, const char **names, int count
     return indices;
 }
 
-/* Position of each anchored parameter among the emitted ones. */
+/* The position of each anchored parameter among the emitted ones. */
 static int *anchored_indices(struct emission *x) {
     const struct plan *plan = x->plan;
     int *indices = memory_get(plan->memory, ((size_t)plan->anchored_count + 1) * sizeof *indices);
@@ -117,7 +210,7 @@ static int *anchored_indices(struct emission *x) {
     return indices;
 }
 
-/* Place in p of a value of parameters alone, -1: no emitted function reads it. */
+/* The place in p of a value of parameters alone; -1: no emitted function reads it. */
 static int place_in_parameters(const struct plan *plan, expression e) {
     for (int i = 0; i < plan->prepare.out_count; i++)
         if (plan->prepare.arrays->singles[i].value == e)
@@ -170,12 +263,12 @@ static void emit_rows_and_points(struct emission *x, struct text *text) {
     }
 }
 
-/* "(const lane *)(const void *)": doubles as what a function of lanes takes. */
+/* "(const lane *)(const void *)": converts doubles to the argument of a function for lanes. */
 static const char *as_numbers(const struct emission *x, const char *qualifier) {
     return x->is_lanes ? memory_format(x->plan->memory, "(%slane *)(%svoid *)", qualifier, qualifier) : "";
 }
 
-/* Place of a parameter in p, -1: no emitted function reads it. */
+/* The place of a parameter in p; -1: no emitted function reads it. */
 static int place_of_parameter(const struct plan *plan, int parameter) {
     for (int i = 0; i < plan->parameter_count; i++)
         if (plan->parameters[i] == parameter)
@@ -249,7 +342,7 @@ static void emit_adapter(struct emission *x, struct text *text, const struct fun
     text_add(text, "out);\n}\n\n");
 }
 
-/* The same functions behind the one form that the table has. */
+/* Adapts each function to the one signature of the table. */
 void emit_adapters(struct emission *x, struct text *text) {
     if (x->plan->prepare.out_count)
         text_add(text,
@@ -304,19 +397,24 @@ static void set_pointer(struct emission *x, struct text *text, const char *array
         text_add(text, "    SET(%s) 0,\n", array);
 }
 
+/* The struct has exactly the quantities of REFDYN_QUANTITIES, in the same order. */
+#define PLACE(name) PLACE_##name,
+enum { REFDYN_QUANTITIES(PLACE) FUNCTION_COUNT };
+#define CHECK_PLACE(name)                                                                               \
+    _Static_assert(offsetof(struct refdyn_model, name) ==                                               \
+                       offsetof(struct refdyn_model, start) + PLACE_##name * sizeof(refdyn_function *), \
+                   "the struct and the list of quantities have the same order");
+REFDYN_QUANTITIES(CHECK_PLACE)
+_Static_assert(sizeof(struct refdyn_model) ==
+                   offsetof(struct refdyn_model, start) + FUNCTION_COUNT * sizeof(refdyn_function *),
+               "the struct ends with the quantities");
+
 static void set_functions(struct emission *x, struct text *text) {
-    /* In the order of struct refdyn_model. */
-    static const char order[] =
-        "start anchor M h Q u v phi psi k r rd C d energy power Q_q qdd_free qdd force equations M_h f "
-        "row_terms point_terms constrained terms accelerations tangent tangent_vectors d_qdd d_qdd_free "
-        "d_force d_statics d_rows course breaks switches pace event event_terms required ";
-    for (const char *at = order; *at; at += strcspn(at, " ") + 1) {
-        const char *name = memory_format(x->plan->memory, "%.*s", (int)strcspn(at, " "), at);
-        bool exists = false;
-        for (int f = 0; f < x->plan->function_count; f++)
-            exists |= !strcmp(x->plan->functions[f].quantity, name);
-        set_pointer(x, text, name, memory_format(x->plan->memory, "%s_doubles", name), exists);
-    }
+#define NAME(name) #name,
+    static const char *const names[] = {REFDYN_QUANTITIES(NAME)};
+    for (int i = 0; i < FUNCTION_COUNT; i++)
+        set_pointer(x, text, names[i], memory_format(x->plan->memory, "%s_doubles", names[i]),
+                    has_function(x, names[i]));
 }
 
 void emit_table_of_functions(struct emission *x, struct text *text) {
@@ -325,14 +423,13 @@ void emit_table_of_functions(struct emission *x, struct text *text) {
     text_add(text, "};\n#undef SET\n");
 }
 
-/* Operations of one call, a division as four, a function as ten; 0: it is not emitted. */
+/* Operations of one call: a division counts as four, a function as ten; 0: it is not emitted. */
 static long cost_of(const struct plan *plan, const char *quantity) {
-    for (int f = 0; f < plan->function_count; f++) {
-        const struct operation_count *count = &plan->functions[f].operations;
-        if (!strcmp(plan->functions[f].quantity, quantity))
-            return count->adds + count->muls + 4 * count->divs + 10 * count->functions;
-    }
-    return 0;
+    const struct function *function = plan_find_function(plan, quantity);
+    if (!function)
+        return 0;
+    const struct operation_count *count = &function->operations;
+    return count->adds + count->muls + 4 * count->divs + 10 * count->functions;
 }
 
 void emit_before_table(struct text *text, const char *model, const char *macro, const char *header,
@@ -341,8 +438,8 @@ void emit_before_table(struct text *text, const char *model, const char *macro, 
                    "the same. */\n"
                    "#ifdef __cplusplus\n#define SET(field)\n#else\n#define SET(field) .field =\n#endif\n\n");
     text_add(text,
-             "#if REFDYN_%s_VERSION != %d\n#error \"%s was emitted for version %d of %s, and this %s is of "
-             "another one: emit it again.\"\n#endif\n\n",
+             "#if REFDYN_%s_VERSION != %d\n#error \"%s was emitted for version %d of %s, and this %s has "
+             "another version: emit it again.\"\n#endif\n\n",
              macro, version, model, version, header, header);
 }
 

@@ -1,4 +1,4 @@
-/* A pass at work: see explain.h. */
+/* Prints trees, expressions and plans as text. Reads the generator's state after a pass. */
 #include "gen/explain/explain.h"
 #include "gen/graph/graph.h"
 #include "gen/plan/plan.h"
@@ -29,7 +29,7 @@ static void explain_frames(struct text *text, const struct tree *tree) {
     for (int r = 0; r < tree->run_count; r++)
         text_add(text, "  run %d, %s: %d elements of %d coordinates from %d on%s\n", r, tree->runs[r].name,
                  tree->runs[r].count, tree->runs[r].period, tree->runs[r].first,
-                 tree->runs[r].last ? ", the last one of its own inertia" : "");
+                 tree->runs[r].last ? ", the last one with another inertia" : "");
 }
 
 void explain_tree(const struct generation *gen, struct text *text) {
@@ -49,11 +49,11 @@ struct explanation {
     const struct graph *g;
     const struct function *function;
     bool *needed, *is_marked; /* by handle; marked: with a line of its own */
-    const char *section;      /* the last one that was told */
+    const char *section;      /* the last one that was printed */
 };
 
-/* The section of the graph that e belongs to, where another one begins. */
-static void tell_section(struct explanation *x, expression e) {
+/* Prints the section of the graph to which e belongs, if it differs from the last one. */
+static void explain_section(struct explanation *x, expression e) {
     const char *section = graph_remark_of(x->g, e);
     if (section && section != x->section)
         text_add(x->text, "  /* %s */\n", section);
@@ -61,7 +61,7 @@ static void tell_section(struct explanation *x, expression e) {
 }
 
 static void explain_value(struct explanation *x, expression e) {
-    tell_section(x, e);
+    explain_section(x, e);
     text_add(x->text, "    ");
     describe_value(x->text, x->g, e, NULL);
     text_add(x->text, " = ");
@@ -97,7 +97,7 @@ static void explain_results(struct explanation *x) {
     explain_run_results(x, -1);
 }
 
-/* What loops carry from element to element. */
+/* Values that loops carry from element to element. */
 static void explain_slots(struct explanation *x) {
     for (int s = 0; s < x->g->slot_count; s++) {
         const struct slot *slot = &x->g->slots[s];
@@ -106,7 +106,7 @@ static void explain_slots(struct explanation *x) {
         text_add(x->text, "    slot %d of loop %d over run %d, %s: begins with ", s, slot->loop,
                  x->g->loops[slot->loop].run, x->g->loops[slot->loop].inward ? "inward" : "outward");
         describe_value(x->text, x->g, slot->initial, x->is_marked);
-        text_add(x->text, ", goes on with ");
+        text_add(x->text, ", continues with ");
         describe_value(x->text, x->g, slot->next, x->is_marked);
         text_add(x->text, "\n");
     }
@@ -123,7 +123,7 @@ static void explain_counts(struct explanation *x) {
     text_add(x->text, "\n");
 }
 
-/* What has a name or is read more than once. */
+/* Marks values that have a name or are read more than once. */
 static void mark_shared(struct explanation *x) {
     const struct memory_mark mark = memory_mark(x->plan->memory);
     bool *is_read = memory_scratch(x->plan->memory, x->g->count);
@@ -171,7 +171,7 @@ void explain_graph(const struct generation *gen, struct text *text) {
 
 /* ---- The plan ---- */
 
-/* Results that are known when `place` statements and blocks have ended. */
+/* Results that are known after `place` statements and blocks. */
 static void explain_writes(struct explanation *x, int place, int *written) {
     for (; *written < x->function->write_count; ++*written) {
         const struct write *write = &x->function->writes[*written];

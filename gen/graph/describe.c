@@ -1,4 +1,5 @@
-/* Expressions as text: see graph.h. */
+/* Prints expressions as text for people: in messages of checks and in `refdyn gen --explain`. The notation
+ * is that of graph.h. */
 #include "gen/graph/graph.h"
 
 #include <string.h>

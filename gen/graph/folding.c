@@ -1,6 +1,8 @@
 /*
- * Building expressions, folded where that is exact: 0 and 1, signs, numbers on both sides, x*0 -> 0 and x-x
- * -> 0 for a finite x. Takes operands, gives the node of the result in the graph. Declared in graph.h.
+ * Builds expressions. Folds them where the result is exact: 0 and 1, signs, numbers on both sides; x*0 -> 0
+ * and x-x -> 0 assume a finite x.
+ *
+ * Input: operands. Result: the handle of the node in the graph.
  */
 #include "gen/graph/graph.h"
 
@@ -24,12 +26,12 @@ static bool is_negated(const struct graph *g, expression e) {
     return g->nodes[e].operation == OP_NEG;
 }
 
-/* x of a node -x. */
+/* The operand x of a node -x. */
 static expression inside(const struct graph *g, expression e) {
     return g->nodes[e].operand[0];
 }
 
-/* A node -x or a negative number: its sign can move. */
+/* Returns whether e is a node -x or a negative number, whose sign can move. */
 static bool is_negative(const struct graph *g, expression e) {
     double x;
     return expr_is_number(g, e, &x) ? x < 0 : is_negated(g, e);
@@ -82,7 +84,8 @@ expression expr_sub(struct graph *g, expression a, expression b) {
     return raw(g, OP_SUB, a, b, 0);
 }
 
-/* The sign of a factor moves in front of the product: |a| and whether it was negative. */
+/* Moves the sign of a factor in front of the product: replaces a by |a| and returns whether it was
+ * negative. */
 static bool take_sign(struct graph *g, expression *a) {
     bool negative = is_negative(g, *a);
     if (negative)
@@ -107,7 +110,7 @@ expression expr_div(struct graph *g, expression a, expression b) {
     if (both_numbers(g, a, b, &x, &y))
         return expr_number(g, x / y);
     if (a == 0)
-        return 0; /* assumes a divisor that is not zero */
+        return 0; /* assumes a nonzero divisor */
     bool negative = take_sign(g, &a);
     negative ^= take_sign(g, &b);
     expression result = b == 1 ? a : a == b ? 1 : raw(g, OP_DIV, a, b, 0);
@@ -149,7 +152,7 @@ expression expr_where(struct graph *g, expression condition, expression then, ex
     return then == otherwise ? then : raw(g, OP_WHERE, condition, then, otherwise);
 }
 
-/* Functions that are odd or even in their only operand lose its sign. */
+/* Drops the sign of the operand of an even function, and moves it in front of an odd one. */
 static bool fold_parity(struct graph *g, enum operation operation, expression a, expression *result) {
     if (!is_negated(g, a))
         return false;
@@ -173,8 +176,7 @@ static bool fold_parity(struct graph *g, enum operation operation, expression a,
     }
 }
 
-/* Any function without algebra of its own: numbers are computed, equal operands of min, max and < are folded.
- */
+/* Any other function: numbers are computed; min, max and < of equal operands are folded. */
 static expression apply_function(struct graph *g, enum operation operation, expression a, expression b) {
     int arity = operation_arity(operation);
     double x = 0, y = 0;

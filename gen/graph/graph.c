@@ -1,6 +1,7 @@
 /*
- * The expression graph: nodes, hash-consing, symbols, loops and their slots. See graph.h; operators come from
- * ops.def, and folding.c builds expressions.
+ * The expression graph: nodes and their hash table, symbols, loops with their slots, names and remarks.
+ *
+ * ops.def has the operators; folding.c builds expressions from them.
  */
 #include "gen/graph/graph.h"
 #include "gen/base/base.h"
@@ -80,7 +81,7 @@ static void grow_nodes(struct graph *g) {
     g->capacity = capacity;
 }
 
-/* What depends on the element of a run belongs to the loop that is open. */
+/* A node that depends on the element of a run belongs to the loop that is open. */
 static uint16_t loop_of(const struct graph *g, const struct node *node) {
     if (node->operation == OP_SYMBOL) {
         const struct symbol *s = &g->symbols[node->operand[0]];
@@ -96,7 +97,7 @@ static uint16_t loop_of(const struct graph *g, const struct node *node) {
     return 0;
 }
 
-/* The slot of the table that holds an equal node, or the empty one where it belongs. */
+/* The place in the table of an equal node, or the empty place where the node belongs. */
 static uint32_t slot_of_node(const struct graph *g, const struct node *node) {
     uint32_t slot = hash_node(node) & (g->table_size - 1);
     while (g->table[slot] && !same_node(&g->nodes[g->table[slot]], node))
@@ -108,7 +109,6 @@ expression graph_find_node(const struct graph *g, const struct node *node) {
     return g->table[slot_of_node(g, node)];
 }
 
-/* The handle of an equal node, or a new one. */
 expression graph_intern(struct graph *g, struct node node) {
     memory_work(g->memory, 1);
     if (4 * g->count >= 3 * g->table_size)
@@ -130,7 +130,7 @@ void graph_start(struct graph *g, struct memory *memory) {
     g->memory = memory;
     grow_table(g);
     grow_nodes(g);
-    /* The number 0 is handle 0; it stands in no slot of the table, where 0 means empty. */
+    /* The number 0 has handle 0. It is not in the table, where 0 marks an empty place. */
     g->nodes[g->count++] = (struct node){.operation = OP_NUMBER};
     expr_number(g, 1);
 }
@@ -147,7 +147,7 @@ struct graph graph_copy(const struct graph *g) {
                                    g->capacity * sizeof *g->name_owners);
     copy.table =
         memory_grow(g->memory, g->table, g->table_size * sizeof *g->table, g->table_size * sizeof *g->table);
-    /* Lists without room move before they grow. */
+    /* Lists at full capacity are copied before they grow. */
     copy.capacity = g->count;
     copy.symbol_capacity = (int)g->symbol_count;
     copy.remark_capacity = (int)g->remark_count;
@@ -161,7 +161,7 @@ _Static_assert(sizeof(double) == 2 * sizeof(expression), "the bits of a number a
 
 expression expr_number(struct graph *g, double value) {
     if (value == 0)
-        return 0; /* -0.0 too: the sign of a zero is not kept */
+        return 0; /* also -0.0: the graph does not keep the sign of a zero */
     struct node node = {.operation = OP_NUMBER};
     memcpy(node.operand, &value, sizeof value);
     return graph_intern(g, node);
@@ -184,7 +184,7 @@ static uint8_t symbol_depends(const struct symbol *s) {
     case SYMBOL_POINT:
         return s->order ? ON_STATE | ON_RATE : ON_STATE;
     case SYMBOL_LAST:
-        return ON_STATE; /* of the loop: never moved out of it */
+        return ON_STATE; /* the value belongs to the loop and never moves out of it */
     case SYMBOL_ELEMENT:
         return s->order ? ON_RATE : ON_STATE;
     case SYMBOL_CARRIED:
@@ -195,7 +195,7 @@ static uint8_t symbol_depends(const struct symbol *s) {
 }
 
 expression expr_symbol(struct graph *g, enum symbol_kind kind, int index, int order) {
-    const bool is_new = (kind == SYMBOL_CARRIED || kind == SYMBOL_FINAL); /* made once, with their slot */
+    const bool is_new = (kind == SYMBOL_CARRIED || kind == SYMBOL_FINAL); /* each slot makes its own once */
     uint32_t i = is_new ? g->symbol_count : 0;
     while (i < g->symbol_count &&
            !(g->symbols[i].kind == kind && g->symbols[i].index == index && g->symbols[i].order == order))

@@ -1,4 +1,9 @@
-/* Expressions as a graph. */
+/*
+ * The expression graph: every formula of a model is a node of it, and equal formulas are one node.
+ *
+ * The parts in order: nodes, symbols, loops and slots; building expressions; loops; splines; names and
+ * remarks; operators; rewrites and derivatives; checks; expressions as text.
+ */
 #ifndef REFDYN_GEN_GRAPH_H
 #define REFDYN_GEN_GRAPH_H
 
@@ -8,19 +13,14 @@
 #include "gen/base/base.h"
 
 /*
- * The expression graph: every formula of a model, hash-consed.
+ * An `expression` is a 32-bit index into one growing array. Equal handles are equal expressions. The operands
+ * of a node have smaller handles than the node, so that a plain loop over handles is an order of evaluation.
+ * Handle 0 is the number 0, handle 1 the number 1. Building folds what is exact: 0 and 1, signs, numbers on
+ * both sides; x*0 -> 0 and x-x -> 0 assume that x is finite.
  *
- * An `expression` is a 32-bit index into one growing array; equal handles are equal expressions, and the
- * operands of a node have smaller indices than the node, so that a plain loop over indices is an order of
- * evaluation. Handle 0 is the number 0, handle 1 the number 1. Building folds what is exactly safe: 0 and 1,
- * signs, numbers on both sides; x*0 -> 0 and x-x -> 0 assume that x is finite.
- *
- * Nodes do not change while the graph grows. Once it is closed nothing is added, and the planner alone puts
- * summands into another order (order_of_sums.c): a node then still stands for the same value, rounded
- * otherwise.
+ * Nodes do not change while the graph grows. After graph_close nothing is added. Only the planner then
+ * changes nodes: it reorders summands (order_of_sums.c). Such a node has the same value, rounded differently.
  */
-
-struct memory;
 
 typedef uint32_t expression;
 
@@ -37,20 +37,20 @@ enum operation {
 
 enum cost { COST_NONE, COST_ADD, COST_MUL, COST_DIV, COST_FUNCTION };
 
-/* What a symbol stands for. `order` counts time derivatives: 0 value, 1 rate, 2 acceleration. */
+/* What a symbol represents. `order` counts time derivatives: 0 value, 1 rate, 2 acceleration. */
 enum symbol_kind {
     SYMBOL_PARAMETER,  /* index: parameter */
     SYMBOL_INPUT,      /* index: input */
-    SYMBOL_TIME,       /* t */
+    SYMBOL_TIME,       /* time t */
     SYMBOL_COORDINATE, /* index: coordinate, order 0..2: q, qd, qdd */
     SYMBOL_POINT,      /* index: 3 * point + axis, order 0..2, ground frame */
-    SYMBOL_MULTIPLIER, /* index: row; of programme forces u^T lambda */
-    SYMBOL_START, /* index: handle of a coordinate, point or time symbol, taken at the start of the motion */
-    SYMBOL_ELEMENT, /* index: frame of a run (tree.h), order 0..2: the same of the element that a loop is at
-                     */
+    SYMBOL_MULTIPLIER, /* index: row; lambda in the programme forces u^T lambda */
+    SYMBOL_START, /* index: handle of a coordinate, point or time symbol; its value at the start of the motion
+                   */
+    SYMBOL_ELEMENT, /* index: frame of a run (tree.h), order 0..2: the coordinate of the current element */
     SYMBOL_LAST,    /* index: run; 1 in its last element, 0 in the others */
-    SYMBOL_CARRIED, /* index: slot; its value when an iteration begins */
-    SYMBOL_FINAL    /* index: slot; its value behind the loop */
+    SYMBOL_CARRIED, /* index: slot; its value at the beginning of an iteration */
+    SYMBOL_FINAL    /* index: slot; its value after the loop */
 };
 
 struct symbol {
@@ -59,7 +59,7 @@ struct symbol {
     int order;
 };
 
-/* What an expression depends on, as a set. */
+/* The kinds of values on which an expression depends, as a set. */
 enum depends {
     ON_PARAMETER = 1,
     ON_TIME = 2,
@@ -67,38 +67,38 @@ enum depends {
     ON_STATE = 8,
     ON_RATE = 16,
     ON_START = 32,
-    ON_GAIN = 64 /* of stabilisation, which the runtime may replace */
+    ON_GAIN = 64 /* gains of the stabilisation, which the runtime may replace */
 };
 
 struct node {
     uint8_t operation;
     uint8_t depends;
-    uint16_t loop;         /* that computes it, once an element; 0: computed once */
+    uint16_t loop;         /* the loop that computes the node once an element; 0: computed once */
     expression operand[3]; /* OP_NUMBER: the bits of its value; OP_SYMBOL: an index into symbols, 0, 0 */
 };
 
 /*
- * A loop over the elements of a run. What is built between graph_open_loop and graph_close_loop and depends
- * on the element is its body; what does not, is computed before it. Other loops over the same run may use the
- * body's values, of the same element.
+ * A loop over the elements of a run. Its body consists of the nodes that are built between graph_open_loop
+ * and graph_close_loop and depend on the element; all others are computed before the loop. Another loop over
+ * the same run may use the body's values of the same element.
  */
 struct element_loop {
     int run;
-    bool inward;         /* from the last element to the first */
-    uint32_t begin, end; /* handles made while it was open */
+    bool inward;         /* the loop runs from the last element to the first */
+    uint32_t begin, end; /* handles made while the loop was open */
 };
 
 /* A value that a loop carries from one iteration to the next. */
 struct slot {
     uint16_t loop;
     expression initial, next;
-    expression carried, final; /* symbols for its value when an iteration begins, and behind the loop */
+    expression carried, final; /* symbols for its value at the beginning of an iteration and after the loop */
 };
 
-/* `loop` of a symbol that every loop over its run may read. */
+/* Value of `loop` for a symbol that every loop over its run may read. */
 enum { ANY_LOOP = 0xFFFF };
 
-/* A line for the reader of the emitted C: what the nodes from here on compute. */
+/* A line for the reader of the emitted C: describes the nodes from handle `from` on. */
 struct remark {
     expression from;
     const char *text;
@@ -114,25 +114,27 @@ struct graph {
     uint32_t symbol_count;
     struct spline *splines;
     uint32_t spline_count;
-    struct element_loop *loops; /* loops[0] stands for no loop */
+    struct element_loop *loops; /* loops[0] represents "no loop" */
     struct slot *slots;
     int remark_capacity, symbol_capacity, spline_capacity; /* of the lists above */
     int loop_count, loop_capacity, slot_count, slot_capacity;
-    uint16_t open;      /* the loop that is being built, 0: none */
-    bool is_closed;     /* no node is added any more */
-    const char **names; /* by handle: what the value is called in the emitted C, or NULL */
-    int *name_owners;   /* by handle: 1 + the coordinate whose frame the value is named after, 0: none */
-    expression *table;  /* hash table of handles, a power of two long, 0 empty */
+    uint16_t open;      /* the loop that is being built; 0: none */
+    bool is_closed;     /* no more nodes may be added */
+    const char **names; /* by handle: the name in the emitted C, or NULL */
+    int *name_owners;   /* by handle: 1 + the coordinate whose frame the value is named after; 0: none */
+    expression *table;  /* hash table of handles; its length is a power of two, 0 marks an empty place */
     uint32_t table_size;
 };
 
 void graph_start(struct graph *g, struct memory *memory);
-/* A graph of the same nodes that grows apart from g: for trials. No loop may be open. */
+/* A copy of g that grows independently of g: for trials. No loop may be open. */
 struct graph graph_copy(const struct graph *g);
-/* From now on only nodes that are there are asked for. */
+/* From now on only existing nodes may be requested. */
 void graph_close(struct graph *g);
 
-/* The handle of a node; a new one where no node is equal to it. Only folding.c and graph.c build nodes. */
+/* ---- Building expressions ---- */
+
+/* Returns the handle of an equal node, or of a new one. Only folding.c and graph.c build nodes. */
 expression graph_intern(struct graph *g, struct node node);
 expression expr_number(struct graph *g, double value);
 expression expr_symbol(struct graph *g, enum symbol_kind kind, int index, int order);
@@ -154,129 +156,142 @@ expression expr_power(struct graph *g, expression a,
 expression expr_sqrt(struct graph *g, expression a);
 expression expr_where(struct graph *g, expression condition, expression then,
                       expression otherwise); /* condition != 0 ? then : otherwise */
-/* Any operation of ops.def, folded; operands beyond its arity are ignored. */
+/* Any operator of ops.def, folded; operands beyond its arity are ignored. */
 expression expr_apply(struct graph *g, enum operation operation, expression a, expression b, expression c);
 expression expr_apply1(struct graph *g, enum operation operation, expression a);
 expression expr_apply2(struct graph *g, enum operation operation, expression a, expression b);
 
+/* ---- Building loops ---- */
+
 /* Loops do not nest. */
 uint16_t graph_open_loop(struct graph *g, int run, bool inward);
 void graph_close_loop(struct graph *g);
-/* A new slot of the open loop; `next` is set before the loop is closed, `final` is made by it. */
+/* A new slot of the open loop. Set `next` before closing the loop, which then makes `final`. */
 int graph_new_slot(struct graph *g, expression initial);
 void graph_set_next(struct graph *g, int slot, expression next);
-/* The slot that a symbol stands for, or NULL. */
+/* The slot of a symbol of kind CARRIED or FINAL; NULL for any other expression. */
 const struct slot *graph_as_slot(const struct graph *g, expression e);
 
-/* A cubic spline through samples (graph.h), to be used by its number. */
+/* ---- Splines in the graph ---- */
+
+/* Adds a cubic spline through samples and returns its number. */
 int graph_add_spline(struct graph *g, const double *knots, const double *values, int count);
 expression expr_spline(struct graph *g, int table, expression at);
-/* The derivative of a spline node by its operand. */
+/* The derivative of a spline node with respect to its operand. */
 expression expr_spline_derivative(struct graph *g, expression e);
 
-/* The handle of an equal node; 0: there is none. */
+/* ---- Queries, names and remarks ---- */
+
+/* Returns the handle of an equal node; 0: there is none. */
 expression graph_find_node(const struct graph *g, const struct node *node);
 bool expr_is_number(const struct graph *g, expression e, double *value);  /* value may be NULL */
-const struct symbol *expr_as_symbol(const struct graph *g, expression e); /* NULL when e is no symbol */
-/* The first name given stays. `text` must live as long as the graph. */
+const struct symbol *expr_as_symbol(const struct graph *g, expression e); /* NULL if e is not a symbol */
+/* A value keeps the first name that it receives. `text` must live as long as the graph. */
 void graph_name_value(struct graph *g, expression e, const char *text);
 
-/* "OWNER_WHAT", or "shared_WHAT" where the value has another owner already: what several bodies, links or
- * rows have in common is called after none of them. */
+/* Names a value "OWNER_WHAT", or "shared_WHAT" if it already has another owner: a value that several
+ * bodies, links or rows share is named after none of them. */
 void graph_name_shared(struct graph *g, expression e, const char *owner, const char *what);
 
-/* Starts a section of the graph. `text` must live as long as the graph. */
+/* Starts a section of the graph with a remark. `text` must live as long as the graph. */
 void graph_remark(struct graph *g, const char *text);
-/* The section that e belongs to: the last remark before it, or NULL. */
+/* The section that contains e: the last remark before it, or NULL. */
 const char *graph_remark_of(const struct graph *g, expression e);
 
 int operation_arity(enum operation operation);
-/* RATE_GAIN or POSITION_GAIN. */
+/* Returns whether the operator is RATE_GAIN or POSITION_GAIN. */
 bool operation_is_gain(enum operation operation);
 const char *operation_text(enum operation operation);
 enum cost operation_cost(enum operation operation);
 double operation_value(enum operation operation, double a, double b, double c);
-/* Value of node e from the values of its operands; not for symbols. */
+/* The value of node e from the values of its operands; not for symbols. */
 double graph_node_value(const struct graph *g, expression e, const double *values);
-/* The node of e over other operands. */
+/* The operator of e applied to other operands. */
 expression expr_rebuild(struct graph *g, expression e, const expression operands[3]);
-/* Partial derivative of node r by its operand number `which` (0, 1, 2). */
+/* The partial derivative of node r with respect to operand `which` (0, 1, 2). */
 expression operation_partial(struct graph *g, expression r, int which);
 
+/* ---- Rewrites and derivatives ---- */
+
 /*
- * Rewrites: result of `leaf` for each symbol, everything above built anew. `leaf` returns the replacement of
- * the symbol `e` (itself to keep it).
+ * Substitution: `leaf` returns the replacement of symbol e (e itself to keep it), and all expressions above
+ * are built again.
  */
 typedef expression leaf_rule(void *context, struct graph *g, expression e);
 void rewrite_substitute(struct graph *g, leaf_rule *leaf, void *context, const expression *from,
                         expression *to, int count);
-/* e with one node in it replaced. */
+/* Builds e with one node replaced. */
 expression rewrite_replace(struct graph *g, expression e, expression node, expression by);
-/* Directional derivative (one forward sweep): `leaf` returns the derivative of the symbol `e`. */
+/* Directional derivative, by one forward sweep: `leaf` returns the derivative of symbol e. */
 expression rewrite_derivative(struct graph *g, expression e, leaf_rule *leaf, void *context);
 /*
- * The same of several expressions in several directions, in one sweep: `leaf` is called with one context for
- * each direction, `to` has `count` entries for each. Expressions of elements have theirs in new loops over
- * the same runs, so that no loop may be open. What OP_HOLD holds does not change.
+ * Directional derivatives of several expressions in several directions, by one sweep. `leaf` is called with
+ * one context for each direction; `to` has `count` entries for each. Derivatives of values in loops go into
+ * new loops over the same runs, so that no loop may be open. The operand of OP_HOLD counts as constant.
  */
 void rewrite_derivatives(struct graph *g, const expression *from, expression *to, int count, leaf_rule *leaf,
                          void *const *contexts, int directions);
-/* Derivatives of e by each symbol in `by` (one backward sweep); 0 by handle 0. */
+/* Derivatives of e with respect to each symbol in `by`, by one backward sweep. The derivative with respect
+ * to handle 0 is 0. */
 void rewrite_gradient(struct graph *g, expression e, const expression *by, expression *result, int count);
 
-/* Marks (by handle) all that the marked nodes below `limit` are made of, what loops carry included. */
+/* Marks, by handle, all direct and indirect operands of the marked nodes below `limit`, including the
+ * values that loops carry. */
 void rewrite_mark_operands(const struct graph *g, bool *needed, uint32_t limit);
 
-/* The symbols that e depends on, in order of handles. */
+/* The symbols on which e depends, in order of handles. */
 expression *rewrite_list_symbols(struct graph *g, expression e, int *count);
 
 /*
- * Value of e with the given values of symbols (`value_of` returns one; SYMBOL_START passes the base symbol as
- * is). For single values, as in checks; whole functions are interpreted from a plan.
+ * The value of e. `value_of` returns the value of a symbol; for SYMBOL_START it receives the base symbol. Use
+ * it for single values, as in checks; the interpreter evaluates whole functions from a plan.
  */
 double rewrite_evaluate(struct graph *g, expression e,
                         double (*value_of)(void *context, const struct symbol *s), void *context);
 
-/* graph_invariants.c: what of the above does not hold, with the entry at fault; NULL: all holds. No loop may
- * be open. */
+/* ---- Checks ---- */
+
+/* The first rule of this header that the graph breaks, with the offending entry; NULL if it keeps all. No
+ * loop may be open. */
 const char *graph_violation(const struct graph *g);
 
+/* ---- Expressions as text ---- */
+
 /*
- * Expressions as text, for people who change the generator: in messages of checks, and in `refdyn gen
- * --explain`.
+ * Text for people who change the generator: in messages of checks and in `refdyn gen --explain`.
  *
- * A value is called by its name and its handle, "w_x#412", or by its handle alone, "#412"; numbers and
- * symbols are shown as what they are: p[2] a parameter, x[0] an input, q[3], qd[3], qdd[3] a coordinate,
- * e.q[7] that of frame 7 in the element that a loop is at, carried[5] and final[5] what slot 5 holds when an
- * iteration begins and behind the loop.
+ * A value appears as its name and handle, "w_x#412", or as its handle alone, "#412". Numbers and symbols are
+ * spelled out: p[2] is a parameter, x[0] an input, q[3], qd[3], qdd[3] a coordinate, e.q[7] the coordinate of
+ * frame 7 in the current element, carried[5] and final[5] the value of slot 5 at the beginning of an
+ * iteration and after the loop.
  */
 
-/* The name of an operation in ops.def. */
+/* The name of an operator in ops.def. */
 const char *operation_name(enum operation operation);
-/* What stands for e where it is read: marked nodes by name and handle, what is not marked is spelled out.
- * `is_marked` by handle; NULL: all are. */
+/* The text for e where it is read: marked nodes as name and handle, all others spelled out. `is_marked` is
+ * by handle; NULL: all are marked. */
 void describe_value(struct text *text, const struct graph *g, expression e, const bool *is_marked);
-/* The operation of e over its operands. */
+/* The text of e's operator with its operands. */
 void describe_definition(struct text *text, const struct graph *g, expression e, const bool *is_marked);
 
-/*
- * Cubic splines through samples, as an operation of the graph.
- *
- * Takes knots and values, gives pieces y = c0 + h (c1 + h (c2 + h c3)), h = x - knot, twice continuously
- * differentiable (natural spline: no curvature at the ends; de Boor, A Practical Guide to Splines, 1978, ch.
- * IV). Beyond the ends it goes on as a straight line, which keeps both derivatives continuous.
- */
+/* ---- Cubic splines ---- */
 
-struct memory;
+/*
+ * Cubic splines through samples, as an operator of the graph.
+ *
+ * Input: knots and values. Result: pieces y = c0 + h (c1 + h (c2 + h c3)), h = x - knot, twice continuously
+ * differentiable (natural spline: no curvature at the ends; de Boor, A Practical Guide to Splines, 1978, ch.
+ * IV). Beyond the ends the spline continues as a straight line, which keeps both derivatives continuous.
+ */
 
 enum { PIECE_COLUMNS = 5, SPLINE_ORDERS = 4 }; /* knot, c0 ... c3; derivatives of order 0 to 3 */
 
 struct spline {
-    int count;      /* pieces: the line before the first knot, one from each knot on */
+    int count;      /* number of pieces: the line before the first knot, then one from each knot on */
     double *pieces; /* (count x 5) */
 };
 
-/* knots ascending, count >= 2 */
+/* The knots must ascend; count >= 2. */
 struct spline spline_through(struct memory *memory, const double *knots, const double *values, int count);
 double spline_value(const struct spline *spline, double at, int order);
 

@@ -1,8 +1,8 @@
 /*
- * What graph.h promises, checked entry by entry: one line of a table a promise.
+ * Checks a graph against the rules of graph.h, one line of a table for each rule.
  *
- * Takes a graph between two passes, gives the first promise that it breaks, with the entry at fault as text.
- * gen.c asks after each pass, in builds that have assertions.
+ * Input: the graph between two passes. Result: the first rule that it breaks, with the offending entry as
+ * text. gen.c calls it after each pass in builds with assertions.
  */
 #include "gen/graph/graph.h"
 #include "gen/base/base.h"
@@ -35,7 +35,7 @@ static bool has_smaller_operands(const struct graph *g, expression e) {
     return true;
 }
 
-/* Handle 0 stands in no place of the table. */
+/* Handle 0 is not in the table. */
 static bool is_found(const struct graph *g, expression e) {
     double value = 0;
     return e == 0 ? expr_is_number(g, 0, &value) && value == 0 : graph_find_node(g, &g->nodes[e]) == e;
@@ -50,7 +50,7 @@ static bool is_number_node(const struct graph *g, expression e) {
     return expr_is_number(g, e, NULL);
 }
 
-/* Numbers on all sides, a zero beside + - or *, a factor 1, a sign before a sign. */
+/* Unfolded nodes have numbers on all sides, a zero next to + - or *, a factor 1, or a sign before a sign. */
 static bool is_folded(const struct graph *g, expression e) {
     const struct node *node = &g->nodes[e];
     const expression a = node->operand[0], b = node->operand[1];
@@ -81,8 +81,8 @@ static bool is_loop(const struct graph *g, int loop) {
     return loop > 0 && loop < g->loop_count;
 }
 
-/* Of a node that no loop or every loop over its run computes, or one that was made while the loop was open.
- */
+/* True for a node outside loops, a node that every loop over its run computes, or one that was made while
+ * its loop was open. */
 static bool is_within_its_loop(const struct graph *g, expression e) {
     const uint16_t loop = g->nodes[e].loop;
     if (!loop || loop == ANY_LOOP)
@@ -91,7 +91,7 @@ static bool is_within_its_loop(const struct graph *g, expression e) {
     return is_loop(g, loop) && g->loops[loop].begin <= e && e < g->loops[loop].end;
 }
 
-/* May code of loop `loop` (0: of none) read e, which stands before it? */
+/* Returns whether code of loop `loop` (0: outside loops) may read e, which comes before it. */
 static bool may_read(const struct graph *g, int loop, expression e) {
     const uint16_t home = g->nodes[e].loop;
     return !home || (loop && home == ANY_LOOP) || (loop && g->loops[home].run == g->loops[loop].run);
@@ -104,7 +104,7 @@ static bool reads_its_run_alone(const struct graph *g, expression e) {
     return true;
 }
 
-/* An identifier of C; reading it here, a sanitizer tells one that is gone. */
+/* The name must be an identifier of C. Reading it here lets a sanitizer detect freed memory. */
 static bool is_called_by_identifier(const struct graph *g, expression e) {
     const char *name = g->names[e];
     if (!name)
@@ -116,11 +116,11 @@ static bool is_called_by_identifier(const struct graph *g, expression e) {
 }
 
 static const struct promise of_nodes[] = {
-    {"an operation of ops.def on symbols and splines that there are", is_known_operation},
+    {"operators are those of ops.def, on existing symbols and splines", is_known_operation},
     {"handle 1 is the number 1", is_one_at_1},
     {"operands have smaller handles than results", has_smaller_operands},
     {"equal nodes have one handle, under which the table finds them", is_found},
-    {"what is exact is folded", is_folded},
+    {"exact results are folded", is_folded},
     {"a node depends on what its operands depend on", has_set_of_its_operands},
     {"a loop computes what was made while it was open", is_within_its_loop},
     {"values of elements are read in loops over the same run", reads_its_run_alone},
@@ -129,7 +129,7 @@ static const struct promise of_nodes[] = {
 
 /* ---- Loops, slots, symbols, remarks ---- */
 
-/* Entry 0 stands for no loop. */
+/* Entry 0 represents "no loop". */
 static bool follows_loop_before(const struct graph *g, uint32_t loop) {
     const struct element_loop *of = &g->loops[loop];
     return loop == 0 || (g->loops[loop - 1].end <= of->begin && of->begin <= of->end && of->end <= g->count);
@@ -170,7 +170,7 @@ static bool is_symbol_in_range(const struct graph *g, uint32_t index) {
     return (s->kind != SYMBOL_CARRIED && s->kind != SYMBOL_FINAL) || s->index < g->slot_count;
 }
 
-/* Those of slots are told apart by their slots. */
+/* Symbols of slots are distinguished by their slots. */
 static bool is_symbol_once(const struct graph *g, uint32_t index) {
     if (g->symbols[index].kind == SYMBOL_CARRIED || g->symbols[index].kind == SYMBOL_FINAL)
         return true;
@@ -194,15 +194,15 @@ static const struct promise of_loops[] = {{"loops do not nest", follows_loop_bef
 static const struct promise of_slots[] = {
     {"a slot has a loop and its two symbols", has_symbols},
     {"a slot begins with a value from before its loop", begins_before_loop},
-    {"a slot goes on with a value of its loop", steps_within_loop},
+    {"a slot continues with a value of its loop", steps_within_loop},
 };
 static const struct promise of_symbols[] = {
-    {"symbols are of a known kind and stand for what there is", is_symbol_in_range},
-    {"each symbol is there once", is_symbol_once},
+    {"symbols have a known kind and a valid index", is_symbol_in_range},
+    {"each symbol exists once", is_symbol_once},
 };
 static const struct promise of_remarks[] = {{"remarks ascend", follows_remark_before}};
 
-/* ---- All of them ---- */
+/* ---- All rules ---- */
 
 struct list {
     const char *entry;

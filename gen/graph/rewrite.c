@@ -1,7 +1,7 @@
 /*
- * Sweeps over the graph: substitution, derivatives, values. Declared in graph.h.
+ * Sweeps over the graph: substitution, derivatives, values.
  *
- * All are plain loops over handles: operands have smaller handles than results, so that ascending order
+ * All are plain loops over handles. Operands have smaller handles than results, so that ascending order
  * evaluates and descending order propagates derivatives backward. Nothing recurses.
  */
 #include "gen/graph/graph.h"
@@ -27,7 +27,8 @@ expression operation_partial(struct graph *g, expression r, int which) {
     (void)b;
 }
 
-/* The values that a slot takes: true when one stands above e, which a descending sweep has passed. */
+/* Marks the values that a slot takes. True if one has a handle above e, which a descending sweep has
+ * already passed. */
 static bool mark_slot(const struct graph *g, bool *needed, uint32_t limit, expression e) {
     const struct slot *slot = graph_as_slot(g, e);
     if (!slot)
@@ -56,7 +57,8 @@ void rewrite_mark_operands(const struct graph *g, bool *needed, uint32_t limit) 
     mark_all(g, needed, limit, true);
 }
 
-/* marks[e] for all that the `count` roots need, in scratch: `limit` entries, limit the largest root + 1. */
+/* Marks, by handle, all values that the `count` roots need. The result is scratch of `limit` entries,
+ * where limit is the largest root + 1. */
 static bool *mark_needed(struct graph *g, const expression *roots, int count, uint32_t *limit) {
     *limit = 0;
     for (int i = 0; i < count; i++)
@@ -69,7 +71,7 @@ static bool *mark_needed(struct graph *g, const expression *roots, int count, ui
     return marks;
 }
 
-/* The image of e, whose operands have theirs. */
+/* The image of e, whose operands already have images. */
 static expression image_of(struct graph *g, expression e, const expression *image) {
     expression operands[3] = {0, 0, 0};
     for (int k = 0; k < operation_arity(g->nodes[e].operation); k++)
@@ -114,7 +116,7 @@ struct sweep {
     uint32_t limit;
     bool *needed;
     expression *rates; /* by handle, one for each direction */
-    int *slots;        /* by slot, one for each direction: that of its rate, -1: its rate does not change */
+    int *slots; /* by slot, one for each direction: the slot of its rate; -1: its rate does not change */
 };
 
 static expression *rates_of(const struct sweep *x, expression e) {
@@ -144,19 +146,19 @@ static bool is_carried_of(const struct sweep *x, int slot, int loop) {
     return s->loop == loop && (x->needed[s->carried] || x->needed[s->final]);
 }
 
-/* Rates of what the loop carries when an iteration begins, or behind it. */
-static void begin_rates(struct sweep *x, int slot, bool behind) {
+/* Sets the rates of a slot's value at the beginning of an iteration, or after the loop. */
+static void begin_rates(struct sweep *x, int slot, bool after) {
     const struct slot s = x->g->slots[slot];
     for (int d = 0; d < x->directions; d++) {
         const int own = x->slots[slot * x->directions + d];
         const struct slot *rate = &x->g->slots[own < 0 ? 0 : own];
-        rates_of(x, behind ? s.final : s.carried)[d] = own < 0  ? rates_of(x, s.initial)[d]
-                                                       : behind ? rate->final
-                                                                : rate->carried;
+        rates_of(x, after ? s.final : s.carried)[d] = own < 0 ? rates_of(x, s.initial)[d]
+                                                      : after ? rate->final
+                                                              : rate->carried;
     }
 }
 
-/* True when a rate that was taken for constant is not. */
+/* True if a rate that was assumed constant is not. */
 static bool end_rates(struct sweep *x, int slot) {
     const struct slot s = x->g->slots[slot];
     bool changed = false;
@@ -192,8 +194,8 @@ static bool has_needed(const struct sweep *x, int loop) {
     return false;
 }
 
-/* One loop for the rates of all that another computes: slots for them are found by trying, as in recursions.
- */
+/* Makes one loop for the rates of all values of another loop. Trial finds which rates need slots, as in
+ * recursions. */
 static void differentiate_loop(struct sweep *x, int loop) {
     const int slots = x->g->slot_count;
     const struct element_loop of = x->g->loops[loop];
@@ -216,7 +218,7 @@ static void differentiate_loop(struct sweep *x, int loop) {
             begin_rates(x, s, true);
 }
 
-/* What stands in no loop in the order of handles, each loop where it ends. */
+/* Differentiates values outside loops in order of handles, and each loop where it ends. */
 static void differentiate_needed(struct sweep *x) {
     const int loops = x->g->loop_count;
     int loop = 1;
@@ -276,7 +278,7 @@ void rewrite_gradient(struct graph *g, expression root_of, const expression *by,
         }
     }
     for (int i = 0; i < count; i++)
-        result[i] = by[i] && by[i] < limit ? weight[by[i]] : 0; /* handle 0 is no symbol */
+        result[i] = by[i] && by[i] < limit ? weight[by[i]] : 0; /* handle 0 is not a symbol */
     memory_back(g->memory, mark);
 }
 

@@ -1,8 +1,8 @@
-/* Cubic splines through samples: see graph.h. */
+/* Computes the pieces and the values of natural cubic splines, as graph.h defines them. */
 #include "gen/graph/graph.h"
 #include "gen/base/base.h"
 
-/* Second derivatives at the knots, zero at both ends: the tridiagonal system of a natural spline. */
+/* Second derivatives at the knots, from the tridiagonal system of a natural spline: zero at both ends. */
 static double *knot_curvatures(struct memory *memory, const double *x, const double *y, int count) {
     double *curvature = memory_get(memory, (size_t)count * sizeof *curvature);
     double *factor = memory_get(memory, (size_t)count * sizeof *factor);

@@ -1,6 +1,6 @@
 /*
- * The interpreter of the plan: computes what an emitted function would, node by node, with the doubles of the
- * host. Declared in gen.h. It shares the graph with the printer and nothing else, so that it can judge the C.
+ * The interpreter of the plan: computes the results of an emitted function node by node, with the doubles of
+ * the host. It shares the graph with the printer and nothing else, so that it can judge the C.
  */
 #include "gen/plan/plan.h"
 
@@ -20,7 +20,7 @@ static double parameter_value(const struct arguments *a, int index) {
     return 0;
 }
 
-/* Values of nodes: of loops those of the iteration that was computed last, and all of them by element. */
+/* Values of nodes. A node of a loop has its value in the latest iteration, and its values in all elements. */
 struct state {
     const struct graph *g;
     struct arguments arguments;
@@ -33,7 +33,7 @@ static const struct element_run *run_of(const struct plan *plan, int run) {
     return &plan->rolled->runs[run];
 }
 
-/* Accelerations stand behind rates: see takes_motion in plan.h. */
+/* Accelerations follow the rates in the argument: see takes_motion in plan.h. */
 static double coordinate_value(const struct arguments *a, int coordinate, int order) {
     const int n = a->plan->tree->count;
     return order == 0 ? a->q[coordinate] : a->qd[(order - 1) * n + coordinate];
@@ -64,7 +64,7 @@ static double symbol_value(const struct state *state, const struct symbol *s, in
     case SYMBOL_MULTIPLIER:
         return a->qd[2 * a->plan->tree->count + 1 + s->index];
     default:
-        assert(s->kind == SYMBOL_COORDINATE); /* no function reads points and starts */
+        assert(s->kind == SYMBOL_COORDINATE); /* no function reads points or start values */
         return coordinate_value(a, s->index, s->order);
     }
 }
@@ -74,7 +74,7 @@ static void compute(struct state *state, expression e, int r) {
     state->values[e] = s ? symbol_value(state, s, r) : graph_node_value(state->g, e, state->values);
 }
 
-/* The next iteration's values: all are taken before any is changed. */
+/* Sets the slots for the next iteration; all new values are computed before any slot changes. */
 static void step_slots(struct state *state, int loop) {
     const struct graph *g = state->g;
     for (int s = 0; s < g->slot_count; s++)
@@ -82,7 +82,7 @@ static void step_slots(struct state *state, int loop) {
             state->slots[s] = state->values[g->slots[s].next];
 }
 
-/* One element: values of this loop are computed, those of earlier loops over the run are at hand. */
+/* Computes this loop's values for one element; those of earlier loops over the run are available. */
 static void run_iteration(struct state *state, int loop, int r) {
     const struct graph *g = state->g;
     for (expression e = 0; e < g->loops[loop].end; e++) {
@@ -119,7 +119,7 @@ static double result_value(const struct state *state, expression e, int r) {
     return home ? state->by_element[e][r] : state->values[e];
 }
 
-/* And its mirror image. */
+/* Writes an entry and, in a symmetric array, its mirror image. */
 static void write_entry(const struct array *array, int entry, double value, double *out) {
     const int n = array->symmetric;
     out[array->offset + entry] = value;
@@ -144,7 +144,7 @@ static void write_results(const struct state *state, const struct function *func
 static void interpret(struct plan *plan, const struct function *function, const struct arguments *arguments,
                       double *out);
 
-/* Of a composed function, from what it calls. */
+/* Collects the result of a composed function from the functions that it calls. */
 static void interpret_parts(struct plan *plan, const struct function *function,
                             const struct arguments *arguments, double *arrays) {
     for (int i = 0; i < function->part_count; i++) {

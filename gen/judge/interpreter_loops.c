@@ -1,5 +1,4 @@
-/* The interpreter's side of loops: takes the values of all arrays, does what the emitted loops do. See
- * plan.h. */
+/* Runs the loops of a plan (plan.h) over the values of all arrays, in the order of the emitted loops. */
 #include "gen/plan/plan.h"
 
 struct values {

@@ -1,12 +1,12 @@
 /*
  * The model: what a Lua file says, in plain C, after reading and before any derivation.
  *
- * Filled in two steps, since the author's functions need the names of all coordinates:
+ * It is filled in two steps, since the author's functions need the names of all coordinates:
  *   read_scene      options, parameters, inputs, links, points, names of dependent and held coordinates
  *   expand          frames and coordinates (tree.h)
  *   read_programme  forces and constraint rows, by calling the author's functions
- * Every quantity is an expression of parameters, or, in forces and rows, of time, inputs, coordinates and
- * points. SI units and radians.
+ * Quantities are expressions in parameters. Those of forces and rows may also depend on time, inputs,
+ * coordinates and points. Units are SI units and radians.
  */
 #ifndef REFDYN_GEN_MODEL_H
 #define REFDYN_GEN_MODEL_H
@@ -16,14 +16,14 @@
 
 enum { AXIS_X, AXIS_Y, AXIS_Z };
 
-/* A frame in its parent's frame: columns of `rotation` (row-major 3 x 3) are its axes, `position` [m] its
- * origin. */
+/* A frame in its parent's frame. The columns of `rotation` (3 x 3 by rows) are its axes, `position` [m] is
+ * its origin. */
 struct placement {
     expression rotation[9];
     expression position[3];
 };
 
-/* Of a joint, infinite where there is none; the motion does not feel them. */
+/* Limits of a joint, infinite where there is none. They are compared with a motion and do not affect it. */
 struct limits {
     double from, to; /* coordinate [m, rad] */
     double rate;     /* absolute value [m/s, rad/s] */
@@ -35,13 +35,13 @@ struct joint {
     bool is_revolute;
     int axis;
     const char *name; /* as the author calls it: "x" "y" "z" slide, "phi" "theta" "psi" turn about x, y, z */
-    bool has_direction;           /* instead of that axis: see tree.h */
+    bool has_direction;           /* the axis is `direction` instead (tree.h) */
     expression direction[3];      /* in the link's axes, of any length */
     expression start, start_rate; /* at the start of a motion [m, rad; m/s, rad/s] */
-    expression stiffness, rest,
-        damping; /* linear spring and damper, 0 where there is none [N/m or N m; m or rad; N s/m or N m s] */
-    expression rotor;            /* what the rotor of its drive adds to M_ii, inertia gear^2 [kg or kg m^2] */
-    const struct limits *limits; /* NULL: none */
+    expression stiffness, rest;   /* linear spring, 0 if there is none [N/m or N m; m or rad] */
+    expression damping;           /* linear damper, 0 if there is none [N s/m or N m s] */
+    expression rotor;             /* inertia gear^2 of its drive's rotor, added to M_ii [kg or kg m^2] */
+    const struct limits *limits;  /* NULL: none */
     struct place place;
 };
 
@@ -50,27 +50,26 @@ struct solid {
     struct placement placement; /* in the link's frame */
     expression mass;            /* [kg] */
     expression center[3];       /* centre of mass [m] */
-    expression inertia[6]; /* tensor about the centre of mass: xx yy zz xy xz yz, off the diagonal -int x y dm
-                              [kg m^2] */
+    expression inertia[6];      /* tensor about the centre of mass, xx yy zz xy xz yz, xy = -int x y dm
+                                   [kg m^2] */
 };
 
-/* A prismatic stretch of a beam, cut into rigid finite elements of its own length: theory, sect. 3.1. */
+/* A prismatic part of a beam, cut into rigid finite elements of equal length: theory, sect. 3.1. */
 struct segment {
     int rfe;                     /* number of rigid finite elements, 1: rigid */
     expression length;           /* [m] */
     expression area, Iy, Iz, It; /* section [m^2, m^4]: Iz = int y^2 dA, Iy = int z^2 dA */
     expression E, nu, rho;       /* [Pa, 1, kg/m^3] */
     expression eta;              /* Kelvin-Voigt: damping over stiffness [s] */
-    expression damping[3];       /* of one spring-damping element, psi theta phi; adds to eta's [N m s] */
-    expression curvature[3];     /* of the unloaded beam: about z, about y, twist [rad/m] */
+    expression damping[3];   /* of one spring-damping element, psi theta phi, in addition to eta [N m s] */
+    expression curvature[3]; /* of the unloaded beam: about z, about y, twist [rad/m] */
 };
 
-/* A flexible link along its local x axis: segments one behind the other, rigidly joined. */
+/* A flexible link along its local x axis: a row of segments that are rigidly joined. */
 struct beam {
     bool exists;
-    bool keeps[3]; /* which of psi, theta, phi an element has, in this order */
-    bool
-        has_strains; /* springs of three turns act on strains that are symmetric in them: theory, sect. 3.4 */
+    bool keeps[3];    /* which of psi, theta, phi an element has, in this order */
+    bool has_strains; /* springs act on strains that are symmetric in the three turns: theory, sect. 3.4 */
     struct segment *segments;
     int segment_count;
 };
@@ -88,7 +87,7 @@ struct attachment {
 struct link {
     const char *name;
     struct place place;
-    bool is_wrong; /* there are complaints about it: what follows from it is not judged */
+    bool is_wrong; /* it has errors; checks that depend on it are left out */
     struct attachment on;
     struct joint *joints; /* from the parent outward; none: welded on */
     int joint_count;
@@ -97,19 +96,18 @@ struct link {
     struct beam beam;
 };
 
-/* A point or, when is_direction, a vector fixed to a link: only the placement's position counts, as its
- * components. */
+/* A point or, if is_direction, a vector fixed to a link, whose components are the placement's position. */
 struct point {
     const char *name;
     struct place place;
     struct attachment at;
     bool is_direction;
-    bool is_angular; /* of interest, with a spatial Jacobian */
+    bool is_angular; /* a point of interest with a spatial Jacobian */
 };
 
 struct model_option {
     const char *name, *value; /* as text */
-    bool is_text;             /* no number and no truth value */
+    bool is_text;             /* neither a number nor a truth value */
     struct place place;
 };
 
@@ -117,10 +115,10 @@ struct parameter {
     const char *name, *unit;
     struct place place;
     double value;      /* given, or default */
-    bool is_mode;      /* set by contacts: never folded */
+    bool is_mode;      /* set by contacts, therefore never folded */
     bool is_anchored;  /* value at the start of a motion, unless is_given: theory, sect. 6.5 */
     bool is_given;     /* set from outside */
-    bool is_late;      /* anchored, and nothing says its value before the start of a motion */
+    bool is_late;      /* anchored, and its value is unknown before the start of a motion */
     expression anchor; /* of t, q, qd, points, inputs and parameters at the start */
 };
 
@@ -131,7 +129,7 @@ struct input {
     bool is_given; /* set from outside */
 };
 
-/* A generalized force on one coordinate: adds to Q. */
+/* A generalized force on one coordinate. It is added to Q. */
 struct force {
     int coordinate;
     expression value; /* [N or N m] */
@@ -143,18 +141,18 @@ struct load {
     int point;
     bool is_torque;
     expression value[3]; /* [N] or [N m] */
-    const char *path;    /* as messages call it: "forces[1]" */
+    const char *path;    /* its name in messages: "forces[1]" */
     struct place place;
 };
 
-/* An energy V(q, points): Q_j gains -dV/dq_j; it counts as potential energy. */
+/* An energy V(q, points). -dV/dq_j is added to Q_j, and V to the potential energy. */
 struct potential {
     expression energy; /* [J] */
     const char *path;
     struct place place;
 };
 
-/* A value that the author wants recorded with a motion. */
+/* A named value that is recorded with a motion. */
 struct course {
     const char *name;
     expression value;
@@ -169,13 +167,13 @@ struct row {
     expression residual;
     expression alpha, beta; /* Baumgarte gains [1/s] */
     const char *name;       /* for reports: "row 1" or the author's name */
-    const char *path;       /* as messages call it: "constraints[1]" */
-    bool is_closure;        /* of a loop or joint that is closed: some of its rows may be redundant */
-    expression rests; /* of a contact: the parameter that is 1 while the contact rests and its row acts, and 0
-                         otherwise. No expression (0): the row always acts */
+    const char *path;       /* its name in messages: "constraints[1]" */
+    bool is_closure;        /* part of a closed loop or joint, some of whose rows may be redundant */
+    expression rests;       /* of a contact: the parameter that is 1 while the contact rests and its row acts,
+                               and 0 otherwise. No expression (0) if the row always acts */
     const char *
-        *starts;     /* (start_count) of a position or drive that the author writes: the parameters with */
-    int start_count; /* values at the start of the motion that it reads */
+        *starts;     /* (start_count) parameters that the row reads and that have values of the start of */
+    int start_count; /* the motion; only of formulas that the author writes */
     struct place place;
 };
 
@@ -188,11 +186,11 @@ struct change {
     enum changed what;
     int index;        /* of the coordinate, input or parameter */
     expression value; /* of the state before the event */
-    const char *path; /* as messages call it: "events[1].rates.arm_psi" */
+    const char *path; /* its name in messages: "events[1].rates.arm_psi" */
     struct place place;
 };
 
-/* Where an expression crosses zero, and what happens there. */
+/* A state or time event: an expression that crosses zero, and what happens then. */
 struct event {
     const char *name; /* the author's, or "event 1" */
     expression value;
@@ -200,53 +198,53 @@ struct event {
     bool ends;     /* the motion */
     bool is_impact;
     expression restitution;         /* of an impact or a contact */
-    int contact;                    /* row that acts while the contact rests; -1: the event is no contact */
+    int contact;                    /* row that acts while the contact rests; -1 if it is not a contact */
     int first_change, change_count; /* in the model's list */
-    const char *path;               /* as messages call it: "events[1]" */
+    const char *path;               /* its name in messages: "events[1]" */
     struct place place;
 };
 
-/* What numbers of the model that depend on parameters have to be with all their values. */
+/* A rule that numbers of the model must satisfy for all values of the parameters. */
 struct requirement {
-    /* The rule, as an expression in `numbers`: 1 where it holds, else 0. */
+    /* The rule as an expression in `numbers`: 1 if it is satisfied, else 0. */
     expression (*holds)(struct graph *graph, const struct requirement *requirement,
                         const expression *numbers);
     expression values[6]; /* the numbers */
     int count;
     enum number_range range; /* of one number */
-    const char *path;        /* as messages call it: "links[1].mass", "rd.tube", "link arm" */
-    const char *fact;        /* what is wrong: a printf format that takes the numbers */
+    const char *path;        /* its name in messages: "links[1].mass", "rd.tube", "link arm" */
+    const char *fact;        /* message for numbers that break it: a printf format of the numbers */
     struct place place;
 };
 
-/* Loops over equal elements (tree.h): where they pay, wherever there are two, or none. */
+/* Loops over equal elements (tree.h): where they save operations, wherever there are two, or none. */
 enum loops { LOOPS_AUTO, LOOPS_ALWAYS, LOOPS_NEVER };
 
-/* How M x = f is solved for the accelerations: by recursion in O(n), with M as a matrix, or by what is
- * cheaper. */
+/* How M x = f is solved for the accelerations: by recursion in O(n), with M as a matrix, or by the cheaper of
+ * the two. */
 enum accelerations { ACCELERATIONS_AUTO, ACCELERATIONS_RECURSIVE, ACCELERATIONS_DENSE };
 
 struct model {
     const char *name;
     const char *file;
-    const struct sources *sources; /* all files that it was read from: read.h */
+    const struct sources *sources; /* all files that it was read from (read.h) */
     struct place place;
     struct graph *graph;
     bool printed_form; /* h and Q as the chapter prints them: theory, sect. 9 */
-    bool fold;         /* parameters are numbers in the graph */
+    bool fold;         /* parameters become numbers in the graph */
     enum accelerations accelerations;
     enum loops loops;
     expression gravity[3]; /* [m/s^2], ground frame */
-    double length;         /* [m] translation that counts as much as a turn of 1 rad */
+    double length;         /* [m] translation that tolerances equate with a turn of 1 rad */
     struct model_option *options;
     int option_count;
     struct parameter *parameters;
     int parameter_count;
     struct input *inputs;
     int input_count;
-    struct link *links; /* each after the link that it stands on */
+    struct link *links; /* each after the link that carries it */
     int link_count;
-    struct point *points; /* the first point_count are points of interest, others serve forces and rows */
+    struct point *points; /* the first point_count are points of interest; forces and rows use the others */
     int point_count, marker_count, marker_capacity;
     struct force *forces;
     int force_count;
@@ -260,11 +258,11 @@ struct model {
     int row_count, row_capacity;
     struct event *events;
     int event_count, event_capacity;
-    expression *kinks; /* of formulas in coordinates and rates: read.h */
+    expression *kinks; /* of formulas in coordinates and rates (read.h) */
     int kink_count;
     struct change *changes; /* event by event */
     int change_count, change_capacity;
-    const char **dependent; /* coordinate names, row_count of them, or none: chosen at run time */
+    const char **dependent; /* row_count coordinate names; if there are none, the runtime chooses */
     int dependent_count;
     struct place dependent_place;
     const char **hold; /* coordinates held in statics */
@@ -274,23 +272,24 @@ struct model {
     int requirement_count;
 };
 
-/* Value of an expression of parameters. */
+/* Value of an expression in parameters, with their values in the model file and on the command line. */
 double parameters_evaluate(struct graph *graph, const struct parameter *parameters, expression e);
 
-/* ---- requirements.c ---- */
-
-/* What is wrong with a number, as "value -5, a positive number is needed"; NULL: nothing. */
+/* The error message for a number, such as "value -5; must be positive"; NULL if it is in its range. */
 const char *requirement_fault(struct memory *memory, enum number_range range, double value);
 
-/* Requirements without path and place, in this order: a number of a field within its range; argument number
- * `argument` of a function, from 1; two numbers that ascend; the diameter of a hole and the outer one; a
- * place along a beam and the beam's length; moments xx yy zz of a body; these with its products xy xz yz;
- * three components of a direction; components whose squares are computed. */
+/*
+ * Requirements without path and place, in this order:
+ *   a number of a field within its range; argument number `argument` (from 1) of a function
+ *   two numbers that ascend; the diameter of a hole and the outer diameter
+ *   a place along a beam and the beam's length
+ *   moments xx yy zz of a body; these with its products xy xz yz
+ *   three components of a direction; components whose squares are computed
+ */
 struct requirement requirement_field(enum number_range range, expression value);
 struct requirement requirement_argument(struct memory *memory, enum number_range range, int argument,
                                         expression value);
-struct requirement requirement_order(struct memory *memory, const char *needed, expression below,
-                                     expression above);
+struct requirement requirement_order(expression below, expression above);
 struct requirement requirement_hole(expression inner, expression outer);
 struct requirement requirement_along(expression along, expression length);
 struct requirement requirement_moments(const expression inertia[6]);
@@ -298,9 +297,7 @@ struct requirement requirement_products(const expression inertia[6]);
 struct requirement requirement_direction(const expression components[3]);
 struct requirement requirement_length(struct graph *g, const expression components[3]);
 
-/* What is wrong with a requirement at the parameters' values, as the message without its place; NULL:
- * nothing.
- */
+/* The error message, without its place, if the parameters' values break the requirement; NULL otherwise. */
 const char *requirement_broken(struct memory *memory, struct graph *graph, const struct parameter *parameters,
                                const struct requirement *requirement);
 

@@ -1,9 +1,9 @@
 /*
- * Rules for a model's numbers; declared in model.h.
+ * Values of expressions in parameters, and rules for a model's numbers.
  *
  * Each rule is written once, as an expression in its numbers. The reader evaluates it with the values that
  * parameters have while the model is read. The emitted quantity `required` has it with the parameters as
- * symbols, for values that they get later.
+ * symbols, for values that they receive later.
  */
 #include "gen/model/model.h"
 #include "gen/base/base.h"
@@ -11,6 +11,18 @@
 #include <float.h>
 #include <math.h>
 #include <string.h>
+
+/* ---- Values of expressions in parameters ---- */
+
+static double parameter_value(void *context, const struct symbol *symbol) {
+    const struct parameter *parameters = context;
+    return symbol->kind == SYMBOL_PARAMETER ? parameters[symbol->index].value : 0;
+}
+
+double parameters_evaluate(struct graph *graph, const struct parameter *parameters, expression e) {
+    struct parameter *context = (struct parameter *)(uintptr_t)parameters; /* only read */
+    return rewrite_evaluate(graph, e, parameter_value, context);
+}
 
 /* ---- Truth values: 1 or 0 ---- */
 
@@ -22,7 +34,7 @@ static expression is_not_less(struct graph *g, expression a, expression b) {
     return expr_where(g, expr_apply2(g, OP_LESS, a, b), expr_zero(g), expr_one(g));
 }
 
-/* Parameters are set to finite values; values computed from parameters need not be finite. */
+/* A parameter is always finite. A value computed from parameters may not be. */
 static expression is_finite(struct graph *g, expression value) {
     if (expr_as_symbol(g, value))
         return expr_one(g);
@@ -59,7 +71,7 @@ static expression ascends(struct graph *g, const struct requirement *requirement
     return is_less(g, numbers[0], numbers[1]);
 }
 
-/* Within the rounding of a sum of lengths. */
+/* With a margin for the rounding of a sum of lengths. */
 static expression lies_within(struct graph *g, const struct requirement *requirement,
                               const expression *numbers) {
     (void)requirement;
@@ -78,7 +90,8 @@ static expression half_sum(struct graph *g, const expression I[3]) {
     return expr_div(g, expr_add(g, expr_add(g, I[0], I[1]), I[2]), expr_number(g, 2));
 }
 
-/* Where a moment is left out, because the link never turns about that axis, the others are not compared. */
+/* An author may leave out the moment about an axis about which the link never turns. The others are not
+ * compared then. */
 static expression is_complete(struct graph *g, const expression I[3]) {
     return expr_apply2(g, OP_LESS, expr_zero(g), smallest(g, I));
 }
@@ -98,7 +111,7 @@ static expression is_not_below(struct graph *g, expression value, expression sca
     return is_not_less(g, value, expr_mul(g, expr_number(g, -1e-9), scale));
 }
 
-/* No principal minor of the symmetric tensor xx yy zz xy xz yz is negative, but for rounding. */
+/* No principal minor of the symmetric tensor xx yy zz xy xz yz is negative, except for rounding. */
 static expression is_positive_semidefinite(struct graph *g, const expression J[6]) {
     expression sizes[3];
     for (int i = 0; i < 3; i++)
@@ -115,8 +128,8 @@ static expression is_positive_semidefinite(struct graph *g, const expression J[6
         is_not_below(g, all, expr_mul(g, square, scale)));
 }
 
-/* A body has int x^2 dm = (yy + zz - xx) / 2 and so on: that tensor of second moments must not be negative.
- * Numbers: xy xz yz, then xx yy zz. */
+/* A body has int x^2 dm = (yy + zz - xx) / 2 and so on: this tensor of second moments must be positive
+ * semidefinite. Numbers: xy xz yz, then xx yy zz. */
 static expression has_products(struct graph *g, const struct requirement *requirement,
                                const expression *numbers) {
     const expression *moments = numbers + 3, half = half_sum(g, moments);
@@ -156,12 +169,6 @@ static expression has_square(struct graph *g, const struct requirement *requirem
 
 /* ---- Requirements ---- */
 
-static const char *const ranges[] = {[RANGE_ANY] = "a number",
-                                     [RANGE_POSITIVE] = "a positive number",
-                                     [RANGE_NOT_NEGATIVE] = "a number not below 0",
-                                     [RANGE_POISSON] = "a number above -1 and up to 0.5",
-                                     [RANGE_SHARE] = "a number from 0 to 1"};
-
 static struct requirement of_numbers(rule *holds, const char *fact, const expression *numbers, int count) {
     struct requirement requirement = {.holds = holds, .fact = fact, .count = count};
     memcpy(requirement.values, numbers, (size_t)count * sizeof *numbers);
@@ -169,12 +176,11 @@ static struct requirement of_numbers(rule *holds, const char *fact, const expres
 }
 
 struct requirement requirement_field(enum number_range range, expression value) {
-    static const char *const facts[] = {[RANGE_ANY] = "value %.6g, a number is needed",
-                                        [RANGE_POSITIVE] = "value %.6g, a positive number is needed",
-                                        [RANGE_NOT_NEGATIVE] = "value %.6g, a number not below 0 is needed",
-                                        [RANGE_POISSON] =
-                                            "value %.6g, a number above -1 and up to 0.5 is needed",
-                                        [RANGE_SHARE] = "value %.6g, a number from 0 to 1 is needed"};
+    static const char *const facts[] = {[RANGE_ANY] = "value %.6g; must be a number",
+                                        [RANGE_POSITIVE] = "value %.6g; must be positive",
+                                        [RANGE_NOT_NEGATIVE] = "value %.6g; must not be negative",
+                                        [RANGE_POISSON] = "value %.6g; must be above -1 and at most 0.5",
+                                        [RANGE_SHARE] = "value %.6g; must be from 0 to 1"};
     struct requirement requirement = of_numbers(in_range, facts[range], &value, 1);
     requirement.range = range;
     return requirement;
@@ -182,41 +188,40 @@ struct requirement requirement_field(enum number_range range, expression value) 
 
 struct requirement requirement_argument(struct memory *memory, enum number_range range, int argument,
                                         expression value) {
-    const char *fact = memory_format(memory, "argument %d is %%.6g, %s is needed", argument, ranges[range]);
-    struct requirement requirement = of_numbers(in_range, fact, &value, 1);
-    requirement.range = range;
+    struct requirement requirement = requirement_field(range, value);
+    requirement.fact = memory_format(memory, "argument %d: %s", argument, requirement.fact);
     return requirement;
 }
 
-struct requirement requirement_order(struct memory *memory, const char *needed, expression below,
-                                     expression above) {
-    const char *fact = memory_format(memory, "from %%.6g to %%.6g, %s is needed", needed);
-    return of_numbers(ascends, fact, (expression[]){below, above}, 2);
+struct requirement requirement_order(expression below, expression above) {
+    return of_numbers(ascends, "from %.6g to %.6g; the range must ascend", (expression[]){below, above}, 2);
 }
 
 struct requirement requirement_hole(expression inner, expression outer) {
-    return of_numbers(ascends, "value %.6g, less than the outer diameter %.6g is needed",
+    return of_numbers(ascends, "inner diameter %.6g; must be less than the outer diameter, %.6g",
                       (expression[]){inner, outer}, 2);
 }
 
 struct requirement requirement_along(expression along, expression length) {
-    return of_numbers(lies_within, "value %.6g, the beam ends at %.6g", (expression[]){along, length}, 2);
+    return of_numbers(lies_within, "value %.6g; must be at most the length of the beam, %.6g",
+                      (expression[]){along, length}, 2);
 }
 
 struct requirement requirement_moments(const expression inertia[6]) {
-    return of_numbers(has_moments, "inertia %.6g %.6g %.6g, none may be larger than the sum of the others",
+    return of_numbers(has_moments,
+                      "moments of inertia %.6g %.6g %.6g; each must be at most the sum of the other two",
                       inertia, 3);
 }
 
 struct requirement requirement_products(const expression I[6]) {
     const expression numbers[6] = {I[3], I[4], I[5], I[0], I[1], I[2]};
     return of_numbers(has_products,
-                      "inertia: products %.6g %.6g %.6g are too large for its moments, no body has such",
-                      numbers, 6);
+                      "products of inertia %.6g %.6g %.6g; too large for the moments of any body", numbers,
+                      6);
 }
 
 struct requirement requirement_direction(const expression components[3]) {
-    return of_numbers(has_length, "of length 0, a direction is needed", components, 3);
+    return of_numbers(has_length, "length 0; must be a direction", components, 3);
 }
 
 /* Length of a vector whose components may have squares that overflow or underflow. */
@@ -231,13 +236,13 @@ static expression length_of(struct graph *g, const expression v[3]) {
 }
 
 struct requirement requirement_length(struct graph *g, const expression components[3]) {
-    return of_numbers(has_square, "of length %.6g, from 1e-100 to 1e+100 is needed",
+    return of_numbers(has_square, "length %.6g; must be from 1e-100 to 1e+100",
                       (expression[]){length_of(g, components)}, 1);
 }
 
-/* ---- Numbers that are not as needed ---- */
+/* ---- Requirements that are not met ---- */
 
-/* Evaluates the rule for these numbers in a graph that is released at once, since a model may have thousands
+/* Evaluates the rule for these numbers in a graph that it releases at once, since a model may have thousands
  * of requirements. */
 static bool has_broken(const struct memory *memory, const struct requirement *requirement,
                        const double *numbers) {
@@ -253,15 +258,15 @@ static bool has_broken(const struct memory *memory, const struct requirement *re
     return value == 0;
 }
 
-/* The fact with these numbers in it. For a number that is not finite, that alone is the fact. */
+/* The fact with these numbers in it. If one of them is not finite, the message says only that. */
 static const char *fact_of(struct memory *memory, const struct requirement *requirement,
                            const double *numbers) {
     const double *x = numbers;
     for (int i = 0; i < requirement->count; i++)
         if (!isfinite(x[i]))
-            return memory_format(memory, "%.*s%s, a finite number is needed",
-                                 (int)strcspn(requirement->fact, "%"), requirement->fact,
-                                 text_not_finite(x[i]));
+            return memory_format(memory, "%.*s%s; must be finite",
+                                 strchr(requirement->fact, '%') ? (int)strcspn(requirement->fact, "%") : 0,
+                                 requirement->fact, text_not_finite(x[i]));
     return memory_format(memory, requirement->fact, x[0], x[1], x[2], x[3], x[4], x[5]);
 }
 

@@ -1,11 +1,13 @@
 /*
- * The coordinates whose sines and cosines one function takes in one pass (emit_sincos.c): a contiguous range.
- * Takes the needed nodes of a function, gives the range; declared in plan.h.
+ * Finds the coordinates whose sines and cosines a function computes in one pass (emit_sincos.c): a contiguous
+ * range.
+ *
+ * Input: the needed nodes of a function.
  */
 #include "gen/plan/plan.h"
 
-/* Coordinates whose sine or cosine a node is: first, first + stride, ... one for each element; count 0: none.
- */
+/* Coordinates whose sine or cosine a node is: first, first + stride, ... one for each element; count 0:
+ * none. */
 struct angles {
     int first, stride, count;
 };
@@ -51,7 +53,8 @@ struct angle_range angles_range(const struct plan *plan, const struct function *
 void angles_find(const struct plan *plan, struct function *function) {
     const struct angle_range range = angles_range(plan, function);
     function->first_angle = range.first;
-    if (range.count >= FEWEST_ANGLES && range.is_dense) /* slides among them are computed in vain */
+    if (range.count >= FEWEST_ANGLES &&
+        range.is_dense) /* sliding coordinates in the range are computed without need */
         function->angle_count = range.count;
 }
 

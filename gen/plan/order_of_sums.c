@@ -1,22 +1,23 @@
 /*
- * The order of summands: each sum adds last what is known last, so that what waits for it waits shortest, and
- * takes products one by one as it adds them, for processors that do both in one instruction.
+ * Orders the summands of each sum. The summand that is known last is added last, so that as little as
+ * possible waits for it. Products are added one by one, for processors that multiply and add in one
+ * instruction.
  *
- * Takes the plan's functions before they are planned, changes nodes of the closed graph: the same summands in
- * as many operations, rounded otherwise. Where a processor fuses a product and a sum, accelerations of the
- * manipulator take 7 to 16 % less time, else up to 5 %. A summand that others read, or that has a name, stays
- * one. Of a b + c d compilers make one instruction of the first product and the sum: the one that is known
- * later stands first.
+ * Input: the plan's functions before planning. Changes nodes of the closed graph: the same summands in as
+ * many operations, rounded differently. Where a processor fuses a product and a sum, accelerations of the
+ * manipulator take 7 to 16 % less time, otherwise up to 5 % less. A summand that other expressions read, or
+ * that has a name, stays whole. Of a b + c d, compilers fuse the first product with the sum; therefore the
+ * product that is known later comes first.
  *
- * When a value is known is counted in operations that it waits for, weighed as processors of today take them;
- * in a loop from what the loop carries on, since all else can be computed while an element waits for the one
- * before.
+ * The time at which a value is known is the number of operations that it waits for, weighted by their
+ * duration on current processors. In a loop it is counted from the values that the loop carries, because
+ * everything else can be computed while an element waits for the one before.
  */
 #include "gen/plan/plan.h"
 
 enum { OPERATION_WAIT = 4, DIVISION_WAIT = 14, FUNCTION_WAIT = 20, LOOP_WAIT = 1000 };
 
-enum { MOST_SUMMANDS = 64 }; /* longer sums are sums of sums */
+enum { MOST_SUMMANDS = 64 }; /* a longer sum is a sum of sums */
 
 struct summand {
     expression value;
@@ -26,14 +27,14 @@ struct summand {
 
 struct sum {
     struct summand summands[MOST_SUMMANDS];
-    expression nodes[MOST_SUMMANDS]; /* descending from the sum itself */
+    expression nodes[MOST_SUMMANDS]; /* descending, from the sum itself */
     int count, node_count;
 };
 
 struct orderer {
     struct plan *plan;
     struct graph *g;
-    const bool *needed; /* this and what follows by handle */
+    const bool *needed; /* this field and the following ones are by handle */
     uint32_t *uses;
     int *known;
     bool *is_done;
@@ -55,7 +56,7 @@ static int wait_of(const struct graph *g, expression e) {
     }
 }
 
-/* 0: before the function or the loop begins. */
+/* 0: known before the function or the loop begins. */
 static int when_known(const struct orderer *x, expression e) {
     const struct graph *g = x->g;
     const struct node *node = &g->nodes[e];
@@ -90,13 +91,13 @@ static void look_at_nodes(struct orderer *x) {
 
 /* ---- One sum ---- */
 
-/* What parameters alone give is computed elsewhere. */
+/* A sum of parameters alone is not ordered: `prepare` computes it. */
 static bool is_sum(const struct orderer *x, expression e) {
     const struct node *node = &x->g->nodes[e];
     return (node->operation == OP_ADD || node->operation == OP_SUB) && (node->depends & ~ON_PARAMETER) != 0;
 }
 
-/* Nothing but the sum reads it, and no reader of the text looks for it. */
+/* Only the sum reads it, and it has no name for the reader of the C. */
 static bool is_inner(const struct orderer *x, expression e, expression sum) {
     return x->uses[e] == 1 && !x->g->names[e] && x->g->nodes[e].loop == x->g->nodes[sum].loop;
 }
@@ -117,7 +118,7 @@ static void collect(struct orderer *x, struct sum *sum, expression e, bool is_ne
     }
 }
 
-/* Descending: collected are those of one branch before those of the other. */
+/* Descending, so that the nodes of one branch were collected before those of the other. */
 static void sort_nodes(struct sum *sum) {
     for (int i = 1; i < sum->node_count; i++) {
         const expression e = sum->nodes[i];
@@ -128,8 +129,8 @@ static void sort_nodes(struct sum *sum) {
     }
 }
 
-/* Takes out the summand that is known first among those that may stand in node e; of `class`, if it is not 0:
- * 1: positive, 2: positive, no product and not the last of all. `value` 0: there is none. */
+/* Takes out the summand that is known first among those allowed in node e and, unless `class` is 0, of
+ * that class. 1: positive; 2: positive, not a product and not the last summand. `value` 0: there is none. */
 static struct summand take(struct sum *sum, expression e, int class) {
     int best = -1, latest = 0;
     for (int i = 0; i < sum->count; i++)

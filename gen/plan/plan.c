@@ -1,6 +1,8 @@
 /*
- * Planning: see plan.h. A node becomes a named value when it has a name for the reader, is used more than
- * once or would make a line too long; all others stand inside the expression that uses them.
+ * Plans a function: which nodes become named values, and where long functions are cut.
+ *
+ * A node becomes a named value if it has a name for the reader, is used more than once or would make a line
+ * too long. All others are printed inside the expression that uses them.
  */
 #include "gen/plan/plan.h"
 
@@ -9,9 +11,10 @@
 
 enum {
     LONGEST_EXPRESSION = 12, /* operations in one emitted line */
-    LONGEST_MATRIX = 2000, /* statements of a function that gives a matrix: compilers are more than linear */
-    LONGEST_VECTOR =
-        8000, /* of one that gives vectors: whole, its text grows as the scene; cut, a quarter more */
+    LONGEST_MATRIX = 2000,   /* statements of a function that returns a matrix: the time of compilers grows
+                                faster than linearly */
+    LONGEST_VECTOR = 8000,   /* statements of a function that returns vectors: whole, its text grows with the
+                                scene; cut, it is a quarter longer */
     LONGEST_PIECE = 400
 };
 
@@ -19,14 +22,14 @@ static int slot_index(const struct graph *g, expression e) {
     return graph_as_slot(g, e) ? expr_as_symbol(g, e)->index : -1;
 }
 
-/* Marks a node; true when a descending sweep at `at` has passed it. */
+/* Marks a node; true if a descending sweep at `at` has already passed it. */
 static bool need(bool *needed, expression e, expression at) {
     const bool passed = !needed[e] && e > at;
     needed[e] = true;
     return passed;
 }
 
-/* What a needed node needs: its operands, and what a slot is set to. */
+/* Marks the operands of a needed node and the value to which a slot is set. */
 static bool need_operands(const struct plan *plan, const struct function *function, bool *needed,
                           expression e) {
     const struct graph *g = plan->g;
@@ -41,7 +44,7 @@ static bool need_operands(const struct plan *plan, const struct function *functi
     return passed;
 }
 
-/* All nodes of one function; what is moved has its operands in `prepare`, not here. */
+/* Marks all nodes of one function. A value that `prepare` computes has its operands there, not here. */
 static void mark_function(const struct plan *plan, struct function *function) {
     struct graph *g = plan->g;
     bool *needed = function->is_needed = memory_get(plan->memory, g->count * sizeof *needed);
@@ -54,7 +57,7 @@ static void mark_function(const struct plan *plan, struct function *function) {
     }
 }
 
-/* Uses by results and by loops, which set slots. */
+/* Counts uses by results, and by loops, which set slots. */
 static void use_roots(const struct plan *plan, const struct function *function, uint32_t *uses) {
     const struct graph *g = plan->g;
     bool *seen = memory_scratch(plan->memory, (size_t)g->slot_count + 1);
@@ -82,7 +85,8 @@ static uint32_t *count_uses(const struct plan *plan, const struct function *func
     return uses;
 }
 
-/* Statements from uses: bottom up, with the length of what stays inside other expressions. */
+/* Chooses the statements from the uses, bottom up, by the length of what is printed inside other
+ * expressions. */
 static void choose_statements(struct plan *plan, const struct function *function, const uint32_t *uses) {
     struct graph *g = plan->g;
     uint8_t *length = memory_scratch(plan->memory, g->count * sizeof *length);
@@ -140,7 +144,9 @@ static void count_operations(const struct plan *plan, struct function *function)
             continue;
         const enum operation operation = g->nodes[e].operation;
         const long trips = plan_trips_of(plan, e);
-        values += graph_as_slot(g, e) ? 0 : operation == OP_SYMBOL || plan_is_moved(plan, function, e) ? trips : 0;
+        values += graph_as_slot(g, e)                                          ? 0
+                  : operation == OP_SYMBOL || plan_is_moved(plan, function, e) ? trips
+                                                                               : 0;
         if (!plan_is_moved(plan, function, e))
             plan_count_node(plan, e, count);
     }
@@ -149,7 +155,7 @@ static void count_operations(const struct plan *plan, struct function *function)
     count->bytes = values * (long)sizeof(double);
 }
 
-/* A loop stays whole. */
+/* The end of the loop at `end`: a loop is never cut. */
 static int end_of_loop(const struct function *function, int end) {
     int begin = 0;
     for (int b = 0; b < function->block_count; b++) {
@@ -160,7 +166,7 @@ static int end_of_loop(const struct function *function, int end) {
     return end;
 }
 
-/* The last statement of a piece: at the end of a section where one ends in time. */
+/* The last statement of a piece. A piece ends with a section if one ends in time. */
 static int end_of_piece(const struct plan *plan, const struct function *function, int begin,
                         uint32_t *section) {
     const struct graph *g = plan->g;
@@ -209,7 +215,7 @@ static void plan_function(struct plan *plan, struct function *function) {
     memory_back(plan->memory, mark);
 }
 
-/* A composed function costs what it calls, each once. */
+/* A composed function costs as much as the functions that it calls, each counted once. */
 static void add_up_parts(struct function *function) {
     struct operation_count *sum = &function->operations;
     if (function->part_count)
@@ -254,7 +260,7 @@ bool *plan_mark_nodes_of_functions(const struct plan *plan) {
     return needed;
 }
 
-/* Parameters that some function reads, itself or through a derived value. */
+/* Lists the parameters that some function reads, directly or through a derived value. */
 static void list_parameters(struct plan *plan) {
     struct graph *g = plan->g;
     const bool *read = plan_mark_nodes_of_functions(plan);
@@ -282,7 +288,7 @@ void plan_functions(struct plan *plan) {
     plan->is_statement = memory_get(plan->memory, plan->g->count * sizeof *plan->is_statement);
     plan->is_derived = memory_get(plan->memory, plan->g->count * sizeof *plan->is_derived);
     for (int f = 0; f < plan->function_count; f++)
-        if (!plan->functions[f].part_count) /* else it computes nothing itself */
+        if (!plan->functions[f].part_count) /* a composed function computes nothing itself */
             plan_function(plan, &plan->functions[f]);
     for (int f = 0; f < plan->function_count; f++)
         add_up_parts(&plan->functions[f]);

@@ -1,28 +1,36 @@
-/* From expressions to statements, blocks and functions. */
+/*
+ * The plan: from the expressions of each quantity to statements, blocks, loops and functions.
+ *
+ * The parts in order: loops over arrays; the plan of a function and of a model; building results; quantities,
+ * which fill the plan; planning, with ordering, `prepare`, the pass over angles and the schedule; queries;
+ * checks; the files that are printed from a plan.
+ */
 #ifndef REFDYN_GEN_PLAN_H
 #define REFDYN_GEN_PLAN_H
 
 #include "gen/gen.h"
 #include "gen/graph/graph.h"
 
+/* ---- Loops over arrays ---- */
+
 /*
- * Loops of an emitted function: what runs behind its straight-line values, over arrays of them.
+ * Loops of an emitted function run after its straight-line values, over arrays of them.
  *
- * A function's plan holds a list of loops, run in order. Each reads and writes arrays of the function by
- * their numbers: parts of the result, or local arrays. What straight-line code has put into an entry is kept:
- * loops add to it. loops.c gives their order and counts their operations, emit_loops.c prints them,
- * interpreter_loops.c runs them; all three walk the entries in the same order, so that every rounding is the
- * same.
+ * A function's plan has a list of loops, which run in order. Each reads and writes arrays of the function by
+ * their numbers: parts of the result, or local arrays. Loops add to the entries that straight-line code has
+ * computed. arrays_and_loops.c counts their operations, emit_loops.c prints them, interpreter_loops.c runs
+ * them. All visit the entries in the same order, so that every rounding is the same.
  *
- * PAIRS: entries for two coordinates, one of which leads to the other. Each coordinate has vectors in ground
- * axes: far ones (wrenches, about its own origin) and near ones (motions of its joint). At each coordinate j,
- * from the tips, the far vectors of all coordinates beyond it stand about the origin of j, their dot products
- * with j's near vectors are the entries, and they are then moved to the origin of j's parent: moment += shift
- * x force. Going from joint to joint, never by the ground's origin, keeps the digits of short elements.
- * Vectors are stored by position, an order in which all beyond a joint follow it.
+ * PAIRS computes entries for two coordinates, one of which carries the other. Each coordinate has vectors in
+ * ground axes: far ones (wrenches about its own origin) and near ones (motions of its joint). The loop visits
+ * each coordinate j from the tips. There the far vectors of all coordinates beyond j refer to the origin of
+ * j; the entries are their dot products with the near vectors of j. Then they are moved to the origin of j's
+ * parent: moment += shift x force. Moving from joint to joint, instead of through the ground's origin, keeps
+ * the digits of short elements. Vectors are stored by position, an order in which all coordinates beyond a
+ * joint follow it.
  */
 
-enum { NOTHING = -1 }; /* in place of an array: all of its entries are zero */
+enum { NOTHING = -1 }; /* instead of an array: all of its entries are zero */
 
 /* Three arrays, one by axis. */
 struct vector_arrays {
@@ -44,30 +52,30 @@ struct pair_terms {
     int count;
 };
 
-/* Entry (i, j) of `array` gains `rows`, entry (j, i) gains `columns`, i beyond j; (j, j) gains `rows` alone.
- */
+/* For i beyond j, entry (i, j) of `array` gains `rows` and entry (j, i) gains `columns`; (j, j) gains
+ * `rows` alone. */
 struct pair_entries {
     struct pair_terms rows, columns;
 };
 
 struct pair_product {
     int array;                       /* n x n */
-    bool is_mirrored;                /* both are the same: `columns` is left out */
+    bool is_mirrored;                /* both are equal: `columns` is left out */
     struct pair_entries turn, slide; /* by the joint of j */
 };
 
-/* Moments that no product reads are NOTHING. */
+/* A moment that no product reads is NOTHING. */
 struct pair_move {
     struct vector_arrays moment, force, shift;
 };
 
 struct pairs {
     struct pair_product products[3];
-    struct pair_move moves[4]; /* with four terms each at most: no more than MOST_ARRAYS in all */
+    struct pair_move moves[4]; /* with at most four terms each: no more than MOST_ARRAYS in all */
     int product_count, move_count;
     const int *order;                   /* n: coordinate by position */
-    const int *end;                     /* n: positions up to this one lie beyond */
-    const bool *is_revolute, *moves_on; /* n, by position; moves_on: the parent's origin is another one */
+    const int *end;                     /* n: positions up to this one are beyond */
+    const bool *is_revolute, *moves_on; /* n, by position; moves_on: the parent has another origin */
     int n;
 };
 
@@ -77,12 +85,12 @@ struct product {
     double factor;
 };
 
-/* L^T D L of a symmetric positive definite matrix in its place: 1 / D on the diagonal, L below it. */
+/* Replaces a symmetric positive definite matrix by its L^T D L: 1 / D on the diagonal, L below it. */
 struct factoring {
     int matrix;
 };
 
-/* array = -matrix^-1 array, the matrix factored. */
+/* array = -matrix^-1 array, where the matrix is factored. */
 struct solving {
     int matrix, array;
 };
@@ -91,7 +99,7 @@ enum loop_kind { LOOP_PAIRS, LOOP_PRODUCT, LOOP_FACTORING, LOOP_SOLVING };
 
 struct loop {
     enum loop_kind kind;
-    const char *about; /* a line for the reader */
+    const char *about; /* a line for the reader of the C */
     union {
         struct pairs pairs;
         struct product product;
@@ -103,10 +111,10 @@ struct loop {
 struct function;
 struct operation_count;
 
-/* Adds the operations of one loop, counted by their trips. */
+/* Adds the operations of one loop, including its repetitions. */
 void loops_count_operations(const struct function *function, const struct loop *loop,
                             struct operation_count *count);
-/* Where a loop holds the numbers of its arrays. */
+/* The places in a loop that refer to its arrays. */
 enum { MOST_ARRAYS = 400 };
 struct array_list {
     int *arrays[MOST_ARRAYS];
@@ -116,15 +124,17 @@ struct array_list loops_list_arrays(struct loop *loop);
 /* Runs one loop over the values of all arrays. */
 void interpreter_run_loop(const struct function *function, const struct loop *loop, double *values);
 
+/* ---- Functions and the plan ---- */
+
 /*
  * The plan: which functions are emitted, which nodes each one computes, in which order and in which pieces.
  *
- * Takes the outputs of the quantities (quantities.c), gives all that a printer or the interpreter needs. What
- * depends on parameters alone is moved to `derived`, computed once per parameter set; what nothing needs is
- * not here.
+ * Input: the results of the quantities (quantities.c). Output: all that a printer or the interpreter needs.
+ * Values of parameters alone are moved to `prepare`, which computes them once for each set of parameters.
+ * Unused values are not in the plan.
  */
 
-/* An entry that straight code gives, other than zero. */
+/* A nonzero entry that straight-line code computes. */
 struct single {
     int entry;
     expression value;
@@ -134,60 +144,63 @@ struct single {
 struct array {
     const char *name, *about; /* about: shape, meaning, unit */
     int offset, count;
-    struct single *singles; /* in no order; other entries are zero until loops or calls add to them */
+    struct single *singles; /* in no order; the other entries are zero until loops or calls add to them */
     int single_count, single_capacity;
-    int columns;       /* of a matrix, 0: a vector */
-    int symmetric;     /* > 0: a symmetric square of that size; only its lower half is computed */
-    bool by_parameter; /* one column for each of the model's parameters: those not emitted are taken out */
+    int columns;       /* columns of a matrix; 0: a vector */
+    int symmetric;     /* > 0: a symmetric matrix of that size, of which only the lower half is computed */
+    bool by_parameter; /* one column for each of the model's parameters; columns of parameters that are not
+                          emitted are removed */
 };
 
-/* Values of all elements of a run: entry + e * stride of an array for element e. */
+/* The values of all elements of a run: entry + e * stride of an array for element e. */
 struct run_result {
     expression value;
     int array, entry, stride, run;
     int block; /* planned: the loop that writes them */
 };
 
-/* Statements computed one after the other, once or in a loop over the elements of a run. */
+/* Statements in a row, executed once or in a loop over the elements of a run. */
 struct code_block {
-    int run;     /* -1: once */
-    int group;   /* of loops of the graph that run as one; 0: once, or a loop that only writes results */
+    int run;   /* -1: once */
+    int group; /* of loops of the graph that run as one; 0: executed once, or a loop that only writes results
+                */
     bool inward; /* from the last element to the first */
-    int end;     /* of its statements */
+    int end;     /* end of its statements */
 };
 
-/* An entry of an array that stands alone, and how many statements and blocks end before it: it is written as
- * soon as it is known, which keeps few values waiting. */
+/* A single entry of an array, and the number of statements and blocks that end before it is written. It is
+ * written as soon as it is known, so that few values wait. */
 struct write {
     int array, entry, place;
     expression value;
 };
 
-/* A value that a group of loops makes anew: see angles_is_repeated. */
+/* A value that each group of loops computes again: see angles_is_repeated. */
 struct repeat {
     int group;
     expression value;
 };
 
-struct function;
-
-/* An array of a composed function: that of another one, which is called. */
+/* An array of a composed function, which is copied from a function that is called. */
 struct composed_array {
     const struct function *from;
     int from_array, to_array;
-    bool is_added; /* to what that array holds */
+    bool is_added; /* added to the present contents of the array */
 };
 
 struct function {
     const char *quantity, *about;
-    bool takes_motion;     /* after qd follows the result of `constrained`: qdd (n), power (1), lambda (m) */
-    bool keeps_parameters; /* computes values of parameters alone itself, instead of `prepare` */
-    bool has_blocks;       /* its result is a struct even with one part, whose name is that of an argument */
-    struct array *arrays;  /* parts of the result, then local arrays, which loops read */
+    bool takes_motion;     /* after qd it reads the result of `constrained`: qdd (n), power (1), lambda (m) */
+    bool keeps_parameters; /* computes values of parameters alone itself, instead of reading them from
+                              `prepare` */
+    bool is_for_runtime;   /* describes the start, the events or the rules of a motion: quantities.def */
+    bool
+        has_blocks; /* returns a struct even if it has only one part, whose name is the name of an argument */
+    struct array *arrays; /* parts of the result, then local arrays, which loops read */
     int array_count, local_count, array_capacity;
     int out_count, local_out_count; /* entries of all arrays */
-    struct composed_array
-        *parts; /* of a composed function, which computes nothing itself; parts of one function in a row */
+    struct composed_array *parts;   /* of a composed function, which computes nothing itself; parts from one
+                                       function follow each other */
     int part_count, part_capacity;
     struct run_result *run_results;
     int run_result_count, run_result_capacity;
@@ -198,15 +211,16 @@ struct function {
     int statement_count;
     struct code_block *blocks;
     int block_count;
-    int *group_of;        /* by loop of the graph; 0: the function has nothing of it */
+    int *group_of;        /* by loop of the graph; 0: the function uses nothing of it */
     struct write *writes; /* in order of execution */
     int write_count, write_capacity;
     struct repeat *repeats;
     int repeat_count, repeat_capacity;
-    int first_angle, angle_count; /* coordinates in the pass over angles; count 0: there is none */
-    bool *is_stored;              /* by handle: of a loop, kept for all elements, since other loops read it */
-    bool *is_needed;              /* by handle: slots of loops among them */
-    int *piece_ends; /* blocks are cut into piece_count static functions when there are many statements */
+    int first_angle, angle_count; /* coordinates in the pass over angles; count 0: there is no pass */
+    bool
+        *is_stored; /* by handle: a loop's value that is kept for all elements, because other loops read it */
+    bool *is_needed; /* by handle: slots of loops among them */
+    int *piece_ends; /* blocks are cut into piece_count static functions if there are many statements */
     int piece_count;
     struct operation_count operations;
 };
@@ -215,109 +229,121 @@ struct plan {
     struct memory *memory;
     struct graph *g;
     const struct model *model;
-    const struct tree *tree;   /* a frame a coordinate */
-    const struct tree *rolled; /* runs of equal elements as one: what everything is derived from */
+    const struct tree *tree;   /* one frame for each coordinate */
+    const struct tree *rolled; /* each run of equal elements as one; all quantities are derived from it */
     struct function *functions;
     int function_count;
-    int *parameters; /* model's index of each emitted parameter */
+    int *parameters; /* the model's index of each emitted parameter */
     int parameter_count;
-    int *anchored; /* model's index of each parameter that `anchor` sets */
+    int *anchored; /* the model's index of each parameter that `anchor` sets */
     int anchored_count;
-    expression *breaks, *switches; /* times of kinks; what changes sign at others: quantities.h */
+    expression *breaks,
+        *switches; /* times of known kinks; values that change sign at other kinks: quantities.h */
     int break_count, switch_count;
-    expression pace;      /* of these: their largest angular frequency [rad/s] */
-    struct requirement *requirements; /* of parameters that some function reads, */
-    expression *required;             /* and where they hold */
+    expression pace;                  /* largest angular frequency of the switches [rad/s] */
+    struct requirement *requirements; /* of parameters that some function reads */
+    expression *required;             /* for each requirement: whether it holds */
     int requirement_count;
-    expression *no_kinks; /* comparisons that are none: quantities.h */
+    expression *no_kinks; /* comparisons that are not kinks of the model: quantities.h */
     int no_kink_count;
-    struct function prepare;  /* results: values of parameters alone, ascending */
-    bool *is_statement;       /* scratch of the function being planned or printed, by handle */
+    struct function prepare;  /* its results are values of parameters alone, ascending */
+    bool *is_statement;       /* scratch, by handle, of the function being planned or printed */
     bool *is_derived;         /* by handle */
-    const int *vector_places; /* of `tangent_vectors`: refdyn_model.h, or NULL */
+    const int *vector_places; /* of `tangent_vectors` (refdyn_model.h), or NULL */
     int coupling_count;
-    const char *choices;      /* how M x = f is solved and what it costs, for the summary; NULL: not at all */
-    const char *left_out;     /* what the scene does not need, for the summary */
-    bool has_lanes;           /* the files of lanes are emitted, too */
-    bool has_step;            /* those of fixed steps */
-    bool has_step_parameters; /* whose derivatives are by the parameters, too */
-    bool has_casadi;          /* that for CasADi */
+    const char *choices;      /* how M x = f is solved and its cost, for the summary; NULL: not at all */
+    const char *left_out;     /* quantities that the scene does not have, for the summary */
+    bool has_lanes;           /* also emit the files for lanes */
+    bool has_step;            /* also emit fixed steps */
+    bool has_step_parameters; /* and their derivatives with respect to parameters */
+    bool has_casadi;          /* also emit the file for CasADi */
     struct emitted_file *files;
     int file_count;
-    int companion_count; /* of these files, behind the parts of the model */
+    int companion_count; /* how many of these files come after the parts of the model */
 };
 
-/* One more part of a function's result, before any local array: its number. */
+/* ---- Building results ---- */
+
+/* Adds one part to a function's result, before any local array. Returns its number. */
 int plan_open_result(struct memory *memory, struct function *function, const char *name, const char *about,
                      int count, int columns);
-/* One more local array, behind all other arrays: its number. */
+/* Adds one local array after all other arrays. Returns its number. */
 int plan_open_local(struct memory *memory, struct function *function, const char *name, int count,
                     int columns);
-/* Gives one entry of an array, or `count` of them from `first` on. */
+/* Sets one entry of an array, or `count` entries from `first` on. */
 void plan_set_entry(struct memory *memory, struct function *function, int array, int entry, expression value);
 void plan_set_entries(struct memory *memory, struct function *function, int array, int first,
                       const expression *values, int count);
 
-/* The value of a frame with a joint, in entry `first` + step * e of an array, e the element in a run, 0 else.
- */
+/* Sets entry `first` + step * e of an array to the value of a frame with a joint, where e is the element
+ * in a run and otherwise 0. */
 void plan_set_frame(struct memory *memory, const struct tree *tree, struct function *function, int array,
                     int first, int step, int frame, expression value);
 
-/* quantities.c: outputs of every function asked for (`emit` as in gen_plan); false: the scene has none of
- * them. */
+/* ---- Quantities ---- */
+
+/* quantities.c: lists the functions of all requested quantities (`emit` as in gen_plan). Returns false if
+ * the scene has none of them. */
 bool quantities_list_functions(struct plan *plan, const char *emit);
-/* asked_words.c: `emit` with words that stand for several quantities replaced by these, and what they ask for
- * beside. */
+/* asked_words.c: returns `emit` with each word for several quantities replaced by their names, and marks
+ * in the plan what else these words request. */
 const char *quantities_of_words(struct plan *plan, const char *emit);
-/* Is it such a word? */
-bool quantities_is_word(const char *word);
-/* The function whose parts `before` q, qd, t, x and p are all derivatives of a quantity; NULL: there is none.
- */
+/* The function whose parts `before` q, qd, t, x and p are all derivatives of a quantity; NULL: there is
+ * none. */
 struct derivatives_of {
     const char *quantity, *function, *before;
 };
 const struct derivatives_of *quantities_derivatives_of(const char *quantity);
+
+/* ---- Planning ---- */
+
 /* The function of a quantity; NULL: it is not emitted. */
 const struct function *plan_find_function(const struct plan *plan, const char *quantity);
-/* All handles exist from here on: arrays by handle can be made. */
+/* All handles exist from here on, so that arrays by handle can be made. */
 void plan_close_graph(struct plan *plan);
-/* order_of_sums.c: in all functions. */
+/* order_of_sums.c: orders the summands in all functions. */
 void order_of_sums(struct plan *plan);
-/* prepare.c: a sign, which stands where it is used; whether an expression is computed by `prepare` and not by this
- * function; collects such values of a function; opens `prepare` with all of them as its results. */
+/* prepare.c: plan_is_sign returns whether e is a sign, which stays where it is used. The next functions
+ * return whether `prepare` computes an expression instead of this function, collect these values of a
+ * function, and open `prepare` with all of them as its results. */
 bool plan_is_sign(const struct graph *g, expression e);
 bool plan_is_moved(const struct plan *plan, const struct function *function, expression e);
 void plan_collect_derived(struct plan *plan, const struct function *function);
 void prepare_open(struct plan *plan);
-/* plan.c: statements, derived values, pieces, counts; when sums are in order. */
+/* plan.c: plans statements, derived values, pieces and counts. Call it after ordering the sums. */
 void plan_functions(struct plan *plan);
-enum { FEWEST_ANGLES = 4 }; /* of one pass: as wide as vectors of doubles mostly are */
-/* Coordinates from the first to the last one whose sine or cosine a function takes. */
+enum { FEWEST_ANGLES = 4 }; /* in one pass: the usual width of vectors of doubles */
+/* The coordinates from the first to the last one whose sine or cosine a function needs. */
 struct angle_range {
     int first, count;     /* count 0: there is none */
-    bool is_dense;        /* two thirds of them are such */
+    bool is_dense;        /* at least two thirds of them are angles */
     const bool *is_angle; /* by coordinate */
 };
 struct angle_range angles_range(const struct plan *plan, const struct function *function);
-/* Is a node the sine or cosine of a coordinate alone? */
+/* Returns whether a node is the sine or cosine of a coordinate alone. */
 bool angles_is_plain(const struct plan *plan, expression e);
-/* angles.c: the coordinates in the pass over angles, and whether a node is one of its results. */
+/* angles.c: finds the coordinates in the pass over angles; returns whether a node is one of its results. */
 void angles_find(const struct plan *plan, struct function *function);
 bool angles_is_in_pass(const struct plan *plan, const struct function *function, expression e);
-/* A value that every loop makes anew instead of reading it: of the pass, or one of two constants. */
+/* Returns whether every loop computes the value again instead of reading it: a result of the pass, or a
+ * choice of one of two constants. */
 bool angles_is_repeated(const struct plan *plan, const struct function *function, expression e);
-/* schedule.c: order of execution from is_statement and is_needed; takes scratch that the caller gives back.
- */
+/* schedule.c: the order of execution, from is_statement and is_needed. It uses scratch, which the caller
+ * releases. */
 void schedule_function(struct plan *plan, struct function *function);
-/* How often a call computes a node; adds the operations of these times. */
+
+/* ---- Queries ---- */
+
+/* How often one call computes a node. The next function adds the operations of these times. */
 long plan_trips_of(const struct plan *plan, expression e);
 void plan_count_node(const struct plan *plan, expression e, struct operation_count *count);
-/* Marks is_statement for one function: before printing it. */
+/* Marks is_statement for one function: call it before printing the function. */
 void plan_mark_statements(struct plan *plan, const struct function *function);
 bool plan_is_output_copied(const struct array *array, int entry); /* false in the mirrored upper half */
-/* Are there so many zeros in an array that one loop writes all of it before the others are written? */
+/* Returns whether an array has so many zeros that one loop clears all of it before other entries are
+ * written. */
 bool plan_is_cleared(const struct plan *plan, const struct function *function, int array);
-/* Is the result a struct of its parts, not an array? */
+/* Returns whether the result is a struct of its parts, not an array. */
 bool plan_is_struct_result(const struct function *function);
 /* Entries of a row; all of them in a vector. */
 int plan_columns_of(const struct array *array);
@@ -326,32 +352,34 @@ int plan_count_arrays(const struct function *function);
 /* Entries of all arrays. */
 int plan_value_count(const struct function *function);
 
-/* Counts, and marks, a function's results, by handle. */
+/* Counts and marks a function's results, by handle. */
 void plan_count_results(const struct function *function, uint32_t *uses);
 void plan_mark_results(const struct function *function, bool *needed);
-/* By handle: all nodes that the functions listed so far are made of. */
+/* Marks, by handle, all nodes of the functions listed so far. */
 bool *plan_mark_nodes_of_functions(const struct plan *plan);
 
-/* saturation.c: is there something in the accelerations that a rate drives to its limit, or makes jump, as
- * friction? */
+/* saturation.c: returns whether a rate drives a term of the accelerations to its limit, or makes it jump,
+ * as in friction. */
 bool plan_saturates(const struct plan *plan);
 
-/* plan_invariants.c: what of the above does not hold of planned functions, with the value at fault; NULL: all
- * holds. */
+/* plan_invariants.c: the first rule of this header that planned functions break, with the offending value;
+ * NULL if they keep all. */
 const char *plan_violation(struct plan *plan);
 
-/* emit.c: the text of all files into plan->files, NAME.h first, then the parts NAME.c, NAME_2.c ... */
+/* ---- Files ---- */
+
+/* emit.c: prints all files into plan->files: NAME.h first, then the parts NAME.c, NAME_2.c ... */
 void emit_files(struct plan *plan);
-/* The name of a part, from 1, and the line that it begins with. */
+/* The name of a part, from 1, and its first line. */
 const char *emit_part_name(struct memory *memory, const char *model, int part);
 const char *emit_part_lead(struct memory *memory, const char *model, int part);
-/* Files behind them that an emission may have: the name and the first line of one, by number from 0; false:
- * there are not so many. */
+/* Further files that an emission may have after the parts: the name and the first line of one, by number
+ * from 0. False: there are no more. */
 struct companion {
     const char *name, *lead;
 };
 bool emit_companion(struct memory *memory, const char *model, int number, struct companion *companion);
-/* Is there a function that CasADi calls, steps apart? */
+/* Returns whether the plan has a function, steps excepted, that CasADi can call. */
 bool emit_has_casadi_function(const struct plan *plan);
 
 #endif

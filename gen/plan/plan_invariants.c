@@ -1,9 +1,9 @@
 /*
- * What plan.h promises of a planned function, checked by walking its code as it will be run.
+ * Checks planned functions against the rules of plan.h by walking their code in the order of execution.
  *
- * Takes a plan, gives the first promise that a function of it breaks, with the value or the place at fault.
- * The walk knows at each statement what has been computed, in which loop it stands, and what loops have kept;
- * it shares the meaning of the plan with the printer, and no code.
+ * Input: a plan. Result: the first rule that a function breaks, with the offending value or place. At each
+ * statement the walk knows which values have been computed, in which loop the statement is, and which values
+ * the loops have kept. The walk shares the meaning of the plan with the printer, but no code.
  */
 #include "gen/graph/graph.h"
 #include "gen/base/base.h"
@@ -15,14 +15,14 @@ struct walk {
     struct plan *plan;
     const struct function *function;
     const struct graph *g;
-    bool *is_known;   /* by handle: a statement that has been passed */
-    bool *is_counted; /* by handle: its operation has been counted */
-    bool *has_ended;  /* by group: its loop has been passed */
+    bool *is_known;   /* by handle: the walk has passed this statement */
+    bool *is_counted; /* by handle: its operator has been counted */
+    bool *has_ended;  /* by group: the walk has passed its loop */
     bool *is_filled;  /* by entry of all arrays */
-    int group, run;   /* of the loop that the walk is in; 0 and -1: in none */
-    int written;      /* writes that have been passed */
+    int group, run;   /* of the loop that contains the current statement; 0 and -1: outside loops */
+    int written;      /* number of writes that have been passed */
     struct operation_count count;
-    const char *broken; /* the first promise that does not hold; NULL: all hold */
+    const char *broken; /* the first broken rule; NULL: none */
 };
 
 static void require(struct walk *w, bool holds, expression e, const char *promise) {
@@ -47,7 +47,7 @@ static bool is_prepare(const struct walk *w) {
     return w->function == &w->plan->prepare;
 }
 
-/* ---- What code may read where it stands ---- */
+/* ---- What code may read at its place ---- */
 
 static int group_of(const struct walk *w, int loop) {
     return loop == ANY_LOOP ? 0 : w->function->group_of[loop];
@@ -60,7 +60,7 @@ static bool has_repeat(const struct walk *w, expression e) {
     return false;
 }
 
-/* Of a loop over the same run that was passed before, which kept the value. */
+/* Returns whether a loop over the same run, passed before, has kept the value. */
 static bool is_kept(const struct walk *w, expression e) {
     const int loop = w->g->nodes[e].loop;
     return w->g->loops[loop].run == w->run && w->has_ended[group_of(w, loop)] && w->function->is_stored[e];
@@ -109,7 +109,7 @@ static bool is_symbol_at_hand(const struct walk *w, expression e) {
     case SYMBOL_CARRIED:
     case SYMBOL_FINAL:
         return is_slot_at_hand(w, e);
-    default: /* points and starts are expressions or parameters by now */
+    default: /* points and start values have been replaced by expressions or parameters */
         return false;
     }
 }
@@ -118,10 +118,10 @@ static void compute(struct walk *w, expression e);
 
 static void read_value(struct walk *w, expression e) {
     if (expr_as_symbol(w->g, e))
-        require(w, is_symbol_at_hand(w, e), e, "a symbol is read where it stands for something");
+        require(w, is_symbol_at_hand(w, e), e, "a symbol is read where it has a value");
     else if (!w->plan->is_derived[e] || is_prepare(w)) {
         if (w->plan->is_statement[e])
-            require(w, is_statement_at_hand(w, e), e, "a value is read behind what computes it");
+            require(w, is_statement_at_hand(w, e), e, "every value is computed before it is read");
         else
             compute(w, e);
     }
@@ -141,14 +141,14 @@ static void fill(struct walk *w, int array, int entry) {
     const struct array *of = &w->function->arrays[array];
     const bool is_there = array < plan_count_arrays(w->function) && entry >= 0 && entry < of->count &&
                           plan_is_output_copied(of, entry);
-    require_of(w, is_there, "field", array, "what is written lies within its field");
+    require_of(w, is_there, "field", array, "writes stay within their array");
     if (!is_there)
         return;
     require_of(w, !w->is_filled[of->offset + entry], "field", array, "an entry is written once");
     w->is_filled[of->offset + entry] = true;
 }
 
-/* Writes whose place has come: `place` statements and blocks have ended. */
+/* Passes the writes that are due: `place` statements and blocks have ended. */
 static void pass_writes(struct walk *w, int place) {
     for (; w->written < w->function->write_count; w->written++) {
         const struct write *write = &w->function->writes[w->written];
@@ -171,13 +171,13 @@ static void pass_run_results(struct walk *w, int block) {
     }
 }
 
-/* Arrays stand one behind the other; straight code leaves no entry out, unless one loop clears the array. */
+/* Arrays follow one another. Straight-line code leaves no entry out, unless one loop clears the array. */
 static void check_arrays(struct walk *w) {
     int offset = 0;
     for (int f = 0; f < plan_count_arrays(w->function); offset += w->function->arrays[f++].count) {
         const struct array *of = &w->function->arrays[f];
         const bool is_whole = !is_prepare(w) && !plan_is_cleared(w->plan, w->function, f);
-        require_of(w, of->offset == offset, "field", f, "fields stand one behind the other");
+        require_of(w, of->offset == offset, "field", f, "arrays follow one another");
         for (int i = 0; i < of->count && is_whole && !w->broken; i++)
             require_of(w, w->is_filled[offset + i] || !plan_is_output_copied(of, i), "field", f,
                        "each entry is written");
@@ -203,7 +203,7 @@ static void read_slots(struct walk *w, int group, bool at_begin) {
 static void pass_statement(struct walk *w, expression e) {
     const int loop = w->g->nodes[e].loop;
     require(w, loop ? group_of(w, loop) == w->group : !w->group, e, "a statement stands in its own loop");
-    require(w, !w->is_known[e], e, "a statement is there once");
+    require(w, !w->is_known[e], e, "a statement occurs once");
     compute(w, e);
     w->is_known[e] = true;
 }
@@ -231,7 +231,7 @@ static void pass_blocks(struct walk *w) {
     for (int b = 0; b < w->function->block_count && !w->broken; b++) {
         const struct code_block *block = &w->function->blocks[b];
         require_of(w, at <= block->end && block->run < w->plan->rolled->run_count, "block", b,
-                   "blocks follow one another, over runs that there are");
+                   "blocks follow one another, over existing runs");
         if (block->run >= 0)
             pass_loop(w, b, at);
         for (int i = at; i < block->end && block->run < 0; i++) {
@@ -324,18 +324,19 @@ static const char *function_violation(struct plan *plan, const struct function *
     for (int i = 0; i < function->loop_count; i++)
         require_of(&w, has_its_arrays(&w, &function->loops[i]) && has_its_sizes(&w, &function->loops[i]),
                    "loop", i, "loops read arrays of their sizes");
-    if (!function->part_count) /* else it computes nothing itself */
+    if (!function->part_count) /* a composed function computes nothing itself */
         check_computed(&w);
     memory_back(plan->memory, mark);
     return w.broken;
 }
 
-/* Gains may be replaced behind `prepare`: they alone are told apart from what parameters give. */
+/* The runtime may replace gains after `prepare`, so they alone are distinguished from values of
+ * parameters. */
 static const char *derived_violation(struct plan *plan) {
     struct walk w = {.plan = plan, .function = &plan->prepare, .g = plan->g};
     for (expression e = 0; e < plan->g->count; e++)
         require(&w, !plan->is_derived[e] || !(plan->g->nodes[e].depends & ~(ON_PARAMETER | ON_GAIN)), e,
-                "what prepare computes depends on parameters alone");
+                "values that prepare computes depend on parameters alone");
     return w.broken;
 }
 

@@ -1,11 +1,13 @@
 /*
- * Values that depend on parameters alone: computed once, by the emitted function `prepare`, when a parameter is set.
+ * Values that depend on parameters alone: the emitted function `prepare` computes them once, when a parameter
+ * is set.
  *
- * Takes the graph and the functions planned so far. Says which expressions leave their function, collects those that
- * some function needs, and makes them the results of `prepare`; every function reads them behind the parameters in `p`.
- * The gains of rows are among them because the integrator sets them in its own copy of the parameters. A sign stays
- * where it is used: it costs nothing there. A function with keeps_parameters computes such values itself, unless
- * another function has them from `prepare` already.
+ * Input: the graph and the functions planned so far. This file decides which expressions leave their
+ * function, collects those that some function needs, and makes them the results of `prepare`. Every function
+ * reads them in `p`, after the parameters. The gains of rows are among them because the integrator sets them
+ * in its own copy of the parameters. A sign stays where it is used, because it costs nothing there. A
+ * function with keeps_parameters computes these values itself, unless another function already has them from
+ * `prepare`.
  */
 #include "gen/plan/plan.h"
 

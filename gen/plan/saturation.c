@@ -1,16 +1,17 @@
 /*
- * Does a rate drive something to its limit, as in friction?
+ * Detects whether a rate drives a term of the accelerations to its limit, as in friction.
  *
- * Takes the functions of a plan; looks for operations of the accelerations that are bounded, or jump, where a
- * rate passes a value or grows, whatever the author's formula is: tanh(r), r/sqrt(r^2 + w^2), comparisons of
- * r.
+ * Input: the functions of a plan. It searches for operations of the accelerations that stay bounded or jump
+ * when a rate passes a value or grows, regardless of the author's formula: tanh(r), r/sqrt(r^2 + w^2),
+ * comparisons of r.
  */
 #include "gen/base/base.h"
 #include "gen/plan/plan.h"
 
 #include <string.h>
 
-/* Nodes of the accelerations; of derivatives none, which have quotients and comparisons of their own. */
+/* Marks the nodes of the accelerations. It leaves out derivatives, which have quotients and comparisons of
+ * their own. */
 static bool *mark_accelerations(const struct plan *plan) {
     static const char *const quantities[] = {"Q", "f", "equations", "qdd_free", "constrained"};
     bool *needed = memory_get(plan->memory, plan->g->count * sizeof *needed);
@@ -41,8 +42,8 @@ static bool node_is_rate(const struct graph *g, const bool *is_rate, expression 
     return false;
 }
 
-/* By handle: what rates are in, through loops, too. A node's `depends` takes all that loops carry for such.
- */
+/* Marks, by handle, the nodes that depend on rates, also through loops. A node's `depends` is no use here:
+ * it counts all that loops carry as a rate. */
 static bool *mark_rates(const struct plan *plan) {
     const struct graph *g = plan->g;
     bool *is_rate = memory_get(plan->memory, g->count * sizeof *is_rate);

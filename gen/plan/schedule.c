@@ -1,17 +1,17 @@
 /*
- * The order of execution of one function: which loops run as one, what stands before and behind them, and
- * what they keep for each other.
+ * The order of execution of one function: which loops run as one, what comes before and after them, and which
+ * values they keep for each other.
  *
- * Takes statements and needed nodes (plan.c), gives blocks. Loops over one run are fused when nothing between
- * them needs the first one's end: values then stay in registers, and recursions that do not wait for each
- * other overlap.
+ * Input: statements and needed nodes (plan.c). Output: blocks. Loops over one run are fused if nothing
+ * between them needs the end of the first one. Values then stay in registers, and recursions that do not wait
+ * for each other overlap.
  */
 #include "gen/plan/plan.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-/* A set of loops of the graph, by bits. */
+/* A set of loops of the graph, one bit each. */
 typedef uint64_t word;
 
 struct scheduler {
@@ -19,12 +19,12 @@ struct scheduler {
     struct function *function;
     const struct graph *g;
     int words;
-    word *behind;                    /* by handle of a straight node: loops whose end it needs */
-    word *needs_end, *needs_element; /* by loop: loops whose end, or whose same element, it needs */
-    bool *is_used, *is_directed;     /* by loop: in the function; carries something in it */
+    word *awaits_end;                /* by handle of a node outside loops: the loops whose end it needs */
+    word *needs_end, *needs_element; /* by loop: the loops whose end, or whose same element, it needs */
+    bool *is_used, *is_directed;     /* by loop: is in the function; carries a value in it */
     bool *is_done;                   /* by group */
-    bool *is_seen;                   /* by group, of one search */
-    bool *is_placed;                 /* by handle: statement that has its place */
+    bool *is_seen;                   /* by group, in one search */
+    bool *is_placed;                 /* by handle: the statement has its place */
 };
 
 static word *set_of(const struct scheduler *x, word *sets, uint32_t index) {
@@ -50,7 +50,7 @@ static bool has_own_name(const struct scheduler *x, expression e) {
     return x->plan->is_statement[e] || x->plan->is_derived[e] || graph_as_slot(x->g, e);
 }
 
-/* Calls `read` for each named value that e is made of, e itself if it has a name. */
+/* Calls `read` for each named value in the expression of e; for e itself if it has a name. */
 static void visit_read(struct scheduler *x, expression e, int loop,
                        void (*read)(struct scheduler *x, expression e, int loop)) {
     if (has_own_name(x, e) || !x->g->nodes[e].loop) {
@@ -67,13 +67,13 @@ static void visit_operands(struct scheduler *x, expression e, int loop,
         visit_read(x, x->g->nodes[e].operand[k], loop, read);
 }
 
-/* The loop that computes a result of all elements; 0: any would do. */
+/* The loop that computes a result of all elements; 0: any loop can write it. */
 static int loop_of_result(const struct scheduler *x, const struct run_result *result) {
     const int loop = x->g->nodes[result->value].loop;
     return loop == ANY_LOOP ? 0 : loop;
 }
 
-/* Everything that stands in loops: statements, what they carry, results. */
+/* Visits all that loops read: statements, carried values, results. */
 static void visit_loops(struct scheduler *x, void (*read)(struct scheduler *x, expression e, int loop)) {
     const struct graph *g = x->g;
     for (expression e = 0; e < g->count; e++) {
@@ -93,7 +93,7 @@ static void visit_loops(struct scheduler *x, void (*read)(struct scheduler *x, e
 static void wait_for(struct scheduler *x, expression e, int loop) {
     const int home = x->g->nodes[e].loop;
     if (!home)
-        unite(x, set_of(x, x->needs_end, (uint32_t)loop), set_of(x, x->behind, e));
+        unite(x, set_of(x, x->needs_end, (uint32_t)loop), set_of(x, x->awaits_end, e));
     else if (home != loop && !angles_is_repeated(x->plan, x->function, e))
         include(set_of(x, x->needs_element, (uint32_t)loop), home);
 }
@@ -118,21 +118,21 @@ static void find_waiting(struct scheduler *x) {
         if (!x->function->is_needed[e] || g->nodes[e].loop)
             continue;
         if (graph_as_slot(g, e))
-            include(set_of(x, x->behind, e), graph_as_slot(g, e)->loop);
+            include(set_of(x, x->awaits_end, e), graph_as_slot(g, e)->loop);
         for (int k = 0; k < operation_arity(g->nodes[e].operation); k++)
-            unite(x, set_of(x, x->behind, e), set_of(x, x->behind, g->nodes[e].operand[k]));
+            unite(x, set_of(x, x->awaits_end, e), set_of(x, x->awaits_end, g->nodes[e].operand[k]));
     }
     for (expression e = 0; e < g->count; e++) {
         const struct slot *slot = x->function->is_needed[e] ? graph_as_slot(g, e) : NULL;
         if (slot)
-            unite(x, set_of(x, x->needs_end, slot->loop), set_of(x, x->behind, slot->initial));
+            unite(x, set_of(x, x->needs_end, slot->loop), set_of(x, x->awaits_end, slot->initial));
     }
     visit_loops(x, wait_for);
 }
 
 /* ---- Fusion ---- */
 
-/* Does the group need the end of a loop or, where `elements_too`, the same element of it? */
+/* Returns whether the group needs the end of a loop or, if `elements_too`, the same element of it. */
 static bool group_needs(const struct scheduler *x, int group, int loop, bool elements_too) {
     for (int member = 1; member < x->g->loop_count; member++)
         if (x->is_used[member] && x->function->group_of[member] == group &&
@@ -142,7 +142,8 @@ static bool group_needs(const struct scheduler *x, int group, int loop, bool ele
     return false;
 }
 
-/* Does anything that the group waits for wait for group `other`? What has been `seen` does not. */
+/* Returns whether something that the group waits for waits for group `other`. Groups that have been `seen`
+ * do not. */
 static bool waits_for_group(const struct scheduler *x, int group, int other, bool *seen) {
     const int *group_of = x->function->group_of;
     if (seen[group])
@@ -155,7 +156,8 @@ static bool waits_for_group(const struct scheduler *x, int group, int other, boo
     return false;
 }
 
-/* Is there a way from `group` to `other` beside reading its elements, so that they cannot run as one? */
+/* Returns whether `group` depends on `other` in another way than by reading its elements. Then they cannot
+ * run as one. */
 static bool is_separated(const struct scheduler *x, int group, int other) {
     const int *group_of = x->function->group_of;
     memset(x->is_seen, 0, (size_t)x->g->loop_count);
@@ -201,8 +203,8 @@ static bool reads_elements(const struct scheduler *x, int loop) {
 }
 
 /*
- * Each loop joins the latest group that it can; one that carries nothing and reads no other is left for the
- * first that reads it, so that its values need not be kept.
+ * Each loop joins the latest possible group. A loop that carries nothing and reads no other loop joins the
+ * first group that reads it, so that its values need not be kept.
  */
 static void fuse_loops(struct scheduler *x) {
     int *group_of = x->function->group_of;
@@ -240,7 +242,7 @@ static void add_statement(struct scheduler *x, expression e) {
     function->blocks[function->block_count - 1].end = function->statement_count;
 }
 
-/* Have the loops of a set ended? */
+/* Returns whether all loops of a set have ended. */
 static bool have_ended(const struct scheduler *x, const word *loops) {
     for (int loop = 1; loop < x->g->loop_count; loop++)
         if (has(loops, loop) && x->is_used[loop] && !x->is_done[x->function->group_of[loop]])
@@ -248,11 +250,11 @@ static bool have_ended(const struct scheduler *x, const word *loops) {
     return true;
 }
 
-/* Straight statements below `limit` that wait for nothing. */
+/* Places the statements below `limit` outside loops that wait for nothing. */
 static void place_straight(struct scheduler *x, expression limit) {
     for (expression e = 0; e < limit; e++) {
         if (!x->plan->is_statement[e] || x->g->nodes[e].loop || x->is_placed[e] ||
-            !have_ended(x, set_of(x, x->behind, e)))
+            !have_ended(x, set_of(x, x->awaits_end, e)))
             continue;
         add_block(x->function, -1, 0);
         add_statement(x, e);
@@ -307,7 +309,8 @@ static void order_statements(struct scheduler *x) {
     place_straight(x, x->g->count);
 }
 
-/* Results of runs are written by the loop that computes them; what no loop computes gets one of its own. */
+/* The loop that computes the results of a run writes them. Results that no loop computes get a loop of
+ * their own. */
 static void place_run_results(struct scheduler *x) {
     struct function *function = x->function;
     for (int i = 0; i < function->run_result_count; i++) {
@@ -348,7 +351,7 @@ static void keep(struct scheduler *x, expression e, int loop) {
 
 /* ---- Results ---- */
 
-/* By handle: how many statements and blocks have to end before the value may be read. */
+/* By handle: how many statements and blocks must end before the value may be read. */
 static int *find_places(const struct scheduler *x) {
     const struct graph *g = x->g;
     const struct function *function = x->function;
@@ -389,7 +392,7 @@ static void add_write(struct scheduler *x, struct write write) {
     function->writes[function->write_count++] = write;
 }
 
-/* Of an array that is not cleared. */
+/* Writes the zeros of an array that is not cleared. */
 static void write_zeros(struct scheduler *x, int array, int place) {
     const struct memory_mark mark = memory_mark(x->plan->memory);
     const struct function *function = x->function;
@@ -429,7 +432,7 @@ void schedule_function(struct plan *plan, struct function *function) {
     struct scheduler x = {.plan = plan, .function = function, .g = g, .words = g->loop_count / 64 + 1};
     const size_t words = (size_t)x.words * sizeof(word);
     angles_find(plan, function);
-    x.behind = memory_scratch(plan->memory, nodes * words);
+    x.awaits_end = memory_scratch(plan->memory, nodes * words);
     x.needs_end = memory_scratch(plan->memory, loops * words);
     x.needs_element = memory_scratch(plan->memory, loops * words);
     x.is_used = memory_scratch(plan->memory, loops);
@@ -451,6 +454,6 @@ void schedule_function(struct plan *plan, struct function *function) {
     order_statements(&x);
     place_run_results(&x);
     visit_loops(&x, keep);
-    if (function != &plan->prepare) /* there each statement is a result */
+    if (function != &plan->prepare) /* in `prepare` each statement is a result */
         order_writes(&x);
 }

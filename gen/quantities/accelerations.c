@@ -1,14 +1,14 @@
 /*
- * Accelerations with and without constraints, and which way of solving M x = f is taken for them.
+ * Accelerations with and without constraints, and the choice of a way to solve M x = f for them.
  *
- * Takes terms of the derivation, gives qdd_free, qdd, multipliers and what derivatives need of them; declared
- * in quantities.h. Counted operations decide, and what was chosen goes to the summary.
+ * Input: terms of the derivation. Output: qdd_free, qdd, the multipliers, and the values that derivatives
+ * need of them. Counted operations decide; the choice goes to the summary.
  */
 #include "gen/quantities/quantities.h"
 
 #include <string.h>
 
-/* A pivot of S below this part of its diagonal term is rounding: theory, sect. 5.6. */
+/* A pivot of S smaller than this part of its diagonal term is rounding: theory, sect. 5.6. */
 static const double redundant = 1e-12;
 
 static const struct elimination *elimination(struct derivation *d, struct solution *solution) {
@@ -35,7 +35,7 @@ static const expression *free_by(struct derivation *d, struct solution *solution
         return solution->free;
     if (solution->is_dense || d->model->printed_form)
         return solution->free = solve(d, solution, derivation_all_forces(d));
-    /* The recursion sums up h on its way. */
+    /* The recursion adds up h on its way. */
     const struct elimination *of = elimination(d, solution);
     solution->references = reference_accelerations_derive(&d->kinematics, of);
     const struct right_side side = {derivation_applied_total(d),
@@ -52,8 +52,8 @@ static expression dot(struct derivation *d, const expression *a, const expressio
 }
 
 /*
- * 1 / pivot, or 0 for a redundant row: S is positive semidefinite, so only rounding is left of its diagonal
- * term. Its multiplier is then 0. Theory, sect. 5.6.
+ * 1 / pivot, or 0 for a redundant row: S is positive semidefinite, so that only the rounding of its diagonal
+ * term remains. The multiplier of the row is then 0. Theory, sect. 5.6.
  */
 static expression pivot_inverse(struct derivation *d, expression pivot, expression diagonal) {
     struct graph *g = d->g;
@@ -65,7 +65,7 @@ static expression pivot_inverse(struct derivation *d, expression pivot, expressi
     return expr_where(g, is_own, expr_div(g, expr_one(g), pivot), expr_zero(g));
 }
 
-/* S x = rest for the symmetric S = u M^-1 u^T (m x m), by elimination in order of the rows. */
+/* Solves S x = rest for the symmetric S = u M^-1 u^T (m x m), by elimination in order of the rows. */
 void accelerations_solve_rows(struct derivation *d, const expression *matrix, expression *rest,
                               const char *what) {
     struct graph *g = d->g;
@@ -106,8 +106,8 @@ static const expression *add_constraints(struct derivation *d, const struct solu
 /* ---- Rows as loads ---- */
 
 /*
- * u^T acts as a force at each point that the row names and on the coordinates that it names itself (theory,
- * sect. 5.6). Solved with those loads, and with u x read off the accelerations of the same points, a row
+ * u^T acts as a force at each point and on each coordinate that the row names (theory, sect. 5.6). The
+ * solution takes these loads, and u x is computed from the accelerations of the same points, so that a row
  * needs none of its n coefficients.
  */
 static bool act_as_loads(struct derivation *d, const struct solution *solution) {
@@ -121,7 +121,8 @@ static bool act_as_loads(struct derivation *d, const struct solution *solution) 
     return true;
 }
 
-/* The load of one row, negative as articulated_body_solve takes it: own axes and origin of each frame. */
+/* The load of one row, negative as articulated_body_solve expects it: about the origin and in the axes of
+ * each frame. */
 static struct wrench *loads_of_row(struct derivation *d, const struct row_terms *row) {
     const struct kinematics *k = &d->kinematics;
     struct wrench *loads = memory_get(d->memory, ((size_t)d->frames + 1) * sizeof *loads);
@@ -155,7 +156,7 @@ static expression row_times(struct derivation *d, const struct row_terms *row, c
     return sum;
 }
 
-/* Responses M^-1 u^T, S and k - u qdd_free, rows as loads. */
+/* Computes the responses M^-1 u^T, S and k - u qdd_free, with rows as loads. */
 static void respond_to_loads(struct derivation *d, struct solution *solution) {
     const int m = d->m;
     const struct row_terms *row = derivation_rows_beside_loads(d, solution->references);
@@ -175,7 +176,7 @@ static void respond_to_loads(struct derivation *d, struct solution *solution) {
             expr_sub(d->g, row[i].k, row_times(d, &row[i], loads[i], solution->free, solution->frames));
 }
 
-/* The same by the coefficients u. */
+/* Computes the same with the coefficients u. */
 static void respond_to_coefficients(struct derivation *d, struct solution *solution) {
     const int m = d->m;
     const struct row_terms *row = derivation_rows(d);
@@ -232,9 +233,9 @@ static void say_choice(struct derivation *d, const char *quantity, const struct 
 }
 
 /*
- * The matrix is taken where it saves a tenth and more (a Bricard linkage: 16 % of qdd_free, 29 % of qdd): for
- * less the recursion is not given up, which loses no digits to the condition of M. The matrix is not even
- * derived where its factors alone could cost more than the whole recursion, nor with runs of equal elements,
+ * The dense matrix is chosen if it saves at least a tenth (in a Bricard linkage 16 % of qdd_free, 29 % of
+ * qdd). For less, the recursion stays: it loses no digits to the condition of M. The matrix is not even
+ * derived if its factors alone could cost more than the whole recursion, nor for runs of equal elements,
  * whose recursions are loops.
  */
 static struct solution *cheaper(struct derivation *d, const char *quantity, solve_by *by) {
@@ -268,7 +269,7 @@ static struct solution *choose_solution(struct derivation *d, const char *quanti
     if (d->model->accelerations == ACCELERATIONS_AUTO)
         return cheaper(d, quantity, by);
     struct solution *asked = &d->by_method[d->model->accelerations == ACCELERATIONS_DENSE];
-    say_choice(d, quantity, asked, ", as asked");
+    say_choice(d, quantity, asked, ", as requested");
     return asked;
 }
 

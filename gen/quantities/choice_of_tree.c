@@ -1,16 +1,15 @@
 /*
- * From which tree everything is derived: runs of equal elements rolled or written out, parallel axes turned
- * or kept.
+ * Chooses the tree from which everything is derived: runs of equal elements rolled or written out, parallel
+ * axes turned or kept.
  *
- * Takes the rolled tree, counts the operations of M, h and qdd_free for each form, gives the cheapest;
- * declared in quantities.h.
+ * Input: the rolled tree. Counts the operations of M, h and qdd_free for each form and returns the cheapest.
  */
 #include "gen/quantities/quantities.h"
 #include "gen/tree/tree.h"
 
 #include <string.h>
 
-/* Operations of M, h and qdd_free in one. */
+/* Operations of M, h and qdd_free together. */
 static long weigh_equations(struct derivation *d) {
     const int square = d->n > MOST_WRITTEN_OUT ? 0 : d->n * d->n;
     expression *values = derivation_new_values(d, 2 * d->frames + square);
@@ -22,7 +21,7 @@ static long weigh_equations(struct derivation *d) {
     return operation_cost_of_values(d, values, 2 * d->frames + square);
 }
 
-/* Derived beside the graph: a trial leaves no names and no nodes. */
+/* Derives in a copy of the graph, so that a trial leaves neither names nor nodes. */
 static long weigh_axes(const struct plan *plan, const struct tree *tree) {
     struct graph graph = graph_copy(plan->g);
     struct model model = *plan->model;
@@ -32,21 +31,21 @@ static long weigh_axes(const struct plan *plan, const struct tree *tree) {
     return weigh_equations(derivation_start(&trial, tree));
 }
 
-/* A tree that everything may be derived from, and what that takes. */
+/* A tree from which everything may be derived, and its operations. */
 struct candidate {
     const struct tree *tree;
     long operations;
-    long turned; /* with axes that turn */
-    long looped; /* of runs that are written out: in loops; 0: none are */
+    long turned; /* operations with axes that turn */
+    long looped; /* operations with loops, if runs are written out; else 0 */
 };
 
-/* Axes are kept where that saves a twentieth. Both forms are tried: qdd_free gains 8 to 27 % in planar
- * linkages with all but the first kept, and up to 46 % in arms that turn about parallel axes with all kept.
- */
+/* Axes are kept if that saves a twentieth. Both forms are tried: qdd_free gains 8 to 27 % in planar
+ * linkages with all but the first axes kept, and up to 46 % in arms that turn about parallel axes with all
+ * kept. */
 static struct candidate choose_axes(const struct plan *plan, const struct tree *rolled) {
     struct candidate best = {.tree = rolled, .operations = weigh_axes(plan, rolled)};
     best.turned = best.operations;
-    for (enum kept_axes axes = AXES_KEPT_BEHIND; axes <= AXES_KEPT; axes++) {
+    for (enum kept_axes axes = AXES_KEPT_AFTER; axes <= AXES_KEPT; axes++) {
         const struct tree *tree = parallel_axes_keep(plan->memory, rolled, axes);
         const long operations = tree == rolled ? best.turned : weigh_axes(plan, tree);
         if (operations >= best.operations || 20 * operations > 19 * best.turned)
@@ -61,8 +60,8 @@ static bool has_parallel_turns(const struct plan *plan, const struct tree *tree)
     return parallel_axes_keep(plan->memory, tree, AXES_KEPT) != tree;
 }
 
-/* Runs are written out where that saves a quarter: it is more text in all functions, and with less saved here
- * others, the derivatives among them, take more operations than with loops. */
+/* Runs are written out if that saves a quarter. All functions then have more text, and if these three save
+ * less, others, among them the derivatives, need more operations than with loops. */
 enum { WORTH_WRITING = 3 };
 
 static struct candidate choose_runs(struct plan *plan) {
@@ -83,7 +82,7 @@ static bool may_write_runs(const struct plan *plan) {
 }
 
 struct derivation *choice_of_tree(struct plan *plan) {
-    static const char *const names[] = {"turned", "kept behind the first", "kept"};
+    static const char *const names[] = {"turned", "kept after the first", "kept"};
     _Static_assert(sizeof names / sizeof *names == AXES_KEPT + 1, "each way has a name");
     struct candidate best = {.tree = plan->rolled};
     if (may_write_runs(plan))
@@ -99,55 +98,4 @@ struct derivation *choice_of_tree(struct plan *plan) {
                                    memory_format(plan->memory, "axes of parallel turns %s, %ld (turned %ld)",
                                                  names[best.tree->axes], best.operations, best.turned));
     return d;
-}
-
-/* ---- Operations of functions ---- */
-
-/*
- * What values cost: the operations of a call that computes them and nothing else, by which forms are chosen,
- * and the line that tells of a choice. Declared in quantities.h.
- */
-
-/* A division keeps its unit busy for four to five cycles, in which as many products or sums begin and more.
- */
-enum { DIVISION_WEIGHT = 4 };
-
-/* Of what the marked nodes are made of. */
-static long weigh_marked(const struct derivation *d, bool *needed) {
-    const struct graph *g = d->g;
-    long operations = 0;
-    rewrite_mark_operands(g, needed, g->count);
-    for (expression e = 0; e < g->count; e++) {
-        const enum cost cost = operation_cost(g->nodes[e].operation);
-        if (needed[e] && (g->nodes[e].depends & ~ON_PARAMETER) != 0)
-            operations += plan_trips_of(d->plan, e) *
-                          (cost == COST_DIV ? DIVISION_WEIGHT : cost == COST_ADD || cost == COST_MUL);
-    }
-    return operations;
-}
-
-long operation_cost_of_values(const struct derivation *d, const expression *values, int count) {
-    const struct memory_mark mark = memory_mark(d->memory);
-    bool *needed = memory_scratch(d->memory, d->g->count * sizeof *needed);
-    for (int i = 0; i < count; i++)
-        needed[values[i]] = true;
-    const long operations = weigh_marked(d, needed);
-    memory_back(d->memory, mark);
-    return operations;
-}
-
-long operation_cost_of_results(const struct derivation *d, const struct function *function) {
-    const struct memory_mark mark = memory_mark(d->memory);
-    bool *needed = memory_scratch(d->memory, d->g->count * sizeof *needed);
-    plan_mark_results(function, needed);
-    const long operations = weigh_marked(d, needed);
-    memory_back(d->memory, mark);
-    return operations;
-}
-
-void operation_cost_note_choice(struct derivation *d, const char *choice) {
-    struct plan *plan = d->plan;
-    if (d->is_second)
-        return;
-    plan->choices = plan->choices ? memory_format(plan->memory, "%s; %s", plan->choices, choice) : choice;
 }

@@ -1,9 +1,9 @@
 /*
- * Quantities that are exact derivatives, emitted on request: the tangent of the motion equations.
+ * Quantities that are exact derivatives, emitted on request, among them the tangent of the motion equations.
  *
- * Takes the motion at given qdd and the forces of model and rows (tangent.h), gives
- * functions whose n^2 entries are computed by loops (plan.h): products of vectors of two coordinates, and
- * products of arrays where forces depend on the state. Theory, sect. 7.4 to 7.8.
+ * Input: the motion at given qdd, and the forces of model and rows (tangent.h). Output: functions whose n^2
+ * entries are computed by loops (plan.h): products of vectors of two coordinates, and products of arrays for
+ * forces that depend on the state. Theory, sect. 7.4 to 7.8.
  */
 #include "gen/quantities/quantities.h"
 #include "runtime/core/linear/chain_cost.h"
@@ -15,7 +15,7 @@
 
 /* ---- Pairs ---- */
 
-/* One member of a list of `size` bytes a frame. */
+/* One member of a list with `size` bytes for each frame. */
 static struct vector *gather(const struct builder *b, const void *list, size_t size, size_t offset) {
     struct vector *member = memory_get(b->d->memory, ((size_t)b->d->frames + 1) * sizeof *member);
     for (int i = 0; i < b->d->frames; i++)
@@ -23,7 +23,7 @@ static struct vector *gather(const struct builder *b, const void *list, size_t s
     return member;
 }
 
-/* Of the vectors of tangent.h, and of the motion at given qdd. */
+/* A member of the vectors of tangent.h, or of the motion at given qdd. */
 static struct vector *pair_member(const struct builder *b, const struct pair_vectors *vectors,
                                   size_t offset) {
     return gather(b, vectors, sizeof *vectors, offset);
@@ -49,8 +49,7 @@ static struct pair_move moved(struct builder *b, const struct vector *moments, s
     return move;
 }
 
-/* Arrays of the vectors of tangent.h and tangent.h, near and far: theory, sect. 7.4.
- */
+/* Arrays of the near and far vectors of tangent.h: theory, sect. 7.4. */
 struct near_arrays {
     struct vector_arrays axis, rate, rate2;
 };
@@ -150,7 +149,7 @@ static void add_inertia_pairs(struct builder *b, const struct turned_applied_for
 
 /* ---- The tangent ---- */
 
-/* All loops and straight-line entries of one set of derivatives by q and qd. */
+/* Adds all loops and straight-line entries of one set of derivatives by q and qd. */
 static void add_derivatives(struct builder *b, const struct targets *targets) {
     const struct turned_applied_forces turned = force_derivatives_turned_forces(b, targets->sign);
     force_derivatives_set_coordinate_derivatives(b, targets);
@@ -182,15 +181,15 @@ static const struct block_kind blocks[BLOCK_COUNT] = {
 
 /* ---- Terms that are differentiated by t, inputs and parameters ---- */
 
-/* Values at given accelerations and multipliers, and their derivatives: one row of `count` for each variable.
- */
+/* Values at given accelerations and multipliers, and their derivatives: one row of `count` for each
+ * variable. */
 struct terms {
     expression *values;
     int count;
     expression *derivatives[BLOCK_COUNT];
 };
 
-/* One symbol that terms are differentiated by. */
+/* A symbol with respect to which the terms are differentiated. */
 struct variable {
     enum symbol_kind kind;
     int index;
@@ -202,7 +201,7 @@ static expression derivative_by_variable(void *context, struct graph *g, express
     return s->kind == by->kind && s->index == by->index ? expr_one(g) : expr_zero(g);
 }
 
-/* Sets the derivatives of all blocks of variables that have a width, in one sweep. */
+/* Sets the derivatives of all blocks of variables that have columns, in one sweep. */
 static void differentiate_terms(struct derivation *d, struct terms *terms, const int widths[BLOCK_COUNT]) {
     int total = 0;
     for (int k = BY_T; k < BLOCK_COUNT; k++)
@@ -238,7 +237,7 @@ const char *derivatives_block_name(int block) {
     return block < BLOCK_COUNT ? blocks[block].name : NULL;
 }
 
-/* Columns of a block; 0: it is left out. */
+/* Columns of a block; 0: the block is left out. */
 static int width_of(const struct derivation *d, enum block block, bool has_parameters) {
     const int widths[BLOCK_COUNT] = {d->n, d->n, 1, d->model->input_count,
                                      has_parameters ? d->model->parameter_count : 0};
@@ -249,7 +248,7 @@ static int add_matrix(struct derivation *d, struct function *f, const char *name
     return pair_loops_add_local(d->memory, f, name, rows * columns, columns);
 }
 
-/* Arrays "q", "qd" ... of `rows` rows each: results, or local ones where `what` is NULL. */
+/* Adds arrays "q", "qd" ... of `rows` rows each: results, or local arrays if `what` is NULL. */
 static void add_blocks(struct derivation *d, struct function *f, const char *before, const char *what,
                        int rows, const int widths[BLOCK_COUNT], int arrays[BLOCK_COUNT]) {
     static const char *const sizes[BLOCK_COUNT] = {"x n", "x n", "x 1", "x inputs", "x parameters"};
@@ -268,7 +267,7 @@ static void add_blocks(struct derivation *d, struct function *f, const char *bef
     }
 }
 
-/* Derivatives of terms [first, first + frames), by frame, one column a variable. */
+/* Spreads the derivatives of terms [first, first + frames), by frame, one column for each variable. */
 static void spread_block(struct builder *b, const struct terms *terms, int first, enum block block,
                          int array) {
     const int width = array == NOTHING ? 0 : b->f->arrays[array].columns;
@@ -277,7 +276,7 @@ static void spread_block(struct builder *b, const struct terms *terms, int first
                           terms->derivatives[block] + column * terms->count + first);
 }
 
-/* factor * derivatives of terms [first, first + m), by row. */
+/* Writes factor * derivatives of terms [first, first + m), by row. */
 static void fill_block(struct builder *b, const struct terms *terms, int first, enum block block,
                        double factor, int array) {
     struct graph *g = b->d->g;
@@ -289,7 +288,7 @@ static void fill_block(struct builder *b, const struct terms *terms, int first, 
                                     terms->derivatives[block][column * terms->count + first + i]));
 }
 
-/* factor * derivatives of rows by q or qd, m x n. */
+/* Writes factor * derivatives of rows by q or qd, m x n. */
 static void spread_row_derivatives(struct builder *b, const expression *rows_in_symbols, int order,
                                    double factor, int array) {
     for (int i = 0; i < b->d->m && array != NOTHING; i++)
@@ -307,7 +306,7 @@ static void spread_u(struct derivation *d, struct function *f, int array) {
 
 /* ---- The tangent and what follows from it ---- */
 
-/* Values that every derivative takes for constant. */
+/* Values that every derivative treats as constant. */
 static const expression *given_accelerations(struct derivation *d, const expression *by_frame) {
     expression *given = derivation_new_values(d, d->frames);
     for (int i = -1; recursion_next_joint(d->g, d->kinematics.tree, &i);)
@@ -330,7 +329,7 @@ static struct builder open_builder(struct derivation *d, struct function *f, boo
     return (struct builder){.d = d, .f = f, .applied_forces = applied_forces};
 }
 
-/* At the accelerations that the equations of motion give. */
+/* Starts derivatives at the accelerations of the equations of motion. */
 static struct builder start(struct derivation *d, struct function *f, bool has_rows) {
     struct builder b = open_builder(d, f, has_rows);
     if (has_rows)
@@ -341,7 +340,7 @@ static struct builder start(struct derivation *d, struct function *f, bool has_r
     return b;
 }
 
-/* At accelerations and multipliers that the caller gives. */
+/* Starts derivatives at accelerations and multipliers that the caller provides. */
 static struct builder start_given(struct derivation *d, struct function *f) {
     struct builder b = open_builder(d, f, d->m > 0);
     expression *accelerations = derivation_new_values(d, d->frames);
@@ -388,7 +387,7 @@ static struct terms motion_terms(const struct builder *b) {
     return terms;
 }
 
-/* What both forms of the tangent share: derivatives by time, and the rows. */
+/* Adds what both forms of the tangent share: derivatives by time, and the rows. */
 static void add_given_results(struct builder *b) {
     struct derivation *d = b->d;
     const int n = d->n, m = d->m;
@@ -397,11 +396,11 @@ static void add_given_results(struct builder *b) {
     const expression *balances = tangent_row_balances(&d->kinematics);
     differentiate_terms(d, &terms, (const int[BLOCK_COUNT]){[BY_T] = 1});
     const int f_t = derivation_add_array(d, b->f, "f_t",
-                                         "(n) d(M qdd - h - Q - u^T lambda)/dt at held qdd, lambda", n, 1);
+                                         "(n) d(M qdd - h - Q - u^T lambda)/dt at given qdd, lambda", n, 1);
     spread_block(b, &terms, parts.motion, BY_T, f_t);
     if (!m)
         return;
-    const int g_t = derivation_add_array(d, b->f, "g_t", "(m) d(u qdd - k)/dt at held qdd", m, 1);
+    const int g_t = derivation_add_array(d, b->f, "g_t", "(m) d(u qdd - k)/dt at given qdd", m, 1);
     const int G_q = derivation_add_array(d, b->f, "G_q", "(m x n) the same by q", m * n, n);
     const int G_qd = derivation_add_array(d, b->f, "G_qd", "(m x n) the same by qd", m * n, n);
     const int u = derivation_add_array(d, b->f, "u", "(m x n) row coefficients", m * n, n);
@@ -411,21 +410,21 @@ static void add_given_results(struct builder *b) {
     spread_u(d, b->f, u);
 }
 
-void derivatives_build_tangent(struct derivation *d, struct function *f) {
+void quantity_tangent(struct derivation *d, struct function *f) {
     const int n = d->n;
     struct builder b = start_given(d, f);
     add_given_results(&b);
     const int K = derivation_add_array(
-        d, f, "K", "(n x n) d(M qdd - h - Q - u^T lambda)/dq at held qdd, lambda", n * n, n);
+        d, f, "K", "(n x n) d(M qdd - h - Q - u^T lambda)/dq at given qdd, lambda", n * n, n);
     const int D = derivation_add_array(d, f, "D", "(n x n) the same by qd", n * n, n);
     const int M = derivation_add_array(d, f, "M", "(n x n) mass matrix", n * n, n);
     add_derivatives(&b, &(struct targets){K, D, M, true, -1});
     pair_loops_drop_unread(d->memory, f);
 }
 
-/* ---- The tangent as vectors of joints: what runtime/chain.c multiplies and eliminates in O(n) ---- */
+/* ---- The tangent as vectors of joints, which runtime/core/linear multiplies and eliminates in O(n) ---- */
 
-/* Of the joints that turn, or of those that slide; zero elsewhere. */
+/* The vectors of the joints that turn, or of those that slide; zero for the others. */
 static struct vector *of_joints(const struct builder *b, bool is_revolute, size_t offset) {
     const struct frame *frames = b->d->kinematics.tree->frames;
     struct vector *list = motion_member(b, offset);
@@ -475,13 +474,14 @@ static void add_joint_vectors(struct builder *b) {
     b->d->plan->vector_places = places;
 }
 
-void derivatives_build_tangent_vectors(struct derivation *d, struct function *f) {
+void quantity_tangent_vectors(struct derivation *d, struct function *f) {
     const int n = d->n;
     struct builder b = start_given(d, f);
     add_given_results(&b);
     const int stiffness =
-        derivation_add_array(d, f, "stiffness", "(n) diagonal of K beside the vectors", n, 0);
-    const int damping = derivation_add_array(d, f, "damping", "(n) diagonal of D beside the vectors", n, 0);
+        derivation_add_array(d, f, "stiffness", "(n) diagonal of K in addition to the vectors", n, 0);
+    const int damping =
+        derivation_add_array(d, f, "damping", "(n) diagonal of D in addition to the vectors", n, 0);
     force_derivatives_set_own_derivatives(&b, -1, stiffness, damping);
     b.shifts = kinematics_ground_shifts(&d->kinematics);
     b.arrays = pair_loops_open_results(d->plan, &d->kinematics, f);
@@ -489,7 +489,7 @@ void derivatives_build_tangent_vectors(struct derivation *d, struct function *f)
     d->plan->coupling_count = force_derivatives_add_couplings(&b, -1);
 }
 
-/* All joints turn about one axis of the ground or slide across it. */
+/* Returns whether all joints turn about one axis of the ground or slide perpendicular to it. */
 static bool is_planar(const struct builder *b) {
     const struct vector *turns = of_joints(b, true, offsetof(struct given_frame_rates, axis));
     const struct vector *slides = of_joints(b, false, offsetof(struct given_frame_rates, axis));
@@ -504,7 +504,7 @@ static bool is_planar(const struct builder *b) {
     return false;
 }
 
-/* Joints that move no mass: solutions joint by joint divide by what they carry. */
+/* Returns whether a joint moves no mass: solutions joint by joint divide by the mass that a joint carries. */
 static bool has_massless_joint(const struct derivation *d) {
     const struct tree *tree = d->kinematics.tree;
     bool *has_mass = memory_get(d->memory, ((size_t)tree->count + 1) * sizeof *has_mass);
@@ -528,7 +528,7 @@ bool derivatives_prefer_vectors(struct derivation *d) {
     return refdyn_chain_pays(d->n, d->m, couplings, is_planar(&b));
 }
 
-/* Columns of all blocks, and the derivatives that they hold. */
+/* Lists the columns of all blocks, and opens their derivatives. */
 static void open_blocks(struct derivation *d, struct terms *terms, int widths[BLOCK_COUNT]) {
     const bool has_parameters = reads_parameters(d, terms->values, terms->count);
     for (int k = 0; k < BLOCK_COUNT; k++)
@@ -536,7 +536,7 @@ static void open_blocks(struct derivation *d, struct terms *terms, int widths[BL
     differentiate_terms(d, terms, widths);
 }
 
-/* Straight-line entries of t, inputs and parameters, and the loops of q and qd. */
+/* Adds the straight-line entries of t, inputs and parameters, and the loops of q and qd. */
 static void add_block_derivatives(struct builder *b, const struct terms *terms, int first,
                                   const int arrays[BLOCK_COUNT], struct targets targets) {
     for (int k = BY_T; k < BLOCK_COUNT; k++)
@@ -546,7 +546,7 @@ static void add_block_derivatives(struct builder *b, const struct terms *terms, 
     add_derivatives(b, &targets);
 }
 
-/* What the multipliers' derivatives need: arrays by their names in quantities.c. */
+/* Arrays for the derivatives of the multipliers, named as in quantities.c. */
 struct row_arrays {
     int u, responses, inverse; /* m x n; M^-1 u^T, n x m; (u M^-1 u^T)^-1, m x m */
 };
@@ -595,7 +595,7 @@ static void fill_minus_g(struct builder *b, const struct terms *terms, const int
         fill_block(b, terms, parts_of(b->d).rows, k, -1, minus_g[k]);
 }
 
-/* Derivatives of lambda, m x width each, from those of the equations of motion in `r`. */
+/* Derivatives of lambda, m x width each, from the derivatives `r` of the equations of motion. */
 static struct row_arrays add_multiplier_blocks(struct builder *b, const struct terms *terms,
                                                const int widths[BLOCK_COUNT], const int r[BLOCK_COUNT],
                                                int dlambda[BLOCK_COUNT]) {
@@ -608,7 +608,7 @@ static struct row_arrays add_multiplier_blocks(struct builder *b, const struct t
     return arrays;
 }
 
-/* dqdd = -M^-1 (r - u^T dlambda) in place of r: theory, sect. 7.7. */
+/* Replaces r by dqdd = -M^-1 (r - u^T dlambda): theory, sect. 7.7. */
 static void build_acceleration_derivatives(struct derivation *d, struct function *f, bool has_rows) {
     int widths[BLOCK_COUNT], r[BLOCK_COUNT], dlambda[BLOCK_COUNT];
     struct builder b = start(d, f, has_rows);
@@ -634,16 +634,16 @@ static void build_acceleration_derivatives(struct derivation *d, struct function
     pair_loops_drop_unread(d->memory, f);
 }
 
-void derivatives_build_d_qdd(struct derivation *d, struct function *f) {
+void quantity_d_qdd(struct derivation *d, struct function *f) {
     build_acceleration_derivatives(d, f, d->m > 0);
 }
 
-void derivatives_build_d_qdd_free(struct derivation *d, struct function *f) {
+void quantity_d_qdd_free(struct derivation *d, struct function *f) {
     build_acceleration_derivatives(d, f, false);
 }
 
 /* d(u^T lambda) = its derivatives at given lambda + u^T dlambda: theory, sect. 7.7. */
-void derivatives_build_d_force(struct derivation *d, struct function *f) {
+void quantity_d_force(struct derivation *d, struct function *f) {
     int widths[BLOCK_COUNT], force[BLOCK_COUNT], r[BLOCK_COUNT], dlambda[BLOCK_COUNT];
     struct builder b = start(d, f, true);
     struct terms terms = motion_terms(&b);
@@ -676,7 +676,7 @@ static const expression *resting_forces(struct derivation *d) {
     return difference(d, applied, dynamics_gravity_forces(&d->kinematics, derivation_composites(d)));
 }
 
-void derivatives_build_d_statics(struct derivation *d, struct function *f) {
+void quantity_d_statics(struct derivation *d, struct function *f) {
     int widths[BLOCK_COUNT], arrays[BLOCK_COUNT];
     struct builder b = {.d = d, .f = f};
     struct terms terms = {.values = (expression *)resting_forces(d), .count = d->frames};
@@ -707,7 +707,7 @@ static void add_row_derivatives(struct builder *b, const struct row_values *row,
         fill_block(b, terms, row->first, k, 1, arrays[k]);
 }
 
-void derivatives_build_d_rows(struct derivation *d, struct function *f) {
+void quantity_d_rows(struct derivation *d, struct function *f) {
     const int m = d->m;
     int widths[BLOCK_COUNT];
     struct builder b = {.d = d,
@@ -735,7 +735,7 @@ void derivatives_build_d_rows(struct derivation *d, struct function *f) {
 
 /* ---- Parameters that are not emitted ---- */
 
-/* Columns before `column` that are emitted. */
+/* Number of emitted columns before `column`. */
 static int columns_before(const bool *is_emitted, int column) {
     int count = 0;
     for (int i = 0; i < column; i++)
@@ -743,7 +743,7 @@ static int columns_before(const bool *is_emitted, int column) {
     return count;
 }
 
-/* Results of loops over elements: whole columns. */
+/* Keeps the emitted columns of results that loops over elements write: whole columns. */
 static void keep_run_results(struct function *f, const bool *is_emitted) {
     int kept = 0;
     for (int i = 0; i < f->run_result_count; i++) {
@@ -797,7 +797,7 @@ void derivatives_keep_emitted_parameters(struct plan *plan) {
     bool *is_emitted = memory_get(plan->memory, ((size_t)count + 1) * sizeof *is_emitted);
     for (int i = 0; i < count; i++)
         expr_symbol(plan->g, SYMBOL_PARAMETER, i,
-                    0); /* all handles exist before an array by handle is made */
+                    0); /* the zero makes all handles exist before an array by handle is made */
     const bool *needed = plan_mark_nodes_of_functions(plan);
     for (int i = 0; i < count; i++)
         is_emitted[i] = needed[expr_symbol(plan->g, SYMBOL_PARAMETER, i, 0)];

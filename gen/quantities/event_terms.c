@@ -1,12 +1,21 @@
-/* Events of the state: see quantities.h. */
+/*
+ * Events: the quantities by which an integrator locates and handles state events, and the times at which
+ * formulas of time alone have kinks, with the values that change sign at the others.
+ *
+ * Input: the events and kinks of the model. Results: `event`, their values e, and `event_terms`. With
+ *     de/dt = rate + by_rate qdd
+ * these are the rate at qdd = 0, the derivatives by coordinates and rates, the coefficients of restitution
+ * and the values that events set, in this order.
+ */
 #include "gen/quantities/quantities.h"
 #include "gen/dynamics/dynamics.h"
+#include "gen/graph/graph.h"
 
 static expression placed(struct derivation *d, expression e) {
     return coordinate_derivatives_with_points(&d->kinematics, e);
 }
 
-/* Events, then kinks. */
+/* Number of values: events, then kinks. */
 static int count_values(const struct derivation *d) {
     return d->model->event_count + d->model->kink_count;
 }
@@ -16,7 +25,7 @@ static expression value_of(const struct derivation *d, int i) {
     return i < events ? d->model->events[i].value : d->model->kinks[i - events];
 }
 
-void event_terms_build_values(struct derivation *d, struct function *f) {
+void quantity_event(struct derivation *d, struct function *f) {
     const int count = count_values(d);
     const int array = derivation_add_array(
         d, f, "event", "(values) zero at the events of NAME_model.events, then at kinks", count, 0);
@@ -54,7 +63,7 @@ static void add_changes(struct derivation *d, struct function *f) {
         plan_set_entry(d->memory, f, array, i, placed(d, d->model->changes[i].value));
 }
 
-enum { TERMS_MOST = 64 }; /* of one value; the rest of a longer sum counts as one term */
+enum { TERMS_MOST = 64 }; /* terms of one value; the remainder of a longer sum counts as one term */
 
 static bool is_still(const struct graph *g, expression e) {
     return !(g->nodes[e].depends & (ON_TIME | ON_INPUT | ON_STATE | ON_RATE));
@@ -64,8 +73,8 @@ static expression absolute(struct graph *g, expression e) {
     return expr_apply1(g, OP_ABS, e);
 }
 
-/* The sum of |terms| of a value, which bounds its rounding. Sums are divided into terms, also those with a
- * factor that is constant. */
+/* The sum of |terms| of a value, which bounds its rounding error. Sums are divided into terms, also sums
+ * with a constant factor. */
 static expression size_of(struct graph *g, expression e, int *left) {
     const struct node node = g->nodes[e];
     const expression a = node.operand[0], b = node.operand[1];
@@ -100,17 +109,215 @@ static void add_sizes(struct derivation *d, struct function *f) {
     }
 }
 
-void event_terms_build(struct derivation *d, struct function *f) {
+void quantity_event_terms(struct derivation *d, struct function *f) {
     const int count = count_values(d);
     const int rate = derivation_add_array(d, f, "rate", "(values) d/dt of each value at qdd = 0", count, 0);
     for (int i = 0; i < count; i++)
         plan_set_entry(d->memory, f, rate, i,
                        placed(d, coordinate_derivatives_rate(&d->kinematics, value_of(d, i))));
-    add_gradients(
-        d, f, "by_coordinate",
-        "(values x n) derivatives by q; where a value depends on velocities of points, with these held", 0);
+    add_gradients(d, f, "by_coordinate",
+                  "(values x n) derivatives by q, with velocities of points held constant", 0);
     add_gradients(d, f, "by_rate", "(values x n) derivatives by qd", 1);
     add_restitutions(d, f);
     add_changes(d, f);
     add_sizes(d, f);
+}
+
+/* ---- Times of kinks ---- */
+
+enum {
+    MOST_BREAKS = 1000, /* kinks in time that are reported */
+    DEEPEST_KINK = 4    /* nested kinks that are examined */
+};
+static const double pi = 3.14159265358979323846;
+
+/* d/dt with everything else constant, and the value at t = 0. */
+static expression time_derivative(void *context, struct graph *g, expression e) {
+    (void)context;
+    return expr_as_symbol(g, e)->kind == SYMBOL_TIME ? expr_one(g) : expr_zero(g);
+}
+
+static expression at_time_zero(void *context, struct graph *g, expression e) {
+    (void)context;
+    return expr_as_symbol(g, e)->kind == SYMBOL_TIME ? expr_zero(g) : e;
+}
+
+static bool has_kink(const struct graph *g, expression e) {
+    const uint8_t operation = g->nodes[e].operation;
+    return operation == OP_LESS || operation == OP_MIN || operation == OP_MAX || operation == OP_ABS;
+}
+
+/* The value that changes sign at a kink: a of |a|, a - b of a < b, min and max. */
+static expression switching_function(struct graph *g, expression e) {
+    const struct node node = g->nodes[e];
+    return node.operation == OP_ABS ? node.operand[0] : expr_sub(g, node.operand[0], node.operand[1]);
+}
+
+/* The first kink of time alone inside e, or 0. */
+static expression inner_kink(struct plan *plan, expression e) {
+    bool *inside = memory_get(plan->memory, (e + 1) * sizeof *inside);
+    inside[e] = true;
+    rewrite_mark_operands(plan->g, inside, e + 1);
+    for (expression i = 0; i <= e; i++)
+        if (inside[i] && has_kink(plan->g, i) && plan->g->nodes[i].depends & ON_TIME)
+            return i;
+    return 0;
+}
+
+/* Adds e to a list once; false: the list is full. */
+static bool list_once(expression *list, int *count, expression e) {
+    for (int i = 0; i < *count; i++)
+        if (list[i] == e)
+            return true;
+    if (*count == MOST_BREAKS)
+        return false;
+    list[(*count)++] = e;
+    return true;
+}
+
+/* Adds the zero of s to the list; false: s is not linear in t. */
+static bool add_zero(struct plan *plan, expression s) {
+    struct graph *g = plan->g;
+    expression start;
+    const expression derivative = rewrite_derivative(g, s, time_derivative, NULL);
+    if (derivative == expr_zero(g))
+        return true;
+    if (g->nodes[derivative].depends & ON_TIME)
+        return false;
+    rewrite_substitute(g, at_time_zero, NULL, &s, &start, 1);
+    return list_once(plan->breaks, &plan->break_count, expr_neg(g, expr_div(g, start, derivative)));
+}
+
+/*
+ * Lists the times at which s changes sign. If s contains a kink, as in min(max(t, a), b), it lists the times
+ * of each branch. A superfluous time costs a step that ends there. A time that two kinks share is listed
+ * once. False: some times are unknown.
+ */
+static bool add_breaks(struct plan *plan, expression s, int depth) {
+    struct graph *g = plan->g;
+    if (!(g->nodes[s].depends & ON_TIME))
+        return true;
+    const expression kink = inner_kink(plan, s);
+    if (!kink)
+        return add_zero(plan, s);
+    if (depth == DEEPEST_KINK)
+        return false;
+    const struct node node = g->nodes[kink];
+    const bool is_less = node.operation == OP_LESS, is_abs = node.operation == OP_ABS;
+    const expression first = is_less ? expr_one(g) : node.operand[0];
+    const expression second = is_less  ? expr_zero(g)
+                              : is_abs ? expr_neg(g, node.operand[0])
+                                       : node.operand[1];
+    const bool known = add_breaks(plan, rewrite_replace(g, s, kink, first), depth + 1);
+    return add_breaks(plan, rewrite_replace(g, s, kink, second), depth + 1) && known;
+}
+
+void time_events_leave_out(struct plan *plan, expression e) {
+    if (!plan->no_kinks)
+        plan->no_kinks = memory_get(plan->memory, MOST_BREAKS * sizeof *plan->no_kinks);
+    list_once(plan->no_kinks, &plan->no_kink_count, e);
+}
+
+static bool is_left_out(const struct plan *plan, expression e) {
+    for (int i = 0; i < plan->no_kink_count; i++)
+        if (plan->no_kinks[i] == e)
+            return true;
+    return false;
+}
+
+/* ---- Frequency of the sign changes ---- */
+
+static expression larger(struct graph *g, expression a, expression b) {
+    return a == b || b == expr_zero(g) ? a : a == expr_zero(g) ? b : expr_apply2(g, OP_MAX, a, b);
+}
+
+/* |d/dt| of e, times a factor. */
+static expression speed(struct graph *g, expression e, double factor) {
+    const expression rate = rewrite_derivative(g, e, time_derivative, NULL);
+    return expr_mul(g, expr_number(g, factor), expr_apply1(g, OP_ABS, rate));
+}
+
+/* The highest angular frequency of the pieces of a spline, relative to the rate of its operand. */
+static double frequency_of_spline(const struct graph *g, const struct node *node) {
+    const struct spline *spline = &g->splines[node->operand[1] / SPLINE_ORDERS];
+    double least = 0;
+    for (int i = 1; i < spline->count; i++) {
+        const double apart = spline->pieces[i * PIECE_COLUMNS] - spline->pieces[(i - 1) * PIECE_COLUMNS];
+        least = apart > 0 && (least == 0 || apart < least) ? apart : least;
+    }
+    return least > 0 ? pi / least : 0;
+}
+
+/* The angular frequency of a node, from the frequencies of its operands in `pace`. Phases and knots have
+ * the frequency at which they pass, products the sum of the frequencies of their factors. */
+static expression pace_of_node(struct graph *g, expression e, const expression *pace) {
+    const struct node node = g->nodes[e];
+    const expression *operand = node.operand;
+    double exponent;
+    if (!(node.depends & ON_TIME) || expr_as_symbol(g, e))
+        return expr_zero(g);
+    switch (node.operation) {
+    case OP_SIN:
+    case OP_COS:
+    case OP_TAN:
+        return expr_add(g, pace[operand[0]], speed(g, operand[0], 1));
+    case OP_SPLINE:
+        return expr_add(g, pace[operand[0]], speed(g, operand[0], frequency_of_spline(g, &node)));
+    case OP_POW:
+        if (expr_is_number(g, operand[1], &exponent))
+            return expr_mul(g, expr_number(g, exponent < 0 ? -exponent : exponent), pace[operand[0]]);
+        return expr_add(g, pace[operand[0]], pace[operand[1]]);
+    case OP_MUL:
+    case OP_DIV:
+    case OP_ATAN2:
+        return expr_add(g, pace[operand[0]], pace[operand[1]]);
+    default: {
+        expression most = expr_zero(g);
+        for (int k = 0; k < operation_arity((enum operation)node.operation); k++)
+            most = larger(g, most, pace[operand[k]]);
+        return most;
+    }
+    }
+}
+
+/* The largest angular frequency of the switches: an expression of t, parameters and inputs. */
+static expression find_pace(struct plan *plan) {
+    struct graph *g = plan->g;
+    expression most = expr_zero(g);
+    for (int i = 0; i < plan->switch_count; i++) {
+        const expression s = plan->switches[i];
+        bool *inside = memory_get(plan->memory, (s + 1) * sizeof *inside);
+        expression *pace = memory_get(plan->memory, (s + 1) * sizeof *pace);
+        inside[s] = true;
+        rewrite_mark_operands(g, inside, s + 1);
+        for (expression e = 0; e <= s; e++)
+            if (inside[e])
+                pace[e] = pace_of_node(g, e, pace);
+        most = larger(g, most, pace[s]);
+    }
+    return most;
+}
+
+/* ---- All times of kinks ---- */
+
+/* Lists the times at which s, a value of time, parameters and inputs alone, changes its sign. */
+static void list_signs(struct plan *plan, expression s) {
+    if (!(plan->g->nodes[s].depends & ~(ON_TIME | ON_PARAMETER | ON_INPUT)) && !add_breaks(plan, s, 0))
+        list_once(plan->switches, &plan->switch_count, s);
+}
+
+void time_events_find(struct plan *plan) {
+    struct graph *g = plan->g;
+    const uint32_t count = g->count; /* nodes that this loop adds are not examined */
+    const bool *needed = plan_mark_nodes_of_functions(plan);
+    plan->breaks = memory_get(plan->memory, MOST_BREAKS * sizeof *plan->breaks);
+    plan->switches = memory_get(plan->memory, MOST_BREAKS * sizeof *plan->switches);
+    for (expression e = 0; e < count; e++) {
+        if (!needed[e] || !has_kink(g, e) || is_left_out(plan, e))
+            continue;
+        list_signs(plan, switching_function(g, e));
+    }
+    for (int i = 0; i < plan->model->event_count; i++)
+        list_signs(plan, plan->model->events[i].value);
+    plan->pace = find_pace(plan);
 }

@@ -1,4 +1,4 @@
-/* Derivatives of applied_forces by q and qd: see quantities.h. */
+/* Derivatives of applied forces by q and qd, as entries and loops of a function: theory, sect. 7.3. */
 #include "gen/quantities/quantities.h"
 #include "gen/dynamics/dynamics.h"
 
@@ -10,7 +10,7 @@ static struct vector *new_vectors(const struct derivation *d, int count) {
     return memory_get(d->memory, ((size_t)count + 1) * sizeof(struct vector));
 }
 
-/* sign * force, in terms of the motion. */
+/* sign * force, with symbols replaced by the motion. */
 static struct vector felt(const struct builder *b, double sign, struct vector force) {
     const expression factor = expr_number(b->d->g, sign);
     return vector_scale(b->d->g, factor, given_motion_place_vector(b->given, force));
@@ -69,8 +69,8 @@ void force_derivatives_add_turning_pairs(struct builder *b, const struct turned_
     if (!product.is_mirrored)
         pair_loops_add_term(&product.turn.columns, 1, axis,
                             pair_loops_add_arrays(&b->arrays, "turned_columns", turned->columns));
-    struct pairs *pairs = pair_loops_add_pairs(
-        &b->arrays, "pairs of coordinates (7.3): how j turns what is felt by i beyond it");
+    struct pairs *pairs =
+        pair_loops_add_pairs(&b->arrays, "pairs of coordinates (7.3): j turns the forces on i beyond it");
     pairs->products[pairs->product_count++] = product;
 }
 
@@ -84,8 +84,8 @@ expression *force_derivatives_scaled(struct derivation *d, double factor, const 
     return scaled;
 }
 
-/* Derivatives of spring and damper of frame i, times `sign`: of the three turns that share strains from frame
- * `first` on, else of i alone. */
+/* Derivatives of the spring and damper of frame i, times `sign`: by the three turns that share strains,
+ * from frame `first` on, or by i alone. */
 struct own_derivatives {
     int first, count;
     expression at[3];
@@ -109,7 +109,7 @@ static struct own_derivatives own_derivatives_of(const struct builder *b, int i,
     return own;
 }
 
-/* The row of frame i; without a named force on it, that of its spring and damper alone. */
+/* Sets the row of frame i: with a named force on it, or of its spring and damper alone. */
 static void give_derivatives_of(struct builder *b, int i, int order, double sign, int array) {
     struct derivation *d = b->d;
     const struct tree *tree = d->kinematics.tree;
@@ -162,7 +162,7 @@ static bool is_all_zero(const expression *values, int count) {
     return true;
 }
 
-/* One axis of the columns of a point, or of a body's turns. */
+/* One axis of the columns of a point, or of the turns of a body. */
 struct column_axis {
     int point, axis;
     bool is_torque;
@@ -256,14 +256,15 @@ static bool is_own(const struct builder *b, const expression *derivatives, int i
     return true;
 }
 
-/* Does the named force on frame i, which stands alone, depend on other coordinates, too? */
+/* Returns whether the named force on frame i, which is in no run, also depends on other coordinates. */
 static bool couples(const struct builder *b, int i) {
     const expression force = b->applied_forces->coordinates[i];
     return force && !(is_own(b, given_motion_derivatives(b->given, force, 0), i) &&
                       is_own(b, given_motion_derivatives(b->given, force, 1), i));
 }
 
-/* Of frame i by itself, with the named force on it where that couples nothing. */
+/* The derivative of frame i with respect to its own coordinate. It includes the named force unless that
+ * couples coordinates. */
 static expression diagonal_derivative(const struct builder *b, int i, int order, double sign) {
     struct graph *g = b->d->g;
     const struct own_derivatives own = own_derivatives_of(b, i, order, sign);
@@ -284,8 +285,8 @@ void force_derivatives_set_own_derivatives(struct builder *b, double sign, int s
                            tree->frames[i].step, i, diagonal_derivative(b, i, order, sign));
 }
 
-/* Rows and columns of K, D and the third turns as refdyn_model.h lists them, of turn i: by the turns before.
- */
+/* Sets the rows and columns of K, D and the third turns, as refdyn_model.h lists them, for turn i:
+ * derivatives by the turns before it. */
 static void set_strains(const struct builder *b, int i, double sign, struct vector *rows,
                         struct vector *columns, struct vector *damping) {
     const struct frame *frame = &b->d->kinematics.tree->frames[i];
@@ -325,8 +326,9 @@ static void add_coupled_coordinates(struct builder *b, struct derivatives *deriv
 
 int force_derivatives_add_couplings(struct builder *b, double sign) {
     static const char *const names[] = {"pulled", "pull_by_q", "pull_by_qd"};
-    static const char *const about[] = {"columns that forces with such a dependence act on",
-                                        "these forces by q, as they stand in K", "the same by qd, in D"};
+    static const char *const about[] = {"columns on which the coupling forces act",
+                                        "derivatives of these forces by q, part of K",
+                                        "the same by qd, part of D"};
     struct derivatives derivatives = derivatives_of_points(b, &(struct targets){0, 0, NOTHING, true, sign});
     add_coupled_coordinates(b, &derivatives);
     for (int order = -1; order < 2 && derivatives.count; order++) {

@@ -1,15 +1,17 @@
-/* Local arrays and loops over pairs of coordinates: see quantities.h. */
+/* Builds local arrays and loops over pairs of coordinates from vectors by frame. */
 #include "gen/quantities/quantities.h"
 #include "gen/base/base.h"
 
 #include <string.h>
 
-/* Positions in depth-first order, children in the order of their numbers. */
+/* Numbers the positions in depth-first order, children in the order of their numbers. */
 static void order_coordinates(struct pair_arrays *p) {
     const struct tree *tree = p->plan->tree;
     const int n = tree->count;
-    int *beyond = memory_get(p->memory, ((size_t)n + 1) * sizeof *beyond); /* beyond each, itself too */
-    int *next = memory_get(p->memory, ((size_t)n + 1) * sizeof *next);     /* where its next child begins */
+    int *beyond = memory_get(
+        p->memory, ((size_t)n + 1) * sizeof *beyond); /* number of coordinates beyond each, itself included */
+    int *next =
+        memory_get(p->memory, ((size_t)n + 1) * sizeof *next); /* position at which its next child begins */
     for (int i = n - 1; i >= 0; i--)
         beyond[tree->frames[i].parent < 0 ? n : tree->frames[i].parent] += beyond[i] += 1;
     for (int i = 0; i < n; i++) {
@@ -22,7 +24,7 @@ static void order_coordinates(struct pair_arrays *p) {
     }
 }
 
-/* Elements of a run are alike. */
+/* All elements of a run are alike. */
 static void mark_joints(struct pair_arrays *p, const struct vector *shifts) {
     const struct tree *tree = p->k->tree;
     for (int i = 0; i < tree->count; i++) {
@@ -144,7 +146,7 @@ void pair_loops_add_term(struct pair_terms *terms, double factor, struct vector_
         terms->terms[terms->count++] = term;
 }
 
-/* ---- What no loop reads ---- */
+/* ---- Unread arrays ---- */
 
 static void use_terms(const struct pair_terms *terms, bool *used) {
     for (int t = 0; t < terms->count; t++)

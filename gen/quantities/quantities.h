@@ -1,4 +1,11 @@
-/* The emitted quantities. */
+/*
+ * Quantities: the emitted functions, built from the terms of kinematics, dynamics and rows.
+ *
+ * quantities.def is the table of them; plan.h declares the call that lists the requested ones. This header is
+ * for the builders of quantities. The parts in order: the table; shared terms and their costs; matrices;
+ * derivatives; loops over pairs; derivatives of forces; rules for parameters; spatial Jacobians; times of
+ * kinks.
+ */
 #ifndef REFDYN_GEN_QUANTITIES_H
 #define REFDYN_GEN_QUANTITIES_H
 
@@ -6,35 +13,58 @@
 #include "gen/plan/plan.h"
 #include "gen/tangent/tangent.h"
 
-/*
- * What builders of quantities share: terms of one model, each derived when first asked for.
- */
+/* ---- The table ---- */
 
-/* What one way of solving M x = f, u x = k gives; NULL: not derived yet. */
+/* Columns of quantities.def, which explains them. */
+enum quantity_use { BY_DEFAULT, IF_PRESENT, ALWAYS, ON_REQUEST, IN_BLOCKS };
+enum quantity_readers { ANY, RUNTIME };
+
+struct derivation;
+
+/* The function that fills the arrays of each quantity. */
+#define QUANTITY(name, about, exists, lacks, use, readers) \
+    void quantity_##name(struct derivation *d, struct function *f);
+#include "gen/quantities/quantities.def"
+#undef QUANTITY
+
+/* asked_words.c: returns whether `name` is one of the comma-separated words of `list`. */
+bool quantities_is_in_list(const char *list, const char *name);
+/* The word for the form of the tangent that needs fewer operations. */
+extern const char quantities_implicit[];
+/* "d_qdd.q" */
+const char *quantities_block_word(struct memory *memory, const char *quantity, int block);
+
+/* ---- Shared terms ---- */
+
+/* Terms of one model that several quantities share: each is derived when first requested. */
+
+/* The terms of one way of solving M x = f, u x = k. NULL: not derived yet. */
 struct solution {
     bool is_dense;
-    const struct elimination *elimination; /* by the recursion */
+    const struct elimination *elimination; /* set if the recursion is used */
     const expression *free;                /* qdd_free */
     expression **responses;                /* M^-1 u^T by row */
     expression *S, *lambda;                /* u M^-1 u^T, multipliers */
     const expression *qdd;
     struct acceleration *frames;  /* of qdd_free, by the recursion */
-    struct reference *references; /* beyond which these are */
+    struct reference *references; /* the accelerations of the frames are relative to these */
 };
 
-enum { MOST_WRITTEN_OUT = 40 }; /* coordinates: beyond, written-out matrices and runs are not even weighed */
+enum {
+    MOST_WRITTEN_OUT = 40
+}; /* coordinates: for more, written-out matrices and runs are not even counted */
 
 /* How a matrix is computed. */
 enum matrix_form { FORM_OPEN, FORM_LOOPS, FORM_WRITTEN };
 
 struct derivation {
-    struct derivation *flat; /* the same without runs, once asked for */
-    bool is_second;          /* it is one: what it chooses is not said */
+    struct derivation *flat; /* the same model without runs, once requested */
+    bool is_second;          /* it is such a second derivation: its choices are not reported */
     enum matrix_form mass_form, statics_form;
-    const char *emit;       /* what was asked for, as in gen_plan */
-    unsigned wanted_blocks; /* of the derivatives that are being built: bit k for the one that
+    const char *emit;       /* the requested quantities, as in gen_plan */
+    unsigned wanted_blocks; /* of the derivatives that are being built: bit k selects the block that
                                derivatives_block_name(k) names */
-    bool has_vectors;       /* the tangent as vectors of joints takes fewer operations */
+    bool has_vectors;       /* the tangent as vectors of joints has fewer operations */
     struct plan *plan;
     struct memory *memory;
     struct graph *g;
@@ -53,18 +83,19 @@ struct derivation {
 
 /* shared_terms.c */
 struct derivation *derivation_start(struct plan *plan, const struct tree *tree);
-/* From the rolled tree or, where it is short, one without runs, its axes turned or kept (tree.h):
- * what is cheaper. */
+/* Derives from the rolled tree or, if it is short, from a tree without runs, with axes turned or kept
+ * (tree.h): the cheapest form. */
 struct derivation *choice_of_tree(struct plan *plan);
-/* The same with every frame alone; d itself when it has no runs. */
+/* The same with every frame written out; d itself if it has no runs. */
 struct derivation *derivation_without_runs(struct derivation *d);
 expression *derivation_new_values(const struct derivation *d, int count);
 const struct inertia *derivation_composites(struct derivation *d);
 const struct row_terms *derivation_rows(struct derivation *d);
-/* With v and k at the accelerations that loads are taken at instead of those at qdd = 0; NULL: as `rows`. */
+/* The rows with v and k at the accelerations at which loads are taken instead of those at qdd = 0; NULL:
+ * as `rows`. */
 const struct row_terms *derivation_rows_beside_loads(struct derivation *d,
                                                      const struct reference *references);
-/* n x n, of a tree without runs. */
+/* n x n, for a tree without runs. */
 const expression *derivation_mass_matrix(struct derivation *d);
 const struct applied *derivation_applied(struct derivation *d);
 /* By frame: Q without gravity, h, Q, h + Q. */
@@ -77,71 +108,53 @@ expression *derivation_all_forces(struct derivation *d);
 const expression *accelerations_free(struct derivation *d);
 /* qdd_free by recursion, even where the matrix is cheaper. */
 const expression *accelerations_recursive(struct derivation *d);
-/* With qdd, lambda, responses and S. */
+/* With qdd, lambda, the responses and S. */
 const struct solution *accelerations_constrained(struct derivation *d);
-/* S x = rest in place of rest; `what` names x. */
+/* Replaces rest by the solution x of S x = rest; `what` names x. */
 void accelerations_solve_rows(struct derivation *d, const expression *S, expression *rest, const char *what);
-/* Operations of a call that computes these values and nothing else; what depends on parameters alone is free.
- */
+/* Operations of a call that computes these values and nothing else. Values of parameters alone cost
+ * nothing. */
 long operation_cost_of_values(const struct derivation *d, const expression *values, int count);
-/* The same of all results and local arrays of a function, without its loops. */
+/* Operations of all results and local arrays of a function, without its loops. */
 long operation_cost_of_results(const struct derivation *d, const struct function *function);
-/* One more choice for the summary and the header. */
+/* Adds a choice to the summary and the header. */
 void operation_cost_note_choice(struct derivation *d, const char *choice);
 
-/* mass_matrix.c: an array for M, filled when all other arrays are there. */
+/* ---- Matrices ---- */
+
+/* mass_matrix.c: adds an array for M. Fill it after all other arrays exist. */
 int mass_matrix_add(struct derivation *d, struct function *f);
 void mass_matrix_fill(struct derivation *d, struct function *f, int array);
 
-/* Values by frame into entries first + stride * coordinate of an array. */
+/* Spreads values by frame to entries first + stride * coordinate of an array. */
 void derivation_spread(struct derivation *d, struct function *f, int array, int first, int stride,
                        const expression *by_frame);
-/* One more part of a function's result: its number. */
+/* Adds one part to a function's result and returns its number. */
 int derivation_add_array(struct derivation *d, struct function *f, const char *name, const char *about,
                          int count, int columns);
 
-/* mass_matrix_loops.c: M into an array of f, n x n, as loops over pairs; pair_loops_drop_unread in the end.
- */
-void mass_matrix_loops_add(struct derivation *d, struct function *f, int array);
-/* What rotors add to the diagonal of an array of M that loops fill. */
+/* Adds the rotors' inertias to the diagonal of an array of M that loops fill. */
 void mass_matrix_add_rotors(struct derivation *d, struct function *f, int array);
-/* statics_tangent_loops.c: dQ/dq at qd = 0, in the same way. */
-void statics_tangent_loops_add(struct derivation *d, struct function *f, int array);
-/* dQ/dq at qd = 0 in the cheaper form: when all other arrays of the result are there. */
+/* dQ/dq at qd = 0 in the cheaper form. Call it after all other arrays of the result exist. */
 void mass_matrix_fill_statics_tangent(struct derivation *d, struct function *f, int array);
-/* derivatives.c: what is emitted on request alone. */
-void derivatives_build_tangent(struct derivation *d, struct function *f);
-void derivatives_build_tangent_vectors(struct derivation *d, struct function *f);
-/* Does an implicit step take fewer operations with `tangent_vectors` than with `tangent`? */
+
+/* ---- Derivatives ---- */
+
+/* Returns whether an implicit step needs fewer operations with `tangent_vectors` than with `tangent`. */
 bool derivatives_prefer_vectors(struct derivation *d);
-/* The name of block 0, 1 ... of such derivatives, "q", "qd", "t", "x" (the inputs) and "p" (the parameters);
- * NULL behind the last one. */
+/* The name of block 0, 1 ... of these derivatives, "q", "qd", "t", "x" (the inputs) and "p" (the
+ * parameters); NULL after the last one. */
 const char *derivatives_block_name(int block);
-void derivatives_build_d_qdd(struct derivation *d, struct function *f);
-void derivatives_build_d_qdd_free(struct derivation *d, struct function *f);
-void derivatives_build_d_force(struct derivation *d, struct function *f);
-void derivatives_build_d_statics(struct derivation *d, struct function *f);
-void derivatives_build_d_rows(struct derivation *d, struct function *f);
-/* Takes the columns of parameters out that nothing reads: when all functions are listed. */
+/* Removes the columns of parameters that nothing reads. Call it after all functions are listed. */
 void derivatives_keep_emitted_parameters(struct plan *plan);
 
-/*
- * Events of the state: the quantities by which an integrator finds and meets them.
- *
- * Takes the events and kinks of the model, gives the results `event`, their values e, and `event_terms`: with
- *     de/dt = rate + by_rate qdd
- * the rate at qdd = 0, the derivatives by coordinates and rates, the coefficients of restitution and what
- * events set, one after another.
- */
-
-void event_terms_build_values(struct derivation *d, struct function *f);
-void event_terms_build(struct derivation *d, struct function *f);
+/* ---- Loops over pairs of coordinates ---- */
 
 /*
  * Local arrays and loops of one function: from vectors of coordinates to the plan's loops over pairs.
  *
- * Takes vectors by frame, gives arrays by position in the order in which all beyond a joint follow it.
- * Arrays of the result come first: locals are added behind the last of them.
+ * Input: vectors by frame. Output: arrays by position, an order in which all coordinates beyond a joint
+ * follow it. Arrays of the result come first; local arrays follow the last of them.
  */
 
 struct pair_arrays {
@@ -151,49 +164,51 @@ struct pair_arrays {
     const struct kinematics *k;
     int *order, *position, *end; /* position: by coordinate */
     bool *is_revolute, *moves_on;
-    bool is_result; /* arrays are parts of the result, by coordinate */
+    bool is_result; /* the arrays are parts of the result, by coordinate */
 };
 
-/* shifts: by frame, from the origin of the joint before, ground axes; NULL: no moment is moved. */
+/* shifts: by frame, from the origin of the previous joint, ground axes; NULL: no moment is moved. */
 struct pair_arrays pair_loops_open(struct plan *plan, const struct kinematics *k, struct function *function,
                                    const struct vector *shifts);
 /* The same for arrays that are parts of the result. */
 struct pair_arrays pair_loops_open_results(struct plan *plan, const struct kinematics *k,
                                            struct function *function);
-/* Adds a local array under a name of its own; gives its number. */
+/* Adds a local array under a unique name and returns its number. */
 int pair_loops_add_local(struct memory *memory, struct function *function, const char *name, int count,
                          int columns);
-/* Three arrays NAME_x, NAME_y, NAME_z of a vector by frame; axes that are zero everywhere have none. */
+/* Three arrays NAME_x, NAME_y, NAME_z of a vector by frame. An axis that is zero everywhere has no array. */
 struct vector_arrays pair_loops_add_arrays(struct pair_arrays *p, const char *name,
                                            const struct vector *by_frame);
-/* The same for a moment that `move` adds to: its other arrays are there already. */
+/* The same for a moment that `move` adds to; the other arrays of `move` exist already. */
 void pair_loops_add_moved(struct pair_arrays *p, const char *name, const struct vector *by_frame,
                           struct pair_move *move);
 struct loop *pair_loops_add_loop(struct memory *memory, struct function *function, enum loop_kind kind,
                                  const char *about);
 /* Opens a loop over pairs without products and moves. */
 struct pairs *pair_loops_add_pairs(struct pair_arrays *p, const char *about);
-/* One more term, unless it is zero. */
+/* Adds a term unless it is zero. */
 void pair_loops_add_term(struct pair_terms *terms, double factor, struct vector_arrays near,
                          struct vector_arrays far);
-/* Drops the local arrays that no loop reads, and moves of moments that no product reads: when all loops are
- * there. */
+/* Drops the local arrays that no loop reads, and the moves of moments that no product reads. Call it after
+ * all loops exist. */
 void pair_loops_drop_unread(struct memory *memory, struct function *function);
 
+/* ---- Derivatives of forces ---- */
+
 /*
- * Derivatives of forces (applied_forces of tangent.h) by q and qd, as loops over arrays
- * (plan.h) and entries: theory, sect. 7.3.
+ * Derivatives of applied forces (tangent.h) by q and qd, as entries and as loops over arrays (plan.h):
+ * theory, sect. 7.3.
  *
  * Input: applied forces, and the motion at given accelerations. Adds to a function: entries of springs,
  * dampers and forces on coordinates; products of arrays for forces at points that depend on the state;
  * vectors for the loop over pairs, in which joints turn the columns of C.
  */
 
-/* Arrays of a function to which derivatives are added, by number; NOTHING: left out. */
+/* The numbers of the arrays to which derivatives are added; NOTHING: left out. */
 struct targets {
     int by_q, by_qd, mass;
     bool has_inertia;
-    double sign; /* of the applied_forces: -1 where they stand on the other side */
+    double sign; /* of the applied forces: -1 if they are on the other side of the equation */
 };
 
 struct builder {
@@ -207,8 +222,8 @@ struct builder {
 
 /*
  * Joint j turns the columns of i beyond it: entry (i, j) gains e_j . rows_i, entry (j, i) gains e_j .
- * columns_i. With the force F at C_i and the torque T on e_i, (e_j x C_i) . F = e_j . (C_i x F); the axis of
- * a torque is turned by nearer joints alone, so e_i x T stands in rows only. Theory, sect. 7.3.
+ * columns_i. With the force F at C_i and the torque T on e_i, (e_j x C_i) . F = e_j . (C_i x F). Only nearer
+ * joints turn the axis of a torque, so that e_i x T appears in rows only. Theory, sect. 7.3.
  */
 struct turned_applied_forces {
     struct vector *rows, *columns;
@@ -217,55 +232,59 @@ struct turned_applied_forces {
 /* factor * values, by frame. */
 expression *force_derivatives_scaled(struct derivation *d, double factor, const expression *by_frame);
 struct turned_applied_forces force_derivatives_turned_forces(const struct builder *b, double sign);
-/* The loop of these alone, once b->arrays are open. */
+/* Adds the loop of these terms alone, once b->arrays are open. */
 void force_derivatives_add_turning_pairs(struct builder *b, const struct turned_applied_forces *turned,
                                          int array);
-/* Springs, dampers and forces on coordinates. */
+/* Sets the entries of springs, dampers and forces on coordinates. */
 void force_derivatives_set_coordinate_derivatives(struct builder *b, const struct targets *targets);
-/* Of `tangent_vectors`: springs, dampers and forces that depend on their own coordinate alone, by coordinate,
- * and the arrays of what couples coordinates, count x n each; returns the count. */
+/* For `tangent_vectors`: sets the derivatives, by coordinate, of springs, dampers and forces that depend
+ * on their own coordinate alone. The last function adds the arrays of forces that couple coordinates,
+ * count x n each, and returns the count. */
 void force_derivatives_set_own_derivatives(struct builder *b, double sign, int stiffness, int damping);
-/* What turns that share strains have beside those diagonals, by frame: REFDYN_STRAIN_ROWS and those behind it
- * in refdyn_model.h. */
+/* The derivatives of turns that share strains, apart from these diagonals, by frame: REFDYN_STRAIN_ROWS
+ * and the following entries in refdyn_model.h. */
 struct strain_derivatives {
     struct vector *rows, *columns, *damping;
 };
 struct strain_derivatives force_derivatives_strains(const struct builder *b, double sign);
 int force_derivatives_add_couplings(struct builder *b, double sign);
-/* Forces and torques at points: behind all arrays of the result. */
+/* Adds forces and torques at points, after all arrays of the result. */
 void force_derivatives_add_loops(struct builder *b, const struct targets *targets);
 void force_derivatives_add_product(struct builder *b, int target, int left, int right, double factor,
                                    const char *about);
 
-/* The model's rules for parameters: the quantity `required`, which the runtime evaluates before a motion. */
+/* ---- Rules for parameters ---- */
 
-/* Lists the rules in the plan; to be called when all other functions are listed. */
+/* The quantity `required`, which the runtime evaluates before a motion. */
+
+/* Lists the rules in the plan. Call it after all other functions are listed. */
 void required_values_find(struct derivation *d);
 bool required_values_exist(const struct derivation *d);
-void required_values_build(struct derivation *d, struct function *f);
+
+/* ---- Spatial Jacobians ---- */
 
 /*
- * The spatial Jacobian of points of interest that ask for it (`angular = true`): the quantities J and Jd_qd.
+ * The spatial Jacobian of points with `angular = true`: the quantities J and Jd_qd.
  *
- * Takes kinematics, gives for each such point, in their order, six rows: velocity of the point, then angular
- * velocity of what carries it, both in the ground's axes, (rd, w) = J qd and (rdd, wd) = J qdd + Jd_qd.
- * Theory, sect. 4.4.
+ * Input: kinematics. Results: for each of these points, in their order, six rows: the velocity of the point,
+ * then the angular velocity of the body that carries it, both in ground axes, (rd, w) = J qd and (rdd, wd) =
+ * J qdd + Jd_qd. Theory, sect. 4.4.
  */
 
 bool spatial_jacobian_exists(const struct derivation *d);
-void spatial_jacobian_build(struct derivation *d, struct function *f);
-void spatial_jacobian_build_drift(struct derivation *d, struct function *f);
+
+/* ---- Times of kinks ---- */
 
 /*
  * Times at which formulas of time alone have kinks or jumps: an integrator ends a step there.
  *
- * Takes the functions of a plan. Their minima, maxima, absolute values and comparisons, and events, have
- * values that change sign; those that depend on time, parameters and inputs alone are collected here. Of
- * values that are piecewise linear in t, plan->breaks has the zeros, as expressions without t. The other
- * values are plan->switches, whose zeros are searched for in a motion; plan->pace is their largest frequency.
+ * Input: the functions of a plan. Their minima, maxima, absolute values, comparisons and events have values
+ * that change sign. Those that depend on time, parameters and inputs alone are collected here. For values
+ * that are piecewise linear in t, plan->breaks has the zeros, as expressions without t. The other values are
+ * plan->switches, whose zeros are located during a motion; plan->pace is their largest frequency.
  */
 
-/* The comparison e says whether rounding alone is left of something: it is no kink of the model. Before
+/* Excludes a comparison e that only detects rounding: it is no kink of the model. Call it before
  * time_events_find. */
 void time_events_leave_out(struct plan *plan, expression e);
 void time_events_find(struct plan *plan);

@@ -1,9 +1,9 @@
 /*
- * Rules for parameters that may still change: see quantities.h.
+ * The quantity `required`: the rules for parameters whose values may still change.
  *
- * Takes the requirements that the reader has kept (model.h) and the functions of the plan so far. A parameter
- * that no function reads is replaced by its value. A requirement that depends only on such parameters is left
- * out.
+ * Input: the requirements that the reader has kept (model.h) and the functions of the plan so far. A
+ * parameter that no function reads is replaced by its value. A requirement that depends only on such
+ * parameters is left out.
  */
 #include "gen/quantities/quantities.h"
 
@@ -33,7 +33,7 @@ static struct reading find_read(const struct derivation *d) {
     return reading;
 }
 
-/* A formula that the reader has read twice has its rule twice; one is enough. */
+/* The reader reads some formulas twice and then lists their rule twice; one is enough. */
 static bool is_listed(const struct plan *plan, const struct requirement *requirement) {
     const size_t bytes = (size_t)requirement->count * sizeof *requirement->values;
     for (int i = 0; i < plan->requirement_count; i++) {
@@ -51,7 +51,7 @@ void required_values_find(struct derivation *d) {
     const struct model *model = d->model;
     const size_t most = (size_t)model->requirement_count + 1;
     struct reading reading = find_read(d);
-    graph_remark(d->g, "what the model needs of parameters: 1 where it holds");
+    graph_remark(d->g, "the model's rules for parameters: 1 if a rule holds");
     plan->requirements = memory_get(d->memory, most * sizeof *plan->requirements);
     plan->required = memory_get(d->memory, most * sizeof *plan->required);
     for (int i = 0; i < model->requirement_count; i++) {
@@ -70,13 +70,13 @@ bool required_values_exist(const struct derivation *d) {
     return d->plan->requirement_count > 0;
 }
 
-void required_values_build(struct derivation *d, struct function *f) {
+void quantity_required(struct derivation *d, struct function *f) {
     const struct plan *plan = d->plan;
     int count = 0, place = 0;
     for (int i = 0; i < plan->requirement_count; i++)
         count += 1 + plan->requirements[i].count;
     const int array = derivation_add_array(
-        d, f, "required", "of each of NAME_model.requirements: 1 where it holds, then its numbers", count, 0);
+        d, f, "required", "for each of NAME_model.requirements: 1 if it holds, then its numbers", count, 0);
     for (int i = 0; i < plan->requirement_count; i++) {
         const struct requirement *requirement = &plan->requirements[i];
         plan_set_entry(d->memory, f, array, place, plan->required[i]);

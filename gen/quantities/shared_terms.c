@@ -1,7 +1,8 @@
 /*
- * Terms that several quantities share: each is derived when first asked for, and kept in the derivation.
+ * Terms that several quantities share: each is derived when first requested, and kept in the derivation;
+ * and the cost of values.
  *
- * Takes the tree, gives inertias beyond joints, rows, forces and their sums; declared in quantities.h.
+ * Input: the tree. Output: inertias beyond joints, rows, forces and their sums.
  */
 #include "gen/tree/tree.h"
 #include "gen/quantities/quantities.h"
@@ -82,7 +83,7 @@ const struct applied *derivation_applied(struct derivation *d) {
     return &d->applied;
 }
 
-/* The sum of two or three lists by frame, the first with the other sign if it is `negative`. */
+/* The sum of two or three lists by frame; the first has the opposite sign if it is `negative`. */
 static expression *total_of(struct derivation *d, bool negative, const expression *first,
                             const expression *second, const expression *third) {
     struct graph *g = d->g;
@@ -95,7 +96,7 @@ static expression *total_of(struct derivation *d, bool negative, const expressio
     return sum;
 }
 
-/* Q without gravity, and the printed form's extra term. */
+/* Q without gravity, plus the extra term of the printed form. */
 const expression *derivation_applied_total(struct derivation *d) {
     const struct applied *forces = derivation_applied(d);
     expression *first = derivation_new_values(d, d->frames), *second = derivation_new_values(d, d->frames);
@@ -107,7 +108,7 @@ const expression *derivation_applied_total(struct derivation *d) {
     return total_of(d, false, first, second, printed);
 }
 
-/* h = -c; the printed form is c + 2 s. */
+/* h = -c; in the printed form it is c + 2 s. */
 expression *derivation_bias_forces(struct derivation *d) {
     if (!d->bias)
         d->bias = dynamics_bias_forces(&d->kinematics, false);
@@ -122,7 +123,7 @@ expression *derivation_generalized_forces(struct derivation *d) {
     return total_of(d, true, gravity, derivation_applied_total(d), NULL);
 }
 
-/* f = h + Q in one recursion: gravity stands in the accelerations. The printed h has no such form. */
+/* f = h + Q in one recursion, with gravity in the accelerations. The printed h has no form of this kind. */
 expression *derivation_all_forces(struct derivation *d) {
     if (d->model->printed_form)
         return total_of(d, false, derivation_bias_forces(d), derivation_generalized_forces(d), NULL);
@@ -144,4 +145,55 @@ void derivation_spread(struct derivation *d, struct function *f, int array, int 
             plan_set_frame(d->memory, d->kinematics.tree, f, array, first + stride * frame->coordinate,
                            stride * frame->step, i, by_frame[i]);
     }
+}
+
+/* ---- Operations of functions ---- */
+
+/*
+ * The cost of values: the operations of a call that computes them and nothing else. Forms are chosen by it.
+ * The last function adds a line about a choice to the summary.
+ */
+
+/* A division keeps its unit busy for four to five cycles, in which at least as many products or sums
+ * begin. */
+enum { DIVISION_WEIGHT = 4 };
+
+/* Operations of all nodes on which the marked ones depend. */
+static long weigh_marked(const struct derivation *d, bool *needed) {
+    const struct graph *g = d->g;
+    long operations = 0;
+    rewrite_mark_operands(g, needed, g->count);
+    for (expression e = 0; e < g->count; e++) {
+        const enum cost cost = operation_cost(g->nodes[e].operation);
+        if (needed[e] && (g->nodes[e].depends & ~ON_PARAMETER) != 0)
+            operations += plan_trips_of(d->plan, e) *
+                          (cost == COST_DIV ? DIVISION_WEIGHT : cost == COST_ADD || cost == COST_MUL);
+    }
+    return operations;
+}
+
+long operation_cost_of_values(const struct derivation *d, const expression *values, int count) {
+    const struct memory_mark mark = memory_mark(d->memory);
+    bool *needed = memory_scratch(d->memory, d->g->count * sizeof *needed);
+    for (int i = 0; i < count; i++)
+        needed[values[i]] = true;
+    const long operations = weigh_marked(d, needed);
+    memory_back(d->memory, mark);
+    return operations;
+}
+
+long operation_cost_of_results(const struct derivation *d, const struct function *function) {
+    const struct memory_mark mark = memory_mark(d->memory);
+    bool *needed = memory_scratch(d->memory, d->g->count * sizeof *needed);
+    plan_mark_results(function, needed);
+    const long operations = weigh_marked(d, needed);
+    memory_back(d->memory, mark);
+    return operations;
+}
+
+void operation_cost_note_choice(struct derivation *d, const char *choice) {
+    struct plan *plan = d->plan;
+    if (d->is_second)
+        return;
+    plan->choices = plan->choices ? memory_format(plan->memory, "%s; %s", plan->choices, choice) : choice;
 }

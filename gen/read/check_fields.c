@@ -1,6 +1,8 @@
-/* Checks of fields, one value by its type and all of a table: see reader.h. */
+/*
+ * Checks of fields: each value by its type, then the table as a whole. Reads values and the rules of
+ * fields.def; reports unknown, missing, doubled and ill-typed fields and numbers out of range.
+ */
 #include "gen/read/reader.h"
-#include "gen/base/base.h"
 
 #include <math.h>
 #include <string.h>
@@ -12,7 +14,7 @@ static check_value_of_type check_whole, check_plain_number, check_number, check_
     check_names, check_by_joint, check_tables_by_joint, check_direction, check_free_vector,
     check_free_by_name, check_points, check_list;
 
-/* What is to be said of a value beside its type. */
+/* Checks of a value in addition to its type. */
 static check_value_of_type *const checks[TYPE_COUNT] = {
     [TYPE_WHOLE] = check_whole,
     [TYPE_NUMBER] = check_plain_number,
@@ -31,11 +33,11 @@ static check_value_of_type *const checks[TYPE_COUNT] = {
     [TYPE_LIST] = check_list,
 };
 
-/* Complains about a value that is not of the kind which is needed. A gap in a list has been told before. */
+/* Reports a value that is not of the needed kind. A gap in a list has been reported before. */
 static void refuse_kind(const struct checker *checker, const struct value *value, const char *path,
                         const char *needed) {
     if (value->kind != VALUE_NOTHING)
-        message_error(checker->messages, value->place, "%s: %s, %s is needed", path,
+        message_error(checker->messages, value->place, "%s: %s; must be %s", path,
                       is_empty_text(value) ? "an empty text" : value_kind_text(value->kind), needed);
 }
 
@@ -43,7 +45,7 @@ static void check_field(const struct checker *checker, const struct value *value
                         const struct field_rule *rule, const char *path) {
     const enum owner owner = type_rules[rule->type].owner;
     if (is_made_otherwise(value, rule->type))
-        message_error(checker->messages, value->place, "%s: made by rd.%s, %s is needed", path, value->tag,
+        message_error(checker->messages, value->place, "%s: made by rd.%s; must be %s", path, value->tag,
                       type_rules[rule->type].text);
     else if (!field_types_matches(value, rule->type))
         refuse_kind(checker, value, path, type_rules[rule->type].text);
@@ -55,22 +57,28 @@ static void check_field(const struct checker *checker, const struct value *value
 
 /* ---- lists without names, names without items ---- */
 
+/* The names of the first `count` fields of a table. */
+static const char *field_names_text(const struct checker *checker, const struct value *table, int count) {
+    const char **names = memory_get(checker->memory, ((size_t)count + 1) * sizeof *names);
+    for (int i = 0; i < count; i++)
+        names[i] = table->fields[i].name;
+    return message_names(checker->memory, names, count);
+}
+
 bool field_types_has_no_names(const struct checker *checker, const struct value *value, const char *path,
                               const char *needed) {
-    const char *names = "";
-    for (int i = 0; i < value->field_count; i++)
-        names = memory_format(checker->memory, "%s%s%s", names, i ? " " : "", value->fields[i].name);
     if (value->field_count > 0)
         message_error(checker->messages, value->fields[0].value.place,
-                      "%s: has named entries (%s), %s is needed", path, names, needed);
+                      "%s: has named entries (%s); must be %s", path,
+                      field_names_text(checker, value, value->field_count), needed);
     return value->field_count == 0;
 }
 
 bool field_types_has_no_items(const struct checker *checker, const struct value *value, const char *path,
                               const char *needed) {
     if (value->item_count > 0)
-        message_error(checker->messages, value->items[0].place,
-                      "%s: has entries without a name, %s is needed", path, needed);
+        message_error(checker->messages, value->items[0].place, "%s: has entries without a name; must be %s",
+                      path, needed);
     return value->item_count == 0;
 }
 
@@ -89,7 +97,7 @@ static void require(const struct checker *checker, struct requirement requiremen
         message_error(checker->messages, requirement.place, "%s", fault);
 }
 
-/* A number within its range, an expression of parameters alone. */
+/* The value must be a number or an expression in parameters alone, within its range. */
 static void check_value(const struct checker *checker, const struct value *value, enum number_range range,
                         const char *path) {
     expression e;
@@ -99,7 +107,7 @@ static void check_value(const struct checker *checker, const struct value *value
     }
     if (!is_of_parameters(checker, e)) {
         message_error(checker->messages, value->place,
-                      "%s: depends on the motion, a number or an expression of parameters is needed", path);
+                      "%s: depends on the motion; must be a number or an expression in parameters", path);
         return;
     }
     require(checker, requirement_field(range, e), path, value->place);
@@ -110,7 +118,7 @@ static void check_number(const struct checker *checker, const struct value *valu
     check_value(checker, value, rule->range, path);
 }
 
-/* One that is no expression of the graph either. */
+/* The value must be a plain number, not an expression. */
 static void check_plain_number(const struct checker *checker, const struct value *value,
                                const struct field_rule *rule, const char *path) {
     const char *fault = requirement_fault(checker->memory, rule->range, value->number);
@@ -123,8 +131,8 @@ static void check_whole(const struct checker *checker, const struct value *value
     enum { LARGEST = 10000 };
     (void)rule;
     if (!(value->number >= 1 && value->number <= LARGEST) || value->number != floor(value->number))
-        message_error(checker->messages, value->place,
-                      "%s: value %.6g, a whole number from 1 to %d is needed", path, value->number, LARGEST);
+        message_error(checker->messages, value->place, "%s: value %.6g; must be a whole number from 1 to %d",
+                      path, value->number, LARGEST);
 }
 
 /* ---- vectors ---- */
@@ -134,8 +142,8 @@ static bool has_three_items(const struct checker *checker, const struct value *v
     if (!field_types_has_no_names(checker, value, path, type_rules[type].text))
         return false;
     if (value->item_count != 3)
-        message_error(checker->messages, value->place, "%s: %d numbers, 3 are needed%s", path,
-                      value->item_count, value->item_count > 3 ? "; numbers are written with a point" : "");
+        message_error(checker->messages, value->place, "%s: %d numbers; must have 3%s", path,
+                      value->item_count, value->item_count > 3 ? ", with decimal points" : "");
     return value->item_count == 3;
 }
 
@@ -159,13 +167,13 @@ static void check_free_vector(const struct checker *checker, const struct value 
                         "a number or an expression");
 }
 
-/* A direction has a length: one of its components is not 0. */
+/* A direction has a component that is not 0. */
 static void check_direction(const struct checker *checker, const struct value *value,
                             const struct field_rule *rule, const char *path) {
     expression components[3];
     if (value->kind == VALUE_TEXT) {
         if (strlen(value->text) != 1 || !strchr("xyz", *value->text))
-            message_error(checker->messages, value->place, "%s: \"%s\" is no axis, x y z are", path,
+            message_error(checker->messages, value->place, "%s: \"%s\" is not an axis; use x, y or z", path,
                           value->text);
         return;
     }
@@ -175,13 +183,13 @@ static void check_direction(const struct checker *checker, const struct value *v
     for (int i = 0; i < 3; i++)
         if (!value_expression(checker->graph, &value->items[i], &components[i]) ||
             !is_of_parameters(checker, components[i]))
-            return; /* said already */
+            return; /* reported by check_vector */
     require(checker, requirement_direction(components), path, value->place);
 }
 
 /* ---- turns ---- */
 
-/* More than a whole turn is hardly meant. */
+/* An author hardly means an angle of more than a whole turn. */
 static void warn_of_degrees(const struct checker *checker, const struct value *value, const char *path) {
     expression e;
     if (!value_expression(checker->graph, value, &e) || !is_of_parameters(checker, e))
@@ -189,7 +197,7 @@ static void warn_of_degrees(const struct checker *checker, const struct value *v
     const double x = parameters_evaluate(checker->graph, checker->declarations->parameters, e);
     if (fabs(x) > 6.3)
         message_warning(checker->messages, value->place,
-                        "%s: an angle of %.6g rad: in degrees? rd.pi / 180 makes radians of them", path, x);
+                        "%s: angle of %.6g rad; if it is in degrees, multiply by rd.pi / 180", path, x);
 }
 
 static void check_angle(const struct checker *checker, const struct value *angle, bool is_free,
@@ -208,13 +216,12 @@ static void check_turn(const struct checker *checker, const struct value *turn, 
         return;
     }
     if (turn->item_count != 2 || turn->field_count > 0 || turn->items[0].kind != VALUE_TEXT) {
-        message_error(checker->messages, turn->place, "%s: not of that form, { \"x\", angle } is needed",
-                      path);
+        message_error(checker->messages, turn->place, "%s: not a turn; must be { \"x\", angle }", path);
         return;
     }
     const char *axis = turn->items[0].text;
     if (strlen(axis) != 1 || !strchr("xyz", *axis))
-        message_error(checker->messages, turn->place, "%s: \"%s\" is no axis, x y z are", path, axis);
+        message_error(checker->messages, turn->place, "%s: \"%s\" is not an axis; use x, y or z", path, axis);
     check_angle(checker, &turn->items[1], is_free, path);
 }
 
@@ -223,7 +230,7 @@ static void check_turns(const struct checker *checker, const struct value *value
     if (!field_types_has_no_names(checker, value, path, type_rules[rule->type].text))
         return;
     if (value->item_count > 0 && value->items[0].kind == VALUE_TEXT) {
-        message_error(checker->messages, value->place, "%s: one turn by itself, %s is needed", path,
+        message_error(checker->messages, value->place, "%s: a single turn; must be %s", path,
                       type_rules[rule->type].text);
         return;
     }
@@ -234,13 +241,13 @@ static void check_turns(const struct checker *checker, const struct value *value
 
 /* ---- names ---- */
 
-/* Between two commas, and before and behind them, stands a name. */
+/* Whether a name is missing before, between or after the commas of a text. */
 static bool has_empty_name(const char *text) {
     if (!strchr(text, ','))
         return false;
     for (; text; text = strchr(text, ',')) {
         text += *text == ',';
-        if (strchr(",", text[strspn(text, " ")])) /* the end of the text, too */
+        if (strchr(",", text[strspn(text, " ")])) /* also true at the end of the text */
             return true;
     }
     return false;
@@ -251,7 +258,8 @@ static void check_names(const struct checker *checker, const struct value *value
     const char **names;
     if (value->kind == VALUE_TEXT && has_empty_name(value->text))
         message_error(checker->messages, value->place,
-                      "%s: \"%s\" has an empty name, names between commas are needed", path, value->text);
+                      "%s: \"%s\" has an empty name; write names with commas between them", path,
+                      value->text);
     if (value->kind == VALUE_TABLE &&
         !field_types_has_no_names(checker, value, path, type_rules[rule->type].text))
         return;
@@ -265,7 +273,7 @@ static void check_names(const struct checker *checker, const struct value *value
             first++;
         if (first < i)
             message_error(checker->messages, value->kind == VALUE_TEXT ? value->place : value->items[i].place,
-                          "%s: \"%s\" is there twice, once is enough", fields_path_item(checker, path, i),
+                          "%s: \"%s\" is given twice; give it once", fields_path_item(checker, path, i),
                           names[i]);
     }
 }
@@ -304,7 +312,7 @@ static void check_free_by_name(const struct checker *checker, const struct value
                         fields_path_name(checker, path, value->fields[i].name), "a number or an expression");
 }
 
-/* Each is a place, which may name no other point. */
+/* Each is a place, which must not name another point. */
 static void check_points(const struct checker *checker, const struct value *value,
                          const struct field_rule *rule, const char *path) {
     field_types_has_no_items(checker, value, path, type_rules[rule->type].text);
@@ -314,7 +322,7 @@ static void check_points(const struct checker *checker, const struct value *valu
         if (place->kind == VALUE_TABLE)
             fields_check(checker, place, OWNER_POINT, own_path);
         else if (place->kind != VALUE_TEXT)
-            refuse_kind(checker, place, own_path, "the name of a link or { on = ..., at = ... }");
+            refuse_kind(checker, place, own_path, "the name of a link, or { on = ..., at = ... }");
     }
 }
 
@@ -328,7 +336,7 @@ static void check_list(const struct checker *checker, const struct value *value,
 
 /* ---- all fields of a table ---- */
 
-/* What such a table looks like, with the function of the module that has made this one. */
+/* An example of such a table, with the function of the module that has made this one. */
 static const char *form_of(const struct checker *checker, const struct value *table, enum owner owner) {
     const char *form = owner_form(owner);
     return table->tag ? memory_format(checker->memory, "rd.%s %s", table->tag, form) : form;
@@ -345,24 +353,24 @@ static void check_unknown(const struct checker *checker, const struct value *tab
                                "unknown field", name, known, count);
     }
     if (items < table->item_count && table->items[items].kind != VALUE_NOTHING)
-        message_error(checker->messages, table->items[items].place, "%s: %s without a name, %s is needed",
+        message_error(checker->messages, table->items[items].place, "%s: %s without a name; write %s",
                       fields_path_item(checker, path, items), value_kind_text(table->items[items].kind),
                       form_of(checker, table, owner));
 }
 
-/* A field by its name and as an item: one of them would be passed over. */
+/* Reports a field that is given by name and as an item, since one of them would have no effect. */
 static void check_doubles(const struct checker *checker, const struct value *table,
                           const struct field_rule *rule, const char *path) {
     const struct value *named = value_find_field(table, rule->name);
     if (named && rule->item > 0 && rule->item <= table->item_count &&
         table->items[rule->item - 1].kind != VALUE_NOTHING)
-        message_error(checker->messages, named->place,
-                      "%s: given twice, by name and as item %d, once is enough", path, rule->item);
+        message_error(checker->messages, named->place, "%s: given by name and as item %d; give it once", path,
+                      rule->item);
 }
 
-/* What a field says nothing without. */
+/* Fields that have no meaning without another field. */
 static const struct {
-    enum field field, beside;
+    enum field field, other;
 } pairs[] = {{FIELD_LINK_rest, FIELD_LINK_spring},          {FIELD_LINK_center, FIELD_LINK_mass},
              {FIELD_LINK_inertia, FIELD_LINK_mass},         {FIELD_LINK_along, FIELD_LINK_on},
              {FIELD_LINK_axis, FIELD_LINK_joint},           {FIELD_DAMPING_mode, FIELD_DAMPING_ratio},
@@ -370,41 +378,41 @@ static const struct {
 
 static void check_pairs(const struct checker *checker, const struct value *table, enum owner owner,
                         const char *path) {
-    enum field told = FIELD_COUNT; /* as missing: one message is enough */
+    enum field told = FIELD_COUNT; /* reported as missing, which one message does */
     for (size_t i = 0; i < sizeof pairs / sizeof *pairs; i++) {
-        const char *beside = field_rules[pairs[i].beside].name;
+        const char *other = field_rules[pairs[i].other].name;
         const struct value *value = given_field(table, pairs[i].field);
-        if (field_rules[pairs[i].field].owner != owner || !value || given_field(table, pairs[i].beside) ||
-            pairs[i].beside == told || fields_is_misspelled(table, owner, beside))
+        if (field_rules[pairs[i].field].owner != owner || !value || given_field(table, pairs[i].other) ||
+            pairs[i].other == told || fields_is_misspelled(table, owner, other))
             continue;
-        told = pairs[i].beside;
-        message_error(checker->messages, value->place, "%s: given without %s, %s is needed",
-                      fields_path_name(checker, path, field_rules[pairs[i].field].name), beside, beside);
+        told = pairs[i].other;
+        message_error(checker->messages, value->place, "%s: has no effect without %s; add %s",
+                      fields_path_name(checker, path, field_rules[pairs[i].field].name), other, other);
     }
 }
 
-static void complain_of_stranger(const struct checker *checker, const struct value *table, enum owner owner,
-                                 const char *path) {
-    const char *names = "";
-    for (int i = 0; i < table->field_count && i < 5; i++)
-        names = memory_format(checker->memory, "%s%s%s", names, i ? " " : "", table->fields[i].name);
-    message_error(checker->messages, table->place, "%s: no field of %s%s%s%s, %s is needed", path,
-                  fields_owner_text(owner), *names ? " (" : "", names, *names ? ")" : "",
+static void refuse_stranger(const struct checker *checker, const struct value *table, enum owner owner,
+                            const char *path) {
+    enum { MOST_SHOWN = 5 };
+    const char *names =
+        field_names_text(checker, table, table->field_count < MOST_SHOWN ? table->field_count : MOST_SHOWN);
+    message_error(checker->messages, table->place, "%s: has no field of %s%s%s%s; write %s", path,
+                  fields_owner_text(owner), *names ? " (has " : "", names, *names ? ")" : "",
                   form_of(checker, table, owner));
 }
 
 void fields_check(const struct checker *checker, const struct value *table, enum owner owner,
                   const char *path) {
     if (!fields_is_made_for(table, owner)) {
-        message_error(checker->messages, table->place, "%s: made by rd.%s, %s such as %s is needed", path,
+        message_error(checker->messages, table->place, "%s: made by rd.%s; must be %s such as %s", path,
                       table->tag, fields_owner_text(owner), owner_form(owner));
         return;
     }
     if (fields_is_stranger(table, owner)) {
-        complain_of_stranger(checker, table, owner, path);
+        refuse_stranger(checker, table, owner, path);
         return;
     }
-    const bool has_stray = table->item_count > item_room(owner); /* what is missing may stand there */
+    const bool has_stray = table->item_count > item_room(owner); /* possibly the missing field */
     for (int i = 0; i < FIELD_COUNT; i++) {
         const struct field_rule *rule = &field_rules[i];
         if (rule->owner != owner)
@@ -415,7 +423,7 @@ void fields_check(const struct checker *checker, const struct value *table, enum
         if (value)
             check_field(checker, value, rule, own_path);
         else if (rule->need == NEED_NEEDED && !has_stray && !fields_is_misspelled(table, owner, rule->name))
-            message_error(checker->messages, table->place, "%s: missing, %s needs it", own_path,
+            message_error(checker->messages, table->place, "%s: missing; %s needs it", own_path,
                           fields_owner_text(owner));
     }
     check_pairs(checker, table, owner, path);

@@ -1,11 +1,9 @@
 /*
- * Checks of a model that need no Lua: names, doubles, bodies that can exist, rows that say something.
+ * Checks of a whole model: names, and formulas of forces, rows and events.
  *
- * check_scene before the tree is built, check_programme when forces and rows are known. Numbers out of range
- * have been found by the reader, field by field.
+ * check_scene runs before the tree is built, check_programme when forces and rows are known. The reader has
+ * checked numbers against their ranges, field by field.
  */
-#include "gen/base/base.h"
-#include "gen/read/read.h"
 #include "gen/read/reader.h"
 
 #include <math.h>
@@ -27,7 +25,7 @@ static void refuse_ground(const struct check *check, const char *kind, const str
     for (int i = 0; i < count; i++)
         if (strcmp(list[i].name, "ground") == 0)
             message_error(check->messages, list[i].place,
-                          "%s ground: the name of what stands still, another is needed", kind);
+                          "%s ground: the name of the fixed frame; choose another name", kind);
 }
 
 static void check_link_names(const struct check *check) {
@@ -35,7 +33,7 @@ static void check_link_names(const struct check *check) {
     struct named *list = new_list(check, model->link_count);
     int count = 0;
     for (int i = 0; i < model->link_count; i++)
-        if (*model->links[i].name) /* the reader has complained about what is missing */
+        if (*model->links[i].name) /* the reader has reported a missing name */
             list[count++] = (struct named){model->links[i].name, model->links[i].place};
     refuse_ground(check, "link", list, count);
     names_check(check->messages, "link", list, count);
@@ -67,8 +65,8 @@ static void check_parameters(const struct check *check) {
         if (strcmp(parameter->name, "derived") == 0)
             message_error(
                 check->messages, parameter->place,
-                "parameter derived: the struct of parameters has what prepare computes there, another "
-                "name is needed");
+                "parameter derived: the emitted struct of parameters has a member of this name; choose "
+                "another name");
     }
     names_check_members(check->messages, "parameter", list, model->parameter_count);
 }
@@ -80,8 +78,8 @@ static void check_inputs(const struct check *check) {
         const struct input *input = &model->inputs[i];
         list[i] = (struct named){input->name, input->place};
         if (!isfinite(input->value))
-            message_error(check->messages, input->place, "input %s: value %s, a finite number is needed",
-                          input->name, text_not_finite(input->value));
+            message_error(check->messages, input->place, "input %s: value %s; must be finite", input->name,
+                          text_not_finite(input->value));
     }
     names_check_members(check->messages, "input", list, model->input_count);
 }
@@ -95,15 +93,13 @@ static void check_coordinates(const struct check *check, const char *what, struc
         if (tree_find_coordinate(check->tree, names[i]) >= 0 ||
             !message_is_first_mention(check->messages, "coordinate", names[i]))
             continue;
-        const char *nearest = message_nearest_name(names[i], known, check->tree->count);
-        message_error(check->messages, place,
-                      "%s[%d]: unknown coordinate \"%s\", the nearest known one is \"%s\"", what, i + 1,
-                      names[i], nearest ? nearest : known[0]);
+        message_error(check->messages, place, "%s[%d]: unknown coordinate \"%s\"%s", what, i + 1, names[i],
+                      message_advice_on_name(check->messages->memory, names[i], known, check->tree->count));
     }
 }
 
-/* Loops may have more rows than a plane mechanism needs, and more contacts may exist than can rest at once:
- * the runtime finds out. */
+/* Rows without those of closed loops, which are partly redundant in a plane mechanism, and without contacts,
+ * not all of which rest at once. The runtime examines these. */
 static int count_written_rows(const struct model *model) {
     int count = 0;
     for (int i = 0; i < model->row_count; i++)
@@ -117,17 +113,17 @@ static void check_dependent(const struct check *check) {
     check_coordinates(check, "hold", model->hold_place, model->hold, model->hold_count);
     if (model->dependent_count > 0 && model->dependent_count != model->row_count)
         message_error(check->messages, model->dependent_place,
-                      "dependent: number of coordinates is %d, that of constraint rows, %d, is needed",
+                      "dependent: number of coordinates is %d; must be that of constraint rows, %d",
                       model->dependent_count, model->row_count);
     if (count_written_rows(model) > check->tree->count)
         message_error(check->messages, model->place,
-                      "constraints: %d rows, at most as many as coordinates, %d, can hold",
+                      "constraints: number of rows is %d; must be at most that of coordinates, %d",
                       count_written_rows(model), check->tree->count);
 }
 
 /* ---- forces and rows ---- */
 
-/* Symbols of what moves in an expression, by order of the time derivative. */
+/* The symbols in an expression that move, counted by the order of the time derivative. */
 struct moving {
     int symbols[3];
     expression *accelerations;
@@ -150,7 +146,7 @@ static struct moving moving_of(const struct check *check, expression e) {
     return moving;
 }
 
-/* A number in e that is not finite, a division by 0 too; 0 where there is none. */
+/* A number in e that is not finite, infinity also for a division by 0; 0 if there is none. */
 static double find_not_finite(const struct check *check, expression e) {
     const struct graph *graph = check->model->graph;
     bool *reached = memory_get(check->messages->memory, (size_t)e + 1);
@@ -170,15 +166,21 @@ static double find_not_finite(const struct check *check, expression e) {
     return 0;
 }
 
-/* What holds for forces and rows alike. */
+/* Checks of all formulas. */
 static void check_formula(const struct check *check, struct place place, const char *path, expression e) {
     double value = find_not_finite(check, e);
     if (value != 0)
-        message_error(check->messages, place, "%s: contains %s, finite numbers are needed", path,
+        message_error(check->messages, place, "%s: contains %s; all numbers must be finite", path,
                       text_not_finite(value));
     if (check->model->graph->nodes[e].depends & ON_START)
-        message_error(check->messages, place, "%s: s.start is known in the value of an rd.parameter only",
+        message_error(check->messages, place, "%s: s.start outside a parameter; wrap it in rd.parameter(...)",
                       path);
+}
+
+static void refuse_accelerations(const struct check *check, struct place place, const char *path,
+                                 const char *noun) {
+    message_error(check->messages, place,
+                  "%s: depends on accelerations; %s may depend on t, q, qd and inputs only", path, noun);
 }
 
 static void check_force(const struct check *check, const struct force *force) {
@@ -186,43 +188,41 @@ static void check_force(const struct check *check, const struct force *force) {
         memory_format(check->messages->memory, "forces.%s", check->tree->frames[force->coordinate].name);
     check_formula(check, force->place, path, force->value);
     if (moving_of(check, force->value).symbols[2] > 0)
-        message_error(check->messages, force->place,
-                      "%s: depends on accelerations, a force has t, q, qd and inputs", path);
+        refuse_accelerations(check, force->place, path, "a force");
 }
 
 static void check_load(const struct check *check, const struct load *load) {
     for (int i = 0; i < 3; i++) {
         check_formula(check, load->place, load->path, load->value[i]);
         if (moving_of(check, load->value[i]).symbols[2] > 0)
-            message_error(check->messages, load->place,
-                          "%s: depends on accelerations, a force has t, q, qd and inputs", load->path);
+            refuse_accelerations(check, load->place, load->path, "a force");
     }
 }
 
-/* Energy that counts as potential: it changes with the configuration alone. */
+/* A potential energy depends on the configuration alone. */
 static void check_potential(const struct check *check, const struct potential *potential) {
     const struct moving moving = moving_of(check, potential->energy);
     const unsigned depends = check->model->graph->nodes[potential->energy].depends;
     check_formula(check, potential->place, potential->path, potential->energy);
     if (moving.symbols[1] > 0 || moving.symbols[2] > 0 || (depends & (ON_TIME | ON_INPUT)))
         message_error(check->messages, potential->place,
-                      "%s: depends on more than coordinates and positions, such forces are no energy",
+                      "%s: an energy may depend on coordinates and positions only; write such forces as "
+                      "rd.force or forces on coordinates",
                       potential->path);
 }
 
-/* It names a column of a motion, as those who read that find it. */
+/* The name is that of a column of a motion, which other programs must be able to read. */
 static void check_course_name(const struct check *check, const struct course *course, const char *path) {
     const size_t length = strlen(course->name);
     if (length == 0)
-        message_error(check->messages, course->place, "courses: an empty name, that of a column is needed");
+        message_error(check->messages, course->place, "courses: an empty name; name the column");
     else if (course->name[0] == ' ' || course->name[length - 1] == ' ')
-        message_error(
-            check->messages, course->place,
-            "courses.'%s': a blank at an end, which readers of a motion leave out, another name is needed",
-            course->name);
+        message_error(check->messages, course->place,
+                      "courses.'%s': the name begins or ends with a blank, which programs drop; remove it",
+                      course->name);
     if (strchr(course->name, ','))
         message_error(check->messages, course->place,
-                      "%s: a comma, which parts the columns of a motion, another name is needed", path);
+                      "%s: the name contains a comma, which separates columns; remove it", path);
 }
 
 static void check_course(const struct check *check, const struct course *course) {
@@ -230,12 +230,11 @@ static void check_course(const struct check *check, const struct course *course)
     check_course_name(check, course, path);
     check_formula(check, course->place, path, course->value);
     if (moving_of(check, course->value).symbols[2] > 0)
-        message_error(check->messages, course->place,
-                      "%s: depends on accelerations, a course has t, q, qd and inputs", path);
+        refuse_accelerations(check, course->place, path, "a course");
     for (int i = 0; i < check->model->input_count; i++)
         if (strcmp(check->model->inputs[i].name, course->name) == 0)
-            message_error(check->messages, course->place, "%s: an input has this name too, another is needed",
-                          path);
+            message_error(check->messages, course->place,
+                          "%s: the name is already taken by an input; choose another name", path);
 }
 
 static void check_linear(const struct check *check, const struct row *row, const char *path,
@@ -246,28 +245,26 @@ static void check_linear(const struct check *check, const struct row *row, const
     for (int i = 0; i < count; i++) {
         if (moving_of(check, slopes[i]).symbols[2] == 0)
             continue;
-        message_error(check->messages, row->place, "%s: not linear in the accelerations, a qdd + b is needed",
-                      path);
+        message_error(check->messages, row->place,
+                      "%s: not linear in the accelerations; must be of the form a qdd + b", path);
         return;
     }
 }
 
 static void check_row(const struct check *check, const struct row *row) {
-    static const char *const needed[] = {"a coordinate or the position of a point that moves",
-                                         "a rate or the velocity of a point that moves", "an acceleration"};
+    static const char *const needed[] = {"a coordinate or the position of a moving point",
+                                         "a rate or the velocity of a moving point", "an acceleration"};
     const char *path = row->path;
     struct moving moving = moving_of(check, row->residual);
     check_formula(check, row->place, path, row->residual);
     if (row->level == ROW_POSITION && moving.symbols[1] > 0)
-        message_error(check->messages, row->place, "%s: depends on velocities, rd.velocity is for such rows",
-                      path);
+        message_error(check->messages, row->place, "%s: depends on velocities; use rd.velocity", path);
     else if (row->level != ROW_ACCELERATION && moving.symbols[2] > 0)
-        message_error(check->messages, row->place,
-                      "%s: depends on accelerations, rd.acceleration is for such rows", path);
+        message_error(check->messages, row->place, "%s: depends on accelerations; use rd.acceleration", path);
     else if (moving.symbols[row->level] > 0 && row->level == ROW_ACCELERATION)
         check_linear(check, row, path, &moving);
     else if (moving.symbols[row->level] == 0 && message_is_first_mention(check->messages, "still", path))
-        message_error(check->messages, row->place, "%s: depends on no coordinate, %s is needed", path,
+        message_error(check->messages, row->place, "%s: depends on no coordinate; must contain %s", path,
                       needed[row->level]); /* once for all rows of one entry */
 }
 
@@ -279,8 +276,8 @@ static void check_row_names(const struct check *check) {
             first++;
         if (first < i)
             message_error(check->messages, model->rows[i].place,
-                          "%s.name: \"%s\" is taken by line %d, each row needs its own", model->rows[i].path,
-                          model->rows[i].name, model->rows[first].place.line);
+                          "%s.name: \"%s\" is already taken in line %d; choose another name",
+                          model->rows[i].path, model->rows[i].name, model->rows[first].place.line);
     }
 }
 
@@ -290,38 +287,34 @@ static bool depends_on_accelerations(const struct check *check, expression e) {
     return moving_of(check, e).symbols[2] > 0;
 }
 
-/* An impulse acts along the gradient of what is zero at an impact. */
+/* The impulse acts along the gradient of the expression that is zero at the impact. */
 static void check_impact(const struct check *check, const struct event *event) {
     const struct moving moving = moving_of(check, event->value);
     if (moving.symbols[1] > 0)
         message_error(check->messages, event->place,
-                      "%s: depends on velocities, an impact is where something of positions is zero",
+                      "%s: depends on velocities; an impact needs an expression in positions only",
                       event->path);
     else if (moving.symbols[0] == 0)
         message_error(check->messages, event->place,
-                      "%s: depends on no coordinate, an impact has an impulse along its gradient",
+                      "%s: depends on no coordinate; an impact needs an expression in positions",
                       event->path);
 }
 
 static void check_event(const struct check *check, const struct event *event) {
     check_formula(check, event->place, event->path, event->value);
     if (depends_on_accelerations(check, event->value))
-        message_error(check->messages, event->place,
-                      "%s: depends on accelerations, an event has t, q, qd and inputs", event->path);
+        refuse_accelerations(check, event->place, event->path, "an event");
     else if (event->is_impact || event->contact >= 0)
         check_impact(check, event);
     else if (!(check->model->graph->nodes[event->value].depends & (ON_TIME | ON_INPUT | ON_STATE | ON_RATE)))
         message_error(check->messages, event->place,
-                      "%s: nothing in it changes, time, coordinates, rates or inputs are needed",
-                      event->path);
+                      "%s: constant; must depend on time, coordinates, rates or inputs", event->path);
 }
 
 static void check_change(const struct check *check, const struct change *change) {
     check_formula(check, change->place, change->path, change->value);
     if (depends_on_accelerations(check, change->value))
-        message_error(check->messages, change->place,
-                      "%s: depends on accelerations, what an event sets has t, q, qd and inputs",
-                      change->path);
+        refuse_accelerations(check, change->place, change->path, "a value set by an event");
 }
 
 static void check_events(const struct check *check) {
@@ -332,7 +325,7 @@ static void check_events(const struct check *check) {
             first++;
         if (first < i)
             message_error(check->messages, model->events[i].place,
-                          "%s.name: \"%s\" is taken by line %d, each event needs its own",
+                          "%s.name: \"%s\" is already taken in line %d; choose another name",
                           model->events[i].path, model->events[i].name, model->events[first].place.line);
         check_event(check, &model->events[i]);
     }
@@ -342,7 +335,7 @@ static void check_events(const struct check *check) {
 
 void check_scene(const struct model *model, struct messages *messages) {
     const struct check check = {.model = model, .messages = messages};
-    if (*model->name) /* else the reader has complained */
+    if (*model->name) /* else the reader has reported it */
         names_check_model(messages, (struct named){model->name, model->place});
     check_options(&check);
     check_parameters(&check);
@@ -351,7 +344,7 @@ void check_scene(const struct model *model, struct messages *messages) {
     check_point_names(&check);
 }
 
-/* A motion's columns POINT_x ... and those of the slides LINK_x ... have to differ. */
+/* The columns POINT_x ... of a motion and those of slides, LINK_x ..., must differ. */
 static void warn_of_columns(const struct check *check) {
     static const char *const axes[] = {"x", "y", "z"};
     for (int i = 0; i < check->model->point_count; i++)
@@ -361,9 +354,9 @@ static void warn_of_columns(const struct check *check) {
             if (tree_find_coordinate(check->tree, column) >= 0)
                 message_warning(
                     check->messages, point->place,
-                    "points.%s: its columns in a motion are called point_%s ..., since a coordinate is "
-                    "called so",
-                    point->name, column);
+                    "points.%s: a coordinate is called %s; the columns of the point will be called "
+                    "point_%s ...",
+                    point->name, column, column);
         }
 }
 
@@ -371,10 +364,10 @@ void check_programme(const struct model *model, const struct tree *tree, struct 
     const struct check check = {.model = model, .tree = tree, .messages = messages};
     if (tree->count == 0) {
         message_error(messages, model->place,
-                      "links: no link has a joint, at least one coordinate is needed");
+                      "links: no link has a joint; a model needs at least one coordinate");
         return;
     }
-    check_parameters(&check); /* those that functions have declared are new */
+    check_parameters(&check); /* the author's functions may have declared more */
     check_inputs(&check);
     for (int i = 0; i < model->force_count; i++)
         check_force(&check, &model->forces[i]);
@@ -385,7 +378,7 @@ void check_programme(const struct model *model, const struct tree *tree, struct 
     for (int i = 0; i < model->course_count; i++)
         check_course(&check, &model->courses[i]);
     for (int i = 0; i < model->row_count; i++)
-        if (!model->rows[i].rests) /* that of a contact is judged with its event */
+        if (!model->rows[i].rests) /* the row of a contact is checked with its event */
             check_row(&check, &model->rows[i]);
     check_events(&check);
     warn_of_columns(&check);

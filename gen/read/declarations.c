@@ -1,6 +1,8 @@
-/* Options, parameters, inputs and settings: see reader.h. */
+/*
+ * Options, parameters and inputs of a model, with the settings of the command line (--set). Reads values with
+ * their places; returns the value of an option, or the symbol of a parameter or input.
+ */
 #include "gen/read/reader.h"
-#include "gen/base/base.h"
 
 #include <math.h>
 #include <string.h>
@@ -17,15 +19,16 @@ static struct place command_line(const struct declarations *declarations) {
     return (struct place){.file = declarations->request->file};
 }
 
-static void complain_of_setting(const struct declarations *declarations, const char *name, const char *value,
-                                const char *needed) {
+static void refuse_setting(const struct declarations *declarations, const char *name, const char *value,
+                           const char *needed) {
     const char *advice =
         strcmp(needed, "a number") == 0 ? message_number_advice(declarations->memory, value) : "";
-    message_error(declarations->messages, command_line(declarations),
-                  "--set %s: value \"%s\", %s is needed%s", name, value, needed, advice);
+    message_error(declarations->messages, command_line(declarations), "--set %s: value \"%s\"; must be %s%s",
+                  name, value, needed, advice);
 }
 
-/* The last setting of that name counts, NULL: none. A name of two kinds would set more than was meant. */
+/* The value of the last setting of that name; NULL if there is none. A name of two kinds is an error, since
+ * the setting would change both. */
 static const char *setting_of(struct declarations *declarations, const char *kind, const char *name) {
     const struct setting *settings = declarations->request->settings;
     const char *value = NULL;
@@ -35,15 +38,15 @@ static const char *setting_of(struct declarations *declarations, const char *kin
         const char *other = declarations->setting_kind[i];
         if (other && strcmp(other, kind) != 0)
             message_error(declarations->messages, command_line(declarations),
-                          "--set %s: the model has this name as %s and as %s, names of their own are needed",
-                          name, other, kind);
+                          "--set %s: the model has this name as %s and as %s; rename one of them", name,
+                          other, kind);
         declarations->setting_kind[i] = kind;
         value = settings[i].value;
     }
     return value;
 }
 
-/* Is the number one that Lua and C both hold as a whole one? */
+/* Whether the number is whole and exact both in Lua and in C. */
 static bool is_whole(double value) {
     const double largest = 9007199254740992; /* 2^53 */
     return value == floor(value) && fabs(value) <= largest;
@@ -55,13 +58,13 @@ static struct value option_from_text(struct declarations *declarations, const ch
     if (standard->kind == VALUE_NUMBER) {
         bool is_number = text_to_number(text, &value.number);
         if (!is_number || (standard->is_whole && !is_whole(value.number))) {
-            complain_of_setting(declarations, name, text, standard->is_whole ? "a whole number" : "a number");
+            refuse_setting(declarations, name, text, standard->is_whole ? "a whole number" : "a number");
             return *standard;
         }
     } else if (standard->kind == VALUE_BOOLEAN) {
         value.truth = strcmp(text, "true") == 0;
         if (!value.truth && strcmp(text, "false") != 0)
-            complain_of_setting(declarations, name, text, "true or false");
+            refuse_setting(declarations, name, text, "true or false");
     } else {
         value.text = memory_text(declarations->memory, text);
     }
@@ -83,35 +86,33 @@ static bool is_choice(struct memory *memory, const struct value *value, const st
     return allowed->item_count == 0;
 }
 
-/* What is wrong with the values that an option may have, or NULL. */
+/* The error in the list of values that an option may have, or NULL. */
 static const char *fault_of_list(struct memory *memory, const struct value *standard,
                                  const struct value *allowed) {
     for (int i = 0; i < allowed->item_count; i++) {
         const struct value *item = &allowed->items[i];
         if (item->kind == VALUE_NOTHING)
-            continue; /* a gap, said before */
+            continue; /* a gap, reported before */
         if (item->kind != standard->kind)
-            return memory_format(memory, "value %d is %s, %s as the default is needed", i + 1,
+            return memory_format(memory, "value %d is %s; must be %s, as the default is", i + 1,
                                  value_kind_text(item->kind), value_kind_text(standard->kind));
         for (int j = 0; j < i; j++)
             if (strcmp(value_text(memory, item), value_text(memory, &allowed->items[j])) == 0)
-                return memory_format(memory, "\"%s\" is there twice, once is enough",
-                                     value_text(memory, item));
+                return memory_format(memory, "\"%s\" is given twice; give it once", value_text(memory, item));
     }
-    return allowed->item_count > 0 ? NULL : "nothing, a list of values or { from = 1, to = 9 } is needed";
+    return allowed->item_count > 0 ? NULL : "empty; must be a list of values or { from = 1, to = 9 }";
 }
 
 static const char *fault_of_range(struct memory *memory, const struct value *standard,
                                   const struct value *allowed) {
     const struct value *from = value_find_field(allowed, "from"), *to = value_find_field(allowed, "to");
     if (standard->kind != VALUE_NUMBER)
-        return memory_format(memory, "from or to, for %s a list of values is needed",
+        return memory_format(memory, "a range, but the default is %s; must be a list of values",
                              value_kind_text(standard->kind));
     if ((from && from->kind != VALUE_NUMBER) || (to && to->kind != VALUE_NUMBER))
-        return "from or to is no number, { from = 1, to = 9 } is needed";
+        return "from or to is not a number; write { from = 1, to = 9 }";
     if (from && to && !(from->number <= to->number))
-        return memory_format(memory, "from %.15g to %.15g, a range that ascends is needed", from->number,
-                             to->number);
+        return memory_format(memory, "from %.15g to %.15g; the range must ascend", from->number, to->number);
     return NULL;
 }
 
@@ -122,14 +123,13 @@ static bool is_range_or_list(struct declarations *declarations, const char *name
     struct memory *memory = declarations->memory;
     const char *fault = NULL;
     for (int i = 0; i < allowed->field_count && !fault; i++) {
-        const char *bound = allowed->fields[i].name, *nearest = message_nearest_name(bound, bounds, 2);
+        const char *bound = allowed->fields[i].name;
         if (text_index(bound, bounds, 2) < 0)
-            fault = memory_format(memory, "unknown field \"%s\"%s%s%s, { from = 1, to = 9 } is needed", bound,
-                                  nearest ? ", the nearest known one is \"" : "", nearest ? nearest : "",
-                                  nearest ? "\"" : "");
+            fault = memory_format(memory, "unknown field \"%s\"%s", bound,
+                                  message_advice_on_name(memory, bound, bounds, 2));
     }
     if (!fault && allowed->field_count > 0 && allowed->item_count > 0)
-        fault = "both a list of values and a range, one of them is needed";
+        fault = "a list of values and a range; give one of them";
     if (!fault)
         fault = allowed->field_count > 0 ? fault_of_range(memory, standard, allowed)
                                          : fault_of_list(memory, standard, allowed);
@@ -153,7 +153,7 @@ static const char *allowed_text(struct memory *memory, const struct value *allow
     if (from)
         text = memory_format(memory, "%s from %s", text, value_text(memory, from));
     if (to)
-        text = memory_format(memory, "%s up to %s", text, value_text(memory, to));
+        text = memory_format(memory, "%s%s %s", text, from ? " to" : " up to", value_text(memory, to));
     return text;
 }
 
@@ -163,33 +163,34 @@ struct value declarations_add_option(struct declarations *declarations, struct p
     const char *text = setting_of(declarations, "option", name);
     struct value value = text ? option_from_text(declarations, name, standard, text) : *standard;
     if (standard->kind == VALUE_NUMBER && !isfinite(standard->number)) {
-        message_error(declarations->messages, place, "option %s: value %s, a finite number is needed", name,
+        message_error(declarations->messages, place, "option %s: value %s; must be finite", name,
                       text_not_finite(standard->number));
-        value.number = text ? value.number : 1; /* what follows from it is not told again */
+        value.number = text ? value.number : 1; /* so that no further error follows */
     } else if (allowed && is_range_or_list(declarations, name, standard, allowed) &&
                !is_allowed(memory, &value, allowed)) {
         message_error(declarations->messages, text ? command_line(declarations) : place,
-                      "option %s: value \"%s\", %s is needed", name, value_text(memory, &value),
+                      "option %s: value \"%s\"; must be %s", name, value_text(memory, &value),
                       allowed_text(memory, allowed));
         value = *standard;
     }
     declarations->options = memory_room(memory, declarations->options, declarations->option_count,
                                         &declarations->option_capacity, sizeof *declarations->options);
-    declarations->options[declarations->option_count++] = (struct model_option){.name = name,
-                                                                          .value = value_text(memory, &value),
-                                                                          .is_text = value.kind == VALUE_TEXT,
-                                                                          .place = place};
+    declarations->options[declarations->option_count++] =
+        (struct model_option){.name = name,
+                              .value = value_text(memory, &value),
+                              .is_text = value.kind == VALUE_TEXT,
+                              .place = place};
     return value;
 }
 
-/* Values at the start of a motion become the values that they are taken of. */
+/* Replaces a value at the start of a motion by the variable whose value it is. */
 static expression base_of_start(void *context, struct graph *graph, expression e) {
     (void)context;
     const struct symbol *symbol = expr_as_symbol(graph, e);
     return symbol->kind == SYMBOL_START ? (expression)symbol->index : e;
 }
 
-/* Does a value wait for a parameter that is known at the start of a motion only? */
+/* Whether a value depends on a parameter that is known only at the start of a motion. */
 static bool waits_for_start(const struct declarations *declarations, expression e) {
     int count;
     const expression *symbols = rewrite_list_symbols(declarations->graph, e, &count);
@@ -201,7 +202,7 @@ static bool waits_for_start(const struct declarations *declarations, expression 
     return false;
 }
 
-/* Does a parameter's default depend on the state at the start? */
+/* Whether a parameter's default depends on the state at the start. */
 static bool depends_on_start(const struct declarations *declarations, const struct parameter *parameter) {
     if (!parameter->is_anchored || parameter->is_given)
         return false;
@@ -238,16 +239,16 @@ static void set_standard(struct declarations *declarations, struct parameter *pa
     struct graph *graph = declarations->graph;
     expression e;
     if (!value_expression(graph, standard, &e)) {
-        if (standard->kind != VALUE_NOTHING) /* a gap, said before */
+        if (standard->kind != VALUE_NOTHING) /* a gap, reported before */
             message_error(declarations->messages, parameter->place,
-                          "parameter %s: %s, a number or an expression is needed", parameter->name,
+                          "parameter %s: %s; must be a number or an expression", parameter->name,
                           value_kind_text(standard->kind));
         parameter->value = 1;
     } else if (expr_is_number(graph, e, &parameter->value)) {
         return;
     } else if (graph->nodes[e].depends & (ON_TIME | ON_INPUT | ON_STATE | ON_RATE)) {
         message_error(declarations->messages, parameter->place,
-                      "parameter %s: depends on the motion, s.start gives values at its start",
+                      "parameter %s: depends on the motion; use s.start for values at its start",
                       parameter->name);
     } else {
         parameter->is_anchored = true;
@@ -256,7 +257,7 @@ static void set_standard(struct declarations *declarations, struct parameter *pa
     }
 }
 
-/* Of numbers alone nothing can change. */
+/* Requirements of plain numbers need not be kept. */
 static bool hangs_on_parameters(const struct declarations *declarations,
                                 const struct requirement *requirement) {
     for (int i = 0; i < requirement->count; i++)
@@ -293,12 +294,12 @@ expression declarations_add_parameter(struct declarations *declarations, struct 
     if (text && text_to_number(text, &parameter.value))
         parameter.is_given = true;
     else if (text)
-        complain_of_setting(declarations, name, text, "a number");
+        refuse_setting(declarations, name, text, "a number");
     parameter.is_late = parameter.is_late && !parameter.is_given;
     if (!isfinite(parameter.value)) {
-        message_error(declarations->messages, place, "parameter %s: value %s, a finite number is needed",
-                      name, text_not_finite(parameter.value));
-        parameter.value = 1; /* so that nothing follows from it */
+        message_error(declarations->messages, place, "parameter %s: value %s; must be finite", name,
+                      text_not_finite(parameter.value));
+        parameter.value = 1; /* so that no further error follows */
     }
     declarations->parameters =
         memory_room(declarations->memory, declarations->parameters, declarations->parameter_count,
@@ -324,18 +325,17 @@ static void declare_entry(struct declarations *declarations, const struct value 
         return;
     }
     declarations->lacks_parameters = true;
-    if (entry->kind != VALUE_NOTHING) /* a gap, said before */
+    if (entry->kind != VALUE_NOTHING) /* a gap, reported before */
         message_error(declarations->messages, entry->place,
-                      "parameters[%d]: %s, { \"name\", value, \"unit\" } is needed", index + 1,
-                      entry->kind == VALUE_TABLE ? "not of that form" : value_kind_text(entry->kind));
+                      "parameters[%d]: %s; must be { \"name\", value, \"unit\" }", index + 1,
+                      entry->kind == VALUE_TABLE ? "not a parameter" : value_kind_text(entry->kind));
 }
 
 void declarations_add_parameters(struct declarations *declarations, const struct value *list) {
     if (list->item_count > 1 && list->items[0].kind == VALUE_TEXT && list->items[1].kind == VALUE_NUMBER) {
         declarations->lacks_parameters = true;
-        message_error(
-            declarations->messages, list->place,
-            "parameters: one parameter by itself, a list of { \"name\", value, \"unit\" } is needed");
+        message_error(declarations->messages, list->place,
+                      "parameters: a single parameter; must be a list of { \"name\", value, \"unit\" }");
         return;
     }
     for (int i = 0; i < list->item_count; i++)
@@ -343,8 +343,8 @@ void declarations_add_parameters(struct declarations *declarations, const struct
     declarations->lacks_parameters = declarations->lacks_parameters || list->field_count > 0;
     for (int i = 0; i < list->field_count; i++)
         message_error(declarations->messages, list->fields[i].value.place,
-                      "parameters.%s: a named entry, { \"%s\", value, \"unit\" } is needed",
-                      list->fields[i].name, list->fields[i].name);
+                      "parameters.%s: a named entry; write { \"%s\", value, \"unit\" }", list->fields[i].name,
+                      list->fields[i].name);
 }
 
 expression declarations_add_input(struct declarations *declarations, struct place place, const char *name,
@@ -352,7 +352,7 @@ expression declarations_add_input(struct declarations *declarations, struct plac
     struct input input = {.name = name, .unit = unit, .place = place, .value = standard};
     const char *text = setting_of(declarations, "input", name);
     if (text && !text_to_number(text, &input.value))
-        complain_of_setting(declarations, name, text, "a number");
+        refuse_setting(declarations, name, text, "a number");
     input.is_given = text != NULL;
     declarations->inputs = memory_room(declarations->memory, declarations->inputs, declarations->input_count,
                                        &declarations->input_capacity, sizeof *declarations->inputs);
@@ -382,13 +382,13 @@ void declarations_refuse_unknown_settings(const struct declarations *declaration
         const char *nearest = nearest_declared(declarations, dot ? dot + 1 : name);
         if (text_index(name, coordinates, coordinate_count) >= 0)
             message_error(declarations->messages, command_line(declarations),
-                          "--set %s: a coordinate; the model or a STATE.json says where it starts", name);
+                          "--set %s: a coordinate; set its start in the model or in a STATE.json", name);
         else if (nearest)
             message_error(declarations->messages, command_line(declarations),
-                          "--set %s: unknown option or parameter, the nearest known one is \"%s\"%s", name,
-                          nearest, strchr(name, ' ') ? ", without blanks" : "");
+                          "--set %s: unknown option or parameter; did you mean \"%s\"%s?", name, nearest,
+                          strchr(name, ' ') ? ", without blanks" : "");
         else
             message_error(declarations->messages, command_line(declarations),
-                          "--set %s: the model has no option or parameter of that name", name);
+                          "--set %s: the model has no option or parameter of this name", name);
     }
 }

@@ -1,8 +1,39 @@
-/* The table of fields and look-ups in it: see reader.h. */
+/*
+ * Values of a model file, and the table of fields (fields.def): what each table may contain, and look-ups of
+ * fields by name, item and type.
+ */
 #include "gen/read/reader.h"
-#include "gen/base/base.h"
 
 #include <string.h>
+
+/* ---- values ---- */
+
+const char *value_kind_text(enum value_kind kind) {
+    static const char *const texts[] = {"nothing",       "a number",      "a text",
+                                        "a truth value", "an expression", "a function",
+                                        "a curve",       "a table",       "a group of values"};
+    _Static_assert(sizeof texts / sizeof *texts == VALUE_GROUP + 1, "each kind has a text");
+    return texts[kind];
+}
+
+const struct value *value_find_field(const struct value *table, const char *name) {
+    for (int i = 0; i < table->field_count; i++)
+        if (strcmp(table->fields[i].name, name) == 0)
+            return &table->fields[i].value;
+    return NULL;
+}
+
+bool value_expression(struct graph *graph, const struct value *value, expression *result) {
+    if (value->kind == VALUE_NUMBER)
+        *result = expr_number(graph, value->number);
+    else if (value->kind == VALUE_EXPRESSION)
+        *result = value->expression;
+    else
+        return false;
+    return true;
+}
+
+/* ---- the table of fields ---- */
 
 const struct field_rule field_rules[FIELD_COUNT] = {
 #define FIELD(owner, name, item, type, need, range, unit, text) \
@@ -32,7 +63,7 @@ const struct type_rule type_rules[TYPE_COUNT] = {
     [TYPE_TEXT] = {"a text", TAKES_TEXT, OWNER_COUNT},
     [TYPE_WHOLE] = {"a whole number", TAKES_NUMBER, OWNER_COUNT},
     [TYPE_NUMBER] = {"a number", TAKES_NUMBER, OWNER_COUNT},
-    [TYPE_VALUE] = {"a number or an expression of parameters", TAKES_VALUE, OWNER_COUNT},
+    [TYPE_VALUE] = {"a number or an expression in parameters", TAKES_VALUE, OWNER_COUNT},
     [TYPE_FREE] = {"a number or an expression", TAKES_VALUE, OWNER_COUNT},
     [TYPE_VECTOR] = {"a list of 3 numbers such as { 0, 0, 1 }", TAKES_TABLE, OWNER_COUNT},
     [TYPE_TURNS] = {"a list of turns such as { { \"x\", 1.57 } }", TAKES_TABLE, OWNER_COUNT},
@@ -41,7 +72,7 @@ const struct type_rule type_rules[TYPE_COUNT] = {
     [TYPE_ROTORS] = {"a table by joint such as { psi = { inertia = 1e-4, gear = 100 } }", TAKES_TABLE,
                      OWNER_COUNT},
     [TYPE_LIMITS] = {"a table by joint such as { psi = { from = -2, to = 2 } }", TAKES_TABLE, OWNER_COUNT},
-    [TYPE_PLACE] = {"the name of a link or point or { on = ..., at = ... }", TAKES_TEXT | TAKES_TABLE,
+    [TYPE_PLACE] = {"the name of a link or point, or { on = ..., at = ... }", TAKES_TEXT | TAKES_TABLE,
                     OWNER_POINT},
     [TYPE_AXIS] = {"an axis such as { \"arm\", \"z\" }", TAKES_TABLE, OWNER_AXIS},
     [TYPE_INERTIA] = {"an inertia such as { zz = 0.05 }", TAKES_TABLE, OWNER_INERTIA},
@@ -88,7 +119,7 @@ const char *fields_tag_form(const char *tag) {
     for (int i = 0; i < OWNER_COUNT; i++)
         if (owners[i].tag && strcmp(owners[i].tag, tag) == 0)
             return owners[i].form;
-    return "{ expression }"; /* of rows */
+    return "{ expression }"; /* rows */
 }
 
 bool fields_has_tag(const struct value *value, const char *tag) {
@@ -111,16 +142,8 @@ const char *fields_path_item(const struct checker *checker, const char *path, in
 
 void fields_refuse_name(const struct checker *checker, struct place place, const char *path, const char *fact,
                         const char *name, const char *const *known, int count) {
-    const char *nearest = message_nearest_name(name, known, count);
-    if (nearest) {
-        message_error(checker->messages, place, "%s: %s, the nearest known one is \"%s\"", path, fact,
-                      nearest);
-        return;
-    }
-    const char *list = "";
-    for (int i = 0; i < count; i++)
-        list = memory_format(checker->memory, "%s %s", list, known[i]);
-    message_error(checker->messages, place, "%s: %s, known:%s", path, fact, count > 0 ? list : " none");
+    message_error(checker->messages, place, "%s: %s%s", path, fact,
+                  message_advice_on_name(checker->memory, name, known, count));
 }
 
 const struct value *given_field(const struct value *table, enum field field) {
@@ -147,7 +170,7 @@ int owner_names(enum owner owner, const char **names) {
     return count;
 }
 
-/* The field of the owner that a name which it does not have is nearest to, or NULL. */
+/* The field of the owner nearest to an unknown name, or NULL. */
 static const char *meant_field(enum owner owner, const char *name) {
     const char *known[FIELD_COUNT];
     const int count = owner_names(owner, known);

@@ -1,11 +1,14 @@
-/* Conditions that Lua decides while the model is read: see reader.h. */
+/*
+ * Mistakes in the source of a model: formulas that Lua decides while the model is read, characters outside
+ * ASCII, and advice on syntax errors. Reads tokens of the source or Lua's message; returns warnings, errors
+ * or advice.
+ */
 #include "gen/read/reader.h"
-#include "gen/base/base.h"
 
 #include <stdint.h>
 #include <string.h>
 
-/* A name that stands for an expression, or for a group of them. */
+/* A name whose value is an expression or a group of expressions. */
 struct known {
     const struct token *name;
     bool is_group;
@@ -17,7 +20,7 @@ struct search {
     const char *file;
     struct token *tokens; /* the last is TOKEN_END */
     int count, capacity;
-    struct known *known; /* a hash table, twice as long as there are tokens; without a name: empty */
+    struct known *known; /* a hash table of twice as many entries as tokens; an empty entry has no name */
     size_t known_size;
 };
 
@@ -34,7 +37,7 @@ static bool same_text(const struct token *a, const struct token *b) {
     return length == (size_t)(b->end - b->start) && memcmp(a->start, b->start, length) == 0;
 }
 
-/* Where the name stands in the table, or would. */
+/* The entry of the hash table that has the name, or the one to which it would be added. */
 static struct known *place_of(const struct search *search, const struct token *name) {
     uint32_t hash = 2166136261u; /* FNV-1a */
     for (const char *c = name->start; c < name->end; c++)
@@ -70,14 +73,14 @@ static int chain_start(const struct search *search, int index) {
     return index;
 }
 
-/* The chain from `first` to `last` is an expression by itself. */
+/* Whether the chain from `first` to `last` alone is an expression. */
 static bool is_expression(const struct search *search, int first, int last) {
     const struct known *known = find_known(search, first);
     bool is_called = is(search, last + 1, "(") || is(search, last + 1, "[");
     return known && !is_called && (last > first || !known->is_group);
 }
 
-/* `name = ...` and `forces = function(name)` at token `index`. */
+/* Learns names from `name = ...` and `forces = function(name)` at token `index`. */
 static void learn(struct search *search, int index) {
     if (!is_name(search, index) || !is(search, index + 1, "="))
         return;
@@ -100,23 +103,24 @@ static const char *chain_text(const struct search *search, int first, int last) 
                          search->tokens[first].start);
 }
 
-static void look_at_comparison(const struct search *search, int index) {
+static void check_comparison(const struct search *search, int index) {
     bool is_equal = is(search, index, "==");
     if (!is_equal && !is(search, index, "~="))
         return;
     int left = chain_start(search, index - 1), right_end = chain_end(search, index + 1);
     bool is_left = is_expression(search, left, index - 1);
     bool is_right = is_expression(search, index + 1, right_end);
-    if (is_left == is_right) /* two expressions: an error of its own */
+    if (is_left == is_right) /* the comparison of two expressions is an error in script_metatable.c */
         return;
-    message_warning(
-        search->messages, (struct place){.file = search->file, .line = search->tokens[index].line},
-        "%s: compared with %s while the model is read: always %s, rd.where chooses during the motion",
-        is_left ? chain_text(search, left, index - 1) : chain_text(search, index + 1, right_end),
-        is_equal ? "==" : "~=", is_equal ? "false" : "true");
+    message_warning(search->messages,
+                    (struct place){.file = search->file, .line = search->tokens[index].line},
+                    "%s: `%s` compares while the model is read and is always %s; use rd.where to choose "
+                    "during the motion",
+                    is_left ? chain_text(search, left, index - 1) : chain_text(search, index + 1, right_end),
+                    is_equal ? "==" : "~=", is_equal ? "false" : "true");
 }
 
-static void look_at_condition(const struct search *search, int index) {
+static void check_condition(const struct search *search, int index) {
     static const char *const leads[] = {"if", "elseif", "while", "until", "not"};
     static const char *const ends[] = {"then", "do", "and", "or"};
     bool leads_in = false, ends_it = is(search, index, "until");
@@ -128,12 +132,12 @@ static void look_at_condition(const struct search *search, int index) {
     if (leads_in && ends_it && is_expression(search, index + 1, last))
         message_warning(
             search->messages, (struct place){.file = search->file, .line = search->tokens[index].line},
-            "%s: a condition while the model is read: always true, rd.where chooses during the motion",
+            "%s: a condition while the model is read, always true; use rd.where to choose during the motion",
             chain_text(search, index + 1, last));
 }
 
 /* `local a = 1,5`: Lua drops the second value. */
-static void look_at_decimal_comma(const struct search *search, int index) {
+static void check_decimal_comma(const struct search *search, int index) {
     const struct token *first = &search->tokens[index];
     if (first->kind != TOKEN_NUMBER || !is(search, index - 1, "=") || !is_name(search, index - 2) ||
         !is(search, index - 3, "local") || !is(search, index + 1, ",") ||
@@ -141,7 +145,7 @@ static void look_at_decimal_comma(const struct search *search, int index) {
         return;
     const struct token *second = &search->tokens[index + 2];
     message_warning(search->messages, (struct place){.file = search->file, .line = first->line},
-                    "%.*s,%.*s: two values for one name; a number is written with a point, %.*s.%.*s",
+                    "%.*s,%.*s: two values for one name; write the number with a point, %.*s.%.*s",
                     (int)(first->end - first->start), first->start, (int)(second->end - second->start),
                     second->start, (int)(first->end - first->start), first->start,
                     (int)(second->end - second->start), second->start);
@@ -161,16 +165,16 @@ void lint_source(struct memory *memory, struct messages *messages, const char *f
     search.known = memory_scratch(memory, search.known_size * sizeof *search.known);
     for (int i = 0; i < search.count; i++) {
         learn(&search, i);
-        look_at_comparison(&search, i);
-        look_at_condition(&search, i);
-        look_at_decimal_comma(&search, i);
+        check_comparison(&search, i);
+        check_condition(&search, i);
+        check_decimal_comma(&search, i);
     }
     memory_back(memory, mark);
 }
 
 /* ---- characters ---- */
 
-/* Bytes of the first line of a text in quotation marks that does not end on that line; else 0. */
+/* Bytes of the first line of a text in quotation marks that does not end on this line; else 0. */
 static size_t unfinished_length(const struct token *token) {
     const size_t length = (size_t)(token->end - token->start);
     const char *line_end = memchr(token->start, '\n', length);
@@ -193,7 +197,7 @@ static const char *find_typographic_quote(const char *text, const char *end) {
     return NULL;
 }
 
-/* The place in a token of a character that was meant as one of Lua's, or NULL. */
+/* The place in a token of a character that was meant as a character of Lua, or NULL. */
 static const char *find_wrong_character(const struct token *token) {
     if (token->kind == TOKEN_SYMBOL)
         return (unsigned char)*token->start >= 0x80 ? token->start : NULL;
@@ -204,16 +208,64 @@ bool lint_characters(struct memory *memory, struct messages *messages, const cha
                      size_t length) {
     struct scanner scanner = scanner_start(source, length);
     const char *instead = "";
-    int told = 0; /* line of the last complaint */
+    int reported = 0; /* line of the last error */
     for (struct token token = scanner_next(&scanner); token.kind != TOKEN_END;
          token = scanner_next(&scanner)) {
-        const char *wrong = token.line > told ? find_wrong_character(&token) : NULL;
+        const char *wrong = token.line > reported ? find_wrong_character(&token) : NULL;
         if (!wrong)
             continue;
         const char *fact = message_beyond_ascii(memory, wrong, (size_t)(source + length - wrong), &instead);
         message_error(messages, (struct place){.file = file, .line = token.line}, "%s outside a text; %s",
                       fact, instead);
-        told = token.line;
+        reported = token.line;
     }
-    return told == 0;
+    return reported == 0;
+}
+
+/* ---- advice on syntax of other languages ---- */
+
+/* What Lua expected, with which its message begins; the token that it found, with which it ends; and advice.
+ * The first entry that fits is used. */
+static const struct {
+    const char *lead, *end, *hint;
+} slips[] = {
+    {"'then' expected", "near '!'", "; write a ~= b to compare, not a to negate"},
+    {"'then' expected", "near '='", "; write == to compare"},
+    {"unexpected symbol", "near '!'", "; write a ~= b to compare, not a to negate"},
+    {"unexpected symbol", "near '&'", "; write and"},
+    {"unexpected symbol", "near '|'", "; write or"},
+    {"unexpected symbol", "near '*'", "; write a power as a^b, and -- before a comment"},
+    {"unexpected symbol", "near '#'", "; write -- before a comment"},
+    {"unexpected symbol", "near '['", "; write a list in braces, { 1, 2 }"},
+    {"unexpected symbol", "near '?'", "; use rd.where(c, x, y) to choose during the motion"},
+    {"unexpected symbol", "near '=='", "; write = to set a value"},
+    {"unexpected symbol", "near ':'", "; write = to set a value"},
+    {"unexpected symbol", "near 'until'",
+     "; until is a keyword, as are end, in and repeat; use another name"},
+    {"unexpected symbol", "near 'end'", "; end is a keyword, which ends a function, if or for"},
+    {"unexpected symbol", "near '`'", "; write texts in \"\""},
+    {"unexpected symbol", "near '{'",
+     "; begin a file with local rd = require \"refdyn\", and a function's body without a brace"},
+    {"syntax error", "near '+'", "; write a = a + b"},
+    {"syntax error", "near '-'", "; write a = a - b, and -- before a comment"},
+    {"syntax error", "near <eof>", ""},
+    {"syntax error", "", "; write a statement as local a = 1, a = 1 or a call"},
+    {"<name> expected", "", "; a name begins with a letter; write = to set a field: { mass = 1 }"},
+    {"function arguments expected", "", "; write = to set a field, { mass = 1 }, and a dot to read one, s.t"},
+    {"malformed number", "", "; leave out units, and write * to multiply"},
+    {"')' expected", "near '='", "; write names and their values in braces, rd.model { name = \"arm\" }"},
+    {"'}' expected", "near <eof>", ""},
+    {"'}' expected", "near '='",
+     "; write a name and its value as { name = value }, and a row as the expression that must be zero"},
+    {"'}' expected", "", "; a comma may be missing before it"},
+    {"'do' expected", "", "; write a loop as for i = 1, 3 do ... end"},
+    {"'end' expected (to close 'if'", "", "; write elseif as one word"},
+    {"attempt to add a 'string'", "", "; write .. to join texts"},
+};
+
+const char *lint_advice(const char *text) {
+    for (size_t i = 0; i < sizeof slips / sizeof *slips; i++)
+        if (strncmp(text, slips[i].lead, strlen(slips[i].lead)) == 0 && text_ends_with(text, slips[i].end))
+            return slips[i].hint;
+    return "";
 }

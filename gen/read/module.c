@@ -1,12 +1,15 @@
-/* Functions of the module `refdyn`: see reader.h. */
+/*
+ * The functions of the module `refdyn` that a model calls, on plain values: declarations, formulas such as
+ * rd.ramp, sections, splines and paths, and the functions of ops.def. Reads the arguments of a call; returns
+ * a value, or an error message that ends the script.
+ */
 #include "gen/read/reader.h"
-#include "gen/base/base.h"
 
 #include <ctype.h>
 #include <math.h>
 #include <string.h>
 
-/* ---- arguments: each asks for one and notes the first fault ---- */
+/* ---- arguments: each function reads one and notes the first error ---- */
 
 static const struct value *argument(const struct module_call *call, int index) {
     static const struct value nothing = {.kind = VALUE_NOTHING};
@@ -16,7 +19,7 @@ static const struct value *argument(const struct module_call *call, int index) {
 static void refuse_argument(struct module_call *call, int index, const char *needed) {
     struct memory *memory = call->declarations->memory;
     if (!call->fault)
-        call->fault = memory_format(memory, "rd.%s: argument %d is %s, %s is needed; write %s",
+        call->fault = memory_format(memory, "rd.%s: argument %d is %s; must be %s, as in %s",
                                     module_function_name(memory, call->function), index + 1,
                                     value_kind_text(argument(call, index)->kind), needed,
                                     module_form(memory, call->function));
@@ -29,7 +32,7 @@ static expression expression_argument(struct module_call *call, int index) {
     return e;
 }
 
-/* `standard` when the argument is left out; NULL: it may not be left out. */
+/* `standard` is the value of an omitted argument; NULL if it must not be omitted. */
 static const char *text_argument(struct module_call *call, int index, const char *standard) {
     const struct value *value = argument(call, index);
     if (value->kind == VALUE_TEXT)
@@ -39,7 +42,7 @@ static const char *text_argument(struct module_call *call, int index, const char
     return standard ? standard : "";
 }
 
-static void give(struct module_call *call, expression e) {
+static void set_result(struct module_call *call, expression e) {
     call->result = (struct value){.kind = VALUE_EXPRESSION, .expression = e};
 }
 
@@ -70,8 +73,8 @@ static void run_parameter(struct module_call *call) {
     const char *name = text_argument(call, 0, NULL), *unit = text_argument(call, 2, "");
     expression_argument(call, 1);
     if (!call->fault)
-        give(call,
-             declarations_add_parameter(call->declarations, call->place, name, argument(call, 1), unit));
+        set_result(
+            call, declarations_add_parameter(call->declarations, call->place, name, argument(call, 1), unit));
 }
 
 static void run_input(struct module_call *call) {
@@ -80,12 +83,85 @@ static void run_input(struct module_call *call) {
     if (standard.kind != VALUE_NUMBER && standard.kind != VALUE_NOTHING)
         refuse_argument(call, 1, "a number");
     if (!call->fault)
-        give(call, declarations_add_input(call->declarations, call->place, name, standard.number, unit));
+        set_result(call,
+                   declarations_add_input(call->declarations, call->place, name, standard.number, unit));
 }
 
-/* ---- formulas ---- */
+/* ---- courses in time, sections of beams, dry friction ---- */
 
-/* Complains where it is known what the values are, and that they are wrong. */
+struct section {
+    expression area, Iy, Iz, It; /* [m^2, m^4] */
+};
+
+static const double pi = 3.14159265358979323846;
+
+/* (t - t0) / (t1 - t0), kept between 0 and 1. */
+static expression clamped(struct graph *g, expression t, expression t0, expression t1) {
+    expression part = expr_div(g, expr_sub(g, t, t0), expr_sub(g, t1, t0));
+    return expr_apply2(g, OP_MIN, expr_apply2(g, OP_MAX, part, expr_zero(g)), expr_one(g));
+}
+
+/* 0 before t0, 1 after t1, (1 - cos) / 2 between. */
+static expression ramp(struct graph *g, expression t, expression t0, expression t1) {
+    expression angle = expr_mul(g, expr_number(g, pi), clamped(g, t, t0, t1));
+    return expr_mul(g, expr_number(g, 0.5), expr_sub(g, expr_one(g), expr_apply1(g, OP_COS, angle)));
+}
+
+/* 0 before t0, 1 after t1, 3 c^2 - 2 c^3 between. */
+static expression smoothstep(struct graph *g, expression t, expression t0, expression t1) {
+    expression c = clamped(g, t, t0, t1);
+    expression rest = expr_sub(g, expr_number(g, 3), expr_mul(g, expr_number(g, 2), c));
+    return expr_mul(g, expr_mul(g, c, c), rest);
+}
+
+/* A = pi d^2 / 4, Iy = Iz = pi d^4 / 64, It = pi d^4 / 32, of the outer minus the inner diameter. */
+static struct section tube_section(struct graph *g, expression outer, expression inner) {
+    expression outer2 = expr_mul(g, outer, outer), inner2 = expr_mul(g, inner, inner);
+    expression squares = expr_sub(g, outer2, inner2);
+    expression fourths = expr_sub(g, expr_mul(g, outer2, outer2), expr_mul(g, inner2, inner2));
+    expression bending = expr_mul(g, expr_number(g, pi / 64), fourths);
+    return (struct section){.area = expr_mul(g, expr_number(g, pi / 4), squares),
+                            .Iy = bending,
+                            .Iz = bending,
+                            .It = expr_mul(g, expr_number(g, pi / 32), fourths)};
+}
+
+/* The tanh of the terms from n = 7 on differs from 1 by less than 6e-10. Their sum is that of all 1 / n^5,
+ * 31/32 zeta(5), minus the first three. */
+static expression torsion_sum(struct graph *g, expression slenderness) {
+    const double all = 1.0045237627951383, without = all - 1 - 1 / 243.0 - 1 / 3125.0;
+    const expression half_turn = expr_mul(g, expr_number(g, pi / 2), slenderness);
+    const expression first = expr_apply1(g, OP_TANH, half_turn);
+    const expression third = expr_apply1(g, OP_TANH, expr_mul(g, expr_number(g, 3), half_turn));
+    const expression fifth = expr_apply1(g, OP_TANH, expr_mul(g, expr_number(g, 5), half_turn));
+    const expression early = expr_add(g, first, expr_div(g, third, expr_number(g, 243)));
+    return expr_add(g, expr_add(g, early, expr_div(g, fifth, expr_number(g, 3125))), expr_number(g, without));
+}
+
+/* Torsion of a rectangle a >= b (Timoshenko and Goodier, Theory of Elasticity, sect. 109):
+ * It = a b^3 / 3 (1 - 192 b / (pi^5 a) sum over odd n of tanh(n pi a / 2b) / n^5). */
+static struct section rectangle_section(struct graph *g, expression width_y, expression height_z) {
+    const double pi5 = pi * pi * pi * pi * pi;
+    const expression area = expr_mul(g, width_y, height_z), twelfth = expr_number(g, 1.0 / 12);
+    const expression a = expr_apply2(g, OP_MAX, width_y, height_z),
+                     b = expr_apply2(g, OP_MIN, width_y, height_z);
+    const expression lack = expr_mul(g, expr_mul(g, expr_number(g, 192 / pi5), expr_div(g, b, a)),
+                                     torsion_sum(g, expr_div(g, a, b)));
+    const expression third = expr_div(g, expr_mul(g, area, expr_mul(g, b, b)), expr_number(g, 3));
+    return (struct section){.area = area,
+                            .Iy = expr_mul(g, twelfth, expr_mul(g, area, expr_mul(g, height_z, height_z))),
+                            .Iz = expr_mul(g, twelfth, expr_mul(g, area, expr_mul(g, width_y, width_y))),
+                            .It = expr_mul(g, third, expr_sub(g, expr_one(g), lack))};
+}
+
+/* -level tanh(rate / width): dry friction, smooth within `width` of rest. */
+static expression friction(struct graph *g, expression level, expression rate, expression width) {
+    return expr_neg(g, expr_mul(g, level, expr_apply1(g, OP_TANH, expr_div(g, rate, width))));
+}
+
+/* ---- functions of formulas ---- */
+
+/* Reports values that are known and break the requirement. */
 static void require(struct module_call *call, struct requirement requirement) {
     struct declarations *declarations = call->declarations;
     double value;
@@ -98,39 +174,34 @@ static void require(struct module_call *call, struct requirement requirement) {
     call->fault = declarations_require(declarations, requirement);
 }
 
-/* Argument `low` is below argument `high`. */
-static void order_arguments(struct module_call *call, int low, int high, const char *needed) {
-    const expression below = expression_argument(call, low), above = expression_argument(call, high);
-    require(call, requirement_order(call->declarations->memory, needed, below, above));
-}
-
 static void run_rise(struct module_call *call,
                      expression rise(struct graph *g, expression t, expression t0, expression t1)) {
     expression t = expression_argument(call, 0), t0 = expression_argument(call, 1),
                t1 = expression_argument(call, 2);
-    order_arguments(call, 1, 2, "an end behind the beginning");
-    give(call, rise(call->declarations->graph, t, t0, t1));
+    require(call, requirement_order(t0, t1));
+    set_result(call, rise(call->declarations->graph, t, t0, t1));
 }
 
 static void run_ramp(struct module_call *call) {
-    run_rise(call, vocabulary_ramp);
+    run_rise(call, ramp);
 }
 
 static void run_smoothstep(struct module_call *call) {
-    run_rise(call, vocabulary_smoothstep);
+    run_rise(call, smoothstep);
 }
 
 static void give_section(struct module_call *call, struct section section) {
     static const char *const names[] = {"It", "Iy", "Iz", "area"}; /* fields are sorted by name */
     const expression entries[] = {section.It, section.Iy, section.Iz, section.area};
-    struct named_value *fields = memory_get(call->declarations->memory, 4 * sizeof *fields);
+    struct value_field *fields = memory_get(call->declarations->memory, 4 * sizeof *fields);
     for (int i = 0; i < 4; i++)
-        fields[i] = (struct named_value){.name = names[i],
+        fields[i] = (struct value_field){.name = names[i],
                                          .value = {.kind = VALUE_EXPRESSION, .expression = entries[i]}};
     call->result = (struct value){.kind = VALUE_TABLE, .fields = fields, .field_count = 4};
 }
 
-/* Squares would hide a sign. What depends on the motion is refused with the section's fields. */
+/* A size must be positive, which its square would not show. A size that depends on the motion is refused with
+ * the fields of the section. */
 static expression size_argument(struct module_call *call, int index, bool may_be_zero) {
     const expression e = expression_argument(call, index);
     require(call, requirement_argument(call->declarations->memory,
@@ -139,18 +210,19 @@ static expression size_argument(struct module_call *call, int index, bool may_be
 }
 
 static void run_round(struct module_call *call) {
-    give_section(call, vocabulary_round_section(call->declarations->graph, size_argument(call, 0, false)));
+    struct graph *graph = call->declarations->graph;
+    give_section(call, tube_section(graph, size_argument(call, 0, false), expr_zero(graph)));
 }
 
 static void run_tube(struct module_call *call) {
     expression outer = size_argument(call, 0, false), inner = size_argument(call, 1, true);
-    order_arguments(call, 1, 0, "an outer diameter above the inner one");
-    give_section(call, vocabulary_tube_section(call->declarations->graph, outer, inner));
+    require(call, requirement_hole(inner, outer));
+    give_section(call, tube_section(call->declarations->graph, outer, inner));
 }
 
 static void run_rectangle(struct module_call *call) {
     expression width = size_argument(call, 0, false), height = size_argument(call, 1, false);
-    give_section(call, vocabulary_rectangle_section(call->declarations->graph, width, height));
+    give_section(call, rectangle_section(call->declarations->graph, width, height));
 }
 
 static void warn_of_friction(const struct module_call *call, expression level, expression rate) {
@@ -158,11 +230,11 @@ static void warn_of_friction(const struct module_call *call, expression level, e
     double value;
     if (parameters_are_known(declarations, level, &value) && value < 0)
         message_warning(declarations->messages, call->place,
-                        "rd.friction: argument 1 is %.6g and drives the motion; %.6g brakes it", value,
-                        -value);
+                        "rd.friction: argument 1 is %.6g and drives the motion; to brake it write %.6g",
+                        value, -value);
     if ((declarations->graph->nodes[rate].depends & (ON_STATE | ON_RATE)) == ON_STATE)
         message_warning(declarations->messages, call->place,
-                        "rd.friction: argument 2 depends on no rate; a rate such as s.qd.arm_psi is needed");
+                        "rd.friction: argument 2 depends on no rate; must be a rate such as s.qd.arm_psi");
 }
 
 static void run_friction(struct module_call *call) {
@@ -170,12 +242,101 @@ static void run_friction(struct module_call *call) {
                width = size_argument(call, 2, false);
     if (!call->fault)
         warn_of_friction(call, level, rate);
-    give(call, vocabulary_friction(call->declarations->graph, level, rate, width));
+    set_result(call, friction(call->declarations->graph, level, rate, width));
+}
+
+/*
+ * ---- rd.path: a smooth path through points in space, by arc length ----
+ *
+ * Natural cubic splines through the points, by arc length. Their knots are found by iteration from the
+ * chords. The path is then sampled more finely, so that a step in the length s is a step along the path.
+ */
+
+struct path {
+    int count;
+    double *length;        /* knots, from 0 [m] */
+    double *coordinate[3]; /* at the knots [m] */
+};
+
+enum { ITERATIONS = 30, FINER = 16 };
+
+static double *new_numbers(struct memory *memory, int count) {
+    return memory_get(memory, ((size_t)count + 1) * sizeof(double));
+}
+
+static double speed(const struct spline splines[3], double at) {
+    const double x = spline_value(&splines[0], at, 1), y = spline_value(&splines[1], at, 1),
+                 z = spline_value(&splines[2], at, 1);
+    return sqrt(x * x + y * y + z * z);
+}
+
+/* Length of the curve from a to b by Gauss's rule with five points. */
+static double length_between(const struct spline splines[3], double a, double b) {
+    static const double places[] = {0, 0.538469310105683091, 0.906179845938663993},
+                        weights[] = {0.568888888888888889, 0.478628670499366468, 0.236926885056189088};
+    const double middle = (a + b) / 2, half = (b - a) / 2;
+    double sum = weights[0] * speed(splines, middle);
+    for (int i = 1; i < 3; i++)
+        sum += weights[i] *
+               (speed(splines, middle - half * places[i]) + speed(splines, middle + half * places[i]));
+    return half * sum;
+}
+
+static void fit(struct memory *memory, const double *knots, const double *const points[3], int count,
+                struct spline splines[3]) {
+    for (int axis = 0; axis < 3; axis++)
+        splines[axis] = spline_through(memory, knots, points[axis], count);
+}
+
+static void measure_chords(const double *const points[3], int count, double *knots) {
+    for (int i = 1; i < count; i++) {
+        double square = 0;
+        for (int axis = 0; axis < 3; axis++)
+            square += pow(points[axis][i] - points[axis][i - 1], 2);
+        knots[i] = knots[i - 1] + sqrt(square);
+    }
+}
+
+/* Replaces the knots by lengths along the spline that they define. Returns the largest change. */
+static double measure_arcs(const struct spline splines[3], int count, double *knots) {
+    double before = knots[0], change = 0;
+    for (int i = 1; i < count; i++) {
+        const double own = knots[i];
+        knots[i] = knots[i - 1] + length_between(splines, before, own);
+        change = fmax(change, fabs(knots[i] - own));
+        before = own;
+    }
+    return change;
+}
+
+/* A path through `count` >= 2 points, of which no two neighbours are equal. */
+static struct path path_through(struct memory *memory, const double *const points[3], int count) {
+    const int fine = (count - 1) * FINER + 1;
+    struct path path = {.count = fine, .length = new_numbers(memory, fine)};
+    double *knots = new_numbers(memory, count);
+    struct spline splines[3];
+    measure_chords(points, count, knots);
+    fit(memory, knots, points, count, splines);
+    for (int i = 0; i < ITERATIONS && measure_arcs(splines, count, knots) > 1e-14 * knots[count - 1]; i++)
+        fit(memory, knots, points, count, splines);
+    for (int axis = 0; axis < 3; axis++)
+        path.coordinate[axis] = new_numbers(memory, fine);
+    double before = 0;
+    for (int i = 0; i < fine; i++) {
+        const int piece = i / FINER < count - 1 ? i / FINER : count - 2;
+        const double step = (knots[piece + 1] - knots[piece]) / FINER;
+        const double at = i == fine - 1 ? knots[count - 1] : knots[piece] + step * (i - piece * FINER);
+        path.length[i] = i > 0 ? path.length[i - 1] + length_between(splines, before, at) : 0;
+        for (int axis = 0; axis < 3; axis++)
+            path.coordinate[axis][i] = spline_value(&splines[axis], at, 0);
+        before = at;
+    }
+    return path;
 }
 
 /* ---- samples ---- */
 
-/* Entry `column` of a sample, which has `least` to 3 numbers; notes a fault when it has not. */
+/* Entry `column` of a sample, which must have `least` to 3 numbers. Notes an error if it has not. */
 static double sample(struct module_call *call, const struct value *list, int row, int column, int least) {
     const struct value *entry = &list->items[row];
     const bool is_list = entry->kind == VALUE_TABLE && entry->field_count == 0;
@@ -186,13 +347,13 @@ static double sample(struct module_call *call, const struct value *list, int row
         return value ? value->number : 0;
     if (!call->fault)
         call->fault =
-            memory_format(call->declarations->memory, "rd.%s: sample %d is not of the form %s, of numbers",
+            memory_format(call->declarations->memory, "rd.%s: sample %d must be %s with plain numbers",
                           module_function_name(call->declarations->memory, call->function), row + 1,
                           least == 2 ? "{ at, value }" : "{ x, y, z }");
     return 0;
 }
 
-/* The samples of a list; where there was a gap, which has been said, those that are there. */
+/* The samples of a list without its gaps, which have been reported. */
 static struct value samples_argument(struct module_call *call, const char *needed) {
     const struct value *list = argument(call, 0);
     struct value samples = {.kind = VALUE_TABLE};
@@ -225,9 +386,9 @@ static void run_spline(struct module_call *call) {
     const double *knots = sample_column(call, &list, 0, 2), *values = sample_column(call, &list, 1, 2);
     for (int i = 0; i < count && !call->fault; i++)
         if (!isfinite(knots[i]) || !isfinite(values[i]) || (i > 0 && !(knots[i] > knots[i - 1])))
-            call->fault = memory_format(
-                call->declarations->memory,
-                "rd.spline: sample %d is at %.6g, finite ascending numbers are needed", i + 1, knots[i]);
+            call->fault = memory_format(call->declarations->memory,
+                                        "rd.spline: sample %d is at %.6g; places must be finite and ascend",
+                                        i + 1, knots[i]);
     if (!call->fault)
         call->result = curve(call, knots, values, count);
 }
@@ -245,13 +406,14 @@ static void run_path(struct module_call *call) {
             apart += i > 0 ? fabs(points[axis][i] - points[axis][i - 1]) : 0 * points[axis][i];
         if (!isfinite(apart) || apart <= 0)
             call->fault = memory_format(
-                memory, "rd.path: sample %d is not finite or at the one before it, points of a path differ",
+                memory,
+                "rd.path: sample %d is not finite or equal to the one before it; neighbours must differ",
                 i + 1);
     }
     if (call->fault)
         return;
     const struct path path = path_through(memory, points, count);
-    struct named_value *fields = memory_get(memory, 4 * sizeof *fields);
+    struct value_field *fields = memory_get(memory, 4 * sizeof *fields);
     fields[0].value = (struct value){.kind = VALUE_NUMBER, .number = path.length[path.count - 1]};
     for (int axis = 0; axis < 3; axis++)
         fields[axis + 1].value = curve(call, path.length, path.coordinate[axis], path.count);
@@ -279,7 +441,7 @@ static const struct {
 
 enum { FUNCTION_COUNT = sizeof functions / sizeof *functions };
 
-/* ---- the functions of ops.def: numbers give a number, an expression among them an expression ---- */
+/* ---- functions of ops.def: of numbers they are a number, otherwise an expression ---- */
 
 static const struct {
     const char *name;
@@ -306,9 +468,9 @@ static void run_operation(struct module_call *call, enum operation operation) {
         call->result = (struct value){.kind = VALUE_NUMBER,
                                       .number = operation_value(operation, values[0], values[1], values[2])};
     else if (operation == OP_POW)
-        give(call, expr_power(graph, operands[0], operands[1]));
+        set_result(call, expr_power(graph, operands[0], operands[1]));
     else
-        give(call, expr_apply(graph, operation, operands[0], operands[1], operands[2]));
+        set_result(call, expr_apply(graph, operation, operands[0], operands[1], operands[2]));
 }
 
 /* ---- all functions, numbered ---- */
@@ -373,9 +535,8 @@ const char *module_unknown(struct memory *memory, const char *name) {
     known[count++] = "pi";
     const char *nearest = message_nearest_name(name, known, count);
     if (nearest)
-        return memory_format(memory, "rd.%s: unknown function, the nearest known one is \"%s\"", name,
-                             nearest);
-    return memory_format(memory, "rd.%s: unknown function, models/README.md lists what rd has", name);
+        return memory_format(memory, "rd.%s: unknown function; did you mean \"%s\"?", name, nearest);
+    return memory_format(memory, "rd.%s: unknown function; models/README.md lists the functions", name);
 }
 
 void module_run(struct module_call *call) {
@@ -385,9 +546,10 @@ void module_run(struct module_call *call) {
         is_operation ? operations[operation_index(call->function)].operation : OP_COUNT;
     int most = is_operation ? operation_arity(operation) : functions[call->function].most_arguments;
     if (call->argument_count > most || (is_operation && call->argument_count < most))
-        call->fault = memory_format(memory, "rd.%s: number of arguments is %d, %d is needed; write %s",
-                                    module_function_name(memory, call->function), call->argument_count, most,
-                                    module_form(memory, call->function));
+        call->fault = memory_format(memory, "rd.%s: %d argument%s; must have %s%d, as in %s",
+                                    module_function_name(memory, call->function), call->argument_count,
+                                    call->argument_count == 1 ? "" : "s", is_operation ? "" : "at most ",
+                                    most, module_form(memory, call->function));
     else if (is_operation)
         run_operation(call, operation);
     else

@@ -1,8 +1,15 @@
-/* What reading a model file provides to the rest of the program. */
+/*
+ * Reads model files, for the rest of the program. Parts, in reading order:
+ *   names        identifiers that reach C
+ *   model files  from a Lua file to the model, and its checks
+ *   sources      the Lua files of a model
+ *   values       Lua values in plain C, for files of other kinds
+ *   fields       messages about values
+ *   tables       of cases, whose derived columns a Lua function computes
+ */
 #ifndef REFDYN_GEN_READ_H
 #define REFDYN_GEN_READ_H
 
-#include <setjmp.h>
 #include <stdbool.h>
 
 #include "gen/base/base.h"
@@ -10,45 +17,37 @@
 #include "gen/model/model.h"
 #include "gen/tree/tree.h"
 
-/*
- * Names of a model that reach C: as members of structs, as the lead of functions and as names of files.
- *
- * Takes names with their places; complains about those that a compiler, a header or a library takes for
- * something else, and about those that are taken twice.
- */
+/* ---- names ---- */
 
+/* A name that reaches C as a member of a struct, in a function's name or in a file's name. */
 struct named {
     const char *name;
     struct place place;
 };
 
-/* Identifiers of C and C++, each once within its kind ("link", "point" ...). */
+/* Reports names that are not identifiers of C and C++ or are taken twice within their kind ("link" ...). */
 void names_check(struct messages *messages, const char *kind, const struct named *list, int count);
-/* The same for members of an emitted struct, which macros would replace. */
+/* The same for members of an emitted struct, which must not be macros either. */
 void names_check_members(struct messages *messages, const char *kind, const struct named *list, int count);
-/* The model's name is that of its files and the lead of its functions: neither may be someone else's. */
+/* The model's name begins the names of its files and functions, which must not be those of the system. */
 void names_check_model(struct messages *messages, struct named named);
 
-/* A value that the command line gives to an option or a parameter of the model: --set NAME=VALUE. */
+/* ---- model files ---- */
 
+/* A value of the command line for an option or a parameter of the model: --set NAME=VALUE. */
 struct setting {
     const char *name, *value;
 };
 
-/*
- * From a Lua file to the model: see model.h for the two steps. Complaints go to `messages`; a model with
- * errors is not used further.
- */
-
-/* What a Lua file describes: each kind has functions of its own in rd. */
+/* Kinds of Lua files. Each has its own functions in rd. */
 enum file_kind { FILE_MODEL, FILE_SWEEP };
 
 struct read_request {
     const char *file;
     enum file_kind kind;
-    const struct setting *settings; /* --set NAME=VALUE, later ones win */
+    const struct setting *settings; /* --set NAME=VALUE; the last one of a name is used */
     int setting_count;
-    bool fold; /* parameters become numbers; anchored ones stay parameters */
+    bool fold; /* parameters become numbers, except for anchored ones */
     enum accelerations accelerations;
     enum loops loops;
 };
@@ -56,28 +55,30 @@ struct read_request {
 struct script;
 
 /*
- * Opens the file and runs it up to the model's table; NULL when that failed (messages say why). Complaints
- * that leave something to read leave a script too. It is never closed: what it takes lives in `memory` and
- * goes with it, and no code of the model runs any more.
+ * Opens the file and runs it up to the table that it returns. NULL after an error that ends the reading;
+ * other errors are in `messages` only. The script is never closed: its memory is released with `memory`, and
+ * no code of the model runs then.
  */
 struct script *script_open(struct memory *memory, struct graph *graph, const struct read_request *request,
                            struct messages *messages);
-/* Fills the model; after complaints it is whole, with harmless values for what is missing, but not to be
- * expanded. */
+/* Fills the model in the first of its two steps (model.h). After errors the model has harmless values for
+ * what is missing, but must not be expanded. */
 void read_scene(struct script *script, struct model *model);
-/* Of a model and a tree without complaints; complains about unknown settings too. */
+/* The second step, for a model and a tree without errors. Reports unknown settings too. */
 void read_programme(struct script *script, const struct tree *tree, struct model *model);
-/* The files that it was read from; they outlive the script. */
-const struct sources *script_sources(const struct script *script);
 
 /* Checks that need no Lua: names, values at the parameters' defaults, references. */
 void check_scene(const struct model *model, struct messages *messages);
 void check_programme(const struct model *model, const struct tree *tree, struct messages *messages);
 
-/* The Lua files of a model: its own, and those beside it that it requires. */
+/*
+ * Lists kinks of formulas in coordinates and rates as model->kinks: the expressions that change sign at the
+ * kinks of absolute values, minima, maxima and comparisons in forces, loads, energies and rows. The steps of
+ * a motion end on them, as on events without a name. Kinks in time alone are in quantities.h.
+ */
+void state_kinks_list(struct memory *memory, struct model *model);
 
-/* What the files of one model may be: one file of 4 MB describes 40,000 links. */
-enum { SOURCES_BOUND = 100, SOURCE_MEGABYTES = 4 };
+/* ---- sources ---- */
 
 struct source_file {
     const char *path;
@@ -85,52 +86,100 @@ struct source_file {
     size_t length;
 };
 
+/* The Lua files of a model: its own, and files of the same folder that it requires. */
 struct sources {
     struct source_file *list; /* the first is the model */
     int count, capacity;
     size_t length; /* of all */
 };
 
-/* What Lua calls the files in its messages, with their number behind it. */
-#define SOURCE_CHUNK "model"
+/* The files that a script was read from. They outlive the script. */
+const struct sources *script_sources(const struct script *script);
 
-/* Reads one more; NULL, or why it cannot be read. Only regular files are: others may have no end, or wait. */
-const char *source_file_add(struct memory *memory, struct sources *sources, const char *path);
-/* The path of NAME.lua in the folder of the file `beside`. */
-const char *source_file_path(struct memory *memory, const char *beside, const char *name);
-/* Takes "model0:LINE: text"; gives the place, and in `rest` the text. Leaves `place` as it is, and gives
- * false, for a text without such a lead. */
-bool source_file_place(const struct sources *sources, const char *text, struct place *place,
-                       const char **rest);
+/* ---- values ---- */
 
-/*
- * Kinks of formulas in coordinates and rates: a motion's steps end on them, as on events without a name.
- *
- * Takes the formulas of forces, loads, energies and rows. Gives model->kinks, what changes sign at their
- * minima, maxima, absolute values and comparisons of coordinates, positions and rates; those of time alone
- * are others (quantities.h).
- */
+enum value_kind {
+    VALUE_NOTHING,
+    VALUE_NUMBER,
+    VALUE_TEXT,
+    VALUE_BOOLEAN,
+    VALUE_EXPRESSION,
+    VALUE_FUNCTION,
+    VALUE_CURVE, /* result of rd.spline: a function of an expression */
+    VALUE_TABLE,
+    VALUE_GROUP /* parameters, or a part of the state: something with named values */
+};
 
-void state_kinks_list(struct memory *memory, struct model *model);
+struct value_field;
 
-/*
- * A sweep file as plain data: what varies and how, what is derived from that, how the motions run, what is
- * kept.
- *
- * Takes the file, which runs in the sandbox of model files; knows no model, so that it takes any name.
- * Complaints about the rest are collected in `messages`, to which the caller may add. The cases themselves
- * are the caller's: it makes their columns and has the derived ones computed.
- */
+/* A Lua value with its file and line. List items are in order, named entries are sorted by name. */
+struct value {
+    enum value_kind kind;
+    struct place place;
+    double number;
+    bool is_whole, truth;
+    const char *text;
+    expression expression;
+    int function;    /* handle of script_call */
+    int curve;       /* number of the graph's spline */
+    const char *tag; /* "model", "position" ... of a table made by a function of the module, or NULL */
+    struct value *items;
+    int item_count;
+    struct value_field *fields;
+    int field_count;
+};
 
-/* What the values of a column are. */
+struct value_field {
+    const char *name;
+    struct value value;
+};
+
+/* The table that the file returns. */
+const struct value *script_result(const struct script *script);
+/* The word for the kind in messages: "a number", "a table" ... */
+const char *value_kind_text(enum value_kind kind);
+/* The entry of this name, or NULL. */
+const struct value *value_find_field(const struct value *table, const char *name);
+
+/* ---- fields ---- */
+
+/* What checks of values use. */
+struct checker {
+    struct memory *memory;
+    struct graph *graph;
+    struct messages *messages;
+    struct declarations *declarations; /* of a model file */
+};
+
+/* `path.name` and `path[index]`. */
+const char *fields_path_name(const struct checker *checker, const char *path, const char *name);
+const char *fields_path_item(const struct checker *checker, const char *path, int index);
+/* The word for a value in messages: "a number", "made by rd.box". */
+const char *fields_made_text(const struct checker *checker, const struct value *value);
+/* Whether a function of this name has made the table. */
+bool fields_has_tag(const struct value *value, const char *tag);
+/* The names of a list or of a text with commas. Returns their number. */
+int fields_get_names(const struct checker *checker, const struct value *value, const char ***names);
+/* Report named entries in a list, and items in a table of names. True if there are none. */
+bool field_types_has_no_names(const struct checker *checker, const struct value *value, const char *path,
+                              const char *needed);
+bool field_types_has_no_items(const struct checker *checker, const struct value *value, const char *path,
+                              const char *needed);
+/* Reports an unknown name, with the nearest known one or all of them. */
+void fields_refuse_name(const struct checker *checker, struct place place, const char *path, const char *fact,
+                        const char *name, const char *const *known, int count);
+
+/* ---- tables of cases ---- */
+
+/* Kinds of values of a column. */
 enum case_values { CASES_NUMBERS, CASES_WHOLE, CASES_TRUTHS, CASES_TEXTS };
 
-/* One name of all cases. */
+/* The values of one name in all cases. */
 struct case_column {
     const char *name;
     struct place place;
     enum case_values kind;
-    double *values;     /* (count) numbers; of truths 0 or 1; of texts, which of them */
+    double *values;     /* (count) numbers; of truths 0 or 1; of texts the index in `texts` */
     const char **texts; /* (text_count) of CASES_TEXTS */
     int text_count;
 };
@@ -141,83 +190,14 @@ struct case_table {
     struct case_column *columns;
 };
 
-/* How a column varies: its list, or a range of points or of random numbers. */
-enum vary_form { VARY_LIST, VARY_GRID, VARY_LOG_GRID, VARY_UNIFORM, VARY_LOG_UNIFORM, VARY_NORMAL };
+/* Calls a sweep's function with the values of each case of `given`. Its results become the columns of
+ * `derived`, in the order of their names, which live in `memory`. False after an error, which is in messages.
+ */
+bool script_derive(struct script *script, const struct value *function, const struct case_table *given,
+                   struct memory *memory, struct case_table *derived);
 
-struct vary {
-    const char *name;
-    struct place place;
-    enum vary_form form;
-    double from, to;         /* of VARY_NORMAL: mean and standard deviation */
-    double count;            /* of a list or grid, 1 for a single value; random: 0 */
-    struct case_column list; /* of VARY_LIST: its values */
-};
-
-bool vary_is_random(const struct vary *vary);
-
-enum sequence { SEQUENCE_RANDOM, SEQUENCE_SOBOL, SEQUENCE_HALTON };
-
-/* How the motions run, as the options of `sim`: 0 and NULL where the file does not say. */
-struct sweep_run {
-    double t_end, tol, step, step_max, every;
-    const char *method, *from, *stabilise, *singular, *start, *way;
-    const char *hold, *release; /* names, commas between */
-};
-
-struct sweep_names {
-    const char **names;
-    struct place *places; /* (count) */
-    int count;
-};
-
-struct sweep_keep {
-    bool final;
-    struct sweep_names extremes, norms, history;
-    double *at; /* (at_count) ascending, not below 0 [s] */
-    int at_count;
-    struct place at_place;
-};
-
-struct value;
-struct script;
-
-struct sweep_file {
-    struct memory memory;
-    struct graph graph;
-    struct messages messages;
-    jmp_buf out_of_memory;
-    struct script *script;
-    struct place place;  /* of the sweep */
-    struct vary *varies; /* (vary_count) in the order of their names */
-    int vary_count;
-    double draws; /* of each point of the grids; 1 where nothing is random */
-    double seed;
-    bool has_seed;
-    enum sequence sequence;
-    double cases_max;
-    const struct value *derive; /* NULL: nothing is derived */
-    struct sweep_run run;
-    struct sweep_keep keep;
-};
-
-/* The functions of sweep files, by number, with the names of their arguments, commas between; NULL behind the
- * last one. For editors. */
+/* The functions of sweep files by number, with the names of their arguments separated by commas; NULL after
+ * the last one. For editors. */
 const char *sweep_file_function(int number, const char **arguments);
-
-/* How many cases there are, which `cases_max` bounds once the file is read. */
-double sweep_file_case_count(const struct sweep_file *file);
-
-/* Where the file gives a field of rd.sweep; that of the sweep when it does not. */
-struct place sweep_file_place(const struct sweep_file *file, const char *field);
-
-/* False: messages say why, or memory is short, when there is none. sweep_file_release in any case. */
-bool sweep_file_read(struct sweep_file *file, const char *path);
-/* Computes what the file derives from the columns of `given`, and gives these new columns, in the order of
- * their names; they live in `memory`. False as above. */
-bool sweep_file_derive(struct sweep_file *file, const struct case_table *given, struct memory *memory,
-                       struct case_table *derived);
-/* The text of all files that it was read from, in `memory`. */
-const char *sweep_file_text(const struct sweep_file *file, struct memory *memory);
-void sweep_file_release(struct sweep_file *file);
 
 #endif

@@ -1,23 +1,22 @@
 /*
- * Beams of a link: their segments, sections, damping and curvature. See reader.h.
+ * The beam of a link: segments, sections, damping and curvature.
  *
- * A segment takes from its beam what it does not say itself; a beam without segments is one segment.
+ * A segment inherits from its beam the fields that it does not have. A beam without segments is one segment.
  */
 #include "gen/read/reader.h"
-#include "gen/base/base.h"
 
 #include <math.h>
 #include <string.h>
 
 static const double pi = 3.14159265358979323846;
 
-/* The tables that say something about a segment: its own (NULL in a beam without segments) and the beam's. */
+/* The two tables that describe a segment: its own (NULL in a beam without segments) and the beam's. */
 struct source {
     const struct reader *reader;
     const struct value *own, *beam;
     const char *own_path, *beam_path;
     int segment_count;
-    bool *has_checked_damping; /* that of the beam, which several segments take from it, is checked once */
+    bool *has_checked_damping; /* the beam's damping, which several segments may share, is checked once */
 };
 
 /* The same quantity in both tables. */
@@ -35,7 +34,7 @@ static const struct shared_field length_field = {FIELD_SEGMENT_length, FIELD_BEA
                                  curvature_field = {FIELD_SEGMENT_curvature, FIELD_BEAM_curvature},
                                  rfe_field = {FIELD_SEGMENT_rfe, FIELD_BEAM_rfe};
 
-/* The table that has the field, its own first; complains when neither has and it is needed. */
+/* The table that has the field, the segment's own first. Reports a needed field that neither has. */
 static const struct value *choose_table(const struct source *source, struct shared_field field,
                                         enum field *found, const char **path) {
     const struct checker *check = &source->reader->check;
@@ -45,13 +44,13 @@ static const struct value *choose_table(const struct source *source, struct shar
     *path = fields_path_name(check, is_own ? source->own_path : source->beam_path, name);
     if (is_own || is_beam)
         return is_own ? source->own : source->beam;
-    const bool is_said = /* by fields_check */
+    const bool is_reported = /* by fields_check */
         (source->own && field_rules[field.own].need == NEED_NEEDED) ||
         (source->own && fields_is_misspelled(source->own, OWNER_SEGMENT, name)) ||
         fields_is_misspelled(source->beam, OWNER_BEAM, name);
-    if (field_rules[field.beam].need == NEED_SHARED && !is_said)
+    if (field_rules[field.beam].need == NEED_SHARED && !is_reported)
         message_error(check->messages, (source->own ? source->own : source->beam)->place,
-                      "%s: missing, a beam needs it",
+                      "%s: missing; a beam needs it",
                       fields_path_name(check, source->own ? source->own_path : source->beam_path, name));
     return source->beam;
 }
@@ -110,7 +109,7 @@ static double clamped_root(int mode, double load) {
     return low;
 }
 
-/* omega = b^2 sqrt(E I / (rho A L^4)), bending about z where the elements have it, else about y. */
+/* omega = b^2 sqrt(E I / (rho A L^4)), of bending about z if the elements bend about it, else about y. */
 static expression mode_frequency(const struct source *source, const struct value *damping,
                                  const struct segment *segment, const struct beam *beam) {
     const struct reader *reader = source->reader;
@@ -143,18 +142,16 @@ static void check_damping(const struct source *source, const struct value *dampi
     const bool has_mode = mode || fields_has(damping, FIELD_DAMPING_tip_mass);
     if (has_mode && has_frequency)
         message_error(check->messages, damping->place,
-                      "%s: both a mode and a frequency, one of them has the ratio", path);
+                      "%s: has both mode and frequency; give the one to which the ratio belongs", path);
     if (mode && mode->number > 3)
-        message_error(check->messages, mode->place, "%s.mode: value %.6g, 1, 2 or 3 is needed", path,
+        message_error(check->messages, mode->place, "%s.mode: value %.6g; must be 1, 2 or 3", path,
                       mode->number);
     if (has_ratio && !has_frequency && source->segment_count > 1)
-        message_error(
-            check->messages, damping->place,
-            "%s.ratio: the modes of a beam of several segments are not known here, frequency is needed",
-            path);
-    if (has_ratio && shared_value(source, eta_field))
-        message_error(check->messages, damping->place, "%s.ratio: eta is given too, one of them is enough",
+        message_error(check->messages, damping->place,
+                      "%s.ratio: the modes of a beam of several segments are not known here; add frequency",
                       path);
+    if (has_ratio && shared_value(source, eta_field))
+        message_error(check->messages, damping->place, "%s.ratio: eta is given too; give one of them", path);
 }
 
 static void read_damping(const struct source *source, struct segment *segment, const struct beam *beam) {
@@ -216,16 +213,16 @@ static void read_dofs(const struct reader *reader, const struct value *value, co
         const int turn = text_index(names[i], turns, 3);
         if (turn < 0)
             message_error(reader->check.messages, value->place,
-                          "%s: \"%s\" is no turn of an element, psi theta phi are", path, names[i]);
+                          "%s: \"%s\" is not a turn of an element; use psi, theta or phi", path, names[i]);
         else
             beam->keeps[turn] = true;
     }
     if (value && count == 0 && value->item_count + value->field_count == 0)
         message_error(reader->check.messages, value->place,
-                      "%s: empty, psi theta phi or some of them are needed (a rigid link has rfe = 1)", path);
+                      "%s: empty; name psi, theta, phi or some of them (for a rigid link set rfe = 1)", path);
 }
 
-/* Elements with fewer turns have nothing to be symmetric in: what they lack is rigid. */
+/* Strains are symmetric in all three turns, so that elements with fewer turns do not need them. */
 static void read_springs(const struct reader *reader, const struct value *value, const char *path,
                          struct beam *beam) {
     const bool has_all = beam->keeps[0] && beam->keeps[1] && beam->keeps[2];
@@ -233,13 +230,13 @@ static void read_springs(const struct reader *reader, const struct value *value,
     beam->has_strains = has_all && !is_printed;
     if (value && !is_printed && strcmp(value->text, "symmetric") != 0)
         message_error(reader->check.messages, value->place,
-                      "%s: \"%s\", \"symmetric\" or \"printed\" is needed", path, value->text);
+                      "%s: \"%s\"; must be \"symmetric\" or \"printed\"", path, value->text);
     else if (value && !has_all)
         message_warning(reader->check.messages, value->place,
-                        "%s: the elements have fewer turns than three (dofs), it says nothing", path);
+                        "%s: has no effect, since the elements have fewer than three turns (dofs)", path);
 }
 
-/* What each segment says for itself, the beam says for none. */
+/* Warns of fields of the beam that have no effect, since every segment has its own. */
 static void check_overridden(const struct reader *reader, const struct value *table,
                              const struct value *segments, const char *path) {
     static const struct shared_field *const fields[] = {&section_field,   &E_field,   &nu_field,
@@ -252,25 +249,25 @@ static void check_overridden(const struct reader *reader, const struct value *ta
             own += fields_has(&segments->items[i], fields[k]->own);
         if (value && own > 0 && own == segments->item_count)
             message_warning(reader->check.messages, value->place,
-                            "%s: each segment has its own, the beam's says nothing beside them",
+                            "%s: has no effect, since each segment has its own",
                             fields_path_name(&reader->check, path, field_rules[fields[k]->beam].name));
     }
 }
 
-/* What a table says of turns that the elements do not have. */
+/* Warns of values for turns that the elements do not have. */
 static void warn_of_turns(const struct reader *reader, const struct value *table, const enum field fields[3],
                           const char *path, const struct beam *beam) {
     for (int i = 0; table && i < 3; i++) {
         const char *name = field_rules[fields[i]].name;
         if (fields_get_value(&reader->check, table, fields[i]) && !beam->keeps[i])
             message_warning(reader->check.messages, fields_get(table, fields[i])->place,
-                            "%s: the elements have no %s (dofs), it says nothing",
+                            "%s: has no effect, since the elements do not turn by %s (dofs)",
                             fields_path_name(&reader->check, path, name), name);
     }
 }
 
-static void look_at_turns(const struct reader *reader, const struct value *damping,
-                          const struct value *curvature, const char *path, const struct beam *beam) {
+static void check_turns(const struct reader *reader, const struct value *damping,
+                        const struct value *curvature, const char *path, const struct beam *beam) {
     static const enum field dampings[] = {FIELD_DAMPING_psi, FIELD_DAMPING_theta, FIELD_DAMPING_phi},
                             bends[] = {FIELD_CURVATURE_psi, FIELD_CURVATURE_theta, FIELD_CURVATURE_phi};
     warn_of_turns(reader, damping, dampings, fields_path_name(&reader->check, path, "damping"), beam);
@@ -292,8 +289,8 @@ static void read_segments(const struct reader *reader, const struct value *table
         source.own = segments ? &segments->items[i] : NULL;
         source.own_path = fields_path_item(check, list, i);
         if (source.own)
-            look_at_turns(reader, fields_get(source.own, FIELD_SEGMENT_damping),
-                          fields_get(source.own, FIELD_SEGMENT_curvature), source.own_path, beam);
+            check_turns(reader, fields_get(source.own, FIELD_SEGMENT_damping),
+                        fields_get(source.own, FIELD_SEGMENT_curvature), source.own_path, beam);
         read_segment(&source, beam, &beam->segments[beam->segment_count++]);
     }
 }
@@ -309,11 +306,12 @@ void read_beam(const struct reader *reader, const struct value *table, const cha
                  beam);
     if (segments && fields_has(table, FIELD_BEAM_length))
         message_error(check->messages, table->place,
-                      "%s.length: beside segments, their own lengths add up to it", path);
+                      "%s.length: given together with segments, whose lengths add up to it; remove it", path);
     if (segments && segments->item_count == 0)
-        message_error(check->messages, segments->place, "%s.segments: empty, a beam has at least one", path);
-    look_at_turns(reader, fields_get(table, FIELD_BEAM_damping), fields_get(table, FIELD_BEAM_curvature),
-                  path, beam);
+        message_error(check->messages, segments->place, "%s.segments: empty; a beam needs at least one",
+                      path);
+    check_turns(reader, fields_get(table, FIELD_BEAM_damping), fields_get(table, FIELD_BEAM_curvature), path,
+                beam);
     if (segments)
         check_overridden(reader, table, segments, path);
     read_segments(reader, table, segments, path, beam);

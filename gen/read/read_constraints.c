@@ -1,10 +1,10 @@
 /*
  * Reads what the author's function `constraints` returns: rows, one by one or as closed loops, axes and
- * joints; and contacts, whose rows act while they rest. See reader.h.
+ * joints; and contacts, whose rows act while they rest. Fills the model's rows, and events of contacts.
  *
- * Loops and their like are position rows in symbols of points and directions. Two axes are kept parallel by
- * two products with directions at right angles to one of them and fixed to its body, so that the rows stay
- * independent near every closed position.
+ * Loops, axes and joints become position rows in symbols of points and directions. Two axes are kept parallel
+ * by two dot products: of one axis with two directions fixed to the other body, at right angles to its axis.
+ * These rows stay independent near every closed position.
  */
 #include "gen/read/reader.h"
 
@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* What all rows of one entry share. */
+/* What the rows of one entry have in common. */
 struct group {
     const struct reader *reader;
     const struct value *value;
@@ -20,7 +20,7 @@ struct group {
     expression alpha, beta;
 };
 
-/* The number in a name such as "loop 2 x" of a row of that kind, 0 in any other name. */
+/* The number in a name such as "loop 2 x" of a row of the kind "loop"; 0 for any other name. */
 static long number_in(const char *name, const char *kind) {
     const size_t length = strlen(kind);
     if (strncmp(name, kind, length) != 0 || name[length] != ' ')
@@ -30,7 +30,7 @@ static long number_in(const char *name, const char *kind) {
     return *end == '\0' || *end == ' ' ? found : 0;
 }
 
-/* "loop 1", "loop 2" ...: the first number that no row has. */
+/* "loop 1", "loop 2" ..., with the first number that no row has. */
 static const char *next_name(const struct reader *reader, const char *kind) {
     const struct model *model = reader->model;
     struct memory *memory = reader->check.memory;
@@ -48,7 +48,7 @@ static const char *next_name(const struct reader *reader, const char *kind) {
     return memory_format(memory, "%s %d", kind, first);
 }
 
-/* `name`: where the author gives none, NULL: the next one of its kind. */
+/* `name` is used if the author gives none; NULL selects the next one of its kind. */
 static struct group start_group(const struct reader *reader, const struct value *value, const char *path,
                                 const enum field gains[3], const char *name) {
     const struct checker *check = &reader->check;
@@ -63,7 +63,7 @@ static struct group start_group(const struct reader *reader, const struct value 
                           .beta = fields_get_value(check, value, gains[1])};
 }
 
-/* One row; `part` tells it from the others of its entry, NULL: it is the only one. */
+/* Adds one row. `part` distinguishes it from the other rows of its entry; NULL if it is the only one. */
 static void add_row(const struct group *group, enum row_level level, expression residual, const char *part) {
     const struct checker *check = &group->reader->check;
     struct model *model = group->reader->model;
@@ -86,7 +86,7 @@ static void add_row(const struct group *group, enum row_level level, expression 
 
 /* ---- rows that the author writes ---- */
 
-/* A formula that the author writes may begin where the motion does. */
+/* A formula of the author may contain values at the start of the motion. */
 static void add_programme(const struct group *group, enum row_level level, expression residual,
                           const char *part) {
     const struct reader *reader = group->reader;
@@ -96,16 +96,16 @@ static void add_programme(const struct group *group, enum row_level level, expre
     row->starts = declarations_start_values(reader->check.declarations, residual, &row->start_count);
 }
 
-/* A gain that has nothing to act on is a mistake of the author. */
+/* Reports gains that have no residual to act on. */
 static void check_gains(const struct reader *reader, const struct value *value, enum row_level level,
                         const char *path) {
     const struct value *alpha = fields_get(value, FIELD_ROW_alpha), *beta = fields_get(value, FIELD_ROW_beta);
     if (level == ROW_ACCELERATION && alpha)
         message_error(reader->check.messages, alpha->place,
-                      "%s.alpha: an acceleration row has no residual to stabilise", path);
+                      "%s.alpha: an acceleration row has no residual to stabilise; remove it", path);
     if (level != ROW_POSITION && beta)
-        message_error(reader->check.messages, beta->place,
-                      "%s.beta: only a position row has a residual of position", path);
+        message_error(reader->check.messages, beta->place, "%s.beta: only position rows have it; remove it",
+                      path);
 }
 
 static void read_written_row(const struct reader *reader, const struct value *value, const char *path,
@@ -139,8 +139,8 @@ static struct vector unit_of(struct graph *g, struct vector v) {
     return vector_scale(g, expr_div(g, expr_one(g), expr_sqrt(g, vector_dot(g, v, v))), v);
 }
 
-/* Two unit vectors at right angles to `along` and to each other: the next axes when it is an axis, else those
- * made with the axis that it is farthest from. */
+/* Two unit vectors at right angles to `along` and to each other: the other axes if it is an axis, else cross
+ * products with the axis that is farthest from it. */
 static void normals_of(const struct reader *reader, struct vector along, struct vector normal[2]) {
     struct graph *g = reader->check.graph;
     int farthest = 0, zeros = 0;
@@ -175,7 +175,7 @@ static expression dot(const struct reader *reader, struct vector a, struct vecto
     return vector_dot(reader->check.graph, a, b);
 }
 
-/* A place of the model, and the direction of an axis there, of length 1. */
+/* A place of the model, and the unit direction of an axis there. */
 struct axis {
     struct attachment at;
     struct vector direction;
@@ -222,11 +222,11 @@ static void read_loop(const struct reader *reader, const struct value *value, co
         if (strlen(names[i]) == 1 && strchr("xyz", *names[i]))
             keeps[*names[i] - 'x'] = true;
         else
-            message_error(reader->check.messages, keep->place, "%s.keep: \"%s\" is no axis, x y z are", path,
-                          names[i]);
+            message_error(reader->check.messages, keep->place,
+                          "%s.keep: \"%s\" is not an axis; use x, y or z", path, names[i]);
     }
     if (keep && count == 0 && keep->item_count + keep->field_count == 0)
-        message_error(reader->check.messages, keep->place, "%s.keep: empty, x y z or some of them are needed",
+        message_error(reader->check.messages, keep->place, "%s.keep: empty; name x, y, z or some of them",
                       path);
     if (!read_ends(reader, value, FIELD_LOOP_a, FIELD_LOOP_b, path, ends))
         return;
@@ -237,7 +237,7 @@ static void read_loop(const struct reader *reader, const struct value *value, co
             add_row(&group, ROW_POSITION, apart.at[i], component_names[i]);
 }
 
-/* Two rows: `direction`, fixed to a, is at right angles to the normals of the axis b. */
+/* Two rows: `direction`, fixed to a, stays at right angles to the normals of the axis b. */
 static void add_parallel(const struct group *group, struct vector direction, const struct axis *b,
                          const char *const parts[2]) {
     struct vector normal[2];
@@ -294,8 +294,8 @@ static void read_distance(const struct reader *reader, const struct value *value
     value_expression(g, length, &e);
     if (expr_is_number(g, e, NULL) && read_value_now(reader, e) <= 0)
         message_error(reader->check.messages, length->place,
-                      "%s.length: value %.6g, a positive number is needed (rd.loop makes points coincide)",
-                      path, read_value_now(reader, e));
+                      "%s.length: value %.6g; must be positive (to make points coincide use rd.loop)", path,
+                      read_value_now(reader, e));
     const struct group group = start_group(reader, value, path, GAINS(DISTANCE), NULL);
     const struct vector apart = gap(reader, &ends[0].at, &ends[1].at);
     add_row(&group, ROW_POSITION, expr_sub(g, expr_sqrt(g, dot(reader, apart, apart)), e), NULL);
@@ -303,7 +303,7 @@ static void read_distance(const struct reader *reader, const struct value *value
 
 /* ---- a whole orientation ---- */
 
-/* R_t^T R, by rows: the axes of the target times those of the point. */
+/* R_t^T R by rows: products of the target's axes with those of the point. */
 static struct matrix relative_rotation(const struct reader *reader, const struct placement *target,
                                        const struct attachment *at) {
     struct graph *g = reader->check.graph;
@@ -338,25 +338,25 @@ static void read_orientation(const struct reader *reader, const struct value *va
 
 /* ---- joints ---- */
 
-/* Kinds of joints that are closed; turns about x, y, z behind slides along them. */
+/* Kinds of closed joints: slides along x, y, z, then turns about them. */
 enum closing_kind { CLOSING_X, CLOSING_Z = 2, CLOSING_PHI, CLOSING_BALL = 6, CLOSING_WELD, CLOSING_COUNT };
 
-/* What a joint that is closed leaves free. */
+/* The motions that a closed joint leaves free. */
 struct closing {
     bool slides[3];
     int turns[3], turn_count; /* axes, in order */
 };
 
-/* What is wrong with the kind of joint `kind` behind those that are noted, or NULL. */
+/* The error if the kind of joint `kind` follows those noted in `closing`, or NULL. */
 static const char *closing_fault(const struct closing *closing, int kind, int count) {
     if (kind == CLOSING_COUNT)
-        return "is no joint, x y z phi theta psi ball weld are";
+        return "is not a joint; use x, y, z, phi, theta, psi, ball or weld";
     if (kind == CLOSING_WELD && count > 1)
-        return "leaves nothing free, it stands alone";
+        return "leaves nothing free; use it alone";
     if (kind <= CLOSING_Z && closing->turn_count > 0)
-        return "slides after a turn, slides come first";
+        return "slides after a turn; name slides first";
     if (kind > CLOSING_Z && kind != CLOSING_WELD && closing->turn_count + (kind == CLOSING_BALL ? 3 : 1) > 3)
-        return "is a turn too many, ball has all three";
+        return "makes more than three turns; for three turns use ball alone";
     return NULL;
 }
 
@@ -385,7 +385,7 @@ static bool read_closing(const struct reader *reader, const struct value *joint,
     }
     if (closing->turn_count < 3 || !closing->slides[0] || !closing->slides[1] || !closing->slides[2])
         return true;
-    message_error(check->messages, joint->place, "%s: leaves all free, something to close is needed", path);
+    message_error(check->messages, joint->place, "%s: leaves all motions free; remove some of them", path);
     return false;
 }
 
@@ -400,7 +400,8 @@ static void add_closed_positions(const struct group *group, const struct closing
                     component_names[i]);
 }
 
-/* One axis stays parallel; two turns keep the first axis of b and the second of a at right angles. */
+/* One turn keeps its axis parallel. Two turns keep the first axis of b and the second of a at right angles.
+ * No turn keeps each axis of a at right angles to the next axis of b. */
 static void add_closed_turns(const struct group *group, const struct closing *closing,
                              const struct attachment *a, const struct attachment *b) {
     static const char *const parts[3] = {"turn 1", "turn 2", "turn 3"};
@@ -461,7 +462,8 @@ static void read_drive(const struct reader *reader, const struct value *value, c
     add_programme(&group, ROW_POSITION, driven(&group, coordinate, e), NULL);
 }
 
-/* Where it stays, when the model does not say so: at the start of the motion, an anchored parameter. */
+/* The position at which a coordinate is locked if the model does not give one: an anchored parameter with its
+ * value at the start of the motion. */
 static expression start_parameter(const struct reader *reader, const struct value *value, int coordinate) {
     const struct checker *check = &reader->check;
     struct graph *g = check->graph;
@@ -490,7 +492,7 @@ static void read_lock(const struct reader *reader, const struct value *value, co
 
 /* ---- contacts ---- */
 
-/* The event of a contact changes the parameter that says whether the contact rests. */
+/* Adds the event of a contact. It changes the parameter that says whether the contact rests. */
 static void add_contact_event(const struct group *group, expression gap, expression restitution, int mode) {
     struct memory *memory = group->reader->check.memory;
     struct model *model = group->reader->model;
@@ -514,7 +516,7 @@ static void add_contact_event(const struct group *group, expression gap, express
                                                             .place = group->value->place};
 }
 
-/* The row is the gap times the parameter: where the contact is free, the row vanishes. */
+/* The row is the gap times the parameter, so that it vanishes while the contact is open. */
 static void read_contact(const struct reader *reader, const struct value *value, const char *path) {
     const struct checker *check = &reader->check;
     struct model *model = reader->model;
@@ -532,7 +534,7 @@ static void read_contact(const struct reader *reader, const struct value *value,
                       check->declarations->parameter_count - 1);
 }
 
-/* Rows of contacts follow all others, in the order of their events. */
+/* Puts rows of contacts after all others, in the order of their events. */
 static void put_contacts_last(const struct reader *reader) {
     struct model *model = reader->model;
     struct row *ordered = memory_get(reader->check.memory, ((size_t)model->row_count + 1) * sizeof *ordered);
@@ -567,14 +569,14 @@ static const struct entry_kind kinds[] = {
 };
 
 void read_constraints(const struct reader *reader, const struct value *result) {
-    static const char needed[] = "a list of rows such as { rd.position { expression } }, {} for none,";
+    static const char needed[] = "a list of rows such as { rd.position { expression } }, or {} for none";
     const int errors = reader->check.messages->errors;
     if (!read_is_result(reader, result, "constraints", needed) ||
         !field_types_has_no_names(&reader->check, result, "constraints", needed))
         return;
     read_entries(reader, result, "constraints", kinds, sizeof kinds / sizeof *kinds,
-                 "rd.position, velocity, acceleration, loop, parallel, perpendicular, on_line, on_plane, "
-                 "distance, orientation, close, drive, lock or contact { ... }");
+                 "made by rd.position, velocity, acceleration, loop, parallel, perpendicular, on_line, "
+                 "on_plane, distance, orientation, close, drive, lock or contact");
     put_contacts_last(reader);
     if (reader->check.messages->errors == errors)
         read_check_slopes(reader);

@@ -1,6 +1,6 @@
 /*
- * What the author's function `events` returns: where an expression crosses zero, and what happens there. See
- * reader.h.
+ * Reads what the author's function `events` returns: expressions that cross zero, and what happens then.
+ * Fills the model's events and changes.
  */
 #include "gen/read/reader.h"
 
@@ -8,7 +8,7 @@
 
 /* ---- what an event changes ---- */
 
-/* Tables of an event: what each changes, and the things of that name. */
+/* A table of an event: what it changes, and the names that may be in it. */
 struct changed_kind {
     enum field field;
     enum changed what;
@@ -48,7 +48,7 @@ static const struct changed_kind changed_kinds[] = {
 
 enum { CHANGED_KINDS = sizeof changed_kinds / sizeof *changed_kinds };
 
-/* A parameter that is a number in the C cannot change. */
+/* Whether the parameter is a number in the emitted C, which cannot change. */
 static bool is_folded(const struct reader *reader, const struct changed_kind *kind, int index) {
     const struct declarations *declarations = reader->check.declarations;
     return kind->what == CHANGED_PARAMETER &&
@@ -56,11 +56,11 @@ static bool is_folded(const struct reader *reader, const struct changed_kind *ki
 }
 
 static void add_change(const struct reader *reader, const struct changed_kind *kind, int index,
-                       const struct named_value *named, const char *path) {
+                       const struct value_field *named, const char *path) {
     struct model *model = reader->model;
     struct change change = {.what = kind->what, .index = index, .path = path, .place = named->value.place};
     if (!value_expression(reader->check.graph, &named->value, &change.value))
-        return; /* said by fields_check */
+        return; /* reported by fields_check */
     model->changes = memory_room(reader->check.memory, model->changes, model->change_count,
                                  &model->change_capacity, sizeof *model->changes);
     model->changes[model->change_count++] = change;
@@ -72,7 +72,7 @@ static void read_changes(const struct reader *reader, const struct changed_kind 
     int count;
     const char **names = kind->names(reader, &count);
     for (int i = 0; i < table->field_count; i++) {
-        const struct named_value *named = &table->fields[i];
+        const struct value_field *named = &table->fields[i];
         const char *own_path = fields_path_name(check, path, named->name);
         const struct place place = named->value.place;
         int index = 0;
@@ -83,8 +83,7 @@ static void read_changes(const struct reader *reader, const struct changed_kind 
                                named->name, names, count);
         else if (is_folded(reader, kind, index))
             message_error(check->messages, place,
-                          "%s: --fold makes it a number, which no event can change; without --fold it can",
-                          own_path);
+                          "%s: --fold makes it a number, which no event can change; omit --fold", own_path);
         else
             add_change(reader, kind, index, named, own_path);
     }
@@ -103,10 +102,10 @@ static int read_direction_of(const struct reader *reader, const struct value *va
         place++;
     if (place == 3)
         message_error(reader->check.messages, given->place,
-                      "%s.direction: \"%s\", \"down\", \"up\" or \"both\" is needed", path, given->text);
+                      "%s.direction: \"%s\"; must be \"down\", \"up\" or \"both\"", path, given->text);
     else if (is_impact && place == 1)
         message_error(reader->check.messages, given->place,
-                      "%s.direction: \"both\", an impact comes from one side, \"down\" or \"up\" is needed",
+                      "%s.direction: \"both\", but an impact comes from one side; must be \"down\" or \"up\"",
                       path);
     return place - 1;
 }
@@ -134,7 +133,7 @@ static void read_event(const struct reader *reader, const struct value *value, c
     }
     if (event.is_impact && fields_has(value, FIELD_EVENT_rates))
         message_error(check->messages, fields_get(value, FIELD_EVENT_restitution)->place,
-                      "%s.restitution: given beside rates, one of them says how it goes on", path);
+                      "%s.restitution: given together with rates; give one of them", path);
     event.change_count = model->change_count - event.first_change;
     model->events = memory_room(check->memory, model->events, model->event_count, &model->event_capacity,
                                 sizeof *model->events);
@@ -144,7 +143,7 @@ static void read_event(const struct reader *reader, const struct value *value, c
 static const struct entry_kind kinds[] = {{"event", OWNER_EVENT, read_event}};
 
 void read_events(const struct reader *reader, const struct value *result) {
-    static const char needed[] = "a list of events such as { rd.event { expression } }, {} for none,";
+    static const char needed[] = "a list of events such as { rd.event { expression } }, or {} for none";
     if (read_is_result(reader, result, "events", needed) &&
         field_types_has_no_names(&reader->check, result, "events", needed))
         read_entries(reader, result, "events", kinds, sizeof kinds / sizeof *kinds, "rd.event { ... }");

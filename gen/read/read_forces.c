@@ -1,6 +1,6 @@
 /*
- * What the author's functions `forces` and `courses` return: forces on coordinates, loads at points,
- * energies, and values to record. See reader.h.
+ * Reads what the author's functions `forces` and `courses` return: forces on coordinates, loads at points,
+ * energies, and values to record. Fills those lists of the model.
  */
 #include "gen/read/reader.h"
 
@@ -8,7 +8,7 @@
 
 /* ---- on coordinates ---- */
 
-static void read_coordinate_force(const struct reader *reader, const struct named_value *named) {
+static void read_coordinate_force(const struct reader *reader, const struct value_field *named) {
     const struct checker *check = &reader->check;
     struct model *model = reader->model;
     const char *path = fields_path_name(check, "forces", named->name);
@@ -17,7 +17,7 @@ static void read_coordinate_force(const struct reader *reader, const struct name
     if (force.coordinate < 0)
         read_refuse_coordinate(reader, force.place, path, "unknown coordinate", named->name);
     else if (!value_expression(check->graph, &named->value, &force.value))
-        message_error(check->messages, force.place, "%s: %s, a number or an expression is needed", path,
+        message_error(check->messages, force.place, "%s: %s; must be a number or an expression", path,
                       value_kind_text(named->value.kind));
     else if (!expr_is_number(check->graph, force.value, NULL) || force.value != expr_zero(check->graph))
         model->forces[model->force_count++] = force;
@@ -29,7 +29,7 @@ static void add_load(const struct reader *reader, const struct attachment *at, b
                      struct vector value, const struct value *source, const char *path) {
     struct model *model = reader->model;
     if (at->link < 0 || vector_is_zero(value))
-        return; /* the ground bears all */
+        return; /* loads on the ground have no effect */
     struct load load = {
         .point = markers_point(model, at), .is_torque = is_torque, .path = path, .place = source->place};
     memcpy(load.value, value.at, sizeof load.value);
@@ -54,7 +54,7 @@ static bool slides(const struct link *link) {
     return false;
 }
 
-/* A force at the root of a beam, or at a place that does not move, is probably a mistake. */
+/* Warns of a force at the root of a beam or at a place that does not move, which is probably a mistake. */
 static void warn_of_origin(const struct reader *reader, const struct attachment *at, struct place place,
                            const char *path) {
     const expression *position = at->placement.position;
@@ -65,22 +65,22 @@ static void warn_of_origin(const struct reader *reader, const struct attachment 
         return;
     if (link->beam.exists)
         message_warning(reader->check.messages, place,
-                        "%s: acts at the root of the beam \"%s\"; its end is \"%s.tip\"", path, link->name,
-                        link->name);
+                        "%s: acts at the root of the beam \"%s\"; for its end write \"%s.tip\"", path,
+                        link->name, link->name);
     else if (link->on.link < 0)
         message_warning(reader->check.messages, place,
-                        "%s: acts at the origin of \"%s\", which does not move; another place is "
+                        "%s: acts at the origin of \"%s\", which does not move; for another place write "
                         "{ on = \"%s\", at = { x, y, z } }",
                         path, link->name, link->name);
 }
 
-/* The line between two places: what springs, dampers and actuators act along. */
+/* The line between two places, along which springs, dampers and actuators act. */
 struct line {
     struct attachment from, to;
     struct vector apart, rate; /* to - from */
 };
 
-/* Nothing moves between them; the elements of a beam do. */
+/* Whether both places are fixed to one rigid body. Places along a beam move relative to each other. */
 static bool is_one_link(const struct attachment *a, const struct attachment *b) {
     return a->link == b->link && a->where == AT_FRAME && b->where == AT_FRAME;
 }
@@ -94,8 +94,8 @@ static bool read_line(const struct reader *reader, const struct value *value, en
     if (!has_from || !has_to)
         return false;
     if (is_one_link(&line->from, &line->to))
-        message_error(reader->check.messages, value->place, "%s: both ends on one link, two are needed",
-                      path);
+        message_error(reader->check.messages, value->place,
+                      "%s: both ends are on one link; put them on two links", path);
     warn_of_origin(reader, &line->from, value->place, path);
     warn_of_origin(reader, &line->to, value->place, path);
     line->apart =
@@ -105,7 +105,7 @@ static bool read_line(const struct reader *reader, const struct value *value, en
     return true;
 }
 
-/* `push` times the vector from one to the other, on both ends. */
+/* A force of `push` times the vector from one end to the other, and the opposite force on the other end. */
 static void add_push(const struct reader *reader, const struct line *line, expression push,
                      const struct value *source, const char *path) {
     struct graph *g = reader->check.graph;
@@ -163,7 +163,8 @@ static void read_actuator(const struct reader *reader, const struct value *value
 
 /* ---- at a point ---- */
 
-/* The components of a load in the ground frame; they are given there or along the axes of a link or point. */
+/* The components of a load in the ground frame. The author gives them in it or along the axes of a link or
+ * point. */
 static struct vector ground_components(const struct reader *reader, const struct value *value,
                                        enum field components, enum field axes, const char *path) {
     struct graph *g = reader->check.graph;
@@ -190,8 +191,8 @@ static void read_force(const struct reader *reader, const struct value *value, c
     if (!read_place_field(reader, value, FIELD_FORCE_at, path, &at))
         return;
     if (at.link < 0)
-        message_error(reader->check.messages, value->place,
-                      "%s: acts on the ground, a link that moves is needed", path);
+        message_error(reader->check.messages, value->place, "%s: acts on the ground; must act on a link",
+                      path);
     warn_of_origin(reader, &at, value->place, path);
     add_load(reader, &at, false, F, value, path);
 }
@@ -203,11 +204,11 @@ static void read_torque(const struct reader *reader, const struct value *value, 
     const bool has_on = read_place_field(reader, value, FIELD_TORQUE_on, path, &on);
     const bool has_against = read_place_field(reader, value, FIELD_TORQUE_against, path, &against);
     if (has_on && on.link < 0 && against.link < 0 && has_against == fields_has(value, FIELD_TORQUE_against))
-        message_error(reader->check.messages, value->place,
-                      "%s: acts on the ground, a link that moves is needed", path);
+        message_error(reader->check.messages, value->place, "%s: acts on the ground; must act on a link",
+                      path);
     if (has_on && has_against && on.link >= 0 && is_one_link(&on, &against))
         message_error(reader->check.messages, value->place,
-                      "%s: against the link on which it acts, another one is needed", path);
+                      "%s: against names the link on which the torque acts; name another link", path);
     if (has_on)
         add_load(reader, &on, true, T, value, path);
     if (has_against)
@@ -229,17 +230,16 @@ static const struct entry_kind kinds[] = {
 
 void read_forces(const struct reader *reader, const struct value *result) {
     struct model *model = reader->model;
-    if (!read_is_result(reader, result, "forces", "a table such as { arm_psi = 1 }, {} for none,"))
+    if (!read_is_result(reader, result, "forces", "a table such as { arm_psi = 1 }, or {} for none"))
         return;
     model->forces = memory_get(reader->check.memory, (size_t)result->field_count * sizeof *model->forces);
     for (int i = 0; i < result->field_count; i++)
         read_coordinate_force(reader, &result->fields[i]);
-    read_entries(
-        reader, result, "forces", kinds, sizeof kinds / sizeof *kinds,
-        "the name of a coordinate before it, or rd.spring damper actuator force torque energy { ... }");
+    read_entries(reader, result, "forces", kinds, sizeof kinds / sizeof *kinds,
+                 "COORDINATE = value, or made by rd.spring, damper, actuator, force, torque or energy");
 }
 
-static void read_course(const struct reader *reader, const struct named_value *named) {
+static void read_course(const struct reader *reader, const struct value_field *named) {
     const struct checker *check = &reader->check;
     struct model *model = reader->model;
     struct course *course = &model->courses[model->course_count];
@@ -247,7 +247,7 @@ static void read_course(const struct reader *reader, const struct named_value *n
     if (value_expression(check->graph, &named->value, &course->value))
         model->course_count++;
     else
-        message_error(check->messages, course->place, "%s: %s, a number or an expression is needed",
+        message_error(check->messages, course->place, "%s: %s; must be a number or an expression",
                       fields_path_name(check, "courses", named->name), value_kind_text(named->value.kind));
 }
 

@@ -1,11 +1,9 @@
 /*
- * From the values of a model file to the model: links, points and names here, forces and rows in
- * read_programme.
+ * From the values of a model file to the model: read_scene reads names, links and points, read_programme
+ * calls the author's functions for forces, courses, rows and events.
  *
- * What the table of fields (fields.def) can check is checked by it; here follows what concerns several
- * fields.
+ * The table of fields (fields.def) checks single fields. This file checks what concerns several of them.
  */
-#include "gen/read/read.h"
 #include "gen/read/reader.h"
 
 #include <string.h>
@@ -39,8 +37,8 @@ struct entry {
     struct link link;
     const struct value *value;
     const char *path;
-    int parent;   /* entry that it stands on, -1: the ground */
-    int position; /* in the model's order, -1: not yet placed */
+    int parent;   /* entry that carries it, -1: the ground */
+    int position; /* in the model's order, -1 if not yet placed */
 };
 
 static void check_inertias(const struct reader *reader, const struct link *link) {
@@ -71,7 +69,8 @@ static void read_link(const struct reader *reader, const struct value *value, st
         check_inertias(reader, link);
 }
 
-/* The links stand in the model in the order of the file meanwhile, so that places can be looked up. */
+/* Finds the carrier of each link. For look-ups of places, the model has the links in the file's order
+ * meanwhile. */
 static void find_parents(const struct reader *reader, struct entry *entries, int count) {
     struct model *model = reader->model;
     for (int i = 0; i < count; i++)
@@ -85,24 +84,25 @@ static void find_parents(const struct reader *reader, struct entry *entries, int
     model->link_count = 0;
 }
 
-/* Every unplaced entry has an unplaced parent: names one cycle among them and puts it on the ground. */
+/* Every unplaced entry has an unplaced parent. Reports one cycle among them and puts it on the ground. */
 static void break_cycle(const struct reader *reader, struct entry *entries, int count) {
     int at = 0;
     while (entries[at].position >= 0)
         at++;
-    for (int i = 0; i < count; i++) /* after so many steps one is within the cycle */
+    for (int i = 0; i < count; i++) /* so many steps lead into the cycle */
         at = entries[at].parent;
     int first = at;
     for (int i = entries[at].parent; i != at; i = entries[i].parent)
         first = i < first ? i : first;
     const char *text = memory_format(reader->check.memory, "\"%s\"", entries[first].link.name);
     for (int i = entries[first].parent;; i = entries[i].parent) {
-        text = memory_format(reader->check.memory, "%s stands on \"%s\"", text, entries[i].link.name);
+        text = memory_format(reader->check.memory, "%s on \"%s\"", text, entries[i].link.name);
         if (i == first)
             break;
     }
     message_error(reader->check.messages, entries[first].link.place,
-                  "%s: %s, a chain that ends on the ground is needed", entries[first].path, text);
+                  "%s: %s is a cycle; put one of these links on another link or on the ground",
+                  entries[first].path, text);
     entries[first].parent = -1;
 }
 
@@ -131,7 +131,7 @@ static void read_links(struct reader *reader, const struct value *list) {
     if (!list)
         return;
     if (list->item_count == 0 && list->field_count == 0)
-        message_error(reader->check.messages, list->place, "links: empty, a model has at least one link");
+        message_error(reader->check.messages, list->place, "links: empty; a model needs at least one link");
     entries = memory_get(reader->check.memory, ((size_t)list->item_count + 1) * sizeof *entries);
     for (int i = 0; i < list->item_count; i++) {
         struct entry *entry = &entries[count];
@@ -149,7 +149,7 @@ static void read_links(struct reader *reader, const struct value *list) {
 
 /* ---- points and names ---- */
 
-static void read_point(const struct reader *reader, const struct named_value *named, struct point *point) {
+static void read_point(const struct reader *reader, const struct value_field *named, struct point *point) {
     const struct value *value = &named->value;
     *point = (struct point){.name = named->name, .place = value->place, .at = markers_ground_attachment()};
     const struct value *angular = value->kind == VALUE_TABLE ? fields_get(value, FIELD_POINT_angular) : NULL;
@@ -168,7 +168,7 @@ static void read_points(const struct reader *reader, const struct value *table) 
         read_point(reader, &table->fields[i], &model->points[i]);
 }
 
-/* Unit of length for tolerances, where the file states none. */
+/* [m] translation that tolerances equate with a turn of 1 rad, if the file has no field `length`. */
 static const double length_default = 1;
 
 static void read_length(const struct reader *reader, const struct value *length) {
@@ -181,7 +181,7 @@ static void read_form(const struct reader *reader, const struct value *form) {
     reader->model->printed_form = strcmp(form->text, "printed") == 0;
     if (!reader->model->printed_form && strcmp(form->text, "corrected") != 0)
         message_error(reader->check.messages, form->place,
-                      "form: \"%s\", \"corrected\" or \"printed\" is needed", form->text);
+                      "form: \"%s\"; must be \"corrected\" or \"printed\"", form->text);
 }
 
 static void read_names(const struct reader *reader, const struct value *root) {
@@ -209,8 +209,8 @@ void read_scene(struct script *script, struct model *model) {
                             .loops = reader.check.declarations->request->loops};
     copy_declarations(&reader);
     if (root->kind != VALUE_TABLE || !root->tag || strcmp(root->tag, "model") != 0) {
-        message_error(reader.check.messages, root->place,
-                      "the file returns %s, return rd.model { ... } is needed", value_kind_text(root->kind));
+        message_error(reader.check.messages, root->place, "the file returns %s; must return rd.model { ... }",
+                      fields_made_text(&reader.check, root));
         return;
     }
     fields_check(&reader.check, root, OWNER_MODEL, "");

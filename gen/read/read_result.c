@@ -1,6 +1,6 @@
 /*
- * What reading forces, courses and rows has in common: the result of an author's function, its entries, and
- * coordinates that the model does not have. See reader.h.
+ * Common to the results of the author's functions: their kind, their entries, and unknown coordinates. Reads
+ * the value that a function has returned; calls the function that reads each entry.
  */
 #include "gen/read/reader.h"
 
@@ -20,18 +20,18 @@ static void read_entry(const struct reader *reader, const struct value *value, c
         kinds[i].read(reader, value, path);
         return;
     }
-    message_error(reader->check.messages, value->place, "%s: %s, %s is needed", path,
+    message_error(reader->check.messages, value->place, "%s: %s; must be %s", path,
                   fields_made_text(&reader->check, value), needed);
 }
 
-/* A list in a list, without a tag or names of its own, is part of that list. */
+/* The entries of a list within the list belong to the outer list, unless it has a tag or names. */
 void read_entries(const struct reader *reader, const struct value *list, const char *path,
                   const struct entry_kind *kinds, size_t count, const char *needed) {
     for (int i = 0; i < list->item_count; i++) {
         const struct value *value = &list->items[i];
         const char *own_path = fields_path_item(&reader->check, path, i);
         if (value->kind == VALUE_NOTHING)
-            continue; /* a gap, said before */
+            continue; /* a gap, reported before */
         const bool is_list = value->kind == VALUE_TABLE && !value->tag && value->field_count == 0;
         const struct value *first = is_list && value->item_count > 0 ? &value->items[0] : NULL;
         if (is_list && (!first || first->kind == VALUE_TABLE))
@@ -45,10 +45,10 @@ bool read_is_result(const struct reader *reader, const struct value *result, con
                     const char *needed) {
     const struct checker *check = &reader->check;
     if (result->kind != VALUE_TABLE)
-        message_error(check->messages, result->place, "%s: the function gives %s, %s is needed", name,
+        message_error(check->messages, result->place, "%s: the function returns %s; must return %s", name,
                       value_kind_text(result->kind), needed);
     else if (result->tag)
-        message_error(check->messages, result->place, "%s: the function gives rd.%s itself, %s is needed",
-                      name, result->tag, needed);
+        message_error(check->messages, result->place,
+                      "%s: the function returns a single rd.%s; must return %s", name, result->tag, needed);
     return result->kind == VALUE_TABLE && !result->tag;
 }

@@ -1,16 +1,16 @@
 /*
- * Names that reach C: see read.h. What is refused is what compilers say of the emitted files, which a test
- * asks them again: keywords, macros that the headers of those files define, headers that NAME.h would hide,
- * functions of the C library that begin with a model's name.
+ * Names that reach C. Reports names that compilers would refuse in the emitted files: keywords, macros that
+ * their headers define, headers that NAME.h would hide, and functions of the C library that begin with a
+ * model's name. A test asks the compilers again.
  */
+
 #include "gen/read/read.h"
-#include "gen/base/base.h"
 
 #include <ctype.h>
 #include <string.h>
 #include <strings.h>
 
-/* C23 and before, C++20 and before, and what GNU compilers add where no standard is asked for. */
+/* Up to C23 and C++20, and those that GNU compilers add if no standard is selected. */
 static const char keywords[] =
     "alignas alignof and and_eq asm auto bitand bitor bool break case catch char char16_t char32_t char8_t "
     "class co_await co_return co_yield compl concept const const_cast consteval constexpr constinit "
@@ -21,7 +21,7 @@ static const char keywords[] =
     "typeid typename typeof typeof_unqual union unsigned using virtual void volatile wchar_t while xor "
     "xor_eq";
 
-/* Macros without arguments: why a name is none of its own, and those of that kind. */
+/* Macros without arguments, by origin. */
 static const struct {
     const char *why, *words;
 } macros[] = {
@@ -29,7 +29,7 @@ static const struct {
                           "math_errhandling signgam"},
     {"a macro of stddef.h", "NULL"},
     {"a macro of errno.h", "errno"},
-    {"a macro of stdlib.h, which C++ takes for math.h",
+    {"a macro of stdlib.h, which math.h includes in C++",
      "BIG_ENDIAN BYTE_ORDER EXIT_FAILURE EXIT_SUCCESS FD_SETSIZE LITTLE_ENDIAN MB_CUR_MAX NFDBITS PDP_ENDIAN "
      "RAND_MAX WCONTINUED WEXITED WNOHANG WNOWAIT WSTOPPED WUNTRACED"},
     {"a macro of stdio.h",
@@ -45,7 +45,7 @@ static const struct {
     {"a macro of emitted files", "INLINE LANES"},
 };
 
-/* The same for all names that begin so and go on with a capital. */
+/* All names that begin so and continue with a capital. */
 static const struct {
     const char *why, *lead;
 } leads[] = {{"a macro of math.h", "FP_"},
@@ -54,14 +54,14 @@ static const struct {
              {"a macro of float.h", "FLT_"},
              {"a macro of float.h", "LDBL_"}};
 
-/* Numbers of math.h, also that of newlib: these, and those with the ending of a type. */
+/* Numbers of math.h, including newlib's. Each also exists with the ending of a type. */
 static const char math_numbers[] =
     "HUGE_VAL HUGE_VAL_ M_1_PI M_1_SQRT3 M_1_SQRTPI M_2_PI M_2_SQRTPI M_3PI_4 M_E M_EGAMMA M_INVLN2 "
     "M_IVLN10 M_LN10 M_LN2 M_LN2HI M_LN2LO M_LOG10E M_LOG2E M_LOG2_E M_PHI M_PI M_PI_2 M_PI_4 M_SQRT1_2 "
     "M_SQRT2 M_SQRT3 M_SQRTPI M_TWOPI SNAN";
 static const char type_endings[] = "f f128 f16 f32 f32x f64 f64x l F F128 F16 F32 F32X F64 F64X L";
 
-/* Headers of C and POSIX, of the GNU C library beside them, and what math.h includes elsewhere. */
+/* Headers of C, POSIX and the GNU C library, and headers that math.h includes on other systems. */
 static const char system_headers[] =
     "availability availabilityinternal availabilityversions concurrencysal corecrt crtdefs newlib sal "
     "vadefs vcruntime aio aliases alloca ar argp argz assert byteswap complex cpio crypt ctype dirent "
@@ -74,12 +74,12 @@ static const char system_headers[] =
     "threads time trace ttyent uchar ucontext ulimit unistd unwind utime utmp utmpx values varargs wait "
     "wchar wctype wordexp xlocale";
 
-/* Names that no file can have on Windows, whatever its ending. */
+/* Names that no file can have on Windows, with any ending. */
 static const char devices[] =
     "aux com1 com2 com3 com4 com5 com6 com7 com8 com9 con lpt1 lpt2 lpt3 lpt4 lpt5 lpt6 "
     "lpt7 lpt8 lpt9 nul prn";
 
-/* Functions of the C library NAME_r: one of that name gives the points of a model. */
+/* Functions NAME_r of the C library. Emitted files have a function of this name, for the points. */
 static const char reentrant[] =
     "asctime ctime drand48 ecvt erand48 ether_aton ether_ntoa fcvt fgetgrent fgetpwent fgetsgent fgetspent "
     "gamma gammaf gammal getaliasbyname getaliasent getdate getgrent getgrgid getgrnam gethostbyaddr "
@@ -91,7 +91,7 @@ static const char reentrant[] =
     "ptsname qecvt qfcvt qsort rand random readdir readdir64 seed48 setstate sgetsgent sgetspent srand48 "
     "srandom strerror strtok tmpnam ttyname twalk";
 
-/* Is the name one of the words of `list`, which blanks part? */
+/* Whether the name is one of the words of `list`, which blanks separate. */
 static bool is_among(const char *name, const char *list, bool ignores_case) {
     const size_t length = strlen(name);
     while (*list) {
@@ -129,7 +129,7 @@ static bool is_math_number(struct memory *memory, const char *name) {
 /* Why a compiler would replace the name of a member, or NULL. */
 static const char *macro_of(struct memory *memory, const char *name) {
     if (begins_with(name, "REFDYN_"))
-        return "names that begin with REFDYN_ are the runtime's";
+        return "names that begin with REFDYN_ belong to the runtime";
     for (size_t i = 0; i < sizeof leads / sizeof *leads; i++)
         if (begins_with(name, leads[i].lead) && isupper((unsigned char)name[strlen(leads[i].lead)]))
             return leads[i].why;
@@ -141,17 +141,22 @@ static const char *macro_of(struct memory *memory, const char *name) {
     return NULL;
 }
 
+static void refuse_name(struct messages *messages, const char *kind, const struct named *named,
+                        const char *fact) {
+    message_error(messages, named->place, "%s %s: %s; choose another name", kind, named->name, fact);
+}
+
 static bool check_name(struct messages *messages, const char *kind, const struct named *named) {
     const bool is_free = !is_among(named->name, keywords, false);
     const char *instead,
         *strange = message_beyond_ascii(messages->memory, named->name, strlen(named->name), &instead);
     if (!is_identifier(named->name))
         message_error(messages, named->place,
-                      "%s \"%s\": no identifier of C%s%s, a letter and then letters, digits and _ are needed",
-                      kind, named->name, strange ? ", contains " : "", strange ? strange : "");
+                      "%s \"%s\": not an identifier of C%s%s%s; use a letter, then letters, digits and _",
+                      kind, named->name, strange ? " (contains " : "", strange ? strange : "",
+                      strange ? ")" : "");
     else if (!is_free)
-        message_error(messages, named->place, "%s %s: a reserved word of C or C++, another name is needed",
-                      kind, named->name);
+        refuse_name(messages, kind, named, "a reserved word of C or C++");
     return is_free && is_identifier(named->name);
 }
 
@@ -163,8 +168,8 @@ void names_check(struct messages *messages, const char *kind, const struct named
             first++;
         if (first < i)
             message_error(messages, list[i].place,
-                          "%s %s: the name is taken by line %d, each %s needs its own", kind, list[i].name,
-                          list[first].place.line, kind);
+                          "%s %s: the name is already taken in line %d; choose another name", kind,
+                          list[i].name, list[first].place.line);
     }
 }
 
@@ -173,8 +178,7 @@ void names_check_members(struct messages *messages, const char *kind, const stru
     for (int i = 0; i < count; i++) {
         const char *why = macro_of(messages->memory, list[i].name);
         if (why)
-            message_error(messages, list[i].place, "%s %s: %s, another name is needed", kind, list[i].name,
-                          why);
+            refuse_name(messages, kind, &list[i], why);
     }
 }
 
@@ -183,15 +187,13 @@ void names_check_model(struct messages *messages, struct named named) {
     if (!check_name(messages, "model", &named))
         return;
     if (strncasecmp(name, "refdyn", strlen("refdyn")) == 0)
-        message_error(messages, named.place,
-                      "model %s: names that begin with refdyn are the runtime's, another name is needed",
-                      name);
+        refuse_name(messages, "model", &named, "names that begin with refdyn belong to the runtime");
     else if (is_among(name, system_headers, true))
-        message_error(messages, named.place,
-                      "model %s: %s.h is a header of the system, another name is needed", name, name);
+        refuse_name(messages, "model", &named,
+                    memory_format(messages->memory, "%s.h is a header of the system", name));
     else if (is_among(name, devices, true))
-        message_error(messages, named.place, "model %s: a device of Windows, another name is needed", name);
+        refuse_name(messages, "model", &named, "a device name of Windows");
     else if (is_among(name, reentrant, false))
-        message_error(messages, named.place,
-                      "model %s: %s_r is a function of the C library, another name is needed", name, name);
+        refuse_name(messages, "model", &named,
+                    memory_format(messages->memory, "%s_r is a function of the C library", name));
 }

@@ -1,15 +1,14 @@
 /*
- * Lua as a server: see reader.h. The module, the sandbox, and the calls into it.
+ * Runs a model file in a sandbox of Lua, and calls the author's functions: the module `refdyn`, the sandbox,
+ * and the protected calls.
  *
- * Every entry of Lua is one protected call. Inside it a shortage of memory is a Lua error, outside it becomes
- * memory.fail again. All that Lua does is counted (reader.h): by a hook at every few steps and at every
- * call, by the allocator, and by the library functions that do more. Stack effects stand beside the functions
- * as
+ * Lua is entered only by protected calls. Inside, a shortage of memory is a Lua error; outside it calls
+ * memory.fail again. All work of Lua is counted (work_limits.c): by a hook at every hundredth step and every
+ * call, by the allocator, and by library functions that do more than one pass. Stack effects are given as
  * (-popped, +pushed).
  */
 #include "gen/read/script_state.h"
 #include "gen/read/reader.h"
-#include "gen/base/base.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -17,14 +16,14 @@
 
 #include <lualib.h>
 
-/* What one model may take while it is read, beside its work and memory: see script_value.c, too. */
+/* Bounds of one model while it is read, in addition to work and memory. script_value.c has more. */
 enum {
     STEPS_BETWEEN_CHECKS = 100,
     TEXT_MEGABYTES = 4,
     ARGUMENTS_BOUND = 250 /* of a function with `...`, which any step may copy */
 };
 
-/* __at(number, table) in the rewritten source: remembers where the table was written. */
+/* __at(number, table) in the rewritten source records the place of the table. */
 static int mark_table(lua_State *L) {
     lua_settop(L, 2);
     lua_pushvalue(L, 1);
@@ -34,7 +33,7 @@ static int mark_table(lua_State *L) {
 
 /* ---- the module "refdyn" ---- */
 
-/* What messages call the argument at `index`. */
+/* The word for the argument at `index` in messages. */
 static const char *kind_at(lua_State *L, int index) {
     struct value value;
     script_convert(L, index, script_place(L), 0, &value);
@@ -48,19 +47,19 @@ static const char *form_of_tag(struct memory *memory, const char *tag) {
     return memory_format(memory, "rd.%s %s", tag, form);
 }
 
-/* Gives the table itself, with a tag. */
+/* Returns the table itself, with a tag. */
 static int tag_argument(lua_State *L, const char *tag) {
     struct memory *memory = script_of(L)->memory;
     script_refuse_colon(L, "rd", tag);
     if (lua_type(L, 1) != LUA_TTABLE)
-        return luaL_error(L, "rd.%s: argument 1 is %s, a table is needed; write %s", tag, kind_at(L, 1),
+        return luaL_error(L, "rd.%s: argument 1 is %s; must be a table, as in %s", tag, kind_at(L, 1),
                           form_of_tag(memory, tag));
     if (lua_gettop(L) > 1)
-        return luaL_error(L, "rd.%s: number of arguments is %d, 1 is needed; write %s", tag, lua_gettop(L),
+        return luaL_error(L, "rd.%s: %d arguments; must have 1, as in %s", tag, lua_gettop(L),
                           form_of_tag(memory, tag));
     script_get_note(L, script_of(L)->tags, 1);
     if (!lua_isnil(L, -1))
-        return luaL_error(L, "rd.%s: argument 1 is made by rd.%s, a table of its own is needed", tag,
+        return luaL_error(L, "rd.%s: argument 1 is made by rd.%s; must be a new table { ... }", tag,
                           lua_tostring(L, -1));
     lua_pushstring(L, tag);
     script_set_note(L, script_of(L)->tags, 1);
@@ -73,8 +72,8 @@ static int tag_table(lua_State *L) {
     return tag_argument(L, lua_tostring(L, lua_upvalueindex(1)));
 }
 
-/* Upvalues: number of the function, and whether a function of that name makes tables, too (rd.tube: a section
- * or a body). */
+/* Upvalues: number of the function, and whether the function also makes tables, as rd.tube makes a section or
+ * a body. */
 static int call_module(lua_State *L) {
     const int function = (int)lua_tointeger(L, lua_upvalueindex(1));
     script_refuse_colon(L, "rd", module_function_name(script_of(L)->memory, function));
@@ -109,14 +108,15 @@ static int refuse_field(lua_State *L) {
     if (script_of(L)->kind == FILE_SWEEP)
         return luaL_error(L, "%s", script_unknown_in_sweep(memory, name));
     if (script_is_of_sweeps(name))
-        return luaL_error(L, "rd.%s: of sweep files; refdyn batch MODEL.lua SWEEP.lua takes them", name);
+        return luaL_error(L, "rd.%s: belongs to sweep files; run them by refdyn batch MODEL.lua SWEEP.lua",
+                          name);
     return luaL_error(L, "%s", module_unknown(memory, name));
 }
 
-/* A field that nobody reads, such as rd.gravity, would be passed over. */
+/* A new field such as rd.gravity would have no effect. */
 static int refuse_new_field(lua_State *L) {
     const char *name = lua_type(L, 2) == LUA_TSTRING ? script_name_at(L, 2) : "?";
-    return luaL_error(L, "rd.%s: assignment, what rd has is read only, a local has values of your own", name);
+    return luaL_error(L, "rd.%s: assignment to rd, which is read only; use a local variable", name);
 }
 
 /* rd.NAME, which marks a table with that name, in the table on top of the stack. (-0, +0) */
@@ -162,15 +162,15 @@ static void push_module(lua_State *L) {
 
 /* ---- work ---- */
 
-/* Each call counts by its arguments, each return by its results. Any step of a function with `...` may copy
- * those. */
+/* Counts a call by its arguments and a return by its results. The number of arguments is bounded, since any
+ * step of a function with `...` may copy them. */
 static void count_call(lua_State *L, lua_Debug *event) {
     lua_getinfo(L, "r", event);
     work_add_call(&script_of(L)->work, event->ntransfer);
     if (event->event == LUA_HOOKRET || !lua_getlocal(L, event, -ARGUMENTS_BOUND - 1))
         return;
     lua_pop(L, 1);
-    lua_pushfstring(L, "a function is called with more than %d arguments for `...`, a table can hold them",
+    lua_pushfstring(L, "a function is called with more than %d arguments for `...`; pass them in a table",
                     ARGUMENTS_BOUND);
     lua_error(L);
 }
@@ -186,9 +186,73 @@ static void watch(lua_State *L, lua_Debug *event) {
 
 /* ---- the sandbox ---- */
 
-static int compile_beside(lua_State *L);
+/*
+ * The part of the sandbox that is written in Lua. Its arguments are the module, a function that compiles a
+ * file in the folder of the model, a function that marks tables, and table.sort. The globals that it sets
+ * become those of the model.
+ *
+ * `pairs` visits a table in the same order on every run: numbers upward, then names.
+ */
+static const char sandbox_source[] =
+    "local rd, compile_neighbour, mark_table, sort = ...\n"
+    "local each, type, error, rawget, match = next, type, error, rawget, string.match\n"
+    "\n"
+    "local function sorted_keys(t)\n"
+    "  local keys, names = {}, {}\n"
+    "  for key in each, t do\n"
+    "    local kind = type(key)\n"
+    "    if kind ~= 'number' and kind ~= 'string' then\n"
+    "      error('pairs: a key of type ' .. kind .. '; keys must be numbers or names', 0)\n"
+    "    end\n"
+    "    local list = kind == 'number' and keys or names\n"
+    "    list[#list + 1] = key\n"
+    "  end\n"
+    "  sort(keys)\n"
+    "  sort(names)\n"
+    "  for i = 1, #names do keys[#keys + 1] = names[i] end\n"
+    "  return keys\n"
+    "end\n"
+    "\n"
+    "function pairs(t)\n"
+    "  local kind = type(t)\n"
+    "  if kind == 'userdata' then error('pairs: an expression or a group of values; must be a table', 0) "
+    "end\n"
+    "  if kind ~= 'table' then error('pairs: ' .. kind .. '; must be a table', 0) end\n"
+    "  local keys, at = sorted_keys(t), 0\n"
+    "  return function()\n"
+    "    local key, value\n"
+    "    repeat\n"
+    "      at = at + 1\n"
+    "      key = keys[at]\n"
+    "      value = key ~= nil and rawget(t, key)\n"
+    "    until value ~= nil\n"
+    "    if key ~= nil then return key, value end\n"
+    "  end, t\n"
+    "end\n"
+    "\n"
+    "local loaded = { refdyn = rd }\n"
+    "function require(name)\n"
+    "  if type(name) ~= 'string' or not match(name, '^[%a_][%w_]*$') then\n"
+    "    error('require: not a name; write \"refdyn\", or the name without .lua of a file in the folder of "
+    "'\n"
+    "      .. 'the model', 0)\n"
+    "  end\n"
+    "  if loaded[name] == nil then\n"
+    "    local run = compile_neighbour(name)\n"
+    "    loaded[name] = false\n"
+    "    local result, more = run(mark_table)\n"
+    "    if more ~= nil then error('require: \"' .. name .. '\" returns two values; must return one', 0) "
+    "end\n"
+    "    loaded[name] = result == nil and true or result\n"
+    "  elseif not loaded[name] then\n"
+    "    error('require: \"' .. name .. '\" requires itself, directly or through other files', 0)\n"
+    "  end\n"
+    "  return loaded[name]\n"
+    "end\n";
 
-/* Lua's own libraries in tables that the model never sees, and our functions in Lua beside them. */
+static int compile_neighbour(lua_State *L);
+
+/* Opens Lua's libraries in tables that the model never sees, and runs our part of the sandbox in Lua. */
 static void open_originals(lua_State *L) {
     luaL_requiref(L, LUA_GNAME, luaopen_base, 1);
     luaL_requiref(L, LUA_STRLIBNAME, luaopen_string, 1);
@@ -198,7 +262,7 @@ static void open_originals(lua_State *L) {
     if (luaL_loadbufferx(L, sandbox_source, sizeof sandbox_source - 1, "=sandbox", "t") != LUA_OK)
         lua_error(L);
     push_module(L);
-    lua_pushcfunction(L, compile_beside);
+    lua_pushcfunction(L, compile_neighbour);
     lua_pushcfunction(L, mark_table);
     lua_pushcfunction(L, script_sort_table);
     lua_call(L, 4, 0);
@@ -238,7 +302,7 @@ static int weak_table(lua_State *L) {
 
 /* ---- protected calls ---- */
 
-/* Lua tells what a new piece is for in place of its old size. */
+/* For a new piece, Lua passes its purpose in place of the old size. */
 static void *allocate(void *context, void *data, size_t old, size_t size) {
     struct script *script = context;
     work_add_memory(&script->work, size);
@@ -249,7 +313,7 @@ static void *allocate(void *context, void *data, size_t old, size_t size) {
             return NULL;
     }
     void *piece = pool_resize(&script->pool, data, data ? old : 0, size);
-    if (!piece && size > 0) /* Lua now looks for unused memory in all of it */
+    if (!piece && size > 0) /* Lua now searches all its memory for unused pieces */
         work_add_memory(&script->work, script->memory->taken);
     return piece;
 }
@@ -262,19 +326,17 @@ static void fail_in_lua(void *context) {
     lua_error(script->L);
 }
 
-/* What Lua's own message leaves open. */
+/* Advice to follow a message of Lua. */
 static const char *hint_for(const char *text) {
     if (strncmp(text, "bad 'for' ", 10) == 0 && strstr(text, "got " EXPRESSION))
-        return ": its value is not known while the model is read, that of an option (rd.option) is";
+        return "; its value is not known while the model is read; use an option (rd.option)";
     if (strncmp(text, "C stack overflow", 16) == 0)
-        return ": calls, parentheses, tables or blocks are nested too deep";
-    return slips_advice(text);
+        return ": calls, parentheses, tables or blocks are nested too deeply";
+    return lint_advice(text);
 }
 
-/*
- * Where an error arose: the place that its text begins with, else the innermost line of the model's files.
- * Texts of our own Lua lose the place there.
- */
+/* Reports an error at the place with which its text begins, or else at the innermost line of the model's
+ * files. A place in our own Lua is removed. */
 static void report(struct script *script, const char *text, size_t length) {
     struct place place = script->error_place;
     const char *rest = text;
@@ -286,7 +348,7 @@ static void report(struct script *script, const char *text, size_t length) {
     message_error(script->messages, place, "%s%s", safe, hint_for(safe));
 }
 
-/* Lua calls it with an error before it leaves the functions that were running. */
+/* Records the place of an error. Lua calls it before it leaves the functions that were running. */
 static int note_place(lua_State *L) {
     struct script *script = script_of(L);
     lua_Debug frame;
@@ -303,22 +365,22 @@ static int note_place(lua_State *L) {
     return 1;
 }
 
-/* An error that is no text, or memory. */
+/* Reports an error of any kind: a text, another value, or a shortage of memory. */
 static void report_error(struct script *script, int status) {
     lua_State *L = script->L;
     size_t length;
     const char *text = lua_tolstring(L, -1, &length); /* also of a number */
     if (script->is_text_too_long)
         message_error(script->messages, (struct place){.file = script->file},
-                      "a text of more than %d MB, shorter ones are needed", TEXT_MEGABYTES);
+                      "a text of more than %d MB; texts must be shorter", TEXT_MEGABYTES);
     else if (script->is_short_of_memory || status == LUA_ERRMEM)
         script->memory->fail(script->memory->context);
     else if (text)
         report(script, text, length);
-    else if (!script->is_told)
+    else if (!script->is_reported)
         message_error(script->messages, script->error_place,
-                      "error(...) with a value of type %s, a text is needed", luaL_typename(L, -1));
-    script->is_told = false;
+                      "error(...) with a value of type %s; must be a text", luaL_typename(L, -1));
+    script->is_reported = false;
 }
 
 struct job {
@@ -352,7 +414,9 @@ void *script_job(lua_State *L) {
     return job;
 }
 
-/* Pushes the compiled source; the source as written goes first, so that syntax errors show it. (-0, +1) */
+/* Pushes the compiled source. The source as written is compiled first, so that syntax errors show it. (-0,
+ * +1)
+ */
 static void load_source(lua_State *L, int number) {
     struct script *script = script_of(L);
     const struct source_file *source = &script->sources.list[number];
@@ -361,7 +425,7 @@ static void load_source(lua_State *L, int number) {
     script_stop_at_bound(L);
     snprintf(chunk, sizeof chunk, "=" SOURCE_CHUNK "%d", number);
     if (!lint_characters(script->memory, script->messages, source->path, source->text, source->length))
-        script_stop_told(L);
+        script_stop_reported(L);
     if (luaL_loadbufferx(L, source->text, source->length, chunk, "t") != LUA_OK)
         lua_error(L);
     lua_pop(L, 1);
@@ -377,26 +441,26 @@ static bool is_module_misspelt(const char *name) {
     return strcmp(name, "rd") == 0 || message_nearest_name(name, known, 1);
 }
 
-/* The function of the file NAME.lua beside the model. */
-static int compile_beside(lua_State *L) {
+/* Returns the function of the file NAME.lua in the folder of the model. */
+static int compile_neighbour(lua_State *L) {
     struct script *script = script_of(L);
     const char *name = luaL_checkstring(L, 1);
     const char *fault = source_file_add(script->memory, &script->sources,
                                         source_file_path(script->memory, script->file, name));
     if (fault) {
         lua_settop(L, 0);
-        return luaL_error(L, "require: %s.lua beside the model cannot be read: %s%s", name, fault,
-                          is_module_misspelt(name) ? "; the module is \"refdyn\"" : "");
+        return luaL_error(L, "require: %s.lua in the folder of the model cannot be read: %s%s", name, fault,
+                          is_module_misspelt(name) ? "; did you mean \"refdyn\"?" : "");
     }
     load_source(L, script->sources.count - 1);
     return 1;
 }
 
-/* The one value on the stack, nil when there is none. */
+/* Converts the only value on the stack, nil if there is none. */
 static void convert_result(lua_State *L, struct place place, const char *what, struct value *result) {
     const int count = lua_gettop(L);
     if (count > 1)
-        message_error(script_of(L)->messages, place, "%s %d values, one is needed", what, count);
+        message_error(script_of(L)->messages, place, "%s %d values; must return one", what, count);
     lua_settop(L, 1);
     script_convert(L, 1, place, 0, result);
 }
@@ -426,14 +490,14 @@ static int run_function(lua_State *L) {
     script_push_view(L, (struct view){.kind = VIEW_STATE});
     lua_call(L, 1, LUA_MULTRET);
     script_check_events(L);
-    const char *what = memory_format(job->script->memory, "%s: the function gives", job->name);
+    const char *what = memory_format(job->script->memory, "%s: the function returns", job->name);
     convert_result(L, job->function->place, what, job->result);
     return 0;
 }
 
-/* ---- what the rest of the reader calls ---- */
+/* ---- interface to the reader ---- */
 
-/* A robot's file of URDF, or another one of XML. */
+/* Whether the file is XML, such as the URDF file of a robot. */
 static bool is_xml(const struct source_file *source) {
     size_t start = 0;
     while (start < source->length && memchr(" \t\r\n", source->text[start], 4))
@@ -442,7 +506,7 @@ static bool is_xml(const struct source_file *source) {
            text_ends_with(source->path, ".xml");
 }
 
-/* A file of motions: HDF5's signature, or a table that begins with the column t. */
+/* Whether the file contains motions: it has the signature of HDF5 or begins with the column t. */
 static bool is_motion(const struct source_file *source) {
     static const char hdf5[] = "\x89HDF\r\n\x1a\n", csv[] = "t,";
     return (source->length >= sizeof hdf5 - 1 && memcmp(source->text, hdf5, sizeof hdf5 - 1) == 0) ||
@@ -459,15 +523,15 @@ static bool read_main(struct script *script) {
     const struct source_file *source = &script->sources.list[0];
     if (is_xml(source))
         message_error(script->messages, place,
-                      "is XML, no model in Lua; `refdyn import` writes one from a robot's URDF");
+                      "is XML and not a model in Lua; convert a URDF file by `refdyn import`");
     else if (is_motion(source))
-        message_error(script->messages, place, "holds motions, it is no model in Lua");
+        message_error(script->messages, place, "contains motions; name a model in Lua");
     else
         return true;
     return false;
 }
 
-/* Values of --set are texts of the model, too. */
+/* Values of --set become texts of the model. */
 static bool check_settings(const struct read_request *request, struct messages *messages) {
     bool are_lines = true;
     for (int i = 0; i < request->setting_count; i++) {
@@ -485,7 +549,7 @@ struct script *script_open(struct memory *memory, struct graph *graph, const str
     struct script *script = memory_get(memory, sizeof *script);
     *script = (struct script){.memory = memory, .graph = graph, .messages = messages, .file = request->file};
     script->kind = request->kind;
-    script->has_samples = request->kind == FILE_SWEEP; /* its lists may be as long as its cases are many */
+    script->has_samples = request->kind == FILE_SWEEP; /* a list may have a value for each case */
     script->work.millions = WORK_MILLIONS;
     script->pool = (struct pool){.memory = memory};
     declarations_start(&script->declarations, memory, graph, request, messages);

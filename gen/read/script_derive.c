@@ -1,21 +1,22 @@
 /*
- * Values that a sweep derives, case by case: see script_derive in reader.h.
+ * Values that a sweep derives, case by case. Reads the columns of the cases; fills the derived columns.
  *
- * All cases are one protected call. Numbers go straight into the columns, texts once each, so that memory
- * does not grow with the cases. Stack effects stand beside the functions as (-popped, +pushed).
+ * All cases are one protected call. Numbers are written directly into the columns, and each text is kept
+ * once, so that Lua's memory does not grow with the number of cases. Stack effects are given as (-popped,
+ * +pushed).
  */
 #include "gen/read/script_state.h"
-#include "gen/base/base.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Steps of Lua that a case may take, beside WORK_MILLIONS for all of them. A short formula takes 200. */
+/* Steps of Lua that each case may take, in addition to WORK_MILLIONS for all of them. A short formula takes
+ * 200. */
 enum { STEPS_OF_CASE = 2000 };
 
-/* Places on the stack of run_cases. */
+/* Indices on the stack of run_cases. */
 enum { AT_FUNCTION = 1, AT_GUARD, AT_TEXTS };
 
 struct derivation {
@@ -30,44 +31,39 @@ static struct messages *messages_of(lua_State *L) {
     return script_of(L)->messages;
 }
 
-/* Ends the script: in this case the field `name` (NULL: the result) is wrong. */
+/* Ends the script, since the field `name` (NULL: the result) of this case is wrong. */
 static _Noreturn void refuse(lua_State *L, const struct derivation *job, const char *name, const char *fact) {
     message_error(messages_of(L), job->function->place, "derive: case %ld: %s%s%s", job->index,
                   name ? name : "", name ? ": " : "", fact);
-    script_stop_told(L);
+    script_stop_reported(L);
     abort(); /* not reached */
 }
 
-/* ---- What the function is given ---- */
-
-/* A field of the argument that there is not. Upvalue: the job. */
-static int refuse_field(lua_State *L) {
+/* Refuses to read an unknown field of the argument. Upvalue: the job. */
+static int refuse_case_field(lua_State *L) {
     const struct derivation *job = lua_touserdata(L, lua_upvalueindex(1));
     const char *name = lua_type(L, 2) == LUA_TSTRING ? script_name_at(L, 2) : luaL_typename(L, 2);
     const char **known = memory_get(script_of(L)->memory, ((size_t)job->given->width + 1) * sizeof *known);
     for (int i = 0; i < job->given->width; i++)
         known[i] = job->given->columns[i].name;
-    const char *nearest = message_nearest_name(name, known, job->given->width);
-    if (nearest)
-        return luaL_error(L, "derive: \"%s\" does not vary, the nearest name that does is \"%s\"", name,
-                          nearest);
-    return luaL_error(L, "derive: \"%s\" does not vary, names of `vary` are given", name);
+    return luaL_error(L, "derive: \"%s\" does not vary%s", name,
+                      message_advice_on_name(script_of(L)->memory, name, known, job->given->width));
 }
 
-/* The author's function writes a field that the argument does not have. */
-static int refuse_new_field(lua_State *L) {
+/* Refuses to write a new field of the argument. */
+static int refuse_new_case_field(lua_State *L) {
     return luaL_error(
-        L, "derive: \"%s\" is written to the values of a case, which stay: return { NAME = value }",
+        L, "derive: \"%s\" is written to the values of a case, which are read only; return { NAME = value }",
         lua_type(L, 2) == LUA_TSTRING ? script_name_at(L, 2) : luaL_typename(L, 2));
 }
 
 /* The metatable of all arguments. (-0, +1) */
 static void push_guard(lua_State *L, struct derivation *job) {
     lua_createtable(L, 0, 3);
-    lua_pushcfunction(L, refuse_new_field);
+    lua_pushcfunction(L, refuse_new_case_field);
     lua_setfield(L, -2, "__newindex");
     lua_pushlightuserdata(L, job);
-    lua_pushcclosure(L, refuse_field, 1);
+    lua_pushcclosure(L, refuse_case_field, 1);
     lua_setfield(L, -2, "__index");
     lua_pushliteral(L, "the values of a case");
     lua_setfield(L, -2, "__metatable");
@@ -98,10 +94,10 @@ static void push_case(lua_State *L, const struct derivation *job) {
     lua_setmetatable(L, -2);
 }
 
-/* The argument on top of the stack must be unchanged: a change in it would affect no case. (-1, +0) */
+/* The argument on top of the stack must be unchanged, since a change would have no effect. (-1, +0) */
 static void check_argument(lua_State *L, const struct derivation *job) {
-    static const char fact[] = "the function writes to the values of the case, which stay: it returns others "
-                               "in a table";
+    static const char fact[] = "the function writes to the values of the case, which are read only; return "
+                               "{ NAME = value }";
     int count = 0;
     for (int i = 0; i < job->given->width; i++) {
         const char *name = job->given->columns[i].name;
@@ -119,8 +115,6 @@ static void check_argument(lua_State *L, const struct derivation *job) {
     lua_pop(L, 1);
 }
 
-/* ---- What it gives ---- */
-
 static bool is_whole(lua_State *L) {
     const double largest = 9007199254740992; /* 2^53 */
     return lua_isinteger(L, -1) && fabs(lua_tonumber(L, -1)) <= largest;
@@ -135,7 +129,7 @@ static enum case_values kind_of(lua_State *L, const struct derivation *job, cons
         return CASES_TRUTHS;
     if (type != LUA_TSTRING)
         refuse(L, job, name,
-               memory_format(script_of(L)->memory, "of type %s, a number, a text, true or false is needed",
+               memory_format(script_of(L)->memory, "of type %s; must be a number, a text, true or false",
                              lua_typename(L, type)));
     return CASES_TEXTS;
 }
@@ -154,7 +148,7 @@ static struct case_column *find(const struct case_table *derived, const char *na
 /* The names of the result on top of the stack must be texts. */
 static const char *key_name(lua_State *L, const struct derivation *job) {
     if (lua_type(L, -2) != LUA_TSTRING)
-        refuse(L, job, NULL, "an entry without a name, { NAME = value } is needed");
+        refuse(L, job, NULL, "an entry without a name; return { NAME = value }");
     return script_name_at(L, -2);
 }
 
@@ -162,14 +156,14 @@ static int by_name(const void *a, const void *b) {
     return strcmp(((const struct case_column *)a)->name, ((const struct case_column *)b)->name);
 }
 
-/* Names, which the sweep must not vary. */
+/* A derived name must not be one of those that vary. */
 static void check_new_name(lua_State *L, const struct derivation *job, const char *name) {
     for (int i = 0; i < job->given->width; i++)
         if (strcmp(job->given->columns[i].name, name) == 0)
-            refuse(L, job, name, "`vary` has this name, too, one of them is needed");
+            refuse(L, job, name, "already varies; choose another name or remove it from vary");
 }
 
-/* The columns, from the first case's result on top of the stack. (-0, +0) */
+/* Makes the columns from the first case's result on top of the stack. (-0, +0) */
 static void make_columns(lua_State *L, const struct derivation *job) {
     struct case_table *derived = job->derived;
     int count = 0, room = 0;
@@ -182,14 +176,14 @@ static void make_columns(lua_State *L, const struct derivation *job) {
                                                          .kind = kind_of(L, job, name)};
     }
     if (count == 0)
-        refuse(L, job, NULL, "an empty table, { NAME = value } is needed");
+        refuse(L, job, NULL, "an empty table; return { NAME = value }");
     qsort(derived->columns, (size_t)count, sizeof *derived->columns, by_name);
     derived->width = count;
     for (int i = 0; i < count; i++)
         derived->columns[i].values = memory_get(job->memory, (size_t)derived->count * sizeof(double));
 }
 
-/* The number of the text on top of the stack, by a table of those that were there. (-0, +0) */
+/* The number of the text on top of the stack among the texts of the column so far. (-0, +0) */
 static int text_number(lua_State *L, const struct derivation *job, struct case_column *column) {
     lua_pushfstring(L, "%s=%s", column->name, lua_tostring(L, -1));
     lua_pushvalue(L, -1);
@@ -203,29 +197,29 @@ static int text_number(lua_State *L, const struct derivation *job, struct case_c
     number = column->text_count;
     lua_pushinteger(L, number);
     lua_rawset(L, AT_TEXTS);
-    if ((number & (number - 1)) == 0) /* room for twice as many */
+    if ((number & (number - 1)) == 0) /* the list is full: double it */
         column->texts = memory_grow(job->memory, column->texts, (size_t)number * sizeof *column->texts,
                                     ((size_t)number * 2 + 1) * sizeof *column->texts);
     column->texts[column->text_count++] = memory_text(job->memory, lua_tostring(L, -1));
     return number;
 }
 
-/* A text that can be shown and passed on. */
+/* Checks that the text can be shown and stored. */
 static void check_text(lua_State *L, const struct derivation *job, const char *name) {
     size_t length;
     const char *text = lua_tolstring(L, -1, &length);
     char what[80];
     snprintf(what, sizeof what, "derive: case %ld: %s", job->index, name);
     if (!message_is_one_line(messages_of(L), job->function->place, what, text, length))
-        script_stop_told(L);
+        script_stop_reported(L);
 }
 
-/* The value on top of the stack into its column. (-0, +0) */
+/* Puts the value on top of the stack into its column. (-0, +0) */
 static void take_value(lua_State *L, const struct derivation *job, struct case_column *column) {
     const enum case_values kind = kind_of(L, job, column->name);
     double *value = &column->values[job->index];
     if (kind != column->kind && !(are_numbers(kind) && are_numbers(column->kind)))
-        refuse(L, job, column->name, "of another type than in the first case, all of one are needed");
+        refuse(L, job, column->name, "of another type than in the first case; must be of one type");
     if (kind == CASES_TEXTS) {
         check_text(L, job, column->name);
         *value = text_number(L, job, column);
@@ -235,17 +229,16 @@ static void take_value(lua_State *L, const struct derivation *job, struct case_c
     *value = kind == CASES_TRUTHS ? lua_toboolean(L, -1) : lua_tonumber(L, -1);
     if (!isfinite(*value))
         refuse(L, job, column->name,
-               memory_format(script_of(L)->memory, "value %s, a finite number is needed",
-                             text_not_finite(*value)));
+               memory_format(script_of(L)->memory, "value %s; must be finite", text_not_finite(*value)));
 }
 
-/* The result on top of the stack into the columns. (-1, +0) */
+/* Puts the result on top of the stack into the columns. (-1, +0) */
 static void take_result(lua_State *L, const struct derivation *job) {
     int count = 0;
     if (lua_type(L, -1) != LUA_TTABLE)
         refuse(L, job, NULL,
                memory_format(script_of(L)->memory,
-                             "the function gives %s, a table such as { NAME = value } is needed",
+                             "the function returns %s; must return a table such as { NAME = value }",
                              luaL_typename(L, -1)));
     if (job->index == 0)
         make_columns(L, job);
@@ -253,12 +246,12 @@ static void take_result(lua_State *L, const struct derivation *job) {
         const char *name = key_name(L, job);
         struct case_column *column = find(job->derived, name);
         if (!column)
-            refuse(L, job, name, "not there in the first case, the same names in each are needed");
+            refuse(L, job, name, "missing in the first case; return the same names in each case");
         take_value(L, job, column);
         count++;
     }
     if (count < job->derived->width)
-        refuse(L, job, NULL, "fewer names than in the first case, the same in each are needed");
+        refuse(L, job, NULL, "fewer names than in the first case; return the same names in each case");
     lua_pop(L, 1);
 }
 

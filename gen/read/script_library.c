@@ -1,26 +1,22 @@
 /*
- * What a model may use of Lua's libraries, what that costs, and names that are not there: see script_state.h.
+ * The part of Lua's libraries that a model may use, the work that each function counts, and messages about
+ * unknown names.
  */
 #include "gen/read/script_state.h"
 #include "gen/read/reader.h"
-#include "gen/base/base.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 #include <lualib.h>
 
-/* ---- library functions that a model may call, and what they do beyond a call ---- */
+/* ---- work of library functions beyond that of a call ---- */
 
-/* Also a text such as "1", which the library takes for a number. */
-static bool is_number_at(lua_State *L, int index) {
-    return lua_isnumber(L, index);
-}
-
-/* Number of entries from argument `first` to argument `last`, of all when these are left out. */
+/* Number of entries from argument `first` to argument `last`, or of all if these are omitted. (lua_isnumber
+ * is also true for a text such as "1", which the library reads as a number.) */
 static double range_steps(lua_State *L, int first, int last) {
-    const double from = is_number_at(L, first) ? lua_tonumber(L, first) : 1;
-    const double to = is_number_at(L, last) ? lua_tonumber(L, last) : (double)lua_rawlen(L, 1);
+    const double from = lua_isnumber(L, first) ? lua_tonumber(L, first) : 1;
+    const double to = lua_isnumber(L, last) ? lua_tonumber(L, last) : (double)lua_rawlen(L, 1);
     return to >= from ? to - from + 1 : 0;
 }
 
@@ -33,13 +29,13 @@ static double unpack_steps(lua_State *L) {
 }
 
 static double move_steps(lua_State *L) {
-    return is_number_at(L, 2) && is_number_at(L, 3) ? range_steps(L, 2, 3) : 0;
+    return lua_isnumber(L, 2) && lua_isnumber(L, 3) ? range_steps(L, 2, 3) : 0;
 }
 
-/* Entries behind the one that is put in or taken out. */
+/* Entries after the one that is inserted or removed. */
 static double shift_steps(lua_State *L) {
     const double length = (double)lua_rawlen(L, 1);
-    return is_number_at(L, 2) && lua_tonumber(L, 2) < length ? length - lua_tonumber(L, 2) + 1 : 0;
+    return lua_isnumber(L, 2) && lua_tonumber(L, 2) < length ? length - lua_tonumber(L, 2) + 1 : 0;
 }
 
 static double pattern_work(lua_State *L) {
@@ -50,7 +46,7 @@ static double pattern_work(lua_State *L) {
     return work_pattern_steps(lua_rawlen(L, 1), pattern, length);
 }
 
-/* Each place may be replaced: by a text that is read, by an entry of a table, by what a function gives. */
+/* Each place may be replaced: by a text, an entry of a table, or the result of a function. */
 static double replace_work(lua_State *L) {
     const double replacement = lua_type(L, 3) == LUA_TSTRING ? (double)lua_rawlen(L, 3) / 10 : 0;
     return pattern_work(L) + ((double)lua_rawlen(L, 1) + 1) * (8 + replacement);
@@ -66,7 +62,7 @@ static double repeat_work(lua_State *L) {
     return lua_tonumber(L, 2) * (1 + bytes / 32);
 }
 
-/* Of a format, and for each argument a number of 400 digits, or a text whose bytes %q writes as numbers. */
+/* For each argument, a number of up to 400 digits, or a text whose bytes %q writes as numbers. */
 static double format_work(lua_State *L) {
     double steps = 256.0 * lua_gettop(L);
     for (int i = 1; i <= lua_gettop(L); i++)
@@ -93,7 +89,7 @@ static bool has_no_text(lua_State *L, int index) {
     return false;
 }
 
-/* tostring: the address of a table or function differs from run to run, so that its type has to do. */
+/* tostring. The address of a table or function differs from run to run, so that its type is returned. */
 static int to_text(lua_State *L) {
     luaL_checkany(L, 1);
     if (has_no_text(L, 1))
@@ -113,22 +109,22 @@ static bool shows_address(const char *format) {
     return false;
 }
 
-/* string.format, which shows no addresses either. */
+/* string.format must not show addresses either. */
 static void check_format(lua_State *L) {
     for (int i = 2; i <= lua_gettop(L); i++)
         if (has_no_text(L, i))
-            luaL_error(L, "string.format: argument %d is of type %s, texts, numbers and booleans are shown",
-                       i, luaL_typename(L, i));
+            luaL_error(L, "string.format: argument %d is of type %s; must be a text, number or boolean", i,
+                       luaL_typename(L, i));
     if (lua_type(L, 1) == LUA_TSTRING && shows_address(lua_tostring(L, 1)))
         luaL_error(L, "string.format: %%p shows an address, which differs from run to run");
 }
 
 static void check_length(lua_State *L, const char *name) {
     if (lua_type(L, 1) == LUA_TTABLE && luaL_getmetafield(L, 1, "__len") != LUA_TNIL)
-        luaL_error(L, "table.%s: the table has __len, one without is needed", name);
+        luaL_error(L, "table.%s: the table has __len; must be a table without it", name);
 }
 
-/* Is the entry at `left` less than that at `right`? By the function at index 2, if any. (-0, +0) */
+/* Whether the entry at `left` is less than that at `right`, by the function at index 2 if any. (-0, +0) */
 static bool is_less(lua_State *L, int left, int right) {
     work_add_call(&script_of(L)->work, 2);
     script_stop_at_bound(L);
@@ -180,7 +176,8 @@ int script_sort_table(lua_State *L) {
     return 0;
 }
 
-/* What a model may use: nothing else of these libraries is there. */
+/* ---- the functions that a model may use ---- */
+
 static const struct {
     const char *name, *entries;
 } libraries[] = {
@@ -196,7 +193,8 @@ static const struct {
 
 enum { LIBRARY_COUNT = sizeof libraries / sizeof *libraries, ENTRIES_MOST = 64 };
 
-/* Entries that do more than a call: `work` counts its steps, `instead` stands for Lua's own function. */
+/* Functions that do more than one pass over their arguments: `work` returns the steps, and `instead` replaces
+ * Lua's function. */
 static const struct library_entry {
     const char *library, *name;
     double (*work)(lua_State *L);
@@ -237,7 +235,8 @@ static bool takes_numbers(const struct library_entry *entry) {
            strcmp(entry->name, "tostring") == 0;
 }
 
-/* A function of numbers, given an expression, would fail with a puzzle: names the function to use. */
+/* A function of numbers would fail on an expression with a message that does not help. Names the one to use.
+ */
 static void check_expressions(lua_State *L, const struct library_entry *entry) {
     expression e;
     for (int i = 1; i <= lua_gettop(L); i++)
@@ -270,7 +269,7 @@ static int call_library(lua_State *L) {
         check_format(L);
     work_add(work, entry->work ? entry->work(L) : 0);
     if (work_is_over(work))
-        return luaL_error(L, "%s: more work than the %d million steps that a %s may take while it is read",
+        return luaL_error(L, "%s: more than the %d million steps that reading a %s may take",
                           full_name(L, entry), work->millions, script_noun(script_of(L)));
     const int count = lua_tocfunction(L, lua_upvalueindex(2))(L);
     if (count == 1 && strcmp(entry->library, LUA_STRLIBNAME) == 0)
@@ -278,7 +277,6 @@ static int call_library(lua_State *L) {
     return count;
 }
 
-/* What an entry does beyond a call, if anything. */
 static const struct library_entry *find_entry(struct memory *memory, const char *library, const char *name) {
     for (size_t i = 0; i < sizeof special_entries / sizeof *special_entries; i++)
         if (strcmp(special_entries[i].library, library) == 0 && strcmp(special_entries[i].name, name) == 0)
@@ -288,7 +286,7 @@ static const struct library_entry *find_entry(struct memory *memory, const char 
     return plain;
 }
 
-/* Names of the entries of a library. */
+/* Lists the names of the entries of a library. */
 static int list_library(struct memory *memory, const char *name, const char *known[ENTRIES_MOST]) {
     int count = 0;
     for (int i = 0; i < LIBRARY_COUNT; i++)
@@ -314,7 +312,7 @@ static void move_entry(lua_State *L, int from, int to, const struct library_entr
     lua_setfield(L, to, entry->name);
 }
 
-/* ---- names that are not there ---- */
+/* ---- unknown names ---- */
 
 /* Upvalue: the library's name. */
 static int refuse_library_field(lua_State *L) {
@@ -323,16 +321,15 @@ static int refuse_library_field(lua_State *L) {
     const char *name = lua_type(L, 2) == LUA_TSTRING ? script_name_at(L, 2) : luaL_typename(L, 2);
     const char *nearest = message_nearest_name(name, known, list_library(memory, of, known));
     if (nearest)
-        return luaL_error(L, "%s.%s: unknown function, the nearest known one is \"%s\"", of, name, nearest);
-    return luaL_error(L, "%s.%s: unknown function, models/README.md names what a %s can use", of, name,
-                      script_noun(script_of(L)));
+        return luaL_error(L, "%s.%s: unknown function; did you mean \"%s\"?", of, name, nearest);
+    return luaL_error(L, "%s.%s: unknown function; models/README.md lists the functions", of, name);
 }
 
 static int compare_texts(const void *a, const void *b) {
     return strcmp(*(const char *const *)a, *(const char *const *)b);
 }
 
-/* Names of globals that the model has made itself, sorted, since Lua's order is random. */
+/* Lists the globals that the model has set, sorted, since Lua's order is random. */
 static int list_own_globals(lua_State *L, const char **known, int room) {
     int count = 0;
     lua_pushnil(L);
@@ -345,7 +342,7 @@ static int list_own_globals(lua_State *L, const char **known, int room) {
     return count;
 }
 
-/* Of Lua, but not of a model: no other name is meant. */
+/* Whether the name is a function or library of Lua that models do not have. */
 static bool is_left_out(const char *name) {
     static const char *const left_out[] = {"collectgarbage", "coroutine", "debug", "dofile", "io",
                                            "load",           "loadfile",  "next",  "os",     "package",
@@ -364,16 +361,17 @@ static const char *nearest_global(lua_State *L, const char *name) {
     return message_nearest_name(name, known, count);
 }
 
-/* The name in a model for a name of other languages, or for one without its prefix; or NULL. */
+/* What to write in place of a name of other languages or without its prefix, or NULL. */
 static const char *meant_global(struct memory *memory, const char *name) {
-    static const char *const others[][2] = {{"refdyn", "\"refdyn\" in quotation marks"},
-                                            {"rd", "local rd = require \"refdyn\" before it"},
-                                            {"s", "function(s), since a model's functions take the state s"},
-                                            {"True", "true"},
-                                            {"False", "false"},
-                                            {"None", "nil"},
-                                            {"null", "nil"},
-                                            {"NULL", "nil"}};
+    static const char *const others[][2] = {
+        {"refdyn", "\"refdyn\" in quotation marks"},
+        {"rd", "local rd = require \"refdyn\" before it"},
+        {"s", "function(s), since s is the argument of a model's functions"},
+        {"True", "true"},
+        {"False", "false"},
+        {"None", "nil"},
+        {"null", "nil"},
+        {"NULL", "nil"}};
     static const char *const of_state[] = {"t", "q", "qd", "qdd", "points", "axes", "inputs", "start"};
     const char *entries[ENTRIES_MOST];
     for (size_t i = 0; i < sizeof others / sizeof *others; i++)
@@ -390,21 +388,19 @@ static const char *meant_global(struct memory *memory, const char *name) {
 
 int script_refuse_global(lua_State *L) {
     if (lua_type(L, 2) != LUA_TSTRING)
-        return luaL_error(L, "undefined global of type %s, names are", luaL_typename(L, 2));
+        return luaL_error(L, "undefined global of type %s; must be a name", luaL_typename(L, 2));
     const char *name = script_name_at(L, 2);
     if (is_left_out(name))
         return luaL_error(
-            L,
-            "undefined global \"%s\": a %s has no such function or library, models/README.md names "
-            "what it has",
-            name, script_noun(script_of(L)));
+            L, "undefined global \"%s\": not available in a %s; models/README.md lists the functions", name,
+            script_noun(script_of(L)));
     const char *meant = meant_global(script_of(L)->memory, name);
     if (meant)
         return luaL_error(L, "undefined global \"%s\"; write %s", name, meant);
     const char *nearest = nearest_global(L, name);
     if (nearest)
-        return luaL_error(L, "undefined global \"%s\", the nearest known one is \"%s\"", name, nearest);
-    return luaL_error(L, "undefined global \"%s\", a name that is set before is needed", name);
+        return luaL_error(L, "undefined global \"%s\"; did you mean \"%s\"?", name, nearest);
+    return luaL_error(L, "undefined global \"%s\"; set it before it is read", name);
 }
 
 void script_push_library(lua_State *L, const char *name) {

@@ -1,5 +1,5 @@
 /*
- * Metatables: of expressions and groups of values, and of the tables of a model's author. See script_state.h.
+ * Metatables of expressions, of groups of values, and of tables for which the author calls setmetatable.
  */
 #include "gen/read/script_state.h"
 
@@ -13,41 +13,40 @@ static int arithmetic(lua_State *L) {
     expression a, b;
     for (int i = 1; i <= 2; i++)
         if (!script_get_expression(L, i, i == 1 ? &a : &b))
-            return luaL_error(L, "arithmetic on an expression and %s, a number or an expression is needed",
+            return luaL_error(L, "arithmetic on an expression and %s; must be a number or an expression",
                               luaL_typename(L, i));
     script_push_expression(L, operation == OP_POW ? expr_power(graph, a, b)
                                                   : expr_apply(graph, operation, a, b, expr_zero(graph)));
     return 1;
 }
 
-/* What Lua can do with a value and an expression cannot: the event, and why not. */
+/* Operations of Lua that expressions do not have: the event and its message. */
 static const struct {
     const char *event, *fault;
 } refused_events[] = {
-#define NOT_KNOWN "its value is not known while the model is read, "
-#define COMPARISON \
-    "comparison of an expression: " NOT_KNOWN "rd.where(rd.less(a, b), x, y) chooses during the motion"
-#define BITS " of an expression: " NOT_KNOWN "rd.where(rd.less(a, b), x, y) chooses during the motion"
+#define NOT_KNOWN "its value is not known while the model is read; "
+#define CHOOSE NOT_KNOWN "use rd.where(rd.less(a, b), x, y) to choose during the motion"
+#define COMPARISON "comparison of an expression: " CHOOSE
+#define BITS " of an expression: " CHOOSE
     {"__lt", COMPARISON},
     {"__le", COMPARISON},
     {"__eq", COMPARISON},
-    {"__mod",
-     "%% of an expression: rd has no remainder, rd.atan2(rd.sin(x), rd.cos(x)) keeps an angle x between -pi "
-     "and pi"},
-    {"__idiv", "// of an expression: rd has no rounding, a / b divides"},
+    {"__mod", "%% of an expression: rd has no remainder; to keep an angle x between -pi and pi write "
+              "rd.atan2(rd.sin(x), rd.cos(x))"},
+    {"__idiv", "// of an expression: rd has no rounding; write a / b to divide"},
     {"__band", "&" BITS},
     {"__bor", "|" BITS},
     {"__bxor", "~" BITS},
     {"__bnot", "~" BITS},
     {"__shl", "<<" BITS},
     {"__shr", ">>" BITS},
-    {"__concat", ".. of an expression: " NOT_KNOWN "the value of an option (rd.option) is"},
-    {"__len", "# of an expression: it is one value and has no length, a list or a text has"},
-    {"__call",
-     "call of an expression: it is a value, * multiplies it, and functions are called as rd.sin(x)"},
+    {"__concat", ".. of an expression: " NOT_KNOWN "use an option (rd.option)"},
+    {"__len", "# of an expression: it is one value and has no length; only a list or a text has"},
+    {"__call", "call of an expression: it is a value; write * to multiply, and call functions as rd.sin(x)"},
     {"__index", "field of an expression: it is one value and has no fields"},
     {"__newindex", "assignment to a field of an expression: it is one value and has no fields"},
 #undef NOT_KNOWN
+#undef CHOOSE
 #undef COMPARISON
 #undef BITS
 };
@@ -62,10 +61,10 @@ static int index_view(lua_State *L) {
     struct script *script = script_of(L);
     const struct view *view = lua_touserdata(L, 1);
     if (lua_type(L, 2) != LUA_TSTRING)
-        return luaL_error(L, "index of type %s, a name is needed", luaL_typename(L, 2));
+        return luaL_error(L, "index of type %s; must be a name", luaL_typename(L, 2));
     work_add(&script->work, script_names_in(script));
     struct view_result result = state_symbols_field(&script->names, *view, script_name_at(L, 2));
-    script->is_told = result.fault && result.is_told;
+    script->is_reported = result.fault && result.is_reported;
     if (result.fault)
         return luaL_error(L, "%s", result.fault);
     if (result.is_view)
@@ -76,7 +75,7 @@ static int index_view(lua_State *L) {
 }
 
 static int refuse_group(lua_State *L) {
-    return luaL_error(L, "a group of values is taken for one: p.NAME, s.q.NAME or s.points.NAME.x is one");
+    return luaL_error(L, "a group of values in place of one; write p.NAME, s.q.NAME or s.points.NAME.x");
 }
 
 static int refuse_assignment(lua_State *L) {
@@ -85,14 +84,14 @@ static int refuse_assignment(lua_State *L) {
 
 /* ---- metatables of authors ---- */
 
-/* What Lua calls for a table. Others are refused: what they name would run or act when nothing counts it. */
+/* Functions that Lua calls for a table. Those that would run uncounted are refused. */
 static const struct {
     const char *name;
     enum event_kind {
         EVENT_FUNCTION,
         EVENT_FIELDS,
         EVENT_REFUSED
-    } kind; /* EVENT_FIELDS: or a table to look in */
+    } kind; /* EVENT_FIELDS: a function, or a table in which Lua looks */
 } events[] = {
     {"__index", EVENT_FIELDS},  {"__newindex", EVENT_FIELDS},   {"__call", EVENT_FUNCTION},
     {"__add", EVENT_FUNCTION},  {"__sub", EVENT_FUNCTION},      {"__mul", EVENT_FUNCTION},
@@ -108,7 +107,8 @@ static const struct {
 
 enum { EVENT_COUNT = sizeof events / sizeof *events };
 
-/* A chain of tables that look in each other is a chain of calls, which are counted and cannot be endless. */
+/* A table in __index becomes this function, so that a chain of such tables is a chain of calls, which are
+ * counted and cannot be endless. */
 static int index_base(lua_State *L) {
     lua_settop(L, 2);
     lua_gettable(L, lua_upvalueindex(1));
@@ -129,11 +129,11 @@ static void check_event(lua_State *L, int event) {
         return;
     if (events[event].kind == EVENT_REFUSED)
         luaL_error(L, "setmetatable: %s is not allowed in a model", name);
-    luaL_error(L, "setmetatable: %s is of type %s, a function is needed", name, lua_typename(L, type));
+    luaL_error(L, "setmetatable: %s is of type %s; must be a function", name, lua_typename(L, type));
 }
 
-/* Takes the event from the author's metatable at index 2 to the copy at index 3, whose items are what was
- * taken. */
+/* Copies an event from the author's metatable at index 2 to the copy at index 3, whose items are the copied
+ * values. */
 static void take_event(lua_State *L, int event) {
     lua_pushstring(L, events[event].name);
     lua_rawget(L, 2);
@@ -154,7 +154,7 @@ static void take_event(lua_State *L, int event) {
     lua_pop(L, 1);
 }
 
-/* The copy for the metatable at index 2, made when there is none. (-0, +1) */
+/* Pushes the copy of the metatable at index 2, and makes it if there is none. (-0, +1) */
 static void push_copy(lua_State *L) {
     struct script *script = script_of(L);
     script_get_note(L, script->events, 2);
@@ -163,7 +163,7 @@ static void push_copy(lua_State *L) {
     lua_pop(L, 1);
     lua_createtable(L, EVENT_COUNT, 4);
     lua_pushvalue(L, 2);
-    lua_setfield(L, -2, "__metatable"); /* what getmetatable gives */
+    lua_setfield(L, -2, "__metatable"); /* returned by getmetatable */
     lua_rawgeti(L, LUA_REGISTRYINDEX, script->events);
     lua_pushvalue(L, 2);
     lua_rawseti(L, -2, (lua_Integer)lua_rawlen(L, -2) + 1);
@@ -202,7 +202,7 @@ void script_check_events(lua_State *L) {
             lua_rawget(L, notes + 1);
             lua_rawgeti(L, notes + 2, event + 1);
             if (!lua_rawequal(L, -1, -2))
-                luaL_error(L, "setmetatable: %s was changed behind it, it has to be in the metatable before",
+                luaL_error(L, "setmetatable: %s was changed after the call; set it before",
                            events[event].name);
             lua_pop(L, 2);
         }
@@ -213,7 +213,7 @@ void script_check_events(lua_State *L) {
 
 /* ---- the metatables of our values ---- */
 
-/* The metatable of our values: closures over a number, for refusals and for arithmetic. (-0, +1) */
+/* Pushes a new metatable that the model cannot see. (-0, +1) */
 static void new_metatable(lua_State *L, const char *name) {
     luaL_newmetatable(L, name);
     lua_pushstring(L, name);
@@ -240,7 +240,7 @@ void script_make_expressions(lua_State *L) {
     lua_pop(L, 1);
 }
 
-/* Nothing but their fields is of use. */
+/* Groups of values have fields and refuse everything else. */
 void script_make_views(lua_State *L) {
     new_metatable(L, VIEW);
     for (int i = 0; i < EVENT_COUNT; i++) {
@@ -265,7 +265,7 @@ void script_refuse_colon(lua_State *L, const char *table, const char *name) {
     const int top = lua_gettop(L);
     if (lua_type(L, 1) == LUA_TTABLE && luaL_getmetafield(L, 1, "__metatable") == LUA_TSTRING &&
         strcmp(lua_tostring(L, -1), table) == 0)
-        luaL_error(L, "%s:%s: a colon passes %s as first argument; write %s.%s", table, name, table, table,
+        luaL_error(L, "%s:%s: the colon passes %s as first argument; write %s.%s", table, name, table, table,
                    name);
     lua_settop(L, top);
 }

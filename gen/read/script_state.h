@@ -1,8 +1,12 @@
 /*
- * What the files that know Lua share: script.c (the sandbox and its protected calls), script_value.c,
- * script_metatable.c and script_library.c. No other file includes this header, or Lua's.
+ * Shared by the files script*.c, the only ones that include this header and Lua's. Parts, in reading order:
+ *   values      Lua values and plain values (script_value.c)
+ *   calls       the sandbox and its protected calls (script.c)
+ *   sweeps      functions of sweep files (script_sweep.c)
+ *   metatables  of expressions, groups of values and authors' tables (script_metatable.c)
+ *   library     what a model may use of Lua's libraries (script_library.c)
  *
- * Stack effects stand beside the functions as (-popped, +pushed).
+ * Stack effects are given as (-popped, +pushed).
  */
 #ifndef REFDYN_GEN_SCRIPT_STATE_H
 #define REFDYN_GEN_SCRIPT_STATE_H
@@ -30,88 +34,88 @@ struct script {
     struct view_names names;
     struct source_lines lines;
     struct sources sources;
-    int marks, tags; /* references of tables that give a table's number in `lines` and its tag */
-    int events;      /* reference of a table that gives the copy that Lua uses of an author's metatable */
+    int marks, tags; /* references of Lua tables: from a table to its number in `lines`, and to its tag */
+    int events;      /* the same from an author's metatable to the copy that Lua uses */
     int value_count;
-    bool has_samples; /* the list that is converted may be long */
+    bool has_samples; /* the list that is being converted may be long */
     bool is_short_of_memory, is_text_too_long;
-    bool is_told;             /* the reason of an error is in messages */
-    struct place error_place; /* of the innermost line of the model's files when an error arose */
+    bool is_reported;         /* the reason of an error is in messages */
+    struct place error_place; /* the innermost line of the model's files when an error arose */
     struct value result;
 };
 
 /* ---- script_value.c ---- */
 
 struct script *script_of(lua_State *L);
-/* What messages call the file: a "model", or a "sweep". */
+/* The word for the file in messages: "model" or "sweep". */
 const char *script_noun(const struct script *script);
 /* Ends the script once it has done more than a file may. */
 void script_stop_at_bound(lua_State *L);
-/* Ends the script; messages have said why. */
-void script_stop_told(lua_State *L);
-/* Where the Lua function that called us stands. */
+/* Ends the script after an error that is in messages. */
+void script_stop_reported(lua_State *L);
+/* The line of the Lua function that called us. */
 struct place script_place(lua_State *L);
-/* The text at `index`, which is one; a name with a byte 0 would be cut there. */
+/* The text at `index`, which must be a text. A byte 0 in it is an error, since C would cut the name there. */
 const char *script_name_at(lua_State *L, int index);
-/* Entry of the table behind `reference` for the value at `index`. (-0, +1) */
+/* Pushes the entry for the value at `index` in the table of `reference`. (-0, +1) */
 void script_get_note(lua_State *L, int reference, int index);
-/* Notes the value on top of the stack for the value at `index`. (-1, +0) */
+/* Sets this entry to the value on top of the stack. (-1, +0) */
 void script_set_note(lua_State *L, int reference, int index);
 
 void script_push_expression(lua_State *L, expression e);
 /* True for a number or an expression. */
 bool script_get_expression(lua_State *L, int index, expression *e);
 void script_push_view(lua_State *L, struct view view);
-/* Options, parameters and inputs so far. */
+/* Number of options, parameters and inputs so far. */
 int script_name_count(const struct script *script);
-/* Steps to look a name up among all that there are. */
+/* Steps of a look-up of a name among all names. */
 double script_names_in(const struct script *script);
-/* The value at `index`, `place`: where it stands if it does not know better. (-0, +0) */
+/* Converts the value at `index`. `place` is its line unless it is a marked table. (-0, +0) */
 void script_convert(lua_State *L, int index, struct place place, int depth, struct value *value);
-/* Pushes what a function of the module gives. (-0, +1) */
+/* Pushes the result of a function of the module. (-0, +1) */
 void script_push_value(lua_State *L, const struct value *value);
 
-/* ---- script.c: needed by what is called behind it ---- */
+/* ---- script.c ---- */
 
-/* Runs a function of C in Lua; false when an error arose, which messages tell. It finds `job` by
- * script_job, first of all, on an empty stack. */
+/* Runs a function of C in Lua. False after an error, which is in messages. The function must first call
+ * script_job, which returns `job` and leaves an empty stack. */
 bool script_run(struct script *script, int function(lua_State *L), void *job);
 void *script_job(lua_State *L);
 
 /* ---- script_sweep.c ---- */
 
-/* Name of the function that makes the sweep. */
+/* Name of the function that makes a sweep. */
 #define SWEEP_TAG "sweep"
 
-/* Puts rd.grid and its like into the table on top of the stack. (-0, +0) */
+/* Puts rd.grid and the other functions of sweep files into the table on top of the stack. (-0, +0) */
 void script_add_sweep_functions(lua_State *L);
-/* What to say of a name that the module does not have in such a file. */
+/* The error message for a name that the module does not have in sweep files. */
 const char *script_unknown_in_sweep(struct memory *memory, const char *name);
-/* Has the module such a function in sweep files? */
+/* Whether the module has a function of this name in sweep files only. */
 bool script_is_of_sweeps(const char *name);
 
 /* ---- script_metatable.c ---- */
 
-/* Make the metatables of expressions, and of groups of values. */
+/* The metatables of expressions and of groups of values. */
 void script_make_expressions(lua_State *L);
 void script_make_views(lua_State *L);
-/* setmetatable: Lua uses a copy, which the author cannot change unseen. */
+/* setmetatable. Lua uses a copy of the metatable, which the author cannot change unnoticed. */
 int script_set_metatable(lua_State *L);
-/* Complains about events that were changed behind setmetatable, since tables do not have them. (-0, +0) */
+/* Reports events that were changed after setmetatable, which has no effect. (-0, +0) */
 void script_check_events(lua_State *L);
-/* Gives the table below it the function on top for fields that it lacks; nobody else can change that. (-1,
- * +0) */
+/* Makes the function on top of the stack answer for missing fields of the table below it. The model cannot
+ * change this. (-1, +0) */
 void script_guard_table(lua_State *L, const char *name);
-/* Refuses TABLE:NAME(...): argument 1 would be the guarded table itself. (-0, +0) */
+/* Refuses TABLE:NAME(...), whose argument 1 would be the guarded table itself. (-0, +0) */
 void script_refuse_colon(lua_State *L, const char *table, const char *name);
 
 /* ---- script_library.c ---- */
 
-/* table.sort by merging: equal entries keep their order, and a contradictory order does no harm. */
+/* table.sort by merging. Equal entries keep their order, and a contradictory order function does no harm. */
 int script_sort_table(lua_State *L);
-/* A table with what a model may use of one library. (-0, +1) */
+/* Pushes a table of the functions of one library that a model may use. (-0, +1) */
 void script_push_library(lua_State *L, const char *name);
-/* Reading a global that nothing has set: a slip of the pen would be nil, and vanish in a formula or list. */
+/* Refuses to read a global that is not set. A misspelled name would be nil and vanish in a list. */
 int script_refuse_global(lua_State *L);
 
 #endif

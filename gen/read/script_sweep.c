@@ -1,9 +1,6 @@
-/* The functions of the module in sweep files: see script_state.h. Each gives a list of its arguments, with
- * its name as tag. */
-#include "gen/read/script_state.h"
-#include "gen/read/read.h"
+/* The functions of `rd` in sweep files. Each returns the list of its arguments with its name as tag. */
 #include "gen/read/reader.h"
-#include "gen/base/base.h"
+#include "gen/read/script_state.h"
 
 #include <string.h>
 
@@ -26,11 +23,11 @@ static int list_arguments(lua_State *L) {
     const char *name = functions[function].name;
     script_refuse_colon(L, "rd", name);
     if (lua_gettop(L) != count)
-        return luaL_error(L, "rd.%s: number of arguments is %d, %d are needed: %s", name, lua_gettop(L),
-                          count, functions[function].arguments);
+        return luaL_error(L, "rd.%s: %d argument%s; must have %d: %s", name, lua_gettop(L),
+                          lua_gettop(L) == 1 ? "" : "s", count, functions[function].arguments);
     for (int i = 1; i <= count; i++)
         if (lua_type(L, i) != LUA_TNUMBER)
-            return luaL_error(L, "rd.%s: argument %d is of type %s, a number is needed", name, i,
+            return luaL_error(L, "rd.%s: argument %d is of type %s; must be a number", name, i,
                               luaL_typename(L, i));
     lua_createtable(L, count, 0);
     for (int i = 1; i <= count; i++) {
@@ -50,7 +47,7 @@ void script_add_sweep_functions(lua_State *L) {
     }
 }
 
-/* Names of all that rd has in a sweep file; there is room for FUNCTION_COUNT + 2. */
+/* Lists the names that rd has in a sweep file, at most FUNCTION_COUNT + 2. */
 static int list_names(const char **names) {
     int count = 0;
     names[count++] = SWEEP_TAG;
@@ -66,17 +63,13 @@ bool script_is_of_sweeps(const char *name) {
 }
 
 const char *script_unknown_in_sweep(struct memory *memory, const char *name) {
-    const char *names[FUNCTION_COUNT + 2], *all = "";
+    const char *names[FUNCTION_COUNT + 2];
     const int count = list_names(names);
-    const char *nearest = message_nearest_name(name, names, count);
-    for (int i = 0; i < count; i++)
-        all = memory_format(memory, "%s%s rd.%s", all, i ? "," : "", names[i]);
     if (module_has(memory, name) || module_makes(name))
-        return memory_format(memory, "rd.%s: of model files, a sweep file has%s", name, all);
-    if (nearest)
-        return memory_format(memory, "rd.%s: unknown function, the nearest known one is \"%s\"", name,
-                             nearest);
-    return memory_format(memory, "rd.%s: unknown function, a sweep file has%s", name, all);
+        return memory_format(memory, "rd.%s: belongs to model files; in a sweep use one of %s", name,
+                             message_names(memory, names, count));
+    return memory_format(memory, "rd.%s: unknown function%s", name,
+                         message_advice_on_name(memory, name, names, count));
 }
 
 const char *sweep_file_function(int number, const char **arguments) {

@@ -1,7 +1,6 @@
 /*
- * Lua values to plain values and back: see script_state.h. Notes of tables, numbers of tables in the source,
- * expressions and groups of values as Lua holds them. Stack effects stand beside the functions as (-popped,
- * +pushed).
+ * Converts Lua values to plain values and back, with the file and line of each, and keeps expressions and
+ * groups of values as userdata of Lua. Stack effects are given as (-popped, +pushed).
  */
 #include "gen/read/script_state.h"
 
@@ -9,10 +8,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* What one model may take while it is read, beside its work and memory: far beyond any sensible model. */
+/* Bounds of one model while it is read, in addition to work and memory. They are far above any real model. */
 enum {
     VALUE_BOUND = 1000000,
-    ENTRY_BOUND = 10000, /* of a table: names are compared with each other */
+    ENTRY_BOUND = 10000, /* entries of a table, whose names are compared with each other */
     DEPTH_BOUND = 32,
     EXPRESSION_BOUND = 100000
 };
@@ -25,8 +24,8 @@ void script_stop_at_bound(lua_State *L) {
     const struct script *script = script_of(L);
     if (!work_is_over(&script->work))
         return;
-    lua_pushfstring(L, "more than %d million steps to read the %s, a loop has no end?", script->work.millions,
-                    script_noun(script));
+    lua_pushfstring(L, "more than %d million steps to read the %s; look for a loop without an end",
+                    script->work.millions, script_noun(script));
     lua_error(L);
 }
 
@@ -44,23 +43,23 @@ struct place script_place(lua_State *L) {
     return place;
 }
 
-void script_stop_told(lua_State *L) {
-    script_of(L)->is_told = true;
+void script_stop_reported(lua_State *L) {
+    script_of(L)->is_reported = true;
     lua_pushnil(L);
     lua_error(L);
 }
 
-/* Ends the script with a message about a bound that was passed at `place`. */
-static void stop_at(lua_State *L, struct place place, const char *what, int bound) {
-    message_error(script_of(L)->messages, place, "%s %d", what, bound);
-    script_stop_told(L);
+/* Ends the script with a message about a bound that was exceeded at `place`. */
+static void stop_at(lua_State *L, struct place place, int bound, const char *what) {
+    message_error(script_of(L)->messages, place, "more than %d %s", bound, what);
+    script_stop_reported(L);
 }
 
 const char *script_name_at(lua_State *L, int index) {
     size_t length;
     const char *name = lua_tolstring(L, index, &length);
     if (strlen(name) < length)
-        luaL_error(L, "name \"%s\": contains control character 0, a line of text is needed",
+        luaL_error(L, "name \"%s\": contains control character 0; remove it",
                    message_safe_text(script_of(L)->memory, name, length));
     return name;
 }
@@ -82,7 +81,7 @@ void script_set_note(lua_State *L, int reference, int index) {
     lua_pop(L, 2);
 }
 
-/* The table's number in `lines`, -1 for one that the model made otherwise. */
+/* The table's number in `lines`; -1 if no constructor in the source made it. */
 static int table_number(lua_State *L, int index) {
     struct script *script = script_of(L);
     script_get_note(L, script->marks, index);
@@ -91,11 +90,11 @@ static int table_number(lua_State *L, int index) {
     return found >= 0 && found < script->lines.count ? (int)found : -1;
 }
 
-/* ---- expressions, and what functions see as s and p ---- */
+/* ---- expressions, and groups of values such as s and p ---- */
 
 void script_push_expression(lua_State *L, expression e) {
     if (script_of(L)->graph->count > EXPRESSION_BOUND)
-        stop_at(L, script_place(L), "more different expressions in the model than", EXPRESSION_BOUND);
+        stop_at(L, script_place(L), EXPRESSION_BOUND, "different expressions in the model");
     expression *handle = lua_newuserdatauv(L, sizeof *handle, 0);
     *handle = e;
     luaL_setmetatable(L, EXPRESSION);
@@ -131,15 +130,16 @@ double script_names_in(const struct script *script) {
 
 /* ---- Lua values to plain values ---- */
 
-/* Complains about keys that are neither names nor positions, in the order of the types. */
+/* Reports keys that are neither names nor positions, in the order of their types. */
 static void refuse_keys(lua_State *L, struct place place, const bool *has_type) {
     for (int type = 0; type < LUA_NUMTYPES; type++)
         if (has_type[type])
             message_error(script_of(L)->messages, place,
-                          "a table has a key of type %s, names and 1, 2, 3 ... are", lua_typename(L, type));
+                          "a table has a key of type %s; keys must be names or 1, 2, 3 ...",
+                          lua_typename(L, type));
 }
 
-/* Counts list items and named entries; complains about what is neither. */
+/* Counts list items and named entries, and reports other entries. */
 static void count_entries(lua_State *L, int index, struct value *value) {
     struct messages *messages = script_of(L)->messages;
     bool has_type[LUA_NUMTYPES] = {false}; /* of keys that are refused */
@@ -163,12 +163,13 @@ static void count_entries(lua_State *L, int index, struct value *value) {
     for (; lua_rawgeti(L, index, gap) != LUA_TNIL; gap++)
         lua_pop(L, 1);
     lua_pop(L, 1);
-    message_error(messages, value->place, "item %d of a list is nil, lists have no gaps", gap);
+    message_error(messages, value->place, "item %d of a list is nil; lists must have no gaps", gap);
     const bool is_sparse = largest / 2 > value->item_count;
     value->item_count = is_sparse ? gap - 1 : (int)largest; /* gaps become VALUE_NOTHING */
 }
 
-/* A text of the model; after a complaint with _ for what may not be in it, so that it leads to no other. */
+/* A text of the model. If it has an error, each character but letters and digits becomes _, so that no
+ * further error follows. */
 static const char *take_text(lua_State *L, int index, struct place place, const char *kind) {
     struct script *script = script_of(L);
     size_t length;
@@ -196,7 +197,7 @@ static void convert_items(lua_State *L, int index, int table, int depth, struct 
     }
 }
 
-/* A name as the table has it: the table keeps its text. */
+/* A name in a Lua table, which owns its text. */
 struct raw_name {
     const char *text;
     size_t length;
@@ -209,7 +210,7 @@ static int compare_raw_names(const void *a, const void *b) {
     return order ? order : (left->length > right->length) - (left->length < right->length);
 }
 
-/* Lua's order is random; `count` names, in scratch. */
+/* The `count` names of a table, sorted, since Lua's order is random; in scratch. */
 static struct raw_name *sorted_names(lua_State *L, int index, int count) {
     struct raw_name *names = memory_scratch(script_of(L)->memory, ((size_t)count + 1) * sizeof *names);
     int at = 0;
@@ -232,12 +233,12 @@ static void convert_fields(lua_State *L, int index, int table, int depth, struct
     value->fields = memory_get(script->memory, (size_t)value->field_count * sizeof *value->fields);
     int at = 0;
     for (int i = 0; i < value->field_count; i++) {
-        struct named_value *field = &value->fields[at];
+        struct value_field *field = &value->fields[at];
         struct place place = value->place;
         const int errors = script->messages->errors;
         lua_pushlstring(L, names[i].text, names[i].length);
         field->name = take_text(L, -1, value->place, "name");
-        at += script->messages->errors == errors; /* a name that was refused is not told of again */
+        at += script->messages->errors == errors; /* leaves out a name that was reported */
         lua_rawget(L, index);
         int line = source_lines_of_entry(&script->lines, table, field->name, 0);
         place.line = line > 0 ? line : place.line;
@@ -252,7 +253,7 @@ static void convert_table(lua_State *L, int index, int depth, struct value *valu
     struct script *script = script_of(L);
     int table = table_number(L, index);
     if (depth > DEPTH_BOUND)
-        stop_at(L, value->place, "tables nested deeper than", DEPTH_BOUND);
+        stop_at(L, value->place, DEPTH_BOUND, "tables nested in each other");
     luaL_checkstack(L, 8, "tables nested too deeply");
     value->kind = VALUE_TABLE;
     if (table >= 0)
@@ -263,7 +264,7 @@ static void convert_table(lua_State *L, int index, int depth, struct value *valu
     lua_pop(L, 1);
     count_entries(L, index, value);
     if (value->item_count + value->field_count > ENTRY_BOUND && !script->has_samples)
-        stop_at(L, value->place, "more entries in a table than", ENTRY_BOUND);
+        stop_at(L, value->place, ENTRY_BOUND, "entries in a table");
     convert_items(L, index, table, depth + 1, value);
     convert_fields(L, index, table, depth + 1, value);
 }
@@ -273,10 +274,8 @@ void script_convert(lua_State *L, int index, struct place place, int depth, stru
     index = lua_absindex(L, index);
     *value = (struct value){.place = place};
     if (++script->value_count > VALUE_BOUND)
-        stop_at(L, place,
-                script->kind == FILE_SWEEP ? "more values in the sweep than"
-                                           : "more values in the model than",
-                VALUE_BOUND);
+        stop_at(L, place, VALUE_BOUND,
+                script->kind == FILE_SWEEP ? "values in the sweep" : "values in the model");
     switch (lua_type(L, index)) {
     case LUA_TNUMBER:
         value->kind = VALUE_NUMBER;
@@ -314,9 +313,9 @@ static int call_curve(lua_State *L) {
     struct graph *graph = script_of(L)->graph;
     expression at = expr_zero(graph);
     if (lua_gettop(L) != 1)
-        return luaL_error(L, "a curve of %d values, one number or expression is needed", lua_gettop(L));
+        return luaL_error(L, "a curve of %d values; must be of one number or expression", lua_gettop(L));
     if (!script_get_expression(L, 1, &at))
-        return luaL_error(L, "a curve of %s, one number or expression is needed", luaL_typename(L, 1));
+        return luaL_error(L, "a curve of %s; must be of one number or expression", luaL_typename(L, 1));
     script_push_expression(L, expr_spline(graph, (int)lua_tointeger(L, lua_upvalueindex(1)), at));
     return 1;
 }

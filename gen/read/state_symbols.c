@@ -1,26 +1,102 @@
-/* Names to symbols: see reader.h. */
+/*
+ * Symbols of formulas: from names such as s.q.arm_psi to symbols, markers of points and directions, and kinks
+ * of formulas in coordinates and rates.
+ */
 #include "gen/read/reader.h"
-#include "gen/base/base.h"
 
 #include <string.h>
 
+/* ---- markers: points and directions that formulas need in addition to the points of interest ---- */
+
+struct attachment markers_ground_attachment(void) {
+    return (struct attachment){.link = -1, .placement = placement_identity()};
+}
+
+static bool is_same_place(const struct attachment *a, const struct attachment *b) {
+    return a->link == b->link && a->where == b->where && a->along == b->along &&
+           memcmp(a->placement.position, b->placement.position, sizeof a->placement.position) == 0;
+}
+
+static int find_marker(const struct model *model, const struct attachment *at, bool is_direction) {
+    for (int i = 0; i < model->marker_count; i++)
+        if (model->points[i].is_direction == is_direction && is_same_place(&model->points[i].at, at))
+            return i;
+    return -1;
+}
+
+/* "arm_tip_axis_x" for an axis of a link; "arm_direction_7" or "arm_marker_7" for other markers. */
+static const char *marker_name(const struct model *model, const struct attachment *at, bool is_direction) {
+    static const char *const wheres[] = {"", "_tip", "_along"};
+    _Static_assert(sizeof wheres / sizeof *wheres == AT_ALONG + 1, "each place has a name");
+    struct memory *memory = model->graph->memory;
+    const char *link = model->links[at->link].name;
+    const expression *c = at->placement.position;
+    for (int axis = 0; is_direction && at->where != AT_ALONG && axis < 3; axis++)
+        if (c[axis] == expr_one(model->graph) && !c[(axis + 1) % 3] && !c[(axis + 2) % 3])
+            return memory_format(memory, "%s%s_axis_%c", link, wheres[at->where], "xyz"[axis]);
+    return memory_format(memory, "%s%s_%s_%d", link, wheres[at->where], is_direction ? "direction" : "marker",
+                         model->marker_count + 1);
+}
+
+static int add_marker(struct model *model, const struct attachment *at, bool is_direction) {
+    const int found = find_marker(model, at, is_direction);
+    if (found >= 0)
+        return found;
+    model->points = memory_room(model->graph->memory, model->points, model->marker_count,
+                                &model->marker_capacity, sizeof *model->points);
+    model->points[model->marker_count] =
+        (struct point){.name = marker_name(model, at, is_direction), .at = *at, .is_direction = is_direction};
+    return model->marker_count++;
+}
+
+int markers_point(struct model *model, const struct attachment *at) {
+    return add_marker(model, at, false);
+}
+
+/* Number of the marker of a vector with components in the axes of `at`, which is on a link. */
+static int markers_direction(struct model *model, const struct attachment *at, struct vector components) {
+    struct attachment fixed = *at;
+    const struct vector turned = matrix_times(model->graph, at->placement.rotation, components);
+    fixed.placement = placement_identity();
+    memcpy(fixed.placement.position, turned.at, sizeof turned.at);
+    return add_marker(model, &fixed, true);
+}
+
+static struct vector marker_vector(const struct model *model, int marker, int order) {
+    struct vector v;
+    for (int axis = 0; axis < 3; axis++)
+        v.at[axis] = expr_symbol(model->graph, SYMBOL_POINT, 3 * marker + axis, order);
+    return v;
+}
+
+struct vector markers_point_vector(struct model *model, const struct attachment *at, int order) {
+    const struct vector still = {{0, 0, 0}};
+    if (at->link < 0)
+        return order == 0 ? vector_of(at->placement.position) : still;
+    return marker_vector(model, markers_point(model, at), order);
+}
+
+struct vector markers_direction_vector(struct model *model, const struct attachment *at,
+                                       struct vector components) {
+    if (at->link < 0)
+        return matrix_times(model->graph, at->placement.rotation, components);
+    return marker_vector(model, markers_direction(model, at, components), 0);
+}
+
+/* ---- names of the state and of parameters ---- */
+
 static struct view_result no_field(const struct view_names *names, const char *path, const char *field,
                                    const char *kind, const char *const *known, int count) {
-    const char *nearest = message_nearest_name(field, known, count);
     struct memory *memory = names->declarations->memory;
-    const char *list = "";
-    for (int i = 0; i < count && i < 20; i++)
-        list = memory_format(memory, "%s %s", list, known[i]);
-    const char *fault = nearest ? memory_format(memory, "%s.%s: unknown %s, the nearest known one is \"%s\"",
-                                                path, field, kind, nearest)
-                                : memory_format(memory, "%s.%s: unknown %s, known:%s", path, field, kind,
-                                                count > 0 ? list : " none");
-    const bool is_told = !message_is_first_mention(names->declarations->messages, kind, field);
-    return (struct view_result){.fault = fault, .is_told = is_told};
+    const char *fault = memory_format(memory, "%s.%s: unknown %s%s", path, field, kind,
+                                      message_advice_on_name(memory, field, known, count));
+    const bool is_reported = !message_is_first_mention(names->declarations->messages, kind, field);
+    return (struct view_result){.fault = fault, .is_reported = is_reported};
 }
 
 static struct view_result no_acceleration(void) {
-    return (struct view_result){.fault = "s.start: has no accelerations, the state at the start is q and qd"};
+    return (struct view_result){.fault =
+                                    "s.start: has no accelerations; use q, qd, positions and velocities"};
 }
 
 static struct view_result found(const struct view_names *names, const struct view *view, expression e) {
@@ -86,7 +162,7 @@ static struct view_result points_field(const struct view_names *names, struct vi
     return (struct view_result){.is_view = true, .view = view};
 }
 
-/* A component of a direction or its rate of that order. */
+/* A component of a direction, or of its time derivative of the given order. */
 static expression direction_symbol(const struct view_names *names, const struct view *view, int marker,
                                    int axis, int order) {
     return found(names, view, expr_symbol(names->declarations->graph, SYMBOL_POINT, 3 * marker + axis, order))
@@ -101,10 +177,9 @@ static struct vector direction_vector(const struct view_names *names, const stru
     return v;
 }
 
-static const char on_ground[] = "axes of a point on the ground: they never move, numbers do";
+static const char on_ground[] = "axes of a point on the ground: they never move; write numbers";
 
-/* w = 1/2 sum of a x a' over the three axes a that are fixed to `at`, wd the same with a'': theory, sect.
- * 4.4. */
+/* w = 1/2 sum of a x a' over the three axes a fixed to `at`, and wd the same with a'': theory, sect. 4.4. */
 static struct view_result angular_field(const struct view_names *names, const struct view *view,
                                         const struct attachment *at, int component) {
     struct graph *g = names->declarations->graph;
@@ -123,7 +198,7 @@ static struct view_result angular_field(const struct view_names *names, const st
     return (struct view_result){.expression = expr_mul(g, expr_number(g, 0.5), sum.at[component % 3])};
 }
 
-/* Components of a point or direction; a point has axes, and what turns them, beside them. */
+/* Components of a point or direction. A point also has axes and an angular velocity and acceleration. */
 static struct view_result vector_field(const struct view_names *names, struct view view, const char *field) {
     static const char *const known[] = {"x",   "y",    "z",  "xd", "yd", "zd",  "xdd", "ydd",
                                         "zdd", "axes", "wx", "wy", "wz", "wxd", "wyd", "wzd"};
@@ -135,7 +210,8 @@ static struct view_result vector_field(const struct view_names *names, struct vi
         return no_field(names, path, field, "field", known, count);
     }
     if (component > 9) {
-        const struct attachment at = names->model->points[view.index].at; /* directions may move the list */
+        const struct attachment at =
+            names->model->points[view.index].at; /* a copy, since new directions may move the list */
         return angular_field(names, &view, &at, component - 10);
     }
     if (component == 9) {
@@ -241,5 +317,57 @@ struct view_result state_symbols_field(const struct view_names *names, struct vi
         return axis_field(names, view, field);
     default:
         return input_field(names, view, field);
+    }
+}
+
+/* ---- kinks of formulas in coordinates and rates ---- */
+
+enum { MOST_KINKS = 100 }; /* with more of them, their location costs more than small steps */
+
+static void mark_formulas(const struct model *model, bool *marks) {
+    for (int i = 0; i < model->force_count; i++)
+        marks[model->forces[i].value] = true;
+    for (int i = 0; i < model->load_count; i++)
+        for (int a = 0; a < 3; a++)
+            marks[model->loads[i].value[a]] = true;
+    for (int i = 0; i < model->potential_count; i++)
+        marks[model->potentials[i].energy] = true;
+    for (int i = 0; i < model->row_count; i++)
+        marks[model->rows[i].residual] = true;
+}
+
+/* The expression that changes sign at a kink of the node; 0 if the node is smooth or does not depend on
+ * coordinates or rates. */
+static expression switching_function(struct graph *g, expression e) {
+    const struct node node = g->nodes[e];
+    expression s = 0;
+    if (node.operation == OP_ABS)
+        s = node.operand[0];
+    else if (node.operation == OP_LESS || node.operation == OP_MIN || node.operation == OP_MAX)
+        s = expr_sub(g, node.operand[0], node.operand[1]);
+    const unsigned depends = s ? g->nodes[s].depends : 0;
+    return depends & (ON_STATE | ON_RATE) ? s : 0;
+}
+
+/* Adds s unless it, or its negative, is in the list. */
+static void list_once(struct model *model, expression s) {
+    for (int i = 0; i < model->kink_count; i++)
+        if (model->kinks[i] == s || model->kinks[i] == expr_neg(model->graph, s))
+            return;
+    if (model->kink_count < MOST_KINKS)
+        model->kinks[model->kink_count++] = s;
+}
+
+void state_kinks_list(struct memory *memory, struct model *model) {
+    struct graph *g = model->graph;
+    const uint32_t count = g->count; /* without expressions that are built here */
+    bool *inside = memory_get(memory, count * sizeof *inside);
+    model->kinks = memory_get(memory, MOST_KINKS * sizeof *model->kinks);
+    mark_formulas(model, inside);
+    rewrite_mark_operands(g, inside, count);
+    for (expression e = 0; e < count; e++) {
+        const expression s = inside[e] ? switching_function(g, e) : 0;
+        if (s)
+            list_once(model, s);
     }
 }

@@ -1,12 +1,204 @@
 /*
- * Doubtful values: see reader.h. Inertia and gravity's pull are looked at in two positions, the start and
- * one beside it, with plain numbers.
+ * Warnings about a model without errors: rows without a slope, values that look like millimetres or degrees,
+ * coordinates without inertia or load, limits of force that ignore a drive.
  */
 #include "gen/read/reader.h"
-#include "gen/base/base.h"
 
 #include <math.h>
 #include <string.h>
+
+/*
+ * ---- bounds of the values of expressions ----
+ *
+ * Coordinates, points, inputs and time are unbounded, parameters have their values. The bounds of an
+ * operation follow from those of its operands by interval arithmetic (Moore, Kearfott and Cloud, Introduction
+ * to Interval Analysis, 2009), so that they are never too narrow.
+ */
+
+struct bounds {
+    double least, most;
+};
+
+static const struct bounds unbounded = {-INFINITY, INFINITY};
+
+static struct bounds between(double least, double most) {
+    return isnan(least) || isnan(most) ? unbounded : (struct bounds){least, most};
+}
+
+/* Here 0 times infinity is 0, since no value is infinite. */
+static double times(double a, double b) {
+    return a == 0 || b == 0 ? 0 : a * b;
+}
+
+static struct bounds bounds_of_product(struct bounds a, struct bounds b) {
+    const double p = times(a.least, b.least), q = times(a.least, b.most), r = times(a.most, b.least),
+                 s = times(a.most, b.most);
+    return between(fmin(fmin(p, q), fmin(r, s)), fmax(fmax(p, q), fmax(r, s)));
+}
+
+static struct bounds size(struct bounds a) {
+    const double least = fabs(a.least), most = fabs(a.most);
+    return between(a.least <= 0 && a.most >= 0 ? 0 : fmin(least, most), fmax(least, most));
+}
+
+static struct bounds quotient(struct bounds a, struct bounds b) {
+    if (b.least <= 0 && b.most >= 0)
+        return a.least >= 0 && b.least >= 0 ? between(0, INFINITY) : unbounded;
+    return bounds_of_product(a, between(1 / b.most, 1 / b.least));
+}
+
+static struct bounds hull(struct bounds a, struct bounds b) {
+    return between(fmin(a.least, b.least), fmax(a.most, b.most));
+}
+
+/* Bounds of a function that rises with its operand. */
+static struct bounds rising(double function(double), struct bounds a) {
+    return between(function(a.least), function(a.most));
+}
+
+static struct bounds bounds_of_power(const struct graph *g, const struct node *node,
+                                     const struct bounds *bounds) {
+    double exponent;
+    const bool is_even =
+        expr_is_number(g, node->operand[1], &exponent) && fmod(exponent, 2) == 0 && exponent > 0;
+    const struct bounds a = size(bounds[node->operand[0]]);
+    if (is_even)
+        return between(pow(a.least, exponent), pow(a.most, exponent));
+    return bounds[node->operand[0]].least >= 0 ? between(0, INFINITY) : unbounded;
+}
+
+static struct bounds bounds_of_node(const struct graph *g, expression e, const struct bounds *bounds) {
+    const struct node *node = &g->nodes[e];
+    if (node->operation == OP_SPLINE)
+        return unbounded;
+    const struct bounds a = bounds[node->operand[0]], b = bounds[node->operand[1]];
+    switch ((enum operation)node->operation) {
+    case OP_ADD:
+        return between(a.least + b.least, a.most + b.most);
+    case OP_SUB:
+        return between(a.least - b.most, a.most - b.least);
+    case OP_NEG:
+        return between(-a.most, -a.least);
+    case OP_MUL:
+        return node->operand[0] == node->operand[1] ? bounds_of_product(size(a), size(a))
+                                                    : bounds_of_product(a, b);
+    case OP_DIV:
+        return quotient(a, b);
+    case OP_HOLD:
+        return a;
+    case OP_SIN:
+    case OP_COS:
+        return between(-1, 1);
+    case OP_TANH:
+        return rising(tanh, a);
+    case OP_ATAN:
+        return rising(atan, a);
+    case OP_EXP:
+        return rising(exp, a);
+    case OP_COSH:
+        return rising(cosh, size(a));
+    case OP_SQRT:
+        return between(sqrt(fmax(a.least, 0)), sqrt(fmax(a.most, 0)));
+    case OP_ABS:
+        return size(a);
+    case OP_MIN:
+        return between(fmin(a.least, b.least), fmin(a.most, b.most));
+    case OP_MAX:
+        return between(fmax(a.least, b.least), fmax(a.most, b.most));
+    case OP_LESS:
+        return between(0, 1);
+    case OP_WHERE:
+        return hull(b, bounds[node->operand[2]]);
+    case OP_POW:
+        return bounds_of_power(g, node, bounds);
+    default:
+        return unbounded;
+    }
+}
+
+/* Whether e is a number, or a parameter whose value is known before the motion starts. */
+static bool is_known(const struct graph *g, const struct parameter *parameters, expression e, double *value) {
+    const struct symbol *symbol = expr_as_symbol(g, e);
+    if (!symbol || symbol->kind != SYMBOL_PARAMETER)
+        return expr_is_number(g, e, value);
+    const struct parameter *parameter = &parameters[symbol->index];
+    *value = parameter->value;
+    return parameter->is_given || !parameter->is_anchored;
+}
+
+/* Bounds of all values of the graph so far, by handle, in the scratch of its memory. */
+static struct bounds *bounds_of_values(const struct graph *g, const struct parameter *parameters) {
+    struct bounds *bounds = memory_scratch(g->memory, g->count * sizeof *bounds);
+    for (expression e = 0; e < g->count; e++) {
+        double value;
+        if (is_known(g, parameters, e, &value))
+            bounds[e] = between(value, value);
+        else
+            bounds[e] = expr_as_symbol(g, e) ? unbounded : bounds_of_node(g, e, bounds);
+    }
+    return bounds;
+}
+
+/*
+ * ---- rows without a slope where they are zero ----
+ *
+ * Squares, absolute values and their sums are such rows. They constrain nothing, since the force of a row
+ * acts along its gradient.
+ */
+
+/* The base of e if e is a power, otherwise e, without sign and constant factors; `power` is the exponent. */
+static expression base_of_power(const struct graph *g, expression e, int *power) {
+    const struct node *node = &g->nodes[e];
+    const bool is_product = node->operation == OP_MUL;
+    *power = 1;
+    if (node->operation == OP_NEG || (is_product && expr_is_number(g, node->operand[1], NULL)))
+        return base_of_power(g, node->operand[0], power);
+    if (is_product && expr_is_number(g, node->operand[0], NULL))
+        return base_of_power(g, node->operand[1], power);
+    if (!is_product)
+        return e;
+    int powers[2];
+    const expression left = base_of_power(g, node->operand[0], &powers[0]),
+                     right = base_of_power(g, node->operand[1], &powers[1]);
+    if (left != right)
+        return e;
+    *power = powers[0] + powers[1];
+    return left;
+}
+
+static void check_slope(const struct reader *reader, const struct row *row, struct bounds bounds) {
+    struct messages *messages = reader->check.messages;
+    int power;
+    base_of_power(reader->check.graph, row->residual, &power);
+    if (bounds.least > 0 || bounds.most < 0)
+        message_warning(messages, row->place,
+                        "%s: its residual is %s %.6g and never 0; subtract the intended value", row->path,
+                        bounds.least > 0 ? "at least" : "at most",
+                        bounds.least > 0 ? bounds.least : bounds.most);
+    else if (power > 1)
+        message_warning(messages, row->place,
+                        "%s: its residual is a power, which has no slope at 0 and so constrains nothing; "
+                        "write its base",
+                        row->path);
+    else if ((bounds.least == 0) != (bounds.most == 0))
+        message_warning(messages, row->place,
+                        "%s: its residual is never %s 0, so that it has no slope at 0 and constrains "
+                        "nothing; write a row "
+                        "for each term, without squares, abs or less",
+                        row->path, bounds.least == 0 ? "below" : "above");
+}
+
+void read_check_slopes(const struct reader *reader) {
+    const struct model *model = reader->model;
+    const struct memory_mark mark = memory_mark(reader->check.memory);
+    const struct bounds *bounds =
+        bounds_of_values(reader->check.graph, reader->check.declarations->parameters);
+    for (int i = 0; i < model->row_count; i++)
+        if (!model->rows[i].is_closure && !model->rows[i].rests && model->rows[i].level != ROW_ACCELERATION &&
+            reader->check.graph->nodes[model->rows[i].residual].depends & (ON_STATE | ON_RATE))
+            check_slope(reader, &model->rows[i], bounds[model->rows[i].residual]);
+    memory_back(reader->check.memory, mark);
+}
 
 struct look {
     const struct model *model;
@@ -27,69 +219,73 @@ static double largest_of(const struct look *look, const expression *list, int co
 
 /* ---- units ---- */
 
-static void look_at_segment(const struct look *look, const struct link *link, const struct segment *segment,
-                            double beam_length) {
+static void check_segment(const struct look *look, const struct link *link, const struct segment *segment,
+                          double beam_length) {
     const double E = value_of(look, segment->E), rho = value_of(look, segment->rho);
     const double I = fmax(value_of(look, segment->Iy), value_of(look, segment->Iz));
     const double thickness = sqrt(12 * I / value_of(look, segment->area));
     if (E < 1e6)
         message_warning(look->messages, link->place,
-                        "link %s: beam: E = %.6g Pa: in MPa or GPa? Pa are needed", link->name, E);
+                        "link %s: beam: E = %.6g Pa, very small; if it is in MPa or GPa, convert it to Pa",
+                        link->name, E);
     if (rho < 20)
-        message_warning(look->messages, link->place,
-                        "link %s: beam: rho = %.6g kg/m^3: in g/cm^3? kg/m^3 are needed", link->name, rho);
+        message_warning(
+            look->messages, link->place,
+            "link %s: beam: rho = %.6g kg/m^3, very small; if it is in g/cm^3, convert it to kg/m^3",
+            link->name, rho);
     if (thickness > beam_length / 3)
         message_warning(
             look->messages, link->place,
-            "link %s: beam: a section %.3g m thick on a length of %.3g m: a body rather than a beam, or in "
-            "mm?",
+            "link %s: beam: a section %.3g m thick on a length of %.3g m is no slender beam; if it is in mm, "
+            "convert it to m",
             link->name, thickness, beam_length);
 }
 
-static void look_at_spring(const struct look *look, const struct link *link, const struct joint *joint) {
+static void check_spring(const struct look *look, const struct link *link, const struct joint *joint) {
     const double stiffness = value_of(look, joint->stiffness);
     const char *unit = joint->is_revolute ? "N m" : "N/m";
     if (stiffness < 0)
         message_warning(look->messages, joint->place,
-                        "link %s: spring: %s = %.6g %s pushes away from its rest; %.6g %s pulls back",
+                        "link %s: spring: %s = %.6g %s pushes away from its rest; to pull back write %.6g %s",
                         link->name, joint->name, stiffness, unit, -stiffness, unit);
     if (joint->is_revolute && fabs(value_of(look, joint->rest)) > 6.3)
         message_warning(look->messages, joint->place,
-                        "link %s: rest: %s = %.6g rad: in degrees? rd.pi / 180 makes radians of them",
+                        "link %s: rest: %s = %.6g rad; if it is in degrees, multiply by rd.pi / 180",
                         link->name, joint->name, value_of(look, joint->rest));
 }
 
-static void look_at_link(const struct look *look, const struct link *link) {
+static void check_link(const struct look *look, const struct link *link) {
     const double far = largest_of(look, link->on.placement.position, 3);
     const struct attachment *on = &link->on;
     double length = 0;
     if (on->link >= 0 && on->where == AT_FRAME && look->model->links[on->link].beam.exists && far == 0)
         message_warning(look->messages, link->place,
-                        "link %s: on: \"%s\" is the root of the beam; its end is \"%s.tip\"", link->name,
-                        look->model->links[on->link].name, look->model->links[on->link].name);
+                        "link %s: on: \"%s\" is the root of the beam; for its end write \"%s.tip\"",
+                        link->name, look->model->links[on->link].name, look->model->links[on->link].name);
     if (far > 100)
         message_warning(look->messages, link->place,
-                        "link %s: at: %.6g m from its carrier: in mm? m are needed", link->name, far);
+                        "link %s: at: %.6g m from its carrier; if it is in mm, convert it to m", link->name,
+                        far);
     for (int i = 0; i < link->joint_count; i++) {
         const double start = value_of(look, link->joints[i].start);
-        look_at_spring(look, link, &link->joints[i]);
+        check_spring(look, link, &link->joints[i]);
         if (link->joints[i].is_revolute && fabs(start) > 6.3)
             message_warning(look->messages, link->joints[i].place,
-                            "link %s: start: %s = %.6g rad: in degrees? rd.pi / 180 makes radians of them",
+                            "link %s: start: %s = %.6g rad; if it is in degrees, multiply by rd.pi / 180",
                             link->name, link->joints[i].name, start);
     }
     for (int i = 0; i < link->beam.segment_count; i++)
         length += value_of(look, link->beam.segments[i].length);
     if (length > 100)
-        message_warning(look->messages, link->place, "link %s: beam: %.6g m long: in mm? m are needed",
-                        link->name, length);
+        message_warning(look->messages, link->place,
+                        "link %s: beam: %.6g m long; if it is in mm, convert it to m", link->name, length);
     for (int i = 0; i < link->beam.segment_count; i++)
-        look_at_segment(look, link, &link->beam.segments[i], length);
+        check_segment(look, link, &link->beam.segments[i], length);
 }
 
-/* ---- inertia and gravity ---- */
+/* ---- inertia and gravity, with plain numbers in two positions: the start and one near it ---- */
 
-/* What moves with a coordinate, in the ground frame about its origin: m, m c, int r r^T dm. */
+/* The bodies that move with a coordinate, in the ground frame about its origin: m, m c, int r r^T dm. */
 struct load_of_mass {
     double mass, moment[3], second[9];
 };
@@ -113,7 +309,7 @@ static void joint_rotation(int axis, double angle, double R[9]) {
     R[3 * j + k] = -sin(angle);
 }
 
-/* The frame's pose before its joint in `base`, after it in the result. */
+/* Returns the pose of the frame after its joint, and in `base` the pose before it. */
 static struct pose place_frame(const struct look *look, const struct frame *frame, const struct pose *parent,
                                double q, struct pose *base) {
     double placed[9], R[9];
@@ -162,8 +358,8 @@ static struct load_of_mass mass_in_ground(const struct look *look, const struct 
     return load;
 }
 
-/* M_ii and the generalized force of gravity of one coordinate, without what is rounding. */
-static void judge_coordinate(const struct look *look, const struct joint *joint, const struct pose *base,
+/* M_ii and the generalized force of gravity of one coordinate; 0 if they are of the size of rounding. */
+static void weigh_coordinate(const struct look *look, const struct joint *joint, const struct pose *base,
                              const struct load_of_mass *load, double *inertia, double *pull) {
     double e[3], arm[3], g[3], about = 0, scale = 0;
     for (int i = 0; i < 3; i++) {
@@ -190,7 +386,8 @@ static void judge_coordinate(const struct look *look, const struct joint *joint,
     *pull = fmax(*pull, fabs(force) > 1e-9 * field * reach ? fabs(force) : 0);
 }
 
-static void judge_position(const struct look *look, double beside, double *inertia, double *pull) {
+/* Adds inertia and pull of gravity of all coordinates in a position `shift` [m, rad] from the start. */
+static void weigh_position(const struct look *look, double shift, double *inertia, double *pull) {
     const struct pose ground = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}};
     struct memory *memory = look->messages->memory;
     const int n = look->tree->count;
@@ -199,14 +396,14 @@ static void judge_position(const struct look *look, double beside, double *inert
     struct load_of_mass *loads = memory_get(memory, ((size_t)n + 1) * sizeof *loads);
     for (int i = 0; i < n; i++) {
         const struct frame *frame = &look->tree->frames[i];
-        const double q = value_of(look, frame->joint.start) + beside * (1 + 0.1 * (i % 7));
+        const double q = value_of(look, frame->joint.start) + shift * (1 + 0.1 * (i % 7));
         poses[i] =
             place_frame(look, frame, frame->parent < 0 ? &ground : &poses[frame->parent], q, &bases[i]);
         loads[i] = mass_in_ground(look, &frame->inertia, &poses[i]);
     }
     for (int i = n - 1; i >= 0; i--) {
         const int parent = look->tree->frames[i].parent;
-        judge_coordinate(look, &look->tree->frames[i].joint, &bases[i], &loads[i], &inertia[i], &pull[i]);
+        weigh_coordinate(look, &look->tree->frames[i].joint, &bases[i], &loads[i], &inertia[i], &pull[i]);
         if (parent < 0)
             continue;
         loads[parent].mass += loads[i].mass;
@@ -217,7 +414,7 @@ static void judge_position(const struct look *look, double beside, double *inert
     }
 }
 
-/* ---- what acts on a coordinate ---- */
+/* ---- loads on a coordinate ---- */
 
 static void act_on_marker(const struct look *look, int marker, bool *acts) {
     for (int i = look->tree->points[marker].frame; i >= 0; i = look->tree->frames[i].parent)
@@ -236,7 +433,7 @@ static void act_on_formula(const struct look *look, expression e, bool *acts) {
     }
 }
 
-/* By coordinate. */
+/* Whether a spring, damper, initial rate, force, load, energy or row acts, by coordinate. */
 static bool *acted_on(const struct look *look) {
     const struct model *model = look->model;
     bool *acts = memory_get(look->messages->memory, ((size_t)look->tree->count + 1) * sizeof *acts);
@@ -255,36 +452,36 @@ static bool *acted_on(const struct look *look) {
     return acts;
 }
 
-/* A body that floats freely may well be left alone. */
+/* A body with six coordinates may float freely. */
 static bool floats(const struct look *look, const struct frame *frame) {
     return look->model->links[frame->link].joint_count == 6;
 }
 
-static void look_at_coordinates(const struct look *look) {
+static void check_coordinates(const struct look *look) {
     const int n = look->tree->count;
     double *inertia = memory_get(look->messages->memory, ((size_t)n + 1) * sizeof *inertia);
     double *pull = memory_get(look->messages->memory, ((size_t)n + 1) * sizeof *pull);
     const bool *acts = acted_on(look);
-    judge_position(look, 0, inertia, pull);
-    judge_position(look, 0.4, inertia, pull);
+    weigh_position(look, 0, inertia, pull);
+    weigh_position(look, 0.4, inertia, pull);
     for (int i = 0; i < n; i++) {
         const struct frame *frame = &look->tree->frames[i];
         if (inertia[i] == 0 && value_of(look, frame->joint.rotor) == 0)
-            message_warning(
-                look->messages, frame->joint.place,
-                "coordinate %s: moves nothing that has %s, its acceleration has no value unless rows give "
-                "it one",
-                frame->name, frame->joint.is_revolute ? "inertia about its axis" : "mass");
+            message_warning(look->messages, frame->joint.place,
+                            "coordinate %s: moves no %s, so that only rows can determine its acceleration; "
+                            "add %s or a row",
+                            frame->name, frame->joint.is_revolute ? "inertia about its axis" : "mass",
+                            frame->joint.is_revolute ? "inertia" : "mass");
         else if (!acts[i] && pull[i] == 0 && !floats(look, frame))
             message_warning(look->messages, frame->joint.place,
-                            "coordinate %s: nothing loads it, no gravity, spring, damper, force or row",
+                            "coordinate %s: no load acts on it: no gravity, spring, damper, force or row",
                             frame->name);
     }
 }
 
 /* ---- limits of force ---- */
 
-/* "input tau", "inputs a, b", or `path` where the values follow time. */
+/* "input tau", "inputs a, b", or `path` if the values depend on time. */
 static const char *drivers_of(const struct look *look, const expression *values, int value_count,
                               const char *path) {
     struct memory *memory = look->messages->memory;
@@ -305,7 +502,7 @@ static const char *drivers_of(const struct look *look, const expression *values,
     return inputs ? memory_format(memory, "input%s %s", inputs > 1 ? "s" : "", names) : path;
 }
 
-/* Does one of the values follow inputs or time, beyond `limit`? */
+/* Whether one of the values depends on inputs or time and may exceed `limit`. */
 static bool drives(const struct look *look, const struct bounds *bounds, const expression *values, int count,
                    double limit) {
     for (int i = 0; i < count; i++)
@@ -315,33 +512,34 @@ static bool drives(const struct look *look, const struct bounds *bounds, const e
     return false;
 }
 
-/* The limit is meant for a drive, but motions compare it with the force of rows. Other driving forces are not
- * included. */
-static void look_at_drive(const struct look *look, const struct bounds *bounds, int coordinate,
-                          const expression *values, int count, const char *path) {
+/* The limit is meant for a drive, but motions compare it with the force of rows, without other driving
+ * forces.
+ */
+static void check_drive(const struct look *look, const struct bounds *bounds, int coordinate,
+                        const expression *values, int count, const char *path) {
     const struct frame *frame = &look->tree->frames[coordinate];
     const double limit = frame->joint.limits ? frame->joint.limits->force : INFINITY;
     if (isfinite(limit) && drives(look, bounds, values, count, limit))
         message_warning(look->messages, frame->joint.place,
-                        "coordinate %s: limits.force compares the programme force with %.6g; %s is not in it",
+                        "coordinate %s: limits.force compares only the programme force with %.6g, without %s",
                         frame->name, limit, drivers_of(look, values, count, path));
 }
 
-static void look_at_force_limits(const struct look *look) {
+static void check_force_limits(const struct look *look) {
     const struct model *model = look->model;
     const struct memory_mark mark = memory_mark(model->graph->memory);
     const struct bounds *bounds = bounds_of_values(model->graph, model->parameters);
     for (int i = 0; i < model->force_count; i++) {
         const struct force *force = &model->forces[i];
         const char *name = look->tree->frames[force->coordinate].name;
-        look_at_drive(look, bounds, force->coordinate, &force->value, 1,
-                      memory_format(look->messages->memory, "forces.%s", name));
+        check_drive(look, bounds, force->coordinate, &force->value, 1,
+                    memory_format(look->messages->memory, "forces.%s", name));
     }
     for (int i = 0; i < model->load_count; i++) {
         const struct load *load = &model->loads[i];
         const int frame = look->tree->points[load->point].frame;
         if (load->is_torque && frame >= 0)
-            look_at_drive(look, bounds, frame, load->value, 3, load->path);
+            check_drive(look, bounds, frame, load->value, 3, load->path);
     }
     memory_back(model->graph->memory, mark);
 }
@@ -350,10 +548,11 @@ void warnings_of_values(const struct model *model, const struct tree *tree, stru
     const struct look look = {.model = model, .tree = tree, .messages = messages};
     const double g = largest_of(&look, model->gravity, 3);
     if (g > 100)
-        message_warning(messages, model->place, "gravity: %.6g m/s^2: in mm/s^2? m/s^2 are needed", g);
+        message_warning(messages, model->place,
+                        "gravity: %.6g m/s^2; if it is in mm/s^2, convert it to m/s^2", g);
     for (int i = 0; i < model->link_count; i++)
-        look_at_link(&look, &model->links[i]);
-    look_at_force_limits(&look);
-    if (messages->errors == 0) /* else what loads them may be among the errors */
-        look_at_coordinates(&look);
+        check_link(&look, &model->links[i]);
+    check_force_limits(&look);
+    if (messages->errors == 0) /* after errors, loads may be missing */
+        check_coordinates(&look);
 }

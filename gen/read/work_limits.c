@@ -1,6 +1,6 @@
 /*
- * Counts what a model's Lua does: see reader.h. The prices are such that a step is some 2 to 50 ns,
- * whatever a model does; measured with gcc 12 and Lua 5.4 on a machine of 2023.
+ * Memory for Lua, and the count of its work. The costs are such that a step takes 2 to 50 ns for any model;
+ * measured with gcc 12 and Lua 5.4 on a machine of 2023.
  */
 #include "gen/read/reader.h"
 
@@ -8,12 +8,14 @@
 #include <math.h>
 #include <string.h>
 
-/* What a step costs more for each so many bytes of the longest text, beyond a short one, and where remainders
- * are taken. */
+/* ---- work ---- */
+
+/* Additional cost of a step: one for each TEXT_PER_STEP bytes of the longest text beyond SHORT_TEXT, one for
+ * each ZEROS_PER_STEP bytes if texts may contain bytes 0, and that of a remainder if a source contains %. */
 enum { SHORT_TEXT = 512, TEXT_PER_STEP = 64, ZEROS_PER_STEP = 4, STEPS_OF_REMAINDER = 48 };
 enum { STEPS_OF_CALL = 6, STEPS_OF_PIECE = 4, BYTES_PER_STEP = 16 };
 
-/* A library function may be asked for less than nothing, or for NaN. */
+/* The work of a library function may be computed as negative or NaN from strange arguments. */
 void work_add(struct work *work, double steps) {
     work->steps += steps > 0 ? steps : 0;
 }
@@ -46,7 +48,7 @@ void work_note_zeros(struct work *work, const char *text, size_t length) {
     work->has_zeros = work->has_zeros || memchr(text, 0, length);
 }
 
-/* A byte 0 as such, or an escape sequence that may be one: \0, \x00, \u{0}. */
+/* Whether a text contains a byte 0 or an escape sequence that may be one: \0, \x00, \u{0}. */
 static bool may_hold_zeros(const struct token *token) {
     for (const char *c = token->start; c < token->end; c++) {
         const bool is_escape = *c == '\\' && token->end - c > 3;
@@ -57,7 +59,8 @@ static bool may_hold_zeros(const struct token *token) {
     return false;
 }
 
-/* Blocks that are open while a source is scanned, to count functions within functions. Lua allows no more. */
+/* Blocks that are open while a source is scanned, to count functions within functions. Lua allows at most 200
+ * of them. */
 enum { BLOCKS = 200, STEPS_OF_OUTER = 30 };
 
 struct blocks {
@@ -76,7 +79,7 @@ static void follow_blocks(struct blocks *blocks, const struct token *token) {
     }
 }
 
-/* Lua looks for a label among all before it, and for a name among the locals of all functions around it. */
+/* Lua searches a label among all labels before it, and a name among the locals of all functions around it. */
 void work_add_source(struct work *work, const char *source, size_t length) {
     struct scanner scanner = scanner_start(source, length);
     struct blocks blocks = {.depth = 0};
@@ -99,7 +102,7 @@ bool work_is_over(const struct work *work) {
     return work->steps > work->millions * 1e6;
 }
 
-/* Parts of a pattern that may match any number of letters: each is tried with every number of them. */
+/* Number of parts of a pattern that may match any number of letters. Lua tries each with every number. */
 static int repetitions(const char *pattern, size_t length) {
     int count = 0;
     for (size_t i = 0; i < length; i++) {
@@ -120,7 +123,7 @@ static bool has_frontier(const char *pattern, size_t length) {
     return false;
 }
 
-/* At each place a set of letters may be read to its end, by %f twice. */
+/* At each place Lua may read a set of letters to its end, and %f reads it twice. */
 double work_pattern_steps(size_t length, const char *pattern, size_t pattern_length) {
     const double places = (double)length + 1;
     const double letters = (has_frontier(pattern, pattern_length) ? 2 : 1) * (8 + (double)pattern_length);
@@ -129,4 +132,57 @@ double work_pattern_steps(size_t length, const char *pattern, size_t pattern_len
 
 double work_search_steps(size_t length, size_t searched) {
     return ((double)length + 1) * ((double)searched + 1) / BYTES_PER_STEP;
+}
+
+/* ---- memory: freed pieces by size class, in steps of 16 bytes up to 512, then in powers of two ---- */
+
+enum { STEP = 16, SMALL_CLASSES = 32 };
+
+struct pool_piece {
+    struct pool_piece *next;
+};
+
+static int class_of(size_t size) {
+    if (size <= (size_t)STEP * SMALL_CLASSES)
+        return (int)((size + STEP - 1) / STEP) - 1;
+    int index = SMALL_CLASSES;
+    for (size_t room = (size_t)2 * STEP * SMALL_CLASSES; room < size; room *= 2)
+        index++;
+    return index;
+}
+
+static size_t class_size(int index) {
+    if (index < SMALL_CLASSES)
+        return (size_t)(index + 1) * STEP;
+    return ((size_t)STEP * SMALL_CLASSES) << (index - SMALL_CLASSES + 1);
+}
+
+static void *take(struct pool *pool, size_t size) {
+    int index = class_of(size);
+    struct pool_piece *piece = pool->free[index];
+    if (piece)
+        pool->free[index] = piece->next;
+    else
+        piece = memory_try(pool->memory, class_size(index));
+    return piece;
+}
+
+static void put_back(struct pool *pool, void *data, size_t size) {
+    struct pool_piece *piece = data;
+    piece->next = pool->free[class_of(size)];
+    pool->free[class_of(size)] = piece;
+}
+
+void *pool_resize(struct pool *pool, void *data, size_t old, size_t size) {
+    if (!data)
+        return size > 0 ? take(pool, size) : NULL;
+    if (size > 0 && class_of(old) == class_of(size))
+        return data;
+    void *moved = size > 0 ? take(pool, size) : NULL;
+    if (size > 0 && !moved)
+        return size > old ? NULL : data; /* Lua requires that shrinking succeeds: the piece stays */
+    if (moved)
+        memcpy(moved, data, old < size ? old : size);
+    put_back(pool, data, old);
+    return moved;
 }

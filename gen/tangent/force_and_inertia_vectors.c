@@ -1,11 +1,12 @@
-/* Exact derivatives by coordinates and rates: see tangent.h. */
+/* The vectors from which exact derivatives by coordinates and rates are computed (theory, sect. 7.3 to
+ * 7.6). */
 #include "gen/tangent/tangent.h"
 #include "gen/dynamics/dynamics.h"
 #include "gen/base/base.h"
 
 #include <string.h>
 
-/* ---- Pulls ---- */
+/* ---- Applied forces ---- */
 
 struct applied_forces *tangent_no_forces(const struct kinematics *k) {
     struct applied_forces *applied_forces = memory_get(k->memory, sizeof *applied_forces);
@@ -50,7 +51,7 @@ void tangent_add_row_forces(const struct kinematics *k, struct applied_forces *a
     }
 }
 
-/* d/dt of a symbol, accelerations being symbols, too. */
+/* d/dt of a symbol; accelerations are symbols, too. */
 static expression rate_of_symbol(void *context, struct graph *g, expression e) {
     const struct symbol s = *expr_as_symbol(g, e);
     (void)context;
@@ -61,7 +62,7 @@ static expression rate_of_symbol(void *context, struct graph *g, expression e) {
     return expr_zero(g);
 }
 
-/* Acceleration rows have no residual to stabilise, velocity rows no phi. */
+/* Acceleration rows have no residual to stabilise; velocity rows have no phi. */
 struct row_symbols tangent_row_symbols(const struct kinematics *k, int index) {
     struct graph *g = k->g;
     const struct row *row = &k->model->rows[index];
@@ -86,7 +87,7 @@ expression *tangent_row_balances(const struct kinematics *k) {
     return balances;
 }
 
-/* The same in terms of the motion. */
+/* The same with symbols replaced by the motion. */
 static struct applied_forces *place_forces(const struct given_motion *given,
                                            const struct applied_forces *applied_forces) {
     struct applied_forces *placed = tangent_no_forces(given->k);
@@ -130,10 +131,10 @@ expression *tangent_generalized_forces(const struct given_motion *given,
     return Q;
 }
 
-/* ---- What lies beyond a joint ---- */
+/* ---- Sums beyond a joint ---- */
 
-/* Sums over all mass beyond a joint, own axes, arms rho from its origin (theory, sect. 7.5); its inertia
- * stands in the composites. */
+/* Sums over all mass beyond a joint, own axes, with arms rho from its origin (theory, sect. 7.5). The
+ * inertia is in the composites. */
 struct flow {
     struct vector momentum; /* b = int rho' dm */
     struct matrix growth;   /* E = int rho' rho^T dm */
@@ -201,7 +202,7 @@ static struct flow flow_add(struct graph *g, struct flow a, struct flow b) {
                          .load = wrench_add(g, a.load, b.load)};
 }
 
-/* rho + s, rho' + s' instead of rho, rho': E + b s^T + s' (mc + m s)^T, b + m s'. Theory, sect. 7.5. */
+/* Replaces rho, rho' by rho + s, rho' + s': E + b s^T + s' (mc + m s)^T, b + m s'. Theory, sect. 7.5. */
 static struct flow flow_to_parent(const struct given_motion *given, int i, const struct inertia *beyond,
                                   struct flow flow) {
     const struct kinematics *k = given->k;
@@ -245,7 +246,7 @@ static struct vector twice(struct graph *g, struct vector a) {
     return vector_add(g, a, a);
 }
 
-/* Prismatic, C_i = e, with e', e'' in own axes: theory, sect. 7.5. */
+/* Prismatic joint: C_i = e, with e', e'' in own axes: theory, sect. 7.5. */
 static void slide_vectors(struct graph *g, const struct inertia *beyond, const struct flow *flow,
                           const struct given_frame_rates *a, struct vector e, struct pair_vectors *v) {
     const struct vector mc = beyond->moment;
@@ -258,8 +259,8 @@ static void slide_vectors(struct graph *g, const struct inertia *beyond, const s
 }
 
 /*
- * Revolute, C_i = e x rho: theory, sect. 7.5. In the stiffness the load that turns with i and e x rho'' of
- * C_i'' add up, with lever = (a - grav) x e and a the acceleration of the origin:
+ * Revolute joint: C_i = e x rho: theory, sect. 7.5. In the stiffness, the load that turns with i and the part
+ * e x rho'' of C_i'' add up, with lever = (a - grav) x e and a the acceleration of the origin:
  *     int rho x (e x rho'') + (e x rho) x (rdd - grav) dm = e x int rho x (rdd - grav) dm + mc x lever.
  */
 static void turn_vectors(struct graph *g, const struct inertia *beyond, const struct flow *flow,
@@ -305,7 +306,7 @@ static struct pair_vectors vectors_of_joint(const struct given_motion *given, in
     return v;
 }
 
-/* b, E and L inward, and from them the vectors of each joint: theory, sect. 7.5. */
+/* Sums b, E and L inward, and computes from them the vectors of each joint: theory, sect. 7.5. */
 struct pair_vectors *tangent_pair_vectors(const struct given_motion *given,
                                           const struct inertia *composites) {
     const struct kinematics *k = given->k;

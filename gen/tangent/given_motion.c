@@ -1,4 +1,4 @@
-/* The motion at given accelerations: see tangent.h. */
+/* The motion at given accelerations, and its derivatives by one coordinate at a time. */
 #include "gen/tangent/tangent.h"
 #include "gen/dynamics/dynamics.h"
 #include "gen/base/base.h"
@@ -48,8 +48,8 @@ static void turn_axis(struct given_motion *given, int i) {
     kinematics_name_vector(k, i, "axis_rate2", frame->axis_rate2);
 }
 
-/* s' = w_p x s + e qd, s'' = B_p s + 2 w_p x e qd + e qdd, the terms with e for a prismatic joint: theory,
- * sect. 7.1. */
+/* s' = w_p x s + e qd, s'' = B_p s + 2 w_p x e qd + e qdd; the terms with e are those of a prismatic
+ * joint: theory, sect. 7.1. */
 static void move_shift(struct given_motion *given, int i) {
     const struct kinematics *k = given->k;
     struct graph *g = k->g;
@@ -71,8 +71,8 @@ static void move_shift(struct given_motion *given, int i) {
         vector_add(g, vector_add(g, swing, gain), vector_add(g, coriolis, coriolis));
 }
 
-/* Velocity and acceleration of the origin in the ground frame: those of the parent's plus s', s''. Origins
- * that coincide get the same expression. */
+/* Velocity and acceleration of the origin in the ground frame: the parent's plus s', s''. Coinciding
+ * origins get the same expression. */
 static void move_origin(struct given_motion *given, int i) {
     const struct kinematics *k = given->k;
     struct graph *g = k->g;
@@ -92,7 +92,7 @@ static void move_origin(struct given_motion *given, int i) {
     motion->acceleration = vector_add(g, base->acceleration, to_ground(k, parent, frame->shift_rate2));
 }
 
-/* rdd = R (a + B rho) + grav with a the acceleration of the frame's origin minus gravity. */
+/* rdd = R (a + B rho) + grav, where a is the acceleration of the frame's origin minus gravity. */
 static struct vector accelerate_point(const struct given_motion *given, int index) {
     const struct kinematics *k = given->k;
     struct graph *g = k->g;
@@ -147,8 +147,8 @@ struct given_motion *given_motion_at_rest(const struct kinematics *k) {
     return given;
 }
 
-/* C_j' = e' x rho + e x rho', C_j'' = e'' x rho + 2 e' x rho' + e x rho'' of a revolute joint, e', e'' of a
- * prismatic one; rho is the arm from the joint, or the direction itself. Theory, sect. 7.2. */
+/* C_j' = e' x rho + e x rho', C_j'' = e'' x rho + 2 e' x rho' + e x rho'' of a revolute joint, e', e'' of
+ * a prismatic one; rho is the arm from the joint, or the direction itself. Theory, sect. 7.2. */
 static void derive_column(const struct given_motion *given, int index, int j, struct vector **by_order) {
     const struct kinematics *k = given->k;
     struct graph *g = k->g;
@@ -220,8 +220,8 @@ struct vector given_motion_place_vector(const struct given_motion *given, struct
     return v;
 }
 
-/* derivatives_j += weight . C_j, or . C_j', C_j'': what one point's symbol adds. At rest C_j' and C_j'' are
- * zero. */
+/* derivatives_j += weight . C_j, or . C_j', C_j'': the contribution of one point's symbol. At rest C_j'
+ * and C_j'' are zero. */
 static void add_point_derivatives(struct given_motion *given, int point, struct vector weight, int rate_order,
                                   expression *derivatives) {
     const struct kinematics *k = given->k;
@@ -245,7 +245,7 @@ expression *given_motion_derivatives(struct given_motion *given, expression e, i
         expression *partial = coordinate_derivatives_symbol_gradient(k, e, i);
         rewrite_substitute(g, place_symbol, given, partial, partial, n + 3 * markers);
         for (int j = 0; j < n && i == order; j++)
-            derivatives[j] = expr_add(g, derivatives[j], partial[j]); /* of frames that stand alone */
+            derivatives[j] = expr_add(g, derivatives[j], partial[j]); /* of frames that are in no run */
         for (int p = 0; p < markers; p++) {
             const struct vector weight = vector_of(partial + n + 3 * p);
             add_point_derivatives(given, p, vector_scale(g, expr_number(g, over[i][order]), weight),

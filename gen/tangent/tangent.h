@@ -1,49 +1,56 @@
-/* Derivatives of forces and inertia as vectors of joints. */
+/*
+ * The motion at given accelerations, and the vectors of joints from which exact derivatives of forces and
+ * inertia are computed.
+ *
+ * The parts in order: the motion at given accelerations; forces and rows; vectors of joints.
+ */
 #ifndef REFDYN_GEN_TANGENT_H
 #define REFDYN_GEN_TANGENT_H
 
 #include "gen/dynamics/dynamics.h"
 
+/* ---- The motion at given accelerations ---- */
+
 /*
- * The motion at given accelerations of the coordinates, and its derivatives by one coordinate at a time while
- * those accelerations stay the same: what exact derivatives of the equations are made of.
+ * Its derivatives are by one coordinate at a time, while the accelerations of the coordinates stay the same:
+ * exact derivatives of the equations consist of them.
  *
- * Takes kinematics and accelerations by frame, gives the accelerations of frames and points and, for an
+ * Input: kinematics and accelerations by frame. Output: the accelerations of frames and points and, for an
  * expression in symbols, its derivatives by q and qd (theory, sect. 7.1 and 7.2). The columns of C and their
- * first two time derivatives suffice: a point's symbol of order i has the derivative
- * (i over o) d^(i-o)C_j/dt^(i-o) by coordinate j's symbol of order o, since r = r(q, t) makes derivatives by
- * q and by t commute.
+ * first two time derivatives suffice: a point's symbol of order i has the derivative (i over o)
+ * d^(i-o)C_j/dt^(i-o) by coordinate j's symbol of order o, since r = r(q, t) makes derivatives by q and by t
+ * commute.
  */
 
-/* What a recursion outward carries from frame to frame. */
+/* The state that the outward recursion carries from frame to frame. */
 struct given_frame_motion {
     struct vector angular;                /* dw/dt, own axes [rad/s^2] */
     struct vector less_gravity;           /* acceleration of the origin minus gravity, own axes [m/s^2] */
     struct vector velocity, acceleration; /* of the origin in the ground frame */
-    struct vector pending_rate;           /* of a frame without a joint: added to the next one's way_rate */
+    struct vector pending_rate; /* of a frame without a joint: added to the way_rate of the next joint */
 };
 
 struct given_frame_rates {
-    struct vector shift_rate, shift_rate2;     /* of the shift from the parent, its axes; 0 on the ground */
-    struct vector way_rate;                    /* of the way from the joint before, ground axes */
-    struct vector own_rate, own_rate2;         /* de/dt, d2e/dt2, own axes */
+    struct vector shift_rate, shift_rate2; /* of the shift from the parent, in its axes; 0 on the ground */
+    struct vector way_rate;                /* of the vector from the previous joint, ground axes */
+    struct vector own_rate, own_rate2;     /* de/dt, d2e/dt2, own axes */
     struct vector axis, axis_rate, axis_rate2; /* the joint's axis e, de/dt, d2e/dt2 in the ground frame */
 };
 
-/* C_j, dC_j/dt and d2C_j/dt2 of one point or direction: a column a frame. */
+/* C_j, dC_j/dt and d2C_j/dt2 of one point or direction: one column for each frame. */
 struct column_rates {
     struct vector *by_order[3];
 };
 
 struct given_motion {
     const struct kinematics *k;
-    bool is_resting;                    /* no velocities and accelerations: no frames either */
+    bool is_resting;                    /* at qd = 0 and qdd = 0; then there are no `motions` */
     const expression *accelerations;    /* by frame */
-    const expression *multipliers;      /* what their symbols stand for, or NULL */
+    const expression *multipliers;      /* values of their symbols, or NULL */
     struct given_frame_motion *motions; /* by frame */
     struct given_frame_rates *frames;
     struct vector *points;        /* accelerations */
-    struct column_rates *columns; /* by point, made when first asked for */
+    struct column_rates *columns; /* by point, made when first requested */
 };
 
 struct given_motion *given_motion_derive(const struct kinematics *k, const expression *accelerations,
@@ -51,61 +58,63 @@ struct given_motion *given_motion_derive(const struct kinematics *k, const expre
 
 /* B = [wd]x + [w]x [w]x of a frame, own axes [1/s^2]. */
 struct matrix given_motion_gradient(const struct given_motion *given, int i);
-/* At rest. */
+/* The motion at rest. */
 struct given_motion *given_motion_at_rest(const struct kinematics *k);
-/* Symbols replaced by the motion: points, accelerations of coordinates, multipliers. */
+/* Replaces symbols by the motion: points, accelerations of coordinates, multipliers. */
 expression given_motion_place(const struct given_motion *given, expression e);
 struct vector given_motion_place_vector(const struct given_motion *given, struct vector v);
 /* Derivatives of e, in symbols, by the coordinates' values (order 0) or rates (order 1), by frame. */
 expression *given_motion_derivatives(struct given_motion *given, expression e, int order);
 
+/* ---- Forces, rows and vectors of joints ---- */
+
 /*
  * Exact derivatives of M qdd - h - Q - u^T lambda by coordinates and rates, at given accelerations and
  * multipliers, in O(n^2).
  *
- * Takes the motion at given qdd, gives vectors of each coordinate for the loops over pairs (plan.h): theory,
- * sect. 7.3 to 7.6. The method is that of Singh, Russo and Wensing (IEEE RA-L 7, 2022), here with arms and
- * velocities from the joints' own origins instead of spatial vectors about one point. With C_j, C_j', C_j''
- * the column of a mass element, M_ij = int C_i . C_j dm, and of row i of M qdd + c + g the derivative by qd_j
- * is 2 int C_i . C_j' dm and by q_j int C_i . C_j'' dm + int dC_i/dq_j . (rdd - grav) dm.
+ * Input: the motion at given qdd. Output: vectors of each coordinate for the loops over pairs (plan.h):
+ * theory, sect. 7.3 to 7.6. The method is that of Singh, Russo and Wensing (IEEE RA-L 7, 2022), here with
+ * arms and velocities from the joints' own origins instead of spatial vectors about one point. With C_j,
+ * C_j', C_j'' the column of a mass element, M_ij = int C_i . C_j dm, and the derivative of row i of M qdd + c
+ * + g is 2 int C_i . C_j' dm by qd_j and int C_i . C_j'' dm + int dC_i/dq_j . (rdd - grav) dm by q_j.
  */
 
-/* Forces on coordinates, at points and on bodies, in symbols, but for springs and dampers. Their generalized
- * forces are F . C_i and T . e_i: theory, sect. 7.3. */
+/* Forces on coordinates, at points and on bodies, in symbols, without springs and dampers. Their
+ * generalized forces are F . C_i and T . e_i: theory, sect. 7.3. */
 struct applied_forces {
-    bool has_springs;        /* and dampers, on all coordinates */
-    expression *coordinates; /* forces by frame that stands alone */
-    struct vector *points;   /* by point: a force F there, or what multiplies the columns of a direction */
+    bool has_springs;        /* springs and dampers on all coordinates act, too */
+    expression *coordinates; /* forces by frame; the frame is in no run */
+    struct vector *points;   /* by point: a force F there, or the factor of a direction's columns */
     struct vector *torques;  /* by point: a torque T on the body that carries it */
 };
 
 struct applied_forces *tangent_no_forces(const struct kinematics *k);
-/* Springs, dampers and what the model names. */
+/* Springs, dampers and the forces of the author. */
 void tangent_add_applied_forces(const struct kinematics *k, struct applied_forces *applied_forces);
 /* u^T lambda: lambda times the gradient of each row's residual by its symbols of highest order. */
 void tangent_add_row_forces(const struct kinematics *k, struct applied_forces *applied_forces);
-/* Of one row, in symbols: residuals, and u qdd - k with what stabilises it. */
+/* One row in symbols: the residuals, and u qdd - k with its stabilisation. */
 struct row_symbols {
     expression phi, psi, balance;
 };
 
 struct row_symbols tangent_row_symbols(const struct kinematics *k, int row);
-/* The balances of all rows. */
+/* u qdd - k of all rows. */
 expression *tangent_row_balances(const struct kinematics *k);
-/* Generalized forces of the applied_forces, by frame. */
+/* Generalized forces of the applied forces, by frame. */
 expression *tangent_generalized_forces(const struct given_motion *given,
                                        const struct applied_forces *applied_forces);
 
-/* Vectors of one coordinate, about its own origin, in the ground frame: near ones are motions of joint j, far
- * ones wrenches of a coordinate i beyond it (theory, sect. 7.4; plan.h). */
+/* Vectors of one coordinate, about its own origin, in the ground frame. Near ones are motions of joint j,
+ * far ones wrenches of a coordinate i beyond it (theory, sect. 7.4; plan.h). */
 struct pair_vectors {
     struct vector less_gravity_lever; /* near: (acceleration - gravity) x e */
     struct wrench mass;               /* (int rho x C_i, int C_i) */
     struct vector spin;               /* int rho' x C_i */
-    struct wrench stiffness, damping; /* the same of C_i'' and C_i'; in `stiffness` the load turns with i */
+    struct wrench stiffness, damping; /* the same for C_i'' and C_i'; in `stiffness` the load turns with i */
 };
 
-/* By frame, with the inertia beyond each joint. */
+/* By frame, from the inertia beyond each joint. */
 struct pair_vectors *tangent_pair_vectors(const struct given_motion *given, const struct inertia *composites);
 
 /* M qdd + c + g at the given accelerations, by frame. */

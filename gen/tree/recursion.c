@@ -1,4 +1,5 @@
-/* Recursions over a rolled tree: see tree.h. */
+/* Recursions over a rolled tree: one step for each frame; runs of equal elements become loops of the
+ * graph. */
 #include "gen/tree/tree.h"
 #include "gen/base/base.h"
 
@@ -15,12 +16,12 @@ static expression *state_of(const struct recursion *x, int frame) {
     return x->state + (size_t)frame * (size_t)x->width;
 }
 
-/* The state when an iteration begins, or behind the loop. */
-static void write_carry(const struct recursion *x, bool behind, int frame) {
+/* Writes the state at the beginning of an iteration, or after the loop. */
+static void write_carry(const struct recursion *x, bool after, int frame) {
     for (int s = 0; s < x->width; s++) {
         const int slot = x->carry.slots[s];
         const struct slot *of = &x->g->slots[slot < 0 ? 0 : slot];
-        state_of(x, frame)[s] = slot < 0 ? x->carry.initial[s] : behind ? of->final : of->carried;
+        state_of(x, frame)[s] = slot < 0 ? x->carry.initial[s] : after ? of->final : of->carried;
     }
 }
 
@@ -34,7 +35,7 @@ static void open_loop(struct recursion *x, int before, bool inward) {
     graph_open_loop(x->g, x->tree->frames[before].run, inward);
 }
 
-/* Takes the state after an iteration, at frame `end`. Closes the loop, unless a part that was held for
+/* Reads the state after an iteration, at frame `end`. Closes the loop, unless a part that was assumed
  * constant has changed. */
 static bool close_loop(struct recursion *x, int end) {
     bool changed = false;

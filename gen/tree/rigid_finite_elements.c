@@ -1,7 +1,7 @@
 /*
- * Beams cut into rigid finite elements, joined by spring-damping elements of up to three turns.
+ * Cuts beams into rigid finite elements, joined by spring-damping elements of up to three turns.
  *
- * Takes a link's beam, gives frames with their inertias, stiffnesses and dampings. Half elements stand at
+ * Input: a link's beam. Output: frames with their inertias, stiffnesses and dampings. Half elements are at
  * both ends of a segment, so that segments join rigidly. Formulas: theory, sect. 3.1 to 3.3.
  */
 #include "gen/base/base.h"
@@ -36,20 +36,20 @@ static expression element_stiffness(struct graph *g, const struct segment *segme
     return expr_div(g, rigidity[turn], dl);
 }
 
-/* dl, the length that one spring-damping element stands for: theory, sect. 3.1. */
+/* dl, the length that one spring-damping element represents: theory, sect. 3.1. */
 static expression spacing(struct graph *g, const struct segment *segment) {
     return segment->rfe > 1 ? expr_div(g, segment->length, expr_number(g, segment->rfe - 1))
                             : segment->length;
 }
 
-/* Bending is alike about both axes of a round or square section. */
+/* A round or square section bends equally about both axes. */
 static const char *deformation_name(const struct segment *segment, int turn) {
     const bool bends_alike = segment->Iy == segment->Iz && segment->damping[0] == segment->damping[1];
     return turn < 2 && bends_alike ? "bending" : turn_names[turn];
 }
 
-/* The turn at which an element is not strained. With strains that is where they are those of the unloaded
- * beam, w = curvature dl, to second order: theory, sect. 3.4. */
+/* The turn at which an element is not strained. If springs act on strains, it is the turn at which the
+ * strains are those of the unloaded beam, w = curvature dl, to second order: theory, sect. 3.4. */
 static expression rest_of(struct graph *g, const struct segment *segment, bool has_strains, int turn,
                           expression dl) {
     expression w[3];
@@ -93,7 +93,8 @@ static void add_element_joints(struct expansion *x, const struct link *link, con
     }
 }
 
-/* One element from the carrier's tip on; the entry behind the last element holds the beam's whole length. */
+/* Adds one element from the carrier's tip on. The entry after the last element has the beam's whole
+ * length. */
 static void add_element(struct expansion *x, struct carrier *carrier, const struct segment *segment,
                         expression length) {
     struct element *element = &carrier->elements[carrier->element_count++];
@@ -105,8 +106,7 @@ static void add_element(struct expansion *x, struct carrier *carrier, const stru
     carrier->tip.placement = placement_compose(x->g, &carrier->tip.placement, &end);
 }
 
-/* Elements of one segment from the carrier's tip on; half ones at both ends, so that segments join rigidly.
- */
+/* Adds the elements of one segment from the carrier's tip on, with half elements at both ends. */
 static void add_segment(struct expansion *x, const struct link *link, const struct segment *segment,
                         int *number_of_sde, struct carrier *carrier) {
     struct graph *g = x->g;

@@ -1,4 +1,4 @@
-/* Runs of equal elements: see tree.h. */
+/* Finds runs of equal elements, and builds the rolled tree from them. */
 #include "gen/tree/tree.h"
 #include "gen/base/base.h"
 
@@ -8,7 +8,8 @@
 
 enum {
     LONGEST_PERIOD = 12, /* frames of one element */
-    LEAST_SAVED = 3 /* frames that a loop need not write out: with fewer it is no faster than straight code */
+    LEAST_SAVED =
+        3 /* frames that a loop saves at least: with fewer, it is no faster than straight-line code */
 };
 
 struct rolling {
@@ -17,12 +18,12 @@ struct rolling {
     const struct tree *tree;
     struct tree *rolled;
     int least;      /* frames that a run must save */
-    bool *is_named; /* by frame of the tree: the author's formulas or a point ask for it */
+    bool *is_named; /* by frame of the tree: a point or one of the author's formulas uses it */
     int *children;  /* by frame */
-    int *image;     /* by frame: its frame in the rolled tree, or the EXIT of the run that it ends */
+    int *image;     /* by frame: its frame in the rolled tree, or the EXIT of the run that ends with it */
 };
 
-/* ---- What the author's formulas name ---- */
+/* ---- Frames that the author's formulas use ---- */
 
 static void mark_load(bool *marks, const struct load *load) {
     for (int a = 0; a < 3; a++)
@@ -59,7 +60,7 @@ static void find_named(struct rolling *x) {
     for (expression e = g->count; e-- > 0;) {
         const struct symbol *s = marks[e] ? expr_as_symbol(g, e) : NULL;
         if (s && s->kind == SYMBOL_START)
-            marks[s->index] = true; /* made before what is taken at the start of a motion */
+            marks[s->index] = true; /* coordinates exist before values at the start of a motion */
         else if (s && s->kind == SYMBOL_COORDINATE)
             x->is_named[s->index] = true;
     }
@@ -81,7 +82,7 @@ static bool same_joint(const struct joint *a, const struct joint *b) {
            a->start_rate == b->start_rate;
 }
 
-/* Entries of a are zero where those of b are. */
+/* Returns whether entries of a are zero wherever entries of b are. */
 static bool is_within(const struct inertia *a, const struct inertia *b) {
     bool within = !a->mass || b->mass;
     for (int i = 0; i < 6; i++)
@@ -94,19 +95,21 @@ static bool same_inertia(const struct inertia *a, const struct inertia *b, bool 
     return is_last ? is_within(a, b) : !memcmp(a, b, sizeof *a);
 }
 
-/* Alike but for the place of the first frame of the first element. */
+/* Returns whether the frames are equal except for inertia and, for the first frame of the first element,
+ * its place. */
 static bool same_but_inertia(const struct frame *a, const struct frame *b, bool any_place) {
     return same_joint(&a->joint, &b->joint) && a->has_strains == b->has_strains && a->turn == b->turn &&
            !memcmp(a->placement.rotation, b->placement.rotation, sizeof a->placement.rotation) &&
            (any_place || !memcmp(a->placement.position, b->placement.position, sizeof a->placement.position));
 }
 
-/* Is frame i carried by the frame before it, which carries nothing else? */
+/* Returns whether frame i is carried by the frame before it, which carries nothing else. */
 static bool continues_chain(const struct rolling *x, int i) {
     return x->tree->frames[i].parent == i - 1 && x->children[i - 1] == 1;
 }
 
-/* Does the element that begins at `at` repeat the one before it, but for its inertia if it is the last? */
+/* Returns whether the element that begins at `at` equals the one before it; the last one may have another
+ * inertia. */
 static bool repeats(const struct rolling *x, int first, int at, int period, bool is_last) {
     const struct frame *frames = x->tree->frames;
     if (at + period > x->tree->count)
@@ -133,7 +136,7 @@ static int count_elements(const struct rolling *x, int first, int period) {
     return count;
 }
 
-/* The run that begins at frame `first` and covers most: count 0 when there is none. */
+/* The run that begins at frame `first` and contains most frames; count 0: there is none. */
 static struct element_run find_run(const struct rolling *x, int first) {
     struct element_run best = {.first = first};
     for (int period = 1; period <= LONGEST_PERIOD; period++) {
@@ -154,7 +157,7 @@ static struct frame *append(struct rolling *x, const struct frame *frame) {
 
 static int image_of_parent(const struct rolling *x, int frame) {
     const int parent = x->tree->frames[frame].parent;
-    assert(parent < 0 || x->image[parent] >= 0); /* nothing stands on a run but on its last frame */
+    assert(parent < 0 || x->image[parent] >= 0); /* only the last frame of a run carries other frames */
     return parent < 0 ? -1 : x->image[parent];
 }
 
@@ -173,7 +176,8 @@ static const char *name_in_run(const struct rolling *x, const char *name) {
                          length && name[length - 1] == '_' ? "" : "_");
 }
 
-/* How the ENTRY stands on the run's carrier: placement of the first element without that of the others. */
+/* The placement of the ENTRY in the run's carrier: the placement of the first element without the common
+ * placement. */
 static struct placement entry_placement(const struct rolling *x, const struct element_run *run) {
     static const char *const axes[3] = {"entry_x", "entry_y", "entry_z"};
     struct graph *g = x->model->graph;
@@ -187,7 +191,7 @@ static struct placement entry_placement(const struct rolling *x, const struct el
     return entry;
 }
 
-/* Inertia of the last element where it is another one than that of the first. */
+/* The inertia of the last element if it differs from the first one's. */
 static const struct inertia *last_inertia(const struct rolling *x, const struct element_run *run) {
     const struct frame *first = &x->tree->frames[run->first];
     const struct frame *last = first + (run->count - 1) * run->period;

@@ -1,4 +1,10 @@
-/* The tree of links as frames of rigid finite elements. */
+/*
+ * The tree: one frame for each elementary coordinate. Welded bodies are merged with the frame that moves
+ * them, beams are cut into rigid finite elements (theory, sect. 3).
+ *
+ * The parts in order: frames and trees; expanding links, with beams, names of inertias and joint axes; frames
+ * that keep their axes; recursions; runs of equal elements; vectors and inertias of expressions.
+ */
 #ifndef REFDYN_GEN_TREE_H
 #define REFDYN_GEN_TREE_H
 
@@ -8,18 +14,15 @@
 #include "gen/model/model.h"
 
 /*
- * The tree: one frame for each elementary coordinate, what is welded merged into the frame that it moves
- * with.
- *
- * Takes the links of a model; cuts beams into rigid finite elements (theory, sect. 3). Frame i belongs to
- * coordinate i, its parent has a smaller index, -1 is the ground. T_i = T_p A_i D_i(q_i): theory, sect. 2.1.
+ * Frame i belongs to coordinate i. Its parent has a smaller index; -1 is the ground. T_i = T_p A_i D_i(q_i):
+ * theory, sect. 2.1.
  */
 
 struct vector {
     expression at[3];
 };
 
-/* A symmetric 3 x 3 tensor: xx yy zz xy xz yz. */
+/* A symmetric 3 x 3 tensor in the order xx yy zz xy xz yz. */
 struct tensor {
     expression at[6];
 };
@@ -29,7 +32,7 @@ struct matrix {
     expression at[9];
 };
 
-/* Inertia about the frame's origin, along its axes: with the mass these are the entries of the
+/* Inertia about the frame's origin, along its axes. Together with the mass these are the entries of the
  * pseudo-inertia. */
 struct inertia {
     expression mass;      /* [kg] */
@@ -37,11 +40,11 @@ struct inertia {
     struct tensor tensor; /* about the origin [kg m^2] */
 };
 
-/* Frames whose joints turn about parallel axes, one behind the other: all turn with their bodies, all but the
- * first keep their axes, or all keep them. See tree.h. */
-enum kept_axes { AXES_TURNED, AXES_KEPT_BEHIND, AXES_KEPT };
+/* Consecutive frames whose joints turn about parallel axes: all turn with their bodies, all but the first
+ * keep their axes, or all keep them. */
+enum kept_axes { AXES_TURNED, AXES_KEPT_AFTER, AXES_KEPT };
 
-/* ENTRY and EXIT enclose the frames of one element of a run: see tree.h. They have no joint. */
+/* ENTRY and EXIT enclose the frames of one element of a run. They have no joint. */
 enum frame_kind { FRAME_JOINT, FRAME_ENTRY, FRAME_EXIT };
 
 struct frame {
@@ -49,20 +52,20 @@ struct frame {
     int parent;
     enum frame_kind kind;
     int coordinate;    /* of the first element, in a run */
-    int step;          /* from one element's coordinate to the next one's; 0 when it stands alone */
-    int run;           /* -1: stands alone */
-    int partner;       /* ENTRY: its EXIT, and back */
+    int step;          /* from one element's coordinate to the next one's; 0 if the frame is in no run */
+    int run;           /* -1: in no run */
+    int partner;       /* of an ENTRY its EXIT, and the reverse */
     int link, element; /* element 0: the link itself or its first element */
-    bool has_strains;  /* one of an element's three turns whose springs act on strains: dynamics.h */
-    int turn;          /* then 0 psi, 1 theta, 2 phi, frames one behind the other; else 0 */
+    bool has_strains;  /* one of an element's three turns, whose springs act on strains: dynamics.h */
+    int turn;          /* 0 psi, 1 theta, 2 phi in three consecutive frames that share strains; else 0 */
     struct joint joint;
     struct placement placement; /* A_i */
-    struct inertia inertia;     /* of all that moves with this frame and no later one */
-    bool keeps_axes;            /* its axes do not turn with its body: see tree.h */
+    struct inertia inertia;     /* of all bodies that move with this frame and with no later one */
+    bool keeps_axes;            /* its axes do not turn with its body */
     bool goes_on;               /* its body turns about the same axis as its carrier's body */
 };
 
-/* Something fixed to a frame (or to the ground, frame -1). */
+/* A body or point fixed to a frame, or to the ground (frame -1). */
 struct fixed_frame {
     int frame;
     struct placement placement;
@@ -73,39 +76,39 @@ struct carrier;
 struct tree {
     struct frame *frames;
     int count;
-    struct carrier *carriers;   /* by link: where points attach */
+    struct carrier *carriers;   /* by link: carriers of points */
     struct fixed_frame *points; /* by the model's points, marker_count */
     struct element_run *runs;   /* of a rolled tree */
     int run_count;
-    int *frame_of; /* of a rolled tree: by coordinate, the frame that stands alone, -1: in a run */
+    int *frame_of; /* of a rolled tree: by coordinate, its frame; -1: in a run */
     enum kept_axes axes;
 };
 
-/* Elements one behind the other that are equal but for the last one's inertia: coordinate `first` + r *
- * period + k, r = 0 ... count - 1. */
+/* Consecutive elements that are equal except for the last one's inertia: coordinates `first` + r * period
+ * + k, r = 0 ... count - 1. */
 struct element_run {
     const char *name;
     int first, period, count;
-    const struct inertia *last; /* of the last element's frames, NULL: like those of the others */
+    const struct inertia *last; /* of the last element's frames; NULL: equal to the others */
 };
 
 void tree_expand(struct memory *memory, const struct model *model, struct tree *tree);
-/* Points and directions, once forces and rows have named all of them. */
+/* Places points and directions, after forces and rows have named all of them. */
 void tree_place_points(struct memory *memory, const struct model *model, struct tree *tree);
 int tree_find_coordinate(const struct tree *tree, const char *name); /* -1: none */
 const char **tree_coordinate_names(struct memory *memory, const struct tree *tree);
 
-/*
- * Growing the tree frame by frame, while links (tree.c) and beams (rigid_finite_elements.c) are expanded.
- */
+/* ---- Expanding links ---- */
 
-/* An element of a beam: the frame that carries it, and where it begins along the beam. */
+/* Links (tree.c) and beams (rigid_finite_elements.c) grow the tree frame by frame. */
+
+/* An element of a beam: the frame that carries it, and its beginning along the beam. */
 struct element {
     struct fixed_frame at;
     expression start; /* [m] from the beam's root */
 };
 
-/* Where links and points attach: the frame that carries them and their placement in it. */
+/* Where links and points attach: the frame that carries them, and their placement in it. */
 struct carrier {
     struct fixed_frame base, tip; /* the link's own frame (a beam's first element) and a beam's end */
     struct element *elements;     /* of a beam */
@@ -128,62 +131,62 @@ struct expansion {
     int part_count, part_capacity;
 };
 
-/* A new frame with one joint, standing where `at` is; `at` becomes that frame. */
+/* Adds a frame with one joint at the place `at`, which then becomes that frame. */
 struct frame *frames_add_joint(struct expansion *x, struct fixed_frame *at, const struct joint *joint);
-/* Adds to the inertia of the frame that carries `at`, for that link. What is fixed to the ground has no part
- * in the motion. */
+/* Adds to the inertia of the frame that carries `at`, for that link. A body fixed to the ground has no
+ * part in the motion. */
 void frames_add_inertia(struct expansion *x, int link, const struct fixed_frame *at, struct inertia inertia);
 
-/* The elements of a link's beam, from the carrier's tip on, and the frames of their joints. */
+/* Adds the elements of a link's beam, from the carrier's tip on, and the frames of their joints. */
 void rigid_finite_elements_add(struct expansion *x, const struct link *link, struct carrier *carrier);
 
-/* inertia_names.c: names for the masses, moments and inertias of all frames. */
-void inertia_names_give(const struct expansion *x);
-
 /*
- * A joint about an axis in any direction: a constant rotation that turns one of the frame's own axes onto the
- * given one, before the joint, and its transpose behind it, so that the link's frame stands, at q = 0, as its
- * carrier's does (theory, sect. 2.1). Frames have joints about their own axes alone.
+ * A joint about an axis in any direction. A constant rotation before the joint turns one of the frame's own
+ * axes onto the given one. Its transpose follows the joint, so that at q = 0 the link's frame is parallel to
+ * its carrier's (theory, sect. 2.1). All other joints are about the frame's own axes.
  */
 
-struct expansion;
-
-/* A new frame with the joint, standing where `at` is; `at` becomes the link's frame behind the joint. */
+/* Adds a frame with the joint at the place `at`, which then becomes the link's frame after the joint. */
 struct frame *joint_axis_add(struct expansion *x, struct fixed_frame *at, const struct joint *joint);
 
-/* "local z", or "(0, 0.6, 0.8)" in the link's axes, with the values that parameters have. */
+/* "local z", or "(0, 0.6, 0.8)" in the link's axes, for the present values of parameters. */
 const char *joint_axis_text(struct memory *memory, const struct model *model, const struct joint *joint);
 
+/* ---- Frames that keep their axes ---- */
+
 /*
- * Revolute joints about parallel axes, one behind the other, as of planar arms and chains: such a frame may
- * keep the axes that its carrier's body had before it turned, while its own body turns relative to it.
+ * Consecutive revolute joints about parallel axes, as in planar arms and chains: such a frame may keep the
+ * axes that its carrier's body had before it turned, while its own body turns relative to it.
  *
- * Takes a tree, gives it with marks (theory, sect. 4.12). Vectors then go from frame to frame unchanged, and
- * angular velocities change along one axis; in return each body's own shift and inertia are turned once, by
- * the sum of the angles (W. Khalil and E. Dombre, Modeling, Identification and Control of Robots, 2002).
+ * Input: a tree. Output: the tree with marks (theory, sect. 4.12). Vectors then pass from frame to frame
+ * unchanged, and angular velocities change along one axis. In return each body's own shift and inertia are
+ * turned once, by the sum of the angles (W. Khalil and E. Dombre, Modeling, Identification and Control of
+ * Robots, 2002).
  *
- * Beams are left out: in axes that are not an element's own, the large articulated mass along it mixes with
+ * Beams are excluded: in axes that are not an element's own, the large articulated mass along it mixes with
  * the small one across, which costs digits.
  */
 
-/* The tree with kept axes wherever they can be; itself: nowhere. */
+/* The tree with kept axes wherever possible; the tree itself if there are none. */
 const struct tree *parallel_axes_keep(struct memory *memory, const struct tree *tree, enum kept_axes axes);
 
+/* ---- Recursions ---- */
+
 /*
- * Recursions over a rolled tree (tree.h): one step a frame, runs in loops.
+ * Recursions over a rolled tree: one step for each frame, with runs in loops.
  *
- * A recursion's state is a record of expressions a frame. Outward, a step takes the state of the frame's
- * parent and sets its own; inward, a step takes what came from beyond the frame in its own state and adds to
- * the parent's. At a run the step is taken with symbols for what the loop carries (theory, sect. 4.13). A
- * part of the state that no iteration changes is found by trying, so that the frames of a run may come
- * several times; it keeps its value from before the loop, which often is zero.
+ * The state of a recursion is a record of expressions for each frame. Outward, a step reads the state of the
+ * frame's parent and sets its own. Inward, a step reads the contributions from beyond the frame in its own
+ * state and adds to the parent's. In a run the step uses symbols for the values that the loop carries
+ * (theory, sect. 4.13). Trial finds the parts of the state that no iteration changes, so that the frames of a
+ * run may come several times; such a part keeps its value from before the loop, which often is zero.
  *
- *     struct recursion r = recursion_over(memory, g, tree, sums, sizeof *sums);
+ * struct recursion r = recursion_over(memory, g, tree, sums, sizeof *sums);
  *     for (int i = tree->count; recursion_inward(&r, &i);)
  *         ...
  */
 
-/* What the loop that a recursion is in carries. */
+/* The values that the loop of a recursion carries. */
 struct carry {
     expression *initial;
     int *slots; /* -1: no iteration changes it */
@@ -194,48 +197,51 @@ struct recursion {
     struct graph *g;
     const struct tree *tree;
     expression *state; /* by frame */
-    int width;         /* of the state of a frame */
+    int width;         /* expressions in the state of a frame */
     struct carry carry;
 };
 
-/* state: by frame a structure of expressions and nothing else, of `size` bytes, zero before a recursion
- * inward. */
+/* state: for each frame a structure of `size` bytes that consists of expressions alone; it must be zero
+ * before an inward recursion. */
 struct recursion recursion_over(struct memory *memory, struct graph *g, const struct tree *tree, void *state,
                                 size_t size);
-/* The frame of the next step, from *i = -1 on; false: there is none. */
+/* Sets *i to the frame of the next step; begin with -1. False: there is none. */
 bool recursion_outward(struct recursion *recursion, int *i);
-/* The same from *i = tree->count on. */
+/* The same inward; begin with *i = tree->count. */
 bool recursion_inward(struct recursion *recursion, int *i);
 
-/* The next frame with a joint, from *i = -1 outward; in runs inside a loop. The tree is gone through to its
- * end. */
+/* The next frame with a joint, outward from *i = -1; in runs inside a loop. The caller must go through the
+ * tree to its end. */
 bool recursion_next_joint(struct graph *g, const struct tree *tree, int *i);
 
-/* A sum over all frames with a joint and all elements: its terms, from *i = -1 on, and what they add up to.
- */
+/* A sum over all frames with a joint and all elements: its terms, beginning with *i = -1, and their total. */
 struct recursion recursion_sum(struct memory *memory, struct graph *g, const struct tree *tree);
 bool recursion_next_term(struct recursion *sum, int *i);
 void recursion_add_term(struct recursion *sum, int i, expression term);
 expression recursion_total(const struct recursion *sum);
 
+/* ---- Runs of equal elements ---- */
+
 /*
- * Runs of equal elements: a tree in which each run of equal frames stands for one of its elements.
+ * Rolling replaces each run of equal elements by one of its elements.
  *
- * Takes the tree, gives the rolled tree that everything is derived from: frames that stand alone as before,
- * and for each run an ENTRY frame, the frames of one element, and an EXIT frame. The ENTRY is fixed to what
- * carries the run, so displaced that all elements, the first included, are placed alike; the last one may
- * have an inertia of its own (a beam ends with half an element); the EXIT is the last
- * element's last frame, which carries what follows. Derivations walk the element once, in a loop
- * (tree.h), whatever the count is. Theory, sect. 4.13.
+ * Input: the tree. Output: the rolled tree, from which everything is derived. It has the frames that are in
+ * no run, and for each run an ENTRY frame, the frames of one element, and an EXIT frame. The ENTRY is fixed
+ * to the run's carrier, displaced so that all elements, the first included, are placed alike. The last
+ * element may have another inertia (a beam ends with half an element). The EXIT is the last element's last
+ * frame, which carries the following frames. Derivations visit the element once, in a loop, for any count.
+ * Theory, sect. 4.13.
  */
 
-/* A frame stands alone when the author's formulas name its coordinate or a point is fixed to it. */
+/* A frame is in no run if the author's formulas name its coordinate or if a point is fixed to it. */
 void roll_tree(struct memory *memory, const struct model *model, const struct tree *tree, enum loops loops,
                struct tree *rolled);
 
+/* ---- Vectors, rotations and inertia tensors ---- */
+
 /*
- * 3-vectors, rotations and inertia tensors of expressions: the algebra that kinematics and dynamics are
- * written in. Everything folds in the graph, so that a zero component costs nothing.
+ * 3-vectors, rotations and inertia tensors of expressions: the algebra of kinematics and dynamics. Everything
+ * folds in the graph, so that a zero component costs nothing.
  */
 
 struct vector vector_of(const expression at[3]);
@@ -256,18 +262,18 @@ struct tensor tensor_add(struct graph *g, struct tensor a, struct tensor b);
 /* R T R^T */
 struct tensor tensor_turn(struct graph *g, const expression rotation[9], struct tensor t);
 /*
- * What an inertia gains when it is seen from r away (Steiner, both origins off the centre), from the moments
- * before, mc, and after, mc + m r: 2 (r.d) 1 - r d^T - d r^T with d = mc + m r / 2.
+ * The increase of an inertia when its reference point moves by r (Steiner, both points off the centre), from
+ * the moments before, mc, and after, mc + m r: 2 (r.d) 1 - r d^T - d r^T with d = mc + m r / 2.
  */
 struct tensor tensor_of_shift(struct graph *g, struct vector r, struct vector before, struct vector after);
 
 struct placement placement_identity(void);
-/* First `outer`, in it `inner`. */
+/* First `outer`, then `inner` in it. */
 struct placement placement_compose(struct graph *g, const struct placement *outer,
                                    const struct placement *inner);
 struct placement placement_shift_x(expression distance);
 
-/* Inertia given in a placed frame, seen from the frame in which it is placed. */
+/* An inertia given in a placed frame, expressed in the frame in which it is placed. */
 struct inertia inertia_place(struct graph *g, const struct placement *placement, struct inertia inner);
 struct inertia inertia_add(struct graph *g, struct inertia a, struct inertia b);
 bool inertia_is_zero(const struct inertia *inertia);

@@ -1,4 +1,4 @@
-/* 3-vectors, rotations and inertia tensors of expressions: see tree.h. */
+/* The algebra of 3-vectors, rotations and inertia tensors of expressions. */
 #include "gen/tree/tree.h"
 
 #include <string.h>

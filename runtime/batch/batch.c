@@ -1,5 +1,5 @@
 /*
- * The cases of a batch on several threads: see refdyn_batch.h.
+ * The cases of a batch on several threads.
  *
  * The queue is a counter that all threads increment. Each case has its own workspace and integrator. A thread
  * computes as many cases at a time as there are lanes. Each case halts at a step that lanes can take; then
@@ -28,9 +28,9 @@ enum { LANES_MOST = 8 };
 struct thread {
     struct queue *queue;
     struct worker workers[LANES_MOST];
-    struct lanes lanes; /* without them there is one worker */
+    struct lanes lanes; /* without lanes there is one worker */
     int width;
-    double clock; /* its processor time that has been shared [s] */
+    double clock; /* processor time already assigned to cases [s] */
     pthread_t id;
     int is_running;
 };
@@ -69,7 +69,7 @@ static int has_cases(struct queue *queue) {
            atomic_load_explicit(&queue->next, memory_order_relaxed) < queue->count;
 }
 
-/* The next case that nobody has, -1: none. */
+/* Takes the next case from the queue; -1: none. */
 static long next_case(struct queue *queue) {
     const long index = atomic_fetch_add_explicit(&queue->next, 1, memory_order_relaxed);
     return index < queue->count ? index : -1;
@@ -81,7 +81,7 @@ static void judge(struct thread *thread, struct worker *worker, int taken) {
     refdyn_worker_judge(worker, taken);
 }
 
-/* Has it halted at a step that lanes take? */
+/* Returns whether the case has halted at a step that lanes can take. */
 static int waits_for_lanes(const struct thread *thread, const struct worker *worker, enum turn turn) {
     return turn == TURN_HALTED && refdyn_lanes_can_take(&thread->lanes, worker->integrator.motion);
 }
@@ -105,8 +105,8 @@ static enum turn go_on(struct thread *thread, struct worker *worker) {
     return turn == TURN_HALTED ? go_alone(thread, worker, turn) : turn;
 }
 
-/* The first worker stands ready. Others allocate memory when they get a case, which never happens while a
- * motion continues alone. A lane without memory stays idle. */
+/* Returns whether a worker has memory. The first one always has; the others allocate it with their first
+ * case, never while a motion continues alone. A lane without memory stays idle. */
 static int is_ready(const struct thread *thread, struct worker *worker) {
     const struct worker *first = thread->workers;
     const int lane = (int)(worker - first);
@@ -131,7 +131,7 @@ static enum turn end_case(struct thread *thread, struct worker *worker) {
     return turn;
 }
 
-/* Computes cases on this worker until one halts; 0: there are no more cases. */
+/* Computes cases on this worker until one halts. Returns 0 if no cases remain. */
 static int bring_to_halt(struct thread *thread, struct worker *worker) {
     enum turn turn = worker->is_busy ? go_on(thread, worker) : begin_next(thread, worker);
     while (turn == TURN_ENDED) {
@@ -152,12 +152,12 @@ static struct lane_step step_of(struct worker *worker) {
                                    .x = worker->work.x,
                                    .is_new = worker->is_new,
                                    .needs_stages =
-                                       attempt->t_out < attempt->t_new || motion->state_events.count > 0};
+                                       attempt->ahead.t_out < attempt->t_new || motion->state_events.count > 0};
     worker->is_new = 0;
     return step;
 }
 
-/* The steps of a method side by side, of those that still wait for theirs. */
+/* Takes the steps of all waiting cases that use one method, side by side. */
 static void take_steps_of(struct thread *thread, const struct refdyn_method_definition *method, int *waits) {
     struct lane_step steps[LANES_MOST] = {{.motion = NULL}};
     for (int i = 0; i < thread->width; i++)
@@ -171,7 +171,7 @@ static void take_steps_of(struct thread *thread, const struct refdyn_method_defi
         }
 }
 
-/* The steps of all that have halted, method by method. */
+/* Takes the steps of all halted cases, method by method. */
 static void take_steps(struct thread *thread, int *waits) {
     for (int i = 0; i < thread->width; i++)
         if (waits[i])
@@ -194,7 +194,7 @@ static void *run_cases(void *argument) {
     return NULL;
 }
 
-/* ---- What is refused ---- */
+/* ---- Checks of the batch ---- */
 
 static int has_place(const struct refdyn_batch *batch, const struct refdyn_batch_column *column) {
     const struct refdyn_model *model = batch->model;
@@ -293,32 +293,4 @@ int refdyn_batch_run(const struct refdyn_batch *batch, long *ended) {
     if (ended)
         *ended = atomic_load(&queue.ended);
     return status;
-}
-
-/* ---- Samples of inputs ---- */
-
-static const double *row_of(const struct refdyn_samples *samples, int number) {
-    return samples->rows + (long)number * (samples->width + 1);
-}
-
-/* The number of samples at or before t, by halving. */
-static int count_until(const struct refdyn_samples *samples, double t) {
-    int low = 0, high = samples->count;
-    while (low < high) {
-        const int middle = low + (high - low) / 2;
-        if (*row_of(samples, middle) <= t)
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    return low;
-}
-
-double refdyn_samples_set(const struct refdyn_samples *samples, double t, double *x) {
-    const int past = count_until(samples, t);
-    const int next = past > 0 ? past : 1; /* the first value holds before it, too: nothing changes there */
-    const double *row = row_of(samples, next - 1);
-    for (int i = 0; i < samples->width; i++)
-        x[samples->place[i]] = row[1 + i];
-    return next < samples->count ? *row_of(samples, next) : INFINITY;
 }

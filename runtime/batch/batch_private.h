@@ -1,4 +1,5 @@
-/* Motions side by side and the motion of one case. */
+/* Private declarations of batches: lanes, which step several motions side by side, and workers, which compute
+ * cases. */
 #ifndef REFDYN_BATCH_PRIVATE_H
 #define REFDYN_BATCH_PRIVATE_H
 
@@ -7,30 +8,30 @@
 #include "runtime/core/motion/motion.h"
 
 /*
- * Steps of several motions side by side, one in each lane of vectors.
+ * ---- Lanes ----
  *
- * Takes motions that have halted at a step (motion.h) and the functions for lanes that were emitted
- * for their model; gives each motion the step's end, its error and, where that is small enough, its rates on
- * the programme. Methods are those of one motion (methods/..._step.h). Widths are 2, 4 and 8; the wider ones
- * are compiled for processors that have such vectors, and run on these alone. What a lane computes depends on
- * no other one.
+ * Steps of several motions side by side, one in each lane of vectors. In: motions that have halted at a step
+ * (motion.h) and the functions for lanes that were emitted for their model. Out: for each motion the end of
+ * the step, its error and, where that is small enough, the rates on the programme. The methods are those of
+ * one motion (..._step.inc in runtime/core/methods). Widths are 2, 4 and 8; 4 and 8 are compiled for
+ * processors with such vectors and, separately, for others. Lanes do not depend on each other.
  */
 
-/* The widest that this processor's vectors hold: 2, 4 or 8. */
+/* Returns the largest width that fits this processor's vectors: 2, 4 or 8. */
 int refdyn_lanes_widest(void);
 
 /* One step of a motion, to be taken. */
 struct lane_step {
-    struct refdyn_motion *motion; /* NULL: the lane rests */
+    struct refdyn_motion *motion; /* NULL: the lane is idle */
     struct refdyn_attempt *attempt;
-    const double *x;  /* its inputs */
+    const double *x;  /* inputs */
     int is_new;       /* parameters or inputs have changed since its last step */
-    int needs_stages; /* a state inside of the step will be asked for */
-    int status;       /* behind lanes_take: OK, NO_CONVERGENCE or LEFT_TO_MOTION */
-    int is_met;       /* its end has been brought onto the programme */
+    int needs_stages; /* a state within the step will be needed */
+    int status;       /* after lanes_take: OK, NO_CONVERGENCE or LEFT_TO_MOTION */
+    int is_met;       /* the end has been projected onto the programme */
 };
 
-/* Matrices of an implicit step: linearisation_lanes.inc. */
+/* Matrices of an implicit step (linearisation_lanes.inc). */
 struct lanes_linear {
     double *tangent, *real, *complexes;
     int *pivots, *moves; /* of the real matrix, then of the complex ones */
@@ -40,84 +41,83 @@ struct lanes {
     const struct refdyn_lane_model *model;
     void *memory; /* one block */
     double *p, *x, *t, *state, *rates, *state_new, *rates_new, *stage, *side, *error, *stages;
-    double *row_terms, *directions, *mass_directions; /* of the programme: lanes_meet.inc */
-    double *small;                                    /* its system */
-    double *zeros, *nowhere;                          /* of one motion: what lanes that rest take and give */
+    double *row_terms, *directions, *mass_directions; /* for projection: lanes_meet.inc */
+    double *small;                                    /* the linear system of projection */
+    double *zeros, *nowhere;                          /* one motion's inputs and outputs of idle lanes */
     int *small_pivots;
     int has_tangent;
-    struct lanes_linear linear[2]; /* the factors in use, and room for new ones */
+    struct lanes_linear linear[2]; /* the factors in use, and memory for new ones */
     double *linear_room;
-    int has_factors[8]; /* by lane: those in use are of its last step or of an earlier one */
+    int has_factors[8]; /* by lane: factors of the last step or of an earlier one are in use */
     long aligned[8];    /* by lane: programme.aligned of its directions in the metric of M */
 };
 
-/* Room for all methods that lanes take. REFDYN_OK, FUNCTION_MISSING where no function for lanes gives
- * accelerations, OTHER_VERSION, BAD_MEMORY; lanes_release in any case. */
+/* Allocates memory for all methods that lanes support. Errors: FUNCTION_MISSING if no function for lanes
+ * computes accelerations, OTHER_VERSION, BAD_MEMORY. Call lanes_release in any case. */
 int refdyn_lanes_start(struct lanes *lanes, const struct refdyn_lane_model *model);
-/* Takes the steps (width), each lane always of the same motion, all by one method. */
+/* Takes the steps (width) by one method; a lane always belongs to the same motion. */
 void refdyn_lanes_take(struct lanes *lanes, struct lane_step *steps);
 void refdyn_lanes_release(struct lanes *lanes);
 
 /* ---- lanes_motion.c ---- */
-/* Do lanes take steps of methods of this kind? */
+/* Returns whether lanes support methods of this kind. */
 int refdyn_lanes_have_kind(const struct lanes *lanes, const struct refdyn_method_kind *kind);
-/* Do they have what the next step of this motion takes? */
+/* Returns whether lanes can take the next step of this motion. */
 int refdyn_lanes_can_take(const struct lanes *lanes, const struct refdyn_motion *motion);
-/* Do they have what its end takes? Not at a time event. */
+/* Returns whether lanes can project the end of the step; not at a time event. */
 int refdyn_lanes_can_meet(const struct lanes *lanes, const struct lane_step *one);
-/* Directions in the metric of M that suit the end of the step are with the motion: 1 where they are others
- * than those of this lane. Where there are none, the end is the motion's. */
+/* Asks the motion for directions in the metric of M at the end of the step. Returns 1 if they differ from
+ * those of this lane. Without directions, the motion projects the end itself. */
 int refdyn_lanes_align(struct lanes *lanes, struct lane_step *one, int lane);
-/* The motion of this lane takes a step itself, or continues with other parameters or inputs: its factors here
- * are dropped. The motion keeps its own factors. */
+/* Discards the factors of this lane, when its motion takes a step itself or continues with other parameters
+ * or inputs. The motion keeps its own factors. */
 void refdyn_lanes_forget(struct lanes *lanes, struct refdyn_motion *motion, int lane);
 
-/* ---- lanes_2.c, lanes_4.c ...: refdyn_lanes_take of their width; apart: for processors without such
- * vectors, which the compiler takes apart. ---- */
+/* refdyn_lanes_take for one width: lanes_2.c, lanes_4.c ...; "apart": for processors with shorter vectors. */
 typedef void lanes_take(struct lanes *lanes, struct lane_step *steps);
 lanes_take refdyn_lanes_take_2, refdyn_lanes_take_4, refdyn_lanes_take_8, refdyn_lanes_take_4_apart,
     refdyn_lanes_take_8_apart;
 
 /*
- * One case of a batch, from its start to its end.
+ * ---- Workers ----
  *
- * Takes the batch and a worker's memory; gives the states to the batch's callbacks.
+ * A worker computes one case of a batch from its start to its end and passes the states to the callbacks of
+ * the batch.
  */
 
-/* All that one thread computes with; one block of memory. */
+/* The variables and arrays of one case, in one block of memory. */
 struct worker {
     const struct refdyn_batch *batch;
     struct refdyn_workspace work;
     struct refdyn_integrator integrator;
     struct refdyn_batch_case now;
-    const struct refdyn_samples *samples; /* of the case; NULL: its inputs stay */
+    const struct refdyn_samples *samples; /* of the case; NULL: constant inputs */
     double next_sample;                   /* [s] */
-    double *q, *qd;                       /* (n) its start */
+    double *q, *qd;                       /* (n) start of the case */
     int *given;                           /* (anchored_count) */
     void *statics;                        /* memory of refdyn_statics */
     size_t statics_size;
     void *memory;                      /* the block */
-    int is_busy;                       /* it has a case: set by its thread */
+    int is_busy;                       /* has a case; set by the thread */
     int output;                        /* the next of the batch's times */
-    int turns;                         /* since the case began */
-    struct refdyn_attempt attempt;     /* at which it has halted */
-    long steps_in_lanes;               /* since the case began: accepted */
-    int is_new;                        /* its parameters or inputs have changed since a step in lanes */
-    struct refdyn_batch_result result; /* of the case so far; its thread adds to cpu_s */
+    int turns;                         /* turns since the case began */
+    struct refdyn_attempt attempt;     /* the step at which the case has halted */
+    long steps_in_lanes;               /* accepted since the case began */
+    int is_new;                        /* parameters or inputs have changed since the last step in lanes */
+    struct refdyn_batch_result result; /* of the case so far; the thread adds to cpu_s */
 };
 
-/* What a case waits for. */
+/* State of a case: the batch ends, the case has ended, it has halted at a step. */
 enum turn { TURN_LEFT, TURN_ENDED, TURN_HALTED };
 
-/* 0 or an error as refdyn_batch_run; worker_release in any case. */
+/* Allocates a worker. Returns 0, or an error like refdyn_batch_run. Call worker_release in any case. */
 int refdyn_worker_start(struct worker *worker, const struct refdyn_batch *batch, int room);
-/* Begins case `index`, and continues it until a step is to be taken (HALTED), until it has ended, or until a
- * callback has ended the batch. */
+/* Begins case `index` and continues it until it halts at a step, ends, or a callback ends the batch. */
 enum turn refdyn_worker_begin(struct worker *worker, long index);
 enum turn refdyn_worker_go(struct worker *worker);
-/* Reports the end of a case that has ENDED: LEFT where the callback ends the batch. */
+/* Reports the end of a case that has ENDED. Returns LEFT if the callback ends the batch. */
 enum turn refdyn_worker_end(struct worker *worker);
-/* taken: how the step at which it halted was taken (motion.h). */
+/* Continues after the step at which the case halted; taken: the status of this step (motion.h). */
 void refdyn_worker_judge(struct worker *worker, int taken);
 void refdyn_worker_release(struct worker *worker);
 

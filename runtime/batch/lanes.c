@@ -1,4 +1,4 @@
-/* Steps of several motions side by side: see lanes.h. */
+/* Lanes: their memory, and the choice between the versions for this processor. */
 #include "runtime/core/base/core.h"
 
 #include "runtime/batch/batch_private.h"
@@ -18,7 +18,7 @@ int refdyn_lanes_widest(void) {
     return 2;
 }
 
-/* The most memory of all methods that lanes take. */
+/* Returns the largest memory of a method that lanes support. */
 static int most_memory(const struct lanes *lanes) {
     const struct refdyn_model *model = lanes->model->model;
     int most = 0;
@@ -35,7 +35,7 @@ static int most(int a, int b) {
     return a > b ? a : b;
 }
 
-/* Counts what it gives: with memory NULL, all that is needed. */
+/* Hands out arrays and counts their bytes; with memory NULL it only counts. */
 struct room {
     char *memory;
     size_t used;
@@ -115,7 +115,7 @@ int refdyn_lanes_start(struct lanes *lanes, const struct refdyn_lane_model *mode
     return REFDYN_OK;
 }
 
-/* By the binary logarithm of the width: on processors that have such vectors, and on others. */
+/* By the binary logarithm of the width, for processors with and without vectors of this width. */
 static lanes_take *const takes[2][3] = {
     {refdyn_lanes_take_2, refdyn_lanes_take_4, refdyn_lanes_take_8},
     {refdyn_lanes_take_2, refdyn_lanes_take_4_apart, refdyn_lanes_take_8_apart}};

@@ -1,4 +1,4 @@
-/* Steps of 2 motions side by side: see lanes_step.inc. */
+/* Steps of 2 motions side by side: lanes_step.inc. */
 #include "runtime/core/base/core.h"
 
 #define LANES 2

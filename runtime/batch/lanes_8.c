@@ -1,7 +1,7 @@
-/* Steps of 8 motions side by side: see lanes_step.inc. */
+/* Steps of 8 motions side by side: lanes_step.inc. */
 #include "runtime/core/base/core.h"
 
-/* For processors that have vectors of this width; elsewhere the compiler takes them apart. */
+/* For processors with vectors of this width; for others the compiler splits them (lanes_8_apart.c). */
 #if defined(__x86_64__) && defined(__clang__)
 #pragma clang attribute push(__attribute__((target("avx512f"))), apply_to = function)
 #elif defined(__x86_64__) && defined(__GNUC__)

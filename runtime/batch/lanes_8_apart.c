@@ -1,4 +1,4 @@
-/* Steps of 8 motions side by side where vectors are shorter: see lanes_step.inc. */
+/* Steps of 8 motions side by side for processors with shorter vectors: lanes_step.inc. */
 #include "runtime/core/base/core.h"
 
 #define LANES 8

@@ -1,4 +1,4 @@
-/* What lanes can do for a motion, and what they know of it: see lanes.h. */
+/* Decides whether lanes can take the next step of a motion, and keeps track of its factors. */
 #include "runtime/core/base/core.h"
 
 #include "runtime/batch/batch_private.h"

@@ -1,7 +1,7 @@
 /*
- * One case of a batch: see lanes.h.
+ * One case of a batch, from its start to its end, and samples of inputs.
  *
- * What a case starts from follows in this order: parameters and inputs; the model's initial state for them;
+ * The start of a case is computed in this order: parameters and inputs; the model's initial state for them;
  * start values and rates of the batch, then of the case; its equilibrium; anchored parameters.
  */
 #include "runtime/batch/batch_private.h"
@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { TURNS_BETWEEN_QUESTIONS = 64 }; /* to the caller, whether the batch is to be left */
+enum { TURNS_BETWEEN_QUESTIONS = 64 }; /* steps between calls that ask whether the batch should end */
 
 /* ---- Memory ---- */
 
@@ -52,7 +52,7 @@ static double value_of(const struct worker *worker, const struct refdyn_batch_co
     return column->values[worker->now.number];
 }
 
-/* Of the columns of one kind, into what they are places of. */
+/* Copies the columns of one kind to their places. */
 static void set_columns(const struct worker *worker, enum refdyn_varied what, double *values) {
     const struct refdyn_batch *batch = worker->batch;
     for (int i = 0; i < batch->column_count; i++)
@@ -65,7 +65,7 @@ static void set_all(double *values, int count, const double *common, const struc
         values[i] = common ? common[i] : names[i].value;
 }
 
-/* An anchored parameter that a column sets is given, too. */
+/* Marks anchored parameters that a column sets as given. */
 static void mark_given(struct worker *worker) {
     const struct refdyn_batch *batch = worker->batch;
     const struct refdyn_model *model = batch->model;
@@ -105,7 +105,7 @@ static void set_state(struct worker *worker) {
     set_columns(worker, REFDYN_VARIED_COORDINATE, worker->q);
 }
 
-/* Rates of the case are those with which it leaves its equilibrium. */
+/* Finds the equilibrium; the rates of the case are those with which it leaves the equilibrium. */
 static int find_equilibrium(struct worker *worker) {
     const struct refdyn_batch *batch = worker->batch;
     const struct refdyn_statics_options defaults = refdyn_statics_default();
@@ -123,7 +123,7 @@ static void meet_sample(struct worker *worker, double t) {
     worker->next_sample = worker->samples ? refdyn_samples_set(worker->samples, t, worker->work.x) : INFINITY;
 }
 
-/* Everything before the first step. */
+/* Prepares everything before the first step. */
 static int begin(struct worker *worker) {
     const struct refdyn_batch *batch = worker->batch;
     struct refdyn_integrator *integrator = &worker->integrator;
@@ -148,7 +148,7 @@ static int begin(struct worker *worker) {
 
 /* ---- Its motion ---- */
 
-/* From a sample on with its inputs. */
+/* Sets the inputs of the sample that begins here. */
 static int take_sample(struct worker *worker) {
     struct refdyn_integrator *integrator = &worker->integrator;
     meet_sample(worker, integrator->t);
@@ -165,7 +165,7 @@ static int show(struct worker *worker, int number) {
     return batch->output && batch->output(batch->context, &worker->now, number);
 }
 
-/* Into the arrays of the batch. */
+/* Copies an output into the arrays of the batch. */
 static void keep(const struct worker *worker) {
     const struct refdyn_batch *batch = worker->batch;
     const size_t size = 2 * (size_t)batch->model->n;
@@ -191,7 +191,8 @@ enum turn refdyn_worker_begin(struct worker *worker, long index) {
     worker->now.index = index;
     worker->now.number = batch->numbers ? batch->numbers[index] : index;
     worker->integrator.t = batch->t;
-    worker->integrator.statistics = (struct refdyn_statistics){.steps = 0}; /* not of the case before */
+    worker->integrator.statistics =
+        (struct refdyn_statistics){.steps = 0}; /* not those of the previous case */
     worker->work.fault = (struct refdyn_fault){.row = -1, .coordinate = -1};
     worker->result = (struct refdyn_batch_result){.stage = REFDYN_AT_START};
     worker->attempt.is_over = 1;
@@ -205,12 +206,12 @@ enum turn refdyn_worker_begin(struct worker *worker, long index) {
     return show(worker, 0) ? TURN_LEFT : refdyn_worker_go(worker);
 }
 
-/* Where the motion is asked to go next. */
+/* Returns the time that the motion is to reach next. */
 static double goal(const struct worker *worker) {
     return fmin(worker->batch->times[worker->output], worker->next_sample);
 }
 
-/* It has reached its goal: a sample, a time that is looked at, or both. */
+/* Handles the time that was reached: a sample, an output, or both. */
 static int arrive(struct worker *worker, int *left) {
     int status = REFDYN_OK;
     if (worker->integrator.t == worker->next_sample) {
@@ -244,4 +245,34 @@ void refdyn_worker_judge(struct worker *worker, int taken) {
     const long before = statistics->steps;
     refdyn_integrator_judge(&worker->integrator, &worker->attempt, taken);
     worker->steps_in_lanes += statistics->steps - before;
+}
+
+/* ---- Samples of inputs ---- */
+
+static const double *row_of(const struct refdyn_samples *samples, int number) {
+    return samples->rows + (long)number * (samples->width + 1);
+}
+
+/* Returns the number of samples at or before t, by bisection. */
+static int count_until(const struct refdyn_samples *samples, double t) {
+    int low = 0, high = samples->count;
+    while (low < high) {
+        const int middle = low + (high - low) / 2;
+        if (*row_of(samples, middle) <= t)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+double refdyn_samples_set(const struct refdyn_samples *samples, double t, double *x) {
+    const int past = count_until(samples, t);
+    const int next =
+        past > 0 ? past
+                 : 1; /* the first value is also valid before its time, so that nothing changes there */
+    const double *row = row_of(samples, next - 1);
+    for (int i = 0; i < samples->width; i++)
+        x[samples->place[i]] = row[1 + i];
+    return next < samples->count ? *row_of(samples, next) : INFINITY;
 }

@@ -1,11 +1,10 @@
-/*
+/** @file
  * Batches: many motions of one model, side by side on the cores of a machine.
  *
- * Takes what is common to all cases and columns of what differs; gives states of each case at given times
- * through callbacks or into arrays. Each case is computed for itself, alone or in a lane of vectors, so that
- * its numbers do not depend on threads, on the order of the cases or on other cases. Threads share the
- * counter of the next case and nothing else. A library of its own beside the core: it allocates, and needs
- * POSIX threads.
+ * The caller describes what all cases share, and lists what differs in columns. States of each case at given
+ * times go to callbacks or into arrays. Each case is computed on its own or in a lane of vectors, so that its
+ * numbers do not depend on threads, on the order of the cases or on other cases. Threads share only the
+ * counter of the next case. Batches are a separate library, because they allocate and need POSIX threads.
  */
 #ifndef REFDYN_BATCH_H
 #define REFDYN_BATCH_H
@@ -17,109 +16,121 @@
 extern "C" {
 #endif
 
-/* Samples of inputs over time: each holds until the next one (zero-order hold), the first also before, the
- * last also after. Steps of a motion end at them. */
+/** Samples of inputs over time. Each value holds until the next sample (zero-order hold); the first also
+ * holds before its time, the last after it. Steps of a motion end at the samples. */
 struct refdyn_samples {
-    int count, width;   /* count: at least 1 */
-    const int *place;   /* (width) the model's inputs */
-    const double *rows; /* (count x (1 + width)) time [s], ascending, and the values behind it */
+    int count;          /**< samples, at least 1 */
+    int width;          /**< inputs in each sample */
+    const int *place;   /**< (width) indices of the model's inputs */
+    const double *rows; /**< (count x (1 + width)) time [s], ascending, followed by the values */
 };
 
-/* Sets x (input_count) to the values at t and returns the time of the next sample, INFINITY: none. */
+/** Sets x (input_count) to the values at t and returns the time of the next sample [s], INFINITY: none. */
 double refdyn_samples_set(const struct refdyn_samples *samples, double t, double *x);
 
+/** The kind of value that differs between cases. */
 enum refdyn_varied {
-    REFDYN_VARIED_PARAMETER,
-    REFDYN_VARIED_INPUT,
-    REFDYN_VARIED_COORDINATE, /* start value */
-    REFDYN_VARIED_RATE,       /* start rate */
-    REFDYN_VARIED_SAMPLES     /* the value is the number of the samples in the batch's list */
+    REFDYN_VARIED_PARAMETER,  /**< a parameter */
+    REFDYN_VARIED_INPUT,      /**< an input */
+    REFDYN_VARIED_COORDINATE, /**< the start value of a coordinate */
+    REFDYN_VARIED_RATE,       /**< the start rate of a coordinate */
+    REFDYN_VARIED_SAMPLES     /**< the value is an index into the samples of the batch */
 };
 
+/** A value that differs between cases. */
 struct refdyn_batch_column {
-    enum refdyn_varied what;
-    int place;            /* of the parameter, input or coordinate in the model's tables */
-    const double *values; /* by number of the case */
+    enum refdyn_varied what; /**< its kind */
+    int place;               /**< index of the parameter, input or coordinate in the tables of the model */
+    const double *values;    /**< by number of the case */
 };
 
-/* The widest lanes that this processor has vectors for: 2, 4 or 8. Wider ones give the same numbers, slower.
- */
+/** The widest lanes for which this processor has vectors: 2, 4 or 8. Wider lanes compute the same numbers
+ * more slowly. */
 int refdyn_batch_widest(void);
 
-/* A case that is being computed, for the callbacks: all is theirs to read. */
+/** A case that is being computed. Callbacks may only read it. */
 struct refdyn_batch_case {
-    long index, number; /* its place in the list of the batch, and its number */
-    int room;           /* of those that run at the same time, whose room a callback may use: 0 ... threads x
-                           lanes - 1 */
-    struct refdyn_integrator *integrator;
+    long index;  /**< place in the list of the batch */
+    long number; /**< number of the case */
+    int room;    /**< place among the cases that run at the same time, 0 ... threads x lanes - 1:
+                      a callback may use memory of this number without a lock */
+    struct refdyn_integrator *integrator; /**< its motion */
 };
 
-enum refdyn_batch_stage { REFDYN_AT_STATICS, REFDYN_AT_START, REFDYN_AT_STEPS };
+/** Stages of a case. */
+enum refdyn_batch_stage {
+    REFDYN_AT_STATICS, /**< the equilibrium */
+    REFDYN_AT_START,   /**< the start of the motion */
+    REFDYN_AT_STEPS    /**< the motion */
+};
 
+/** How a case ended. */
 struct refdyn_batch_result {
-    int status;                    /* of the runtime, that ended it; 0: it came to its end; EVENT_ENDS: an
-                                      event of the model has ended it, integrator->event, and its state is
-                                      that which is seen */
-    enum refdyn_batch_stage stage; /* where it ended */
-    double t;                      /* time that was reached [s] */
-    double cpu_s;     /* processor time of its thread [s]: all of it while the case computed alone, an equal
-                         share while it computed side by side with the cases of other lanes. Shares add up to
-                         the time of the threads without that of `end` */
-    long steps_alone; /* accepted steps that its motion took itself, because lanes cannot take them or their
-                         numbers were not finite; all steps if there are no lanes */
-    int unstable;  /* directions in which the equilibrium that it starts from is unstable; 0: stable, or none
-                    */
-    int is_beyond; /* 1: that equilibrium is not the one that the growing load leads to (is_followed 0) */
+    int status; /**< enum refdyn_status that ended it; 0: it reached its end; EVENT_ENDS: an event of
+                     the model, integrator->event, ended it, and the shown state is that of the event */
+    enum refdyn_batch_stage stage; /**< where it ended */
+    double t;                      /**< time reached [s] */
+    double cpu_s;     /**< processor time of its thread [s]: all of it while the case computed alone, an
+                           equal share while it computed in lanes with other cases. The shares add up to the
+                           time of the threads without the time in `end` */
+    long steps_alone; /**< accepted steps that its motion took alone, because lanes cannot take them or
+                           their numbers were not finite; all steps if there are no lanes */
+    int unstable;     /**< directions in which the equilibrium at its start is unstable; 0: stable, or no
+                           equilibrium */
+    int is_beyond;    /**< 1: that equilibrium is not the one to which the growing load leads
+                           (is_followed 0) */
 };
 
+/** A batch. A column takes precedence over a value that all cases share. */
 struct refdyn_batch {
-    const struct refdyn_model *model;
-    /* The functions of the model for lanes: each thread takes steps of so many cases side by side. NULL: one
-     * case at a time. */
-    const struct refdyn_lane_model *lanes;
-    struct refdyn_options options;
+    const struct refdyn_model *model;      /**< the model */
+    const struct refdyn_lane_model *lanes; /**< its functions for lanes: each thread takes steps of that many
+                                              cases side by side. NULL: one case at a time */
+    struct refdyn_options options;         /**< of all motions */
 
-    /* what all cases share */
-    const double *p, *x;  /* (parameter_count), (input_count); NULL: the model's values */
-    const int *given;     /* (anchored_count) as refdyn_anchor takes it; NULL: none is given */
-    const double *q, *qd; /* (n) start; NULL: the model's, from the parameters of each case */
-    double t;             /* of the start [s] */
-    int from_statics;     /* each case starts in its equilibrium, */
-    const int *held;      /* (held_count) where these coordinates are held */
-    int held_count;
-    const struct refdyn_statics_options *statics; /* NULL: the defaults */
-    const double *times; /* (time_count) ascending and behind t: where states are seen; the last is the end */
-    int time_count;
-    const struct refdyn_samples *samples; /* (sample_count) */
-    int sample_count;
+    const double *p;  /**< (parameter_count) parameters of all cases; NULL: those of the model */
+    const double *x;  /**< (input_count) inputs of all cases; NULL: those of the model */
+    const int *given; /**< (anchored_count) as in refdyn_anchor; NULL: none is given */
+    const double *q;  /**< (n) start; NULL: that of the model, from the parameters of each case */
+    const double *qd; /**< (n) start; NULL: that of the model, from the parameters of each case */
+    double t;         /**< time of the start [s] */
+    int from_statics; /**< 1: each case starts in its equilibrium */
+    const int *held;  /**< (held_count) coordinates held in that equilibrium */
+    int held_count;   /**< number of them */
+    const struct refdyn_statics_options *statics; /**< of that equilibrium; NULL: the defaults */
+    const double
+        *times;     /**< (time_count) times of the outputs, ascending and after t; the last is the end [s] */
+    int time_count; /**< number of times */
+    const struct refdyn_samples *samples; /**< (sample_count) for columns of REFDYN_VARIED_SAMPLES */
+    int sample_count;                     /**< number of samples */
 
-    /* the cases */
-    long count;
-    const long *numbers; /* (count) NULL: 0 ... count - 1 */
-    int column_count;
-    const struct refdyn_batch_column *columns; /* a value of theirs goes before what all share */
-    int threads;                               /* at least 1 */
+    long count;                                /**< cases */
+    const long *numbers;                       /**< (count) their numbers; NULL: 0 ... count - 1 */
+    int column_count;                          /**< columns */
+    const struct refdyn_batch_column *columns; /**< (column_count) what differs */
+    int threads;                               /**< at least 1 */
 
-    /*
-     * Results, each NULL where it is not wanted. Callbacks run on the threads, of different cases at the same
-     * time; one that returns non-zero ends the case there without `end`, and the batch.
-     *   output  a state is seen: number 0 is the start, number i stands at times[i - 1]
-     *   end     the case has ended
-     *   stop    asked between steps: is the batch to be left
-     */
-    void *context;
+    void *context; /**< first argument of the callbacks */
+    /** Called for each shown state: number 0 is the start, number i the state at times[i - 1]. NULL: not
+     * needed. Callbacks run on the threads, for different cases at the same time. A callback that returns
+     * non-zero ends its case without `end`, and the batch. */
     int (*output)(void *context, const struct refdyn_batch_case *one, int number);
+    /** Called when a case has ended. NULL: not needed. */
     int (*end)(void *context, const struct refdyn_batch_case *one, const struct refdyn_batch_result *result);
+    /** Called between steps: returns non-zero to end the batch. NULL: not needed. */
     int (*stop)(void *context);
-    double *states; /* (count x 2 n) q and qd at the end of each case; of one that failed, where it stopped */
-    int *statuses;  /* (count) */
+    double
+        *states; /**< (count x 2 n) q and qd at the end of each case, or where it failed; NULL: not needed */
+    int *statuses; /**< (count) enum refdyn_status of each case; NULL: not needed */
 };
 
-/*
- * Runs all cases; `ended` (may be NULL): how many came to an end, well or not, fewer than count where a
- * callback has ended the batch. Errors, before any case: those of refdyn_workspace_init and
- * refdyn_integrator_init; BAD_OPTION for times that do not ascend, places or samples that do not exist, fewer
- * than one thread; BAD_MEMORY. Where the system gives fewer threads than asked for, these do all.
+/**
+ * Runs all cases. `ended` (or NULL) receives the number of cases that ended, successfully or not; it is less
+ * than count if a callback ended the batch. If the system provides fewer threads than requested, these
+ * compute all cases.
+ *
+ * Errors, before any case: those of refdyn_workspace_init and refdyn_integrator_init; BAD_OPTION for times
+ * that do not ascend, places or samples that do not exist, fewer than one thread; BAD_MEMORY.
  */
 int refdyn_batch_run(const struct refdyn_batch *batch, long *ended);
 

@@ -12,23 +12,25 @@ from program import BUILD, LONG, REFERENCE, SCALE, SOURCE, TESTS, refdyn, some
 
 MODELS = {
     "manipulator": [REFERENCE, "drive=input", "n_rfe=2"],
-    "manipulator_rigid": [REFERENCE, "n_rfe=1", "name=manipulator_rigid", "program=chapter"],
     "runs": [TESTS / "models" / "runs.lua", "kind=swinging", "rfe=3"],
     "functions": [TESTS / "models" / "functions.lua"],
-    "fourbar": [SOURCE / "models" / "fourbar.lua"],
 }
+if LONG:
+    MODELS["manipulator_rigid"] = [REFERENCE, "n_rfe=1", "name=manipulator_rigid", "program=chapter"]
+    MODELS["fourbar"] = [SOURCE / "models" / "fourbar.lua"]
 REORDERED = ["-fassociative-math", "-fno-signed-zeros", "-fno-trapping-math"]
 # Under these flags the compilation fails with the reason.
 REFUSED = [["-Ofast"], ["-ffast-math"], ["-O2", "-ffinite-math-only"]]
-# These give the same results.
-TAKEN = [["-O1", "-funsafe-math-optimizations"], ["-O1", *REORDERED]]
+# These give the same results. The second ones are a part of the first ones.
+TAKEN = [["-O1", "-funsafe-math-optimizations"], ["-O1", *REORDERED]] if LONG else [["-O1", "-funsafe-math-optimizations"]]
 X87 = [["-O0", "-mfpmath=387"]]
 # So do these, which are tried with fewer models, since they take longer to compile.
-RELATIVES = [["-Ofast", "-fno-finite-math-only"], ["-O3", "-ffast-math", "-fno-finite-math-only", "-march=native"],
-             ["-O3", "-march=native", *REORDERED], ["-O2", "-freciprocal-math", "-fno-math-errno"],
-             ["-O2", "-ffp-contract=fast", "-march=native"], ["-Os", "-frounding-math"], ["-O2", "-fno-signed-zeros"]]
-X87_RELATIVES = [["-O2", "-mfpmath=387"], ["-O1", "-mfpmath=387", "-funsafe-math-optimizations"],
-                 ["-O1", "-mfpmath=387", "-fexcess-precision=fast"]]
+RELATIVES = [["-O2", "-ffp-contract=fast", "-march=native"], ["-O3", "-ffast-math", "-fno-finite-math-only", "-march=native"]]
+X87_RELATIVES = [["-O2", "-mfpmath=387"]]
+if LONG:
+    RELATIVES += [["-Ofast", "-fno-finite-math-only"], ["-O3", "-march=native", *REORDERED], ["-O2", "-freciprocal-math", "-fno-math-errno"],
+                  ["-Os", "-frounding-math"], ["-O2", "-fno-signed-zeros"]]
+    X87_RELATIVES += [["-O1", "-mfpmath=387", "-funsafe-math-optimizations"], ["-O1", "-mfpmath=387", "-fexcess-precision=fast"]]
 FEW = ("functions", "runs")  # one without the pass over angles, one with it
 BITS32 = [["-m32", "-O0"], ["-m32", "-O1", "-funsafe-math-optimizations"], ["-m32", "-O1", "-msse2", "-mfpmath=sse"]]
 LANGUAGES = {"c11": ["-x", "c", "-std=c11"], "c++17": ["-x", "c++", "-std=c++17"]}
@@ -153,14 +155,14 @@ def test_x87(model, language, flags):
 def test_without_a_barrier_of_the_compiler(model, compiler, tmp_path):
     """The path for compilers without a barrier; a mask keeps sums in their order."""
     name, folder, expected = model
-    if name not in FEW:
+    if name not in (FEW if LONG else ("runs",)):
         pytest.skip("tried with fewer models")
     plain = tmp_path / "plain"
     shutil.copytree(folder, plain)
     for source in plain.glob(f"{name}*.c"):
         text = source.read_text().replace("#ifdef __has_builtin", "#if 0").replace("__GNUC__ >= 12", "__GNUC__ >= 999")
         source.write_text(text)
-    for flags in (TAKEN[1], RELATIVES[2]):
+    for flags in [["-O1", *REORDERED]] + [["-O3", "-march=native", *REORDERED]] * LONG:
         check_equal((name, plain, expected), compiler, "c11", flags)
 
 

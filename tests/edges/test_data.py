@@ -6,8 +6,8 @@ import shutil
 
 import pytest
 
-from harm import HARMFUL, peak_megabytes, run_harmful
-from program import REFERENCE, TESTS, read_run, refdyn, some
+from harm import HARMFUL, run_harmful
+from program import LEAN, REFERENCE, TESTS, read_run, refdyn, some
 
 DATA = HARMFUL / "data"
 PENDULUM = TESTS / "models" / "double_pendulum.lua"
@@ -33,7 +33,7 @@ MADE = {
 }
 
 
-@pytest.mark.parametrize("command", [["eval", "--state"], ["sim", "--until", "1", "--from"], ["modes", "--at"], ["report", "--until", "1", "-o", "out", "--from"]],
+@pytest.mark.parametrize("command", [["eval", "--state"], ["sim", "--until", "1", "--from"], ["modes", "--at"], ["report", "--until", "1", "-o", "out", "--from"]][:1 if LEAN else 4],
                          ids=lambda words: words[0])
 @pytest.mark.parametrize("which", [*GIVEN, *MADE])
 def test_states_that_try_to_harm(which, command, tmp_path):
@@ -49,9 +49,8 @@ def test_states_that_try_to_harm(which, command, tmp_path):
 
 @pytest.mark.parametrize("path", ["/dev/zero", "/dev/full", ".", "none.json", "/dev/null"])
 def test_states_that_are_no_files(path, tmp_path):
-    said = run_harmful(tmp_path, "eval", PENDULUM, "--state", path)
+    said = run_harmful(tmp_path, "eval", PENDULUM, "--state", path, megabytes=300)
     assert said.startswith(path) and ": state: " in said
-    assert peak_megabytes("eval", PENDULUM, "--state", path, cwd=tmp_path) < 300
 
 
 SAMPLES = {

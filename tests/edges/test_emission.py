@@ -247,4 +247,4 @@ def test_a_part_costs_less(tmp_path):
 def test_no_such_part(word, tmp_path):
     done = refdyn("gen", REFERENCE, "--emit", word, "-o", tmp_path / "out", status=2)
     assert done.stderr.splitlines()[0] == (
-        f"refdyn gen: --emit: '{word}' is no part of a quantity: d_qdd d_qdd_free d_force d_statics d_rows have .q .qd .t .x .p")
+        f"refdyn gen: --emit: '{word}' is not a part of a quantity; d_qdd d_qdd_free d_force d_statics d_rows have .q .qd .t .x .p")

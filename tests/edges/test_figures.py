@@ -140,6 +140,7 @@ def test_residuals_end_at_rounding(tmp_path):
     assert powers and min(powers) >= -16 and max(powers) <= -9, raised
 
 
+@pytest.mark.quick
 def test_forms(tmp_path):
     """The ending of the name selects the form; the same bytes each time, without the current date."""
     run = elements(3)
@@ -167,6 +168,7 @@ def test_single_panels(tmp_path):
     assert said == "run_0.csv:1: run: no column for these panels; give a file of refdyn sim\n"
 
 
+@pytest.mark.quick
 def test_units(tmp_path):
     """The summary has units by column, and axes without a known unit take it from there."""
     refdyn("sim", REFERENCE, "--set", "n_rfe=2", "--set", "drive=input", "--method", "rk4", "--step", "1e-3", "--until", "0.02", "-o", "run.csv",

@@ -44,13 +44,13 @@ def test_setting_that_is_no_value(setting, model):
     name, value = setting.split("=", 1)
     done = refdyn("check", model, "--set", setting, status=1)
     advice = {"m=1kg": UNIT, "push=1 N": UNIT, "m=1,5": "; write 1.5"}.get(setting, "")
-    assert done.stderr == f'{model}: --set {name}: value "{value}", {SETTINGS[setting]} is needed{advice}\n' and done.stdout == ""
+    assert done.stderr == f'{model}: --set {name}: value "{value}"; must be {SETTINGS[setting]}{advice}\n' and done.stdout == ""
 
 
 def test_settings_out_of_range(model):
     """Relations between values are checked at the set values."""
-    facts = {"n_rfe=65": 'option n_rfe: value "65", a number from 1 up to 64 is needed', "m=-1": "links[1].mass: value -1, a positive number is needed",
-             "t1=-2": "rd.ramp: from 0 to -2, an end behind the beginning is needed", "t1=0": "rd.ramp: from 0 to 0, an end behind the beginning is needed"}
+    facts = {"n_rfe=65": 'option n_rfe: value "65"; must be a number from 1 to 64', "m=-1": "links[1].mass: value -1; must be positive",
+             "t1=-2": "rd.ramp: from 0 to -2; the range must ascend", "t1=0": "rd.ramp: from 0 to 0; the range must ascend"}
     for setting, fact in facts.items():
         assert refdyn("check", model, "--set", setting, status=1).stderr.rstrip("\n").endswith(": " + fact)
     for setting in ("n_rfe=64", "n_rfe=+4", "n_rfe=1e1", "m=1e-3", "m=.5", "t1=1E2", "push=-0.5", "wide=false"):
@@ -58,8 +58,8 @@ def test_settings_out_of_range(model):
 
 
 def test_names_of_settings(model):
-    facts = {"n_rf=4": 'the nearest known one is "n_rfe"', " n_rfe=4": 'the nearest known one is "n_rfe"',
-             "n_rfe =4": 'the nearest known one is "n_rfe"', "M=1": 'the nearest known one is "m"', "gravity=1": "no option or parameter of that name"}
+    facts = {"n_rf=4": 'did you mean "n_rfe"', " n_rfe=4": 'did you mean "n_rfe"',
+             "n_rfe =4": 'did you mean "n_rfe"', "M=1": 'did you mean "m"', "gravity=1": "no option or parameter of this name"}
     for setting, fact in facts.items():
         done = refdyn("check", model, "--set", setting, status=1)
         assert fact in done.stderr and done.stderr.count("\n") == 1, done.stderr
@@ -72,31 +72,31 @@ USAGE = {
     "setting twice": (["check", "--set", "m=1", "--set", "n_rfe=2", "--set", "m=2"], "--set m: given twice, as '1' and as '2'"),
     "setting twice alike": (["check", "--set", "m=1", "--set", "m=1"], "--set m: given twice, as '1' and as '1'"),
     "setting without a name": (["check", "--set", "=1"], "--set: '=1' is not of the form NAME=VALUE"),
-    "stop twice": (["sim", "--until", "1", "--stop", "arm_z<1", "--stop", "arm_z<1"], "--stop: 'arm_z<1' is there twice, once is enough"),
+    "stop twice": (["sim", "--until", "1", "--stop", "arm_z<1", "--stop", "arm_z<1"], "--stop: 'arm_z<1' is given twice; give it once"),
     "stop in hexadecimal": (["sim", "--until", "1", "--stop", "arm_z<0x1"], "--stop: 'arm_z<0x1' is not of the form NAME<VALUE or NAME>VALUE"),
     "stop behind a blank": (["sim", "--until", "1", "--stop", "arm_z< 1"], "--stop: 'arm_z< 1' is not of the form NAME<VALUE or NAME>VALUE"),
-    "held twice": (["statics", "--hold", "arm_z,arm_z"], "--hold: 'arm_z' is there twice, once is enough"),
+    "held twice": (["statics", "--hold", "arm_z,arm_z"], "--hold: 'arm_z' is given twice; give it once"),
     "held empty": (["statics", "--hold", "arm_z,,arm_psi"], "--hold: 'arm_z,,arm_psi' has an empty item"),
     "held with a comma behind": (["modes", "--hold", "arm_z,"], "--hold: 'arm_z,' has an empty item"),
     "held with a blank": (["statics", "--hold", "arm_z, arm_psi"], "--hold: the model has no coordinate ' arm_psi'; the nearest is arm_psi"),
-    "emitted twice": (["gen", "-o", "a", "--emit", "M,h,M"], "--emit: 'M' is there twice, once is enough"),
+    "emitted twice": (["gen", "-o", "a", "--emit", "M,h,M"], "--emit: 'M' is given twice; give it once"),
     "emitted empty": (["gen", "-o", "a", "--emit", ""], "--emit: '' has an empty item"),
-    "methods twice": (["report", "--until", "1", "-o", "a", "--methods", "rk8,rk8"], "--methods: 'rk8' is there twice, once is enough"),
+    "methods twice": (["report", "--until", "1", "-o", "a", "--methods", "rk8,rk8"], "--methods: 'rk8' is given twice; give it once"),
     "methods empty": (["report", "--until", "1", "-o", "a", "--methods", ""], "--methods: '' has an empty item"),
     "tolerances twice": (["report", "--until", "1", "-o", "a", "--tols", "1e-3,0.001"], "--tols: '1e-3,0.001' has a number twice"),
     "tolerances in words": (["report", "--until", "1", "-o", "a", "--tols", "1e-3,nan"], "--tols: '1e-3,nan' is not a list of up to"),
     "steps empty": (["report", "--until", "1", "-o", "a", "--steps", ",1e-3"], "--steps: ',1e-3' has an empty item"),
-    "varied twice": (["report", "--until", "1", "-o", "a", "--vary", "n_rfe=1,1"], "--vary: '1' is there twice, once is enough"),
+    "varied twice": (["report", "--until", "1", "-o", "a", "--vary", "n_rfe=1,1"], "--vary: '1' is given twice; give it once"),
     "varied and set": (["report", "--until", "1", "-o", "a", "--set", "n_rfe=1", "--vary", "n_rfe=1,2"], "--vary: --set sets n_rfe, too"),
-    "time behind a blank": (["sim", "--until", " 1"], "--until: ' 1' is no positive number"),
-    "time before a blank": (["sim", "--until", "1 "], "--until: '1 ' is no positive number"),
-    "time in hexadecimal": (["sim", "--until", "0x10"], "--until: '0x10' is no positive number"),
-    "time without end": (["sim", "--until", "inf"], "--until: 'inf' is no positive number"),
-    "time beyond numbers": (["sim", "--until", "1e400"], "--until: '1e400' is no positive number"),
-    "time with a unit": (["sim", "--until", "1s"], "--until: '1s' is no positive number"),
-    "time empty": (["sim", "--until", ""], "--until: '' is no positive number"),
-    "modes without number": (["modes", "--modes", "1e12"], "--modes: 1e12 is no whole number up to 1000000"),
-    "modes in parts": (["modes", "--modes", "2.5"], "--modes: 2.5 is no whole number up to 1000000"),
+    "time behind a blank": (["sim", "--until", " 1"], "--until: ' 1' is not a positive number"),
+    "time before a blank": (["sim", "--until", "1 "], "--until: '1 ' is not a positive number"),
+    "time in hexadecimal": (["sim", "--until", "0x10"], "--until: '0x10' is not a positive number"),
+    "time without end": (["sim", "--until", "inf"], "--until: 'inf' is not a positive number"),
+    "time beyond numbers": (["sim", "--until", "1e400"], "--until: '1e400' is not a positive number"),
+    "time with a unit": (["sim", "--until", "1s"], "--until: '1s' is not a positive number"),
+    "time empty": (["sim", "--until", ""], "--until: '' is not a positive number"),
+    "modes without number": (["modes", "--modes", "1e12"], "--modes: 1e12 is not a whole number up to 1000000"),
+    "modes in parts": (["modes", "--modes", "2.5"], "--modes: 2.5 is not a whole number up to 1000000"),
     "outputs without number": (["sim", "--until", "1", "--every", "1e-300"], "--every 1e-300: 1e+300 outputs; must be at most 10000000"),
     "steps without number": (["sim", "--until", "1", "--step", "1e-12"], "--step 1e-12: 1e+12 steps; must be at most 1e+10"),
     "state empty": (["eval", "--state", ""], "--state: the value is empty"),
@@ -118,30 +118,30 @@ def test_an_empty_operand():
 
 
 STATES = {
-    "unknown key": ('{\n"t": 0,\n"qdd": [1, 2]\n}', 3, "qdd: no key of a state (t, q, qd, inputs, parameters) is called so, the nearest is qd"),
-    "key in capitals": ('{"t": 0,\n"Q": [1, 2]}', 2, "Q: no key of a state (t, q, qd, inputs, parameters) is called so, the nearest is q"),
-    "key twice": ('{"q": [1, 2],\n"q": [1, 3]}', 2, "state: duplicate object key near '\"q\"', one JSON object of finite numbers is needed"),
-    "input twice": ('{"inputs": {"push": 1,\n"push": 2}}', 2, "state: duplicate object key near '\"push\"', one JSON object of finite numbers is needed"),
-    "unknown input": ('{"inputs":\n{"pusch": 1}}', 2, "pusch: no input is called so, the nearest is push"),
-    "unknown parameter": ('{"parameters": {"m": 1,\n"t2": 1}}', 2, "t2: no parameter is called so, the nearest is t1"),
-    "too short": ('{\n"q": [1]}', 2, "q: has 1 values, 2 are needed, one per coordinate from arm_z to arm_psi"),
-    "too long": ('{"q": [1, 2],\n"qd": [1, 2, 3]}', 2, "qd: has 3 values, 2 are needed, one per coordinate from arm_z to arm_psi; "
+    "unknown key": ('{\n"t": 0,\n"qdd": [1, 2]\n}', 3, "qdd: unknown key of a state (t, q, qd, inputs, parameters); the nearest is qd"),
+    "key in capitals": ('{"t": 0,\n"Q": [1, 2]}', 2, "Q: unknown key of a state (t, q, qd, inputs, parameters); the nearest is q"),
+    "key twice": ('{"q": [1, 2],\n"q": [1, 3]}', 2, "state: duplicate object key near '\"q\"'; must be one JSON object of finite numbers"),
+    "input twice": ('{"inputs": {"push": 1,\n"push": 2}}', 2, "state: duplicate object key near '\"push\"'; must be one JSON object of finite numbers"),
+    "unknown input": ('{"inputs":\n{"pusch": 1}}', 2, "pusch: unknown input; the nearest is push"),
+    "unknown parameter": ('{"parameters": {"m": 1,\n"t2": 1}}', 2, "t2: unknown parameter; the nearest is t1"),
+    "too short": ('{\n"q": [1]}', 2, "q: has 1 values; must have 2, one for each coordinate from arm_z to arm_psi"),
+    "too long": ('{"q": [1, 2],\n"qd": [1, 2, 3]}', 2, "qd: has 3 values; must have 2, one for each coordinate from arm_z to arm_psi; "
                  "numbers are written with a point"),
-    "by name": ('{"q": {"arm_z": 1}}', 1, "q: an object, an array of 2 numbers is needed"),
-    "a text in an array": ('{"q": [0,\n"1"]}', 2, "q[1] (arm_psi): a text, a number is needed"),
-    "an array in an array": ('{"q": [0,\n[1]]}', 2, "q[1] (arm_psi): an array, a number is needed"),
-    "null": ('{"t": null}', 1, "t: null, a number is needed"),
-    "a number for inputs": ('{\n\n"inputs": 1}', 3, "inputs: a number, an object of numbers is needed"),
-    "a number beyond numbers": ('{"t":\n1e400}', 2, "state: real number overflow near '1e400', one JSON object of finite numbers is needed"),
-    "a number without end": ('{"q": [1,\nInfinity]}', 2, "state: invalid token near 'Infinity', one JSON object of finite numbers is needed"),
-    "no number": ('{"q": [1, NaN]}', 1, "state: invalid token near 'NaN', one JSON object of finite numbers is needed"),
-    "a number in hexadecimal": ('{"t": 0x1}', 1, "state: '}' expected near 'x', one JSON object of finite numbers is needed"),
-    "more behind": ('{"t": 0}\n{"t": 1}', 2, "state: end of file expected near '{', one JSON object of finite numbers is needed"),
-    "more behind a zero byte": ('{"t": 0}\0{"t": 1}', 0, "state: a byte is 0, a text is needed"),
-    "a comma behind": ('{"t": 0,\n}', 2, "state: string or '}' expected near '}', one JSON object of finite numbers is needed"),
-    "cut off": ('{"t": 0,\n"q": [1', 2, "state: ']' expected near end of file, one JSON object of finite numbers is needed"),
-    "empty": ("", 1, "state: '[' or '{' expected near end of file, one JSON object of finite numbers is needed"),
-    "an array": ("[0]", 1, "state: an array, an object is needed"),
+    "by name": ('{"q": {"arm_z": 1}}', 1, "q: an object; must be an array of 2 numbers"),
+    "a text in an array": ('{"q": [0,\n"1"]}', 2, "q[1] (arm_psi): a text; must be a number"),
+    "an array in an array": ('{"q": [0,\n[1]]}', 2, "q[1] (arm_psi): an array; must be a number"),
+    "null": ('{"t": null}', 1, "t: null; must be a number"),
+    "a number for inputs": ('{\n\n"inputs": 1}', 3, "inputs: a number; must be an object of numbers"),
+    "a number beyond numbers": ('{"t":\n1e400}', 2, "state: real number overflow near '1e400'; must be one JSON object of finite numbers"),
+    "a number without end": ('{"q": [1,\nInfinity]}', 2, "state: invalid token near 'Infinity'; must be one JSON object of finite numbers"),
+    "no number": ('{"q": [1, NaN]}', 1, "state: invalid token near 'NaN'; must be one JSON object of finite numbers"),
+    "a number in hexadecimal": ('{"t": 0x1}', 1, "state: '}' expected near 'x'; must be one JSON object of finite numbers"),
+    "more behind": ('{"t": 0}\n{"t": 1}', 2, "state: end of file expected near '{'; must be one JSON object of finite numbers"),
+    "more behind a zero byte": ('{"t": 0}\0{"t": 1}', 0, "state: a byte is 0; must be a text"),
+    "a comma behind": ('{"t": 0,\n}', 2, "state: string or '}' expected near '}'; must be one JSON object of finite numbers"),
+    "cut off": ('{"t": 0,\n"q": [1', 2, "state: ']' expected near end of file; must be one JSON object of finite numbers"),
+    "empty": ("", 1, "state: '[' or '{' expected near end of file; must be one JSON object of finite numbers"),
+    "an array": ("[0]", 1, "state: an array; must be an object"),
 }
 
 
@@ -159,7 +159,7 @@ def test_wrong_state(which, model, tmp_path):
 def test_a_state_of_impossible_values(model, tmp_path):
     """Relations between values are checked at the values of the state."""
     state = tmp_path / "state.json"
-    facts = {"t1": (-1, "rd.ramp: from 0 to -1, an end behind the beginning is needed"), "m": (0, "links[1].mass: value 0, a positive number is needed")}
+    facts = {"t1": (-1, "rd.ramp: from 0 to -1; the range must ascend"), "m": (0, "links[1].mass: value 0; must be positive")}
     for name, (value, fact) in facts.items():
         state.write_text(json.dumps({"parameters": {name: value}}))
         assert re.fullmatch(rf"{re.escape(str(model))}:\d+: {re.escape(fact)}\n", refdyn("eval", model, "--state", state, status=1).stderr)
@@ -185,7 +185,7 @@ def test_columns_of_sampled_inputs(model, tmp_path):
     for number in ("0x1", "inf", "nan", "1e400", "", "1 N", "1;2"):
         samples.write_text(f"t,push\n0,1\n1,{number}\n")
         done = refdyn("sim", model, "--until", "0.1", "--inputs", samples, "-o", tmp_path / "run.csv", status=1)
-        fact = f"'{number}' is no finite number" if number else "the field is empty, a finite number is needed"
+        fact = f"'{number}' is not a finite number" if number else "the field is empty; must be a finite number"
         assert done.stderr == f"{samples}:3: inputs: push: {fact}{UNIT if number == '1 N' else ''}\n"
 
 
@@ -194,7 +194,7 @@ def test_a_file_beside_the_model_gives_one_value(tmp_path):
     (tmp_path / "model.lua").write_text('local rd = require "refdyn"\nlocal part = require "parts"\n'
                                         'return rd.model { name = "two", links = { part } }\n')
     done = refdyn("check", tmp_path / "model.lua", status=1)
-    assert done.stderr == f'{tmp_path}/model.lua:2: require: "parts" returns two values, one is needed\n'
+    assert done.stderr == f'{tmp_path}/model.lua:2: require: "parts" returns two values; must return one\n'
 
 
 def test_files_of_another_model_are_not_written_over(tmp_path):
@@ -205,7 +205,7 @@ def test_files_of_another_model_are_not_written_over(tmp_path):
     part = (out / "arm.c").read_text().replace("arm, part 1", "arm, part 2")
     (out / "arm_2.c").write_text(part)
     done = refdyn("gen", model, "--set", "name=arm_2", "-o", out, status=1)
-    assert done.stderr == f"{out}/arm_2.c: is of another model, another folder is needed\n"
+    assert done.stderr == f"{out}/arm_2.c: belongs to another model; choose another folder\n"
     assert sorted(path.name for path in out.iterdir()) == ["arm.c", "arm.h", "arm_2.c"] and (out / "arm_2.c").read_text() == part
     refdyn("gen", model, "--set", "name=arm_2", "-o", tmp_path / "other")
     refdyn("gen", model, "--set", "name=arm_2", "-o", tmp_path / "other")
@@ -219,7 +219,7 @@ return rd.model { name = "hidden", gravity = { 0, 0, -9.81 }, links = { { "rod",
   segments = { { length = 1, rfe = 2 }, { length = 1, rfe = 3, rho = 2700 } } } } } }
 """)
     assert refdyn("check", tmp_path / "model.lua").stderr == (
-        f"{tmp_path}/model.lua:3: warning: links[1].beam.rfe: each segment has its own, the beam's says nothing beside them\n")
+        f"{tmp_path}/model.lua:3: warning: links[1].beam.rfe: has no effect, since each segment has its own\n")
 
 
 def test_turns_that_elements_do_not_have(tmp_path):
@@ -231,7 +231,7 @@ return rd.model { name = "plane", gravity = { 0, 0, -9.81 }, links = { { "rod", 
                { length = 1, rfe = 3,
                  curvature = { psi = 0.2 } } } } } } }
 """)
-    told = "the elements have no {0} (dofs), it says nothing"
+    told = "has no effect, since the elements do not turn by {0} (dofs)"
     assert refdyn("check", tmp_path / "model.lua").stderr.splitlines() == [
         f"{tmp_path}/model.lua:4: warning: links[1].beam.damping.phi: " + told.format("phi"),
         f"{tmp_path}/model.lua:7: warning: links[1].beam.segments[2].curvature.psi: " + told.format("psi")]

@@ -1,15 +1,15 @@
 """
 What a caller of the runtime may get wrong and has to be told: names that are not there, values that are no numbers, models of another
-version, tables whose counts or indices are out of range. All with the checks of gcc for addresses and undefined behaviour.
+version, tables whose counts or indices are out of range. All with the checks of gcc for addresses and undefined behaviour: the library is that of the
+build with sanitizers.
 """
-import concurrent.futures
 import re
 import shutil
 import subprocess
 
 import pytest
 
-from program import CORE_SOURCES, REFERENCE, SOURCE, refdyn
+from program import CORE_LIBRARY, REFERENCE, SOURCE, refdyn
 
 RUNTIME = SOURCE / "runtime"
 COMPILE = ["gcc", "-std=gnu11", "-O0", "-Wall", "-Wextra", "-I", SOURCE, "-I", RUNTIME]
@@ -320,15 +320,6 @@ int main(int count, char **arguments) {
 CASES = re.findall(r"^static void (?!open_workspace|nothing_changes|refused)(\w+)\(", PROGRAM, re.M)
 
 
-def compile_all(folder, sources):
-    """With checks, but for the sweeps over joints: no case runs them, and gcc takes 20 s for their checks."""
-    def compile_one(source):
-        checks = [] if source.name == "chain_wide.c" else CHECKS
-        subprocess.run([*COMPILE, *checks, "-I", folder, "-c", source, "-o", folder / (source.stem + ".o")], check=True)
-    with concurrent.futures.ThreadPoolExecutor(2) as pool:
-        list(pool.map(compile_one, sources))
-
-
 @pytest.fixture(scope="module")
 def emitted(tmp_path_factory):
     folder = tmp_path_factory.mktemp("emitted")
@@ -343,8 +334,7 @@ def program(emitted, tmp_path_factory):
         shutil.copy(path, folder)
     entries = ", ".join(f'{{"{name}", {name}}}' for name in CASES)
     (folder / "program.c").write_text(PROGRAM.replace("CASES}", entries + "}"))
-    compile_all(folder, sorted(folder.glob("*.c")) + CORE_SOURCES)
-    subprocess.run([*COMPILE, *CHECKS, *folder.glob("*.o"), "-lm", "-o", folder / "program"], check=True)
+    subprocess.run([*COMPILE, *CHECKS, *folder.glob("*.c"), CORE_LIBRARY, "-lm", "-o", folder / "program"], check=True)
     return folder / "program"
 
 
@@ -409,7 +399,7 @@ int main(void) {
     return refdyn_workspace_init(&work, &manipulator_model, memory, sizeof memory) != REFDYN_OTHER_VERSION;
 }
 """)
-    subprocess.run(["gcc", "-std=c11", "-O0", "-I", SOURCE, "-I", RUNTIME, *tmp_path.glob("*.c"), *CORE_SOURCES, "-lm", "-o", tmp_path / "main"],
+    subprocess.run([*COMPILE, *CHECKS, *tmp_path.glob("*.c"), CORE_LIBRARY, "-lm", "-o", tmp_path / "main"],
                    check=True)
     subprocess.run([tmp_path / "main"], check=True)
 

@@ -145,8 +145,8 @@ def test_names_in_json(name, tmp_path):
 MESSAGES = {
     "empty": r":1: run: the file is empty", "blank_lines": r":1: run: the header does not begin", "header_alone": r":2: run: there are no rows",
     "short_row": r":2: run: 2 fields under 3 names", "long_row": r":2: run: 4 fields under 3 names",
-    "missing_cell": r":3: run: a_psi: the field is empty", "text_cell": r":2: run: a_psi: 'one' is no finite number",
-    "half_number": r":2: run: a_psi: '1abc' is no finite", "nan": r":2: run: a_psi: 'nan' is no finite", "infinite": r":2: run: a_psi: '-inf'",
+    "missing_cell": r":3: run: a_psi: the field is empty", "text_cell": r":2: run: a_psi: 'one' is not a finite number",
+    "half_number": r":2: run: a_psi: '1abc' is not a finite", "nan": r":2: run: a_psi: 'nan' is not a finite", "infinite": r":2: run: a_psi: '-inf'",
     "too_large": r":2: run: a_psi: '1e999'", "hexadecimal": r":2: run: a_psi: '0x10'", "twice": r":1: run: two columns are called 'a_psi'",
     "twice_time": r":1: run: two columns are called 't'", "no_time": r":1: run: the header does not begin with t", "zero_byte": r":2: run: a byte is 0",
     "escape": r":1: run: column 2: a control character", "bytes": r":1: run: ", "quoted": r":2: run: 3 fields under 4 names",

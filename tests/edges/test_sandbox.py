@@ -10,11 +10,13 @@ import shutil
 
 import pytest
 
-from harm import HARMFUL, MEGABYTES, SLOWNESS, peak_megabytes, run_harmful
-from program import MODELS, refdyn, some
+from harm import HARMFUL, run_harmful
+from program import LEAN, MODELS, refdyn, some
 
-FILES = some(HARMFUL.glob("*.lua"))
-STEPS = "more than 100 million steps to read the model, a loop has no end?"
+# Those take more than 4 s of CPU with sanitizers; smaller models take the same paths there.
+SLOW = {"breaks_many", "chain_near", "energy_deep", "energy_many", "links_near", "loops_of_chain", "springs_many"}
+FILES = [path for path in some(HARMFUL.glob("*.lua")) if not (LEAN and path.stem in SLOW)]
+STEPS = "more than 100 million steps to read the model; look for a loop without an end"
 NESTED = "C stack overflow: calls, parentheses, tables or blocks are nested too deep"
 WRITTEN = ["out/harmful.h", "out/harmful.c"] + [f"out/harmful_{part}.c" for part in range(2, 100)]
 
@@ -25,11 +27,6 @@ def comments_after(text, lead):
 
 def messages(path, expected):
     return [f"{path}:{line.removeprefix('0:')}" for line in expected]
-
-
-def check_peak(*arguments, cwd):
-    if SLOWNESS == 1:  # sanitizers take memory of their own
-        assert peak_megabytes(*arguments, cwd=cwd) <= MEGABYTES
 
 
 @pytest.mark.parametrize("path", FILES, ids=[path.stem for path in FILES])
@@ -44,14 +41,12 @@ def test_harmful(path, tmp_path):
         expected = comments_after(text, "-- expect of gen: ")
         said = run_harmful(tmp_path, "gen", path, "-o", "out", status=1 if expected else 0, written=() if expected else WRITTEN)
         assert said.splitlines()[len(said.splitlines()) - len(expected):] == messages(path, expected)
-    check_peak("gen", path, "-o", "peak", cwd=tmp_path)
 
 
 def refuse(tmp_path, name, *expected):
     """The model `name` in the program's folder causes exactly these messages."""
     said = run_harmful(tmp_path, "check", name)
     assert said.splitlines() == [f"{name}{message}" for message in expected]
-    check_peak("check", name, cwd=tmp_path / "work")
 
 
 def work_folder(tmp_path):
@@ -60,8 +55,8 @@ def work_folder(tmp_path):
 
 
 @pytest.mark.parametrize("kind, fault", [
-    ("pipe", "it is no regular file, but a device, pipe or socket"), ("zero", "it is no regular file, but a device, pipe or socket"),
-    ("terminal", "it is no regular file, but a device, pipe or socket"), ("folder", "it is a folder, a file is needed"),
+    ("pipe", "it is a device, pipe or socket; name a regular file"), ("zero", "it is a device, pipe or socket; name a regular file"),
+    ("terminal", "it is a device, pipe or socket; name a regular file"), ("folder", "it is a folder; name a file"),
     ("circle", "Too many levels of symbolic links"), ("missing", "No such file or directory"),
     ("long", "the files of a model are longer than 4 MB"), ("secret", "Permission denied")])
 @pytest.mark.parametrize("how", ["model", "required"])
@@ -86,7 +81,7 @@ def test_no_model_file(tmp_path, kind, fault, how):
         refuse(tmp_path, "parts.lua", f": cannot be read: {fault}")
     else:
         (work / "model.lua").write_text('local rd = require "refdyn"\nlocal parts = require "parts"\n')
-        refuse(tmp_path, "model.lua", f":2: require: parts.lua beside the model cannot be read: {fault}")
+        refuse(tmp_path, "model.lua", f":2: require: parts.lua in the folder of the model cannot be read: {fault}")
 
 
 def test_model_without_length(tmp_path):
@@ -101,7 +96,7 @@ def test_many_files(tmp_path):
     (work / "model.lua").write_text('for i = 1, 200 do require("part" .. i) end\n')
     for i in range(1, 201):
         (work / f"part{i}.lua").write_text("return 1\n")
-    refuse(tmp_path, "model.lua", ":1: require: part100.lua beside the model cannot be read: a model has more than 100 files")
+    refuse(tmp_path, "model.lua", ":1: require: part100.lua in the folder of the model cannot be read: a model has more than 100 files")
 
 
 def test_large_files(tmp_path):
@@ -110,7 +105,7 @@ def test_large_files(tmp_path):
     for i in range(1, 6):
         (work / f"part{i}.lua").write_text("-- " + "x" * 1000000 + "\n")
     refuse(tmp_path, "model.lua",
-           ":1: require: part5.lua beside the model cannot be read: the files of a model are longer than 4 MB")
+           ":1: require: part5.lua in the folder of the model cannot be read: the files of a model are longer than 4 MB")
 
 
 @pytest.mark.parametrize("count, expected", [(90, "part90.lua:1: the last"), (99, "part99.lua:1: the last")])
@@ -153,9 +148,9 @@ def test_source(tmp_path, kind):
     if expected:
         assert [line[len("model.lua"):].split(" near ")[0] for line in said] == [
             message.split(" near ")[0] for message in expected] or NESTED in said[0]
-    check_peak("check", "model.lua", cwd=work)
 
 
+@pytest.mark.skipif(LEAN, reason="takes 9 s with sanitizers: tests/long")
 def test_names_near_each_other(tmp_path):
     """5,000 misspelt names, each of which is close to 5,000 names."""
     work = work_folder(tmp_path)
@@ -166,7 +161,7 @@ for i = 1, 5000 do links[i] = { "nothing_of_this_name_" .. i, joint = "x", mass 
 return rd.model { name = "near", links = links, hold = hold }
 """)
     said = run_harmful(tmp_path, "check", "model.lua").splitlines()
-    assert len(said) == 1001 and "model.lua: more than 1000 messages, the rest is left out" in said
+    assert len(said) == 1001 and "model.lua: more than 1000 messages; the others are left out" in said
 
 
 def test_file_name_in_messages(tmp_path):
@@ -185,7 +180,7 @@ def test_bytes_of_a_file(tmp_path):
 local p = rd.parameters { { "m", 1, "k\xe9g" } } -- \xe9
 return rd.model { name = "harmful", links = { { "a", joint = "x", mass = p.m } } }
 """)
-    refuse(tmp_path, "model.lua", ':2: text "k\\xE9g": contains byte 233, which is not UTF-8, a line of text is needed')
+    refuse(tmp_path, "model.lua", ':2: text "k\\xE9g": contains byte 233, which is not UTF-8; save the file as UTF-8')
 
 
 def test_settings_are_texts(tmp_path):
@@ -195,7 +190,7 @@ def test_settings_are_texts(tmp_path):
 return rd.model { name = rd.option("name", "set"), links = { { "a", joint = "x", mass = 1 } } }
 """)
     said = run_harmful(tmp_path, "check", "model.lua", "--set", "name=a\nb")
-    assert said.splitlines()[0] == 'model.lua: --set name "a\\nb": contains control character 10, a line of text is needed'
+    assert said.splitlines()[0] == 'model.lua: --set name "a\\nb": contains control character 10; remove it'
 
 
 # ---- harmless models are still read ----
@@ -261,7 +256,6 @@ def test_honest(tmp_path, name, text, settings):
     run_harmful(tmp_path, "check", "model.lua", *settings, status=0)
     written = [f"out/{name}.h", f"out/{name}.c"] + [f"out/{name}_{part}.c" for part in range(2, 100)]
     run_harmful(tmp_path, "gen", "model.lua", *settings, "-o", "out", status=0, written=written)
-    check_peak("gen", "model.lua", *settings, "-o", "peak", cwd=work)
 
 
 def test_same_count_everywhere(tmp_path):

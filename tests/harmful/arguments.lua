@@ -1,4 +1,4 @@
--- expect: 7: a function is called with more than 250 arguments for `...`, a table can hold them
+-- expect: 7: a function is called with more than 250 arguments for `...`; pass them in a table
 -- Tries a function that copies its many arguments at every step.
 local rd = require "refdyn"
 local t = {}

@@ -1,4 +1,4 @@
--- expect: 5: string.find: more work than the 100 million steps that a model may take while it is read
+-- expect: 5: string.find: more than the 100 million steps that reading a model may take
 -- Tries %b without a closing bracket, from every place of a long text.
 local rd = require "refdyn"
 local s = ("("):rep(1e6)

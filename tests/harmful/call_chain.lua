@@ -1,4 +1,4 @@
--- expect: 5: setmetatable: __call is of type table, a function is needed
+-- expect: 5: setmetatable: __call is of type table; must be a function
 -- Tries a chain of 100,000 tables that call each other.
 local rd = require "refdyn"
 local f = function() end

@@ -1,4 +1,4 @@
--- expect: 4: more entries in a table than 10000
+-- expect: 4: more than 10000 entries in a table
 -- Tries an option of 100,000 choices.
 local rd = require "refdyn"
 local t = {}

@@ -1,4 +1,4 @@
--- expect: 0: setmetatable: __close was changed behind it, it has to be in the metatable before
+-- expect: 0: setmetatable: __close was changed after the call; set it before
 -- Tries to set the closing function of a metatable after setmetatable.
 local rd = require "refdyn"
 local events = {}

@@ -1,4 +1,4 @@
--- expect: 5: C stack overflow: calls, parentheses, tables or blocks are nested too deep
+-- expect: 5: C stack overflow: calls, parentheses, tables or blocks are nested too deeply
 -- Tries a concatenation that grows.
 local rd = require "refdyn"
 local events = {}

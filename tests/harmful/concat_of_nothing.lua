@@ -1,4 +1,4 @@
--- expect: 6: table.concat: more work than the 100 million steps that a model may take while it is read
+-- expect: 6: table.concat: more than the 100 million steps that reading a model may take
 -- Tries to make table.concat visit a million empty texts again and again.
 local rd = require "refdyn"
 local t = {}

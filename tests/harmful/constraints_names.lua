@@ -1,4 +1,4 @@
--- expect: 8: more than 100 million steps to read the model, a loop has no end?
+-- expect: 8: more than 100 million steps to read the model; look for a loop without an end
 -- Tries to look up an endless number of names in constraints.
 local rd = require "refdyn"
 

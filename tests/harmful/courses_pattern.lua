@@ -1,4 +1,4 @@
--- expect: 7: string.find: more work than the 100 million steps that a model may take while it is read
+-- expect: 7: string.find: more than the 100 million steps that reading a model may take
 -- Tries an endless pattern in courses.
 local rd = require "refdyn"
 

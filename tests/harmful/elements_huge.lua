@@ -1,4 +1,4 @@
--- expect: 5: links[1].beam.rfe: value 1e+18, a whole number from 1 to 10000 is needed
+-- expect: 5: links[1].beam.rfe: value 1e+18; must be a whole number from 1 to 10000
 -- Tries a beam of 10^18 elements.
 local rd = require "refdyn"
 

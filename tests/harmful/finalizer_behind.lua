@@ -1,4 +1,4 @@
--- expect: 0: setmetatable: __gc was changed behind it, it has to be in the metatable before
+-- expect: 0: setmetatable: __gc was changed after the call; set it before
 -- Tries to add a finalizer to a metatable that a table already has.
 local rd = require "refdyn"
 local events = {}

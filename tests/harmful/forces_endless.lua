@@ -1,4 +1,4 @@
--- expect: 7: more than 100 million steps to read the model, a loop has no end?
+-- expect: 7: more than 100 million steps to read the model; look for a loop without an end
 -- Tries to run forces endlessly.
 local rd = require "refdyn"
 

@@ -1,4 +1,4 @@
--- expect: 7: more entries in a table than 10000
+-- expect: 7: more than 10000 entries in a table
 -- Tries 20,000 forces.
 local rd = require "refdyn"
 

@@ -1,4 +1,4 @@
--- expect: 5: string.find: more work than the 100 million steps that a model may take while it is read
+-- expect: 5: string.find: more than the 100 million steps that reading a model may take
 -- Tries a long set of letters on both sides of each place.
 local rd = require "refdyn"
 local set, text = "%f[" .. ("b"):rep(100000) .. "]", ("a"):rep(1000)

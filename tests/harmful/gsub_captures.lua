@@ -1,4 +1,4 @@
--- expect: 5: string.gsub: more work than the 100 million steps that a model may take while it is read
+-- expect: 5: string.gsub: more than the 100 million steps that reading a model may take
 -- Tries to build an empty text from a long replacement at every place.
 local rd = require "refdyn"
 local s, by = ("x"):rep(1e5), ("%1"):rep(1e5)

@@ -1,4 +1,4 @@
--- expect: 0: a text of more than 4 MB, shorter ones are needed
+-- expect: 0: a text of more than 4 MB; texts must be shorter
 -- Tries the same with captures of no letters.
 local rd = require "refdyn"
 local s, by = ("x"):rep(1e4), ("%1"):rep(1e4)

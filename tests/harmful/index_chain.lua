@@ -1,4 +1,4 @@
--- expect: 7: C stack overflow: calls, parentheses, tables or blocks are nested too deep
+-- expect: 7: C stack overflow: calls, parentheses, tables or blocks are nested too deeply
 -- Tries a chain of 2,000 tables that look in each other.
 local rd = require "refdyn"
 local base = {}

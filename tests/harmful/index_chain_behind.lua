@@ -1,4 +1,4 @@
--- expect: 0: setmetatable: __index was changed behind it, it has to be in the metatable before
+-- expect: 0: setmetatable: __index was changed after the call; set it before
 -- Tries to build such a chain after setmetatable.
 local rd = require "refdyn"
 local first = {}

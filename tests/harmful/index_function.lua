@@ -1,4 +1,4 @@
--- expect: 5: C stack overflow: calls, parentheses, tables or blocks are nested too deep
+-- expect: 5: C stack overflow: calls, parentheses, tables or blocks are nested too deeply
 -- Tries an index by a function that looks again.
 local rd = require "refdyn"
 local t = {}

@@ -1,4 +1,4 @@
--- expect: 5: more than 100 million steps to read the model, a loop has no end?
+-- expect: 5: more than 100 million steps to read the model; look for a loop without an end
 -- Tries an endless number of inputs.
 local rd = require "refdyn"
 local n = 0

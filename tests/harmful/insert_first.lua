@@ -1,4 +1,4 @@
--- expect: 5: table.insert: more work than the 100 million steps that a model may take while it is read
+-- expect: 5: table.insert: more than the 100 million steps that reading a model may take
 -- Tries to put entries in front of a long list.
 local rd = require "refdyn"
 local t = {}

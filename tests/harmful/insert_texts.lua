@@ -1,4 +1,4 @@
--- expect: 5: table.insert: more work than the 100 million steps that a model may take while it is read
+-- expect: 5: table.insert: more than the 100 million steps that reading a model may take
 -- Tries to insert in front of a list, at a place that is a text.
 local rd = require "refdyn"
 local list = {}

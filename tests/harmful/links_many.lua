@@ -1,4 +1,4 @@
--- expect: 4: more entries in a table than 10000
+-- expect: 4: more than 10000 entries in a table
 -- Tries a list of 200,000 links.
 local rd = require "refdyn"
 local t = {}

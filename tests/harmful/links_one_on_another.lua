@@ -1,4 +1,4 @@
--- expect: 4: more entries in a table than 10000
+-- expect: 4: more than 10000 entries in a table
 -- Tries a chain of 50,000 links in reverse order.
 local rd = require "refdyn"
 local t, n = {}, 50000

@@ -1,4 +1,4 @@
--- expect: 5: more than 100 million steps to read the model, a loop has no end?
+-- expect: 5: more than 100 million steps to read the model; look for a loop without an end
 -- Tries to stay at the bound on memory, so that each step looks for unused memory.
 local rd = require "refdyn"
 local t, n = {}, 0

@@ -1,4 +1,4 @@
--- expect: 6: string.rep: more work than the 100 million steps that a model may take while it is read
+-- expect: 6: string.rep: more than the 100 million steps that reading a model may take
 -- Tries to use memory in pieces of one size after another.
 local rd = require "refdyn"
 for size = 4, 21 do

@@ -1,4 +1,4 @@
--- expect: 5: table.move: more work than the 100 million steps that a model may take while it is read
+-- expect: 5: table.move: more than the 100 million steps that reading a model may take
 -- Tries to move missing entries.
 local rd = require "refdyn"
 local t = {}

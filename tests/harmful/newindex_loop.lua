@@ -1,4 +1,4 @@
--- expect: 6: C stack overflow: calls, parentheses, tables or blocks are nested too deep
+-- expect: 6: C stack overflow: calls, parentheses, tables or blocks are nested too deeply
 -- Tries a table that writes to itself.
 local rd = require "refdyn"
 local t = {}

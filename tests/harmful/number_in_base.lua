@@ -1,4 +1,4 @@
--- expect: 5: tonumber: more work than the 100 million steps that a model may take while it is read
+-- expect: 5: tonumber: more than the 100 million steps that reading a model may take
 -- Tries the same in another base.
 local rd = require "refdyn"
 local s = (" "):rep(1e6) .. "z"

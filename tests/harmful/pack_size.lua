@@ -1,4 +1,4 @@
--- expect: 5: string.packsize: more work than the 100 million steps that a model may take while it is read
+-- expect: 5: string.packsize: more than the 100 million steps that reading a model may take
 -- Tries a format of a million letters.
 local rd = require "refdyn"
 local form = (" "):rep(1e6)

@@ -1,4 +1,4 @@
--- expect: 5: string.match: more work than the 100 million steps that a model may take while it is read
+-- expect: 5: string.match: more than the 100 million steps that reading a model may take
 -- Tries to let the matching of a pattern recurse too deep.
 local rd = require "refdyn"
 local s = ("a"):rep(1e5)

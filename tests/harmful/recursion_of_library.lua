@@ -1,4 +1,4 @@
--- expect: 4: C stack overflow: calls, parentheses, tables or blocks are nested too deep
+-- expect: 4: C stack overflow: calls, parentheses, tables or blocks are nested too deeply
 -- Tries library functions that call each other.
 local rd = require "refdyn"
 local function f() return (("x"):gsub("x", f)) end

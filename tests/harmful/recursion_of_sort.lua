@@ -1,4 +1,4 @@
--- expect: 4: C stack overflow: calls, parentheses, tables or blocks are nested too deep
+-- expect: 4: C stack overflow: calls, parentheses, tables or blocks are nested too deeply
 -- Tries to sort within a comparison.
 local rd = require "refdyn"
 local function f(a, b) table.sort({ 2, 1 }, f); return false end

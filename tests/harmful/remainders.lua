@@ -1,4 +1,4 @@
--- expect: 5: more than 100 million steps to read the model, a loop has no end?
+-- expect: 5: more than 100 million steps to read the model; look for a loop without an end
 -- Tries remainders of numbers that are far apart.
 local rd = require "refdyn"
 local x, a, b = 0, 1e308, 1.23e-308

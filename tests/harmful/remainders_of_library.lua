@@ -1,4 +1,4 @@
--- expect: 5: math.fmod: more work than the 100 million steps that a model may take while it is read
+-- expect: 5: math.fmod: more than the 100 million steps that reading a model may take
 -- Tries the same by math.fmod.
 local rd = require "refdyn"
 local x, f = 0, math.fmod

@@ -1,4 +1,4 @@
--- expect: 6: table.remove: more work than the 100 million steps that a model may take while it is read
+-- expect: 6: table.remove: more than the 100 million steps that reading a model may take
 -- Tries to remove entries from the front of a long list.
 local rd = require "refdyn"
 local t = {}

@@ -1,4 +1,4 @@
--- expect: 4: more than 100 million steps to read the model, a loop has no end?
+-- expect: 4: more than 100 million steps to read the model; look for a loop without an end
 -- Tries a loop of repeat.
 local rd = require "refdyn"
 repeat until false

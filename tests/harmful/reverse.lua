@@ -1,4 +1,4 @@
--- expect: 5: string.lower: more work than the 100 million steps that a model may take while it is read
+-- expect: 5: string.lower: more than the 100 million steps that reading a model may take
 -- Tries to reverse a long text again and again.
 local rd = require "refdyn"
 local s = ("x"):rep(1e6)

@@ -1,4 +1,4 @@
--- expect: 5: constraints: 10000 rows, at most as many as coordinates, 1, can hold
+-- expect: 5: constraints: number of rows is 10000; must be at most that of coordinates, 1
 -- Tries 10,000 rows.
 local rd = require "refdyn"
 

@@ -1,4 +1,4 @@
--- expect: 4: constraints: 3000 rows, at most as many as coordinates, 3, can hold
+-- expect: 4: constraints: number of rows is 3000; must be at most that of coordinates, 3
 -- Tries rows without a name, each of which gets the first unused number of its kind.
 local rd = require "refdyn"
 return rd.model {

@@ -1,4 +1,4 @@
--- expect: 4: tables nested deeper than 32
+-- expect: 4: more than 32 tables nested in each other
 -- Tries a table that holds itself many times.
 local rd = require "refdyn"
 local t = {}

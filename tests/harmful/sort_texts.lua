@@ -1,4 +1,4 @@
--- expect: 6: more than 100 million steps to read the model, a loop has no end?
+-- expect: 6: more than 100 million steps to read the model; look for a loop without an end
 -- Tries to sort long texts that differ at their ends.
 local rd = require "refdyn"
 local t, lead = {}, ("a"):rep(1e5)

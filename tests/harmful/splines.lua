@@ -1,4 +1,4 @@
--- expect: 4: more values in the model than 1000000
+-- expect: 4: more than 1000000 values in the model
 -- Tries an endless number of splines.
 local rd = require "refdyn"
 local t = {}

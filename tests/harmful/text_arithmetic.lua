@@ -1,4 +1,4 @@
--- expect: 5: more than 100 million steps to read the model, a loop has no end?
+-- expect: 5: more than 100 million steps to read the model; look for a loop without an end
 -- Tries to add 1 to a long text.
 local rd = require "refdyn"
 local a, n = (" "):rep(1e6) .. "1", 0

@@ -1,4 +1,4 @@
--- expect: 0: a text of more than 4 MB, shorter ones are needed
+-- expect: 0: a text of more than 4 MB; texts must be shorter
 -- Tries a text that doubles.
 local rd = require "refdyn"
 local s = "x"

@@ -1,4 +1,4 @@
--- expect: 6: more than 100 million steps to read the model, a loop has no end?
+-- expect: 6: more than 100 million steps to read the model; look for a loop without an end
 -- Tries to compare long texts that differ in the last letter.
 local rd = require "refdyn"
 local a, b = ("x"):rep(1e6) .. "a", ("x"):rep(1e6) .. "b"

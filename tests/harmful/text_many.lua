@@ -1,4 +1,4 @@
--- expect: 5: string.rep: more work than the 100 million steps that a model may take while it is read
+-- expect: 5: string.rep: more than the 100 million steps that reading a model may take
 -- Tries many texts of some kB.
 local rd = require "refdyn"
 local t = {}

@@ -1,4 +1,4 @@
--- expect: 5: more than 100 million steps to read the model, a loop has no end?
+-- expect: 5: more than 100 million steps to read the model; look for a loop without an end
 -- Tries to order long texts of bytes 0 that a library function has made.
 local rd = require "refdyn"
 local a, b, n = string.char(0):rep(4e6), string.char(0):rep(4e6 - 1), 0

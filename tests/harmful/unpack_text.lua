@@ -1,4 +1,4 @@
--- expect: 5: string.unpack: more work than the 100 million steps that a model may take while it is read
+-- expect: 5: string.unpack: more than the 100 million steps that reading a model may take
 -- Tries to unpack a long text with a long format.
 local rd = require "refdyn"
 local s, form = ("x"):rep(1e6), ("b"):rep(1e5)

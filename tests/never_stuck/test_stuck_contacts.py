@@ -183,7 +183,7 @@ def test_programme_along_a_surface():
 @pytest.mark.parametrize("name, arguments, status, said", [
     ("driven", ["--start", "project"], 3, "the programme drives the bodies of a closed contact into each other, contact buffer"),
     ("wall", ["--from", "STATE"], 3, "gap: wall = -0.61735609089952"),
-    ("ball", ["--set", "e=1.5"], 1, "constraints[1].restitution: value 1.5, a number from 0 to 1 is needed"),
+    ("ball", ["--set", "e=1.5"], 1, "constraints[1].restitution: value 1.5; must be from 0 to 1"),
     ("ball", ["--set", "floor_rests=1"], 0, "warning: floor_rests is set, but the contact does not rest at the start")])
 def test_refused(name, arguments, status, said, tmp_path):
     state = tmp_path / "state.json"

@@ -71,7 +71,7 @@ def test_states_and_settings(folder, name):
 def test_events(folder):
     """The motion ends before the event, in `sim`, in each case of a batch, and in one case again; an event that sets allowed values is
     accepted."""
-    words = r"loses: losing\.lua:4: links\[1\]\.mass: value -0\.5, a positive number is needed"
+    words = r"loses: losing\.lua:4: links\[1\]\.mass: value -0\.5; must be positive"
     said = refdyn("sim", "losing.lua", "--until", 1, "-o", "run.csv", "--summary", "run.json", cwd=folder, status=3).stderr
     assert re.search("the event " + words, said), said
     (folder / "cases.csv").write_text("step\n1\n3\n1\n")
@@ -138,10 +138,10 @@ def test_callers_from_c(folder):
     subprocess.run(["gcc", "-std=c11", "-O0", "-ffp-contract=off", "-I", SOURCE / "runtime", "-I", folder / "emitted", folder / "caller.c", *(folder / "emitted").glob("*.c"),
                     next(BUILD.rglob("librefdyn_runtime.a")), "-lm", "-o", folder / "caller"], check=True)
     found = subprocess.run([folder / "caller"], check=True, capture_output=True, text=True).stdout.splitlines()
-    bad = "-19 links[1].mass: value -2, a positive number is needed"
-    assert found == [bad, bad, bad, "0 ", "-19 links[2].bodies[1].size[2]: value -1, a positive number is needed",
-                     "-19 links[2].bodies[1].size[2]: value 0, a positive number is needed", "0 ",
-                     "-19 links[1].mass: value -0.5, a positive number is needed"]
+    bad = "-19 links[1].mass: value -2; must be positive"
+    assert found == [bad, bad, bad, "0 ", "-19 links[2].bodies[1].size[2]: value -1; must be positive",
+                     "-19 links[2].bodies[1].size[2]: value 0; must be positive", "0 ",
+                     "-19 links[1].mass: value -0.5; must be positive"]
 
 
 def test_what_is_emitted(folder):

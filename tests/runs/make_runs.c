@@ -77,16 +77,16 @@ static bool put(struct runs_writer *writer, long number) {
                                        .cpu_s = random_number(number, 200),
                                        .reason = reason,
                                        .values = values};
-    return runs_put(writer, &record);
+    return hdf5_runs_put(writer, &record);
 }
 
 static int print_numbers(const char *path) {
-    struct runs_reader *reader = runs_open(path);
+    struct runs_reader *reader = hdf5_runs_open(path);
     if (!reader)
         return 1;
-    for (long i = 0; i < runs_count(reader); i++)
-        printf("%ld\n", runs_numbers(reader)[i]);
-    runs_close(reader);
+    for (long i = 0; i < hdf5_runs_count(reader); i++)
+        printf("%ld\n", hdf5_runs_numbers(reader)[i]);
+    hdf5_runs_close(reader);
     return 0;
 }
 
@@ -107,11 +107,11 @@ int main(int argc, char **argv) {
         *equals = '\0';
         attributes[layout.attribute_count++] = (struct attribute){argv[i], equals + 1};
     }
-    struct runs_writer *writer = runs_create(argv[1], &layout, count);
+    struct runs_writer *writer = hdf5_runs_create(argv[1], &layout, count);
     bool is_good = writer != NULL;
     for (long i = 0; i < count && is_good; i++)
         is_good = put(writer, from + i * step);
     if (writer)
-        is_good = runs_finish(writer) && is_good;
+        is_good = hdf5_runs_finish(writer) && is_good;
     return is_good ? 0 : 1;
 }

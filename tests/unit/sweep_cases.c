@@ -63,16 +63,16 @@ static void put_names(struct document *document, const char *key, const struct n
 }
 
 static void put_options(struct document *document, const struct options *options) {
-    const char *const texts[][2] = {{"method", options->method},       {"from", options->from},
-                                    {"stabilise", options->stabilise}, {"singular", options->singular},
-                                    {"start", options->start},         {"hold", options->hold},
-                                    {"release", options->release},     {"way", options->way}};
+    const char *const texts[][2] = {{"method", options_text(options, "method")},       {"from", options_text(options, "from")},
+                                    {"stabilise", options_text(options, "stabilise")}, {"singular", options_text(options, "singular")},
+                                    {"start", options_text(options, "start")},         {"hold", options_text(options, "hold")},
+                                    {"release", options_text(options, "release")},     {"way", options_text(options, "way")}};
     put_open(document, "options", '{');
-    put_number(document, "until", options->until);
-    put_number(document, "tol", options->tolerance);
-    put_number(document, "step", options->step);
-    put_number(document, "step_max", options->step_max);
-    put_number(document, "every", options->every);
+    put_number(document, "until", options_number(options, "until"));
+    put_number(document, "tol", options_number(options, "tol"));
+    put_number(document, "step", options_number(options, "step"));
+    put_number(document, "step_max", options_number(options, "step-max"));
+    put_number(document, "every", options_number(options, "every"));
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++)
         if (texts[i][1])
             put_text(document, texts[i][0], texts[i][1]);

@@ -305,7 +305,7 @@ static void test_broken_nodes(void) {
     CHECK(tells(g, "names are identifiers"));
     g->names[product] = NULL;
     g->symbols[0].order = 7;
-    CHECK(tells(g, "symbols are of a known kind"));
+    CHECK(tells(g, "symbols have a known kind"));
     expressions_release(&v.own);
 }
 
@@ -323,7 +323,7 @@ static void test_broken_lists(void) {
     CHECK(!graph_violation(g));
     const struct slot kept = g->slots[slot];
     g->slots[slot].next = kept.final;
-    CHECK(tells(g, "goes on with a value of its loop"));
+    CHECK(tells(g, "continues with a value of its loop"));
     g->slots[slot] = kept;
     g->slots[slot].initial = kept.carried;
     CHECK(tells(g, "begins with a value from before"));

@@ -165,6 +165,13 @@ static void test_factor_refuses(void) {
     CHECK(refdyn_is_finite(values, 3) && !refdyn_is_finite(undefined, 4));
 }
 
+static void test_version(void) {
+    char text[64];
+    snprintf(text, sizeof text, "%d.%d.%d", REFDYN_VERSION_MAJOR, REFDYN_VERSION_MINOR, REFDYN_VERSION_PATCH);
+    CHECK(strcmp(REFDYN_VERSION, text) == 0);
+    CHECK(strcmp(refdyn_version(), REFDYN_VERSION) == 0);
+}
+
 /* ---- Workspace
  * ------------------------------------------------------------------------------------------------- */
 
@@ -540,6 +547,7 @@ static void test_project_fails(void) {
 }
 
 int main(void) {
+    test_version();
     test_factor();
     test_factor_refuses();
     test_workspace();

@@ -1,6 +1,6 @@
--- expect: 9: links[2].along: value 1.2, the beam ends at 1
--- expect: 10: links[3].along: beside the tip of the beam, only a beam has places along it
--- expect: 11: links[4].along: value -0.2, a number not below 0 is needed
+-- expect: 9: links[2].along: value 1.2; must be at most the length of the beam, 1
+-- expect: 10: links[3].along: given together with the tip of the beam; give one of them
+-- expect: 11: links[4].along: value -0.2; must not be negative
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,5 +1,5 @@
--- expect: 8: links[2].along: on what is no beam, only a beam has places along it
--- expect: 9: links[3].along: given without on, on is needed
+-- expect: 8: links[2].along: the link is not a beam; only a beam has places along it
+-- expect: 9: links[3].along: has no effect without on; add on
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

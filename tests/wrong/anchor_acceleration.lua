@@ -1,4 +1,4 @@
--- expect: 11: s.start: has no accelerations, the state at the start is q and qd
+-- expect: 11: s.start: has no accelerations; use q, qd, positions and velocities
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,4 +1,4 @@
--- expect: 11: parameter x0: depends on the motion, s.start gives values at its start
+-- expect: 11: parameter x0: depends on the motion; use s.start for values at its start
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,4 +1,4 @@
--- expect: 6: a function is called with more than 250 arguments for `...`, a table can hold them
+-- expect: 6: a function is called with more than 250 arguments for `...`; pass them in a table
 local rd = require "refdyn"
 local t = {}
 for i = 1, 300 do t[i] = i end

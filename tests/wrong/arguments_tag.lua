@@ -1,4 +1,4 @@
--- expect: 11: rd.position: number of arguments is 2, 1 is needed; write rd.position { expression }
+-- expect: 11: rd.position: 2 arguments; must have 1, as in rd.position { expression }
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

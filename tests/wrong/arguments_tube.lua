@@ -1,4 +1,4 @@
--- expect: 7: rd.tube: number of arguments is 2, 1 is needed; write rd.tube { outer = 0.1, inner = 0.08, length = 1, mass = 1 }
+-- expect: 7: rd.tube: 2 arguments; must have 1, as in rd.tube { outer = 0.1, inner = 0.08, length = 1, mass = 1 }
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

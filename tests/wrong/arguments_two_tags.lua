@@ -1,4 +1,4 @@
--- expect: 11: rd.velocity: argument 1 is made by rd.position, a table of its own is needed
+-- expect: 11: rd.velocity: argument 1 is made by rd.position; must be a new table { ... }
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

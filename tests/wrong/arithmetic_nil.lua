@@ -1,4 +1,4 @@
--- expect: 10: arithmetic on an expression and nil, a number or an expression is needed
+-- expect: 10: arithmetic on an expression and nil; must be a number or an expression
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,4 +1,4 @@
--- expect: 11: s.axes.u: unknown axis, the nearest known one is "x"
+-- expect: 11: s.axes.u: unknown axis; did you mean "x"?
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,4 +1,4 @@
--- expect: 11: constraints[1].residual: a group of values, a number or an expression is needed
+-- expect: 11: constraints[1].residual: a group of values; must be a number or an expression
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,7 +1,7 @@
--- expect: 14: constraints[1].a: a text, an axis such as { "arm", "z" } is needed
--- expect: 15: constraints[2].a.direction: "w" is no axis, x y z are
--- expect: 16: constraints[3].a.direction: of length 0, a direction is needed
--- expect: 17: constraints[4].line.direction: missing, an axis needs it
+-- expect: 14: constraints[1].a: a text; must be an axis such as { "arm", "z" }
+-- expect: 15: constraints[2].a.direction: "w" is not an axis; use x, y or z
+-- expect: 16: constraints[3].a.direction: length 0; must be a direction
+-- expect: 17: constraints[4].line.direction: missing; an axis needs it
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

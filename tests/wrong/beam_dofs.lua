@@ -1,4 +1,4 @@
--- expect: 7: links[1].beam.dofs: "chi" is no turn of an element, psi theta phi are
+-- expect: 7: links[1].beam.dofs: "chi" is not a turn of an element; use psi, theta or phi
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,4 +1,4 @@
--- expect: 7: links[1].beam.dofs: empty, psi theta phi or some of them are needed (a rigid link has rfe = 1)
+-- expect: 7: links[1].beam.dofs: empty; name psi, theta, phi or some of them (for a rigid link set rfe = 1)
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,4 +1,4 @@
--- expect: 7: links[1].beam.springs: "soft", "symmetric" or "printed" is needed
+-- expect: 7: links[1].beam.springs: "soft"; must be "symmetric" or "printed"
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

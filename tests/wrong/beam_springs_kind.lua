@@ -1,4 +1,4 @@
--- expect: 7: links[1].beam.springs: a number, a text is needed
+-- expect: 7: links[1].beam.springs: a number; must be a text
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

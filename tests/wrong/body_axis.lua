@@ -1,4 +1,4 @@
--- expect: 8: links[1].bodies[1].axis: "u" is no axis, x y z are
+-- expect: 8: links[1].bodies[1].axis: "u" is not an axis; use x, y or z
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,5 +1,5 @@
--- expect: 9: links[1].bodies[1]: neither density nor mass, one of them is needed
--- expect: 10: links[1].bodies[2]: both density and mass, one of them is needed
+-- expect: 9: links[1].bodies[1]: has neither density nor mass; give one of them
+-- expect: 10: links[1].bodies[2]: has both density and mass; give one of them
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

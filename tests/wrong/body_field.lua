@@ -1,5 +1,5 @@
--- expect: 9: links[1].bodies[1].diametre: unknown field, the nearest known one is "diameter"
--- expect: 9: links[1].bodies[1].radius: unknown field, known: diameter axis length density mass at turn
+-- expect: 9: links[1].bodies[1].diametre: unknown field; did you mean "diameter"?
+-- expect: 9: links[1].bodies[1].radius: unknown field; use one of diameter, axis, length, density, mass, at, turn
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,4 +1,4 @@
--- expect: 9: rd.torus: unknown function, the nearest known one is "torque"
+-- expect: 9: rd.torus: unknown function; did you mean "torque"?
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

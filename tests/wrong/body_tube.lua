@@ -1,4 +1,4 @@
--- expect: 8: links[1].bodies[1].inner: value 0.2, less than the outer diameter 0.1 is needed
+-- expect: 8: links[1].bodies[1].inner: inner diameter 0.2; must be less than the outer diameter, 0.1
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

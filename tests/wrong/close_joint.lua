@@ -1,6 +1,6 @@
--- expect: 13: constraints[1].joint: "hinge" is no joint, x y z phi theta psi ball weld are
--- expect: 14: constraints[2].joint: "x" slides after a turn, slides come first
--- expect: 15: constraints[3].joint: missing, rd.close needs it
+-- expect: 13: constraints[1].joint: "hinge" is not a joint; use x, y, z, phi, theta, psi, ball or weld
+-- expect: 14: constraints[2].joint: "x" slides after a turn; name slides first
+-- expect: 15: constraints[3].joint: missing; rd.close needs it
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,8 +1,8 @@
--- expect: 15: constraints[1].joint: "psi" is a turn too many, ball has all three
--- expect: 16: constraints[2].joint: "weld" leaves nothing free, it stands alone
--- expect: 17: constraints[3].joint: leaves all free, something to close is needed
--- expect: 18: constraints[4].joint: "ball" is a turn too many, ball has all three
--- expect: 19: constraints[5].joint: has named entries (x), a list of names such as { "a", "b" } is needed
+-- expect: 15: constraints[1].joint: "psi" makes more than three turns; for three turns use ball alone
+-- expect: 16: constraints[2].joint: "weld" leaves nothing free; use it alone
+-- expect: 17: constraints[3].joint: leaves all motions free; remove some of them
+-- expect: 18: constraints[4].joint: "ball" makes more than three turns; for three turns use ball alone
+-- expect: 19: constraints[5].joint: has named entries (x); must be a list of names such as { "a", "b" }
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,4 +1,4 @@
--- expect: 9: comparison of an expression: its value is not known while the model is read, rd.where(rd.less(a, b), x, y) chooses during the motion
+-- expect: 9: comparison of an expression: its value is not known while the model is read; use rd.where(rd.less(a, b), x, y) to choose during the motion
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,8 +1,8 @@
--- expect: 13: constraints: has named entries (closing), a list of rows such as { rd.position { expression } }, {} for none, is needed
--- expect: 14: forces.arm_z: a table, a number or an expression is needed
--- expect: 14: forces.arm_zz: unknown coordinate, the nearest known one is "arm_z"
--- expect: 14: forces[1]: a table, the name of a coordinate before it, or rd.spring damper actuator force torque energy { ... } is needed
--- expect: 15: courses.good: true or false, a number or an expression is needed
+-- expect: 13: constraints: has named entries (closing); must be a list of rows such as { rd.position { expression } }, or {} for none
+-- expect: 14: forces.arm_z: a table; must be a number or an expression
+-- expect: 14: forces.arm_zz: unknown coordinate; did you mean "arm_z"?
+-- expect: 14: forces[1]: a table; must be COORDINATE = value, or made by rd.spring, damper, actuator, force, torque or energy
+-- expect: 15: courses.good: a truth value; must be a number or an expression
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

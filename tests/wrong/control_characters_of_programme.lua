@@ -1,4 +1,4 @@
--- expect: 5: text "first\nsecond": contains control character 10, a line of text is needed
+-- expect: 5: text "first\nsecond": contains control character 10; remove it
 local rd = require "refdyn"
 return rd.model { name = "wrong", links = { { "a", joint = "x", mass = 1 } },
   constraints = function(s)

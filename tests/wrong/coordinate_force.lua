@@ -1,4 +1,4 @@
--- expect: 8: forces.b_x: unknown coordinate, the nearest known one is "a_x"
+-- expect: 8: forces.b_x: unknown coordinate; did you mean "a_x"?
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

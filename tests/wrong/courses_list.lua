@@ -1,4 +1,4 @@
--- expect: 8: courses: has entries without a name, a table of values by name such as { speed = s.qd.arm_psi } is needed
+-- expect: 8: courses: has entries without a name; must be a table of values by name such as { speed = s.qd.arm_psi }
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,4 +1,4 @@
--- expect: 9: courses: an empty name, that of a column is needed
+-- expect: 9: courses: an empty name; name the column
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

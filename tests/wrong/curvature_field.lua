@@ -1,4 +1,4 @@
--- expect: 7: links[1].beam.curvature.x: unknown field, known: psi theta phi
+-- expect: 7: links[1].beam.curvature.x: unknown field; use one of psi, theta, phi
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

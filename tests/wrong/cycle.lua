@@ -1,5 +1,5 @@
--- expect: 7: links[1]: "a" stands on "c" stands on "b" stands on "a", a chain that ends on the ground is needed
--- expect: 11: links[5]: "e" stands on "e", a chain that ends on the ground is needed
+-- expect: 7: links[1]: "a" on "c" on "b" on "a" is a cycle; put one of these links on another link or on the ground
+-- expect: 11: links[5]: "e" on "e" is a cycle; put one of these links on another link or on the ground
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

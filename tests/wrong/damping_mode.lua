@@ -1,5 +1,5 @@
--- expect: 9: links[1].beam.damping.mode: given without ratio, ratio is needed
--- expect: 9: links[1].beam.damping: both a mode and a frequency, one of them has the ratio
+-- expect: 9: links[1].beam.damping.mode: has no effect without ratio; add ratio
+-- expect: 9: links[1].beam.damping: has both mode and frequency; give the one to which the ratio belongs
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

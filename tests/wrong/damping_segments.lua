@@ -1,4 +1,4 @@
--- expect: 7: links[1].beam.damping.ratio: the modes of a beam of several segments are not known here, frequency is needed
+-- expect: 7: links[1].beam.damping.ratio: the modes of a beam of several segments are not known here; add frequency
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

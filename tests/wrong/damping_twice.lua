@@ -1,5 +1,5 @@
--- expect: 9: links[1].beam.damping.mode: value 4, 1, 2 or 3 is needed
--- expect: 9: links[1].beam.damping.ratio: eta is given too, one of them is enough
+-- expect: 9: links[1].beam.damping.mode: value 4; must be 1, 2 or 3
+-- expect: 9: links[1].beam.damping.ratio: eta is given too; give one of them
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

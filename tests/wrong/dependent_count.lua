@@ -1,4 +1,4 @@
--- expect: 15: dependent: number of coordinates is 2, that of constraint rows, 1, is needed
+-- expect: 15: dependent: number of coordinates is 2; must be that of constraint rows, 1
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,4 +1,4 @@
--- expect: 14: dependent[1]: unknown coordinate "a_y", the nearest known one is "a_x"
+-- expect: 14: dependent[1]: unknown coordinate "a_y"; did you mean "a_x"?
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

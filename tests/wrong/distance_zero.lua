@@ -1,4 +1,4 @@
--- expect: 11: constraints[1].length: value 0, a positive number is needed (rd.loop makes points coincide)
+-- expect: 11: constraints[1].length: value 0; must be positive (to make points coincide use rd.loop)
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

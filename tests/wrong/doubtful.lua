@@ -1,11 +1,11 @@
--- expect: 10: warning: gravity: 9810 m/s^2: in mm/s^2? m/s^2 are needed
--- expect: 13: warning: links[1].turn[1]: an angle of 90 rad: in degrees? rd.pi / 180 makes radians of them
--- expect: 13: warning: link rod: at: 1100 m from its carrier: in mm? m are needed
--- expect: 13: warning: link rod: start: psi = 45 rad: in degrees? rd.pi / 180 makes radians of them
--- expect: 13: warning: link rod: beam: 2000 m long: in mm? m are needed
--- expect: 13: warning: link rod: beam: E = 210000 Pa: in MPa or GPa? Pa are needed
--- expect: 13: warning: link rod: beam: rho = 7.8 kg/m^3: in g/cm^3? kg/m^3 are needed
--- expect: 18: hold[1]: unknown coordinate "rod_x", the nearest known one is "rod_psi"
+-- expect: 10: warning: gravity: 9810 m/s^2; if it is in mm/s^2, convert it to m/s^2
+-- expect: 13: warning: links[1].turn[1]: angle of 90 rad; if it is in degrees, multiply by rd.pi / 180
+-- expect: 13: warning: link rod: at: 1100 m from its carrier; if it is in mm, convert it to m
+-- expect: 13: warning: link rod: start: psi = 45 rad; if it is in degrees, multiply by rd.pi / 180
+-- expect: 13: warning: link rod: beam: 2000 m long; if it is in mm, convert it to m
+-- expect: 13: warning: link rod: beam: E = 210000 Pa, very small; if it is in MPa or GPa, convert it to Pa
+-- expect: 13: warning: link rod: beam: rho = 7.8 kg/m^3, very small; if it is in g/cm^3, convert it to kg/m^3
+-- expect: 18: hold[1]: unknown coordinate "rod_x"; use one of rod_psi, rod_psi_1, rod_theta_1, rod_phi_1, spin_psi, empty_x, empty_phi
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9810 },

@@ -1,9 +1,9 @@
--- expect: 13: warning: p.m: compared with == while the model is read: always false, rd.where chooses during the motion
--- expect: 17: warning: state.t: compared with == while the model is read: always false, rd.where chooses during the motion
--- expect: 18: warning: load: a condition while the model is read: always true, rd.where chooses during the motion
--- expect: 19: warning: q.a_x: compared with ~= while the model is read: always true, rd.where chooses during the motion
--- expect: 20: warning: q.a_x: a condition while the model is read: always true, rd.where chooses during the motion
--- expect: 21: forces.a_y: unknown coordinate, the nearest known one is "a_x"
+-- expect: 13: warning: p.m: `==` compares while the model is read and is always false; use rd.where to choose during the motion
+-- expect: 17: warning: state.t: `==` compares while the model is read and is always false; use rd.where to choose during the motion
+-- expect: 18: warning: load: a condition while the model is read, always true; use rd.where to choose during the motion
+-- expect: 19: warning: q.a_x: `~=` compares while the model is read and is always true; use rd.where to choose during the motion
+-- expect: 20: warning: q.a_x: a condition while the model is read, always true; use rd.where to choose during the motion
+-- expect: 21: forces.a_y: unknown coordinate; did you mean "a_x"?
 local rd = require "refdyn"
 local p = rd.parameters { { "m", 1, "kg" } }
 local load = rd.input("load", 0, "N")

@@ -1,4 +1,4 @@
--- expect: 8: more than 100 million steps to read the model, a loop has no end?
+-- expect: 8: more than 100 million steps to read the model; look for a loop without an end
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,5 +1,5 @@
--- expect: 12: forces[1]: depends on more than coordinates and positions, such forces are no energy
--- expect: 13: forces[2]: depends on more than coordinates and positions, such forces are no energy
+-- expect: 12: forces[1]: an energy may depend on coordinates and positions only; write such forces as rd.force or forces on coordinates
+-- expect: 13: forces[2]: an energy may depend on coordinates and positions only; write such forces as rd.force or forces on coordinates
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,4 +1,4 @@
--- expect: 3: more entries in a table than 10000
+-- expect: 3: more than 10000 entries in a table
 local rd = require "refdyn"
 local t = {}
 for i = 1, 10001 do t[i] = { "p" .. i, 1 } end

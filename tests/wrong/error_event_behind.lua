@@ -1,4 +1,4 @@
--- expect: 0: setmetatable: __eq was changed behind it, it has to be in the metatable before
+-- expect: 0: setmetatable: __eq was changed after the call; set it before
 local rd = require "refdyn"
 local V = {}
 local v = setmetatable({}, V)

@@ -1,3 +1,3 @@
--- expect: 3: error(...) with a value of type nil, a text is needed
+-- expect: 3: error(...) with a value of type nil; must be a text
 local rd = require "refdyn"
 error()

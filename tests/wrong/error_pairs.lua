@@ -1,3 +1,3 @@
--- expect: 3: pairs: number, a table is needed
+-- expect: 3: pairs: number; must be a table
 local rd = require "refdyn"
 for name in pairs(12) do end

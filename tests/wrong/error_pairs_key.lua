@@ -1,3 +1,3 @@
--- expect: 3: pairs: a key of type boolean, numbers and names have an order
+-- expect: 3: pairs: a key of type boolean; keys must be numbers or names
 local rd = require "refdyn"
 for name in pairs({ [true] = 1 }) do end

@@ -1,3 +1,3 @@
--- expect: 0: the file returns nothing, return rd.model { ... } is needed
+-- expect: 0: the file returns nothing; must return rd.model { ... }
 local rd = require "refdyn"
 table.sort({ 2, 1 }, math.sinh)

@@ -1,9 +1,9 @@
--- expect: 16: events[1].rates.a_y: unknown coordinate, the nearest known one is "a_x"
--- expect: 16: events[1].inputs.pusch: unknown input, the nearest known one is "push"
--- expect: 16: events[1].parameters.f: unknown parameter, the nearest known one is "e"
--- expect: 17: events[2].rates: has entries without a name, a table of values by name such as { arm_psi = 0 } is needed
--- expect: 18: events[3].inputs.push: a text, a number or an expression is needed
--- expect: 19: events[4].rates: a number, a table of values by name such as { arm_psi = 0 } is needed
+-- expect: 16: events[1].rates.a_y: unknown coordinate; did you mean "a_x"?
+-- expect: 16: events[1].inputs.pusch: unknown input; did you mean "push"?
+-- expect: 16: events[1].parameters.f: unknown parameter; did you mean "e"?
+-- expect: 17: events[2].rates: has entries without a name; must be a table of values by name such as { arm_psi = 0 }
+-- expect: 18: events[3].inputs.push: a text; must be a number or an expression
+-- expect: 19: events[4].rates: a number; must be a table of values by name such as { arm_psi = 0 }
 local rd = require "refdyn"
 local p = rd.parameters { { "e", 0.5 } }
 local push = rd.input("push", 1, "N")

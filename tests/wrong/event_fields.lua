@@ -1,10 +1,10 @@
--- expect: 17: events[1].direction: "left", "down", "up" or "both" is needed
--- expect: 18: events[2].direction: "both", an impact comes from one side, "down" or "up" is needed
--- expect: 19: events[3].ends: a number, true or false is needed
--- expect: 20: events[4].restitution: given beside rates, one of them says how it goes on
--- expect: 21: events[5].restitution: value -1, a number not below 0 is needed
--- expect: 22: events[6]: made by rd.position, rd.event { ... } is needed
--- expect: 23: events[7].value: missing, rd.event needs it
+-- expect: 17: events[1].direction: "left"; must be "down", "up" or "both"
+-- expect: 18: events[2].direction: "both", but an impact comes from one side; must be "down" or "up"
+-- expect: 19: events[3].ends: a number; must be true or false
+-- expect: 20: events[4].restitution: given together with rates; give one of them
+-- expect: 21: events[5].restitution: value -1; must not be negative
+-- expect: 22: events[6]: made by rd.position; must be rd.event { ... }
+-- expect: 23: events[7].value: missing; rd.event needs it
 local rd = require "refdyn"
 local p = rd.parameters { { "e", 0.5 } }
 local push = rd.input("push", 1, "N")

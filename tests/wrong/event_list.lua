@@ -1,4 +1,4 @@
--- expect: 6: events: the function gives rd.event itself, a list of events such as { rd.event { expression } }, {} for none, is needed
+-- expect: 6: events: the function returns a single rd.event; must return a list of events such as { rd.event { expression } }, or {} for none
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,13 +1,13 @@
--- expect: 20: events[1]: nothing in it changes, time, coordinates, rates or inputs are needed
--- expect: 21: events[2]: nothing in it changes, time, coordinates, rates or inputs are needed
--- expect: 22: events[3]: depends on accelerations, an event has t, q, qd and inputs
--- expect: 23: events[4]: depends on velocities, an impact is where something of positions is zero
--- expect: 24: events[5]: depends on no coordinate, an impact has an impulse along its gradient
--- expect: 25: events[6]: contains inf, finite numbers are needed
--- expect: 25: events[6]: nothing in it changes, time, coordinates, rates or inputs are needed
--- expect: 26: events[7].name: "event 1" is taken by line 20, each event needs its own
--- expect: 27: events[8].inputs.push: depends on accelerations, what an event sets has t, q, qd and inputs
--- expect: 28: events[9].rates.a_x: contains inf, finite numbers are needed
+-- expect: 20: events[1]: constant; must depend on time, coordinates, rates or inputs
+-- expect: 21: events[2]: constant; must depend on time, coordinates, rates or inputs
+-- expect: 22: events[3]: depends on accelerations; an event may depend on t, q, qd and inputs only
+-- expect: 23: events[4]: depends on velocities; an impact needs an expression in positions only
+-- expect: 24: events[5]: depends on no coordinate; an impact needs an expression in positions
+-- expect: 25: events[6]: contains inf; all numbers must be finite
+-- expect: 25: events[6]: constant; must depend on time, coordinates, rates or inputs
+-- expect: 26: events[7].name: "event 1" is already taken in line 20; choose another name
+-- expect: 27: events[8].inputs.push: depends on accelerations; a value set by an event may depend on t, q, qd and inputs only
+-- expect: 28: events[9].rates.a_x: contains inf; all numbers must be finite
 local rd = require "refdyn"
 local p = rd.parameters { { "e", 0.5 } }
 local push = rd.input("push", 1, "N")

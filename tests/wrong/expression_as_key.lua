@@ -1,4 +1,4 @@
--- expect: 5: index of type number, a name is needed
+-- expect: 5: index of type number; must be a name
 local rd = require "refdyn"
 local p = rd.parameters { { "n", 3 } }
 local x = 0

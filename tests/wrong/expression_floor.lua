@@ -1,4 +1,4 @@
--- expect: 6: // of an expression: rd has no rounding, a / b divides
+-- expect: 6: // of an expression: rd has no rounding; write a / b to divide
 local rd = require "refdyn"
 local p = rd.parameters { { "n", 3 } }
 return rd.model { name = "wrong", links = { { "a", joint = "x", mass = 1 } },

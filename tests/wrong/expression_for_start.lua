@@ -1,4 +1,4 @@
--- expect: 5: bad 'for' initial value (number expected, got expression): its value is not known while the model is read, that of an option (rd.option) is
+-- expect: 5: bad 'for' initial value (number expected, got expression); its value is not known while the model is read; use an option (rd.option)
 local rd = require "refdyn"
 local p = rd.parameters { { "n", 3 } }
 local x = 0

@@ -1,4 +1,4 @@
--- expect: 6: ~ of an expression: its value is not known while the model is read, rd.where(rd.less(a, b), x, y) chooses during the motion
+-- expect: 6: ~ of an expression: its value is not known while the model is read; use rd.where(rd.less(a, b), x, y) to choose during the motion
 local rd = require "refdyn"
 local p = rd.parameters { { "n", 3 } }
 return rd.model { name = "wrong", links = { { "a", joint = "x", mass = 1 } },

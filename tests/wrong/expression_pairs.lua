@@ -1,4 +1,4 @@
--- expect: 5: pairs: an expression or a group of values, a table is needed
+-- expect: 5: pairs: an expression or a group of values; must be a table
 local rd = require "refdyn"
 local p = rd.parameters { { "n", 3 } }
 local x = 0

@@ -1,4 +1,4 @@
--- expect: 7: mass: given twice in one table, the first time in line 6
+-- expect: 7: mass: already given in line 6 of this table; give it once
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

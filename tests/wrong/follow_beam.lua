@@ -1,7 +1,7 @@
--- expect: 9: links[1].bem: unknown field, the nearest known one is "beam"
--- expect: 11: links[3].beam: a number, a beam such as { length = 1, section = rd.round(0.014), ... } is needed
--- expect: 13: links[5].beam.lenght: unknown field, the nearest known one is "length"
--- expect: 14: links[6].beam.sektion: unknown field, the nearest known one is "section"
+-- expect: 9: links[1].bem: unknown field; did you mean "beam"?
+-- expect: 11: links[3].beam: a number; must be a beam such as { length = 1, section = rd.round(0.014), ... }
+-- expect: 13: links[5].beam.lenght: unknown field; did you mean "length"?
+-- expect: 14: links[6].beam.sektion: unknown field; did you mean "section"?
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,4 +1,4 @@
--- expect: 17: s.q.arm_x: unknown coordinate, the nearest known one is "arm_z"
+-- expect: 17: s.q.arm_x: unknown coordinate; did you mean "arm_z"?
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

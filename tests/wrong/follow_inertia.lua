@@ -1,6 +1,6 @@
--- expect: 8: links[1].mass: value -1, a positive number is needed
--- expect: 9: links[2].bodies[1].densty: unknown field, the nearest known one is "density"
--- expect: 10: links[3].bodies[1].diametre: unknown field, the nearest known one is "diameter"
+-- expect: 8: links[1].mass: value -1; must be positive
+-- expect: 9: links[2].bodies[1].densty: unknown field; did you mean "density"?
+-- expect: 10: links[3].bodies[1].diametre: unknown field; did you mean "diameter"?
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

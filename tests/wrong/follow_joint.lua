@@ -1,6 +1,6 @@
--- expect: 8: links[1].joints: unknown field, the nearest known one is "joint"
--- expect: 9: links[2].joint: a number, a list of names such as { "a", "b" } is needed
--- expect: 10: links[3].joint[2]: "w" is no joint, x y z phi theta psi are
+-- expect: 8: links[1].joints: unknown field; did you mean "joint"?
+-- expect: 9: links[2].joint: a number; must be a list of names such as { "a", "b" }
+-- expect: 10: links[3].joint[2]: "w" is not a joint; use x, y, z, phi, theta or psi
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

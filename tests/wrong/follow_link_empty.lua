@@ -1,4 +1,4 @@
--- expect: 6: links[1].name: an empty text, a text is needed
+-- expect: 6: links[1].name: an empty text; must be a text
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

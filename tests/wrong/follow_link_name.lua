@@ -1,4 +1,4 @@
--- expect: 7: links[2].on: no link "arm", the nearest known one is "amr"
+-- expect: 7: links[2].on: no link "arm"; did you mean "amr"?
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

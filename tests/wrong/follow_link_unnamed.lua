@@ -1,4 +1,4 @@
--- expect: 6: links[1].nam: unknown field, the nearest known one is "name"
+-- expect: 6: links[1].nam: unknown field; did you mean "name"?
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,4 +1,4 @@
--- expect: 11: forces[1]: depends on accelerations, a force has t, q, qd and inputs
+-- expect: 11: forces[1]: depends on accelerations; a force may depend on t, q, qd and inputs only
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

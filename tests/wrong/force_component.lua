@@ -1,4 +1,4 @@
--- expect: 11: forces[1].value[3]: a text, a number or an expression is needed
+-- expect: 11: forces[1].value[3]: a text; must be a number or an expression
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,6 +1,6 @@
--- expect: 13: forces[1]: a table, the name of a coordinate before it, or rd.spring damper actuator force torque energy { ... } is needed
--- expect: 14: forces[2]: made by rd.loop, the name of a coordinate before it, or rd.spring damper actuator force torque energy { ... } is needed
--- expect: 15: forces[3]: a number, the name of a coordinate before it, or rd.spring damper actuator force torque energy { ... } is needed
+-- expect: 13: forces[1]: a table; must be COORDINATE = value, or made by rd.spring, damper, actuator, force, torque or energy
+-- expect: 14: forces[2]: made by rd.loop; must be COORDINATE = value, or made by rd.spring, damper, actuator, force, torque or energy
+-- expect: 15: forces[3]: a number; must be COORDINATE = value, or made by rd.spring, damper, actuator, force, torque or energy
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,7 +1,7 @@
--- expect: 14: forces[1].at: no point or link "F", the nearest known one is "E"
--- expect: 15: forces[2].value: 2 numbers, 3 are needed
--- expect: 16: forces[3].axes: no point or link "b", the nearest known one is "E"
--- expect: 17: forces[4].at.on: missing, a point needs it
+-- expect: 14: forces[1].at: no point or link "F"; did you mean "E"?
+-- expect: 15: forces[2].value: 2 numbers; must have 3
+-- expect: 16: forces[3].axes: no point or link "b"; did you mean "E"?
+-- expect: 17: forces[4].at.on: missing; a point needs it
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,4 +1,4 @@
--- expect: 8: forces.a_x: s.start is known in the value of an rd.parameter only
+-- expect: 8: forces.a_x: s.start outside a parameter; wrap it in rd.parameter(...)
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,4 +1,4 @@
--- expect: 8: forces.a_x: a text, a number or an expression is needed
+-- expect: 8: forces.a_x: a text; must be a number or an expression
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,4 +1,4 @@
--- expect: 8: forces: the function gives a number, a table such as { arm_psi = 1 }, {} for none, is needed
+-- expect: 8: forces: the function returns a number; must return a table such as { arm_psi = 1 }, or {} for none
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,7 +1,7 @@
--- expect: 14: forces[1]: acts on the ground, a link that moves is needed
--- expect: 15: forces[2]: acts on the ground, a link that moves is needed
--- expect: 16: forces[3]: acts on the ground, a link that moves is needed
--- expect: 17: forces[4]: acts on the ground, a link that moves is needed
+-- expect: 14: forces[1]: acts on the ground; must act on a link
+-- expect: 15: forces[2]: acts on the ground; must act on a link
+-- expect: 16: forces[3]: acts on the ground; must act on a link
+-- expect: 17: forces[4]: acts on the ground; must act on a link
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,4 +1,4 @@
--- expect: 8: form: "printd", "corrected" or "printed" is needed
+-- expect: 8: form: "printd"; must be "corrected" or "printed"
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

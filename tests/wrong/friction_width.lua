@@ -1,5 +1,5 @@
--- expect: 11: rd.friction: argument 3 is 0, a positive number is needed
--- expect: 12: rd.friction: argument 3 is -0.1, a positive number is needed
+-- expect: 11: rd.friction: argument 3: value 0; must be positive
+-- expect: 12: rd.friction: argument 3: value -0.1; must be positive
 local rd = require "refdyn"
 local p = rd.parameters { { "width", -0.1, "m/s" } }
 return rd.model {

@@ -1,4 +1,4 @@
--- expect: 8: rd.atan2: number of arguments is 1, 2 is needed; write rd.atan2(a, b)
+-- expect: 8: rd.atan2: 1 argument; must have 2, as in rd.atan2(a, b)
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,5 +1,5 @@
--- expect: 9: forces: a table, a function is needed
--- expect: 10: constraints: a number, a function is needed
+-- expect: 9: forces: a table; must be a function
+-- expect: 10: constraints: a number; must be a function
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,4 +1,4 @@
--- expect: 8: rd.sin: argument 1 is a group of values, a number or an expression is needed; write rd.sin(a)
+-- expect: 8: rd.sin: argument 1 is a group of values; must be a number or an expression, as in rd.sin(a)
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

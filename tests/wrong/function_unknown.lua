@@ -1,4 +1,4 @@
--- expect: 8: rd.sni: unknown function, the nearest known one is "sin"
+-- expect: 8: rd.sni: unknown function; did you mean "sin"?
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

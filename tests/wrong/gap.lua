@@ -1,4 +1,4 @@
--- expect: 6: item 2 of a list is nil, lists have no gaps
+-- expect: 6: item 2 of a list is nil; lists must have no gaps
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,6 +1,6 @@
--- expect: 8: links[1].name: given twice, by name and as item 1, once is enough
--- expect: 9: mass: given twice in one table, the first time in line 9
--- expect: 10: item 1: given twice in one table, the first time in line 10
+-- expect: 8: links[1].name: given by name and as item 1; give it once
+-- expect: 9: mass: already given in line 9 of this table; give it once
+-- expect: 10: item 1: already given in line 10 of this table; give it once
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

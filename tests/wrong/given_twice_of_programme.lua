@@ -1,5 +1,5 @@
--- expect: 12: forces[1].to: given twice, by name and as item 2, once is enough
--- expect: 13: forces[2].value: given twice, by name and as item 1, once is enough
+-- expect: 12: forces[1].to: given by name and as item 2; give it once
+-- expect: 13: forces[2].value: given by name and as item 1; give it once
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,4 +1,4 @@
--- expect: 6: undefined global "P", the nearest known one is "p"
+-- expect: 6: undefined global "P"; did you mean "p"?
 local rd = require "refdyn"
 local p = rd.parameters { { "n", 3 } }
 return rd.model { name = "wrong", links = { { "a", joint = "x", mass = 1 } },

@@ -1,4 +1,4 @@
--- expect: 7: undefined global "ampltude", the nearest known one is "amplitude"
+-- expect: 7: undefined global "ampltude"; did you mean "amplitude"?
 local rd = require "refdyn"
 local p = rd.parameters { { "n", 3 } }
 local amplitude = 2

@@ -1,4 +1,4 @@
--- expect: 6: undefined global "Rd", the nearest known one is "rd"
+-- expect: 6: undefined global "Rd"; did you mean "rd"?
 local rd = require "refdyn"
 local p = rd.parameters { { "n", 3 } }
 return rd.model { name = "wrong", links = { { "a", joint = "x", mass = 1 } },

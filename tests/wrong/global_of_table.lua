@@ -1,4 +1,4 @@
--- expect: 6: undefined global "undefined_one", a name that is set before is needed
+-- expect: 6: undefined global "undefined_one"; set it before it is read
 local rd = require "refdyn"
 local p = rd.parameters { { "n", 3 } }
 return rd.model { name = "wrong", links = { { "a", joint = "x", mass = 1 } },

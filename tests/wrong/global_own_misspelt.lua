@@ -1,4 +1,4 @@
--- expect: 7: undefined global "riseof", the nearest known one is "rise_of"
+-- expect: 7: undefined global "riseof"; did you mean "rise_of"?
 local rd = require "refdyn"
 local p = rd.parameters { { "n", 3 } }
 function rise_of(t) return t end

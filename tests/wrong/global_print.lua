@@ -1,4 +1,4 @@
--- expect: 4: undefined global "print": a model has no such function or library, models/README.md names what it has
+-- expect: 4: undefined global "print": not available in a model; models/README.md lists the functions
 local rd = require "refdyn"
 local p = rd.parameters { { "n", 3 } }
 print("here")

@@ -1,4 +1,4 @@
--- expect: 4: gravity: 2 numbers, 3 are needed
+-- expect: 4: gravity: 2 numbers; must have 3
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, -9.81 },

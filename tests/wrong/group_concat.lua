@@ -1,4 +1,4 @@
--- expect: 6: a group of values is taken for one: p.NAME, s.q.NAME or s.points.NAME.x is one
+-- expect: 6: a group of values in place of one; write p.NAME, s.q.NAME or s.points.NAME.x
 local rd = require "refdyn"
 local p = rd.parameters { { "n", 3 } }
 return rd.model { name = "wrong", links = { { "a", joint = "x", mass = 1 } },

@@ -1,4 +1,4 @@
--- expect: 5: rd.modle: unknown function, the nearest known one is "model"
+-- expect: 5: rd.modle: unknown function; did you mean "model"?
 local rd = require "refdyn"
 local list = __at(123456, {})
 list.name = "x"

@@ -1,5 +1,5 @@
--- expect: 10: hold: has named entries (arm_z), a list of names such as { "a", "b" } is needed
--- expect: 11: dependent: has named entries (hand_psi), a list of names such as { "a", "b" } is needed
+-- expect: 10: hold: has named entries (arm_z); must be a list of names such as { "a", "b" }
+-- expect: 11: dependent: has named entries (hand_psi); must be a list of names such as { "a", "b" }
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,4 +1,4 @@
--- expect: 8: hold[2]: "a_x" is there twice, once is enough
+-- expect: 8: hold[2]: "a_x" is given twice; give it once
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

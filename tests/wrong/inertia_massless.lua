@@ -1,4 +1,4 @@
--- expect: 6: links[1].inertia: given without mass, mass is needed
+-- expect: 6: links[1].inertia: has no effect without mass; add mass
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,4 +1,4 @@
--- expect: 6: link a: inertia: products 0.9 0 0 are too large for its moments, no body has such
+-- expect: 6: link a: products of inertia 0.9 0 0; too large for the moments of any body
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

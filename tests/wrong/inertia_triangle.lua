@@ -1,4 +1,4 @@
--- expect: 6: link a: inertia 3 1 1, none may be larger than the sum of the others
+-- expect: 6: link a: moments of inertia 3 1 1; each must be at most the sum of the other two
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,4 +1,4 @@
--- expect: 11: constraints[1]: contains inf, finite numbers are needed
+-- expect: 11: constraints[1]: contains inf; all numbers must be finite
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,4 +1,4 @@
--- expect: 6: forces.a_x: contains inf, finite numbers are needed
+-- expect: 6: forces.a_x: contains inf; all numbers must be finite
 local rd = require "refdyn"
 local p = rd.parameters { { "n", 3 } }
 return rd.model { name = "wrong", links = { { "a", joint = "x", mass = 1 } },

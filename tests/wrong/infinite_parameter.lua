@@ -1,4 +1,4 @@
--- expect: 3: parameter m: value inf, a finite number is needed
+-- expect: 3: parameter m: value inf; must be finite
 local rd = require "refdyn"
 local p = rd.parameters { { "m", 1e400, "kg" } }
 return rd.model { name = "wrong", links = { { "a", joint = "x", mass = p.m } } }

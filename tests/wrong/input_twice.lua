@@ -1,4 +1,4 @@
--- expect: 4: input tau: the name is taken by line 3, each input needs its own
+-- expect: 4: input tau: the name is already taken in line 3; choose another name
 local rd = require "refdyn"
 rd.input("tau", 0)
 rd.input("tau", 1)

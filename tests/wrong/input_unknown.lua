@@ -1,4 +1,4 @@
--- expect: 9: s.inputs.pusch: unknown input, the nearest known one is "push"
+-- expect: 9: s.inputs.pusch: unknown input; did you mean "push"?
 local rd = require "refdyn"
 rd.input("push", 0, "N")
 return rd.model {

@@ -1,9 +1,9 @@
--- expect: 11: links[1].axis: the link has 2 coordinates, one is needed
--- expect: 12: links[2].axis: of length 0, a direction is needed
--- expect: 13: links[3].axis: given without joint, joint is needed
--- expect: 14: links[4].axis: 2 numbers, 3 are needed
--- expect: 15: links[5].axis: "w" is no axis, x y z are
--- expect: 16: links[6].axis: of length 1e-200, from 1e-100 to 1e+100 is needed
+-- expect: 11: links[1].axis: the link has 2 coordinates; an axis needs exactly one
+-- expect: 12: links[2].axis: length 0; must be a direction
+-- expect: 13: links[3].axis: has no effect without joint; add joint
+-- expect: 14: links[4].axis: 2 numbers; must have 3
+-- expect: 15: links[5].axis: "w" is not an axis; use x, y or z
+-- expect: 16: links[6].axis: length 1e-200; must be from 1e-100 to 1e+100
 local rd = require "refdyn"
 return rd.model {
   name = "wrong",

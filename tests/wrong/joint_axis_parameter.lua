@@ -1,5 +1,5 @@
 -- set: k=0
--- expect: 6: links[1].axis: of length 0, a direction is needed
+-- expect: 6: links[1].axis: length 0; must be a direction
 local rd = require "refdyn"
 local p = rd.parameters { { "k", 1 } }
 return rd.model { name = "wrong", links = {

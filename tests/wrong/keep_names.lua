@@ -1,7 +1,7 @@
--- expect: 14: constraints[1].keep[2]: "x" is there twice, once is enough
--- expect: 15: constraints[2].keep: empty, x y z or some of them are needed
--- expect: 16: constraints[3].keep: has named entries (x), a list of names such as { "a", "b" } is needed
--- expect: 17: constraints[4].keep: "x,,y" has an empty name, names between commas are needed
+-- expect: 14: constraints[1].keep[2]: "x" is given twice; give it once
+-- expect: 15: constraints[2].keep: empty; name x, y, z or some of them
+-- expect: 16: constraints[3].keep: has named entries (x); must be a list of names such as { "a", "b" }
+-- expect: 17: constraints[4].keep: "x,,y" has an empty name; write names with commas between them
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,7 +1,7 @@
--- expect: 6: parameter double: a reserved word of C or C++, another name is needed
--- expect: 10: link for: a reserved word of C or C++, another name is needed
--- expect: 11: link "2nd": no identifier of C, a letter and then letters, digits and _ are needed
--- expect: 12: link ground: the name of what stands still, another is needed
+-- expect: 6: parameter double: a reserved word of C or C++; choose another name
+-- expect: 10: link for: a reserved word of C or C++; choose another name
+-- expect: 11: link "2nd": not an identifier of C; use a letter, then letters, digits and _
+-- expect: 12: link ground: the name of the fixed frame; choose another name
 local rd = require "refdyn"
 local p = rd.parameters { { "double", 1 } }
 return rd.model {

@@ -1,7 +1,7 @@
--- expect: 9: link int: a reserved word of C or C++, another name is needed
--- expect: 10: link operator: a reserved word of C or C++, another name is needed
--- expect: 11: link "2nd": no identifier of C, a letter and then letters, digits and _ are needed
--- expect: 13: point double: a reserved word of C or C++, another name is needed
+-- expect: 9: link int: a reserved word of C or C++; choose another name
+-- expect: 10: link operator: a reserved word of C or C++; choose another name
+-- expect: 11: link "2nd": not an identifier of C; use a letter, then letters, digits and _
+-- expect: 13: point double: a reserved word of C or C++; choose another name
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

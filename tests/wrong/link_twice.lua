@@ -1,4 +1,4 @@
--- expect: 8: link a: the name is taken by line 6, each link needs its own
+-- expect: 8: link a: the name is already taken in line 6; choose another name
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,4 +1,4 @@
--- expect: 11: constraints[1].value: depends on the motion, a number or an expression of parameters is needed
+-- expect: 11: constraints[1].value: depends on the motion; must be a number or an expression in parameters
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,4 +1,4 @@
--- expect: 11: constraints[1]: depends on no coordinate, a coordinate or the position of a point that moves is needed
+-- expect: 11: constraints[1]: depends on no coordinate; must contain a coordinate or the position of a moving point
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

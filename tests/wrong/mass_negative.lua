@@ -1,5 +1,5 @@
--- expect: 7: links[1].mass: value -1, a positive number is needed
--- expect: 8: links[2].mass: value 0, a positive number is needed
+-- expect: 7: links[1].mass: value -1; must be positive
+-- expect: 8: links[2].mass: value 0; must be positive
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

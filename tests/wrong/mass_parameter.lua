@@ -1,4 +1,4 @@
--- expect: 8: links[1].mass: value -1, a positive number is needed
+-- expect: 8: links[1].mass: value -1; must be positive
 local rd = require "refdyn"
 local p = rd.parameters { { "m", 1, "kg" }, { "k", 10, "N/m" } }
 return rd.model {

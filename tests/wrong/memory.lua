@@ -1,3 +1,3 @@
--- expect: 3: string.rep: more work than the 100 million steps that a model may take while it is read
+-- expect: 3: string.rep: more than the 100 million steps that reading a model may take
 local rd = require "refdyn"
 local text = ("x"):rep(2 ^ 32)

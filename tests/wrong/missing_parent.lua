@@ -1,5 +1,5 @@
--- expect: 7: links[1].on: no link "bas", the nearest known one is "base"
--- expect: 9: links[3].on: no link "nowhere", known: a base c
+-- expect: 7: links[1].on: no link "bas"; did you mean "base"?
+-- expect: 9: links[3].on: no link "nowhere"; use one of a, base, c
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,4 +1,4 @@
--- expect: 6: rd.sine: unknown function, the nearest known one is "sin"
+-- expect: 6: rd.sine: unknown function; did you mean "sin"?
 local rd = require "refdyn"
 local p = rd.parameters { { "n", 3 } }
 return rd.model { name = "wrong", links = { { "a", joint = "x", mass = 1 } },

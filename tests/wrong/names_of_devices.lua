@@ -1,4 +1,4 @@
--- expect: 3: model Con: a device of Windows, another name is needed
+-- expect: 3: model Con: a device name of Windows; choose another name
 local rd = require "refdyn"
 return rd.model {
   name = "Con", gravity = { 0, 0, -9.81 },

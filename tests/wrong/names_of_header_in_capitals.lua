@@ -1,4 +1,4 @@
--- expect: 3: model Unistd: Unistd.h is a header of the system, another name is needed
+-- expect: 3: model Unistd: Unistd.h is a header of the system; choose another name
 local rd = require "refdyn"
 return rd.model {
   name = "Unistd", gravity = { 0, 0, -9.81 },

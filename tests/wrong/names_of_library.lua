@@ -1,4 +1,4 @@
--- expect: 3: model lgamma: lgamma_r is a function of the C library, another name is needed
+-- expect: 3: model lgamma: lgamma_r is a function of the C library; choose another name
 local rd = require "refdyn"
 return rd.model {
   name = "lgamma", gravity = { 0, 0, -9.81 },

@@ -1,4 +1,4 @@
--- expect: 3: model constinit: a reserved word of C or C++, another name is needed
+-- expect: 3: model constinit: a reserved word of C or C++; choose another name
 local rd = require "refdyn"
 return rd.model {
   name = "constinit", gravity = { 0, 0, -9.81 },

@@ -1,4 +1,4 @@
--- expect: 3: model refdyn_model: names that begin with refdyn are the runtime's, another name is needed
+-- expect: 3: model refdyn_model: names that begin with refdyn belong to the runtime; choose another name
 local rd = require "refdyn"
 return rd.model {
   name = "refdyn_model", gravity = { 0, 0, -9.81 },

@@ -1,7 +1,7 @@
--- expect: 9: links[1].beam.dofs[2]: "psi" is there twice, once is enough
--- expect: 10: links[2].joint[2]: "z" is there twice, once is enough
--- expect: 11: links[3].beam.dofs: has named entries (psi), a list of names such as { "a", "b" } is needed
--- expect: 13: hold[3]: "a_z" is there twice, once is enough
+-- expect: 9: links[1].beam.dofs[2]: "psi" is given twice; give it once
+-- expect: 10: links[2].joint[2]: "z" is given twice; give it once
+-- expect: 11: links[3].beam.dofs: has named entries (psi); must be a list of names such as { "a", "b" }
+-- expect: 13: hold[3]: "a_z" is given twice; give it once
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,7 +1,7 @@
--- expect: 6: option "": no identifier of C, a letter and then letters, digits and _ are needed
--- expect: 7: parameter "": no identifier of C, a letter and then letters, digits and _ are needed
--- expect: 8: input "": no identifier of C, a letter and then letters, digits and _ are needed
--- expect: 15: point "": no identifier of C, a letter and then letters, digits and _ are needed
+-- expect: 6: option "": not an identifier of C; use a letter, then letters, digits and _
+-- expect: 7: parameter "": not an identifier of C; use a letter, then letters, digits and _
+-- expect: 8: input "": not an identifier of C; use a letter, then letters, digits and _
+-- expect: 15: point "": not an identifier of C; use a letter, then letters, digits and _
 local rd = require "refdyn"
 rd.option("", 1)
 rd.parameter("", 1)

@@ -1,5 +1,5 @@
--- expect: 7: links[1].at[2]: value nan, a finite number is needed
--- expect: 7: links[1].at[3]: value inf, a finite number is needed
+-- expect: 7: links[1].at[2]: value nan; must be finite
+-- expect: 7: links[1].at[3]: value inf; must be finite
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,4 +1,4 @@
--- expect: 11: constraints[1]: contains nan, finite numbers are needed
+-- expect: 11: constraints[1]: contains nan; all numbers must be finite
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,3 +1,3 @@
--- expect: 3: undefined global "next": a model has no such function or library, models/README.md names what it has
+-- expect: 3: undefined global "next": not available in a model; models/README.md lists the functions
 local rd = require "refdyn"
 next(error)

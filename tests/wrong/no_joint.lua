@@ -1,4 +1,4 @@
--- expect: 3: links: no link has a joint, at least one coordinate is needed
+-- expect: 3: links: no link has a joint; a model needs at least one coordinate
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

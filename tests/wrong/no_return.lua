@@ -1,3 +1,3 @@
--- expect: 0: the file returns nothing, return rd.model { ... } is needed
+-- expect: 0: the file returns nothing; must return rd.model { ... }
 local rd = require "refdyn"
 rd.model { name = "wrong", links = { { "a", joint = { "x" }, mass = 1 } } }

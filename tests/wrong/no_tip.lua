@@ -1,5 +1,5 @@
--- expect: 8: links[2].on: "a" is no beam, only a beam has a tip
--- expect: 9: links[3].on: "a.end", only "a.tip", the end of a beam, is known
+-- expect: 8: links[2].on: "a" is not a beam; only a beam has a tip
+-- expect: 9: links[3].on: "a.end" is not a place; did you mean "a.tip", the end of a beam?
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

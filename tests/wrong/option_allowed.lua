@@ -1,14 +1,14 @@
--- expect: 13: option a: allowed: unknown field "min", { from = 1, to = 9 } is needed
--- expect: 14: option b: allowed: unknown field "form", the nearest known one is "from", { from = 1, to = 9 } is needed
--- expect: 15: option c: allowed: both a list of values and a range, one of them is needed
--- expect: 16: option d: allowed: nothing, a list of values or { from = 1, to = 9 } is needed
--- expect: 17: option e: allowed: from 9 to 1, a range that ascends is needed
--- expect: 18: option f: allowed: from or to is no number, { from = 1, to = 9 } is needed
--- expect: 19: option g: allowed: from or to, for a text a list of values is needed
--- expect: 20: option h: allowed: value 2 is a number, a text as the default is needed
--- expect: 21: option i: allowed: "x" is there twice, once is enough
--- expect: 22: option j: value inf, a finite number is needed
--- expect: 23: option k: allowed: value 2 is a text, true or false as the default is needed
+-- expect: 13: option a: allowed: unknown field "min"; use one of from, to
+-- expect: 14: option b: allowed: unknown field "form"; did you mean "from"?
+-- expect: 15: option c: allowed: a list of values and a range; give one of them
+-- expect: 16: option d: allowed: empty; must be a list of values or { from = 1, to = 9 }
+-- expect: 17: option e: allowed: from 9 to 1; the range must ascend
+-- expect: 18: option f: allowed: from or to is not a number; write { from = 1, to = 9 }
+-- expect: 19: option g: allowed: a range, but the default is a text; must be a list of values
+-- expect: 20: option h: allowed: value 2 is a number; must be a text, as the default is
+-- expect: 21: option i: allowed: "x" is given twice; give it once
+-- expect: 22: option j: value inf; must be finite
+-- expect: 23: option k: allowed: value 2 is a text; must be a truth value, as the default is
 local rd = require "refdyn"
 rd.option("a", 5, { min = 1 })
 rd.option("b", 5, { form = 1, to = 9 })

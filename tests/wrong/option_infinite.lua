@@ -1,4 +1,4 @@
--- expect: 3: option n_rfe: value inf, a finite number is needed
+-- expect: 3: option n_rfe: value inf; must be finite
 local rd = require "refdyn"
 local n = rd.option("n_rfe", 1e400, { from = 2 })
 return rd.model { name = "wrong", links = { { "a", joint = "psi", beam = {

@@ -1,8 +1,8 @@
--- expect: 13: constraints[1].target: missing, rd.orientation needs it
--- expect: 14: constraints[2].target[1]: "w" is no axis, x y z are
--- expect: 15: constraints[3].target[1]: a text, a number or an expression is needed
--- expect: 16: constraints[4].target: one turn by itself, a list of turns such as { { "x", s.t } } is needed
--- expect: 17: constraints[5].of: no point or link "F", the nearest known one is "E"
+-- expect: 13: constraints[1].target: missing; rd.orientation needs it
+-- expect: 14: constraints[2].target[1]: "w" is not an axis; use x, y or z
+-- expect: 15: constraints[3].target[1]: a text; must be a number or an expression
+-- expect: 16: constraints[4].target: a single turn; must be a list of turns such as { { "x", s.t } }
+-- expect: 17: constraints[5].of: no point or link "F"; did you mean "E"?
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

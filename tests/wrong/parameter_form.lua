@@ -1,7 +1,7 @@
--- expect: 7: parameter m: a text, a number or an expression is needed
--- expect: 8: parameters[2]: not of that form, { "name", value, "unit" } is needed
--- expect: 9: parameters.k: a named entry, { "k", value, "unit" } is needed
--- expect: 10: parameters[3]: not of that form, { "name", value, "unit" } is needed
+-- expect: 7: parameter m: a text; must be a number or an expression
+-- expect: 8: parameters[2]: not a parameter; must be { "name", value, "unit" }
+-- expect: 9: parameters.k: a named entry; write { "k", value, "unit" }
+-- expect: 10: parameters[3]: not a parameter; must be { "name", value, "unit" }
 local rd = require "refdyn"
 local p = rd.parameters {
   { "m", "kg" },

@@ -1,4 +1,4 @@
--- expect: 3: parameter m: value nan, a finite number is needed
+-- expect: 3: parameter m: value nan; must be finite
 local rd = require "refdyn"
 local p = rd.parameters { { "m", 0/0, "kg" } }
 return rd.model {

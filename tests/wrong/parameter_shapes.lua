@@ -1,9 +1,9 @@
--- expect: 8: item 5 of a list is nil, lists have no gaps
--- expect: 9: parameter m: a text, a number or an expression is needed
--- expect: 10: parameters[2]: not of that form, { "name", value, "unit" } is needed
--- expect: 11: parameters[3]: not of that form, { "name", value, "unit" } is needed
--- expect: 12: parameters[4]: not of that form, { "name", value, "unit" } is needed
--- expect: 14: parameter e: value nan, a finite number is needed
+-- expect: 8: item 5 of a list is nil; lists must have no gaps
+-- expect: 9: parameter m: a text; must be a number or an expression
+-- expect: 10: parameters[2]: not a parameter; must be { "name", value, "unit" }
+-- expect: 11: parameters[3]: not a parameter; must be { "name", value, "unit" }
+-- expect: 12: parameters[4]: not a parameter; must be { "name", value, "unit" }
+-- expect: 14: parameter e: value nan; must be finite
 local rd = require "refdyn"
 local p = rd.parameters {
   { "m", "1" },

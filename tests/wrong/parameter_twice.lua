@@ -1,4 +1,4 @@
--- expect: 5: parameter m: the name is taken by line 4, each parameter needs its own
+-- expect: 5: parameter m: the name is already taken in line 4; choose another name
 local rd = require "refdyn"
 local p = rd.parameters {
   { "m", 1, "kg" },

@@ -1,4 +1,4 @@
--- expect: 3: parameters: one parameter by itself, a list of { "name", value, "unit" } is needed
+-- expect: 3: parameters: a single parameter; must be a list of { "name", value, "unit" }
 local rd = require "refdyn"
 local p = rd.parameters { "m", 1, "kg" }
 return rd.model { name = "wrong", links = { { "a", joint = "x", mass = p.m } } }

@@ -1,4 +1,4 @@
--- expect: 8: constraints[1].a.angular: of a point of interest only
+-- expect: 8: constraints[1].a.angular: allowed for points of interest only; remove it
 local rd = require "refdyn"
 return rd.model {
   name = "wrong",

@@ -1,5 +1,5 @@
--- expect: 8: points.E.angular: a number, true or false is needed
--- expect: 9: points.F.angula: unknown field, the nearest known one is "angular"
+-- expect: 8: points.E.angular: a number; must be true or false
+-- expect: 9: points.F.angula: unknown field; did you mean "angular"?
 local rd = require "refdyn"
 return rd.model {
   name = "wrong",

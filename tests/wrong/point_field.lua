@@ -1,4 +1,4 @@
--- expect: 11: s.points.E.w: unknown field, the nearest known one is "wx"
+-- expect: 11: s.points.E.w: unknown field; did you mean "wx"?
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,5 +1,5 @@
--- expect: 9: points.E.turn[1]: "u" is no axis, x y z are
--- expect: 9: points.F.at[3]: a text, a number or an expression is needed
+-- expect: 9: points.E.turn[1]: "u" is not an axis; use x, y or z
+-- expect: 9: points.F.at[3]: a text; must be a number or an expression
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,7 +1,7 @@
--- expect: 12: points: has entries without a name, a table of points such as { E = "arm" } is needed
--- expect: 12: points.E[1]: a text without a name, { on = "arm", at = { 0, 0, 1 } } is needed
--- expect: 12: points.F[1]: a number without a name, { on = "arm", at = { 0, 0, 1 } } is needed
--- expect: 12: points.G: true or false, the name of a link or { on = ..., at = ... } is needed
+-- expect: 12: points: has entries without a name; must be a table of points such as { E = "arm" }
+-- expect: 12: points.E[1]: a text without a name; write { on = "arm", at = { 0, 0, 1 } }
+-- expect: 12: points.F[1]: a number without a name; write { on = "arm", at = { 0, 0, 1 } }
+-- expect: 12: points.G: a truth value; must be the name of a link, or { on = ..., at = ... }
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,6 +1,6 @@
--- expect: 12: rd.ramp: from 2 to 0, an end behind the beginning is needed
--- expect: 13: rd.smoothstep: from 2 to 2, an end behind the beginning is needed
--- expect: 14: rd.ramp: from 1 to 1, an end behind the beginning is needed
+-- expect: 12: rd.ramp: from 2 to 0; the range must ascend
+-- expect: 13: rd.smoothstep: from 2 to 2; the range must ascend
+-- expect: 14: rd.ramp: from 1 to 1; the range must ascend
 local rd = require "refdyn"
 local p = rd.parameters { { "t0", 0, "s" }, { "t1", 2, "s" } }
 return rd.model {

@@ -1,4 +1,4 @@
--- expect: 11: rd.ramp: from 0 to -1, an end behind the beginning is needed
+-- expect: 11: rd.ramp: from 0 to -1; the range must ascend
 -- set: t1=-1
 local rd = require "refdyn"
 local p = rd.parameters { { "t1", 2, "s" } }

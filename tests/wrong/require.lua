@@ -1,2 +1,2 @@
--- expect: 2: require: socket.lua beside the model cannot be read: No such file or directory
+-- expect: 2: require: socket.lua in the folder of the model cannot be read: No such file or directory
 local socket = require "socket"

@@ -1,3 +1,3 @@
--- expect: 3: require: only "refdyn" and files beside the model, by their names without .lua, can be required
+-- expect: 3: require: not a name; write "refdyn", or the name without .lua of a file in the folder of the model
 local rd = require "refdyn"
 local parts = require "../parts"

@@ -1,6 +1,6 @@
--- expect: 11: forces: the function gives rd.spring itself, a table such as { arm_psi = 1 }, {} for none, is needed
--- expect: 12: courses: the function gives a text, a table of values by name such as { speed = s.qd.arm_psi } is needed
--- expect: 13: constraints: the function gives rd.position itself, a list of rows such as { rd.position { expression } }, {} for none, is needed
+-- expect: 11: forces: the function returns a single rd.spring; must return a table such as { arm_psi = 1 }, or {} for none
+-- expect: 12: courses: the function returns a text; must return a table of values by name such as { speed = s.qd.arm_psi }
+-- expect: 13: constraints: the function returns a single rd.position; must return a list of rows such as { rd.position { expression } }, or {} for none
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,6 +1,6 @@
--- expect: 11: forces: the function gives 2 values, one is needed
--- expect: 12: courses: the function gives 3 values, one is needed
--- expect: 13: constraints: the function gives 2 values, one is needed
+-- expect: 11: forces: the function returns 2 values; must return one
+-- expect: 12: courses: the function returns 3 values; must return one
+-- expect: 13: constraints: the function returns 2 values; must return one
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

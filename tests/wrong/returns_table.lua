@@ -1,2 +1,2 @@
--- expect: 2: the file returns a table, return rd.model { ... } is needed
+-- expect: 2: the file returns a table; must return rd.model { ... }
 return { name = "wrong" }

@@ -1,4 +1,4 @@
--- expect: 7: links[1].beam.rfe: value 2.5, a whole number from 1 to 10000 is needed
+-- expect: 7: links[1].beam.rfe: value 2.5; must be a whole number from 1 to 10000
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

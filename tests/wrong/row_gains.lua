@@ -1,5 +1,5 @@
--- expect: 12: constraints[1].alpha: value -1, a number not below 0 is needed
--- expect: 12: constraints[1].beta: only a position row has a residual of position
+-- expect: 12: constraints[1].alpha: value -1; must not be negative
+-- expect: 12: constraints[1].beta: only position rows have it; remove it
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

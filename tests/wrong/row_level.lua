@@ -1,8 +1,8 @@
--- expect: 7: constraints: 4 rows, at most as many as coordinates, 1, can hold
--- expect: 15: constraints[1]: depends on velocities, rd.velocity is for such rows
--- expect: 16: constraints[2]: depends on accelerations, rd.acceleration is for such rows
--- expect: 17: constraints[3]: depends on no coordinate, a rate or the velocity of a point that moves is needed
--- expect: 18: constraints[4]: not linear in the accelerations, a qdd + b is needed
+-- expect: 7: constraints: number of rows is 4; must be at most that of coordinates, 1
+-- expect: 15: constraints[1]: depends on velocities; use rd.velocity
+-- expect: 16: constraints[2]: depends on accelerations; use rd.acceleration
+-- expect: 17: constraints[3]: depends on no coordinate; must contain a rate or the velocity of a moving point
+-- expect: 18: constraints[4]: not linear in the accelerations; must be of the form a qdd + b
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

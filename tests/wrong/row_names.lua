@@ -1,4 +1,4 @@
--- expect: 12: constraints[2].name: "lock a_x" is taken by line 11, each row needs its own
+-- expect: 12: constraints[2].name: "lock a_x" is already taken in line 11; choose another name
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,8 +1,8 @@
--- expect: 15: constraints[1][2]: an expression without a name, rd.position { expression } for each row is needed
--- expect: 16: constraints[2][2]: an expression without a name, rd.velocity { expression } for each row is needed
--- expect: 17: constraints[3][3]: a number without a name, rd.lock { "arm_psi" } is needed
--- expect: 18: constraints[4][4]: a number without a name, rd.distance { "a", "b", expression } is needed
--- expect: 19: constraints[5].residual: given twice, by name and as item 1, once is enough
+-- expect: 15: constraints[1][2]: an expression without a name; write rd.position { expression } for each row
+-- expect: 16: constraints[2][2]: an expression without a name; write rd.velocity { expression } for each row
+-- expect: 17: constraints[3][3]: a number without a name; write rd.lock { "arm_psi" }
+-- expect: 18: constraints[4][4]: a number without a name; write rd.distance { "a", "b", expression }
+-- expect: 19: constraints[5].residual: given by name and as item 1; give it once
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,4 +1,4 @@
--- expect: 11: constraints[1]: a table, rd.position, velocity, acceleration, loop, parallel, perpendicular, on_line, on_plane, distance, orientation, close, drive, lock or contact { ... } is needed
+-- expect: 11: constraints[1]: a table; must be made by rd.position, velocity, acceleration, loop, parallel, perpendicular, on_line, on_plane, distance, orientation, close, drive, lock or contact
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

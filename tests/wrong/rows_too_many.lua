@@ -1,5 +1,5 @@
--- expect: 4: constraints: 2 rows, at most as many as coordinates, 1, can hold
--- expect: 13: constraints[2].name: "row 1" is taken by line 12, each row needs its own
+-- expect: 4: constraints: number of rows is 2; must be at most that of coordinates, 1
+-- expect: 13: constraints[2].name: "row 1" is already taken in line 12; choose another name
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

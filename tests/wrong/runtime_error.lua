@@ -1,4 +1,4 @@
--- expect: 3: undefined global "nothing", the nearest known one is "string"
+-- expect: 3: undefined global "nothing"; did you mean "string"?
 local rd = require "refdyn"
 local mass = nothing.mass
 return rd.model {

@@ -1,3 +1,3 @@
--- expect: 3: undefined global "debug": a model has no such function or library, models/README.md names what it has
+-- expect: 3: undefined global "debug": not available in a model; models/README.md lists the functions
 local rd = require "refdyn"
 debug.sethook()

@@ -1,4 +1,4 @@
--- expect: 7: links[1].mass: depends on the motion, a number or an expression of parameters is needed
+-- expect: 7: links[1].mass: depends on the motion; must be a number or an expression in parameters
 local rd = require "refdyn"
 local f = function(s) return s.t end
 return rd.model {

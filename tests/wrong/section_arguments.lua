@@ -1,4 +1,4 @@
--- expect: 6: rd.rectangle: argument 2 is nothing, a number or an expression is needed; write rd.rectangle(width_y, height_z)
+-- expect: 6: rd.rectangle: argument 2 is nothing; must be a number or an expression, as in rd.rectangle(width_y, height_z)
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,4 +1,4 @@
--- expect: 6: rd.tube: from 0.02 to 0.01, an outer diameter above the inner one is needed
+-- expect: 6: rd.tube: inner diameter 0.02; must be less than the outer diameter, 0.01
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,7 +1,7 @@
--- expect: 9: links[1].beam.section.Iy: missing, a section needs it
--- expect: 9: links[1].beam.section.Iz: missing, a section needs it
--- expect: 9: links[1].beam.section.It: missing, a section needs it
--- expect: 9: links[1].beam.nu: value 0.6, a number above -1 and up to 0.5 is needed
+-- expect: 9: links[1].beam.section.Iy: missing; a section needs it
+-- expect: 9: links[1].beam.section.Iz: missing; a section needs it
+-- expect: 9: links[1].beam.section.It: missing; a section needs it
+-- expect: 9: links[1].beam.nu: value 0.6; must be above -1 and at most 0.5
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,4 +1,4 @@
--- expect: 6: rd.round: argument 1 is nan, a finite number is needed
+-- expect: 6: rd.round: argument 1: value nan; must be finite
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,4 +1,4 @@
--- expect: 7: rd.round: argument 1 is -0.1, a positive number is needed
+-- expect: 7: rd.round: argument 1: value -0.1; must be positive
 local rd = require "refdyn"
 local p = rd.parameters { { "d", 0.1, "m" } }
 return rd.model {

@@ -1,4 +1,4 @@
--- expect: 7: rd.tube: argument 2 is -0.05, a number not below 0 is needed
+-- expect: 7: rd.tube: argument 2: value -0.05; must not be negative
 local rd = require "refdyn"
 local p = rd.parameters { { "d", 0.1, "m" } }
 return rd.model {

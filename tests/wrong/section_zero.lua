@@ -1,4 +1,4 @@
--- expect: 7: rd.round: argument 1 is 0, a positive number is needed
+-- expect: 7: rd.round: argument 1: value 0; must be positive
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

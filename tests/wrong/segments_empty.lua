@@ -1,4 +1,4 @@
--- expect: 6: links[1].beam.segments: empty, a beam has at least one
+-- expect: 6: links[1].beam.segments: empty; a beam needs at least one
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

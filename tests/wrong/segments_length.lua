@@ -1,5 +1,5 @@
--- expect: 8: links[1].beam.length: beside segments, their own lengths add up to it
--- expect: 9: links[1].beam.segments[2].rfe: value 0, a whole number from 1 to 10000 is needed
+-- expect: 8: links[1].beam.length: given together with segments, whose lengths add up to it; remove it
+-- expect: 9: links[1].beam.segments[2].rfe: value 0; must be a whole number from 1 to 10000
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,6 +1,6 @@
--- expect: 12: links[1].beam.segments[2].length: missing, a segment needs it
--- expect: 13: links[1].beam.segments[3].E: missing, a beam needs it
--- expect: 13: links[1].beam.segments[3].rfe: missing, a beam needs it
+-- expect: 12: links[1].beam.segments[2].length: missing; a segment needs it
+-- expect: 13: links[1].beam.segments[3].E: missing; a beam needs it
+-- expect: 13: links[1].beam.segments[3].rfe: missing; a beam needs it
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

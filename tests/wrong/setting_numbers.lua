@@ -1,13 +1,13 @@
--- expect: 0: --set a: value "4.5", a whole number is needed
--- expect: 0: --set b: value "1e300", a whole number is needed
--- expect: 0: --set c: value " 4", a whole number is needed
--- expect: 0: --set d: value "0x10", a number is needed
--- expect: 0: --set e: value "inf", a number is needed
--- expect: 0: --set f: value "", a number is needed
--- expect: 0: --set g: value "1e400", a number is needed
--- expect: 0: --set h: value "2,5", a number is needed; write 2.5
--- expect: 0: --set i: value "nan", a number is needed
--- expect: 0: --set k: value "yes", true or false is needed
+-- expect: 0: --set a: value "4.5"; must be a whole number
+-- expect: 0: --set b: value "1e300"; must be a whole number
+-- expect: 0: --set c: value " 4"; must be a whole number
+-- expect: 0: --set d: value "0x10"; must be a number
+-- expect: 0: --set e: value "inf"; must be a number
+-- expect: 0: --set f: value ""; must be a number
+-- expect: 0: --set g: value "1e400"; must be a number
+-- expect: 0: --set h: value "2,5"; must be a number; write 2.5
+-- expect: 0: --set i: value "nan"; must be a number
+-- expect: 0: --set k: value "yes"; must be true or false
 -- set: a=4.5
 -- set: b=1e300
 -- set: c= 4

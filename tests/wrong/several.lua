@@ -1,8 +1,8 @@
--- expect: 10: links[1].mass: value -1, a positive number is needed
--- expect: 11: links[2].centre: unknown field, the nearest known one is "center"
--- expect: 11: links[2].joint[1]: "q" is no joint, x y z phi theta psi are
--- expect: 11: links[2].on: no link "aa", the nearest known one is "a"
--- expect: 13: hold: a number, a list of names such as { "a", "b" } is needed
+-- expect: 10: links[1].mass: value -1; must be positive
+-- expect: 11: links[2].centre: unknown field; did you mean "center"?
+-- expect: 11: links[2].joint[1]: "q" is not a joint; use x, y, z, phi, theta or psi
+-- expect: 11: links[2].on: no link "aa"; did you mean "a"?
+-- expect: 13: hold: a number; must be a list of names such as { "a", "b" }
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

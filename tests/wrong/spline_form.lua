@@ -1,3 +1,3 @@
--- expect: 3: rd.spline: sample 2 is not of the form { at, value }, of numbers
+-- expect: 3: rd.spline: sample 2 must be { at, value } with plain numbers
 local rd = require "refdyn"
 local curve = rd.spline { { 0, 1 }, { 1 } }

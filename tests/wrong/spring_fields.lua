@@ -1,7 +1,7 @@
--- expect: 14: forces[1].stifness: unknown field, the nearest known one is "stiffness"
--- expect: 15: forces[2].to: missing, a spring needs it
--- expect: 15: forces[2].stiffness: value -1, a number not below 0 is needed
--- expect: 16: forces[3]: both ends on one link, two are needed
+-- expect: 14: forces[1].stifness: unknown field; did you mean "stiffness"?
+-- expect: 15: forces[2].to: missing; a spring needs it
+-- expect: 15: forces[2].stiffness: value -1; must not be negative
+-- expect: 16: forces[3]: both ends are on one link; put them on two links
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

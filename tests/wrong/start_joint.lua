@@ -1,5 +1,5 @@
--- expect: 7: links[1].damper.x: value -1, a number not below 0 is needed
--- expect: 7: links[1].start.y: the link has no such joint, it has x
+-- expect: 7: links[1].damper.x: value -1; must not be negative
+-- expect: 7: links[1].start.y: the link has no such joint; did you mean "x"?
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

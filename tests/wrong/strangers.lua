@@ -1,6 +1,6 @@
--- expect: 8: links[1].beam: no field of a beam (elements mass stiffness), { length = 1, section = rd.round(0.014), ... } is needed
--- expect: 9: links[2].bodies[1]: no field of a box (height weight width), rd.box { { 1, 1, 1 }, mass = 1 } is needed
--- expect: 10: links[3].inertia: no field of an inertia (moment radius), { zz = 0.05 } is needed
+-- expect: 8: links[1].beam: has no field of a beam (has elements, mass, stiffness); write { length = 1, section = rd.round(0.014), ... }
+-- expect: 9: links[2].bodies[1]: has no field of a box (has height, weight, width); write rd.box { { 1, 1, 1 }, mass = 1 }
+-- expect: 10: links[3].inertia: has no field of an inertia (has moment, radius); write { zz = 0.05 }
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,4 +1,4 @@
--- expect: 6: string.dump: unknown function, models/README.md names what a model can use
+-- expect: 6: string.dump: unknown function; models/README.md lists the functions
 local rd = require "refdyn"
 local p = rd.parameters { { "n", 3 } }
 return rd.model { name = "wrong", links = { { "a", joint = "x", mass = 1 } },

@@ -1,4 +1,4 @@
--- expect: 6: string.uper: unknown function, the nearest known one is "upper"
+-- expect: 6: string.uper: unknown function; did you mean "upper"?
 local rd = require "refdyn"
 local p = rd.parameters { { "n", 3 } }
 return rd.model { name = "wrong", links = { { "a", joint = "x", mass = 1 } },

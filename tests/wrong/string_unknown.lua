@@ -1,4 +1,4 @@
--- expect: 6: string.lenght: unknown function, the nearest known one is "len"
+-- expect: 6: string.lenght: unknown function; did you mean "len"?
 local rd = require "refdyn"
 local p = rd.parameters { { "n", 3 } }
 return rd.model { name = "wrong", links = { { "a", joint = "x", mass = 1 } },

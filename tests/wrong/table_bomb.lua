@@ -1,4 +1,4 @@
--- expect: 4: more values in the model than 1000000
+-- expect: 4: more than 1000000 values in the model
 local rd = require "refdyn"
 local t = {}
 for i = 1, 25 do t = { t, t } end

@@ -1,4 +1,4 @@
--- expect: 3: tables nested deeper than 32
+-- expect: 3: more than 32 tables nested in each other
 local rd = require "refdyn"
 local t = {}
 t[1] = t

@@ -1,9 +1,9 @@
--- expect: 11: links[1]: made by rd.box, a link such as { "arm", joint = "z" } is needed
--- expect: 12: links[2].bodies[1]: no field of a body (It Iy Iz area), rd.box { ... } or { mass = 1 } is needed
--- expect: 13: links[3].inertia: made by rd.sphere, an inertia such as { zz = 0.05 } is needed
--- expect: 14: links[4].at: made by rd.position, a list of 3 numbers such as { 0, 0, 1 } is needed
--- expect: 15: links[5].beam.section: made by rd.tube, a section such as rd.round(0.014) is needed
--- expect: 17: points.E: made by rd.force, a point such as { on = "arm", at = { 0, 0, 1 } } is needed
+-- expect: 11: links[1]: made by rd.box; must be a link such as { "arm", joint = "z" }
+-- expect: 12: links[2].bodies[1]: has no field of a body (has It, Iy, Iz, area); write rd.box { ... } or { mass = 1 }
+-- expect: 13: links[3].inertia: made by rd.sphere; must be an inertia such as { zz = 0.05 }
+-- expect: 14: links[4].at: made by rd.position; must be a list of 3 numbers such as { 0, 0, 1 }
+-- expect: 15: links[5].beam.section: made by rd.tube; must be a section such as rd.round(0.014)
+-- expect: 17: points.E: made by rd.force; must be a point such as { on = "arm", at = { 0, 0, 1 } }
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

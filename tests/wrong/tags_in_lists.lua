@@ -1,7 +1,7 @@
--- expect: 14: forces[1]: made by rd.position, the name of a coordinate before it, or rd.spring damper actuator force torque energy { ... } is needed
--- expect: 15: forces[2]: made by rd.box, the name of a coordinate before it, or rd.spring damper actuator force torque energy { ... } is needed
--- expect: 20: constraints[1]: made by rd.spring, rd.position, velocity, acceleration, loop, parallel, perpendicular, on_line, on_plane, distance, orientation, close, drive, lock or contact { ... } is needed
--- expect: 21: constraints[2].line: made by rd.loop, an axis such as { "arm", "z" } is needed
+-- expect: 14: forces[1]: made by rd.position; must be COORDINATE = value, or made by rd.spring, damper, actuator, force, torque or energy
+-- expect: 15: forces[2]: made by rd.box; must be COORDINATE = value, or made by rd.spring, damper, actuator, force, torque or energy
+-- expect: 20: constraints[1]: made by rd.spring; must be made by rd.position, velocity, acceleration, loop, parallel, perpendicular, on_line, on_plane, distance, orientation, close, drive, lock or contact
+-- expect: 21: constraints[2].line: made by rd.loop; must be an axis such as { "arm", "z" }
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

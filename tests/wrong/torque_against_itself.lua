@@ -1,4 +1,4 @@
--- expect: 6: forces[1]: against the link on which it acts, another one is needed
+-- expect: 6: forces[1]: against names the link on which the torque acts; name another link
 local rd = require "refdyn"
 return rd.model { name = "wrong", links = {
     { "a", joint = "psi", mass = 1, inertia = { zz = 1 } } },

@@ -1,4 +1,4 @@
--- expect: 6: links[1].mas: unknown field, the nearest known one is "mass"
+-- expect: 6: links[1].mas: unknown field; did you mean "mass"?
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

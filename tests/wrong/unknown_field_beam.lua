@@ -1,4 +1,4 @@
--- expect: 7: links[1].beam.lenght: unknown field, the nearest known one is "length"
+-- expect: 7: links[1].beam.lenght: unknown field; did you mean "length"?
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

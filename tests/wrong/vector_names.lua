@@ -1,9 +1,9 @@
--- expect: 11: links[1].at: has named entries (x y z), a list of 3 numbers such as { 0, 0, 1 } is needed
--- expect: 12: links[2].at: has named entries (z), a list of 3 numbers such as { 0, 0, 1 } is needed
--- expect: 13: links[3].center: has named entries (y), a list of 3 numbers such as { 0, 0, 1 } is needed
--- expect: 14: links[4].bodies[1].size: has named entries (z), a list of 3 numbers such as { 0, 0, 1 } is needed
--- expect: 15: links[5].center: 4 numbers, 3 are needed; numbers are written with a point
--- expect: 17: points.E.at: has named entries (z), a list of 3 numbers such as { 0, 0, 1 } is needed
+-- expect: 11: links[1].at: has named entries (x, y, z); must be a list of 3 numbers such as { 0, 0, 1 }
+-- expect: 12: links[2].at: has named entries (z); must be a list of 3 numbers such as { 0, 0, 1 }
+-- expect: 13: links[3].center: has named entries (y); must be a list of 3 numbers such as { 0, 0, 1 }
+-- expect: 14: links[4].bodies[1].size: has named entries (z); must be a list of 3 numbers such as { 0, 0, 1 }
+-- expect: 15: links[5].center: 4 numbers; must have 3, with decimal points
+-- expect: 17: points.E.at: has named entries (z); must be a list of 3 numbers such as { 0, 0, 1 }
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,7 +1,7 @@
--- expect: 14: forces[1].value: has named entries (z), a list of 3 numbers or expressions such as { 0, 0, 1 } is needed
--- expect: 15: forces[2].value: has named entries (x), a list of 3 numbers or expressions such as { 0, 0, 1 } is needed
--- expect: 20: constraints[1].a.direction: has named entries (x), a list of 3 numbers such as { 0, 0, 1 } is needed
--- expect: 20: constraints[1].b.direction: has named entries (z), a list of 3 numbers such as { 0, 0, 1 } is needed
+-- expect: 14: forces[1].value: has named entries (z); must be a list of 3 numbers or expressions such as { 0, 0, 1 }
+-- expect: 15: forces[2].value: has named entries (x); must be a list of 3 numbers or expressions such as { 0, 0, 1 }
+-- expect: 20: constraints[1].a.direction: has named entries (x); must be a list of 3 numbers such as { 0, 0, 1 }
+-- expect: 20: constraints[1].b.direction: has named entries (z); must be a list of 3 numbers such as { 0, 0, 1 }
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,9 +1,9 @@
--- expect: 11: links[1].rest: given without spring, spring is needed
--- expect: 12: links[2].rest.x: given without spring.x, which is needed
--- expect: 13: links[3].center: given without mass, mass is needed
--- expect: 14: links[4].inertia: given without mass, mass is needed
--- expect: 15: links[5].along: given without on, on is needed
--- expect: 16: links[6].beam.damping.mode: given without ratio, ratio is needed
+-- expect: 11: links[1].rest: has no effect without spring; add spring
+-- expect: 12: links[2].rest.x: has no effect without spring.x; add spring.x
+-- expect: 13: links[3].center: has no effect without mass; add mass
+-- expect: 14: links[4].inertia: has no effect without mass; add mass
+-- expect: 15: links[5].along: has no effect without on; add on
+-- expect: 16: links[6].beam.damping.mode: has no effect without ratio; add ratio
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,6 +1,6 @@
--- expect: 8: links[1].mass: a text, a number or an expression of parameters is needed
--- expect: 8: links[1].center: a number, a list of 3 numbers such as { 0, 0, 1 } is needed
--- expect: 10: forces: a table, a function is needed
+-- expect: 8: links[1].mass: a text; must be a number or an expression in parameters
+-- expect: 8: links[1].center: a number; must be a list of 3 numbers such as { 0, 0, 1 }
+-- expect: 10: forces: a table; must be a function
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,9 +1,9 @@
-/* Co-Simulation: see fmi.h. Inputs are constant from one communication point to the next. */
+/* Co-Simulation. Inputs are constant from one communication point to the next. */
 #include "runtime/bindings/fmi/fmi.h"
 
 #include <math.h>
 
-/* A communication point that lies so near the motion's time is that. */
+/* Two times this near to each other are the same communication point. */
 static const double same_time = 1e-9;
 
 static enum fmu_status check_times(struct fmu_instance *instance, double t_now, double t_next) {
@@ -34,7 +34,7 @@ enum fmu_status fmu_step(struct fmu_instance *instance, double t_now, double t_n
         told = fmu_evaluate(instance);
     if (told != FMU_OK)
         return told;
-    if (instance->work.model->input_count > 0) /* which may change there */
+    if (instance->work.model->input_count > 0) /* inputs may change there */
         refdyn_integrator_limit(integrator, t_next);
     const int status = refdyn_integrator_to(integrator, t_next);
     instance->filled = 0;

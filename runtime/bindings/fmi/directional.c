@@ -1,13 +1,13 @@
 /*
- * Directional derivatives: see fmi.h.
+ * Directional derivatives.
  *
- * Accelerations and programme forces have theirs emitted. Others follow from functions of the model without
- * differences. Those that are quadratic in the rates, as bias accelerations d(qd) and bias forces h(qd), have
- * the symmetric bilinear form b(a, v) = (b(a + v) - b(a - v))/4, exact for any length of v. With v = dq:
- *     d(rd) = C dqd + d(qd, v)            since both are r'', contracted with qd and v
- *     d(T)  = qd.M dqd - qd.h(qd, v)      by Christoffel's symbols, of which two cancel
- *     d(V)  = power(v) - v.Q(v)           Q without its forces that have no potential, at rates v
- * Courses, which are any formulas of an author, multipliers and event indicators, have central differences.
+ * Those of accelerations and programme forces are emitted. Most others follow from functions of the model
+ * without differences. Functions quadratic in the rates, such as bias accelerations d(qd) and bias forces
+ * h(qd), have the symmetric bilinear form b(a, v) = (b(a + v) - b(a - v))/4, exact for any length of v. With
+ * v = dq: d(rd) = C dqd + d(qd, v)            since both are r'', contracted with qd and v d(T)  = qd.M dqd -
+ * qd.h(qd, v)      by Christoffel's symbols, of which two cancel d(V)  = power(v) - v.Q(v)           Q
+ * without its forces that have no potential, at rates v Courses, which are arbitrary formulas, multipliers
+ * and event indicators use central differences.
  */
 #include "runtime/bindings/fmi/fmi.h"
 
@@ -65,7 +65,8 @@ static double largest(const double *values, int n) {
     return most;
 }
 
-/* Row `index` of derivatives by q, qd and inputs, one matrix behind the other. */
+/* Product of a direction with row `index` of the derivatives by q, qd and inputs, three consecutive matrices.
+ */
 static double emitted(const struct fmu_instance *instance, const double *derivatives, int index,
                       const struct direction *direction) {
     const int n = instance->work.n, inputs = instance->work.model->input_count;
@@ -86,7 +87,8 @@ static double bilinear(const struct fmu_instance *instance, refdyn_function *fun
     const double *qd = instance->integrator.qd;
     const int n = instance->work.n;
     const double change = largest(direction->q, n), size = largest(qd, n);
-    const double scale = change > 0 && size > 0 ? size / change : 1; /* neither drowns in the other */
+    const double scale =
+        change > 0 && size > 0 ? size / change : 1; /* so that neither vanishes in rounding of the other */
     double sum = 0;
     if (change == 0)
         return 0;
@@ -136,8 +138,8 @@ static double energy_change(const struct fmu_instance *instance, int index,
 
 /* ---- By central differences ---- */
 
-/* Courses, indicators or multipliers at the state moved so far along the direction, behind which space for
- * inputs is. */
+/* Computes courses, indicators or multipliers at the state moved by a distance along the direction; scratch
+ * for inputs follows the direction. */
 static int find_moved(struct fmu_instance *instance, enum fmu_kind kind, const struct direction *direction,
                       double step) {
     struct refdyn_integrator *integrator = &instance->integrator;
@@ -188,7 +190,7 @@ static double difference(struct fmu_instance *instance, struct fmu_variable unkn
     return sum / (2 * step);
 }
 
-/* Has the model what the derivative of the unknown takes? */
+/* Returns whether the model has the functions for the derivative of the unknown. */
 static int has_derivative(const struct refdyn_model *model, enum fmu_kind kind) {
     switch (kind) {
     case FMU_ACCELERATION:
@@ -244,7 +246,7 @@ static double change_of(struct fmu_instance *instance, struct fmu_variable unkno
     }
 }
 
-/* Along a direction that is there. */
+/* Computes the change of one unknown along a direction. */
 static enum fmu_status find_change(struct fmu_instance *instance, unsigned reference,
                                    const struct direction *direction, double *change) {
     const struct fmu_variable unknown = fmu_find_variable(refdyn_fmu.model, refdyn_fmu.spatial, reference);

@@ -1,4 +1,4 @@
-/* The functions of FMI 2.0 on an instance: see fmi2.h and fmi.h. All variables are real numbers. */
+/* The functions of FMI 2.0. All variables are real numbers. */
 #include "runtime/bindings/fmi/fmi2.h"
 
 #include <math.h>
@@ -9,7 +9,7 @@
 
 /* ---- Instances ---- */
 
-/* What FMI 2.0 knows beside the instance. */
+/* An instance with the data of FMI 2.0. */
 struct component {
     struct fmu_instance *instance;
     fmi2CallbackFunctions functions;
@@ -197,7 +197,7 @@ fmi2Status fmi2SetString(fmi2Component component, const fmi2ValueReference refer
     return refuse_type(component, count, "fmi2SetString");
 }
 
-/* ---- States to go back to ---- */
+/* ---- Saved states ---- */
 
 fmi2Status fmi2GetFMUstate(fmi2Component component, fmi2FMUstate *state) {
     struct fmu_instance *instance = fmu_enter(instance_of(component), FMU_ALIVE, "fmi2GetFMUstate");
@@ -382,7 +382,7 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component component, const fmi2Value
     return refuse(component, "fmi2GetRealOutputDerivatives");
 }
 
-/* Steps are done when fmi2DoStep returns. */
+/* Steps are complete when fmi2DoStep returns, so that there is nothing to cancel. */
 fmi2Status fmi2CancelStep(fmi2Component component) {
     return refuse(component, "fmi2CancelStep");
 }

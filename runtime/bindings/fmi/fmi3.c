@@ -1,5 +1,5 @@
 /*
- * The functions of FMI 3.0 on an instance: see fmi3.h and fmi.h. All variables are numbers of type
+ * The functions of FMI 3.0. All variables are numbers of type
  * Float64 without dimensions; there are no clocks, and events are handled inside the steps of Co-Simulation.
  */
 #include "runtime/bindings/fmi/fmi3.h"
@@ -12,7 +12,7 @@
 
 /* ---- Instances ---- */
 
-/* What FMI 3.0 knows beside the instance. */
+/* An instance with the data of FMI 3.0. */
 struct component {
     struct fmu_instance *instance;
     fmi3InstanceEnvironment environment;
@@ -137,7 +137,7 @@ fmi3Status FMI3(fmi3ExitInitializationMode)(fmi3Instance component) {
     return instance ? (fmi3Status)fmu_leave_initialisation(instance) : fmi3Error;
 }
 
-/* From one of the modes of Model Exchange to another one. */
+/* Changes from one mode of Model Exchange to another. */
 static fmi3Status go_to(fmi3Instance component, unsigned from, enum fmu_mode to, const char *function) {
     struct fmu_instance *instance = fmu_enter_exchange(instance_of(component), from, function);
     if (!instance)
@@ -278,7 +278,7 @@ fmi3Status FMI3(fmi3GetVariableDependencies)(fmi3Instance component, fmi3ValueRe
     return refuse(component, "fmi3GetVariableDependencies");
 }
 
-/* ---- States to go back to ---- */
+/* ---- Saved states ---- */
 
 fmi3Status FMI3(fmi3GetFMUState)(fmi3Instance component, fmi3FMUState *state) {
     struct fmu_instance *instance = fmu_enter(instance_of(component), FMU_ALIVE, "fmi3GetFMUState");
@@ -350,7 +350,7 @@ fmi3Status FMI3(fmi3GetAdjointDerivative)(fmi3Instance component, const fmi3Valu
     return (fmi3Status)fmu_adjoint(instance, unknowns, unknown_count, knowns, known_count, seed, sensitivity);
 }
 
-/* ---- Clocks, of which there are none ---- */
+/* ---- Clocks: there are none ---- */
 
 fmi3Status FMI3(fmi3GetIntervalDecimal)(fmi3Instance component, const fmi3ValueReference references[],
                                         size_t count, fmi3Float64 intervals[],
@@ -544,7 +544,7 @@ fmi3Status FMI3(fmi3GetOutputDerivatives)(fmi3Instance component, const fmi3Valu
     return refuse(component, "fmi3GetOutputDerivatives");
 }
 
-/* An event that ends the motion is no failure: the step has ended early. */
+/* Steps. An event that ends the motion is not a failure: the step returns early. */
 fmi3Status FMI3(fmi3DoStep)(fmi3Instance component, fmi3Float64 t_now, fmi3Float64 step, fmi3Boolean is_final,
                             fmi3Boolean *needs_event_mode, fmi3Boolean *terminates, fmi3Boolean *is_early,
                             fmi3Float64 *t_last) {

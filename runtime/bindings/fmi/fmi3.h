@@ -56,8 +56,8 @@ typedef void fmi3IntermediateUpdate(fmi3InstanceEnvironment environment, fmi3Flo
 typedef void fmi3Preemption(void);
 
 /*
- * Types of variables other than Float64 have functions that this FMU answers alike: TYPE and its C type.
- * Those of binary data and of clocks have another form, and stand below.
+ * Types of variables other than Float64, with TYPE and C type: this FMU answers their functions alike.
+ * Functions for binary data and clocks have another form; they follow below.
  */
 #define FMI3_OTHER_TYPES(ENTRY) \
     ENTRY(Float32, fmi3Float32) \

@@ -1,4 +1,5 @@
-/* Values of variables: see values.h. What the model's functions give is kept until the state changes. */
+/* Values of variables, read and set by the importer. Results of the model's functions are kept until the
+ * state changes. */
 #include "runtime/bindings/fmi/fmi.h"
 
 #include <math.h>
@@ -49,7 +50,7 @@ static void fill_angular(struct fmu_instance *instance) {
     call(instance, refdyn_fmu.spatial->Jd_qd, instance->drift);
 }
 
-/* Derivatives are those of the motion, with its gains. */
+/* Derivatives of the motion, including its stabilising gains. */
 static void fill_derivatives(const struct fmu_instance *instance, refdyn_function *function, double *out) {
     const struct refdyn_integrator *integrator = &instance->integrator;
     if (function)
@@ -77,7 +78,7 @@ void fmu_fill(struct fmu_instance *instance, unsigned blocks) {
     instance->filled |= missing;
 }
 
-/* ---- Values to outside ---- */
+/* ---- Reading values ---- */
 
 static double from_block(struct fmu_instance *instance, enum fmu_block block, const double *values,
                          int index) {
@@ -85,7 +86,7 @@ static double from_block(struct fmu_instance *instance, enum fmu_block block, co
     return values[index];
 }
 
-/* w or wd of a point: row 3 + axis of its six. */
+/* Returns w or wd of a point: row 3 + axis of its six rows. */
 static double angular_value(struct fmu_instance *instance, int index, int is_acceleration) {
     const struct refdyn_integrator *integrator = &instance->integrator;
     const int n = instance->work.n, row = 6 * (index / 3) + 3 + index % 3;
@@ -107,7 +108,7 @@ void fmu_find_indicators(const struct fmu_instance *instance, const double *stat
         model->switches(work->p, work->x, t, state, qd, indicators + values);
 }
 
-/* As event mode has left it. */
+/* Returns an event indicator as event mode has left it. */
 static double indicator_value(struct fmu_instance *instance, int index) {
     fmu_find_indicators(instance, instance->integrator.q, instance->scratch);
     return instance->scratch[index] - instance->zeros[index];
@@ -180,7 +181,7 @@ enum fmu_status fmu_get(struct fmu_instance *instance, unsigned reference, doubl
     else if (variable.kind == FMU_PARAMETER && instance->mode == FMU_INSTANTIATED)
         *value = instance->work.p[variable.index];
     else {
-        const enum fmu_status status = fmu_evaluate(instance); /* which anchors parameters, too */
+        const enum fmu_status status = fmu_evaluate(instance); /* also sets anchored parameters */
         if (status != FMU_OK)
             return status;
         *value =
@@ -189,14 +190,14 @@ enum fmu_status fmu_get(struct fmu_instance *instance, unsigned reference, doubl
     return FMU_OK;
 }
 
-/* ---- Values from outside ---- */
+/* ---- Setting values ---- */
 
 enum {
     BEFORE_START = 1u << FMU_INSTANTIATED | 1u << FMU_INITIALISING,
     AT_REST = BEFORE_START | 1u << FMU_EVENT_MODE | 1u << FMU_STEP_MODE
 };
 
-/* q and qd are states, which setContinuousStates sets once the motion runs. */
+/* Sets q or qd of the start; during the motion, setContinuousStates sets them. */
 static enum fmu_status set_start(struct fmu_instance *instance, int place, double value) {
     if (!fmu_allows(instance, BEFORE_START, "setting a start value"))
         return FMU_ERROR;
@@ -206,7 +207,7 @@ static enum fmu_status set_start(struct fmu_instance *instance, int place, doubl
     return FMU_OK;
 }
 
-/* The place among the anchored ones, -1: the parameter is none. */
+/* Returns the place among anchored parameters; -1: the parameter is not anchored. */
 static int place_among_anchored(const struct refdyn_model *model, int parameter) {
     for (int i = 0; i < model->anchored_count; i++)
         if (model->anchored[i] == parameter)
@@ -223,7 +224,8 @@ static enum fmu_status set_parameter(struct fmu_instance *instance, int place, d
     const int is_fixed = anchored >= 0 || fmu_is_set_by_events(model, REFDYN_CHANGED_PARAMETER, place);
     if (!fmu_allows(instance, is_fixed ? BEFORE_START : AT_REST, "setting this parameter"))
         return FMU_ERROR;
-    if (anchored >= 0) /* importers write back start values: that of the export leaves it anchored */
+    if (anchored >=
+        0) /* importers write back start values: the exported value keeps the parameter anchored */
         instance->given[anchored] = refdyn_fmu.given[anchored] || value != refdyn_fmu.parameters[place];
     else if (instance->work.p[place] == value)
         return FMU_OK;
@@ -235,7 +237,7 @@ static enum fmu_status set_parameter(struct fmu_instance *instance, int place, d
     return FMU_OK;
 }
 
-/* Model Exchange reads inputs wherever it evaluates; the steps of Co-Simulation begin anew. */
+/* Sets an input. Model Exchange reads inputs at each evaluation; Co-Simulation restarts its steps. */
 static enum fmu_status set_input(struct fmu_instance *instance, int place, double value) {
     const unsigned modes = fmu_is_set_by_events(instance->work.model, REFDYN_CHANGED_INPUT, place)
                                ? BEFORE_START

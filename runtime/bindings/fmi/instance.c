@@ -1,4 +1,4 @@
-/* One instance: see fmi.h. Takes refdyn_fmu (fmu.h); gives its motion, from the start on. */
+/* One instance of an FMU: messages, memory, the start of the motion, evaluation of its state. */
 #include "runtime/bindings/fmi/fmi.h"
 
 #include <float.h>
@@ -13,11 +13,11 @@
 #include "runtime/core/motion/motion.h"
 
 enum { TEXT_LENGTH = 1000, NAMED_MOST = 8 };
-static const double default_gain = 10; /* alpha = beta [1/s] in Model Exchange of a row that has none */
+static const double default_gain = 10; /* alpha = beta [1/s] in Model Exchange for a row without gains */
 
 /* ---- Messages ---- */
 
-/* Listeners take a message as a format of printf: what is none stays out. */
+/* Listeners read a message as a format of printf: replaces characters that would act as one. */
 static void make_plain(char *text) {
     for (; *text; text++)
         if (*text == '%')
@@ -51,7 +51,7 @@ enum fmu_status fmu_tell(struct fmu_instance *instance, enum fmu_status status, 
     return status;
 }
 
-/* Goes on behind what is in the text. */
+/* Appends to the text. */
 static void add_text(char *text, const char *format, ...) {
     const size_t length = strlen(text);
     va_list list;
@@ -60,7 +60,7 @@ static void add_text(char *text, const char *format, ...) {
     va_end(list);
 }
 
-/* "q = 0.1 0.2, qd = 0.3 0.4", of many coordinates the first ones. */
+/* Appends "q = 0.1 0.2, qd = 0.3 0.4"; of many coordinates only the first ones. */
 static void add_state(char *text, const struct fmu_instance *instance) {
     const struct refdyn_integrator *integrator = &instance->integrator;
     const int n = instance->work.n, shown = n < NAMED_MOST ? n : NAMED_MOST;
@@ -131,7 +131,7 @@ int fmu_allows(struct fmu_instance *instance, unsigned modes, const char *functi
 
 /* ---- Memory ---- */
 
-/* The one list of what the block holds behind workspace and integrator; returns its bytes. */
+/* The only list of arrays that follow workspace and integrator in the block; returns their bytes. */
 static size_t lay_out(struct fmu_instance *instance, char *base) {
     const struct refdyn_model *model = refdyn_fmu.model;
     const struct refdyn_spatial *spatial = refdyn_fmu.spatial;
@@ -162,7 +162,7 @@ static size_t lay_out(struct fmu_instance *instance, char *base) {
     return layout.used;
 }
 
-/* Whole units of the strictest alignment. */
+/* Rounds up to a multiple of the strictest alignment. */
 static size_t rounded_up(size_t size) {
     const size_t unit = 64;
     return (size + unit - 1) / unit * unit;
@@ -170,7 +170,7 @@ static size_t rounded_up(size_t size) {
 
 static struct refdyn_options options_of(int is_exchange) {
     struct refdyn_options options = refdyn_fmu.options;
-    if (is_exchange) { /* no step is taken: the least memory */
+    if (is_exchange) { /* no step is taken: the method with the least memory */
         options = refdyn_options_default(REFDYN_RK54);
         options.stabilise = REFDYN_BAUMGARTE;
     }
@@ -244,7 +244,8 @@ enum fmu_status fmu_set_experiment(struct fmu_instance *instance, double toleran
     return FMU_OK;
 }
 
-/* What was set, else what was exported, else what the model makes of its parameters. */
+/* The start: values that were set, otherwise exported values, otherwise those that the model computes from
+ * parameters. */
 static void place_start(struct fmu_instance *instance, double *state) {
     const int n = instance->work.n;
     refdyn_prepare(&instance->work);
@@ -258,7 +259,7 @@ static void place_start(struct fmu_instance *instance, double *state) {
     refdyn_anchor(&instance->work, instance->t_first, state, state + n, instance->given);
 }
 
-/* The coordinate that a projection has moved farthest. */
+/* Returns the coordinate that the projection has moved farthest. */
 static int farthest_moved(const struct refdyn_integrator *integrator) {
     int farthest = 0;
     for (int j = 0; j < integrator->work->n; j++)
@@ -284,8 +285,8 @@ static void warn_of_start(struct fmu_instance *instance) {
             instance->work.model->coordinates[moved].unit);
 }
 
-/* Rows without gains would drift with the importer's errors. Baumgarte's alpha and beta stand in p as 2 alpha
- * and beta^2. */
+/* Rows without gains would drift with the importer's errors. In p, Baumgarte's alpha and beta are stored as 2
+ * alpha and beta^2. */
 static void place_gains(struct fmu_instance *instance) {
     const struct refdyn_model *model = instance->work.model;
     double *p = instance->integrator.motion->parameters.own;
@@ -340,7 +341,7 @@ const double *fmu_motion_parameters(const struct fmu_instance *instance) {
     return instance->integrator.motion->parameters.own;
 }
 
-/* Model Exchange: the importer's state, on this side of time events. */
+/* Computes the rates of the importer's state, on the present side of time events. */
 static int find_rates(struct fmu_instance *instance) {
     struct refdyn_integrator *integrator = &instance->integrator;
     struct refdyn_workspace *work = &instance->work;
@@ -372,7 +373,7 @@ enum fmu_status fmu_evaluate(struct fmu_instance *instance) {
     }
     const int status = instance->is_exchange ? find_rates(instance) : REFDYN_OK;
     instance->is_stale = status != REFDYN_OK;
-    if (status > 0 && instance->is_exchange) /* another state may do: that of a shorter step */
+    if (status > 0 && instance->is_exchange) /* a shorter step of the importer may succeed */
         return fmu_tell(instance, FMU_DISCARD, "t = %.9g s: %s", instance->integrator.t,
                         refdyn_status_text(status));
     return status ? fmu_tell_failure(instance, status) : FMU_OK;

@@ -1,10 +1,10 @@
 /*
- * Model Exchange: see fmi.h.
+ * Model Exchange: event indicators, time events and event mode.
  *
- * The importer ends its step behind a crossing, at the state that it has found there. Which events have
- * happened follows from the side of zero that the core keeps for each value (motion.h); the core
- * then takes their actions as in a motion of its own. Time events are frozen: until event mode passes one,
- * functions see its left side, and from then on its right side.
+ * The importer ends its step after a crossing, at the state that it has located. The side of zero that the
+ * core keeps for each value (motion.h) shows which events have happened; the core then executes their actions
+ * as in its own motions. Time events are frozen: functions see the left side of a time event until event mode
+ * passes it, then the right side.
  */
 #include "runtime/bindings/fmi/fmi.h"
 
@@ -18,12 +18,12 @@
 
 static const double value_digits = 64 * DBL_EPSILON; /* rounding of a value, over the sum of its |terms| */
 
-/* An importer comes to a time event with rounding of its own. */
+/* Tolerance in time for an importer that reaches a time event with rounding. */
 static double slack(double t) {
     return 1e-12 * fmax(1, fabs(t));
 }
 
-/* Functions see a time event's left side this far before it. */
+/* Distance before a time event at which functions see its left side. */
 static double blur(double t) {
     return fmax(2 * DBL_EPSILON * fabs(t), DBL_MIN);
 }
@@ -66,7 +66,7 @@ enum fmu_status fmu_get_indicators(struct fmu_instance *instance, double *indica
     return FMU_OK;
 }
 
-/* Rounding of the value of event i, from its terms. That of a contact which does not move is 0. */
+/* Returns the rounding of the value of event i, from its terms; 0 for a contact that does not move. */
 static double noise_of(const struct fmu_instance *instance, int i) {
     const struct refdyn_model *model = instance->work.model;
     const struct refdyn_state_events *events = &instance->integrator.motion->state_events;
@@ -76,9 +76,9 @@ static double noise_of(const struct fmu_instance *instance, int i) {
     return contact < 0 || events->contacts.mode[contact] == REFDYN_CONTACT_FREE ? value_digits * sizes[i] : 0;
 }
 
-/* An event that has just happened may leave its value beyond zero, on the side from which it comes back. This
- * counts as zero: the value leaves zero there and does not cross it. Importers lose indicators that begin at
- * zero, so those of events that have just happened begin beyond rounding. */
+/* An event that has just happened may leave its value beyond zero. This value then counts as zero, so that
+ * its return is no crossing. Importers lose indicators that begin at zero; those of events that have just
+ * happened therefore begin beyond rounding. */
 static void place_zeros(struct fmu_instance *instance) {
     const struct refdyn_motion *motion = instance->integrator.motion;
     const struct refdyn_state_events *events = &motion->state_events;
@@ -94,9 +94,9 @@ static void place_zeros(struct fmu_instance *instance) {
 
 /* ---- Time events ---- */
 
-/* From the present time on: where the last one was passed, and where the next one is. */
+/* Finds the last time event passed and the next one. */
 static void place_time(struct fmu_instance *instance) {
-    const struct refdyn_time_events *known = &instance->integrator.motion->events;
+    const struct refdyn_time_events *known = &instance->integrator.motion->time_events;
     const double t = instance->integrator.t;
     instance->t_from = t;
     instance->t_next = INFINITY;
@@ -110,15 +110,15 @@ static void place_time(struct fmu_instance *instance) {
     instance->t_to = isfinite(instance->t_next) ? instance->t_next - blur(instance->t_next) : INFINITY;
 }
 
-/* ---- Events of the state ---- */
+/* ---- State events ---- */
 
-/* The contact of event i that rests, whose value is its force; -1: there is none. */
+/* Returns the resting contact of event i, whose value is its force; -1: none. */
 static int resting_contact(const struct refdyn_state_events *events, int i) {
     const int contact = refdyn_contact_of(&events->contacts, i);
     return contact >= 0 && events->contacts.mode[contact] == REFDYN_CONTACT_RESTING ? contact : -1;
 }
 
-/* The rate of value i, from the terms. */
+/* Returns the rate of value i, from the terms. */
 static double rate_of(const struct refdyn_state_events *events, const struct refdyn_step *step, int i) {
     const int contact = resting_contact(events, i);
     if (contact >= 0)
@@ -130,8 +130,8 @@ static double rate_of(const struct refdyn_state_events *events, const struct ref
     return rate;
 }
 
-/* Has value i crossed zero, or does it at this moment? What an event has left of it beyond zero is no
- * crossing while it goes back. */
+/* Returns whether value i has crossed zero or is crossing it now. A value that an event left beyond zero does
+ * not count while it returns. */
 static int has_crossed(const struct fmu_instance *instance, int i) {
     const struct refdyn_motion *motion = instance->integrator.motion;
     const struct refdyn_state_events *events = &motion->state_events;
@@ -144,16 +144,16 @@ static int has_crossed(const struct fmu_instance *instance, int i) {
     return !(rate > 0 && -value <= 2 * fabs(instance->zeros[i]));
 }
 
-/* How far value i has risen above zero since the event last happened: estimated as a quarter of the time
- * since then times the rate after it, from where it stood. Importers need not show the states between. */
+/* Estimates how far value i has risen above zero since the event last happened: a quarter of the time since
+ * then, times the rate after it, from its value then. Importers may hide the states between. */
 static double risen_since(const struct fmu_instance *instance, int i, double t) {
     const double apart = t - instance->left_at[i];
     return isfinite(apart) ? fmax(instance->left_rate[i] * apart / 4 - fabs(instance->zeros[i]), 0)
                            : INFINITY;
 }
 
-/* For how long the gap of a due contact may have been negative: at most the importer's last step, unless it
- * was negative before. A gap that closes from rest falls by half its rate times the time. */
+/* Estimates for how long the gap of a waiting contact has been negative: at most the importer's last step,
+ * unless it was negative before. A gap that closes from rest decreases by half its rate times the time. */
 static double lateness(const struct fmu_instance *instance, int i) {
     const struct refdyn_motion *motion = instance->integrator.motion;
     const struct refdyn_state_events *events = &motion->state_events;
@@ -174,7 +174,8 @@ static void add_due(struct fmu_instance *instance, int i) {
     instance->left_at[i] = t;
 }
 
-/* Did event i leave its value beyond zero, without return since? Then its impacts do not keep a body out. */
+/* Returns whether event i left its value beyond zero without return: its impacts then do not keep a body out.
+ */
 static int does_not_hold(const struct fmu_instance *instance, int i) {
     const struct refdyn_state_events *events = &instance->integrator.motion->state_events;
     return events->risen[i] == 0 && refdyn_contact_of(&events->contacts, i) < 0 &&
@@ -192,7 +193,7 @@ static void note_due(struct fmu_instance *instance) {
         events->repeats = INT_MAX / 2;
 }
 
-/* Notes negative gaps that importers have left. */
+/* Records negative gaps that importers have left. */
 static void note_inside(struct fmu_instance *instance) {
     struct refdyn_contacts *contacts = &instance->integrator.motion->state_events.contacts;
     contacts->late = 0;
@@ -201,13 +202,13 @@ static void note_inside(struct fmu_instance *instance) {
             contacts->mode[k] == REFDYN_CONTACT_FREE ? fabs(instance->zeros[contacts->event[k]]) : 0;
 }
 
-/* The events that have happened are due; kinks and the others are on the side where their values are. Those
+/* Marks the events that have happened as due. Other events and kinks move to the side of their values; those
  * of contacts stay above zero. */
 static void find_due(struct fmu_instance *instance) {
     const struct refdyn_motion *motion = instance->integrator.motion;
     struct refdyn_state_events *events = &instance->integrator.motion->state_events;
     const struct refdyn_step *step = &motion->step;
-    events->due_count = events->due_named = events->is_told = events->looks_again = 0;
+    refdyn_state_events_forget(events);
     note_inside(instance);
     if (events->count == 0)
         return;
@@ -225,7 +226,7 @@ static void find_due(struct fmu_instance *instance) {
     note_due(instance);
 }
 
-/* The rates with which the values of events that have happened now leave zero. */
+/* Records the rates at which values of events that have just happened leave zero. */
 static void note_rates(struct fmu_instance *instance) {
     const struct refdyn_motion *motion = instance->integrator.motion;
     struct refdyn_state_events *events = &instance->integrator.motion->state_events;
@@ -246,7 +247,7 @@ static int one_ends(const struct refdyn_motion *motion) {
     return 0;
 }
 
-/* Actions of what is due, then of what these have made due. */
+/* Executes the actions of due events, then of events that these actions make due. */
 static int take_due(struct refdyn_motion *motion, int *ends) {
     int status = REFDYN_OK;
     do {
@@ -274,8 +275,8 @@ static enum fmu_status fail_at_events(struct fmu_instance *instance, int status)
     return fmu_tell_failure(instance, status);
 }
 
-/* The integrator stands at the present state, right of a time event. At the start it does so already, until
- * a value is set. */
+/* Places the integrator at the present state, on the right side of a time event. At the start it is there
+ * already, unless a value was set. */
 static int place_integrator(struct fmu_instance *instance) {
     struct refdyn_integrator *integrator = &instance->integrator;
     const double t = integrator->t;
@@ -295,8 +296,7 @@ enum fmu_status fmu_update_events(struct fmu_instance *instance, struct fmu_even
     place_time(instance);
     int status = place_integrator(instance);
     if (!status && !instance->has_events_due)
-        find_due(
-            instance); /* without the gains that stabilise rows: forces of contacts are those of indicators */
+        find_due(instance); /* without stabilising gains, so that forces of contacts equal the indicators */
     refdyn_parameters_enter(&motion->parameters, &instance->work);
     if (!status)
         status = take_due(motion, &update->ends);
@@ -319,7 +319,7 @@ enum fmu_status fmu_update_events(struct fmu_instance *instance, struct fmu_even
     return FMU_OK;
 }
 
-/* Has event i crossed zero, where the importer has not seen it? */
+/* Returns whether event i has crossed zero unnoticed by the importer. */
 static int has_been_passed(const struct fmu_instance *instance, const double *values, int i) {
     const int direction = instance->work.model->events[i].direction;
     const int side = instance->integrator.motion->state_events.side[i];

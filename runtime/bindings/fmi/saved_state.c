@@ -1,17 +1,17 @@
-/* Copies of an instance's state: see fmi.h. All that changes is the struct and its block. */
+/* Copies of an instance's state: the struct and its block. */
 #include "runtime/bindings/fmi/fmi.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 struct fmu_saved {
-    struct fmu_instance instance; /* as it was; its pointers lead to its own block */
+    struct fmu_instance instance; /* the copy; its pointers lead to the instance's block */
     const struct fmu_instance *of;
     char *block;
 };
 
-/* Pointers of the state have to lead to the instance's own memory; another instance that was opened where a
- * closed one had been has the same memory, and its state is as good. */
+/* Pointers of the state must lead to the instance's memory. An instance that was opened in the memory of a
+ * closed one may use its saved states. */
 static int fits(const struct fmu_saved *saved, const struct fmu_instance *instance) {
     return saved && saved->of == instance && saved->instance.block == instance->block &&
            saved->instance.block_size == instance->block_size &&

@@ -1,4 +1,4 @@
-/* What both versions of FMI do alike: see fmi.h. */
+/* Common parts of both versions of FMI: checks of modes and lengths. */
 #include "runtime/bindings/fmi/fmi.h"
 
 #include <string.h>

@@ -1,4 +1,4 @@
-/* Value references: see variables.h. */
+/* Value references: the variable that each number denotes. */
 #include "runtime/bindings/fmi/variables.h"
 
 #include <stddef.h>

@@ -1,11 +1,9 @@
 /*
  * The exact Jacobian of the motion as a system of first order.
  *
- * Takes the emitted `tangent` at a state; gives the derivatives of accelerations a by positions, rates and
- * time from (implicit.h)
- *     [ M  -u^T ] [ da      ]   [ -K   dq - D    dqd - f_t dt ]
- *     [ u   0   ] [ dlambda ] = [ -G_q dq - G_qd dqd - g_t dt ]
- * with one factorisation and a solution for each column.
+ * In: the emitted `tangent` at a state. Out: the derivatives of the accelerations a by positions, rates and
+ * time, from (implicit.h) [ M  -u^T ] [ da      ]   [ -K   dq - D    dqd - f_t dt ] [ u   0   ] [ dlambda ] =
+ * [ -G_q dq - G_qd dqd - g_t dt ] with one factorisation and a solution for each column.
  */
 #include "runtime/core/base/core.h"
 
@@ -13,7 +11,7 @@
 
 #include <string.h>
 
-/* Changes of the accelerations into column[i stride]. */
+/* column[i stride] := changes of the accelerations. */
 static void fill_column(struct refdyn_linear *linear, enum refdyn_by by, int j, double *column, int stride) {
     refdyn_linear_change_by(linear, by, j);
     for (int i = 0; i < linear->n; i++)

@@ -1,8 +1,9 @@
 /*
- * The steps of a motion by integrators of GSL: see refdyn_gsl.h.
+ * The steps of a motion by integrators of GSL.
  *
- * Takes an integrator with a state at t_end; gives the next states there, by GSL's evolution of y' = f(t, y),
- * y = q, qd, work_done, with the Jacobian of first_order.h. What is shown of a state is the integrator's own.
+ * In: an integrator with a state at t_end. Out: the next states there, by GSL's evolution of y' = f(t, y),
+ * y = (q, qd, work_done), with the Jacobian of first_order.h. Residuals, energy and power of a state come
+ * from the integrator.
  */
 #include "runtime/core/base/core.h"
 
@@ -17,11 +18,11 @@
 #include "runtime/core/motion/motion.h"
 #include "runtime/bindings/gsl/first_order.h"
 
-/* Weight of work_done in the error: it follows the motion and has no say in the steps. */
+/* Error level of work_done, so large that work does not influence the steps. */
 static const double weight_none = 1e100;
 
-/* Short steps feel a state where the rows lose rank from further away: msbdf, whose errors the gains alone
- * hold. */
+/* Number of steps of msbdf over which a state where the rows lose rank is noticeable, because only the gains
+ * bound its errors. */
 static const double many_steps = 16;
 
 static const char *const names[REFDYN_GSL_METHOD_COUNT] = {
@@ -42,9 +43,9 @@ static struct refdyn_motion *motion_of(const struct refdyn_gsl *gsl) {
     return gsl->integrator->motion;
 }
 
-/* ---- What GSL calls ---- */
+/* ---- Callbacks of GSL ---- */
 
-/* GSL tries a smaller step, unless that cannot help. */
+/* Returns the status for GSL: it tries a smaller step, unless that cannot help. */
 static int tell(struct refdyn_gsl *gsl, double t, int status) {
     if (!status)
         return GSL_SUCCESS;
@@ -69,7 +70,7 @@ static int jacobian(double t, const double *y, double *by_y, double *by_t, void 
 
 /* ---- One step ---- */
 
-/* The error of a method's first step of order 1 goes with its square. */
+/* Returns the length of the first step; a first step of order 1 has an error proportional to its square. */
 static double first_step(const struct refdyn_gsl *gsl) {
     const struct refdyn_options *options = &gsl->integrator->options;
     return options->step > 0 ? options->step : sqrt(options->tol);
@@ -82,17 +83,19 @@ static void begin_anew(struct refdyn_gsl *gsl) {
     refdyn_parameters_set_gains(&motion->parameters, motion->work->model, &motion->options, gsl->step);
 }
 
-/* The end of the last step is the begin of the next one; equal times: the motion was started or refreshed. */
+/* Makes the end of the last step the start of the next one; equal times: the motion was started or refreshed.
+ */
 static void begin(struct refdyn_gsl *gsl) {
     struct refdyn_motion *motion = motion_of(gsl);
     struct refdyn_step *step = &motion->step;
-    refdyn_crossing_leave(motion);
+    refdyn_special_step_end(motion);
     if (step->t_begin == step->t_end)
         begin_anew(gsl);
-    refdyn_step_next(step, refdyn_events_right_of(&motion->events, step->t_end));
+    refdyn_step_next(step, refdyn_time_events_right_of(&motion->time_events, step->t_end));
 }
 
-/* In the metric of an implicit step's matrix, else a stiff deflection would take up the change. */
+/* Projects in the metric of an implicit step's matrix; in that of M, stiff deflections would absorb the
+ * change. */
 static int project(struct refdyn_gsl *gsl, double t, double h) {
     struct refdyn_step *step = &motion_of(gsl)->step;
     struct refdyn_workspace *work = step->evaluation.work;
@@ -105,12 +108,12 @@ static int project(struct refdyn_gsl *gsl, double t, double h) {
     if (status)
         return status;
     refdyn_linear_directions(step->linear);
-    gsl_odeiv2_evolve_reset(gsl->driver->e); /* its rates are those of the state before */
+    gsl_odeiv2_evolve_reset(gsl->driver->e); /* its rates belong to the state before */
     const struct refdyn_directions along = refdyn_linear_found(step->linear);
     return refdyn_project_along(work, &along, t, state, state + step->n);
 }
 
-/* Row terms, projection where that is asked for, and partition at the new state. */
+/* Computes row terms and partition at the new state, after projection if requested. */
 static int complete(struct refdyn_gsl *gsl, double t, double h) {
     struct refdyn_motion *motion = motion_of(gsl);
     struct refdyn_workspace *work = motion->work;
@@ -125,7 +128,7 @@ static int complete(struct refdyn_gsl *gsl, double t, double h) {
     return status;
 }
 
-/* The last accepted state is the end. */
+/* Returns to the last accepted state. */
 static int go_back(struct refdyn_gsl *gsl, int status) {
     struct refdyn_motion *motion = motion_of(gsl);
     refdyn_step_give_up(&motion->step);
@@ -157,7 +160,7 @@ static int take_step(struct refdyn_gsl *gsl, double t_stop) {
     return REFDYN_OK;
 }
 
-/* The rows have jumped where the last step ended. */
+/* Continues after a jump of the rows at the end of the last step. */
 static int take_new_rows(struct refdyn_gsl *gsl) {
     struct refdyn_motion *motion = motion_of(gsl);
     struct refdyn_step *step = &motion->step;
@@ -168,14 +171,18 @@ static int take_new_rows(struct refdyn_gsl *gsl) {
     return status;
 }
 
-/* Through a state where the rows lose rank: see refdyn_pass_singular. Behind it, the method starts anew. */
-static int pass(struct refdyn_gsl *gsl, double t_stop, double ahead, double *t) {
+/* Through a state where the rows lose rank, if one lies within many steps; the method starts again after it.
+ */
+static int pass(struct refdyn_gsl *gsl, double t_stop, struct refdyn_ahead *ahead) {
     struct refdyn_motion *motion = motion_of(gsl);
     struct refdyn_step *step = &motion->step;
-    const double reach = fmin(many_steps * gsl->step, t_stop - step->t_begin);
-    if (refdyn_rates(&step->evaluation, step->t_begin, step->state, step->rates))
+    if (motion->options.singular != REFDYN_PASS ||
+        refdyn_rates(&step->evaluation, step->t_begin, step->state, step->rates))
         return 0;
-    if (refdyn_pass_singular(motion, reach, fmin(ahead, refdyn_motion_bound(motion)), t)) {
+    ahead->h = fmin(many_steps * gsl->step, t_stop - step->t_begin);
+    ahead->bound = refdyn_motion_bound(motion);
+    ahead->remaining = refdyn_crossing_find(motion, ahead);
+    if (isfinite(ahead->remaining) && refdyn_crossing_step(motion, ahead, &ahead->remaining)) {
         begin_anew(gsl);
         return 1;
     }
@@ -193,16 +200,15 @@ static int advance(struct refdyn_gsl *gsl, double t_out) {
     if (refdyn_step_limit_reached(motion))
         return go_back(gsl, REFDYN_TOO_MANY_STEPS);
     const double least = refdyn_control_least(step->t_begin, t_out);
-    const struct refdyn_reach reach = {gsl->step, t_out, motion->t_final, least};
-    const double ahead = refdyn_events_ahead(&motion->events, step, &reach);
+    struct refdyn_ahead ahead = {.t_out = t_out, .least = least, .h = gsl->step, .remaining = INFINITY};
+    const double t_event = refdyn_time_events_find(motion, &ahead);
     if (!(gsl->step >= least))
         return go_back(gsl, REFDYN_STEP_TOO_SMALL);
-    const double t_stop = ahead < t_out - least ? ahead : t_out;
-    double t_singular = INFINITY;
-    if (motion->options.singular == REFDYN_PASS && pass(gsl, t_stop, ahead, &t_singular))
+    const double t_stop = t_event < t_out - least ? t_event : t_out;
+    if (pass(gsl, t_stop, &ahead))
         return REFDYN_OK;
-    status = take_step(gsl, fmin(t_stop, step->t_begin + (t_singular - step->t_begin) / 2));
-    if (!status && step->t_end == ahead)
+    status = take_step(gsl, fmin(t_stop, step->t_begin + refdyn_ahead_longest(motion, &ahead)));
+    if (!status && step->t_end == t_event)
         begin_anew(gsl);
     return status;
 }

@@ -24,25 +24,8 @@ struct quantity {
     size_t of_one, of_lanes; /* of its function in struct refdyn_model and refdyn_lane_model */
 };
 
-#define QUANTITY(name) \
-    { #name, offsetof(struct refdyn_model, name), offsetof(struct refdyn_lane_model, name) }
-
-static const struct quantity quantities[] = {
-    QUANTITY(start),       QUANTITY(anchor),      QUANTITY(M),
-    QUANTITY(h),           QUANTITY(Q),           QUANTITY(u),
-    QUANTITY(v),           QUANTITY(phi),         QUANTITY(psi),
-    QUANTITY(k),           QUANTITY(r),           QUANTITY(rd),
-    QUANTITY(C),           QUANTITY(d),           QUANTITY(energy),
-    QUANTITY(power),       QUANTITY(Q_q),         QUANTITY(qdd_free),
-    QUANTITY(qdd),         QUANTITY(force),       QUANTITY(equations),
-    QUANTITY(M_h),         QUANTITY(f),           QUANTITY(row_terms),
-    QUANTITY(point_terms), QUANTITY(constrained), QUANTITY(terms),
-    QUANTITY(tangent),     QUANTITY(d_qdd),       QUANTITY(tangent_vectors),
-    QUANTITY(d_qdd_free),  QUANTITY(d_force),     QUANTITY(accelerations),
-    QUANTITY(d_statics),   QUANTITY(d_rows),      QUANTITY(course),
-    QUANTITY(breaks),      QUANTITY(switches),    QUANTITY(event),
-    QUANTITY(event_terms), QUANTITY(pace),        QUANTITY(required),
-};
+#define QUANTITY(name) {#name, offsetof(struct refdyn_model, name), offsetof(struct refdyn_lane_model, name)},
+static const struct quantity quantities[] = {REFDYN_QUANTITIES(QUANTITY)};
 
 enum { QUANTITY_COUNT = sizeof quantities / sizeof quantities[0] };
 

@@ -1,8 +1,8 @@
 /*
- * Whether compiled code computes as it is written: see core.h.
+ * Checks that compiled code computes as it is written.
  *
- * Each check has values that the compiler does not know, and a result that differs where it takes the liberty
- * that the comment names.
+ * Each check uses values that the compiler does not know. Its result differs if the compiler uses the
+ * optimisation in the comment.
  */
 #include "runtime/core/base/arithmetic.h"
 

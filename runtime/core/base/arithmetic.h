@@ -1,9 +1,10 @@
 /*
  * Requirements of the runtime on arithmetic; this header needs no C library.
  *
- * The runtime relies on NaN, infinities and signed zeros, and on each operation being rounded to a double by itself, in
- * the order that is written. Compilation stops where predefined macros show that the compiler's flags change this.
- * Pragmas turn off what compilers change silently; refdyn_arithmetic_is_exact finds the rest at run time.
+ * The runtime relies on NaN, infinities and signed zeros, and on each operation being rounded to a double by
+ * itself, in the order that is written. Compilation stops where predefined macros show that the compiler's
+ * flags change this. Pragmas turn off what compilers change silently; refdyn_arithmetic_is_exact finds the
+ * rest at run time.
  */
 #ifndef REFDYN_ARITHMETIC_H
 #define REFDYN_ARITHMETIC_H

@@ -1,6 +1,6 @@
 /*
- * What every file of the runtime includes before anything else: the check of its arithmetic, the layout of arrays in one
- * piece of memory, checks of models and workspaces.
+ * What every file of the runtime includes before anything else: the check of its arithmetic, the layout of
+ * arrays in one piece of memory, checks of models and workspaces.
  */
 #ifndef REFDYN_CORE_H
 #define REFDYN_CORE_H
@@ -66,8 +66,8 @@ int refdyn_required_count(const struct refdyn_model *model);
 static inline int refdyn_contact_mode_place(const struct refdyn_model *model, int i) {
     return model->changes[model->events[i].first_change].place;
 }
-/* The change of coordinate j that counts as much as 1 rad: 1 for a rotation; for a translation `length`, or the
- * model's length where that is 0 [m]. */
+/* The change of coordinate j that counts as much as 1 rad: 1 for a rotation; for a translation `length`, or
+ * the model's length where that is 0 [m]. */
 double refdyn_coordinate_unit(const struct refdyn_model *model, int j, double length);
 
 #endif

@@ -1,24 +1,24 @@
 /*
- * May a model's table be used? Its version, its counts, the tables that they count, and indices in these.
+ * Checks of a model's table: its version, its counts, the tables with these counts, and indices in them.
  *
- * Takes a table that may come from another version of the generator or from a hand; gives a status before any
- * size is computed from it.
+ * In: a table that may come from another version of the generator, or be written by hand. Out: a status,
+ * before any size is computed from the table.
  */
 #include "runtime/core/base/core.h"
 
 #include <string.h>
 
-/* Of parameters, inputs, breaks ...: twice as many still are an int. */
+/* Largest count of parameters, inputs, breaks ...: twice as many still fit into an int. */
 enum { COUNT_MOST = 1 << 28 };
-/* Of coordinates, rows and couplings together: the largest product of them in a layout, 9 (m + couplings)^2
- * for the border of a chain, still is an int. */
+/* Largest number of coordinates, rows and couplings together: the largest product in a layout, 9 (m +
+ * couplings)^2 for the border of a chain, still fits into an int. */
 enum { DENSE_MOST = 15000 };
 
 static int is_count(int count) {
     return count >= 0 && count <= COUNT_MOST;
 }
 
-/* Their texts, and as many numbers of each as a text takes. */
+/* Whether requirements have texts, and no more numbers than a text can print. */
 static int has_requirements(const struct refdyn_model *model) {
     const int count = model->requirement_count;
     if (!is_count(count) || (count > 0 && !(model->requirements && model->required)))
@@ -51,7 +51,7 @@ static int has_tables(const struct refdyn_model *model) {
            (model->changes || model->change_count == 0);
 }
 
-/* Do all places lie in [least, end)? */
+/* Returns whether all places are in [least, end). */
 static int lie_in(const int *places, int count, int least, int end) {
     for (int i = 0; places && i < count; i++)
         if (places[i] < least || places[i] >= end)
@@ -59,7 +59,8 @@ static int lie_in(const int *places, int count, int least, int end) {
     return 1;
 }
 
-/* Does each event set what lies in the list, and each entry of it something that there is? */
+/* Returns whether each event refers to entries of the list of changes, and each entry to an existing place.
+ */
 static int have_changes(const struct refdyn_model *model) {
     const int ends[] = {model->n, model->input_count, model->parameter_count};
     for (int i = 0; i < model->event_count; i++) {

@@ -1,8 +1,6 @@
 /*
- * Values and places by name.
- *
- * Takes a model's tables of names; gives an index, or sets a value and tells by a status whether the name is
- * there.
+ * Values of a model's parameters, inputs and coordinates by name, and values of parameters that the model
+ * refuses.
  */
 #include "runtime/core/base/core.h"
 
@@ -30,7 +28,7 @@ int refdyn_find_point(const struct refdyn_model *model, const char *name) {
     return -1;
 }
 
-/* Sets the value of that name, unless it is not there or the value is no number. */
+/* Sets the value of this name. Returns an error if the name is unknown or the value is not a number. */
 static int set(const struct refdyn_name *names, int count, const char *name, double value, double *values) {
     const int place = refdyn_find_name(names, count, name);
     if (place < 0)
@@ -63,10 +61,8 @@ int refdyn_set_coordinate(const struct refdyn_model *model, double *q, const cha
 /* ---- Values of parameters that the model refuses ---- */
 
 /*
- * Values of parameters that the model refuses.
- *
- * Takes the result of the emitted `required`: for each requirement whether it holds, then its numbers.
- * Returns a status, the first requirement that does not hold, and its numbers.
+ * In: the result of the emitted `required`, for each requirement whether it holds, then its numbers. Out: a
+ * status, the first requirement that does not hold, and its numbers.
  */
 
 int refdyn_check_parameters(struct refdyn_workspace *work) {

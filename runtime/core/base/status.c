@@ -1,7 +1,11 @@
-/* The status of a call as a sentence. */
+/* The version of the library, and the text of a status. */
 #include "runtime/core/base/core.h"
 
 #include "refdyn.h"
+
+const char *refdyn_version(void) {
+    return REFDYN_VERSION;
+}
 
 enum { LOWEST = REFDYN_REFUSED };
 

@@ -1,7 +1,7 @@
 /*
  * The workspace of one model instance: layout, parameters, start of a motion.
  *
- * Takes a model and memory of the caller; gives a workspace whose arrays lie in that memory.
+ * In: a model and memory of the caller. Out: a workspace with arrays in that memory.
  */
 #include "runtime/core/base/core.h"
 
@@ -23,7 +23,7 @@ static void lay_out_equations(struct refdyn_workspace *work, struct layout *layo
     work->k = layout_doubles(layout, m);
 }
 
-/* The one list of what a workspace holds; returns its bytes. */
+/* The only list of a workspace's arrays; returns their bytes. */
 static size_t lay_out(struct refdyn_workspace *work, char *base) {
     const struct refdyn_model *model = work->model;
     const int n = work->n, m = work->m;
@@ -93,10 +93,9 @@ int refdyn_workspace_init(struct refdyn_workspace *work, const struct refdyn_mod
     work->n = model->n;
     work->m = model->m;
     lay_out(work, memory);
-    /* a pivot that has lost half of the digits cannot be told from the drift of the rows that it comes from
-     */
+    /* a pivot without half of its digits cannot be distinguished from the drift of its rows */
     work->rank_tol = sqrt(DBL_EPSILON);
-    /* stabilisation multiplies that drift, so that dependent rows agree to half of those digits again */
+    /* stabilisation multiplies this drift, so that redundant rows agree to half of these digits only */
     work->consistency_tol = sqrt(sqrt(DBL_EPSILON));
     work->refused = -1;
     work->fault = (struct refdyn_fault){.row = -1, .coordinate = -1};

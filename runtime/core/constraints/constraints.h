@@ -36,6 +36,9 @@ int refdyn_rank_of_rows(struct refdyn_workspace *work);
 /* Chooses the dependent coordinates again, after the set of rows has changed; the rank may grow. Errors:
  * NOT_FINITE, ROWS_INCONSISTENT. */
 int refdyn_partition_renew(struct refdyn_workspace *work);
+/* From now on the rank does not grow beyond `most`. `partition.rank_most` is written only by
+ * index_partition.c and workspace.c. */
+void refdyn_partition_bound_rank(struct refdyn_workspace *work, int most);
 
 /* ---- Projection ---- */
 

@@ -290,11 +290,15 @@ int refdyn_partition_update(struct refdyn_workspace *work, const double *right, 
     return status;
 }
 
+void refdyn_partition_bound_rank(struct refdyn_workspace *work, int most) {
+    work->partition.rank_most = most;
+}
+
 int refdyn_partition_renew(struct refdyn_workspace *work) {
-    work->partition.rank_most = work->m;
+    refdyn_partition_bound_rank(work, work->m);
     const int status = eliminate_chosen(work, work->k, 1);
     record_condition(&work->partition);
-    work->partition.rank_most = work->partition.rank;
+    refdyn_partition_bound_rank(work, work->partition.rank);
     return status;
 }
 

@@ -1,6 +1,6 @@
 /*
- * The tangent of a tree of joints as vectors: see linear.h. Here is what is done once, and the border; the
- * sweeps over joints are in chain_sweeps.c.
+ * The tangent of a tree of joints as vectors: layout, vectors, and the border of couplings and rows. linear.h
+ * has the formulas, chain_sweeps.c the sweeps over joints.
  */
 #include "runtime/core/linear/linear.h"
 
@@ -8,7 +8,7 @@
 
 #include "runtime/core/linear/linear_private.h"
 
-/* ---- What the scene is ---- */
+/* ---- The scene ---- */
 
 /* Axes, as bits, on which a vector has entries. */
 static int axes_of(const struct refdyn_model *model, int vector) {
@@ -18,7 +18,7 @@ static int axes_of(const struct refdyn_model *model, int vector) {
     return axes;
 }
 
-/* The normal of the plane in which all joints move, -1: there is none. */
+/* Returns the normal of the plane in which all joints move; -1: none. */
 static int normal_of(const struct refdyn_model *model) {
     const int turns = axes_of(model, REFDYN_TURN_AXIS) | axes_of(model, REFDYN_TURN_RATE) |
                       axes_of(model, REFDYN_TURN_RATE2);
@@ -36,10 +36,10 @@ static int border_of(const struct refdyn_model *model) {
 
 /* ---- Layout ---- */
 
-/* Places of joints, each followed by all beyond it; coordinates of joints before come before. */
+/* Orders joints so that all joints beyond a joint follow it. */
 static void order_joints(struct refdyn_chain *c) {
     const int n = c->n, *parent = c->model->parent;
-    int *beyond = c->slot, *begin = c->next; /* until those are set */
+    int *beyond = c->slot, *begin = c->next; /* scratch until these are set */
     for (int i = 0; i < n; i++)
         beyond[i] = 1;
     for (int i = n - 1; i >= 0; i--)
@@ -52,13 +52,13 @@ static void order_joints(struct refdyn_chain *c) {
         *from += beyond[i];
         begin[i] = position + 1;
         c->order[position] = i;
-        c->other[i] = position; /* by coordinate, until that is set */
+        c->other[i] = position; /* by coordinate; scratch until `other` is set */
     }
     for (int k = 0; k < n; k++)
         c->parent[k] = parent[c->order[k]] < 0 ? -1 : c->other[parent[c->order[k]]];
 }
 
-/* A joint beside another one has a slot of its own, which the joint before both collects. */
+/* A sibling of a first joint has a separate slot; the joint that carries both adds the slots up. */
 static void find_slots(struct refdyn_chain *c) {
     int slots = 0;
     for (int k = 0; k < c->n; k++)
@@ -73,7 +73,7 @@ static void find_slots(struct refdyn_chain *c) {
     }
 }
 
-/* Tips of the tree, or what that is at most. */
+/* Returns an upper bound on the number of slots: the number of tips. */
 static int most_slots(const struct refdyn_model *model) {
     int slots = 1;
     for (int i = 1; i < model->n; i++)
@@ -140,7 +140,7 @@ int refdyn_chain_result_size(const struct refdyn_model *model) {
     return model->n * (2 + count_arrays(model) + 3 * model->coupling_count);
 }
 
-/* Vectors whose products M is, and what stands beside them: by place. */
+/* Whether the array at this place belongs to M. */
 static int is_of_mass(int place) {
     const enum refdyn_vector vector = (enum refdyn_vector)(place / 3);
     return place == REFDYN_ROTOR || vector == REFDYN_TURN_AXIS || vector == REFDYN_SLIDE_AXIS ||
@@ -157,11 +157,11 @@ void refdyn_chain_keep_mass(const struct refdyn_model *model, double *result, do
     memset(diagonals + couplings_at + model->coupling_count * model->n, 0, 2 * couplings * bytes);
 }
 
-/* factor * vector, of all joints, added to the records from component `at` on: the axes that turns or slides
- * see. */
+/* Adds factor * vector for all joints to the records from component `at` on, restricted to the axes that
+ * rotations or translations use. */
 static void take(struct refdyn_chain *c, const double *result, int at, enum refdyn_vector vector,
                  int is_force, double factor) {
-    const int normal = c->is_planar ? normal_of(c->model) : 2; /* x, y, z follow z */
+    const int normal = c->is_planar ? normal_of(c->model) : 2; /* in the order x, y, z */
     const int first = c->is_planar && !is_force ? normal : normal + 1;
     const int count = !c->is_planar ? 3 : is_force ? 2 : 1;
     for (int a = 0; a < count; a++) {
@@ -177,7 +177,7 @@ static void take_wrench(struct refdyn_chain *c, const double *result, int at, en
     take(c, result, at + refdyn_chain_layout_of(c->is_planar).moments, force, 1, factor);
 }
 
-/* Axis a of a vector, of all joints, into entry `into` of the strains. */
+/* Copies axis a of a vector for all joints into entry `into` of the strains. */
 static void take_strain(struct refdyn_chain *c, const double *result, enum refdyn_vector vector, int a,
                         int into) {
     const int place = c->model->vector_places[3 * (int)vector + a];
@@ -281,7 +281,7 @@ static struct factored factored_of(const struct refdyn_chain *c, int wide) {
                              .pivot = c->pivot + (wide ? most : 0)};
 }
 
-/* Real values of all coordinates as numbers by position. */
+/* Converts real values of all coordinates to numbers by position. */
 static void sort(const struct refdyn_chain *c, int wide, const double *values, double *numbers) {
     const int width = refdyn_chain_width(wide);
     memset(numbers, 0, (size_t)(c->n * width) * sizeof *numbers);
@@ -305,19 +305,20 @@ static void combine_row(const struct refdyn_chain *c, int wide, const double *g,
     }
 }
 
-/* A^-1 of a real column. */
+/* Computes A^-1 times a real column. */
 static void respond(const struct refdyn_chain *c, const struct factored *f, const double *column,
                     double *response) {
     sort(c, f->wide, column, response);
     refdyn_chain_solve_tree(c, f->wide, f->factors, response);
 }
 
-/* The matrix of the border in lane l, complex where numbers are wide. */
+/* Returns the matrix of the border in lane l, complex if numbers are wide. */
 static double *corner_of(const struct factored *f, int l) {
     return f->corner + l * 2 * f->border * f->border;
 }
 
-/* The rows times the responses, and 1 for couplings: what is left when all joints are eliminated. */
+/* Factors the matrix that remains after elimination of all joints: the rows times the responses, plus 1 for
+ * couplings. */
 static int factor_corner(struct refdyn_chain *c, const struct factored *f) {
     const int b = f->border, size = c->n * f->width, lanes = f->wide ? REFDYN_LANES : 1;
     for (int i = 0; i < b; i++)
@@ -364,7 +365,7 @@ int refdyn_chain_factor_all(struct refdyn_chain *c, int count, const double *lam
                             const struct refdyn_border *border) {
     double g[2 * REFDYN_LANES];
     for (int l = 0; l < REFDYN_LANES; l++) {
-        const int k = l < count ? l : 0; /* lanes that are left repeat the first */
+        const int k = l < count ? l : 0; /* unused lanes repeat the first */
         g[l] = h * lambda[2 * k];
         g[REFDYN_LANES + l] = h * lambda[2 * k + 1];
     }
@@ -374,7 +375,7 @@ int refdyn_chain_factor_all(struct refdyn_chain *c, int count, const double *lam
 /* z = (corner)^-1 z, numbers of the border, lane by lane */
 static void solve_corner(const struct factored *f, double *z) {
     const int b = f->border, parts = 1 + f->wide, lanes = f->wide ? REFDYN_LANES : 1;
-    double *x = z + b * f->width; /* of one lane */
+    double *x = z + b * f->width; /* one lane */
     for (int l = 0; l < lanes; l++) {
         for (int i = 0; i < parts * b; i++)
             x[i] = z[i % b * f->width + i / b * lanes + l];
@@ -387,8 +388,7 @@ static void solve_corner(const struct factored *f, double *z) {
 /*
  * x = x_0 - responses z with x_0 = A^-1 of the right side: couplings need pull = row . x, which acts as z,
  * rows row . x = r with z = -lambda: (row . responses [+ 1]) z = row . x_0 [- r]. In place; z: minus the
- * right sides of the border, and room behind it.
- */
+ * right sides of the border, followed by scratch. */
 static void solve(const struct refdyn_chain *c, const struct factored *f, double *x, double *z) {
     const int n = c->n, size = n * f->width;
     double number[2 * REFDYN_LANES];
@@ -418,7 +418,7 @@ void refdyn_chain_solve(struct refdyn_chain *c, double *x) {
         x[c->order[k]] = y[k];
 }
 
-/* Values of eigenvalue k, one or two for each coordinate, to or from the numbers y. */
+/* Copies the values of eigenvalue k, one or two for each coordinate, to or from the numbers y. */
 static double *exchange(const struct refdyn_chain *c, int is_back, int l, int is_real, double *x, double *y) {
     const int width = refdyn_chain_width(1);
     for (int part = 0; part < (is_real ? 1 : 2); part++, x += c->n)

@@ -1,13 +1,13 @@
 /*
- * The sweeps over a tree of joints of linear.h: products, elimination, solution. Compiled twice:
- * linear_private.h.
+ * Sweeps over a tree of joints: products, elimination, solution; linear.h has the formulas. COMPILE
+ * (linear_private.h) compiles them twice.
  *
- * All is by position. A joint's record holds S, then its shift and the rate of it, W of mass, damping and
- * stiffness, Z of the same, and Y. What is eliminated and solved are numbers: real ones, or (wide) LANES
- * complex ones side by side, one of each eigenvalue of a collocation method, all real parts first: elements
- * of a vector are far fewer than what a processor works on at once. Components of a wrench are moments, then
- * forces; of what it meets: moment, spin, force, turned. In a plane these are one moment about its normal and
- * two forces, b and c, that follow the normal in x y z x.
+ * All arrays are by position. The record of a joint contains S, the shift and its rate, W of mass, damping
+ * and stiffness, Z of the same, and Y. A "number" is a real number or (wide) LANES complex numbers side by
+ * side, one for each eigenvalue of a collocation method, all real parts first. Wide numbers fill the
+ * processor's vectors, which the few components of a wrench would not. Components of a wrench: moments,
+ * forces. Components of Y and Z: moment, spin, force, turned. In a plane there are one moment about the
+ * normal and two forces, along the axes that follow the normal in the cycle x y z x.
  */
 #include "runtime/core/linear/linear_private.h"
 
@@ -19,8 +19,8 @@
 
 enum { LANES = REFDYN_LANES, WIDTH_MOST = 2 * LANES };
 
-/* LANES doubles that are worked on at once, wherever they stand; processors without such vectors take parts
- * of them in turn. */
+/* LANES unaligned doubles that one operation processes; compilers split them for processors with shorter
+ * vectors. */
 typedef double numbers
     __attribute__((vector_size(LANES * sizeof(double)), aligned(sizeof(double)), may_alias));
 
@@ -34,7 +34,7 @@ INLINE const numbers *lanes_in(const double *number) {
 
 /* ---- Numbers, and vectors of them ---- */
 
-/* y = 1 / a; 0: that is none, or infinite beside `whole` */
+/* y = 1 / a. Returns 0 if a is zero, or negligible compared with `whole`. */
 INLINE int invert(int wide, const double *a, const double *whole, double *y) {
     for (int l = 0; l < (wide ? LANES : 1); l++) {
         const double re = a[l], im = wide ? a[LANES + l] : 0, size = fabs(re) + fabs(im);
@@ -138,7 +138,7 @@ INLINE void add_cross(int wide, int planar, const double *s, const double *f, do
     add_difference(wide, count, s[0], fy, s[1], f, m + 2 * step);
 }
 
-/* f += m x s: what the move above is on the other side of a product */
+/* f += m x s: the transpose of the move above */
 INLINE void add_crossed(int wide, int planar, const double *s, const double *m, double *f) {
     const int step = refdyn_chain_width(wide);
     const double *my = m + step, *mz = my + step;
@@ -152,13 +152,13 @@ INLINE void add_crossed(int wide, int planar, const double *s, const double *m, 
     add_difference(wide, 1, s[1], m, s[0], my, f + 2 * step);
 }
 
-/* A wrench to the origin of the joint before. */
+/* Moves a wrench to the origin of the joint before. */
 INLINE void move_wrench(int wide, int planar, const double *shift, double *w) {
     const int width = refdyn_chain_width(wide);
     add_cross(wide, planar, shift, w + refdyn_chain_layout_of(planar).moments * width, w, 1);
 }
 
-/* What wrenches meet, from the joint before: in terms of the same wrench about this joint. */
+/* Moves the factor of a wrench (Y, Z) from the joint before to this one. */
 INLINE void move_out(int wide, int planar, const double *shift, const double *rate, double *z) {
     const struct refdyn_chain_layout at = refdyn_chain_layout_of(planar);
     const int width = refdyn_chain_width(wide);
@@ -166,7 +166,7 @@ INLINE void move_out(int wide, int planar, const double *shift, const double *ra
     add_crossed(wide, planar, rate, z + at.spin * width, z + at.force * width);
 }
 
-/* X to the origin of the joint before: of both its sides. */
+/* Moves both sides of X to the origin of the joint before. */
 INLINE void move_inner(int wide, int planar, const double *shift, const double *rate, double *X) {
     const struct refdyn_chain_layout at = refdyn_chain_layout_of(planar);
     const int width = refdyn_chain_width(wide), across = at.right * width;
@@ -178,7 +178,7 @@ INLINE void move_inner(int wide, int planar, const double *shift, const double *
     }
 }
 
-/* base + g first + g^2 second of three real vectors that follow each other */
+/* base + g first + g^2 second for three consecutive real vectors */
 INLINE void combine(int wide, int n, const double *g, const double *square, const double *three, double *y) {
     const int width = refdyn_chain_width(wide);
     for (int i = 0; i < n; i++)
@@ -189,7 +189,7 @@ INLINE void combine(int wide, int n, const double *g, const double *square, cons
 
 /* ---- Elimination ---- */
 
-/* X of what lies beyond: the first joint there has left it in the slot, others are added. */
+/* Returns X of all joints beyond: the first of them has left it in the slot, its siblings are added. */
 INLINE double *gather_inner(const struct refdyn_chain *c, int wide, int size, int k) {
     const int width = refdyn_chain_width(wide);
     double *X = c->inner + c->slot[k] * size * width;
@@ -200,7 +200,7 @@ INLINE double *gather_inner(const struct refdyn_chain *c, int wide, int size, in
     return X;
 }
 
-/* A_kk = Z . Y + rotor + g damping + g^2 stiffness, and what is summed in it. */
+/* A_kk = Z . Y + rotor + g damping + g^2 stiffness, and the sum of the absolute terms. */
 INLINE void find_pivot(const struct refdyn_chain *c, int wide, int planar, const double *g,
                        const double *square, int k, const double *Z, const double *Y, double *D,
                        double *whole) {
@@ -218,7 +218,7 @@ INLINE void find_pivot(const struct refdyn_chain *c, int wide, int planar, const
     }
 }
 
-/* W -= X Z and Y -= X^T S of joint k, with X of all that is eliminated. */
+/* W -= X Z and Y -= X^T S for joint k, with X of all eliminated joints. */
 INLINE void meet_inner(const struct refdyn_chain *c, int wide, int planar, const double *g,
                        const double *square, int k, const double *X, double *W) {
     const struct refdyn_chain_layout at = refdyn_chain_layout_of(planar);
@@ -255,7 +255,7 @@ INLINE int is_ball(const struct refdyn_chain *c, int planar, int last) {
     return !planar && c->has_strains && last < c->n && c->ends_ball[last];
 }
 
-/* Where A_kl (row) and A_lk (column) of the turn k - l places before k stand behind the pivot of k. */
+/* Places of A_kl (row) and A_lk (column), for the turn k - l places before k, after the pivot of k. */
 INLINE int row_place(int wide, int before) {
     return (2 * before - 1) * refdyn_chain_width(wide);
 }
@@ -290,7 +290,8 @@ INLINE void find_entries(const struct refdyn_chain *c, int wide, const double *g
     }
 }
 
-/* What turn k leaves in the turns before it, and between them: entries[t] is the factors of turn t. */
+/* Subtracts the contribution of the eliminated turn from the turns before it; entries[t]: factors of turn t.
+ */
 INLINE void leave_turn(int wide, int turn, double *const entries[3]) {
     const struct refdyn_chain_layout at = refdyn_chain_layout_of(0);
     const int L = at.left, R = at.right, width = refdyn_chain_width(wide), pivot_at = (L + 2 * R) * width;
@@ -311,8 +312,9 @@ INLINE void leave_turn(int wide, int turn, double *const entries[3]) {
     subtract_product(wide, 1, second, pivot + row_place(wide, 1), of + column_place(wide, 1));
 }
 
-/* The three turns up to k. Returns -1, or the turn without a pivot. A_ll = Z_l . Y_l loses A_lk A_kl / A_kk
- * of the turns behind, which is kept apart: Y_l is combined with Y_k before it meets Z_l. */
+/* Eliminates the three turns up to k. Returns -1, or the turn without a pivot. A_lk A_kl / A_kk is subtracted
+ * from A_ll = Z_l . Y_l separately, because Y_l is combined with Y_k before its product with Z_l is formed.
+ */
 INLINE int eliminate_ball(const struct refdyn_chain *c, int wide, const double *g, const double *square,
                           int k, double *factors, double *X) {
     const struct refdyn_chain_layout at = refdyn_chain_layout_of(0);
@@ -372,8 +374,7 @@ INLINE int eliminate(const struct refdyn_chain *c, int wide, int planar, const d
     return -1;
 }
 
-/* ---- What is carried from joint to joint stays in local variables; in c->sweep where the tree branches ----
- */
+/* ---- Sums carried from joint to joint: local variables, stored in c->sweep where the tree branches ---- */
 
 INLINE void copy(int count, const double *from, double *to) {
     for (int i = 0; i < count; i++)
@@ -384,7 +385,7 @@ INLINE double *swept(const struct refdyn_chain *c, int width, int k) {
     return c->sweep + k * width * c->right;
 }
 
-/* Inward, at joint k: w is that of the first joint beyond it; those of the others are added. */
+/* Inward, at joint k: w is the wrench of the first joint beyond; adds those of its siblings. */
 INLINE void gather_wrench(const struct refdyn_chain *c, int wide, int planar, int k, double *w) {
     const int width = refdyn_chain_width(wide), left = refdyn_chain_layout_of(planar).left;
     if (k + 1 == c->n || c->parent[k + 1] != k)
@@ -394,7 +395,7 @@ INLINE void gather_wrench(const struct refdyn_chain *c, int wide, int planar, in
         add_real(wide, left, 1, swept(c, width, other), w);
 }
 
-/* Moved to the joint before; kept where that is not the next one in turn. */
+/* Moves the wrench to the joint before; stores it if that joint is not the next position. */
 INLINE void pass_wrench(const struct refdyn_chain *c, int wide, int planar, int k, double *w) {
     const struct refdyn_chain_layout at = refdyn_chain_layout_of(planar);
     const int width = refdyn_chain_width(wide);
@@ -404,7 +405,7 @@ INLINE void pass_wrench(const struct refdyn_chain *c, int wide, int planar, int 
         copy(width * at.left, w, swept(c, width, k));
 }
 
-/* Outward, at joint k: z is that of the joint before. */
+/* Outward, at joint k: z belongs to the joint before. */
 INLINE void take_up(const struct refdyn_chain *c, int wide, int planar, int k, double *z) {
     const struct refdyn_chain_layout at = refdyn_chain_layout_of(planar);
     const double *record = c->records + k * c->record;
@@ -425,8 +426,8 @@ INLINE void leave(const struct refdyn_chain *c, int width, int count, int k, con
 
 /* ---- Solution ---- */
 
-/* x_k := (x_k - S_k . w - sum of A_km x_m of turns m behind k that share strains) / A_kk; `behind`: their
- * number. */
+/* x_k := (x_k - S_k . w - sum of A_km x_m over the turns m after k that share strains) / A_kk; `behind`:
+ * their number. */
 INLINE void solve_inward(const struct refdyn_chain *c, int wide, int planar, int k, int behind,
                          const double *factors, const double *w, double *x) {
     const struct refdyn_chain_layout at = refdyn_chain_layout_of(planar);
@@ -485,9 +486,9 @@ INLINE int solve(const struct refdyn_chain *c, int wide, int planar, const doubl
     return 0;
 }
 
-/* ---- Products: of each part of a number alone ---- */
+/* ---- Products, separately for each part of a number ---- */
 
-/* y += D x_1 + K x_2 of what turns share by their strains, beside the diagonal. */
+/* y += D x_1 + K x_2 for the off-diagonal entries of turns that share strains. */
 INLINE void multiply_strains(const struct refdyn_chain *c, int wide, const double *const x[3], double *y) {
     const int width = refdyn_chain_width(wide);
     for (int k = 2; k < c->n; k++)
@@ -541,7 +542,7 @@ INLINE int multiply(const struct refdyn_chain *c, int wide, int planar, const do
     return 0;
 }
 
-/* ---- With constants in place of what is the same for all joints ---- */
+/* ---- Versions with constants for the properties that all joints share ---- */
 
 INLINE int chain_eliminate(const struct refdyn_chain *c, int wide, const double *g, double *factors) {
     if (c->is_planar)

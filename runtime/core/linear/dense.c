@@ -1,4 +1,4 @@
-/* Small dense kernels: see linear.h. */
+/* Small dense kernels: products, U^T D U and solutions with it. */
 #include "runtime/core/linear/linear.h"
 
 #include <float.h>
@@ -36,7 +36,7 @@ int refdyn_is_finite(const double *a, int count) {
     return sum + other == 0.0;
 }
 
-/* Subtracts row k's part from the rows below it. */
+/* Subtracts the contribution of row k from the rows below it. */
 static void eliminate_below(double *restrict A, int n, int stride, int k) {
     const double *restrict row = A + k * stride;
     const double inverse = 1 / row[k];
@@ -52,7 +52,8 @@ static void eliminate_below(double *restrict A, int n, int stride, int k) {
 int refdyn_factor(double *A, int n, int stride) {
     const double least = n * DBL_EPSILON;
     for (int i = 1; i < n; i++)
-        A[i * stride] = A[i * stride + i]; /* the diagonal entry before elimination, below the diagonal */
+        A[i * stride] =
+            A[i * stride + i]; /* stores the diagonal entry before elimination below the diagonal */
     for (int k = 0; k < n; k++) {
         const double size = A[k * stride];
         if (!(size > 0 && A[k * stride + k] > least * size))

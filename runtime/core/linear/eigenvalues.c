@@ -1,10 +1,10 @@
-/* Eigenvalues of symmetric matrices: see linear.h. */
+/* Eigenvalues of symmetric matrices by Jacobi's rotations. */
 #include "runtime/core/linear/linear.h"
 
 #include <float.h>
 #include <math.h>
 
-/* They converge quadratically; some ten are needed. */
+/* Sweeps converge quadratically; about ten suffice. */
 enum { SWEEPS_MOST = 60 };
 
 /* Columns p and q of X := those times the rotation (c, s). */
@@ -24,7 +24,7 @@ static void rotate_rows(double *X, int n, int p, int q, double c, double s) {
     }
 }
 
-/* A_pq becomes 0 by the smaller of the two rotations that do it. */
+/* Makes A_pq 0 by the smaller of the two possible rotations. */
 static void rotate(double *A, int n, int p, int q, double *vectors) {
     const double tau = (A[q * n + q] - A[p * n + p]) / (2 * A[p * n + q]);
     const double t = (tau < 0 ? -1 : 1) / (fabs(tau) + sqrt(1 + tau * tau));
@@ -35,7 +35,7 @@ static void rotate(double *A, int n, int p, int q, double *vectors) {
     rotate_columns(vectors, n, p, q, c, s);
 }
 
-/* Rotates each entry away that is more than rounding of the largest; 0: there was none. */
+/* Eliminates each entry above the rounding of the largest one. Returns 0 if there was none. */
 static int sweep(double *A, int n, double *vectors) {
     double largest = 0;
     int rotations = 0;

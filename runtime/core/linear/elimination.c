@@ -1,10 +1,9 @@
 /*
- * Elimination with pivoting: see linear.h. Compiled twice, for wide vectors and for any processor
- * (linear_private.h), and with constants in place of is_complex.
+ * Elimination with pivoting. COMPILE (linear_private.h) compiles it twice, and is_complex becomes a constant.
  *
- * Step k divides column k by its pivot and subtracts A_kj times it from each column j that is left (Golub and
- * Van Loan, Matrix Computations, 3.2.6, by columns): elimination and solution run down columns, which lie
- * side by side in memory, since sums along short rows wait for their own additions.
+ * Step k divides column k by its pivot and subtracts A_kj times it from each remaining column j (Golub and
+ * Van Loan, Matrix Computations, 3.2.6, by columns). Elimination and solution run along columns, which are
+ * contiguous in memory; sums along short rows would wait for each addition.
  */
 #include "runtime/core/linear/linear.h"
 
@@ -34,7 +33,7 @@ INLINE void multiply(int is_complex, double *restrict x, double *restrict y, dou
     }
 }
 
-/* (x, y) := 1 / (x, y); 0: that is zero, infinite or NaN */
+/* (x, y) := 1 / (x, y). Returns 0 if this is zero, infinite or NaN. */
 INLINE int invert(int is_complex, double *x, double *y) {
     const double re = *x, im = is_complex ? *y : 0, square = re * re + im * im;
     if (is_complex && !(square > 0 && square <= DBL_MAX))
@@ -61,7 +60,8 @@ INLINE void swap_columns(double *A, int rows, int a, int b) {
         swap(A + a * rows + i, A + b * rows + i);
 }
 
-/* The largest entry of the columns [k, last) below row k, for the size of its row; 0: all are zero or NaN. */
+/* Finds the largest entry, relative to the size of its row, of columns [k, last) from row k on. Returns 0 if
+ * all are zero or NaN. */
 INLINE int find_pivot(int is_complex, const double *re, const double *im, int rows, int k, int last,
                       const double *scale, int *row, int *column) {
     double largest = 0;

@@ -1,4 +1,4 @@
-/* Eigenvalues of matrices that are not symmetric: see linear.h. */
+/* Eigenvalues of unsymmetric matrices by Hessenberg form and Francis's double shifts. */
 #include "runtime/core/linear/linear.h"
 
 #include <float.h>
@@ -29,7 +29,7 @@ static struct reflection reflection_of(int at, int size, const double *x) {
     return r;
 }
 
-/* Rows of A, in columns from `first` to `last`; */
+/* Applies a reflection to rows of A, in columns from `first` to `last`. */
 static void reflect_rows(double *A, int n, const struct reflection *r, int first, int last) {
     for (int j = first; j <= last; j++) {
         double sum = 0;
@@ -40,7 +40,7 @@ static void reflect_rows(double *A, int n, const struct reflection *r, int first
     }
 }
 
-/* and columns of A, in rows from `first` to `last`. */
+/* Applies a reflection to columns of A, in rows from `first` to `last`. */
 static void reflect_columns(double *A, int n, const struct reflection *r, int first, int last) {
     for (int i = first; i <= last; i++) {
         double sum = 0, *row = A + i * n + r->at;
@@ -51,7 +51,7 @@ static void reflect_columns(double *A, int n, const struct reflection *r, int fi
     }
 }
 
-/* To zero below the first subdiagonal, pair by pair from below. */
+/* Reduces A to zeros below the first subdiagonal, pair by pair from below. */
 static void reduce_to_hessenberg(double *A, int n) {
     for (int j = 0; j < n - 2; j++)
         for (int i = n - 2; i > j; i--) {
@@ -65,7 +65,7 @@ static void reduce_to_hessenberg(double *A, int n) {
         }
 }
 
-/* The first row of the block that ends at `last` and has no zero on its subdiagonal. */
+/* Returns the first row of the unreduced block that ends at `last`. */
 static int begin_of_block(double *A, int n, int last) {
     for (int i = last; i > 0; i--) {
         const double size = fabs(A[(i - 1) * (n + 1)]) + fabs(A[i * (n + 1)]);
@@ -77,7 +77,7 @@ static int begin_of_block(double *A, int n, int last) {
     return 0;
 }
 
-/* Eigenvalues of the block of two rows that begins at `at`. */
+/* Computes the eigenvalues of the 2 x 2 block at `at`. */
 static void take_pair(const double *A, int n, int at, double *re, double *im) {
     const double a = A[at * (n + 1)], b = A[at * n + at + 1];
     const double c = A[(at + 1) * n + at], d = A[(at + 1) * (n + 1)];
@@ -90,7 +90,7 @@ static void take_pair(const double *A, int n, int at, double *re, double *im) {
     im[at + 1] = -im[at];
 }
 
-/* One double step of the block, whose shifts have this sum and product. */
+/* Makes one double step of a block; the shifts have this sum and product. */
 static void francis_step(double *A, int n, int first, int last, double sum, double product) {
     const double *H = A + first * (n + 1);
     double x[3] = {H[0] * H[0] + H[1] * H[n] - sum * H[0] + product, H[n] * (H[0] + H[n + 1] - sum),
@@ -108,7 +108,8 @@ static void francis_step(double *A, int n, int first, int last, double sum, doub
             A[i * n + j] = 0;
 }
 
-/* A step by the eigenvalues of the last two rows, or, now and then, by others. */
+/* Makes a step with the eigenvalues of the last two rows as shifts, and with exceptional shifts now and then.
+ */
 static void step_of_block(double *A, int n, int first, int last, int iteration) {
     const double a = A[(last - 1) * (n + 1)], d = A[last * (n + 1)];
     const double below = A[last * n + last - 1], above = A[(last - 1) * n + last];

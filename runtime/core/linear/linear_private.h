@@ -1,4 +1,5 @@
-/* Linear algebra: what its own files share. */
+/* Declarations that the files of linear algebra share: compilation for wide vectors, sweeps over trees of
+ * joints. */
 #ifndef REFDYN_LINEAR_PRIVATE_H
 #define REFDYN_LINEAR_PRIVATE_H
 
@@ -7,11 +8,11 @@
 #include "runtime/core/linear/linear.h"
 
 /*
- * Functions that are compiled twice, for wide vectors and for any processor.
+ * ---- Functions compiled for wide vectors and for any processor ----
  *
- * COMPILE(result, name, parameters, arguments) makes refdyn_NAME of the INLINE function NAME: on x86-64 its
- * version for wide vectors runs where the processor has them. No operation is fused or reordered, so results
- * do not depend on it.
+ * COMPILE(result, name, parameters, arguments) makes refdyn_NAME of the INLINE function NAME: on x86-64 the
+ * version for wide vectors runs where the processor has them. No operation is fused or reordered, so that
+ * both versions produce the same bits.
  */
 
 #if defined(__x86_64__) && defined(__GNUC__)
@@ -41,11 +42,11 @@
     }
 #endif
 
-/* The sweeps of linear.h over a tree of joints: vectors by position. */
+/* ---- Sweeps over a tree of joints, vectors by position ---- */
 
-enum { REFDYN_LEFT_MOST = 6, REFDYN_RIGHT_MOST = 12 }; /* components of a wrench, and of what it meets */
+enum { REFDYN_LEFT_MOST = 6, REFDYN_RIGHT_MOST = 12 }; /* components of a wrench, and of Y and Z */
 
-/* Where vectors stand in the record of a joint, which begins with S, and components in a vector. */
+/* Places of vectors in the record of a joint, which begins with S, and of components in a vector. */
 struct refdyn_chain_layout {
     int moments, forces, left, right;
     int shift, shift_rate, W, Z, Y, record; /* in a record, and its length */
@@ -73,23 +74,24 @@ INLINE struct refdyn_chain_layout refdyn_chain_layout_of(int planar) {
 
 enum { REFDYN_STRAINS = 6 }; /* doubles of a joint: linear.h */
 
-/* Numbers of a joint's factors: W, Y, Z, 1 / A_kk, and of strains A_kl, A_lk of the turn before and of the
- * one before that. */
+/* Returns the count of numbers in a joint's factors: W, Y, Z, 1 / A_kk, and with strains A_kl, A_lk for the
+ * two turns before. */
 INLINE int refdyn_chain_numbers(const struct refdyn_chain *c) {
     return c->left + 2 * c->right + 1 + (c->has_strains ? 4 : 0);
 }
 
-/* Numbers are real, or (wide) REFDYN_LANES complex ones side by side, real parts first: doubles of one. */
+/* Numbers are real, or (wide) REFDYN_LANES complex ones side by side, real parts first. Returns the doubles
+ * of one. */
 enum { REFDYN_LANES = 4 };
 
 INLINE int refdyn_chain_width(int wide) {
     return wide ? 2 * REFDYN_LANES : 1;
 }
 
-/* Factors of A for the number g, without its border. Returns -1, or the position of the first joint without a
+/* Factors A without its border for the number g. Returns -1, or the position of the first joint without a
  * pivot. */
 int refdyn_chain_eliminate(const struct refdyn_chain *c, int wide, const double *g, double *factors);
-/* x (n numbers) := A^-1 x without the border. Returns 0, as do all that follow. */
+/* x (n numbers) := A^-1 x without the border. Returns 0, as do the functions below. */
 int refdyn_chain_solve_tree(const struct refdyn_chain *c, int wide, const double *factors, double *x);
 /* y (n numbers) := M x_0 + D x_1 + K x_2 without couplings; NULL: zero. */
 int refdyn_chain_multiply(const struct refdyn_chain *c, int wide, const double *const x[3], double *y);

@@ -64,6 +64,8 @@ const struct refdyn_method_definition *refdyn_method_definition(enum refdyn_meth
 /* Projection of the stages onto the programme: singular_crossing.c. */
 struct refdyn_stage_guide {
     int (*bring)(void *context, double t, double *state);
+    /* Judges the projection of the end from `before` to `state`; NULL: judged like an ordinary step. */
+    int (*follow)(void *context, const double *before, const double *state);
     void *context;
 };
 

@@ -1,15 +1,17 @@
 /*
  * The automatic choice of a method: by trial.
  *
- * Takes the accepted steps of a motion; gives the method of the next one. Two candidates: an explicit method,
- * and the implicit one that suits tolerance, damping and step. The largest rate of the linearised equations
- * gives the stability limit of the explicit one, and so which of them begins: where many of its steps lie
- * before the end, the implicit one. The other one takes some steps on trial while it stands a chance: the
- * implicit one where it is stability that rules the explicit steps, the explicit one where its limit lets it
- * go half as far. The one that goes further for its counted operations goes on, until the next look: after a
- * while that doubles, or when it has slowed down. Where forces saturate, as friction, there is one candidate:
- * what slides shows nothing of the rate at which it will stick, and of all methods it is the points of Radau
- * that damp that rate and see where it comes and goes.
+ * In: the accepted steps of a motion. Out: the method of the next one. There are two candidates: an explicit
+ * method, and the implicit one that suits tolerance, damping and step.
+ *
+ * The largest rate of the linearised equations determines the stability limit of the explicit method. If many
+ * of its steps would be needed before the end, the implicit method begins. The other candidate takes some
+ * steps on trial if it has a chance: the implicit one if stability limits the explicit steps, the explicit
+ * one if its limit lets it go half as far. The method that goes further for its counted operations continues
+ * until the next trial, after a time that doubles, or when it has slowed down.
+ *
+ * Where forces saturate, such as friction, there is one candidate. A sliding body does not show the rate at
+ * which it will stick; of all methods, the points of Radau damp that rate and see where it comes and goes.
  */
 #include "runtime/core/motion/motion.h"
 
@@ -20,44 +22,44 @@
 #include "runtime/core/linear/chain_cost.h"
 #include "runtime/core/methods/methods.h"
 
-/* Places of the candidates. */
+/* Indices of the candidates. */
 enum { EXPLICIT, IMPLICIT };
 
-/* The cases that are named here are those of tests/suite.py. */
+/* The cases named here are those of tests/suite.py. */
 
-/* A trial has ten steps, of which four are measured: the others bring the step from that of the method before
- * to its own, which grows by a factor of 5 at most. Ten implicit steps cost as much as 20 to 25
- * of rk8, a fifth of 130, on which they have to pay: with 100 E 2e11, which rk8 can end in 132 steps, goes
- * over and takes 1.3 times as long, with 150 programme, fast (163) does not and takes 1.5 times as long.
- */
+/* A trial has ten steps, of which four are measured. In the others the step changes from that of the method
+ * before to its own; it grows by a factor of at most 5 each. Ten implicit steps cost as much as 20 to 25
+ * steps of rk8, a fifth of the 130 on which they have to pay. With 100 instead, case E 2e11, which rk8 can
+ * end in 132 steps, changes over and takes 1.3 times as long; with 150, case programme, fast (163 steps) does
+ * not, and takes 1.5 times as long. */
 enum { TRIAL_STEPS = 10, MEASURED_STEPS = 4, LOOK_STEPS = 25, FEW_STEPS = 130 };
 
-/* |lambda| h of rk8: its stability ends at 5.97 on the imaginary and at 6.40 on the negative real axis. Below
- * half of it the step follows accuracy. */
+/* |lambda| h of rk8: it is stable up to 5.97 on the imaginary and 6.40 on the negative real axis. Below half
+ * of this limit, accuracy determines the step. */
 static const double explicit_limit = 5;
-/* Damping ratio of the fastest mode from which it has to be damped: a step of x radians leaves e^(-0.2 x) of
- * it, 0.14 of ten radians, where the points of Gauss leave all. */
+/* Damping ratio of the fastest mode from which a method has to damp it: of a step of x radians e^(-0.2 x)
+ * remains, 0.14 for ten radians, while the points of Gauss leave all of it. */
 static const double damped = 0.2;
 /* The tolerance above which a Rosenbrock method goes further than the points of Radau. Instructions of
  * rodas5p over those of radau9 in stiff motions (ratio 1, massless beam, elements 64, 256, reference
- * manipulator with damping, spacearm): 0.3 to 0.9 at 1e-4, 1.0 to 1.6 at 1e-6 (massless beam 0.7), where its
- * errors add up besides. */
+ * manipulator with damping, spacearm): 0.3 to 0.9 at 1e-4; 1.0 to 1.6 at 1e-6 (massless beam 0.7), where its
+ * errors also add up. */
 static const double loose = 1e-5;
-/* Radians of the fastest mode in a step, below which it is followed, as far as the error estimate of
- * collocation sees it, and the factor by which errors of Gauss's points add up then: without it errors of 29
- * cases are in proportion to the tolerance, with it those of 30. */
+/* Radians of the fastest mode in a step, below which the step follows it, as far as the error estimate of
+ * collocation sees it; and the factor by which errors of Gauss's points add up then. Without the factor,
+ * errors of 29 cases are in proportion to the tolerance, with it those of 30. */
 static const double followed = 10, adds_up_followed = 5;
-/* Radians of the fastest mode in a step, above which it is not excited: without, the heavy tip takes 80 steps
- * at a tolerance of 1e-8, with it 65. */
+/* Radians of the fastest mode in a step, above which it is not excited. Without this limit the heavy tip
+ * takes 80 steps at a tolerance of 1e-8, with it 65. */
 static const double left_behind = 300;
-/* A method that goes less far than this part of what it did when chosen is put on trial: less than half, so
- * that another one can win back what the trial costs. */
+/* A trial begins when a method advances by less than this part of its advance when it was chosen. It is below
+ * half, so that another method can win back the cost of the trial. */
 static const double slowed = 0.4;
-/* Operations on dense matrices take this part of the time that those of emitted functions do, as they fill
- * vectors, and sweeps over joints this: measured by tests/bench/implicit. */
+/* Time of an operation over that in an emitted function: on dense matrices, which fill vector registers, and
+ * in sweeps over joints. Measured by tests/bench/implicit. */
 static const double dense_share = 0.4, chain_share = 0.8;
 
-/* Those of implicit steps with the tangent. */
+/* Operations of implicit steps with the tangent. */
 static double linear_operations(const struct refdyn_motion *motion) {
     const struct refdyn_model *model = motion->work->model;
     const int n = model->n, border = model->m + model->coupling_count;
@@ -100,24 +102,25 @@ static int is_explicit(enum refdyn_method method) {
     return !refdyn_method_definition(method)->kind->is_implicit;
 }
 
-/* That of the method in use over the steps since the last mark. An explicit one cannot keep a step beyond its
- * limit, though a few steps do not show it. */
+/* Progress of the method in use over the steps since the last mark. An explicit method cannot keep a step
+ * beyond its limit, although a few steps do not show it. */
 static double lasting_progress(const struct refdyn_motion *motion, int steps) {
     const double reach = mean_step(motion, steps) * motion->automatic.found.rate;
     return progress(motion) *
            (is_explicit(motion->step.number) && reach > explicit_limit ? explicit_limit / reach : 1);
 }
 
-/* Forces saturate, and the tangent is there. */
+/* Forces saturate, and the model has a tangent. */
 static int has_one_candidate(const struct refdyn_motion *motion) {
     const struct refdyn_model *model = motion->work->model;
     return model->saturates && refdyn_has_tangent(model);
 }
 
-/* Points of Gauss keep vibrations, the others damp what the steps, as they are now, leave far behind. */
+/* The points of Gauss keep vibrations; the others damp vibrations that are much faster than the present
+ * steps. */
 static enum refdyn_method implicit_for(const struct refdyn_motion *motion) {
     const struct refdyn_automatic *choice = &motion->automatic;
-    const double h = motion->control.next; /* 0 at the start: none is known */
+    const double h = motion->control.next; /* 0 at the start: unknown */
     if (has_one_candidate(motion))
         return REFDYN_RADAU9;
     if (choice->found.damping < damped && h > 0 && h * choice->found.rate < left_behind)
@@ -149,20 +152,20 @@ static void go_on_with(struct refdyn_motion *motion, int candidate) {
     mark(motion);
 }
 
-/* Too few steps of this length are left for another trial to pay; never where the end is not known. */
+/* Too few steps of this length remain for another trial to pay; never if the end is not known. */
 static int is_nearly_done(const struct refdyn_motion *motion, double step) {
     return motion->t_final - motion->step.t_end < FEW_STEPS * step;
 }
 
-/* Stability, not accuracy, rules the explicit steps since the last mark, and enough of them are left. */
+/* Stability, not accuracy, limits the explicit steps since the last mark, and enough of them remain. */
 static int implicit_may_pay(const struct refdyn_motion *motion, int steps) {
     const double rate = motion->automatic.found.rate;
     return mean_step(motion, steps) * rate >= explicit_limit / 2 &&
            !is_nearly_done(motion, explicit_limit / rate);
 }
 
-/* The trial has ended. An explicit method at its limit does not win over what an implicit one did before the
- * trial, maybe in a transient, but over a trial that follows its own. */
+/* The trial has ended. An explicit method at its limit is not compared with the steps of an implicit one
+ * before the trial, maybe in a transient, but with a trial that follows its own. */
 static void judge(struct refdyn_motion *motion) {
     struct refdyn_automatic *choice = &motion->automatic;
     double *gone = choice->found.progress;
@@ -174,13 +177,13 @@ static void judge(struct refdyn_motion *motion) {
         go_on_with(motion, winner);
 }
 
-/* Of a step: those of its stages, and that of its end. */
+/* Evaluations of a step: those of its stages, and that of its end. */
 static int evaluations_of_explicit(void) {
     const struct refdyn_tableau *tableau = refdyn_method_definition(REFDYN_RK8)->table;
     return tableau->stages + 1;
 }
 
-/* At its limit it goes not half as far as the implicit method in use. */
+/* At its limit it goes less than half as far as the implicit method in use. */
 static int explicit_is_hopeless(const struct refdyn_motion *motion) {
     const struct refdyn_choice *found = &motion->automatic.found;
     const double per_step = evaluations_of_explicit() * motion->work->model->qdd_cost;
@@ -188,7 +191,7 @@ static int explicit_is_hopeless(const struct refdyn_motion *motion) {
            explicit_limit / found->rate / per_step < found->progress[IMPLICIT] / 2;
 }
 
-/* The candidate that is not in use, unless it stands no chance at the rate that was just found. */
+/* Tries the candidate that is not in use, unless it has no chance at the rate that was just computed. */
 static void try_the_other(struct refdyn_motion *motion) {
     const int chosen = motion->automatic.chosen;
     if (chosen == EXPLICIT ? implicit_may_pay(motion, LOOK_STEPS) : !explicit_is_hopeless(motion))
@@ -220,8 +223,8 @@ void refdyn_automatic_start(struct refdyn_motion *motion) {
     ask_for(motion, has_one_candidate(motion) ? IMPLICIT : EXPLICIT);
 }
 
-/* Does the chosen method still do what it was chosen for? If not, a trial begins with a look at the rates;
- * what is in use needs none, its last steps are its measure. */
+/* Does the chosen method still advance as when it was chosen? If not, the rates are computed and a trial of
+ * the other one begins; the last steps measure the method in use. */
 static void look(struct refdyn_motion *motion) {
     struct refdyn_automatic *choice = &motion->automatic;
     double *gone = choice->found.progress;
@@ -238,13 +241,14 @@ static void look(struct refdyn_motion *motion) {
     }
 }
 
-/* Gauss's points were chosen in a transient whose vibrations the steps have left behind by now. */
+/* Gauss's points may have been chosen in a transient whose vibrations are much faster than the present steps.
+ */
 static void damp_what_is_left_behind(struct refdyn_motion *motion) {
     if (motion->step.number == REFDYN_GAUSS12)
         use(motion, IMPLICIT);
 }
 
-/* The only candidate, after steps of rk8 from a state where the tangent is not finite. */
+/* Back to the only candidate, after steps of rk8 from a state where the tangent is not finite. */
 static void go_back_to_it(struct refdyn_motion *motion) {
     if (motion->automatic.steps_left <= 0)
         ask_for(motion, IMPLICIT);
@@ -268,20 +272,20 @@ void refdyn_automatic_after_step(struct refdyn_motion *motion) {
         look(motion);
 }
 
-/* Step that a method begins with after another one. */
+/* The first step of a method after another one. */
 static double first_step(const struct refdyn_motion *motion, enum refdyn_method method) {
     const double rate = motion->automatic.found.rate, h = motion->control.next;
     return is_explicit(method) && rate > 0 ? fmin(h, explicit_limit / rate) : h;
 }
 
-/* So many steps of an explicit method until the end that it is not worth beginning with it. */
+/* An explicit method would take so many steps until the end that the motion does not begin with it. */
 static int is_too_long_for_explicit(const struct refdyn_motion *motion) {
     return isfinite(motion->t_final) && motion->automatic.found.rate > 0 &&
            !is_nearly_done(motion, 2 * explicit_limit / motion->automatic.found.rate);
 }
 
-/* The rates of the linearised equations. Where the tangent is not finite, as at a root of 0, they are unknown
- * and the explicit method goes on. */
+/* Computes the rates of the linearised equations. If the tangent is not finite, as at a root of 0, they are
+ * unknown and the explicit method continues. */
 static void look_at_rates(struct refdyn_motion *motion) {
     struct refdyn_automatic *choice = &motion->automatic;
     struct refdyn_step *step = &motion->step;

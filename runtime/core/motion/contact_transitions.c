@@ -1,8 +1,9 @@
 /*
- * Transitions of one-sided contacts: see motion.h.
+ * Transitions of one-sided contacts: impacts, rest and new modes.
  *
- * Takes a state at which contacts are closed. g are the gaps; n are their gradients in the metric of the mass
- * matrix, without the parts that the rows of the programme hold; e are the coefficients of restitution.
+ * In: a state at which contacts are closed. Out: rates after the impacts, and the new modes. g are the gaps;
+ * n are their gradients in the metric of the mass matrix, without the parts that the rows of the programme
+ * hold; e are the coefficients of restitution.
  *
  * Impact: the smallest change of rates with g'+ >= -e g'- where g'- < 0, and g'+ >= 0 where a contact rests.
  * Its impulses are >= 0, and it loses energy (Pfeiffer and Glocker, Multibody Dynamics with Unilateral
@@ -15,8 +16,8 @@
  * least constraint). A contact whose force is 0 there opens, or touches where g'' = 0. This is judged shortly
  * after the transition, since forces that are just passing zero have a sign there.
  *
- * Ending rebounds at one tolerance instead of a hundredth leaves errors of 42 tolerances in a stack of two
- * balls; a hundredth leaves 1e-4.
+ * A hundredth of the tolerance leaves errors of 1e-4 tolerances in a stack of two balls; one tolerance would
+ * leave 42.
  */
 #include "runtime/core/motion/motion.h"
 
@@ -27,14 +28,15 @@
 #include "runtime/core/constraints/constraints.h"
 #include "runtime/core/linear/linear.h"
 
-enum { IMPACTS_MOST = 5000 }; /* at one time: between bodies in a row they die out as a geometric series */
+enum { IMPACTS_MOST = 5000 }; /* at one time: between bodies in a row they decay as a geometric series */
 enum { ROUNDS_FREE = 20, ROUNDS_EACH = 20 }; /* of impacts and of contacts that come to rest, at one time */
 static const double rebound_part = 0.01;     /* of the tolerance: lower rebounds are ignored */
 static const double rounding_digits =
     64 * DBL_EPSILON;                    /* of a gap or its rate, over the sum of its |terms| */
 static const double bias_digits = 1e-10; /* the same of accelerations, which a linear system determines */
 static const double pressed_part = 0.5;  /* of the closing acceleration: with more it is still pressed */
-static const double later_part = 1e-6;   /* of the longest step: so much later forces have a sign */
+static const double later_part =
+    1e-6; /* of the longest step: forces that pass zero have a sign so much later */
 
 /* ---- The state of the contacts ---- */
 

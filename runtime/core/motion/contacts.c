@@ -1,8 +1,8 @@
 /*
- * One-sided contacts, their modes and values: see motion.h.
+ * One-sided contacts: their modes and values.
  *
- * The force of a contact that rests is the multiplier of its row: M qdd - h - Q = u^T lambda, u the gradient
- * of the gap.
+ * In: a state. Out: the values whose zeros are events of contacts, and the forces of contacts. The force of a
+ * contact that rests is the multiplier of its row: M qdd - h - Q = u^T lambda, u the gradient of the gap.
  */
 #include "runtime/core/motion/motion.h"
 
@@ -12,11 +12,10 @@
 
 #include "runtime/core/linear/linear.h"
 
-static const double force_digits = 64 * DBL_EPSILON; /* rounding of a force, over the largest of them */
-static const double difference_part =
-    1e-4;                              /* of the longest step: time difference for the change of a force */
-static const double dependent = 1e-9;  /* a column that keeps less of its length depends on others */
-static const double first_step = 1e-3; /* in place of the longest step before the first one [s] */
+static const double force_digits = 64 * DBL_EPSILON; /* rounding of a force, over the largest force */
+static const double difference_part = 1e-4; /* of the longest step: time difference for the rate of a force */
+static const double dependent = 1e-9;       /* a column that keeps less of its length depends on others */
+static const double first_step = 1e-3;      /* in place of the longest step before the first one [s] */
 
 void refdyn_contacts_lay_out(struct refdyn_contacts *contacts, const struct refdyn_model *model,
                              struct layout *layout) {
@@ -79,7 +78,7 @@ int refdyn_contact_of(const struct refdyn_contacts *contacts, int event) {
     return -1;
 }
 
-/* The forces of a state: multipliers of the contacts' rows, in `rates`. */
+/* The forces of a state: the multipliers of the contacts' rows, in `rates`. */
 static double *find_forces(struct refdyn_contacts *contacts, const struct refdyn_step *step, double t,
                            const double *state, int *status) {
     *status = refdyn_rates(&step->evaluation, t, state, contacts->rates);
@@ -142,7 +141,7 @@ static void take_column(const struct refdyn_contacts *contacts, const struct ref
         column[k] = contacts->mode[k] == REFDYN_CONTACT_FREE ? 0 : by_q[contacts->event[k] * model->n + j];
 }
 
-/* Removes from x its parts along `size` orthonormal vectors (count), twice to reduce rounding. */
+/* Removes from x its parts along `size` orthonormal vectors (count); a second pass reduces rounding. */
 static void leave_rest(const double *basis, int size, int count, double *x) {
     for (int pass = 0; pass < 2; pass++)
         for (int b = 0; b < size; b++)

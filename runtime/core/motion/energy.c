@@ -1,17 +1,17 @@
 /*
- * Energy balance of a motion (theory, sect. 8.8).
+ * Energy balance of a motion, and the work of its forces (theory, sect. 8.8).
  *
- * Takes an integrator at its outputs; gives the largest |change of (kinetic + potential) - work| over the
- * largest change of kinetic energy, potential energy or work. Work is that of all non-conservative and
- * programme forces, integrated with the motion (options.balance).
+ * In: an integrator at its outputs. Out: the largest |change of (kinetic + potential) - work| over the
+ * largest change of kinetic energy, potential energy or work. The work of all non-conservative and programme
+ * forces is integrated with the motion (options.balance), or by quadrature for methods that leave it out.
+ * Jumps of the energy at impulses, and where events set values, count as work.
  */
-#include "runtime/core/base/core.h"
-
-#include "refdyn.h"
+#include "runtime/core/motion/motion.h"
 
 #include <math.h>
+#include <string.h>
 
-/* Of an energy: what its rounding makes of it in a motion of many steps. */
+/* Of an energy: its rounding in a motion of many steps. */
 static const double rounding = 1e-12;
 
 int refdyn_energies(const struct refdyn_workspace *work, double t, const double *q, const double *qd,
@@ -78,4 +78,55 @@ double refdyn_energy_error(const struct refdyn_energy *energy) {
 
 int refdyn_energy_changes(const struct refdyn_energy *energy) {
     return energy->largest_change > rounding * (energy->largest + energy->unit);
+}
+
+/* ---- Energy by which a state jumps ---- */
+
+double refdyn_energy_at_begin(const struct refdyn_motion *motion) {
+    const struct refdyn_workspace *work = motion->work;
+    const struct refdyn_step *step = &motion->step;
+    double energy[2] = {0, 0};
+    if (motion->options.balance)
+        refdyn_energies(work, step->t_begin, step->state, step->state + step->n, energy);
+    return energy[0] + energy[1];
+}
+
+void refdyn_energy_has_jumped(struct refdyn_motion *motion, double before) {
+    struct refdyn_step *step = &motion->step;
+    step->state[2 * step->n] += refdyn_energy_at_begin(motion) - before;
+}
+
+/* ---- Work on a motion whose method does not integrate it ---- */
+
+/* step->side := the rates at theta of the step; at a time event, on its left side. */
+static int rates_at(struct refdyn_step *step, double theta) {
+    const double h = step->t_end - step->t_begin;
+    const double t = refdyn_step_inside(step, step->t_begin + theta * h);
+    int status = REFDYN_OK;
+    if (theta == 1)
+        memcpy(step->stage, step->state_new, (size_t)(2 * step->n) * sizeof(double));
+    else
+        status = step->method->kind->interpolate(step, theta, step->stage);
+    if (!status && theta == 1 && step->t_end < step->t_limit)
+        memcpy(step->side, step->rates_new, (size_t)(2 * step->n + 1) * sizeof(double));
+    else if (!status)
+        status = refdyn_rates(&step->evaluation, t, step->stage, step->side);
+    return status;
+}
+
+/* By Lobatto's formula of order 6 (Hairer and Wanner, Solving ODEs II, IV.5) on the interpolant of the step.
+ */
+int refdyn_find_work_done(struct refdyn_step *step, double theta, double *work_done) {
+    const double off = sqrt(0.05), h = step->t_end - step->t_begin;
+    const double places[3] = {0.5 - off, 0.5 + off, 1}, weights[3] = {5.0 / 12, 5.0 / 12, 1.0 / 12};
+    const int n = step->n;
+    double sum = step->rates[2 * n] / 12;
+    for (int k = 0; k < 3; k++) {
+        const int status = rates_at(step, theta * places[k]);
+        if (status)
+            return status;
+        sum += weights[k] * step->side[2 * n];
+    }
+    *work_done = step->state[2 * n] + theta * h * sum;
+    return REFDYN_OK;
 }

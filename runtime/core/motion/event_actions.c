@@ -1,9 +1,9 @@
 /*
- * What happens at events of the state: see motion.h.
+ * Actions of state events: impacts, and the rates, inputs and parameters that events set.
  *
- * Takes the events that are due and what event_terms gives; changes the state at the begin of the step, the
- * inputs and the parameters. An impact follows Newton's law: with g the value, dg/dt behind is -e dg/dt
- * before, by an impulse along dg/dq (constraints/impulse.c). What energy jumps by counts as work.
+ * In: the events that are due, and the result of event_terms. Out: the state at the begin of the step, inputs
+ * and parameters. An impact follows Newton's law: with g the value, dg/dt after it is -e dg/dt before, by an
+ * impulse along dg/dq (impulse.c). The jump of the energy counts as work.
  */
 #include "runtime/core/motion/motion.h"
 
@@ -13,13 +13,13 @@
 
 #include "runtime/core/constraints/constraints.h"
 
-enum { ROUNDS_MOST = 200 };                 /* of impacts at one time, as one may cause others again */
-static const double at_rest = 1e-12;        /* of the rate before: below it an impact is over */
+enum { ROUNDS_MOST = 200 };                 /* of impacts at one time, since one may cause others */
+static const double at_rest = 1e-12;        /* of the rate before: with less, an impact is over */
 static const double against_rows = 0x1p-26; /* sqrt(DBL_EPSILON): of a row's terms, by rates that are set */
 
-/* What the actions of one time have done. */
+/* What the actions at one time have changed. */
 struct done {
-    int has_rates, has_values; /* rates are other ones; inputs or parameters */
+    int has_rates, has_values; /* rates; inputs or parameters */
     int has_impacts;           /* in the last round of impacts */
 };
 
@@ -34,7 +34,7 @@ static int meet_impact(struct refdyn_motion *motion, int i, struct done *done) {
     const double rate = events->terms[i], restitution = events->terms[events->count * (1 + 2 * n) + i];
     double *qd = step->state + n, *jump = events->room;
     if (!(motion->work->model->events[i].direction * rate > at_rest * fabs(events->rates[i])))
-        return REFDYN_OK; /* it leaves zero by itself */
+        return REFDYN_OK; /* it leaves zero anyway */
     int status = refdyn_equations(motion->work, step->t_begin, step->state, qd);
     if (!status)
         status = refdyn_impulse(motion->work, gradient, -(1 + restitution) * rate, jump);
@@ -44,7 +44,7 @@ static int meet_impact(struct refdyn_motion *motion, int i, struct done *done) {
     return status;
 }
 
-/* Rates that the rows do not allow, more than they were off before. psi (m): residuals before. */
+/* Do the rows contradict the rates by more than before? psi (m): residuals before. */
 static int contradicts_rows(struct refdyn_workspace *work, const double *qd, const double *psi) {
     const int n = work->n;
     for (int a = 0; a < work->m; a++) {
@@ -59,7 +59,7 @@ static int contradicts_rows(struct refdyn_workspace *work, const double *qd, con
     return 0;
 }
 
-/* Sets what the event sets, from the values in the terms. */
+/* Sets rates, inputs and parameters to the values in the terms. */
 static int set_values(struct refdyn_motion *motion, int i, struct done *done) {
     struct refdyn_workspace *work = motion->work;
     const struct refdyn_model *model = work->model;
@@ -84,7 +84,7 @@ static int set_values(struct refdyn_motion *motion, int i, struct done *done) {
     return sets_parameters ? refdyn_check_parameters(work) : REFDYN_OK;
 }
 
-/* Rows are asked only where an author sets rates. */
+/* Checks rows only if the event sets rates. */
 static int set_within_rows(struct refdyn_motion *motion, int i, struct done *done) {
     struct refdyn_workspace *work = motion->work;
     struct refdyn_step *step = &motion->step;
@@ -104,7 +104,7 @@ static int set_within_rows(struct refdyn_motion *motion, int i, struct done *don
     return status;
 }
 
-/* Impacts that are due, each at the state that the previous ones have left; then contacts, all together. */
+/* The action of one event, at the state that the previous ones have left. Contacts follow, all together. */
 static int act(struct refdyn_motion *motion, int i, int is_first, struct done *done) {
     struct refdyn_workspace *work = motion->work;
     const struct refdyn_model *model = work->model;
@@ -119,16 +119,17 @@ static int act(struct refdyn_motion *motion, int i, int is_first, struct done *d
     return status;
 }
 
-/* ---- Going on ---- */
+/* ---- Continuing ---- */
 
-/* Parameters and inputs are other ones: gains, and where time events lie. */
+/* Parameters or inputs have changed: gains and time events follow them. */
 static void take_values(struct refdyn_motion *motion) {
     const struct refdyn_step *step = &motion->step;
     const double next = motion->control.next;
     refdyn_parameters_take(&motion->parameters, motion->work->model);
     refdyn_parameters_set_gains(&motion->parameters, motion->work->model, &motion->options,
                                 next > 0 ? next : INFINITY);
-    refdyn_events_find(&motion->events, motion->work, step->t_begin, step->state, step->state + step->n);
+    refdyn_time_events_take(&motion->time_events, motion->work, step->t_begin, step->state,
+                            step->state + step->n);
 }
 
 /* Notes the residuals of the rows before due events happen, on the side before kinks. */
@@ -138,13 +139,13 @@ static int note_rows(struct refdyn_motion *motion) {
     if (motion->work->m == 0)
         return REFDYN_OK;
     memcpy(state, step->state, refdyn_state_bytes(step));
-    refdyn_state_events_leave_kinks(&motion->state_events, step, -1, state);
+    refdyn_kinks_leave(&motion->state_events, step, -1, state);
     const int status = refdyn_row_terms(motion->work, step->t_begin, state, state + step->n);
     refdyn_rows_note(motion, state);
     return status;
 }
 
-/* Onto the rows, as a motion starts, or after a jump. */
+/* Brings the state onto the rows, as at the start of a motion, or by an impulse if they have jumped. */
 static int meet_rows(struct refdyn_motion *motion) {
     struct refdyn_workspace *work = motion->work;
     struct refdyn_step *step = &motion->step;
@@ -158,23 +159,17 @@ static int meet_rows(struct refdyn_motion *motion) {
     return status ? status : refdyn_project_evaluated(work, step->t_begin, q, qd);
 }
 
-/* The motion goes on from the begin of the step, with nothing of the steps before. */
+/* The motion continues from the begin of the step, and forgets the steps before. */
 static int go_on(struct refdyn_motion *motion) {
     struct refdyn_step *step = &motion->step;
-    refdyn_step_break_off(step, 1);
-    refdyn_linear_leave_begin(&motion->linear);
-    refdyn_linear_drop_factors(&motion->linear);
-    refdyn_programme_forget(&motion->programme);
-    refdyn_control_leave_interval(&motion->control);
+    refdyn_motion_break_off(motion, 1);
     refdyn_step_limit(step, INFINITY);
     int status = meet_rows(motion);
     if (!status)
         status = refdyn_rates(&step->evaluation, step->t_begin, step->state, step->rates);
-    if (status)
-        return status;
-    memcpy(step->state_new, step->state, refdyn_state_bytes(step));
-    memcpy(step->rates_new, step->rates, refdyn_rates_bytes(step));
-    return REFDYN_OK;
+    if (!status)
+        refdyn_step_give_up(step);
+    return status;
 }
 
 /* Each event that is due acts once; impacts repeat until no impact causes another one. */
@@ -191,7 +186,7 @@ static int act_on_all(struct refdyn_motion *motion, struct done *done) {
     return REFDYN_EVENTS_ACCUMULATE;
 }
 
-/* Contacts that are due close or let go; impulses of other events may move those that rest. */
+/* Contacts that are due close or let go. Impulses of other events may move contacts that rest. */
 static int act_on_contacts(struct refdyn_motion *motion, struct done *done) {
     const struct refdyn_state_events *events = &motion->state_events;
     int is_due = done->has_rates;
@@ -203,22 +198,22 @@ static int act_on_contacts(struct refdyn_motion *motion, struct done *done) {
     return refdyn_contact_transitions_take(motion, &done->has_rates);
 }
 
-/* Beyond the kinks that are due. */
+/* Moves the state beyond the kinks that are due. */
 static int pass_kinks(struct refdyn_motion *motion) {
     struct refdyn_step *step = &motion->step;
     int have_jumped;
     refdyn_step_break_off(step, 1);
-    const int has_moved = refdyn_state_events_leave_kinks(&motion->state_events, step, 1, step->state);
+    const int has_moved = refdyn_kinks_leave(&motion->state_events, step, 1, step->state);
     int status = refdyn_rows_have_jumped(motion, &have_jumped);
     if (!status && have_jumped) {
         status = go_on(motion);
-        return !status && refdyn_state_events_lead_back(&motion->state_events, step) ? REFDYN_SLIDES : status;
+        return !status && refdyn_kinks_lead_back(&motion->state_events, step) ? REFDYN_SLIDES : status;
     }
     return status || !has_moved ? status
                                 : refdyn_rates(&step->evaluation, step->t_begin, step->state, step->rates);
 }
 
-/* All that is due, and where that leads. */
+/* The actions of all that is due, and the state from which the motion continues. */
 static int take_due(struct refdyn_motion *motion) {
     struct refdyn_state_events *events = &motion->state_events;
     struct refdyn_step *step = &motion->step;
@@ -251,5 +246,5 @@ int refdyn_event_actions_take(struct refdyn_motion *motion) {
         status = take_due(motion);
     if (!status)
         status = refdyn_state_events_begin(events, &motion->step);
-    return status ? status : refdyn_sliding_look(motion);
+    return status ? status : refdyn_kinks_check_sliding(motion);
 }

@@ -1,8 +1,8 @@
 /*
- * Rows that fade out towards a time event: see motion.h.
+ * Rows that fade out towards a time event.
  *
- * Takes the begin of a step and the event ahead; tells whether rows lose rank there without a jump, keeps the
- * stages of the step that leads there on the programme, and judges it.
+ * In: the begin of a step, and the event ahead. Out: whether rows lose rank there without a jump, and the
+ * step of gauss12 that ends there, with its stages on the programme.
  */
 #include "runtime/core/motion/motion.h"
 
@@ -12,14 +12,15 @@
 #include "runtime/core/constraints/constraints.h"
 #include "runtime/core/methods/methods.h"
 
-/* Error of the step, in tolerances: the estimate is that of states between its ends, that at the end is
- * smaller by orders. */
+/* Largest error of the step, in tolerances. The estimate is for states between its ends; the error at the end
+ * is smaller by orders. */
 static const double error_share = 2;
-/* The same in units of 1 rad and `length`, where steps are fixed. */
+/* The same for fixed steps [rad, or length]. */
 static const double error_fixed = 1e-8;
-/* Steps ahead, in which it is looked for: short steps, as those of rk4, end too near the event. */
+/* So many ordinary steps ahead it is looked for: short steps, such as those of rk4, end too near the event.
+ */
 static const double reach = 1024;
-/* As a part of the step: nearer to its end than that, rows say less than the polynomial. */
+/* As a part of the step: nearer to its end, the polynomial is more accurate than the rows. */
 static const double near_part = 0.05;
 
 static const struct refdyn_method_definition *method(void) {
@@ -31,7 +32,8 @@ int refdyn_fading_memory_size(const struct refdyn_model *model) {
     return may_fade ? method()->kind->memory_size(method(), model) : 0;
 }
 
-int refdyn_fading_is_due(struct refdyn_motion *motion, double h, double t) {
+/* Is the time event at t near for steps of h, and at most half as far as when it was last examined? */
+static int is_due(struct refdyn_motion *motion, double h, double t) {
     struct refdyn_fading *fading = &motion->fading;
     const double distance = t - motion->step.t_begin;
     if (t != fading->t) {
@@ -45,7 +47,8 @@ int refdyn_fading_is_due(struct refdyn_motion *motion, double h, double t) {
     return 1;
 }
 
-int refdyn_fading_is_ahead(struct refdyn_motion *motion, double t) {
+/* Do rows fade out towards the time event at t? The row terms in the workspace are lost. */
+static int is_ahead(struct refdyn_motion *motion, double t) {
     struct refdyn_workspace *work = motion->work;
     motion->fading.rank = work->partition.rank;
     motion->fading.is_known = work->partition.rank > 0 && !refdyn_rows_jump_at(motion, t) &&
@@ -53,34 +56,7 @@ int refdyn_fading_is_ahead(struct refdyn_motion *motion, double t) {
     return motion->fading.is_known;
 }
 
-int refdyn_fading_lost_rows(const struct refdyn_motion *motion) {
-    const struct refdyn_fading *fading = &motion->fading;
-    return fading->is_known && motion->step.t_begin < fading->t &&
-           motion->work->partition.rank < fading->rank;
-}
-
-/* Steps by this method from now on, whose stages the guide brings onto the programme. */
-static void follow_with(struct refdyn_motion *motion, enum refdyn_method number,
-                        const struct refdyn_stage_guide *guide) {
-    refdyn_method_use(number, &motion->step);
-    refdyn_step_guide(&motion->step, guide);
-    refdyn_programme_forget(&motion->programme);
-}
-
-void refdyn_fading_enter(struct refdyn_motion *motion) {
-    motion->fading.before = motion->step.number;
-    motion->fading.is_on = 1;
-    follow_with(motion, REFDYN_GAUSS12, &motion->fading.guide);
-}
-
-void refdyn_fading_leave(struct refdyn_motion *motion) {
-    if (!motion->fading.is_on)
-        return;
-    motion->fading.is_on = 0;
-    follow_with(motion, motion->fading.before, NULL);
-}
-
-/* A stage's state (2 n) onto the programme, with all rows that are independent. */
+/* Brings a stage's state (2 n) onto the programme, with all independent rows. */
 static int bring(void *context, double t, double *state) {
     struct refdyn_motion *motion = context;
     struct refdyn_workspace *work = motion->work;
@@ -92,10 +68,11 @@ static int bring(void *context, double t, double *state) {
 }
 
 void refdyn_fading_start(struct refdyn_motion *motion) {
-    motion->fading = (struct refdyn_fading){.guide = {bring, motion}, .t = -INFINITY};
+    motion->fading = (struct refdyn_fading){.guide = {bring, NULL, motion}, .t = -INFINITY};
 }
 
-int refdyn_fading_judge(struct refdyn_motion *motion) {
+/* Is the error of the step small enough? It ends where the rows have changed. Error: NO_CONVERGENCE. */
+static int judge(struct refdyn_motion *motion) {
     struct refdyn_step *step = &motion->step;
     const int n = step->n;
     const double tol = motion->options.tol, most = tol > 0 ? error_share * tol : error_fixed;
@@ -104,23 +81,51 @@ int refdyn_fading_judge(struct refdyn_motion *motion) {
     memset(step->rates_new, 0, refdyn_rates_bytes(step));
     memcpy(step->rates_new, step->state_new + n, (size_t)n * sizeof(double));
     refdyn_collocation_accelerations(step, 1, step->rates_new + n);
-    motion->rows_change = 1;
+    refdyn_rows_change_at_end(motion, 1);
     return REFDYN_OK;
-}
-
-int refdyn_fading_refuse(struct refdyn_motion *motion) {
-    struct refdyn_step *step = &motion->step;
-    struct refdyn_workspace *work = motion->work;
-    motion->rows_change = 0;
-    refdyn_fading_leave(motion);
-    if (refdyn_equations(work, step->t_begin, step->state, step->state + step->n) ||
-        refdyn_partition_renew(work))
-        return 0;
-    work->fault = (struct refdyn_fault){.row = work->partition.row[work->m - 1], .coordinate = -1};
-    return work->partition.rank >= motion->fading.rank;
 }
 
 int refdyn_fading_is_near(const struct refdyn_motion *motion, double t) {
     const struct refdyn_step *step = &motion->step;
-    return motion->fading.is_on && step->t_end > step->t_begin && refdyn_step_theta(step, t) > 1 - near_part;
+    return refdyn_fading_is_on(motion) && step->t_end > step->t_begin &&
+           refdyn_step_theta(step, t) > 1 - near_part;
+}
+
+/* ---- Its entry in the list of obstacles ---- */
+
+double refdyn_fading_find(struct refdyn_motion *motion, struct refdyn_ahead *ahead) {
+    const double t = ahead->time_event < ahead->bound ? ahead->time_event : INFINITY;
+    return motion->work->m > 0 && is_due(motion, ahead->h, t) && is_ahead(motion, t) ? t : INFINITY;
+}
+
+/* One attempt, from t_begin to t. */
+static int attempt(struct refdyn_motion *motion, double t) {
+    const struct refdyn_step *step = &motion->step;
+    const double h = t - step->t_begin;
+    refdyn_special_step_begin(motion, REFDYN_GAUSS12, &motion->fading.guide);
+    int status = refdyn_motion_try(motion, t, h);
+    if (!status)
+        status = judge(motion);
+    if (!status)
+        status = refdyn_row_terms(motion->work, refdyn_rows_side_of(motion, t), step->state_new,
+                                  step->state_new + step->n);
+    if (status)
+        return status;
+    refdyn_statistics_step(&motion->statistics, motion->work, h);
+    refdyn_statistics_method(&motion->statistics, step->number);
+    return REFDYN_OK;
+}
+
+int refdyn_fading_step(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, double *t) {
+    const double t_event = *t, t_begin = motion->step.t_begin;
+    const int status = attempt(motion, t_event);
+    if (!status)
+        return 1;
+    refdyn_motion_failed(motion, status, t_event);
+    refdyn_statistics_rejected(&motion->statistics, 1);
+    if (!refdyn_fading_refuse(motion))
+        *t = t_begin;
+    else if (!(2 * ahead->h > t_event - t_begin))
+        *t = INFINITY;
+    return 0;
 }

@@ -1,9 +1,9 @@
 /*
  * Motions: the caller owns the loop, an integrator takes the steps.
  *
- * Takes a workspace, options and a start; gives states at the times asked for, interpolated where a step
- * reaches beyond them and then brought onto the programme, with accelerations as the steps take them; the
- * start has those of the index partition, which is chosen there. Read from here: a step is accepted_step.c.
+ * In: a workspace, options and a start. Out: states at the times asked for. Where a step reaches beyond them
+ * they are interpolated and then brought onto the programme. Their accelerations are computed as in the
+ * steps; at the start the index partition is chosen, and provides them. accepted_step.c takes a step.
  */
 #include "runtime/core/base/core.h"
 
@@ -17,7 +17,7 @@
 #include "runtime/core/methods/methods.h"
 #include "runtime/core/motion/motion.h"
 
-/* [rad, length] After a longer way onto the programme, along which rows bend, another state may be nearer. */
+/* [rad, length] Rows bend along a longer way onto the programme, so that another state may be nearer. */
 static const double far_moved = 0.1;
 
 /* ---- Memory ---- */
@@ -28,7 +28,7 @@ static int may_use(const struct refdyn_options *options, enum refdyn_method meth
            (options->singular == REFDYN_PASS && method == REFDYN_RK8);
 }
 
-/* The most that any method which may be used needs: doubles of its memory, complex matrices. */
+/* The most that any usable method needs: doubles of its memory, complex matrices. */
 struct needs {
     int memory, complexes;
 };
@@ -54,7 +54,7 @@ static struct refdyn_motion *lay_out_motion(struct layout *layout) {
         layout, (int)((sizeof(struct refdyn_motion) + size - 1) / size));
 }
 
-/* The one list of what an integrator holds; returns its bytes. */
+/* All memory of an integrator; returns its bytes. */
 static size_t lay_out(struct refdyn_integrator *integrator, const struct refdyn_model *model,
                       const struct refdyn_options *options, char *base) {
     struct layout layout = {base, 0};
@@ -72,7 +72,7 @@ static size_t lay_out(struct refdyn_integrator *integrator, const struct refdyn_
     refdyn_programme_lay_out(&motion->programme, model, &layout);
     refdyn_crossing_lay_out(&motion->crossing, model, &layout);
     refdyn_rows_lay_out(&motion->before, model, &layout);
-    refdyn_events_lay_out(&motion->events, model, &layout);
+    refdyn_time_events_lay_out(&motion->time_events, model, &layout);
     refdyn_state_events_lay_out(&motion->state_events, model, &layout);
     refdyn_linear_lay_out(&motion->linear, model, has_tangent, has_tangent ? needs.complexes : 0, &layout);
     return layout.used;
@@ -85,7 +85,7 @@ size_t refdyn_integrator_size(const struct refdyn_model *model, const struct ref
     return lay_out(&integrator, model, options, NULL);
 }
 
-/* What does not change from motion to motion. */
+/* Sets what does not change from motion to motion. */
 static void connect(struct refdyn_integrator *integrator) {
     struct refdyn_motion *motion = integrator->motion;
     struct refdyn_workspace *work = integrator->work;
@@ -125,14 +125,14 @@ int refdyn_integrator_init(struct refdyn_integrator *integrator, struct refdyn_w
 
 /* ---- What the caller reads ---- */
 
-/* Before and after all that a caller asks for: the workspace has the motion's parameters between. */
+/* Begins a call: from here to `leave` the workspace has the motion's parameters. */
 static struct refdyn_motion *enter(struct refdyn_integrator *integrator) {
     struct refdyn_motion *motion = integrator->motion;
     refdyn_parameters_enter(&motion->parameters, motion->work);
     return motion;
 }
 
-/* `status` has ended it at t. */
+/* Ends a call, with this status at t: copies what the caller reads. */
 static int leave(struct refdyn_integrator *integrator, int status, double t) {
     struct refdyn_motion *motion = integrator->motion;
     refdyn_parameters_leave(&motion->parameters, motion->work);
@@ -154,8 +154,8 @@ static int leave(struct refdyn_integrator *integrator, int status, double t) {
 
 /* ---- Start ---- */
 
-/* Evaluates the given state, notes how far it is off, and moves it onto the programme when that is asked for.
- */
+/* Evaluates the given state, records how far it is off, and moves it onto the programme if the options ask
+ * for it. */
 static int meet_start(struct refdyn_integrator *integrator) {
     struct refdyn_workspace *work = integrator->work;
     const double t = integrator->t_right;
@@ -169,8 +169,8 @@ static int meet_start(struct refdyn_integrator *integrator) {
                : REFDYN_OK;
 }
 
-/* Accelerations and multipliers of the state that is seen, whose equations are in the workspace; chooses the
- * partition. */
+/* Accelerations and multipliers of the state that the caller sees, whose equations are in the workspace.
+ * Chooses the partition. */
 static int solve_seen(struct refdyn_integrator *integrator) {
     struct refdyn_workspace *work = integrator->work;
     const int status = refdyn_solve(work, integrator->options.stabilise, integrator->qdd);
@@ -184,7 +184,7 @@ static int solve_seen(struct refdyn_integrator *integrator) {
 }
 
 /* If the caller has made rows jump, the rates jump with them. With projections, steps begin on the programme,
- * even where the state that is seen is off it. */
+ * even if the state that the caller sees is off it. */
 static int place_step(struct refdyn_integrator *integrator) {
     struct refdyn_step *step = &integrator->motion->step;
     const double t = integrator->t_right;
@@ -199,62 +199,56 @@ static int place_step(struct refdyn_integrator *integrator) {
     return refdyn_partition_renew(integrator->work); /* off the programme, dependent rows look independent */
 }
 
-/* Steps begin at the state that is seen: rates of both ends are its own. Where they begin beside it, its row
- * terms are in the workspace again at the end, and its accelerations stay as they are. */
+/* Steps begin at the state that the caller sees, whose rates are those of both ends. If they begin off it,
+ * the workspace has its row terms again afterwards, and its accelerations stay as they are. */
 static int begin_here(struct refdyn_integrator *integrator) {
     struct refdyn_motion *motion = integrator->motion;
     struct refdyn_workspace *work = integrator->work;
     struct refdyn_step *step = &motion->step;
-    motion->rows_change = 0;
-    refdyn_crossing_leave(motion);
-    refdyn_fading_leave(motion);
-    refdyn_step_break_off(step, 0);
-    refdyn_linear_leave_begin(&motion->linear);
-    refdyn_linear_drop_factors(&motion->linear);
-    refdyn_programme_forget(&motion->programme);
-    refdyn_control_leave_interval(&motion->control);
-    work->partition.rank_most = work->partition.rank;
+    refdyn_rows_change_at_end(motion, 0);
+    refdyn_special_step_end(motion);
+    refdyn_motion_break_off(motion, 0);
+    refdyn_partition_bound_rank(work, work->partition.rank);
     int status = place_step(integrator);
     if (!status)
         status = refdyn_rates(&step->evaluation, integrator->t_right, step->state, step->rates);
     memcpy(step->rates_new, step->rates, refdyn_rates_bytes(step));
-    work->partition.rank_most = work->partition.rank;
+    refdyn_partition_bound_rank(work, work->partition.rank);
     if (!status && memcmp(step->state, integrator->q, refdyn_state_bytes(step)) != 0)
         status = refdyn_row_terms(work, integrator->t_right, integrator->q, integrator->qd);
     return status;
 }
 
-/* The parameters are the caller's, and gains those of the step that is proposed; time events are where these
- * put them. */
+/* Copies the caller's parameters, with the gains of the proposed step, and computes the time events for them.
+ */
 static void take_parameters(struct refdyn_integrator *integrator) {
     struct refdyn_motion *motion = integrator->motion;
     const double next = motion->control.next;
     refdyn_parameters_take(&motion->parameters, motion->work->model);
     refdyn_parameters_set_gains(&motion->parameters, motion->work->model, &motion->options,
                                 next > 0 ? next : INFINITY);
-    refdyn_events_find(&motion->events, motion->work, integrator->t, integrator->q, integrator->qd);
+    refdyn_time_events_take(&motion->time_events, motion->work, integrator->t, integrator->q, integrator->qd);
     refdyn_step_limit(&motion->step, INFINITY);
-    integrator->t_right = refdyn_events_right_of(&motion->events, integrator->t);
+    integrator->t_right = refdyn_time_events_right_of(&motion->time_events, integrator->t);
 }
 
-/* A motion begins: nothing of one before it is left. */
+/* A motion begins, and forgets the one before it. */
 static void clear(struct refdyn_motion *motion) {
     const enum refdyn_method method = motion->options.method;
     motion->t_most = motion->t_final = INFINITY;
     motion->evaluations_before = motion->work->evaluations;
-    motion->statistics = (struct refdyn_statistics){.phi_row = -1, .psi_row = -1};
+    refdyn_statistics_start(&motion->statistics);
     refdyn_rows_forget_seen(motion);
     refdyn_motion_failed(motion, REFDYN_OK, motion->failure.t);
     refdyn_linear_reset(&motion->linear);
     refdyn_control_begin(&motion->control, motion->options.step);
-    refdyn_crossing_start(motion);
-    refdyn_fading_start(motion);
+    refdyn_obstacles_start(motion);
     refdyn_step_guide(&motion->step, NULL);
     refdyn_method_use(method == REFDYN_AUTO ? REFDYN_RK8 : method, &motion->step);
     refdyn_partition_reset(motion->work);
 }
 
-/* Contacts that rest from the start: their rows act in the values that are seen there. */
+/* Rows of contacts that rest from the start act in the values that the caller sees there. */
 static int meet_contacts(struct refdyn_integrator *integrator) {
     struct refdyn_motion *motion = integrator->motion;
     int is_changed;
@@ -267,7 +261,7 @@ static int meet_contacts(struct refdyn_integrator *integrator) {
     return status;
 }
 
-/* start_moved holds the given positions; it becomes what projections have added to them. */
+/* start_moved: the given positions; then what projections have added to them. */
 static void note_moves(struct refdyn_integrator *integrator, int has_failed) {
     const struct refdyn_step *step = &integrator->motion->step;
     double *moved = integrator->start_moved;
@@ -318,7 +312,7 @@ int refdyn_integrator_start(struct refdyn_integrator *integrator, double t, cons
 
 int refdyn_integrator_refresh(struct refdyn_integrator *integrator) {
     struct refdyn_motion *motion = enter(integrator);
-    integrator->work->partition.rank_most = integrator->work->m;
+    refdyn_partition_bound_rank(integrator->work, integrator->work->m);
     take_parameters(integrator);
     int status = refdyn_check_parameters(integrator->work);
     if (!status)
@@ -328,7 +322,7 @@ int refdyn_integrator_refresh(struct refdyn_integrator *integrator) {
     refdyn_automatic_go_back(motion, motion->step.t_end - integrator->t);
     if (!status)
         status = begin_here(integrator);
-    motion->state_events.looks_again = 1;
+    refdyn_state_events_look_again(&motion->state_events);
     return leave(integrator, status, integrator->t);
 }
 
@@ -354,12 +348,12 @@ static int accelerate_seen(struct refdyn_integrator *integrator) {
     return status;
 }
 
-/* Where rows do not tell them: accelerations as the step's rates change, and no multipliers; the equations
- * for the force. */
+/* Where rows do not determine accelerations: the derivative of the step's rates, without multipliers; the
+ * equations are for the force. */
 static int continue_seen(struct refdyn_integrator *integrator) {
     const struct refdyn_step *step = &integrator->motion->step;
     const double theta = refdyn_step_theta(step, integrator->t);
-    if (integrator->motion->fading.is_on)
+    if (refdyn_fading_is_on(integrator->motion))
         refdyn_collocation_accelerations(step, theta, integrator->qdd);
     else
         refdyn_explicit_accelerations(step, theta, integrator->qdd);
@@ -367,7 +361,7 @@ static int continue_seen(struct refdyn_integrator *integrator) {
     return refdyn_equations(integrator->work, integrator->t_right, integrator->q, integrator->qd);
 }
 
-/* Onto the programme, where that says something about rates. */
+/* Brings the state onto the programme. Error: NO_CONVERGENCE where the rows say nothing about rates. */
 static int meet_programme_seen(struct refdyn_integrator *integrator) {
     struct refdyn_motion *motion = integrator->motion;
     struct refdyn_step *step = &motion->step;
@@ -391,8 +385,7 @@ static int interpolate_seen(struct refdyn_integrator *integrator) {
     const double theta = refdyn_step_theta(step, integrator->t);
     int status = step->method->kind->interpolate(step, theta, integrator->q);
     if (!status)
-        refdyn_state_events_see_before_kinks(&integrator->motion->state_events, step, integrator->t,
-                                             integrator->q);
+        refdyn_kinks_see_before(&integrator->motion->state_events, step, integrator->t, integrator->q);
     if (!status && step->method->kind->leaves_out_work && options->balance)
         status = refdyn_find_work_done(step, theta, &integrator->q[2 * step->n]);
     if (!status && integrator->work->m > 0 && options->stabilise == REFDYN_PROJECT &&
@@ -401,7 +394,7 @@ static int interpolate_seen(struct refdyn_integrator *integrator) {
     return status;
 }
 
-/* The state at t, at most that of the last step's end, with its accelerations. */
+/* The state at t, at most the end of the last step, with its accelerations. */
 static int show(struct refdyn_integrator *integrator, double t) {
     struct refdyn_motion *motion = integrator->motion;
     const struct refdyn_step *step = &motion->step;
@@ -426,14 +419,15 @@ static int show(struct refdyn_integrator *integrator, double t) {
 
 /* ---- Steps ---- */
 
-/* Does the last step end at t, or at an event that is at t within rounding? Then the state that is seen at t
- * is the one before the event. No step is as short as the resolution of the time. */
+/* Does the last step end at t, or at a state event that is at t within rounding? Then the caller sees the
+ * state before the event at t. No step is as short as the resolution of the time. */
 static int ends_at(const struct refdyn_motion *motion, double t) {
     const double apart = motion->state_events.due_named > 0 ? refdyn_state_events_blur(t) : 0;
     return t - motion->step.t_end <= fmax(apart, refdyn_motion_resolution(motion, t));
 }
 
-/* The steps have gone as far as they should, or failed: what is seen is t_out, or the end of the last one. */
+/* The steps have reached t_out or an event, or failed: the caller sees the state there, or at the end of the
+ * last one. */
 static int arrive(struct refdyn_integrator *integrator, double t_out, int status) {
     struct refdyn_motion *motion = integrator->motion;
     int seen = REFDYN_OK;
@@ -447,12 +441,13 @@ static int arrive(struct refdyn_integrator *integrator, double t_out, int status
     return status ? status : failed;
 }
 
-/* Is there more to do before t_out is seen, or an event? */
+/* Are more steps needed to reach t_out or an event? */
 static int is_before(const struct refdyn_motion *motion, double t_out) {
     return !ends_at(motion, t_out) && !refdyn_state_events_wait(&motion->state_events);
 }
 
-/* Tells of the events at the state that is seen, once; of those that have ended the motion, each time. */
+/* Reports the events at the state that the caller sees once; those that have ended the motion at each call.
+ */
 static int tell_events(struct refdyn_integrator *integrator) {
     struct refdyn_state_events *events = &integrator->motion->state_events;
     int ends = 0;
@@ -460,12 +455,11 @@ static int tell_events(struct refdyn_integrator *integrator) {
         return REFDYN_OK;
     for (int k = 0; k < events->due_named; k++)
         ends |= integrator->work->model->events[events->due[k]].ends;
-    integrator->event_count = events->is_told && !ends ? 0 : events->due_named;
-    events->is_told = !ends;
+    integrator->event_count = refdyn_state_events_report(events, ends);
     return ends ? REFDYN_EVENT_ENDS : REFDYN_OK;
 }
 
-/* As arrive; events at which the motion has failed are told of, too. */
+/* As arrive; events at which the motion has failed are also reported. */
 static int conclude(struct refdyn_integrator *integrator, double t_out, int failed) {
     const struct refdyn_state_events *events = &integrator->motion->state_events;
     const int status = arrive(integrator, t_out, failed);
@@ -535,7 +529,7 @@ int refdyn_integrator_to(struct refdyn_integrator *integrator, double t_out) {
 
 int refdyn_integrator_look(struct refdyn_integrator *integrator, double t) {
     const struct refdyn_motion *motion = integrator->motion;
-    if (!(refdyn_events_right_of(&motion->events, t) >= motion->step.t_begin &&
+    if (!(refdyn_time_events_right_of(&motion->time_events, t) >= motion->step.t_begin &&
           t <= fmax(motion->step.t_end, integrator->t)))
         return REFDYN_BAD_OPTION;
     enter(integrator);

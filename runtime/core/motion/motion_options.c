@@ -1,11 +1,17 @@
-/* Options of a motion: defaults and allowed ranges. */
-#include "runtime/core/base/core.h"
+/*
+ * Options of a motion, and the parameters with which it evaluates the model.
+ *
+ * In: the caller's options and parameters. Out: defaults and allowed ranges of the options; the parameters of
+ * a step of h, with alpha = beta = gain_share / h, or 0 where rows are not stabilised, or the gains of the
+ * rows as they are.
+ */
+#include "runtime/core/motion/motion.h"
 
 #include <float.h>
 #include <math.h>
+#include <string.h>
 
-#include "refdyn.h"
-#include "runtime/core/methods/methods.h"
+/* ---- Options ---- */
 
 static const double step_default = 1e-3; /* [s], the step of the chapter's rigid manipulator */
 static const double tol_default = 1e-6;  /* [rad]: a micrometre at 1 m */
@@ -38,7 +44,7 @@ static const char *wrong_option(const struct refdyn_options *options) {
     if (!is_fixed && refdyn_method_definition(options->method)->order_error == 0)
         return "tol must be 0: the method has fixed steps";
     if (!is_not_negative(options->step) || (is_fixed && options->step == 0))
-        return is_fixed ? "step must be positive" : "step must be positive, or 0 to be found";
+        return is_fixed ? "step must be positive" : "step must be positive, or 0 for an automatic one";
     if (!is_not_negative(options->step_max))
         return "step_max must be positive, or 0 for none";
     if (!is_not_negative(options->length))
@@ -59,4 +65,48 @@ int refdyn_options_validate(const struct refdyn_options *options, const char **f
     if (fact)
         *fact = wrong;
     return wrong ? REFDYN_BAD_OPTION : REFDYN_OK;
+}
+
+/* ---- Parameters ---- */
+
+void refdyn_parameters_lay_out(struct refdyn_parameters *parameters, const struct refdyn_model *model,
+                               struct layout *layout) {
+    parameters->own = layout_doubles(layout, model->parameter_count + model->derived_count);
+}
+
+void refdyn_parameters_enter(struct refdyn_parameters *parameters, struct refdyn_workspace *work) {
+    parameters->callers = work->p;
+    work->p = parameters->own;
+}
+
+void refdyn_parameters_leave(struct refdyn_parameters *parameters, struct refdyn_workspace *work) {
+    work->p = parameters->callers;
+}
+
+void refdyn_parameters_take(struct refdyn_parameters *parameters, const struct refdyn_model *model) {
+    const int count = model->parameter_count + model->derived_count;
+    memcpy(parameters->own, parameters->callers, (size_t)count * sizeof *parameters->own);
+}
+
+void refdyn_parameters_set(struct refdyn_parameters *parameters, struct refdyn_workspace *work, int place,
+                           double value) {
+    refdyn_parameters_leave(parameters, work);
+    work->p[place] = value;
+    refdyn_prepare(work);
+    refdyn_parameters_enter(parameters, work);
+    refdyn_parameters_take(parameters, work->model);
+}
+
+void refdyn_parameters_set_gains(struct refdyn_parameters *parameters, const struct refdyn_model *model,
+                                 const struct refdyn_options *options, double h) {
+    const int *gains = model->gains;
+    if (!gains || (options->stabilise == REFDYN_BAUMGARTE && options->gain_share == 0))
+        return;
+    const double gain = options->stabilise == REFDYN_BAUMGARTE ? options->gain_share / h : 0;
+    for (int a = 0; a < model->m; a++) {
+        if (gains[2 * a] >= 0)
+            parameters->own[gains[2 * a]] = 2 * gain;
+        if (gains[2 * a + 1] >= 0)
+            parameters->own[gains[2 * a + 1]] = gain * gain;
+    }
 }

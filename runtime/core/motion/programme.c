@@ -1,17 +1,18 @@
 /*
- * Keeping a motion on its programme: see motion.h.
+ * Keeps a motion on its programme.
  *
- * Takes states and the matrices of the steps; gives the nearest state on the programme in a metric that suits
+ * In: states, and the matrices of the steps. Out: the nearest state on the programme in a metric that suits
  * the method.
  */
 #include "runtime/core/motion/motion.h"
 
 #include <string.h>
 
-static const double moved_most = 10;        /* tolerances, by a projection */
-static const double moved_velocities = 0.5; /* of the largest velocity, by a projection */
+static const double moved_most = 10; /* tolerances: largest change of a position by a projection */
+static const double moved_velocities =
+    0.5; /* of the largest velocity: largest change of one by a projection */
 static const double turned_most =
-    0.1; /* [rad, or length]: beyond, directions in the metric of M are found anew */
+    0.1; /* [rad, or length]: after a longer way, directions in the metric of M are computed again */
 
 void refdyn_programme_lay_out(struct refdyn_programme *programme, const struct refdyn_model *model,
                               struct layout *layout) {
@@ -23,7 +24,7 @@ void refdyn_programme_forget(struct refdyn_programme *programme) {
     programme->factored = -1;
 }
 
-/* In the metric of a mass matrix that is not far away. */
+/* In the metric of the mass matrix of a state that is not far away. */
 int refdyn_programme_align(struct refdyn_programme *programme, struct refdyn_step *step, double t,
                            const double *state) {
     struct refdyn_workspace *work = step->evaluation.work;
@@ -40,7 +41,7 @@ int refdyn_programme_align(struct refdyn_programme *programme, struct refdyn_ste
     return REFDYN_OK;
 }
 
-/* In the metric of the step's matrix, else a stiff deflection would take up the change. */
+/* In the metric of the step's matrix: with the mass matrix, a stiff deflection would absorb the change. */
 static void align_with_matrix(struct refdyn_programme *programme, struct refdyn_linear *linear) {
     if (programme->factored != linear->factored)
         refdyn_linear_directions(linear);

@@ -1,7 +1,7 @@
 /*
- * Rows that jump: see motion.h.
+ * Rows that jump.
  *
- * Takes the row terms on both sides of a jump; finds the side on which a state is evaluated, and the begin of
+ * In: the row terms on both sides of a jump. Out: the side on which a state is evaluated, and the begin of
  * the next step. Impulse: M (qd_after - qd_before) = u^T Lambda with psi_after = psi_before, the smallest
  * change of velocities in the metric of M (theory, sect. 8.3).
  */
@@ -14,8 +14,8 @@
 #include "runtime/core/constraints/constraints.h"
 #include "runtime/core/linear/linear.h"
 
-static const double rounding = 1e-12;  /* continuous residuals differ by less than this part of their terms */
-static const double least_size = 1e-3; /* where coordinates and rates count as at least this large */
+static const double rounding = 1e-12;  /* of its terms: a continuous residual differs by less */
+static const double least_size = 1e-3; /* coordinates and rates count as at least this large there */
 
 void refdyn_rows_lay_out(struct refdyn_residuals_before *before, const struct refdyn_model *model,
                          struct layout *layout) {
@@ -26,18 +26,19 @@ void refdyn_rows_lay_out(struct refdyn_residuals_before *before, const struct re
 
 /* ---- At time events ---- */
 
-/* Coefficients that are continuous differ less across an event, as a part of the row's largest. */
+/* Of the row's largest coefficient: continuous ones differ less across an event. */
 static double negligible(void) {
     return sqrt(DBL_EPSILON);
 }
 
-/* The largest coefficient of each row into work->wanted, unless it is larger there. */
+/* work->wanted := the larger of it and the largest coefficient, for each row. */
 static void note_sizes(struct refdyn_workspace *work) {
     for (int a = 0; a < work->m; a++)
         work->wanted[a] = fmax(work->wanted[a], refdyn_largest(work->u + a * work->n, work->n, NULL));
 }
 
-/* Do the coefficients in the workspace differ from those in work->basis, as parts of the sizes? */
+/* Do the coefficients in the workspace differ from work->basis by more than a negligible part of the sizes?
+ */
 static int have_jumped(const struct refdyn_workspace *work) {
     const int n = work->n;
     for (int a = 0; a < work->m; a++)
@@ -66,12 +67,12 @@ static int residuals_differ(const struct refdyn_motion *motion, int count, const
     return 0;
 }
 
-/* Do the coefficients of this state jump from the left side of the event at t to its right side? A row that
- * fades out to nothing is small on both: its size is also that at the begin of the step. */
+/* Do the coefficients of this state jump across the event at t? A row that fades out is
+ * small on both sides, so its size at the begin of the step counts, too. */
 static int jump(struct refdyn_motion *motion, double t, const double *state) {
     struct refdyn_workspace *work = motion->work;
     const struct refdyn_step *step = &motion->step;
-    const double right = refdyn_events_right_of(&motion->events, t);
+    const double right = refdyn_time_events_right_of(&motion->time_events, t);
     memset(work->wanted, 0, (size_t)work->m * sizeof *work->wanted);
     if (refdyn_row_terms(work, step->t_begin, step->state, step->state + step->n))
         return 0;
@@ -87,6 +88,10 @@ static int jump(struct refdyn_motion *motion, double t, const double *state) {
     return have_jumped(work);
 }
 
+void refdyn_rows_change_at_end(struct refdyn_motion *motion, int change) {
+    motion->rows_change = change;
+}
+
 void refdyn_rows_look_at_end(struct refdyn_motion *motion) {
     const struct refdyn_step *step = &motion->step;
     const int is_event = motion->work->m > 0 && step->t_end >= step->t_limit;
@@ -100,10 +105,10 @@ int refdyn_rows_jump_at(struct refdyn_motion *motion, double t) {
 
 double refdyn_rows_side_of(const struct refdyn_motion *motion, double t) {
     return motion->rows_change ? refdyn_step_inside(&motion->step, t)
-                               : refdyn_events_right_of(&motion->events, t);
+                               : refdyn_time_events_right_of(&motion->time_events, t);
 }
 
-/* The bodies on which contacts rest may have begun to move suddenly: contacts close, or let go, from here. */
+/* The bodies on which contacts rest may have begun to move suddenly: contacts close or let go. */
 static int take_contacts(struct refdyn_motion *motion) {
     const double energy = refdyn_energy_at_begin(motion), next = motion->control.next;
     int has_rates = 0;
@@ -119,6 +124,8 @@ int refdyn_rows_take_new(struct refdyn_motion *motion) {
     struct refdyn_workspace *work = motion->work;
     struct refdyn_step *step = &motion->step;
     const int has_contacts = motion->state_events.contacts.resting > 0;
+    if (!motion->rows_change)
+        return REFDYN_OK;
     motion->rows_change = 0;
     refdyn_programme_forget(&motion->programme);
     refdyn_linear_drop_factors(&motion->linear);
@@ -169,13 +176,13 @@ static int find_wanted(struct refdyn_workspace *work, const double *before, cons
     return row;
 }
 
-/* A failure names this row. */
+/* The row of a failure. */
 static int blame(struct refdyn_workspace *work, int row, int status) {
     work->fault = (struct refdyn_fault){.row = row, .coordinate = -1};
     return status;
 }
 
-/* Do the positions of the state meet the rows? Baumgarte's gains would pull in others. */
+/* Do the positions of the state meet the rows? Baumgarte's gains pull in those that do not. */
 static int meet_positions(struct refdyn_motion *motion) {
     struct refdyn_workspace *work = motion->work;
     struct refdyn_step *step = &motion->step;

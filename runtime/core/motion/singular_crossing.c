@@ -1,14 +1,14 @@
 /*
- * Through a state where the rows lose rank: see motion.h.
+ * Passes a state where the rows lose rank (theory, sect. 8.9).
  *
- * Takes a motion at the begin of a step; finds when the rows lose rank ahead, keeps the stages of the step
- * that leads through on the programme, and judges where it arrived.
+ * In: a motion at the begin of a step. Out: when the rows lose rank ahead, and the step that passes that
+ * state, with its stages on the programme and a check of where it arrived.
  *
  * Measure of rank: the independent rows are vectors, with columns scaled by 1/sqrt(M_jj). Each row has a
- * distance from the span of those before it, and one of these distances is 0 where the rows lose rank. Each
- * is divided by its value at a state where the rank is known, and the smallest ratio counts. The product of
- * the distances, the volume, would not do: it also falls when many loops come near such a state together, and
- * it hides a single one among many.
+ * distance from the span of the rows before it, and one of these distances is 0 where the rows lose rank.
+ * Each is divided by its value at a state where the rank is known; the smallest ratio counts. The product of
+ * the distances, a volume, would not do: it also falls when many loops approach such a state together, and it
+ * hides a single loop among many.
  */
 #include "runtime/core/motion/motion.h"
 
@@ -20,25 +20,25 @@
 #include "runtime/core/linear/linear.h"
 #include "runtime/core/methods/methods.h"
 
-/* Where in the step the state lies, between two stages of rk8, those for its interpolant included, and how
- * far from them: in the widest gap, or nearer to the end where the step has to end early. */
+/* Where in the step the state lies: between two stages of rk8, including those of its interpolant, and how
+ * far from them. First the widest gap; then gaps nearer to the end, for steps that have to end early. */
 enum { PLACES = 3 };
 static const double places[PLACES] = {0.4666, 0.7145, 0.93}, gaps[PLACES] = {0.133, 0.063, 0.07};
-/* As a part of the step: nearer than that, rows and rounding say less about rates and accelerations than the
- * interpolant. */
+/* As a part of the step: nearer to the state, the interpolant has better rates and accelerations than the
+ * rows, because of rounding. */
 static const double near_part = 0.015;
-/* A distance that falls to less than this part of the reference may fall to 0. */
+/* A ratio that falls below this may fall to 0. */
 static const double small_part = 0.1;
-/* A projection may move a state by this part of what the motion itself moves it, no more: rates on another
- * branch differ by as much as they are large. */
+/* A projection may move a state by at most this part of the way of the motion itself: rates on another branch
+ * differ by as much as their own size. */
 static const double moved_part = 0.1;
-/* Error of a step, in tolerances: a tenth, since it comes on top of all others. */
+/* Largest error of a step, in tolerances: small, since it adds to all others. */
 static const double error_share = 0.1;
-/* What rounding of phi makes of a state at 1 rad from one where the rows lose rank, 1024 units in the last
- * place, found by trial; nearer it is in proportion larger. The projection behind takes it away again, so it
- * adds to no error. */
+/* Error of a state at 1 rad from one where the rows lose rank, by rounding of phi: 1024 units in the last
+ * place, found by trial. Nearer, it grows in inverse proportion. The projection after the step removes it, so
+ * it adds to no error. */
 static const double rounding = 0x1p-42, rounding_most = 0x1p-30;
-/* A state that is known to lie ahead is looked for again up to so many times its distance. */
+/* A state that is known to be ahead is looked for again up to so many times its distance. */
 static const double nearer = 8;
 
 /* After a failed attempt the state is tried again from at most this part of the distance. */
@@ -48,12 +48,16 @@ static const double error_aim = 0.5;
 /* The next step may be so many times as long as this one, at least and at most. */
 static const double stretch_least = 0.2, stretch_most = 5;
 
-/* NARROWINGS: golden sections to place a step; NARROWINGS_TOLD: for the time that is reported. */
-enum { SAMPLES = 10, FIRST_SAMPLE = 512, NARROWINGS = 12, NARROWINGS_TOLD = 30 };
+/* Golden sections: NARROWINGS to place a step, NARROWINGS_REPORTED for the time in the statistics. */
+/* Steps ahead, in which such a state is looked for: adaptive and fixed ones. */
+static const double reach_adaptive = 8, reach_fixed = 4;
+
+enum { SAMPLES = 10, FIRST_SAMPLE = 512, NARROWINGS = 12, NARROWINGS_REPORTED = 30 };
 
 /* ---- Rank ---- */
 
-/* The independent rows, in the order of the model: those of neighbouring loops stand together. */
+/* The independent rows, in the order of the model, so that rows of neighbouring loops are next to each other.
+ */
 static void list_rows(struct refdyn_singular_crossing *crossing, const struct refdyn_workspace *work) {
     int *is_independent = work->mark;
     memset(is_independent, 0, (size_t)work->m * sizeof *is_independent);
@@ -154,7 +158,7 @@ static const double *factor_at(struct refdyn_motion *motion, path_function *path
     return factor_rows(&motion->crossing, motion->work);
 }
 
-/* Takes the distances at this place as the reference where they exceed those at earlier places. */
+/* The reference of each distance is the largest one at the places that are referred to. */
 static void refer_to(struct refdyn_motion *motion, path_function *path, double s) {
     struct refdyn_singular_crossing *crossing = &motion->crossing;
     const double *R = factor_at(motion, path, s);
@@ -224,12 +228,14 @@ static double find_dip(struct refdyn_motion *motion, path_function *path, const 
     return 0;
 }
 
-int refdyn_crossing_is_ahead(struct refdyn_motion *motion, double reach, double *t) {
+/* Will the rows lose rank within `reach` from t_begin? Then *t is when, on the motion continued by its
+ * accelerations. The row terms in the workspace and the step's stage are lost. */
+static int is_ahead(struct refdyn_motion *motion, double reach, double *t) {
     const double known = motion->crossing.t - motion->step.t_begin;
     double at[SAMPLES] = {0};
     if (motion->work->partition.rank <= 0)
         return 0;
-    if (known > 0) /* one that was not passed yet: as near as it may be */
+    if (known > 0) /* one that was not passed yet */
         reach = fmin(reach, nearer * known);
     for (int i = 1; i < SAMPLES; i++) /* each twice as far away as the one before */
         at[i] = reach / FIRST_SAMPLE * (1 << i);
@@ -241,14 +247,17 @@ int refdyn_crossing_is_ahead(struct refdyn_motion *motion, double reach, double 
     return s > 0;
 }
 
-int refdyn_crossing_was_missed(struct refdyn_motion *motion) {
+/* Did the rows lose rank on the ordinary step that was taken? It may be longer than the motion can be
+ * continued by its accelerations. If so, crossing->t is when. The workspace holds the row terms of the step's
+ * end afterwards. */
+static int was_missed(struct refdyn_motion *motion) {
     const struct refdyn_step *step = &motion->step;
     const double h = step->t_end - step->t_begin;
     double at[SAMPLES];
     if (motion->work->partition.rank <= 0)
         return 0;
     for (int i = 0; i < SAMPLES; i++)
-        at[i] = h * i / (SAMPLES - 2); /* the last one after the step: a dip at its end is seen, too */
+        at[i] = h * i / (SAMPLES - 2); /* the last one is after the step, so that a dip at its end is seen */
     forget_references(motion);
     refer_to(motion, between, 0);
     refer_to(motion, between, h);
@@ -260,7 +269,9 @@ int refdyn_crossing_was_missed(struct refdyn_motion *motion) {
     return 1;
 }
 
-int refdyn_crossing_is_vain(const struct refdyn_motion *motion, double t) {
+/* Would an attempt be useless? The step through the state at t may be too long, judging by the errors of
+ * earlier ones. Or one through the same state has failed from not much further away. */
+static int is_vain(const struct refdyn_motion *motion, double t) {
     const struct refdyn_singular_crossing *crossing = &motion->crossing;
     const struct refdyn_refused_crossing *refused = &crossing->refused;
     const double before = refused->t - refused->t_begin, distance = t - motion->step.t_begin;
@@ -268,7 +279,8 @@ int refdyn_crossing_is_vain(const struct refdyn_motion *motion, double t) {
     return distance / places[0] > crossing->stretch || (is_same && distance > again_part * before);
 }
 
-double refdyn_crossing_end(struct refdyn_motion *motion, double t, double t_bound) {
+/* End of the step that passes a state at t, not beyond t_bound; INFINITY: there is none. */
+static double end_of_step(struct refdyn_motion *motion, double t, double t_bound) {
     struct refdyn_step *step = &motion->step;
     struct refdyn_singular_crossing *crossing = &motion->crossing;
     crossing->refused.why = REFDYN_NO_ROOM;
@@ -282,35 +294,28 @@ double refdyn_crossing_end(struct refdyn_motion *motion, double t, double t_boun
     return INFINITY;
 }
 
+int refdyn_crossing_is_on(const struct refdyn_motion *motion) {
+    return motion->step.guide == &motion->crossing.guide;
+}
+
 int refdyn_crossing_is_near(const struct refdyn_motion *motion, double t) {
     const struct refdyn_step *step = &motion->step;
     const struct refdyn_singular_crossing *crossing = &motion->crossing;
-    return crossing->is_on && t < step->t_end &&
+    return refdyn_crossing_is_on(motion) && t < step->t_end &&
            fabs(t - crossing->t) < near_part * (step->t_end - step->t_begin);
 }
 
 /* ---- The step ---- */
 
-/* Steps by this method from now on, whose stages the guide brings onto the programme; what the one before
- * kept is gone. */
-static void follow_with(struct refdyn_motion *motion, enum refdyn_method method,
-                        const struct refdyn_stage_guide *guide) {
-    struct refdyn_step *step = &motion->step;
-    refdyn_method_use(method, step);
-    refdyn_step_guide(step, guide);
-    refdyn_programme_forget(&motion->programme);
-}
-
-/* Stages begin on the programme, also where motions are not projected otherwise. */
-int refdyn_crossing_enter(struct refdyn_motion *motion) {
+/* Stages begin on the programme, also in motions that are not projected otherwise. Error: those of
+ * refdyn_rates. */
+static int enter(struct refdyn_motion *motion) {
     struct refdyn_step *step = &motion->step;
     struct refdyn_singular_crossing *crossing = &motion->crossing;
     struct refdyn_workspace *work = motion->work;
     const int n = work->n;
     const size_t size = 2 * (size_t)n + 1;
-    crossing->before = step->number;
-    crossing->is_on = 1;
-    follow_with(motion, REFDYN_RK8, &crossing->guide);
+    refdyn_special_step_begin(motion, REFDYN_RK8, &crossing->guide);
     crossing->refused.why = REFDYN_NO_STATE;
     memcpy(crossing->unpassed, step->state, size * sizeof(double));
     memcpy(crossing->unpassed + size, step->rates, refdyn_rates_bytes(step));
@@ -321,15 +326,7 @@ int refdyn_crossing_enter(struct refdyn_motion *motion) {
     return status ? status : refdyn_rates(&step->evaluation, step->t_begin, step->state, step->rates);
 }
 
-void refdyn_crossing_leave(struct refdyn_motion *motion) {
-    struct refdyn_singular_crossing *crossing = &motion->crossing;
-    if (!crossing->is_on)
-        return;
-    crossing->is_on = 0;
-    follow_with(motion, crossing->before, NULL);
-}
-
-/* The largest rate where the rows lose rank, on the motion continued. */
+/* The largest rate where the rows lose rank, on the motion continued by its accelerations. */
 static double speed_there(const struct refdyn_motion *motion) {
     const struct refdyn_step *step = &motion->step;
     const struct refdyn_singular_crossing *crossing = &motion->crossing;
@@ -340,7 +337,8 @@ static double speed_there(const struct refdyn_motion *motion) {
     return most;
 }
 
-int refdyn_crossing_follow(struct refdyn_motion *motion, const double *before, const double *state) {
+static int follow(void *context, const double *before, const double *state) {
+    struct refdyn_motion *motion = context;
     struct refdyn_step *step = &motion->step;
     struct refdyn_singular_crossing *crossing = &motion->crossing;
     const int n = motion->work->n;
@@ -353,7 +351,7 @@ int refdyn_crossing_follow(struct refdyn_motion *motion, const double *before, c
     return REFDYN_NO_CONVERGENCE;
 }
 
-/* A stage's state (2 n) onto the programme. */
+/* Brings a stage's state (2 n) onto the programme. */
 static int bring(void *context, double t, double *state) {
     struct refdyn_motion *motion = context;
     struct refdyn_step *step = &motion->step;
@@ -365,7 +363,7 @@ static int bring(void *context, double t, double *state) {
         status = refdyn_programme_meet(&motion->programme, step, t, state);
     if (!status && motion->work->partition.rank != rank)
         status = REFDYN_NO_CONVERGENCE;
-    return status ? status : refdyn_crossing_follow(motion, before, state);
+    return status ? status : follow(motion, before, state);
 }
 
 /* Sets the length of the next step through such a state from this one's error, over the largest accepted. */
@@ -378,7 +376,8 @@ static void learn_stretch(struct refdyn_motion *motion, double error) {
     *known = error <= 1 && isfinite(*known) ? fmax(*known, stretch) : stretch;
 }
 
-int refdyn_crossing_judge(struct refdyn_motion *motion, double *error) {
+/* The error of the step; NO_CONVERGENCE if it is too large. */
+static int judge(struct refdyn_motion *motion, double *error) {
     const double tol = motion->options.tol, h = motion->step.t_end - motion->step.t_begin;
     const double way = h * speed_there(motion);
     const double most = tol > 0 ? fmax(error_share * tol, fmin(rounding / way, rounding_most)) : INFINITY;
@@ -390,12 +389,13 @@ int refdyn_crossing_judge(struct refdyn_motion *motion, double *error) {
     return REFDYN_NO_CONVERGENCE;
 }
 
-void refdyn_crossing_look_back(struct refdyn_motion *motion) {
+/* Locates the state on the step that was taken. The row terms in the workspace are lost. */
+static void look_back(struct refdyn_motion *motion) {
     struct refdyn_singular_crossing *crossing = &motion->crossing;
     const struct refdyn_step *step = &motion->step;
     const double predicted = crossing->t - step->t_begin, gap = crossing->gap * (step->t_end - step->t_begin);
     double s;
-    find_least(motion, inside, predicted - gap, predicted + gap, NARROWINGS_TOLD, &s);
+    find_least(motion, inside, predicted - gap, predicted + gap, NARROWINGS_REPORTED, &s);
     crossing->t = step->t_begin + s;
 }
 
@@ -410,23 +410,22 @@ void refdyn_crossing_lay_out(struct refdyn_singular_crossing *crossing, const st
 
 void refdyn_crossing_start(struct refdyn_motion *motion) {
     struct refdyn_singular_crossing *crossing = &motion->crossing;
-    crossing->is_on = 0;
     crossing->t = -INFINITY;
     crossing->stretch = INFINITY;
     crossing->refused = (struct refdyn_refused_crossing){.tries = 0};
-    crossing->guide = (struct refdyn_stage_guide){bring, motion};
+    crossing->guide = (struct refdyn_stage_guide){bring, follow, motion};
 }
 
-/* ---- What is told ---- */
+/* ---- Record ---- */
 
-void refdyn_crossing_record(struct refdyn_motion *motion, double error) {
+static void record(struct refdyn_motion *motion, double error) {
     const struct refdyn_step *step = &motion->step;
     refdyn_statistics_crossing(
         &motion->statistics, (struct refdyn_crossing){motion->crossing.t, step->t_begin, step->t_end, error});
     motion->crossing.refused = (struct refdyn_refused_crossing){.tries = 0};
 }
 
-void refdyn_crossing_refuse(struct refdyn_motion *motion, double t_new) {
+static void refuse(struct refdyn_motion *motion, double t_new) {
     struct refdyn_singular_crossing *crossing = &motion->crossing;
     struct refdyn_step *step = &motion->step;
     const double *rates = crossing->unpassed + 2 * step->n + 1;
@@ -434,18 +433,89 @@ void refdyn_crossing_refuse(struct refdyn_motion *motion, double t_new) {
     crossing->refused.t = crossing->t;
     crossing->refused.t_begin = step->t_begin;
     crossing->refused.stretch = t_new - step->t_begin;
-    if (!crossing->is_on)
+    if (!refdyn_crossing_is_on(motion))
         return;
     refdyn_step_place(step, step->t_begin, crossing->unpassed);
     memcpy(step->rates, rates, refdyn_rates_bytes(step));
-    refdyn_crossing_leave(motion);
+    refdyn_special_step_end(motion);
+}
+
+/* ---- Its entry in the list of obstacles ---- */
+
+double refdyn_crossing_find(struct refdyn_motion *motion, struct refdyn_ahead *ahead) {
+    const double steps = motion->options.tol > 0 ? reach_adaptive : reach_fixed;
+    double t;
+    if (motion->options.singular != REFDYN_PASS || !is_ahead(motion, steps * ahead->h, &t))
+        return INFINITY;
+    return t;
+}
+
+/* The step has no shorter one that could end at an obstacle seen in it. */
+static int meets_none(struct refdyn_motion *motion, const struct refdyn_ahead *ahead) {
+    const struct refdyn_step *step = &motion->step;
+    const struct refdyn_ahead none = {.t_out = step->t_end,
+                                      .least = refdyn_control_least(step->t_begin, step->t_end)};
+    double t;
+    const int status = ahead->seen(motion, &none, &t);
+    return status ? status : isfinite(t) ? REFDYN_NO_CONVERGENCE : REFDYN_OK;
+}
+
+/* One attempt, from t_begin to t_new. */
+static int attempt(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, double t_new) {
+    const double h = t_new - motion->step.t_begin;
+    double error;
+    int status = enter(motion);
+    if (!status)
+        status = refdyn_motion_try(motion, t_new, h);
+    if (!status)
+        status = judge(motion, &error);
+    if (status)
+        return status;
+    look_back(motion);
+    status = refdyn_motion_complete(motion);
+    if (!status)
+        status = meets_none(motion, ahead);
+    if (!status)
+        status = refdyn_motion_accept(motion, h);
+    if (!status)
+        record(motion, error);
+    return status;
+}
+
+int refdyn_crossing_step(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, double *t) {
+    const struct refdyn_options *options = &motion->options;
+    const int rank = motion->work->partition.rank;
+    if (is_vain(motion, *t))
+        return 0;
+    const double t_new = end_of_step(motion, *t, fmin(ahead->bound, ahead->time_event));
+    if (options->tol > 0 && options->step_max > 0 && isfinite(t_new) &&
+        t_new - motion->step.t_begin > options->step_max)
+        return 0;
+    const int status = isfinite(t_new) ? attempt(motion, ahead, t_new) : REFDYN_NO_CONVERGENCE;
+    if (!status)
+        return 1;
+    refdyn_motion_failed(motion, status, motion->failure.t);
+    refuse(motion, t_new);
+    refdyn_partition_bound_rank(motion->work, rank);
+    refdyn_statistics_rejected(&motion->statistics, 1);
+    return 0;
+}
+
+/* Where the rank has grown, the step began in such a state. */
+int refdyn_crossing_seen(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, double *t) {
+    *t = INFINITY;
+    if (motion->options.singular != REFDYN_PASS || motion->options.tol == 0 ||
+        refdyn_crossing_is_on(motion) || motion->work->partition.rank > ahead->rank || !was_missed(motion))
+        return REFDYN_OK;
+    refdyn_motion_failed(motion, REFDYN_NO_CONVERGENCE, motion->crossing.t);
+    return REFDYN_NO_CONVERGENCE;
 }
 
 const char *refdyn_refusal_text(enum refdyn_refusal refusal) {
     static const char *const texts[] = {
         [REFDYN_NOT_REFUSED] = "not refused",
         [REFDYN_NO_ROOM] =
-            "the step would have to end before, at a break, a change of inputs or the end of the motion",
+            "the step would have to end before, at a time event, a change of inputs or the end of the motion",
         [REFDYN_NO_STATE] = "no state on the programme was found",
         [REFDYN_OTHER_BRANCH] = "the state found may lie on another branch",
         [REFDYN_LARGE_ERROR] = "its error is larger than a tenth of the tolerance",

@@ -1,12 +1,13 @@
 /*
- * The lengths of steps: see motion.h.
+ * The lengths of steps: proposed from errors, or equal parts of an interval.
  *
- * Takes the errors of accepted and refused steps, in tolerances; gives the next step. Explicit methods by a
- * PI controller (Gustafsson, ACM TOMS 17:533-554, 1991; constants of Hairer, Norsett and Wanner, Solving ODEs
- * I, IV.2), which keeps them from bouncing at their stability limit. Rosenbrock methods follow how the error
- * changed, but never beyond what it allows (Gustafsson, ACM TOMS 20:496-517, 1994). The estimates of
- * collocation are noisy: the filter H211b, b = 4 (Soderlind, ACM TOMS 29:1-26, 2003). Fixed steps: t = from +
- * i h, so that the time gathers no error.
+ * In: the errors of accepted and refused steps, in tolerances. Out: the next step.
+ *
+ * Explicit methods use a PI controller, which keeps them from bouncing at their stability limit (Gustafsson,
+ * ACM TOMS 17:533-554, 1991; constants of Hairer and Wanner, Solving ODEs II, IV.2). Rosenbrock methods
+ * follow the change of the error, but never take a longer step than the error allows (Gustafsson, ACM TOMS
+ * 20:496-517, 1994). The estimates of collocation are noisy, and use the filter H211b with b = 4 (Soderlind,
+ * ACM TOMS 29:1-26, 2003). Fixed steps end at t = from + i h, so that the time gathers no error.
  */
 #include "runtime/core/motion/motion.h"
 
@@ -14,23 +15,26 @@
 #include <limits.h>
 #include <math.h>
 
-/* Steps aim at this part of the tolerance, so that few are refused: the same for methods of all orders, whose
- * errors then are alike. */
+/* Steps aim at this part of the tolerance, so that few are refused. It is the same for methods of all orders,
+ * so that their errors are alike. */
 static const double aim = 0.06;
-/* an estimate that is near 0 by chance says nothing about the next step */
+/* Bounds of the next step over this one: an estimate that is near 0 by chance says nothing about the next
+ * step. */
 static const double growth_most = 5;
 static const double growth_least = 0.2;
-static const double shrink_failed = 0.4; /* no estimate, so a guess */
-/* a step that failed is not soon tried again: no longer one than this part of it, then more by this factor,
- * which is squared after each step that succeeds: one failure must not rule the rest of a motion */
+static const double shrink_failed = 0.4; /* after a step without an estimate: a guess */
+/* After a failed step the next ones are at most this part of it. This bound grows by a factor that squares
+ * with every success, so that one failure does not slow the rest of the motion. */
 static const double cap_failed = 0.6, cap_growth = 1.04;
-static const double kept_least = 0.95, kept_most = 1.1; /* within them a step is kept, with its factors */
-/* a step of collocation that could be so many times longer is short for a reason, not by noise */
+static const double kept_least = 0.95,
+                    kept_most = 1.1; /* a step that would change less is kept, with its factors */
+/* A step of collocation whose error allows one so many times longer was short for a reason, not by noise. */
 static const double far_below = 2;
-static const double error_share = 0.7;      /* exponents times the order: of this error, */
-static const double error_last_share = 0.4; /* and of the one before */
-static const double error_least = 1e-4;     /* of the one before, lest a lucky step blows up the next */
-static const double first_share = 0.1; /* of the change tol^(1/order), which a step of that order may make */
+static const double error_share = 0.7; /* exponents of the PI controller times the order: of this error */
+static const double error_last_share = 0.4; /* and of the last one */
+static const double error_least =
+    1e-4; /* smallest last error, so that a lucky step does not blow up the next */
+static const double first_share = 0.1; /* of the change tol^(1/order) that a step of that order may make */
 
 double refdyn_time_resolution(double t) {
     return 4 * DBL_EPSILON * fabs(t);
@@ -42,8 +46,7 @@ double refdyn_control_least(double t_begin, double t_out) {
 
 /* ---- Fixed steps ---- */
 
-/* Cuts [t_begin, t_out] into equal steps; a part of 1e-8 of a step more than asked for does not make one
- * more. */
+/* Cuts [t_begin, t_out] into equal steps. An excess of less than 1e-8 of a step does not make one more. */
 int refdyn_control_plan(struct refdyn_step_control *control, double h, double t_begin, double t_out) {
     if (control->interval_done != control->interval_steps && control->to == t_out)
         return REFDYN_OK;
@@ -82,7 +85,7 @@ void refdyn_control_begin(struct refdyn_step_control *control, double h) {
     control->last = control->refused = 0;
 }
 
-/* Order of the step's error: what its size goes with. */
+/* The error of a step goes with h to this power. */
 static double order_of(const struct refdyn_method_definition *method) {
     return method->order_error + 1;
 }
@@ -125,13 +128,12 @@ static double bounded(double x, double least, double most) {
     return x < least ? least : x > most ? most : x;
 }
 
-/* What the error of a step of h allows: the step, over h, whose error is what is aimed at. */
+/* The step, over h, whose error would be the one that is aimed at. */
 static double factor_allowed(const struct refdyn_method_definition *method, double error) {
     return pow(fmax(error, DBL_MIN) / aim, -1 / order_of(method));
 }
 
-/* What the next step is over this one, before bounds. Before the first step nothing is known but its error.
- */
+/* The next step over this one, before bounds. After the first step only its error is known. */
 static double factor_after_accepted(const struct refdyn_step_control *control,
                                     const struct refdyn_method_definition *method, double h, double error) {
     const enum refdyn_controller controller = method->kind->controller;
@@ -153,7 +155,8 @@ void refdyn_control_accepted(struct refdyn_step_control *control,
         h * bounded(factor_after_accepted(control, method, h, error), growth_least, growth_most);
     if (method->kind->controller == REFDYN_FILTER && proposed > h * kept_least && proposed < h * kept_most)
         control->next = h;
-    else /* a step that was cut short to land says nothing against the longer one, unless its error does */
+    else /* a step that was cut short to end on an obstacle says nothing against the longer one, unless its
+            error does */
         control->next = h < control->next
                             ? fmax(proposed, fmin(control->next, h * factor_allowed(method, error)))
                             : proposed;
@@ -165,8 +168,8 @@ void refdyn_control_accepted(struct refdyn_step_control *control,
     control->refused = 0;
 }
 
-/* Order by which the error has fallen from the last refused attempt to this one, at most that of the method:
- * beside a kink, or while a stiff transient lasts, it is lower. */
+/* Order by which the error has fallen from the last refused attempt to this one, at most that of the method.
+ * Next to a kink, or during a stiff transient, it is lower. */
 static double observed_order(const struct refdyn_step_control *control,
                              const struct refdyn_method_definition *method, double h, double error) {
     const double order = order_of(method);

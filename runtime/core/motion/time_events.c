@@ -1,8 +1,8 @@
 /*
- * Kinks and jumps of formulas of time alone: see motion.h.
+ * Time events: kinks and jumps of formulas of time alone.
  *
- * Takes the emitted `breaks`, times that parameters and inputs tell, and `switches`, what changes sign at all
- * others; gives the times at which steps end.
+ * In: the emitted `breaks`, times that follow from parameters and inputs, and `switches`, values that change
+ * their sign at all other time events. Out: the time of the next event, where a step ends.
  */
 #include "runtime/core/motion/motion.h"
 
@@ -10,26 +10,27 @@
 #include <math.h>
 #include <string.h>
 
-/* Samples of the switches in a step; in the first step, whose length is not known yet; and at most, where the
+/* Samples of the switches in a step; in the first step, whose length is not known yet; and at most, if the
  * switches vary fast. */
 enum { SAMPLES = 32, SAMPLES_AT_START = 1000, SAMPLES_MOST = 4000 };
 /* Largest advance of a phase between two samples [rad], so that a parabola through three shows each extreme.
  */
 static const double phase_most = 0.4;
+/* The error of such a parabola for a sine, over the differences between its three places. */
 static const double parabola_misses = 0.125;
 
-/* Rows of events->switches: values at three times; one more row is for the time that is evaluated. */
+/* Rows of events->switches: values at three times; one more row is for the time that is being evaluated. */
 enum { ROWS = 3 };
 
-void refdyn_events_lay_out(struct refdyn_time_events *events, const struct refdyn_model *model,
-                           struct layout *layout) {
+void refdyn_time_events_lay_out(struct refdyn_time_events *events, const struct refdyn_model *model,
+                                struct layout *layout) {
     events->count = model->break_count;
     events->times = layout_doubles(layout, model->break_count);
     events->switches = layout_doubles(layout, (ROWS + 1) * model->switch_count);
 }
 
-void refdyn_events_find(struct refdyn_time_events *events, const struct refdyn_workspace *work, double t,
-                        const double *q, const double *qd) {
+void refdyn_time_events_take(struct refdyn_time_events *events, const struct refdyn_workspace *work, double t,
+                             const double *q, const double *qd) {
     double *times = events->times;
     events->next = 0;
     events->switched = -INFINITY;
@@ -45,12 +46,12 @@ void refdyn_events_find(struct refdyn_time_events *events, const struct refdyn_w
     }
 }
 
-/* Rounding of a time event and of what is compared with the time there. */
+/* Rounding of a time event, and of formulas that compare the time with it. */
 static double blur(double t) {
     return fmax(2 * DBL_EPSILON * fabs(t), DBL_MIN);
 }
 
-double refdyn_events_right_of(const struct refdyn_time_events *events, double t) {
+double refdyn_time_events_right_of(const struct refdyn_time_events *events, double t) {
     if (events->count == 0 && events->switched == -INFINITY)
         return t;
     const double same = refdyn_time_resolution(t);
@@ -61,7 +62,7 @@ double refdyn_events_right_of(const struct refdyn_time_events *events, double t)
     return fabs(events->switched - t) <= same ? fmax(right, events->switched + blur(t)) : right;
 }
 
-/* ---- What changes its sign at times that are not known ---- */
+/* ---- Values that change their sign at times that are not known ---- */
 
 /* A search from the begin of a step: the last times at which switches were evaluated, and the values there.
  */
@@ -88,7 +89,7 @@ static int has_switched(const struct search *search, double t) {
     return 0;
 }
 
-/* Shifts times and values by one place. */
+/* Adds the values of search->now at t, and drops the first of the three. */
 static void take_up(struct search *search, double t) {
     double *room = search->values[0];
     for (int k = 0; k + 1 < ROWS; k++) {
@@ -100,7 +101,7 @@ static void take_up(struct search *search, double t) {
     search->now = room;
 }
 
-/* Distance to the next sample: `most`, or less where phase_most allows less at t. */
+/* Distance to the next sample: `most`, or less if phase_most allows less at t. */
 static double spacing(const struct search *search, double t, double most) {
     const struct refdyn_step *step = search->step;
     const struct refdyn_workspace *work = step->evaluation.work;
@@ -110,16 +111,15 @@ static double spacing(const struct search *search, double t, double most) {
     return pace * most > phase_most ? phase_most / pace : most;
 }
 
-/* May a value be beyond zero where the parabola predicts v? For a sine, the error of the parabola is up to
- * the part parabola_misses of the differences between its three places. */
+/* May a value be beyond zero where the parabola predicts v? */
 static int may_be_beyond(const struct dip *dip, double v) {
     const double most = fmax(dip->v[0], fmax(dip->v[1], dip->v[2]));
     const double least = fmin(dip->v[0], fmin(dip->v[1], dip->v[2]));
     return v < fmax(least / 2, parabola_misses * (most - least));
 }
 
-/* A time between the last three at which switch i is beyond zero, although it is not at these; INFINITY:
- * there is none. */
+/* A time between the last three at which switch i is beyond zero although it is not at these; INFINITY: none.
+ */
 static double find_dip(const struct search *search, int i) {
     const double side = search->values[ROWS - 1][i] < 0 ? -1 : 1;
     struct dip dip;
@@ -139,7 +139,7 @@ static double find_dip(const struct search *search, int i) {
     return INFINITY;
 }
 
-/* The first of such times of all switches. */
+/* The first of these times of all switches. */
 static double find_dips(const struct search *search) {
     double first = INFINITY;
     for (int i = 0; i < search->count; i++)
@@ -147,9 +147,8 @@ static double find_dips(const struct search *search) {
     return first;
 }
 
-/* A time until which signs differ from those at the begin for the first time, after search->reached;
- * INFINITY: none is found. The last sample lies beyond `until`, so that times near `until` lie between three.
- */
+/* A time after the first change of a sign, which lies between search->reached and it; INFINITY: there is
+ * none. The last sample lies beyond `until`, so that times near `until` also lie between three. */
 static double look_ahead(struct search *search, double until, int samples) {
     const double most = (until - search->t[ROWS - 1]) / samples;
     for (int i = 1; i <= SAMPLES_MOST && search->reached < until; i++) {
@@ -167,8 +166,8 @@ static double look_ahead(struct search *search, double until, int samples) {
     return INFINITY;
 }
 
-/* The first time in (t_begin, until] with other signs than those right of t_begin, INFINITY: none is seen as
- * far as *reached. */
+/* The first time in (t_begin, until] with other signs than those right of t_begin; INFINITY: none as far as
+ * *reached. */
 static double find_switch(struct refdyn_time_events *events, const struct refdyn_step *step, double least,
                           double until, int samples, double *reached) {
     const int count = step->evaluation.work->model->switch_count;
@@ -191,16 +190,16 @@ static double find_switch(struct refdyn_time_events *events, const struct refdyn
     return after;
 }
 
-/* Where the step may end, with this known time event ahead. */
-static double farthest(const struct refdyn_reach *reach, double t_begin, double ahead) {
-    if (reach->step > 0)
-        return fmin(t_begin + reach->step, ahead);
-    return isfinite(ahead)            ? ahead
-           : isfinite(reach->t_final) ? fmax(reach->t_final, reach->t_out)
-                                      : reach->t_out;
+/* How far the step may reach, with this known time event ahead. */
+static double farthest(const struct refdyn_motion *motion, const struct refdyn_ahead *ahead, double known) {
+    if (ahead->h > 0)
+        return fmin(motion->step.t_begin + ahead->h, known);
+    return isfinite(known)             ? known
+           : isfinite(motion->t_final) ? fmax(motion->t_final, ahead->t_out)
+                                       : ahead->t_out;
 }
 
-/* Goes past the known ones that lie behind; is one at t_begin? */
+/* Passes the known events up to t_begin. Is one there? */
 static int pass_by(struct refdyn_time_events *events, double t_begin, double least) {
     int is_there = fabs(events->switched - t_begin) <= least;
     for (; events->next < events->count && !(events->times[events->next] > t_begin + least); events->next++)
@@ -208,17 +207,19 @@ static int pass_by(struct refdyn_time_events *events, double t_begin, double lea
     return is_there;
 }
 
-double refdyn_events_ahead(struct refdyn_time_events *events, struct refdyn_step *step,
-                           const struct refdyn_reach *reach) {
-    const int samples = reach->step > 0 ? SAMPLES : SAMPLES_AT_START;
-    if (pass_by(events, step->t_begin, reach->t_least))
+double refdyn_time_events_find(struct refdyn_motion *motion, struct refdyn_ahead *ahead) {
+    struct refdyn_time_events *events = &motion->time_events;
+    struct refdyn_step *step = &motion->step;
+    const int samples = ahead->h > 0 ? SAMPLES : SAMPLES_AT_START;
+    if (pass_by(events, step->t_begin, ahead->least))
         refdyn_step_break_off(step, 1);
     const double known = events->next < events->count ? events->times[events->next] : INFINITY;
-    const double until = farthest(reach, step->t_begin, known);
     double searched;
-    const double found = find_switch(events, step, reach->t_least, until, samples, &searched);
+    const double found =
+        find_switch(events, step, ahead->least, farthest(motion, ahead, known), samples, &searched);
     events->switched = isfinite(found) ? found : events->switched;
-    const double ahead = fmin(known, isfinite(found) ? found : searched);
-    refdyn_step_limit(step, isfinite(ahead) ? ahead - blur(ahead) : INFINITY);
-    return ahead;
+    const double t = fmin(known, isfinite(found) ? found : searched);
+    refdyn_step_limit(step, isfinite(t) ? t - blur(t) : INFINITY);
+    ahead->time_event = t;
+    return t;
 }

@@ -1,4 +1,4 @@
-/* What linear rows leave free: see scene.h. */
+/* A basis of the changes that linear rows leave free, by elimination with full pivoting. */
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/support/format/format.h"
 
@@ -6,7 +6,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* [R B], each row divided by the largest entry of R in it: a row that has none becomes 0. */
+/* [R B] with each row divided by the largest entry of R in it. A row without such an entry becomes 0. */
 static double *scaled_rows(const double *R, const double *B, int count, int n) {
     double *rows = allocate((size_t)count * 2 * (size_t)n, sizeof *rows);
     for (int i = 0; i < count; i++) {
@@ -21,7 +21,7 @@ static double *scaled_rows(const double *R, const double *B, int count, int n) {
     return rows;
 }
 
-/* The largest entry of the rows and columns from k on goes to place k; returns its size. */
+/* Moves the largest entry of the rows and columns from k on to place k; returns its size. */
 static double choose_pivot(struct freedom *freedom, const double *rows, int k) {
     const int n = freedom->n;
     double largest = 0;
@@ -76,7 +76,7 @@ static void fill(struct freedom *freedom, const double *rows) {
         freedom->basis[freedom->column[rank + b] * left + b] = 1;
 }
 
-void find_freedom(struct freedom *freedom, const double *R, const double *B, int count, int n) {
+void scene_find_freedom(struct freedom *freedom, const double *R, const double *B, int count, int n) {
     *freedom = (struct freedom){.n = n, .count = count};
     freedom->row = allocate((size_t)count, sizeof *freedom->row);
     freedom->column = allocate((size_t)n, sizeof *freedom->column);
@@ -85,7 +85,7 @@ void find_freedom(struct freedom *freedom, const double *R, const double *B, int
         freedom->row[i] = i;
     for (int j = 0; j < n; j++)
         freedom->column[j] = j;
-    /* the tolerance of the runtime's partition */
+    /* the tolerance of the runtime's partition of coordinates */
     while (freedom->rank < count && freedom->rank < n &&
            choose_pivot(freedom, rows, freedom->rank) > sqrt(DBL_EPSILON))
         eliminate(freedom, rows, freedom->rank++);

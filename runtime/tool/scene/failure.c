@@ -1,5 +1,5 @@
-/* What is said when the numbers fail or rows are redundant: the reason, the time and the state by the
- * coordinates' names. */
+/* Messages about failed computations and redundant rows: the reason, the time, and the state with the names
+ * of the coordinates. */
 #include "runtime/tool/support/command_line/command_line.h"
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/support/format/format.h"
@@ -8,7 +8,7 @@
 #include <math.h>
 #include <stdio.h>
 
-/* Beyond this, accelerations have lost a quarter of their digits. */
+/* a larger condition number costs accelerations a quarter of their digits */
 static const double singular = 1e4;
 
 enum { SHOWN_ALL = 8, SHOWN_LARGEST = 3, SHOWN_ROWS = 3 };
@@ -23,7 +23,7 @@ static void print_place(const struct scene *scene) {
         fprintf(stderr, ", coordinate %s", scene->model->coordinates[fault->coordinate].name);
 }
 
-/* All values, or of many the one at fault, those that are not finite, and the largest. */
+/* Selects all values; of many, the one that failed, those that are not finite, and the largest. */
 static bool is_shown(const struct refdyn_model *model, const double *values, int i, int fault) {
     int larger = 0;
     if (model->n <= SHOWN_ALL || i == fault || !isfinite(values[i]))
@@ -47,7 +47,7 @@ static void print_values(const char *title, const struct refdyn_model *model, co
     fputc('\n', stderr);
 }
 
-/* How deep bodies lie in each other. */
+/* Prints how deeply bodies penetrate each other. */
 static void print_gap(const struct scene *scene, double t, const double *q, const double *qd) {
     const struct refdyn_model *model = scene->model;
     const struct refdyn_workspace *work = &scene->work;
@@ -60,8 +60,8 @@ static void print_gap(const struct scene *scene, double t, const double *q, cons
                     exact_text(values[i], text));
 }
 
-enum status numbers_failed(const struct scene *scene, int result, double t, const double *q,
-                           const double *qd) {
+enum status scene_numbers_failed(const struct scene *scene, int result, double t, const double *q,
+                                 const double *qd) {
     char text[NUMBER_LENGTH];
     fprintf(stderr, "refdyn: %s: t = %s s: %s", scene->model->name, exact_text(t, text),
             refdyn_status_text(result));
@@ -75,13 +75,13 @@ enum status numbers_failed(const struct scene *scene, int result, double t, cons
     return STATUS_NUMBERS;
 }
 
-/* Of phi in row a, or of psi where it is no position row. */
+/* Returns phi of row a, or psi if it is no position row. */
 static double residual_of(const struct refdyn_workspace *work, int a) {
     return work->model->rows[a].level == REFDYN_POSITION ? work->phi[a] : work->psi[a];
 }
 
-void print_residuals(struct refdyn_workspace *work, double t, const double *q, const double *qd,
-                     const char *where) {
+void scene_print_residuals(struct refdyn_workspace *work, double t, const double *q, const double *qd,
+                           const char *where) {
     char text[NUMBER_LENGTH];
     double below = INFINITY;
     if (work->m == 0 || refdyn_equations(work, t, q, qd) != REFDYN_OK)
@@ -103,8 +103,8 @@ void print_residuals(struct refdyn_workspace *work, double t, const double *q, c
     fputc('\n', stderr);
 }
 
-/* Largest over smallest singular value of the independent rows, columns scaled by 1/sqrt(M_jj); -1: not
- * found. */
+/* The ratio of the largest to the smallest singular value of the independent rows, with columns scaled by
+ * 1/sqrt(M_jj); -1 if LAPACK fails. */
 static double condition_of_rows(const struct refdyn_workspace *work) {
     const int n = work->n, rank = work->partition.rank;
     double *rows = allocate_matrix(rank, n), *values = allocate_matrix(rank, 1),
@@ -117,7 +117,7 @@ static double condition_of_rows(const struct refdyn_workspace *work) {
     return info == 0 ? values[0] / values[rank - 1] : -1;
 }
 
-bool print_condition(struct refdyn_workspace *work, double t, const double *q, const double *qd) {
+bool scene_print_condition(struct refdyn_workspace *work, double t, const double *q, const double *qd) {
     if (work->partition.rank <= 0 || refdyn_equations(work, t, q, qd) != REFDYN_OK)
         return false;
     const double condition = condition_of_rows(work);
@@ -130,8 +130,8 @@ bool print_condition(struct refdyn_workspace *work, double t, const double *q, c
     return condition > singular;
 }
 
-/* Rows of contacts are left out while these are free: they follow those of the programme. */
-void print_rows_left_out(const struct refdyn_model *model, const int *rows, int count) {
+/* The rows of free contacts, which follow the rows of the programme, are not reported. */
+void scene_print_rows_left_out(const struct refdyn_model *model, const int *rows, int count) {
     const int end = refdyn_programme_rows(model);
     int shown = 0;
     for (int i = 0; i < count; i++)
@@ -142,7 +142,7 @@ void print_rows_left_out(const struct refdyn_model *model, const int *rows, int 
         fputc('\n', stderr);
 }
 
-/* Does no coordinate change the residual of this row, where the equations were evaluated last? */
+/* Returns whether no coordinate changes the residual of this row at the state of the last evaluation. */
 static bool has_no_slope(const struct refdyn_workspace *work, int row) {
     for (int j = 0; j < work->n; j++)
         if (work->u[row * work->n + j] != 0)
@@ -150,11 +150,11 @@ static bool has_no_slope(const struct refdyn_workspace *work, int row) {
     return true;
 }
 
-void print_redundant_rows(const struct refdyn_workspace *work) {
+void scene_print_redundant_rows(const struct refdyn_workspace *work) {
     const struct refdyn_partition *partition = &work->partition;
     if (partition->rank < 0)
         return;
-    print_rows_left_out(work->model, partition->row + partition->rank, work->m - partition->rank);
+    scene_print_rows_left_out(work->model, partition->row + partition->rank, work->m - partition->rank);
     for (int i = partition->rank; i < work->m; i++)
         if (partition->row[i] < refdyn_programme_rows(work->model) && has_no_slope(work, partition->row[i]))
             fprintf(stderr,

@@ -1,4 +1,4 @@
-/* The equations of small motions: see scene.h. */
+/* Linearises the equations of motion about a state at rest, with the multipliers that balance it best. */
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/support/format/format.h"
 
@@ -8,11 +8,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* [rad, m] and [rad/s^2, m/s^2]: what statics finds is in balance by far better */
+/* [rad, m] and [rad/s^2, m/s^2]; equilibria from statics are balanced much better */
 static const double distance_tol = 1e-6;
 static const double acceleration_tol = 1e-9;
 
-/* d_rows begins with psi_q and psi_qd; behind them stand derivatives by t, inputs and parameters, k, phi. */
+/* d_rows begins with psi_q and psi_qd. Derivatives by t, inputs and parameters, then k and phi follow. */
 static size_t rows_room(const struct refdyn_model *model) {
     size_t variables = 2 * (size_t)model->n + 1 + (size_t)model->input_count + (size_t)model->parameter_count;
     return 3 * (size_t)model->m * variables;
@@ -31,7 +31,7 @@ static double *part_of(const struct linear *linear, const double *whole, int row
     return part;
 }
 
-/* min |Q + u^T lambda|, both sides in units of sqrt(M_jj), as rows are in the runtime. */
+/* Minimises |Q + u^T lambda| in units of sqrt(M_jj), in which the runtime also measures rows. */
 static int find_multipliers(const struct linear *linear, const double *Q, double *lambda) {
     const int n = linear->n, m = linear->m, larger = n > m ? n : m;
     double *A = allocate_matrix(n, m), *b = allocate_matrix(larger, 1);
@@ -75,7 +75,8 @@ static void choose_places(struct linear *linear, struct scene *scene, const int 
         linear->is_level_q[i] = scene->model->rows[i].level == REFDYN_POSITION;
 }
 
-/* NOT_FINITE with the fault at the first row of K and D, or of psi_q, that is infinite or NaN. */
+/* Returns REFDYN_NOT_FINITE, with the fault at the first row of K and D, or of psi_q, that is infinite or
+ * NaN. */
 static int check_finite(const struct linear *linear, struct refdyn_fault *fault) {
     const int n = linear->n;
     for (int i = n * n - 1; i >= 0; i--)
@@ -87,8 +88,8 @@ static int check_finite(const struct linear *linear, struct refdyn_fault *fault)
     return fault->coordinate < 0 && fault->row < 0 ? REFDYN_OK : REFDYN_NOT_FINITE;
 }
 
-/* K, D and psi_q over the coordinates not held. rest (2 n + 1 + m): rates, accelerations and power, 0, and
- * lambda. */
+/* Computes K, D and psi_q over the free coordinates. rest (2 n + 1 + m): rates, accelerations and power,
+ * which are 0, and lambda. */
 static int finish(struct linear *linear, struct scene *scene, const double *rest) {
     const int n = linear->n, m = linear->m, all = scene->model->n;
     double *tangent = allocate_matrix(1, all + m + 3 * (all + m) * all); /* f_t g_t G_q G_qd u K D M */
@@ -116,7 +117,7 @@ static int check_mass(const struct linear *linear, struct scene *scene) {
     return REFDYN_OK;
 }
 
-int linearise(struct linear *linear, struct scene *scene, const int *held) {
+int scene_linearise(struct linear *linear, struct scene *scene, const int *held) {
     const int all = scene->model->n;
     choose_places(linear, scene, held);
     int status = refdyn_equations(&scene->work, scene->state.t, scene->q, scene->qd);
@@ -137,7 +138,7 @@ int linearise(struct linear *linear, struct scene *scene, const int *held) {
     return status;
 }
 
-int linear_out_of_balance(const struct linear *linear) {
+int scene_linear_out_of_balance(const struct linear *linear) {
     for (int j = 0; j < linear->n; j++) {
         const double *row = linear->K + j * linear->n;
         double stiffness = 0, force = fabs(linear->force[j]);

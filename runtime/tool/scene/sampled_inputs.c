@@ -1,4 +1,4 @@
-/* Sampled inputs from a CSV file: see scene.h. */
+/* Reads sampled inputs from a CSV file: columns `t` and names of inputs. */
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/support/format/format.h"
 #include "gen/base/base.h"
@@ -9,12 +9,12 @@
 
 const char table_input_lead[] = "input_";
 
-/* A file being read: what each of its columns is. */
+/* The file while it is read, with the meaning of each column. */
 struct reading {
     struct inputs *inputs;
     const struct refdyn_model *model;
     struct csv csv;
-    int *role; /* (csv.count) number among the inputs' columns, or one of: */
+    int *role; /* (csv.count) number of the input's column, or one of: */
 };
 
 enum { ROLE_NONE = -1, ROLE_TIME = -2 };
@@ -29,8 +29,8 @@ static bool no_input(const struct reading *reading) {
     return csv_complain(&reading->csv, "no column is an input, those of the model are %s", names);
 }
 
-/* The column of an input: in the CSV of a motion that has another column of its name, the one with the kind
- * before it (simulate.h). `t` is the time alone. */
+/* The column of an input. In the CSV of a motion in which another column has its name, this is the column
+ * whose name has the kind in front (simulate.h). `t` is always the time. */
 static int find_input(const struct reading *reading, const char *name) {
     const struct csv *csv = &reading->csv;
     int column = csv_column(csv, text_format("%s%s", table_input_lead, name));
@@ -39,7 +39,7 @@ static int find_input(const struct reading *reading, const char *name) {
     return column;
 }
 
-/* A column that is no input is passed over; one that was meant to be an input is told of. */
+/* Skips a column that is no input, with a warning if it resembles one. */
 static void warn_of_passed(const struct reading *reading) {
     const struct refdyn_model *model = reading->model;
     const struct csv *csv = &reading->csv;
@@ -58,7 +58,7 @@ static void warn_of_passed(const struct reading *reading) {
     }
 }
 
-bool inputs_are_set_by_event(const struct refdyn_model *model, int input) {
+bool scene_inputs_are_set_by_event(const struct refdyn_model *model, int input) {
     for (int i = 0; i < model->change_count; i++)
         if (model->changes[i].what == REFDYN_CHANGED_INPUT && model->changes[i].place == input)
             return true;
@@ -81,19 +81,19 @@ static bool assign_columns(struct reading *reading) {
         inputs->place[inputs->samples.width++] = i;
     }
     if (csv_column(csv, "t") < 0)
-        return csv_complain(csv, "no column is called t, the time of each sample is needed");
+        return csv_complain(csv, "no column is called t; add the time of each sample");
     inputs->samples.place = inputs->place;
     if (inputs->samples.width == 0)
         return no_input(reading);
     for (int k = 0; k < inputs->samples.width; k++)
-        if (inputs_are_set_by_event(model, inputs->place[k]))
+        if (scene_inputs_are_set_by_event(model, inputs->place[k]))
             return csv_complain(csv, "column %s: events of the model set this input, samples cannot",
                                 model->inputs[inputs->place[k]].name);
     warn_of_passed(reading);
     return true;
 }
 
-/* The time of a sample and the values behind it. */
+/* Reads the time of a sample and its values. */
 static double *row_of(const struct inputs *inputs, int sample) {
     return inputs->rows + (size_t)sample * (size_t)(inputs->samples.width + 1);
 }
@@ -116,7 +116,7 @@ static bool take_row(struct reading *reading) {
         row[role == ROLE_TIME ? 0 : 1 + role] = value;
     }
     if (samples->count > 0 && !(*row > *row_of(inputs, samples->count - 1)))
-        return csv_complain(csv, "t = %g does not lie behind the sample before", *row);
+        return csv_complain(csv, "t = %g does not follow the sample before it", *row);
     samples->count++;
     return true;
 }
@@ -126,11 +126,11 @@ static bool take_rows(struct reading *reading) {
     while (answer > 0 && (answer = csv_next(&reading->csv)) > 0)
         answer = take_row(reading) ? 1 : -1;
     if (answer == 0 && reading->inputs->samples.count == 0)
-        return csv_complain(&reading->csv, "no sample, a header and at least one line of numbers are needed");
+        return csv_complain(&reading->csv, "no sample; must have a header and at least one line of numbers");
     return answer == 0;
 }
 
-bool inputs_read(struct inputs *inputs, const char *path, const struct refdyn_model *model) {
+bool scene_inputs_read(struct inputs *inputs, const char *path, const struct refdyn_model *model) {
     struct reading reading = {.inputs = inputs, .model = model};
     *inputs = (struct inputs){.path = path};
     const bool is_good =
@@ -139,6 +139,6 @@ bool inputs_read(struct inputs *inputs, const char *path, const struct refdyn_mo
     return is_good;
 }
 
-void inputs_set(struct inputs *inputs, double t, double *x) {
+void scene_inputs_set(struct inputs *inputs, double t, double *x) {
     inputs->next = refdyn_samples_set(&inputs->samples, t, x);
 }

@@ -1,4 +1,5 @@
-/* One model made ready: see scene.h. */
+/* Makes one model ready to compute with: reads it, emits and compiles the quantities that a command needs,
+ * and sets parameters and inputs. */
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/support/command_line/command_line.h"
 #include "runtime/tool/motions/equilibria/equilibria.h"
@@ -7,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The generator's messages that were not told yet. */
+/* Prints the messages of the generator that were not printed yet. */
 static void print_messages(struct scene *scene) {
     for (; scene->told < scene->generation.messages.count; scene->told++) {
         const struct message *message = &scene->generation.messages.list[scene->told];
@@ -25,27 +26,56 @@ enum status scene_outcome(struct scene *scene, const struct options *options, en
     return status == GEN_OK ? STATUS_DONE : STATUS_FAULT;
 }
 
-const char *const scene_acceleration_words[] = {[ACCELERATIONS_AUTO] = "auto",
-                                                [ACCELERATIONS_RECURSIVE] = "recursive",
-                                                [ACCELERATIONS_DENSE] = "dense",
-                                                NULL};
-const char *const scene_loop_words[] = {
+static const char *const acceleration_words[] = {[ACCELERATIONS_AUTO] = "auto",
+                                                 [ACCELERATIONS_RECURSIVE] = "recursive",
+                                                 [ACCELERATIONS_DENSE] = "dense",
+                                                 NULL};
+static const char *const loop_words[] = {
     [LOOPS_AUTO] = "auto", [LOOPS_ALWAYS] = "always", [LOOPS_NEVER] = "never", NULL};
 
+static const char *list_quantities(const struct command *command) {
+    struct text text = {.memory = &program_memory};
+    (void)command;
+    text_add(&text, "all implicit step step.p");
+    for (int i = 0; gen_quantity(i); i++)
+        text_add(&text, " %s", gen_quantity(i));
+    return text.data;
+}
+
+const struct option_rule scene_rules[] = {
+    {"emit", "M,h,...", OPTION_LIST,
+     "only these quantities; all: all but derivatives; implicit: the tangent of implicit steps; "
+     "step: fixed steps with derivatives; step.p: also by the parameters",
+     NULL, list_quantities},
+    {"for-lanes", NULL, OPTION_FLAG,
+     "also functions for 2, 4 or 8 motions side by side; gen writes them to NAME_lanes.c", NULL, NULL},
+    {"state", "STATE.json", OPTION_TEXT, "t, q, qd, inputs, parameters; missing ones have the model's values",
+     NULL, NULL},
+    {"inputs", "FILE.csv", OPTION_TEXT, "samples of inputs over t, each held until the next", NULL, NULL},
+    {"summary", "FILE.json", OPTION_TEXT, "the summary as JSON", NULL, NULL},
+    {"lanes", "N", OPTION_COUNT,
+     "compute steps of 1, 2, 4 or 8 cases side by side (default: chosen from vectors, model and "
+     "number of cases)",
+     NULL, NULL},
+    {"set", "NAME=VALUE", OPTION_SETTING, "set an option or a parameter of the model (repeatable)", NULL,
+     NULL},
+    {"loops", "WHEN", OPTION_TEXT,
+     "auto (default), always or never: loops over equal elements instead of code for each", loop_words, NULL},
+    {"accelerations", "HOW", OPTION_TEXT, "auto (default), recursive or dense: how the C solves M qdd = f",
+     acceleration_words, NULL},
+    {"fold", NULL, OPTION_FLAG, "turn parameters into numbers in the C", NULL, NULL},
+    {.name = NULL}};
+
 static bool read_variant(const struct options *options, struct read_request *request) {
-    const char *method =
-        options->accelerations ? options->accelerations : scene_acceleration_words[ACCELERATIONS_AUTO];
-    const char *when = options->loops ? options->loops : scene_loop_words[LOOPS_AUTO];
     int place = 0, loop = 0;
-    const bool is_known =
-        options_choose(options, "accelerations", method, scene_acceleration_words, &place) == STATUS_DONE &&
-        options_choose(options, "loops", when, scene_loop_words, &loop) == STATUS_DONE;
+    const bool is_known = options_choose(options, "accelerations", &place) == STATUS_DONE &&
+                          options_choose(options, "loops", &loop) == STATUS_DONE;
     request->accelerations = (enum accelerations)place;
     request->loops = (enum loops)loop;
     return is_known;
 }
 
-/* Tells the messages of a model at fault, those of another one where they are wanted. */
+/* Prints the messages of a model that cannot be read; other messages only if they are requested. */
 static enum status read_with(struct scene *scene, const struct options *options,
                              const struct setting *settings, int count, bool fold, bool is_telling) {
     struct read_request request = {
@@ -62,7 +92,8 @@ static enum status read_with(struct scene *scene, const struct options *options,
 
 enum status scene_read(struct scene *scene, const struct options *options, bool is_telling) {
     *scene = (struct scene){.compiled = {.file = -1}};
-    return read_with(scene, options, options->settings, options->setting_count, options->fold, is_telling);
+    return read_with(scene, options, options->settings, options->setting_count, options_has(options, "fold"),
+                     is_telling);
 }
 
 static void add_inputs(struct values *values, const struct model *model) {
@@ -81,7 +112,7 @@ static struct values given_values(struct scene *scene) {
     for (int i = 0; i < state->parameter_count; i++)
         values.list[values.count++] = state->parameters[i];
     for (int i = 0; i < model->parameter_count; i++)
-        if (model->parameters[i].is_given) /* a name that lives on when the model is read again */
+        if (model->parameters[i].is_given) /* the name must outlive the model, which is read again */
             values.list[values.count++] = (struct named_value){text_format("%s", model->parameters[i].name),
                                                                model->parameters[i].value};
     add_inputs(&values, model);
@@ -99,7 +130,8 @@ static bool is_given(const struct values *values, const char *name) {
     return is_among(values->list, values->count, name);
 }
 
-/* All values become settings: the model's checks see them, and with --fold they are numbers in the C. */
+/* Turns all values into settings, so that the checks of the model see them; with --fold they become numbers
+ * in the C. */
 static enum status read_valued(struct scene *scene, const struct options *options,
                                const struct values *values) {
     int count = options->setting_count;
@@ -109,11 +141,11 @@ static enum status read_valued(struct scene *scene, const struct options *option
     for (int i = 0; i < values->count; i++)
         settings[count++] = (struct setting){values->list[i].name,
                                              exact_text(values->list[i].value, allocate(NUMBER_LENGTH, 1))};
-    return read_with(scene, options, settings, count, options->fold, false);
+    return read_with(scene, options, settings, count, options_has(options, "fold"), false);
 }
 
-/* Without --fold the C is that of the default parameters and inputs: the same text, and the same library, for
- * all values. */
+/* Without --fold the C has the default parameters and inputs, so that its text and its library are the same
+ * for all values. */
 static enum status read_structure(struct scene *scene, const struct options *options,
                                   const struct values *values) {
     struct setting *settings = allocate((size_t)options->setting_count, sizeof *settings);
@@ -125,20 +157,19 @@ static enum status read_structure(struct scene *scene, const struct options *opt
     return read_with(scene, options, settings, count, false, false);
 }
 
-/* The model's values checked with everything that is given, then the C's text made ready. */
+/* Checks the model with all given values, then prepares the text of the C. */
 static enum status read_for_values(struct scene *scene, const struct options *options,
                                    const struct values *values) {
     enum status status = STATUS_DONE;
     if (scene->state.parameter_count > 0)
         status = read_valued(scene, options, values);
-    if (status != STATUS_DONE || options->fold || values->count + values->input_count == 0)
+    if (status != STATUS_DONE || options_has(options, "fold") || values->count + values->input_count == 0)
         return status;
     return read_structure(scene, options, values);
 }
 
-/* May a row hold in statics? One that begins where the motion does may when all that it takes from there is
- * given.
- */
+/* Returns whether a row may hold in statics. A row that begins with the motion may do so if all values that
+ * it reads from the start are given. */
 static bool may_hold(const struct row *row, unsigned needs, const struct values *values) {
     bool is_known = true;
     for (int i = 0; i < row->start_count; i++)
@@ -146,7 +177,8 @@ static bool may_hold(const struct row *row, unsigned needs, const struct values 
     return row->level == ROW_POSITION && (is_known || needs & NEEDS_EACH_START);
 }
 
-/* May forces have no potential, so that small motions judge an equilibrium? */
+/* Returns whether forces may have no potential, so that small motions must decide the stability of an
+ * equilibrium. */
 static bool may_follow(const struct model *model) {
     for (int i = 0; i < model->force_count; i++)
         if (model->graph->nodes[model->forces[i].value].depends & ON_STATE)
@@ -154,7 +186,7 @@ static bool may_follow(const struct model *model) {
     return model->load_count > 0;
 }
 
-/* Statics takes a tangent, of either form, for rows and for forces without a potential. */
+/* Statics needs a tangent, of either form, for rows and for forces without a potential. */
 static bool needs_statics_tangent(const struct model *model, unsigned needs, const struct values *values) {
     if (!(needs & NEEDS_STATICS))
         return false;
@@ -171,13 +203,13 @@ static bool has_angular_points(const struct model *model) {
     return false;
 }
 
-/* The list of quantities for gen_plan, with only those that the scene has. */
+/* The list of quantities for gen_plan, limited to those that the scene has. */
 static char *emit_list(struct scene *scene, const struct options *options, unsigned needs,
                        const struct values *values) {
+    const char *emit = options_text(options, "emit");
     const struct model *model = &scene->generation.model;
     if (needs & NEEDS_ALL)
-        return text_format("%s%s", options->emit ? "start,equations," : "all",
-                           options->emit ? options->emit : "");
+        return text_format("%s%s", emit ? "start,equations," : "all", emit ? emit : "");
     bool rows = model->row_count > 0, points = model->point_count > 0;
     if (needs_statics_tangent(model, needs, values))
         needs |= NEEDS_TANGENT;
@@ -197,15 +229,18 @@ static char *emit_list(struct scene *scene, const struct options *options, unsig
         needs & NEEDS_POINT_RATES && has_angular_points(model) ? ",J,Jd_qd" : "");
 }
 
-/* Named events end steps where lanes do not look: such motions take all steps themselves. */
+/* Named events end steps within lanes, which do not check for them. Models with such events compute single
+ * motions. */
 static int lanes_for(const struct model *model, const struct options *options) {
-    return options->lanes > 1 && model->event_count == 0 ? (int)options->lanes : 0;
+    const double lanes = options_number(options, "lanes");
+    return lanes > 1 && model->event_count == 0 ? (int)lanes : 0;
 }
 
 static enum status emit_and_load(struct scene *scene, const struct options *options, unsigned needs,
                                  const struct values *values) {
+    const char *emit = options_text(options, "emit");
     struct generation *generation = &scene->generation;
-    const char *wrong = options->emit ? gen_wrong_emit(generation, options->emit) : NULL;
+    const char *wrong = emit ? gen_wrong_emit(generation, emit) : NULL;
     if (wrong)
         return usage_error(options->command, "--emit: %s", wrong);
     const int lanes = lanes_for(&generation->model, options);
@@ -242,7 +277,7 @@ static void apply_inputs(struct scene *scene, const struct named_value *inputs, 
     }
 }
 
-/* Names that the C does not have belong to parameters and inputs that this scene does not read. */
+/* Skips names that the C does not have: this scene does not read these parameters and inputs. */
 static void apply_values(struct scene *scene, const struct values *values) {
     const struct refdyn_model *model = scene->model;
     for (int i = 0; i < values->count; i++) {
@@ -258,14 +293,14 @@ static void apply_values(struct scene *scene, const struct values *values) {
     apply_inputs(scene, scene->state.inputs, scene->state.input_count);
 }
 
-/* Parameters of --set that change nothing. With --fold all are numbers in the C. */
+/* Warns of parameters of --set that nothing reads. With --fold all are numbers in the C. */
 static void warn_of_unread(const struct scene *scene, const struct options *options,
                            const struct values *values) {
     const struct refdyn_model *model = scene->model;
-    for (int i = 0; i < options->setting_count && !options->fold; i++) {
+    for (int i = 0; i < options->setting_count && !options_has(options, "fold"); i++) {
         const char *name = options->settings[i].name;
         if (is_given(values, name) && refdyn_find_name(model->parameters, model->parameter_count, name) < 0)
-            fprintf(stderr, "refdyn: warning: --set %s: nothing of this model reads it\n", name);
+            fprintf(stderr, "refdyn: warning: --set %s: nothing in this model reads it\n", name);
     }
 }
 
@@ -336,23 +371,24 @@ void scene_spare_sources(const struct scene *scene, struct targets *targets) {
         targets_spare(targets, sources->list[i].path);
 }
 
-/* The files of -o and --summary, which must not be those that are read. */
+/* Opens the files of -o and --summary, which must differ from all files that the command reads. */
 static enum status open_targets(struct scene *scene, const struct options *options, const char *state_path) {
+    const char *inputs = options_text(options, "inputs"), *summary = options_text(options, "summary");
     struct targets *targets = &scene->targets;
     scene_spare_sources(scene, targets);
     if (state_path)
         targets_spare(targets, state_path);
-    if (options->inputs)
-        targets_spare(targets, options->inputs);
-    scene->result = target_open(targets, options->output);
-    if (scene->result && options->summary)
-        scene->summary = target_open(targets, options->summary);
-    return scene->result && (scene->summary || !options->summary) ? STATUS_DONE : STATUS_FAULT;
+    if (inputs)
+        targets_spare(targets, inputs);
+    scene->result = target_open(targets, options_text(options, "output"));
+    if (scene->result && summary)
+        scene->summary = target_open(targets, summary);
+    return scene->result && (scene->summary || !summary) ? STATUS_DONE : STATUS_FAULT;
 }
 
 enum status scene_finish(struct scene *scene, struct document *document) {
     if (!document_close(document, scene->result->file))
-        return numbers_failed(scene, REFDYN_NOT_FINITE, scene->state.t, scene->q, scene->qd);
+        return scene_numbers_failed(scene, REFDYN_NOT_FINITE, scene->state.t, scene->q, scene->qd);
     return target_finish(scene->result) ? STATUS_DONE : STATUS_FAULT;
 }
 
@@ -363,7 +399,7 @@ enum status scene_open(struct scene *scene, const struct options *options, unsig
         status = open_targets(scene, options, state_path);
     if (status != STATUS_DONE || !needs)
         return status;
-    if (state_path && !state_read(&scene->state, state_path, &scene->generation))
+    if (state_path && !scene_state_read(&scene->state, state_path, &scene->generation))
         return STATUS_FAULT;
     scene->values = given_values(scene);
     return make_ready(scene, options, needs, &scene->values);

@@ -1,4 +1,4 @@
-/* STATE.json: see scene.h. */
+/* STATE.json: reads a state with the lines of its entries for messages, and writes states and points. */
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/support/format/format.h"
 
@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- Lines of the text, which is correct JSON ---- */
+/* ---- Lines of a text that is valid JSON ---- */
 
 static const char blanks[] = " \t\r\n";
 
@@ -17,7 +17,7 @@ static const char *end_of_string(const char *quote) {
     return at;
 }
 
-/* Behind the value. */
+/* The place after the value. */
 static const char *skip_value(const char *at) {
     int depth = 0;
     for (; *at && (depth > 0 || !strchr(",]}", *at)); at++) {
@@ -28,14 +28,14 @@ static const char *skip_value(const char *at) {
     return at;
 }
 
-/* Whether the string at `quote` is this key. */
+/* Returns whether the string at `quote` is this key. */
 static bool is_key(const char *quote, const char *key) {
     const size_t length = (size_t)(end_of_string(quote) - quote) - 1;
     return strlen(key) == length && strncmp(quote + 1, key, length) == 0;
 }
 
-/* Where member `key` of the object that begins at `at` stands, or for key NULL element `index` of the array;
- * NULL: it is not there. */
+/* The place of member `key` of the object at `at`, or of element `index` of the array if key is NULL; NULL if
+ * there is none. */
 static const char *find_entry(const char *at, const char *key, int index) {
     at++;
     for (int i = 0; *(at += strspn(at, blanks)) && !strchr("]}", *at); i++) {
@@ -47,10 +47,8 @@ static const char *find_entry(const char *at, const char *key, int index) {
     return NULL;
 }
 
-/*
- * Line of member `key` of the outermost object; with `member`, of that member of the object it holds; with
- * index >= 0, of that element of the array it holds. Line 1 when it is not there.
- */
+/* The line of member `key` of the outermost object; with `member`, of that member of the object in it; with
+ * index >= 0, of that element of the array in it. Line 1 if there is none. */
 static int locate_line(const char *text, const char *key, const char *member, int index) {
     const char *at = find_entry(text + strspn(text, blanks), key, 0);
     int line = 1;
@@ -72,7 +70,7 @@ struct reading {
     int complaints;
 };
 
-/* More would not help; and each of them looks for its line. */
+/* more messages would not help, and each one searches for its line */
 enum { COMPLAINTS_MOST = 20 };
 
 static void complain_at(struct reading *reading, int line, const char *format, ...)
@@ -96,23 +94,23 @@ static void unknown_name(struct reading *reading, int line, const char *what, co
                          const char *const *known, int count) {
     const char *near = message_nearest_name(name, known, count);
     if (near)
-        complain_at(reading, line, "%s: no %s is called so, the nearest is %s", name, what, near);
+        complain_at(reading, line, "%s: unknown %s; the nearest is %s", name, what, near);
     else
-        complain_at(reading, line, "%s: no %s is called so%s", name, what,
-                    count ? "" : ", the model has none");
+        complain_at(reading, line, "%s: unknown %s%s", name, what, count ? "" : "; the model has none");
 }
 
 static double *read_vector(struct reading *reading, const char *key, const json_t *array) {
     const struct tree *tree = &reading->generation->tree;
     int line = locate_line(reading->text, key, NULL, -1);
     if (!json_is_array(array)) {
-        complain_at(reading, line, "%s: %s, an array of %d numbers is needed", key, kind_of(array),
+        complain_at(reading, line, "%s: %s; must be an array of %d numbers", key, kind_of(array),
                     tree->count);
         return NULL;
     }
     if (json_array_size(array) != (size_t)tree->count) {
-        complain_at(reading, line, "%s: has %zu values, %d are needed, one per coordinate from %s to %s%s",
-                    key, json_array_size(array), tree->count, tree->count ? tree->frames[0].name : "none",
+        complain_at(reading, line,
+                    "%s: has %zu values; must have %d, one for each coordinate from %s to %s%s", key,
+                    json_array_size(array), tree->count, tree->count ? tree->frames[0].name : "none",
                     tree->count ? tree->frames[tree->count - 1].name : "none",
                     json_array_size(array) > (size_t)tree->count ? "; numbers are written with a point" : "");
         return NULL;
@@ -123,12 +121,12 @@ static double *read_vector(struct reading *reading, const char *key, const json_
         values[i] = json_number_value(value);
         if (!json_is_number(value))
             complain_at(reading, locate_line(reading->text, key, NULL, i),
-                        "%s[%d] (%s): %s, a number is needed", key, i, tree->frames[i].name, kind_of(value));
+                        "%s[%d] (%s): %s; must be a number", key, i, tree->frames[i].name, kind_of(value));
     }
     return values;
 }
 
-/* An object of numbers whose keys are among `known`. */
+/* Reads an object of numbers whose keys are among `known`. */
 static struct named_value *read_values(struct reading *reading, const char *key, const char *what,
                                        json_t *object, const char *const *known, int known_count,
                                        int *count) {
@@ -138,7 +136,7 @@ static struct named_value *read_values(struct reading *reading, const char *key,
     *count = 0;
     if (!json_is_object(object))
         complain_at(reading, locate_line(reading->text, key, NULL, -1),
-                    "%s: %s, an object of numbers is needed", key, kind_of(object));
+                    "%s: %s; must be an object of numbers", key, kind_of(object));
     json_object_foreach(object, name, value) {
         if (reading->complaints == COMPLAINTS_MOST)
             break;
@@ -146,7 +144,7 @@ static struct named_value *read_values(struct reading *reading, const char *key,
         if (text_index(name, known, known_count) < 0)
             unknown_name(reading, line, what, name, known, known_count);
         else if (!json_is_number(value))
-            complain_at(reading, line, "%s: %s, a number is needed", name, kind_of(value));
+            complain_at(reading, line, "%s: %s; must be a number", name, kind_of(value));
         else
             values[(*count)++] = (struct named_value){text_format("%s", name), json_number_value(value)};
     }
@@ -171,7 +169,7 @@ static void read_parameters(struct reading *reading, struct state *state, json_t
                                     &state->parameter_count);
 }
 
-/* A name of the model stands where a key must be: finds the key under which it belongs. */
+/* A name of the model is not a key: reports the key under which it belongs. */
 static bool is_of_model(struct reading *reading, int line, const char *name) {
     const struct generation *generation = reading->generation;
     const char *key = NULL;
@@ -184,7 +182,7 @@ static bool is_of_model(struct reading *reading, int line, const char *name) {
         if (strcmp(generation->model.parameters[i].name, name) == 0)
             key = "the object parameters";
     if (key)
-        complain_at(reading, line, "%s: no key of a state; it belongs in %s", name, key);
+        complain_at(reading, line, "%s: not a key of a state; it belongs in %s", name, key);
     return key;
 }
 
@@ -203,12 +201,11 @@ static void check_coordinates(struct reading *reading, const json_t *array) {
     }
 }
 
-/* What `statics` and `modes` write besides the state that they found: their results are states, too. */
+/* Keys that `statics` and `modes` write in addition to the state: their results are states, too. */
 static bool is_of_result(const char *key) {
-    static const char *const keys[] = {"name",      "at",       "points",  "hold_force", "residual",
-                                       "rows",      "lambda",   "phi",     "stability",  "criterion",
-                                       "potential", "unstable", "neutral", "held",       "modes",
-                                       "contacts"};
+    static const char *const keys[] = {"name",    "at",   "points",    "hold_force", "residual",  "rows",
+                                       "lambda",  "phi",  "stability", "criterion",  "potential", "unstable",
+                                       "neutral", "held", "modes",     "contacts"};
     return text_index(key, keys, sizeof keys / sizeof keys[0]) >= 0;
 }
 
@@ -218,7 +215,7 @@ static void read_member(struct reading *reading, struct state *state, const char
     if (strcmp(key, "t") == 0) {
         state->t = json_number_value(value);
         if (!json_is_number(value))
-            complain_at(reading, line, "t: %s, a number is needed", kind_of(value));
+            complain_at(reading, line, "t: %s; must be a number", kind_of(value));
     } else if (strcmp(key, "q") == 0)
         state->q = read_vector(reading, key, value);
     else if (strcmp(key, "qd") == 0)
@@ -234,20 +231,20 @@ static void read_member(struct reading *reading, struct state *state, const char
                      sizeof keys / sizeof keys[0]);
 }
 
-/* What jansson calls the token, and the character beyond ASCII that it is. */
+/* Shows the token that jansson names, and a character beyond ASCII in it. */
 static void complain_of_syntax(struct reading *reading, const json_error_t *error) {
     const char *token = strstr(error->text, "near '"), *instead;
     const char *strange =
         token ? message_beyond_ascii(&program_memory, token, strlen(token), &instead) : NULL;
     complain_at(reading, error->line > 0 ? error->line : 1,
-                "state: %s, one JSON object of finite numbers is needed%s%s%s%s", error->text,
+                "state: %s; must be one JSON object of finite numbers%s%s%s%s", error->text,
                 strange ? "; it has " : "", strange ? strange : "", strange ? "; " : "",
                 strange ? instead : "");
 }
 
-bool state_read(struct state *state, const char *path, const struct generation *generation) {
+bool scene_state_read(struct state *state, const char *path, const struct generation *generation) {
     *state = (struct state){.t = 0};
-    static const char mark[] = "\xEF\xBB\xBF"; /* of UTF-8, which some editors write first */
+    static const char mark[] = "\xEF\xBB\xBF"; /* byte order mark of UTF-8, which some editors write first */
     const char *text = read_text(path, "state");
     if (!text)
         return false;
@@ -260,11 +257,69 @@ bool state_read(struct state *state, const char *path, const struct generation *
     if (!root)
         complain_of_syntax(&reading, &error);
     else if (!json_is_object(root))
-        complain_at(&reading, 1, "state: %s, an object is needed", kind_of(root));
+        complain_at(&reading, 1, "state: %s; must be an object", kind_of(root));
     json_object_foreach(root, key, value) {
         if (reading.complaints < COMPLAINTS_MOST)
             read_member(&reading, state, key, value);
     }
     json_decref(root);
     return reading.complaints == 0;
+}
+
+/* ---- Writing ---- */
+
+void scene_put_coordinates(struct document *document, const char *key, const struct refdyn_model *model,
+                           const int *which) {
+    put_open(document, key, '[');
+    for (int i = 0; i < model->n; i++)
+        if (!which || which[i])
+            put_text(document, NULL, model->coordinates[i].name);
+    put_close(document, ']');
+}
+
+void scene_put_positions(struct document *document, const struct scene *scene) {
+    const struct refdyn_model *model = scene->model;
+    double *r = allocate_matrix(model->point_count, 3);
+    if (model->point_count)
+        model->r(scene->work.p, scene->work.x, scene->state.t, scene->q, scene->qd, r);
+    put_open(document, "points", '{');
+    for (int i = 0; i < model->point_count; i++)
+        put_array(document, model->points[i], r + 3 * i, 3);
+    put_close(document, '}');
+}
+
+/* Of several values of one name, the last one counts. */
+static void put_values(struct document *document, const struct named_value *list, int count) {
+    for (int i = 0; i < count; i++) {
+        bool is_last = true;
+        for (int k = i + 1; k < count; k++)
+            is_last = is_last && strcmp(list[k].name, list[i].name) != 0;
+        if (is_last)
+            put_number(document, list[i].name, list[i].value);
+    }
+}
+
+/* The inputs of --set come first, then the inputs of the STATE.json. */
+static void put_inputs(struct document *document, const struct scene *scene) {
+    const struct values *values = &scene->values;
+    const struct state *state = &scene->state;
+    const size_t count = (size_t)(values->input_count + state->input_count);
+    struct named_value *list = allocate(count, sizeof *list);
+    for (int i = 0; i < values->input_count; i++)
+        list[i] = values->inputs[i];
+    for (int i = 0; i < state->input_count; i++)
+        list[values->input_count + i] = state->inputs[i];
+    put_open(document, "inputs", '{');
+    put_values(document, list, (int)count);
+    put_close(document, '}');
+}
+
+void scene_put_state(struct document *document, const struct scene *scene) {
+    put_array(document, "q", scene->q, scene->model->n);
+    put_array(document, "qd", scene->qd, scene->model->n);
+    put_number(document, "t", scene->state.t);
+    put_inputs(document, scene);
+    put_open(document, "parameters", '{');
+    put_values(document, scene->values.list, scene->values.count);
+    put_close(document, '}');
 }

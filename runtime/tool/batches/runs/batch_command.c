@@ -18,7 +18,7 @@ struct results {
 /* ---- Opening ---- */
 
 static enum status check_csv(const struct batch_setup *setup) {
-    const char *path = setup->options.output, *unfit = runs_csv_unfit(&setup->layout);
+    const char *path = options_text(&setup->options, "output"), *unfit = runs_csv_unfit(&setup->layout);
     if (unfit)
         return usage_error(setup->options.command,
                            "-o %s: a CSV has one row a case and cannot keep the times of %s; "
@@ -34,7 +34,7 @@ static enum status check_csv(const struct batch_setup *setup) {
 
 /* Checks that the output file can store what is kept. Without a name, as in a trial, it is an HDF5 file. */
 static enum status check_output(const struct batch_setup *setup) {
-    const char *path = setup->options.output;
+    const char *path = options_text(&setup->options, "output");
     if (path && text_ends_with(path, ".csv"))
         return check_csv(setup);
     if (path && !text_names_hdf5(path))
@@ -51,31 +51,34 @@ static bool spare(void *context, const char *path) {
 /* Outputs must not overwrite inputs. */
 static void spare_inputs(struct targets *targets, const struct batch_setup *setup) {
     const struct options *options = &setup->options;
+    const char *table = options_text(options, "table");
     scene_spare_sources(&setup->base, targets);
-    targets_spare(targets, options->table ? options->table : options->operands[1]);
+    targets_spare(targets, table ? table : options->operands[1]);
     batch_for_each_file(setup, spare, targets);
 }
 
 /* Returns whether the summary would overwrite the journal. */
 static bool is_journal(const struct options *options) {
-    return options->summary && strcmp(options->summary, text_format("%s.journal", options->output)) == 0;
+    const char *summary = options_text(options, "summary");
+    return summary && strcmp(summary, text_format("%s.journal", options_text(options, "output"))) == 0;
 }
 
 static enum status open_results(struct results *results, struct batch_setup *setup) {
     const struct options *options = &setup->options;
-    results->is_csv = text_ends_with(options->output, ".csv");
+    const char *summary = options_text(options, "summary"), *output = options_text(options, "output");
+    results->is_csv = text_ends_with(output, ".csv");
     if (is_journal(options))
         return usage_error(options->command, "--summary %s: this is the journal of %s; use another name",
-                           options->summary, options->output);
+                           summary, output);
     spare_inputs(&results->targets, setup);
-    targets_spare(&results->targets, text_format("%s.journal", options->output));
-    results->runs = target_open(&results->targets, options->output);
-    if (results->runs && options->summary)
-        results->summary = target_open(&results->targets, options->summary);
-    if (!results->runs || (options->summary && !results->summary))
+    targets_spare(&results->targets, text_format("%s.journal", output));
+    results->runs = target_open(&results->targets, output);
+    if (results->runs && summary)
+        results->summary = target_open(&results->targets, summary);
+    if (!results->runs || (summary && !results->summary))
         return STATUS_FAULT;
-    const bool is_open = journal_open(&results->journal, options->output, &setup->key,
-                                      setup->sweep.cases.count, setup->layout.width, options->resume) &&
+    const bool is_open = journal_open(&results->journal, output, &setup->key, setup->sweep.cases.count,
+                                      setup->layout.width, options_has(options, "resume")) &&
                          journal_is_within(&results->journal, setup->first, setup->end);
     return is_open ? STATUS_DONE : STATUS_FAULT;
 }
@@ -167,20 +170,21 @@ static bool write_csv(struct results *results, const struct batch_setup *setup, 
 /* Scales the times of the cases so that they add up to the processor time of this call. */
 static bool share_time(struct runs_writer *writer, struct batch_count *count) {
     batch_time_passed(count);
-    return runs_share_time(writer, count->cpu_s - count->cases_cpu_s);
+    return hdf5_runs_share_time(writer, count->cpu_s - count->cases_cpu_s);
 }
 
 static bool write_hdf5(struct results *results, const struct batch_setup *setup, struct batch_count *count) {
     struct case_record record;
-    struct runs_writer *writer = runs_create(results->runs->part, &setup->layout, setup->end - setup->first);
+    struct runs_writer *writer =
+        hdf5_runs_create(results->runs->part, &setup->layout, setup->end - setup->first);
     bool is_good = writer != NULL;
     for (long number = setup->first; number < setup->end && is_good; number++)
-        is_good = journal_get(&results->journal, number, &record) && runs_put(writer, &record);
+        is_good = journal_get(&results->journal, number, &record) && hdf5_runs_put(writer, &record);
     is_good = is_good && share_time(writer, count);
     if (is_good)
-        return runs_finish(writer);
+        return hdf5_runs_finish(writer);
     if (writer)
-        runs_drop(writer);
+        hdf5_runs_drop(writer);
     return false;
 }
 
@@ -262,23 +266,23 @@ static enum status compute(struct results *results, struct batch_setup *setup) {
 
 /* With --resume and without a journal, an existing file is either the complete result or must not be
  * replaced. A CSV does not identify its batch. */
-static enum present_result find_present(const struct batch_setup *setup) {
-    const char *path = setup->options.output;
-    if (!setup->options.resume || text_ends_with(path, ".csv"))
+static enum runs_present_result find_present(const struct batch_setup *setup) {
+    const char *path = options_text(&setup->options, "output");
+    if (!options_has(&setup->options, "resume") || text_ends_with(path, ".csv"))
         return PRESENT_NONE;
     const bool has_journal = access(text_format("%s.journal", path), F_OK) == 0;
-    return has_journal ? PRESENT_NONE : present_result(setup, path, setup->first, setup->end);
+    return has_journal ? PRESENT_NONE : runs_present_result(setup, path, setup->first, setup->end);
 }
 
 static enum status compute_missing(struct results *results, struct batch_setup *setup) {
-    const enum present_result present = find_present(setup);
+    const enum runs_present_result present = find_present(setup);
     if (present == PRESENT_OTHER) {
         fprintf(stderr,
                 "refdyn: --resume continues only the same batch; without --resume the file is replaced\n");
         return STATUS_FAULT;
     }
     if (present == PRESENT_COMPLETE) {
-        fprintf(stderr, "refdyn: %s already has all %ld cases\n", setup->options.output,
+        fprintf(stderr, "refdyn: %s already has all %ld cases\n", options_text(&setup->options, "output"),
                 setup->end - setup->first);
         return STATUS_DONE;
     }
@@ -287,17 +291,31 @@ static enum status compute_missing(struct results *results, struct batch_setup *
 }
 
 enum status run_batch(const struct options *options) {
+    const bool has_dry_run = options_has(options, "dry-run");
     struct batch_setup setup;
     struct results results = {.journal = {.file = -1}};
-    if (!options->output && !options->dry_run)
+    if (!options_text(options, "output") && !has_dry_run)
         return usage_error(options->command, "-o is missing");
     enum status status = batch_setup_open(&setup, options);
     if (status == STATUS_DONE)
         status = check_output(&setup);
     if (status == STATUS_DONE)
-        status = options->dry_run ? run_dry(&setup) : compute_missing(&results, &setup);
+        status = has_dry_run ? run_dry(&setup) : compute_missing(&results, &setup);
     journal_close(&results.journal);
     targets_release(&results.targets);
     batch_setup_close(&setup);
     return status;
 }
+
+const struct option_rule batch_rules[] = {
+    {"table", "CASES.csv", OPTION_TEXT,
+     "replaces SWEEP.lua: a row for each case, a column for each name that varies", NULL, NULL},
+    {"threads", "N", OPTION_COUNT, "threads that compute cases (default: one for each processor)", NULL,
+     NULL},
+    {"cases", "A:B", OPTION_TEXT, "only the cases from A to B - 1", NULL, NULL},
+    {"resume", NULL, OPTION_FLAG, "resume an interrupted batch", NULL, NULL},
+    {"dry-run", NULL, OPTION_FLAG,
+     "check, compile and try a few cases; print the number of cases, and the time and size of the "
+     "whole batch",
+     NULL, NULL},
+    {.name = NULL}};

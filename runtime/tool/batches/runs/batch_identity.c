@@ -12,7 +12,6 @@
 #include <errno.h>
 #include <jansson.h>
 #include <sha2.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -20,7 +19,7 @@
 bool batch_for_each_file(const struct batch_setup *setup, bool call(void *context, const char *path),
                          void *context) {
     const struct cases *cases = &setup->sweep.cases;
-    const char *state = options_state_path(setup->options.from);
+    const char *state = options_state_path(options_text(&setup->options, "from"));
     if (state && !call(context, state))
         return false;
     for (int i = 0; i < cases->width; i++)
@@ -51,25 +50,9 @@ static void put_sources(struct document *document, const struct batch_setup *set
 }
 
 /* The options of the motions, by their names on the command line. */
-static const struct {
-    const char *name;
-    size_t offset; /* in struct options */
-} number_options[] = {{"until", offsetof(struct options, until)},
-                      {"every", offsetof(struct options, every)},
-                      {"step", offsetof(struct options, step)},
-                      {"step-max", offsetof(struct options, step_max)},
-                      {"tol", offsetof(struct options, tolerance)},
-                      {"lanes", offsetof(struct options, lanes)}},
-  text_options[] = {{"method", offsetof(struct options, method)},
-                    {"from", offsetof(struct options, from)},
-                    {"hold", offsetof(struct options, hold)},
-                    {"release", offsetof(struct options, release)},
-                    {"way", offsetof(struct options, way)},
-                    {"stabilise", offsetof(struct options, stabilise)},
-                    {"singular", offsetof(struct options, singular)},
-                    {"start", offsetof(struct options, start)},
-                    {"accelerations", offsetof(struct options, accelerations)},
-                    {"loops", offsetof(struct options, loops)}};
+static const char *const number_options[] = {"until", "every", "step", "step-max", "tol", "lanes"},
+                         *const text_options[] = {"method",    "from",     "hold",  "release",       "way",
+                                                  "stabilise", "singular", "start", "accelerations", "loops"};
 enum {
     NUMBERS = sizeof number_options / sizeof number_options[0],
     TEXTS = sizeof text_options / sizeof text_options[0]
@@ -77,38 +60,34 @@ enum {
 
 static void put_options(struct document *document, const struct batch_setup *setup) {
     const struct options *options = &setup->options;
-    const char *base = (const char *)options;
     put_open(document, NULL, '{');
     put_open(document, "set", '{');
     for (int i = 0; i < options->setting_count; i++)
         put_text(document, options->settings[i].name, options->settings[i].value);
     put_close(document, '}');
-    for (int i = 0; i < NUMBERS; i++) {
-        const double value = *(const double *)(const void *)(base + number_options[i].offset);
-        if (value > 0)
-            put_number(document, number_options[i].name, value);
-    }
-    for (int i = 0; i < TEXTS; i++) {
-        const char *text = *(const char *const *)(const void *)(base + text_options[i].offset);
-        if (text)
-            put_text(document, text_options[i].name, text);
-    }
+    for (int i = 0; i < NUMBERS; i++)
+        if (options_has(options, number_options[i]))
+            put_number(document, number_options[i], options_number(options, number_options[i]));
+    for (int i = 0; i < TEXTS; i++)
+        if (options_has(options, text_options[i]))
+            put_text(document, text_options[i], options_text(options, text_options[i]));
     put_close(document, '}');
 }
 
 void batch_read_options(const json_t *from, struct options *options) {
     json_t *set = json_object_get(from, "set"), *value;
     const char *name;
-    char *base = (char *)options;
     options->settings = allocate(json_object_size(set) + 1, sizeof *options->settings);
     json_object_foreach(set, name, value) options->settings[options->setting_count++] =
         (struct setting){.name = name, .value = json_is_string(value) ? json_string_value(value) : ""};
     for (int i = 0; i < NUMBERS; i++)
-        *(double *)(void *)(base + number_options[i].offset) =
-            json_number_value(json_object_get(from, number_options[i].name));
+        if (json_number_value(json_object_get(from, number_options[i])) > 0)
+            options_set_number(options, number_options[i],
+                               json_number_value(json_object_get(from, number_options[i])));
     for (int i = 0; i < TEXTS; i++)
-        *(const char **)(void *)(base + text_options[i].offset) =
-            json_string_value(json_object_get(from, text_options[i].name));
+        if (json_string_value(json_object_get(from, text_options[i])))
+            options_set_text(options, text_options[i],
+                             json_string_value(json_object_get(from, text_options[i])));
 }
 
 bool batch_hash_file(const char *path, char hash[static JOURNAL_HASH]) {
@@ -199,7 +178,8 @@ bool batch_check_texts(const struct runs_reader *runs, const char *path) {
     char hash[JOURNAL_HASH], name[16];
     for (int part = 0; part < JOURNAL_PARTS; part++) {
         snprintf(name, sizeof name, "%s_hash", part_names[part]);
-        const char *text = runs_attribute(runs, part_names[part]), *kept = runs_attribute(runs, name);
+        const char *text = hdf5_runs_attribute(runs, part_names[part]),
+                   *kept = hdf5_runs_attribute(runs, name);
         hash_text(text ? text : "", hash);
         if (!text || !kept || strcmp(hash, kept) != 0) {
             complain_line(path, 0,
@@ -237,7 +217,7 @@ static const char *other_part(const struct runs_reader *reader, const struct jou
     static const char *const names[JOURNAL_PARTS] = {"model_hash", "sweep_hash", "options_hash",
                                                      "files_hash"};
     for (int part = 0; part < JOURNAL_PARTS; part++) {
-        const char *hash = runs_attribute(reader, names[part]);
+        const char *hash = hdf5_runs_attribute(reader, names[part]);
         if (!hash || strcmp(hash, key->hash[part]) != 0)
             return journal_parts[part];
     }
@@ -246,22 +226,23 @@ static const char *other_part(const struct runs_reader *reader, const struct jou
 
 /* Returns whether the file has all cases of [first, end). */
 static bool has_cases(const struct runs_reader *reader, long first, long end) {
-    const long *numbers = runs_numbers(reader);
+    const long *numbers = hdf5_runs_numbers(reader);
     long found = 0;
-    for (long row = 0; row < runs_count(reader); row++)
+    for (long row = 0; row < hdf5_runs_count(reader); row++)
         found += numbers[row] >= first && numbers[row] < end;
     return found == end - first;
 }
 
-enum present_result present_result(const struct batch_setup *setup, const char *path, long first, long end) {
+enum runs_present_result runs_present_result(const struct batch_setup *setup, const char *path, long first,
+                                             long end) {
     if (access(path, F_OK) != 0)
         return PRESENT_NONE;
-    struct runs_reader *reader = runs_open(path);
+    struct runs_reader *reader = hdf5_runs_open(path);
     if (!reader)
         return PRESENT_OTHER;
     const char *other = other_part(reader, &setup->key);
     const bool is_complete = !other && has_cases(reader, first, end);
-    runs_close(reader);
+    hdf5_runs_close(reader);
     if (other)
         fprintf(stderr, "refdyn: %s: belongs to another batch: the %s differ\n", path, other);
     return other ? PRESENT_OTHER : is_complete ? PRESENT_COMPLETE : PRESENT_NONE;

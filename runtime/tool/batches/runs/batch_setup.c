@@ -26,7 +26,7 @@ static int count_processors(void) {
 }
 
 static enum status choose_threads(struct batch_setup *setup) {
-    const double asked = setup->options.threads;
+    const double asked = options_number(&setup->options, "threads");
     if (asked > THREADS_MAX)
         return usage_error(setup->options.command, "--threads: %.0f; must be at most %d", asked, THREADS_MAX);
     setup->threads = asked > 0 ? (int)asked : count_processors();
@@ -52,7 +52,7 @@ static int suitable_lanes(const struct batch_setup *setup) {
 }
 
 static enum status check_lanes(const struct options *options) {
-    const double asked = options->lanes;
+    const double asked = options_number(options, "lanes");
     if (asked > 0 && asked != 1 && asked != 2 && asked != 4 && asked != 8)
         return usage_error(options->command, "--lanes: %.0f is not a lane width; use 1, 2, 4 or 8", asked);
     return STATUS_DONE;
@@ -60,18 +60,18 @@ static enum status check_lanes(const struct options *options) {
 
 /* Call it after the structures are sorted. */
 static void choose_lanes(struct batch_setup *setup) {
-    const double asked = setup->options.lanes;
+    const double asked = options_number(&setup->options, "lanes");
     setup->lanes = !may_use_lanes(&setup->integration) ? 1 : asked > 0 ? (int)asked : suitable_lanes(setup);
-    setup->options.lanes = setup->lanes;
+    options_set_number(&setup->options, "lanes", setup->lanes);
     for (int i = 0; i < setup->structures.count; i++)
-        setup->structures.list[i].options.lanes = setup->lanes;
+        options_set_number(&setup->structures.list[i].options, "lanes", setup->lanes);
 }
 
 /* Reads "A:B", the cases A to B - 1; either number may be omitted. */
 static enum status choose_range(struct batch_setup *setup) {
     const struct options *options = &setup->options;
     const long count = setup->sweep.cases.count;
-    const char *text = options->cases;
+    const char *text = options_text(options, "cases");
     char *rest;
     setup->first = 0;
     setup->end = count;
@@ -98,24 +98,26 @@ static enum status choose_range(struct batch_setup *setup) {
 
 static enum status read_cases(struct batch_setup *setup) {
     const struct options *options = &setup->options;
+    const char *table = options_text(options, "table");
     struct generation *generation = &setup->base.generation;
-    if (options->operand_count == 1 && !options->table)
+    if (options->operand_count == 1 && !table)
         return usage_error(options->command, "no cases; add SWEEP.lua or --table CASES.csv");
-    if (options->operand_count > 1 && options->table)
+    if (options->operand_count > 1 && table)
         return usage_error(options->command, "--table replaces the sweep; remove '%s'", options->operands[1]);
-    return options->table
-               ? sweep_read_table(&setup->sweep, &setup->memory, options->table, generation, options)
+    return table
+               ? sweep_read_table(&setup->sweep, &setup->memory, table, generation, options)
                : sweep_read(&setup->sweep, &setup->memory, options->operands[1], generation, &setup->options);
 }
 
 static enum status check_motion(struct batch_setup *setup) {
     struct options *options = &setup->options;
-    if (!(options->until > 0))
+    const char *method = options_text(options, "method");
+    if (!(options_number(options, "until") > 0))
         return usage_error(options->command, "--until is missing; add the end of the motions");
-    if (options->method && by_gsl_has(options->method))
+    if (method && by_gsl_has(method))
         return option_error(options, "method", ": %s computes single motions (refdyn sim), not batches",
-                            options->method);
-    if (options->hold && !(options->from && strcmp(options->from, "statics") == 0))
+                            method);
+    if (options_text(options, "hold") && !options_is(options, "from", "statics"))
         return option_error(options, "hold", ": needs --from statics");
     const enum status status = motion_options(options, &setup->integration);
     setup->integration.balance = 0; /* no result has it, and it needs the power at each stage */
@@ -126,33 +128,36 @@ static enum status check_motion(struct batch_setup *setup) {
 
 static enum status check_times(const struct batch_setup *setup) {
     const struct options *options = &setup->options;
+    const double until = options_number(options, "until");
     const struct scene *scene = &setup->structures.list[0].scene;
     const struct keep *keep = &setup->sweep.keep;
-    const double t = scene->state.t, every = options->every;
+    const double t = scene->state.t, every = options_number(options, "every");
     const enum status status = motion_check_times(scene, options);
     if (status != STATUS_DONE)
         return status;
-    if (every > 0 && (options->until - t) / every > OUTPUTS_MAX)
+    if (every > 0 && (until - t) / every > OUTPUTS_MAX)
         return option_error(options, "every", " %g: %.3g outputs; a batch allows at most %d", every,
-                            (options->until - t) / every, OUTPUTS_MAX);
-    if (every > (options->until - t) * (1 + 1e-9))
+                            (until - t) / every, OUTPUTS_MAX);
+    if (every > (until - t) * (1 + 1e-9))
         return option_error(options, "every",
                             " %g: longer than the motions, which last %g s; must not be longer", every,
-                            options->until - t);
+                            until - t);
     for (int i = 0; i < keep->at_count; i++)
-        if (!(keep->at[i] >= t && keep->at[i] <= options->until))
+        if (!(keep->at[i] >= t && keep->at[i] <= until))
             return option_error(options, "keep", ": time %g is outside the motions, from %g to %g",
-                                keep->at[i], t, options->until);
+                                keep->at[i], t, until);
     return STATUS_DONE;
 }
 
 static enum status lay_out(struct batch_setup *setup) {
-    const double t = setup->structures.list[0].scene.state.t, every = setup->options.every;
+    const double t = setup->structures.list[0].scene.state.t,
+                 every = options_number(&setup->options, "every");
     const int count = setup->structures.count;
     const enum status status = check_times(setup);
     if (status != STATUS_DONE)
         return status;
-    setup->kept.times = seen_times_make(&setup->memory, &setup->sweep.keep, t, setup->options.until, every);
+    setup->kept.times = seen_times_make(&setup->memory, &setup->sweep.keep, t,
+                                        options_number(&setup->options, "until"), every);
     const struct refdyn_model **models = memory_get(&setup->memory, (size_t)count * sizeof *models);
     for (int i = 0; i < count; i++)
         models[i] = setup->structures.list[i].scene.model;

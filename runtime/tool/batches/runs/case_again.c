@@ -38,7 +38,7 @@ static enum status complain(const char *path, const char *fact) {
 /* ---- The file of runs ---- */
 
 static json_t *load_attribute(const struct runs_reader *runs, const char *name) {
-    const char *text = runs_attribute(runs, name);
+    const char *text = hdf5_runs_attribute(runs, name);
     return text ? json_loads(text, 0, NULL) : NULL;
 }
 
@@ -79,12 +79,12 @@ static void leave_one_text(struct varied *column) {
 /* Makes the case the only one of a batch, with number 0. */
 static enum status read_case(struct again *again, const char *path, double number) {
     struct memory *memory = &again->setup.memory;
-    const struct cases *all = &runs_layout(again->runs)->cases;
+    const struct cases *all = &hdf5_runs_layout(again->runs)->cases;
     struct cases *cases = &again->setup.sweep.cases;
     long row = 0;
-    while (row < runs_count(again->runs) && (double)runs_numbers(again->runs)[row] != number)
+    while (row < hdf5_runs_count(again->runs) && (double)hdf5_runs_numbers(again->runs)[row] != number)
         row++;
-    if (row == runs_count(again->runs))
+    if (row == hdf5_runs_count(again->runs))
         return complain(path, memory_format(memory, "has no case %.0f", number));
     *cases = (struct cases){.count = 1, .width = all->width};
     cases->columns = memory_get(memory, ((size_t)all->width + 1) * sizeof *cases->columns);
@@ -103,7 +103,7 @@ static enum status read_case(struct again *again, const char *path, double numbe
 /* Keeps what makes this motion stop at the times of the batch: its outputs, if anything was kept of them, and
  * the times of `at`. */
 static void read_keep(struct again *again, const char *const *of) {
-    const struct runs_layout *layout = runs_layout(again->runs);
+    const struct runs_layout *layout = hdf5_runs_layout(again->runs);
     struct keep *keep = &again->setup.sweep.keep;
     keep->final = true;
     for (int i = 0; i < layout->item_count; i++) {
@@ -180,10 +180,14 @@ static const char *find_file(const struct case_files *files, struct memory *memo
  * its content has the hash that the batch recorded.
  */
 static bool find_files(const struct case_files *files, struct batch_setup *setup) {
+    const char *from = options_text(&setup->options, "from");
     struct cases *cases = &setup->sweep.cases;
-    if (options_state_path(setup->options.from) &&
-        !(setup->options.from = find_file(files, &setup->memory, setup->options.from)))
-        return false;
+    if (options_state_path(from)) {
+        const char *file = find_file(files, &setup->memory, from);
+        if (!file)
+            return false;
+        options_set_text(&setup->options, "from", file);
+    }
     for (int i = 0; i < cases->width; i++) {
         struct varied *column = &cases->columns[i];
         if (column->kind != VARIED_SAMPLES)
@@ -251,7 +255,7 @@ static int note_end(void *context, const struct refdyn_batch_case *one,
     if (result->status == REFDYN_REFUSED)
         return print_refused_values(again, one, result);
     scene->work.fault = integrator->work->fault;
-    numbers_failed(scene, result->status, result->t, integrator->q, integrator->qd);
+    scene_numbers_failed(scene, result->status, result->t, integrator->q, integrator->qd);
     return 0;
 }
 
@@ -289,7 +293,7 @@ static bool spare(void *context, const char *path) {
 }
 
 static enum status open_case(struct again *again, const struct options *given, const char **path) {
-    const char *of = given->of;
+    const char *of = options_text(given, "of");
     again->model = load_attribute(again->runs, "model");
     again->options = load_attribute(again->runs, "options");
     again->files = load_attribute(again->runs, "files");
@@ -302,26 +306,28 @@ static enum status open_case(struct again *again, const struct options *given, c
     enum status status = write_model(again, path);
     read_options(again, given, path);
     if (status == STATUS_DONE)
-        status = read_case(again, of, given->case_number);
+        status = read_case(again, of, options_number(given, "case"));
     const struct case_files files = {
-        .hashes = again->files, .folder = runs_attribute(again->runs, "folder"), .runs = of};
+        .hashes = again->files, .folder = hdf5_runs_attribute(again->runs, "folder"), .runs = of};
     if (status == STATUS_DONE && !find_files(&files, &again->setup))
         status = STATUS_FAULT;
-    read_keep(again, &given->of);
+    read_keep(again, &of);
     if (status == STATUS_DONE)
         status = batch_setup_complete(&again->setup);
     targets_spare(&again->targets, of);
     batch_for_each_file(&again->setup, spare, &again->targets);
-    if (status == STATUS_DONE && !(again->rows = target_open(&again->targets, given->output)))
+    if (status == STATUS_DONE && !(again->rows = target_open(&again->targets, options_text(given, "output"))))
         status = STATUS_FAULT;
     return status;
 }
 
 enum status run_case_again(const struct options *options) {
-    if (options->output && text_names_hdf5(options->output))
+    const char *output = options_text(options, "output");
+    if (output && text_names_hdf5(output))
         return usage_error(options->command, "-o %s: a case of --of is written as CSV only; use another name",
-                           options->output);
-    struct again again = {.setup = {.memory = arena_start()}, .runs = runs_open(options->of)};
+                           output);
+    struct again again = {.setup = {.memory = arena_start()},
+                          .runs = hdf5_runs_open(options_text(options, "of"))};
     const char *path;
     enum status status = again.runs ? open_case(&again, options, &path) : STATUS_FAULT;
     if (status == STATUS_DONE)
@@ -331,7 +337,7 @@ enum status run_case_again(const struct options *options) {
     if (again.has_folder)
         scratch_close(&again.folder);
     if (again.runs)
-        runs_close(again.runs);
+        hdf5_runs_close(again.runs);
     json_decref(again.model);
     json_decref(again.options);
     json_decref(again.files);

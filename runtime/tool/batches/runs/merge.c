@@ -43,9 +43,9 @@ static bool is_free(const char *name) {
 
 /* The first attribute of `a` that `b` lacks or that differs there; NULL if there is none. */
 static const char *other_attribute(const struct runs_reader *a, const struct runs_reader *b) {
-    const struct runs_layout *layout = runs_layout(a);
+    const struct runs_layout *layout = hdf5_runs_layout(a);
     for (int i = 0; i < layout->attribute_count; i++) {
-        const char *name = layout->attributes[i].name, *other = runs_attribute(b, name);
+        const char *name = layout->attributes[i].name, *other = hdf5_runs_attribute(b, name);
         if (!is_free(name) && strcmp(name, folder_name) != 0 &&
             (!other || strcmp(layout->attributes[i].text, other) != 0))
             return name;
@@ -103,11 +103,11 @@ static bool check_same(const struct merge *merge, int file) {
         return refuse(
             merge->paths[file],
             text_format("belongs to another batch than %s: attribute '%s' differs", merge->paths[0], name));
-    if (runs_batch_count(a) != runs_batch_count(b))
+    if (hdf5_runs_batch_count(a) != hdf5_runs_batch_count(b))
         return refuse(merge->paths[file],
                       text_format("belongs to another batch than %s: it has %ld cases, not %ld",
-                                  merge->paths[0], runs_batch_count(b), runs_batch_count(a)));
-    const char *part = other_part(runs_layout(a), runs_layout(b));
+                                  merge->paths[0], hdf5_runs_batch_count(b), hdf5_runs_batch_count(a)));
+    const char *part = other_part(hdf5_runs_layout(a), hdf5_runs_layout(b));
     return !part || refuse(merge->paths[file], text_format("belongs to another batch than %s: %s differs",
                                                            merge->paths[0], part));
 }
@@ -157,8 +157,8 @@ static void ranges_end(struct ranges *ranges) {
 
 /* Reports the cases that two files share. */
 static bool check_apart(const struct merge *merge, int a, int b) {
-    const long *x = runs_numbers(merge->readers[a]), *y = runs_numbers(merge->readers[b]);
-    const long x_count = runs_count(merge->readers[a]), y_count = runs_count(merge->readers[b]);
+    const long *x = hdf5_runs_numbers(merge->readers[a]), *y = hdf5_runs_numbers(merge->readers[b]);
+    const long x_count = hdf5_runs_count(merge->readers[a]), y_count = hdf5_runs_count(merge->readers[b]);
     struct ranges ranges;
     ranges_start(&ranges);
     for (long i = 0, j = 0; i < x_count && j < y_count;) {
@@ -194,9 +194,9 @@ static int next_file(const struct merge *merge) {
     int next = -1;
     long lowest = 0;
     for (int i = 0; i < merge->file_count; i++) {
-        if (merge->rows[i] == runs_count(merge->readers[i]))
+        if (merge->rows[i] == hdf5_runs_count(merge->readers[i]))
             continue;
-        const long number = runs_numbers(merge->readers[i])[merge->rows[i]];
+        const long number = hdf5_runs_numbers(merge->readers[i])[merge->rows[i]];
         if (next < 0 || number < lowest) {
             next = i;
             lowest = number;
@@ -211,7 +211,7 @@ static char *find_missing(struct merge *merge, long total) {
     long expected = 0;
     ranges_start(&ranges);
     for (int file; (file = next_file(merge)) >= 0;) {
-        const long number = runs_numbers(merge->readers[file])[merge->rows[file]++];
+        const long number = hdf5_runs_numbers(merge->readers[file])[merge->rows[file]++];
         ranges_add(&ranges, expected, number);
         expected = number + 1;
     }
@@ -230,19 +230,19 @@ static char *find_missing(struct merge *merge, long total) {
 /* Joins one column of all files, with values by the number of the case. The texts of a file follow those of
  * the files before it. */
 static struct varied join_column(struct merge *merge, int column, long total) {
-    struct varied joined = runs_layout(merge->readers[0])->cases.columns[column];
+    struct varied joined = hdf5_runs_layout(merge->readers[0])->cases.columns[column];
     joined.values = memory_get(&merge->memory, ((size_t)total + 1) * sizeof *joined.values);
     joined.text_count = 0;
     for (int i = 0; i < merge->file_count; i++)
-        joined.text_count += runs_layout(merge->readers[i])->cases.columns[column].text_count;
+        joined.text_count += hdf5_runs_layout(merge->readers[i])->cases.columns[column].text_count;
     if (joined.texts)
         joined.texts = memory_get(&merge->memory, ((size_t)joined.text_count + 1) * sizeof *joined.texts);
     for (int i = 0, before = 0; i < merge->file_count; i++) {
-        const struct varied *part = &runs_layout(merge->readers[i])->cases.columns[column];
-        const long *numbers = runs_numbers(merge->readers[i]);
+        const struct varied *part = &hdf5_runs_layout(merge->readers[i])->cases.columns[column];
+        const long *numbers = hdf5_runs_numbers(merge->readers[i]);
         for (int k = 0; k < part->text_count; k++)
             joined.texts[before + k] = part->texts[k];
-        for (long row = 0; row < runs_count(merge->readers[i]); row++)
+        for (long row = 0; row < hdf5_runs_count(merge->readers[i]); row++)
             joined.values[numbers[row]] = part->values[row] + (part->texts ? before : 0);
         before += part->text_count;
     }
@@ -251,7 +251,7 @@ static struct varied join_column(struct merge *merge, int column, long total) {
 
 /* Copies the attributes of the first file that concern the whole batch. */
 static void join_attributes(struct merge *merge, const char *missing) {
-    const struct runs_layout *first = runs_layout(merge->readers[0]);
+    const struct runs_layout *first = hdf5_runs_layout(merge->readers[0]);
     struct attribute *attributes =
         memory_get(&merge->memory, ((size_t)first->attribute_count + 1) * sizeof *attributes);
     int count = 0;
@@ -274,32 +274,33 @@ static bool check_total(const struct merge *merge, long total) {
 
 static void join_layout(struct merge *merge, long total, const char *missing) {
     struct cases *cases = &merge->layout.cases;
-    merge->layout = *runs_layout(merge->readers[0]);
+    merge->layout = *hdf5_runs_layout(merge->readers[0]);
     cases->count = total;
     cases->columns = memory_get(&merge->memory, ((size_t)cases->width + 1) * sizeof *cases->columns);
     for (int i = 0; i < cases->width; i++)
         cases->columns[i] = join_column(merge, i, total);
     for (int i = 0; i < merge->file_count; i++)
-        merge->count += runs_count(merge->readers[i]);
+        merge->count += hdf5_runs_count(merge->readers[i]);
     join_attributes(merge, missing);
 }
 
 static bool copy_cases(struct merge *merge, struct runs_writer *writer) {
     for (int file; (file = next_file(merge)) >= 0;) {
         struct case_record record;
-        if (!runs_get(merge->readers[file], merge->rows[file]++, &record) || !runs_put(writer, &record))
+        if (!hdf5_runs_get(merge->readers[file], merge->rows[file]++, &record) ||
+            !hdf5_runs_put(writer, &record))
             return false;
     }
     return true;
 }
 
 static bool write_all(struct merge *merge, struct target *target) {
-    struct runs_writer *writer = runs_create(target->part, &merge->layout, merge->count);
+    struct runs_writer *writer = hdf5_runs_create(target->part, &merge->layout, merge->count);
     if (!writer)
         return false;
     if (copy_cases(merge, writer))
-        return runs_finish(writer) && target_finish(target);
-    runs_drop(writer);
+        return hdf5_runs_finish(writer) && target_finish(target);
+    hdf5_runs_drop(writer);
     return false;
 }
 
@@ -307,7 +308,7 @@ static bool write_all(struct merge *merge, struct target *target) {
 
 static bool open_files(struct merge *merge) {
     for (int i = 0; i < merge->file_count; i++) {
-        merge->readers[i] = runs_open(merge->paths[i]);
+        merge->readers[i] = hdf5_runs_open(merge->paths[i]);
         if (!merge->readers[i])
             return false;
     }
@@ -326,7 +327,7 @@ static bool merge_into(struct merge *merge, const char *path) {
         return refuse(path, "output: an HDF5 file is written; its name must end in .h5");
     if (!open_files(merge) || !check_all(merge))
         return false;
-    const long total = runs_batch_count(merge->readers[0]);
+    const long total = hdf5_runs_batch_count(merge->readers[0]);
     if (!check_total(merge, total))
         return false;
     char *missing = find_missing(merge, total);
@@ -336,18 +337,30 @@ static bool merge_into(struct merge *merge, const char *path) {
     return is_written;
 }
 
-enum status run_merge(const struct options *options) {
+static enum status run_merge(const struct options *options) {
     const size_t count = (size_t)options->operand_count;
     struct merge merge = {.file_count = options->operand_count,
                           .paths = options->operands,
                           .readers = allocate(count, sizeof *merge.readers),
                           .rows = allocate(count, sizeof *merge.rows),
                           .memory = arena_start()};
-    const bool is_good = merge_into(&merge, options->output);
+    const bool is_good = merge_into(&merge, options_text(options, "output"));
     for (int i = 0; i < merge.file_count; i++)
         if (merge.readers[i])
-            runs_close(merge.readers[i]);
+            hdf5_runs_close(merge.readers[i]);
     targets_release(&merge.targets);
     memory_release(&merge.memory);
     return is_good ? STATUS_DONE : STATUS_FAULT;
 }
+
+const struct command merge_command = {
+    .name = "merge",
+    .run = run_merge,
+    .operands = "RUNS.h5...",
+    .options = "output!",
+    .output = "FILE.h5",
+    .purpose = "join files of runs of the same batch",
+    .help = "Cases are in the order of their numbers. Files of another batch, and cases that two files have, "
+            "are refused.\n"
+            "Cases that no file has are reported, and listed in the attribute 'missing'.\n\n"
+            "  refdyn merge part_1.h5 part_2.h5 -o runs.h5\n"};

@@ -212,14 +212,15 @@ struct refdyn_batch batch_of_structure(const struct batch_setup *setup, const st
 /* Present result: a resumed batch does not compute again what is complete, and does not replace another
  * batch's file. */
 
-enum present_result {
+enum runs_present_result {
     PRESENT_NONE,     /* no file, or a file of this batch without some of the cases */
     PRESENT_COMPLETE, /* all cases [first, end) of this batch, possibly more */
     PRESENT_OTHER     /* unreadable or of another batch; reported on stderr */
 };
 
 /* Examines the attributes and case numbers of the file of runs `path`. */
-enum present_result present_result(const struct batch_setup *setup, const char *path, long first, long end);
+enum runs_present_result runs_present_result(const struct batch_setup *setup, const char *path, long first,
+                                             long end);
 
 /*
  * CSV.
@@ -236,5 +237,16 @@ const char *runs_csv_twice(const struct runs_layout *layout);
 void runs_csv_header(const struct runs_layout *layout, bool has_reasons, FILE *out);
 void runs_csv_row(const struct runs_layout *layout, bool has_reasons, const struct case_record *record,
                   FILE *out);
+
+/*
+ * Commands, and their options.
+ */
+
+extern const struct command sim_command, merge_command;
+/* The options of batches. */
+extern const struct option_rule batch_rules[];
+enum status run_batch(const struct options *options);
+/* `sim` of a case of a batch. */
+enum status run_case_again(const struct options *options);
 
 #endif

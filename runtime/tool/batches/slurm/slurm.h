@@ -27,7 +27,7 @@ struct chunks {
 };
 
 /* The first case of a chunk; chunk number `count` starts at the end. */
-long chunks_start(const struct chunks *chunks, long chunk);
+long slurm_chunks_start(const struct chunks *chunks, long chunk);
 
 struct slurm_folder {
     char *path; /* absolute */
@@ -48,7 +48,7 @@ char *slurm_folder_name(const struct slurm_folder *folder, const char *format, .
 void slurm_folder_close(struct slurm_folder *folder);
 
 /* The absolute path; the file need not exist. */
-char *path_from_root(const char *path);
+char *slurm_path_from_root(const char *path);
 
 /*
  * Scripts, for people to read and to edit.
@@ -61,5 +61,8 @@ char *path_from_root(const char *path);
 /* Writes both into the folder, with the options of the command line. Returns false and reports errors on
  * stderr. */
 bool slurm_scripts_write(const struct slurm_folder *folder, const struct options *options);
+
+/* `refdyn batch`, with or without Slurm. */
+extern const struct command batch_command;
 
 #endif

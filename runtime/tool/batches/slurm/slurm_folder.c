@@ -14,11 +14,11 @@
 _Static_assert((int)JOURNAL_HASH == 65 && (int)JOURNAL_PARTS == 4,
                "the format of sscanf below expects four hashes of 64 characters");
 
-long chunks_start(const struct chunks *chunks, long chunk) {
+long slurm_chunks_start(const struct chunks *chunks, long chunk) {
     return chunks->first + (chunks->end - chunks->first) * chunk / chunks->count;
 }
 
-char *path_from_root(const char *path) {
+char *slurm_path_from_root(const char *path) {
     char *here = *path == '/' ? NULL : realpath(".", NULL);
     char *whole = here ? text_format("%s/%s", here, path) : text_format("%s", path);
     free(here);
@@ -87,7 +87,8 @@ bool slurm_folder_write(struct slurm_folder *folder) {
 /* ---- The folder ---- */
 
 bool slurm_folder_open(struct slurm_folder *folder, const char *result) {
-    *folder = (struct slurm_folder){.path = text_format("%s.slurm", path_from_root(result)), .file = -1};
+    *folder =
+        (struct slurm_folder){.path = text_format("%s.slurm", slurm_path_from_root(result)), .file = -1};
     if (mkdir(folder->path, 0777) != 0 && errno != EEXIST)
         return complain(folder, strerror(errno));
     return open_locked(folder) && read_submitted(folder);

@@ -103,7 +103,7 @@ static void put_retry(const struct script *script) {
 
 static void put_chunk_script(struct script *script) {
     char *here = realpath(".", NULL);
-    const double threads = script->options->threads;
+    const double threads = options_number(script->options, "threads");
     put_header(script, "refdyn", "chunk_%a.txt");
     fprintf(script->out,
             "#SBATCH --array=0-%ld\n"
@@ -126,7 +126,7 @@ static void put_chunk_script(struct script *script) {
 /* ---- merge.sh ---- */
 
 static void put_merge_script(struct script *script) {
-    char *result = path_from_root(script->options->output);
+    char *result = slurm_path_from_root(options_text(script->options, "output"));
     put_header(script, "refdyn-merge", "merge.txt");
     fputs("# Joins the parts of a batch once all chunks have ended, written by refdyn batch --slurm.\n",
           script->out);

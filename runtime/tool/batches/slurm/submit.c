@@ -6,6 +6,7 @@
  */
 #define _GNU_SOURCE
 #include "runtime/tool/batches/runs/runs.h"
+#include "runtime/tool/motions/equilibria/equilibria.h"
 #include "runtime/tool/support/command_line/command_line.h"
 #include "runtime/tool/batches/slurm/slurm.h"
 #include "runtime/tool/support/format/format.h"
@@ -122,26 +123,27 @@ static const char *find_unfit_word(const char *words) {
 
 /* Slurm also replaces %a and similar in the folder of a job's output, and reads scripts line by line. */
 static bool has_fit_name(const struct options *options) {
-    return !strpbrk(path_from_root(options->output), "%\\\n\r");
+    return !strpbrk(slurm_path_from_root(options_text(options, "output")), "%\\\n\r");
 }
 
 static enum status check_options(const struct options *options) {
-    const char *unfit = find_unfit_word(options->slurm_options);
-    if (!text_names_hdf5(options->output))
-        return usage_error(options->command, "-o %s: with --slurm the name must end in .h5", options->output);
+    const char *output = options_text(options, "output");
+    const double chunks = options_number(options, "chunks");
+    const char *unfit = find_unfit_word(options_text(options, "slurm-options"));
+    if (!text_names_hdf5(output))
+        return usage_error(options->command, "-o %s: with --slurm the name must end in .h5", output);
     if (!has_fit_name(options))
         return usage_error(
             options->command,
             "-o %s: the names of the file and its folders must not have %%, a backslash or a line break, "
             "which Slurm replaces",
-            options->output);
-    if (options->summary)
+            output);
+    if (options_text(options, "summary"))
         return usage_error(options->command, "--summary: jobs of Slurm write no summary; omit it");
     if (unfit)
         return usage_error(options->command, "--slurm-options: refdyn sets %s itself; omit it", unfit);
-    if (options->chunks > CHUNKS_MOST)
-        return usage_error(options->command, "--chunks %.0f: must be at most %d", options->chunks,
-                           CHUNKS_MOST);
+    if (chunks > CHUNKS_MOST)
+        return usage_error(options->command, "--chunks %.0f: must be at most %d", chunks, CHUNKS_MOST);
     if (process_find("sbatch"))
         return STATUS_DONE;
     fprintf(stderr, "refdyn: --slurm: the program sbatch of Slurm is not in PATH; with another scheduler, "
@@ -159,8 +161,8 @@ static bool complain(const struct submission *submission, const char *fact) {
 /* Returns false if nothing may be submitted; *status is then STATUS_DONE if all cases are done. */
 static bool check_result(const struct submission *submission, enum status *status) {
     const struct batch_setup *setup = &submission->setup;
-    const char *result = submission->options->output;
-    const enum present_result present = present_result(setup, result, setup->first, setup->end);
+    const char *result = options_text(submission->options, "output");
+    const enum runs_present_result present = runs_present_result(setup, result, setup->first, setup->end);
     const bool has_journal = access(text_format("%s.journal", result), F_OK) == 0;
     *status = present == PRESENT_COMPLETE ? STATUS_DONE : STATUS_FAULT;
     if (present == PRESENT_COMPLETE)
@@ -194,7 +196,7 @@ static bool check_queue(const struct submission *submission) {
 static bool check_same(const struct submission *submission) {
     const struct batch_setup *setup = &submission->setup;
     const struct chunks *chunks = &submission->folder.chunks;
-    const double asked = submission->options->chunks;
+    const double asked = options_number(submission->options, "chunks");
     for (int part = 0; part < JOURNAL_PARTS; part++)
         if (strcmp(submission->folder.key.hash[part], setup->key.hash[part]) != 0) {
             fprintf(stderr,
@@ -214,7 +216,7 @@ static bool check_same(const struct submission *submission) {
 
 static long choose_chunks(const struct submission *submission) {
     const long cases = submission->setup.end - submission->setup.first;
-    const double asked = submission->options->chunks;
+    const double asked = options_number(submission->options, "chunks");
     const long usual = (cases + CASES_OF_CHUNK - 1) / CASES_OF_CHUNK;
     const long wanted = asked > 0 ? (long)asked : usual < CHUNKS_DEFAULT_MOST ? usual : CHUNKS_DEFAULT_MOST;
     return wanted < cases ? wanted : cases;
@@ -228,14 +230,16 @@ static bool begin_folder(struct submission *submission) {
         (struct chunks){submission->setup.first, submission->setup.end, choose_chunks(submission)};
     folder->array = folder->merge = 0;
     struct options options = *submission->options;
-    options.lanes = submission->setup.lanes; /* the same on all machines, regardless of their vector width */
+    options_set_number(
+        &options, "lanes",
+        submission->setup.lanes); /* the same on all machines, regardless of their vector width */
     return slurm_scripts_write(folder, &options) && slurm_folder_write(folder);
 }
 
 /* A merged batch leaves its folder. If its result has been removed, the batch starts again. */
 static bool prepare_folder(struct submission *submission) {
     struct slurm_folder *folder = &submission->folder;
-    if (!slurm_folder_open(folder, submission->options->output) || !check_queue(submission))
+    if (!slurm_folder_open(folder, options_text(submission->options, "output")) || !check_queue(submission))
         return false;
     const bool is_merged = access(slurm_folder_name(folder, "merged"), F_OK) == 0;
     return folder->chunks.count == 0 || is_merged ? begin_folder(submission) : check_same(submission);
@@ -258,8 +262,9 @@ static bool find_missing(struct submission *submission) {
     submission->is_missing = allocate((size_t)chunks->count, sizeof *submission->is_missing);
     for (long chunk = 0; chunk < chunks->count; chunk++) {
         char *part = slurm_folder_name(&submission->folder, "part_%ld.h5", chunk);
-        const enum present_result present = present_result(
-            &submission->setup, part, chunks_start(chunks, chunk), chunks_start(chunks, chunk + 1));
+        const enum runs_present_result present =
+            runs_present_result(&submission->setup, part, slurm_chunks_start(chunks, chunk),
+                                slurm_chunks_start(chunks, chunk + 1));
         const bool is_missing = present == PRESENT_NONE;
         const bool is_good = present != PRESENT_OTHER && (!is_missing || begin_journal(submission, part));
         if (!is_good)
@@ -295,7 +300,8 @@ static char *array_option(const struct submission *submission) {
 static bool submit_array(struct submission *submission) {
     struct slurm_folder *folder = &submission->folder;
     char *option = array_option(submission);
-    folder->array = submit_script(folder, submission->options->slurm_options, option, "chunk.sh");
+    folder->array =
+        submit_script(folder, options_text(submission->options, "slurm-options"), option, "chunk.sh");
     free(option);
     return folder->array > 0;
 }
@@ -304,7 +310,8 @@ static bool submit_array(struct submission *submission) {
 static bool submit_merge(struct submission *submission) {
     struct slurm_folder *folder = &submission->folder;
     const char *option = folder->array ? text_format("--dependency=afterany:%ld", folder->array) : NULL;
-    folder->merge = submit_script(folder, submission->options->slurm_options, option, "merge.sh");
+    folder->merge =
+        submit_script(folder, options_text(submission->options, "slurm-options"), option, "merge.sh");
     if (folder->merge == 0 && folder->array) {
         cancel_job(folder, folder->array);
         folder->array = 0;
@@ -322,7 +329,7 @@ static void print_submitted(const struct submission *submission) {
     else
         fprintf(stderr, "jobs         %ld (merge)\n", folder->merge);
     fprintf(stderr, "folder       %s.slurm: scripts, and messages of the jobs\n",
-            submission->options->output);
+            options_text(submission->options, "output"));
     if (folder->array)
         fprintf(stderr, "watch        squeue -j %ld,%ld\n", folder->array, folder->merge);
     else
@@ -359,10 +366,42 @@ static enum status run_slurm(const struct options *options) {
     return status;
 }
 
-enum status run_batch_anywhere(const struct options *options) {
-    if (options->slurm && !options->dry_run)
+static enum status run_batch_anywhere(const struct options *options) {
+    const bool has_slurm = options_has(options, "slurm");
+    if (has_slurm && !options_has(options, "dry-run"))
         return run_slurm(options);
-    if (!options->slurm && (options->chunks > 0 || options->slurm_options))
+    if (!has_slurm && (options_number(options, "chunks") > 0 || options_text(options, "slurm-options")))
         return usage_error(options->command, "--chunks and --slurm-options need --slurm");
     return run_batch(options);
 }
+
+static const struct option_rule slurm_rules[] = {
+    {"slurm", NULL, OPTION_FLAG, "compute the cases in jobs of Slurm, on as many machines as it assigns",
+     NULL, NULL},
+    {"chunks", "N", OPTION_COUNT,
+     "with --slurm: number of jobs that share the cases (default: one for each 16 cases, at most 100)", NULL,
+     NULL},
+    {"slurm-options", "TEXT", OPTION_TEXT,
+     "with --slurm: options for sbatch, '--partition=long --time=1:00:00'", NULL, NULL},
+    {.name = NULL}};
+
+const struct command batch_command = {
+    .name = "batch",
+    .run = run_batch_anywhere,
+    .operands = "MODEL.lua [SWEEP.lua]",
+    .options = "output until method step tol step-max every from stabilise singular start hold release way "
+               "summary table threads lanes cases resume dry-run slurm chunks slurm-options set",
+    .tables = {slurm_rules, batch_rules, motion_rules, statics_rules, scene_rules},
+    .output = "RUNS.h5",
+    .purpose = "many motions of a model, into one file",
+    .help = "The cases are those of SWEEP.lua, or the rows of a table. RUNS.h5 has what varied, and for each "
+            "case its status,\n"
+            "the reason and the kept results; RUNS.csv has one row for each case. During the batch, "
+            "RUNS.h5.journal has the\n"
+            "finished cases. With --slurm, jobs of Slurm compute the cases; their scripts and messages are "
+            "in RUNS.h5.slurm. The\n"
+            "same command again computes the missing cases.\n\n"
+            "  refdyn batch models/manipulator.lua sweep.lua -o runs.h5\n"
+            "  refdyn batch models/manipulator.lua --table cases.csv --until 1 -o runs.csv\n"
+            "  refdyn batch models/manipulator.lua sweep.lua --slurm --slurm-options '--partition=long' -o "
+            "runs.h5\n"};

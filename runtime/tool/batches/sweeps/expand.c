@@ -111,7 +111,7 @@ static struct case_column column_of(const struct vary *vary, struct memory *memo
     return column;
 }
 
-void expand_cases(const struct sweep_file *file, struct memory *memory, struct case_table *cases) {
+void sweeps_expand_cases(const struct sweep_file *file, struct memory *memory, struct case_table *cases) {
     *cases = (struct case_table){.count = (long)sweep_file_case_count(file), .width = file->vary_count};
     cases->columns = memory_get(memory, ((size_t)cases->width + 1) * sizeof *cases->columns);
     long stride = (long)file->draws;

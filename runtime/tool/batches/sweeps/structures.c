@@ -128,7 +128,7 @@ static unsigned needs_of(const struct options *options, const struct cases *case
 static enum status open_scene(struct structure *structure) {
     structure->is_open = true;
     return scene_open(&structure->scene, &structure->options, structure->needs,
-                      options_state_path(structure->options.from));
+                      options_state_path(options_text(&structure->options, "from")));
 }
 
 /* Compiles in a separate process, which leaves the code in the cache. The caller reports errors when it opens
@@ -195,7 +195,7 @@ static enum status read_samples(struct structure *structure, struct memory *memo
     structure->samples = memory_get(memory, (size_t)column->text_count * sizeof *structure->samples);
     for (int i = 0; i < column->text_count; i++) {
         struct inputs inputs;
-        if (!inputs_read(&inputs, column->texts[i], structure->scene.model))
+        if (!scene_inputs_read(&inputs, column->texts[i], structure->scene.model))
             return STATUS_FAULT;
         structure->samples[structure->sample_count++] = inputs.samples;
     }
@@ -291,7 +291,7 @@ static enum status find_held(struct structure *structure, struct memory *memory)
     const int n = structure->scene.model->n;
     int *marks = memory_get(memory, ((size_t)n + 1) * sizeof *marks);
     structure->held = memory_get(memory, ((size_t)n + 1) * sizeof *structure->held);
-    const enum status status = choose_held(&structure->scene, &structure->options, marks);
+    const enum status status = equilibria_choose_held(&structure->scene, &structure->options, marks);
     for (int i = 0; i < n; i++)
         if (marks[i])
             structure->held[structure->held_count++] = i;
@@ -306,8 +306,9 @@ static enum status find_statics(struct structure *structure, struct memory *memo
         if (structure->columns[i].what == REFDYN_VARIED_PARAMETER)
             is_varied[structure->columns[i].place] = 1;
     const enum status status = find_held(structure, memory);
-    return status == STATUS_DONE ? choose_statics(scene, &structure->options, is_varied, &structure->statics)
-                                 : status;
+    return status == STATUS_DONE
+               ? equilibria_choose_options(scene, &structure->options, is_varied, &structure->statics)
+               : status;
 }
 
 /* ---- All of it ---- */
@@ -324,7 +325,7 @@ static enum status open_structure(struct structure *structure, struct memory *me
     if (status == STATUS_DONE)
         status = structure->needs & NEEDS_STATICS
                      ? find_statics(structure, memory)
-                     : refuse_statics_options(&structure->options, "--from statics");
+                     : equilibria_refuse_options(&structure->options, "--from statics");
     return status;
 }
 

@@ -74,7 +74,7 @@ static void find_varied(struct sweep_reading *reading) {
 static bool make_table(struct sweep_reading *reading) {
     struct memory *memory = reading->names.memory;
     struct case_table given, derived;
-    expand_cases(&reading->file, memory, &given);
+    sweeps_expand_cases(&reading->file, memory, &given);
     if (!sweep_file_derive(&reading->file, &given, memory, &derived))
         return false;
     reading->table = (struct case_table){.count = given.count, .width = given.width + derived.width};
@@ -143,49 +143,51 @@ static void copy_keep(struct sweep_reading *reading, double t_end) {
 static void tell(struct sweep_reading *reading, struct options *options, const char *option,
                  const char *field) {
     struct memory *memory = reading->names.memory;
-    const size_t size = sizeof *options->told, count = (size_t)options->told_count;
-    struct told_option *told = memory_grow(memory, options->told, count * size, (count + 1) * size);
-    told[options->told_count++] =
-        (struct told_option){option, field, place_text(memory, sweep_file_place(&reading->file, field))};
-    options->told = told;
+    const size_t size = sizeof *options->origins, count = (size_t)options->origin_count;
+    struct option_origin *origins = memory_grow(memory, options->origins, count * size, (count + 1) * size);
+    origins[options->origin_count++] =
+        (struct option_origin){option, field, place_text(memory, sweep_file_place(&reading->file, field))};
+    options->origins = origins;
 }
 
 /* Sets an option that the command line leaves open. */
-static void set_number(struct sweep_reading *reading, struct options *options, double *target, double value,
+static void set_number(struct sweep_reading *reading, struct options *options, double value,
                        const char *option, const char *field) {
-    if (*target > 0 || !(value > 0))
+    if (options_has(options, option) || !(value > 0))
         return;
-    *target = value;
+    options_set_number(options, option, value);
     tell(reading, options, option, field);
 }
 
-static void set_text(struct sweep_reading *reading, struct options *options, const char **target,
-                     const char *value, const char *option) {
-    if (*target || !value)
+static void set_text(struct sweep_reading *reading, struct options *options, const char *value,
+                     const char *option) {
+    if (options_has(options, option) || !value)
         return;
-    *target = memory_text(reading->names.memory, value);
+    options_set_text(options, option, memory_text(reading->names.memory, value));
     tell(reading, options, option, option);
 }
 
 /* The command line overrides the file: fixed steps there also cancel the file's tolerance, and the reverse.
  */
 static void set_options(struct sweep_reading *reading, struct options *options) {
+    const double step = options_number(options, "step"), tol = options_number(options, "tol"),
+                 step_max = options_number(options, "step-max");
     const struct sweep_run *run = &reading->file.run;
-    const bool has_step = options->step > 0, has_tolerance = options->tolerance > 0 || options->step_max > 0;
-    set_number(reading, options, &options->until, run->t_end, "until", "t_end");
-    set_number(reading, options, &options->every, run->every, "every", "every");
-    set_number(reading, options, &options->step, has_tolerance ? 0 : run->step, "step", "step");
-    set_number(reading, options, &options->tolerance, has_step ? 0 : run->tol, "tol", "tol");
-    set_number(reading, options, &options->step_max, has_step ? 0 : run->step_max, "step-max", "step_max");
-    set_text(reading, options, &options->method, run->method, "method");
-    set_text(reading, options, &options->stabilise, run->stabilise, "stabilise");
-    set_text(reading, options, &options->singular, run->singular, "singular");
-    set_text(reading, options, &options->start, run->start, "start");
-    set_text(reading, options, &options->hold, run->hold, "hold");
-    set_text(reading, options, &options->release, run->release, "release");
-    set_text(reading, options, &options->way, run->way, "way");
+    const bool has_step = step > 0, has_tolerance = tol > 0 || step_max > 0;
+    set_number(reading, options, run->t_end, "until", "t_end");
+    set_number(reading, options, run->every, "every", "every");
+    set_number(reading, options, has_tolerance ? 0 : run->step, "step", "step");
+    set_number(reading, options, has_step ? 0 : run->tol, "tol", "tol");
+    set_number(reading, options, has_step ? 0 : run->step_max, "step-max", "step_max");
+    set_text(reading, options, run->method, "method");
+    set_text(reading, options, run->stabilise, "stabilise");
+    set_text(reading, options, run->singular, "singular");
+    set_text(reading, options, run->start, "start");
+    set_text(reading, options, run->hold, "hold");
+    set_text(reading, options, run->release, "release");
+    set_text(reading, options, run->way, "way");
     const bool is_file = run->from && strcmp(run->from, "initial") != 0 && strcmp(run->from, "statics") != 0;
-    set_text(reading, options, &options->from,
+    set_text(reading, options,
              is_file && *run->from != '/'
                  ? memory_format(reading->names.memory, "%s%s", reading->names.folder, run->from)
                  : run->from,
@@ -196,10 +198,11 @@ static void set_options(struct sweep_reading *reading, struct options *options) 
 /* ---- The file ---- */
 
 static bool read_sweep(struct sweep_reading *reading, const char *path, struct options *options) {
+    const double until = options_number(options, "until");
     if (!sweep_file_read(&reading->file, path))
         return false;
     find_varied(reading);
-    const double t_end = options->until > 0 ? options->until : reading->file.run.t_end;
+    const double t_end = until > 0 ? until : reading->file.run.t_end;
     copy_keep(reading, t_end);
     if (reading->messages.errors || !make_table(reading))
         return false;

@@ -12,6 +12,7 @@
 #ifndef REFDYN_TOOL_SWEEPS_H
 #define REFDYN_TOOL_SWEEPS_H
 
+#include <setjmp.h>
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -22,6 +23,87 @@
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/support/command_line/command_line.h"
 #include "runtime/tool/support/hdf5/hdf5_files.h"
+
+/*
+ * A sweep file as plain data: what varies and how, what is derived, how the motions run, and what is kept.
+ *
+ * The file runs in the sandbox of model files. It is read without the model, so that it may contain any name.
+ * Errors are collected in `messages`, to which the caller may add. The caller makes the columns of the cases
+ * and has the derived ones computed.
+ */
+
+/* How a column varies: its list, or a range of points or of random numbers. */
+enum vary_form { VARY_LIST, VARY_GRID, VARY_LOG_GRID, VARY_UNIFORM, VARY_LOG_UNIFORM, VARY_NORMAL };
+
+struct vary {
+    const char *name;
+    struct place place;
+    enum vary_form form;
+    double from, to;         /* of VARY_NORMAL: mean and standard deviation */
+    double count;            /* of a list or grid, 1 for a single value; random: 0 */
+    struct case_column list; /* of VARY_LIST: its values */
+};
+
+bool vary_is_random(const struct vary *vary);
+
+enum sequence { SEQUENCE_RANDOM, SEQUENCE_SOBOL, SEQUENCE_HALTON };
+
+/* How the motions run, as the options of `sim`; 0 or NULL if the file does not say. */
+struct sweep_run {
+    double t_end, tol, step, step_max, every;
+    const char *method, *from, *stabilise, *singular, *start, *way;
+    const char *hold, *release; /* names separated by commas */
+};
+
+struct sweep_names {
+    const char **names;
+    struct place *places; /* (count) */
+    int count;
+};
+
+struct sweep_keep {
+    bool final;
+    struct sweep_names extremes, norms, history;
+    double *at; /* (at_count) ascending, not below 0 [s] */
+    int at_count;
+    struct place at_place;
+};
+
+struct sweep_file {
+    struct memory memory;
+    struct graph graph;
+    struct messages messages;
+    jmp_buf out_of_memory;
+    struct script *script;
+    struct place place;  /* of the sweep */
+    struct vary *varies; /* (vary_count) in the order of their names */
+    int vary_count;
+    double draws; /* of each point of the grids; 1 where nothing is random */
+    double seed;
+    bool has_seed;
+    enum sequence sequence;
+    double cases_max;
+    const struct value *derive; /* NULL if nothing is derived */
+    struct sweep_run run;
+    struct sweep_keep keep;
+};
+
+/* The number of cases, at most `cases_max` once the file is read. */
+double sweep_file_case_count(const struct sweep_file *file);
+
+/* The place of a field of rd.sweep, or of the sweep if it does not have the field. */
+struct place sweep_file_place(const struct sweep_file *file, const char *field);
+
+/* Returns false after an error, which is in messages; without a message, memory is exhausted. Call
+ * sweep_file_release in any case. */
+bool sweep_file_read(struct sweep_file *file, const char *path);
+/* Computes what the file derives from the columns of `given`: new columns in the order of their names, in
+ * `memory`. Returns false as above. */
+bool sweep_file_derive(struct sweep_file *file, const struct case_table *given, struct memory *memory,
+                       struct case_table *derived);
+/* The text of all files that it was read from, in `memory`. */
+const char *sweep_file_text(const struct sweep_file *file, struct memory *memory);
+void sweep_file_release(struct sweep_file *file);
 
 /*
  * Names.
@@ -65,7 +147,7 @@ bool case_names_check(const struct case_names *names, const struct case_table *t
  * shifts it (modulo 1, Cranley and Patterson).
  */
 
-void expand_cases(const struct sweep_file *file, struct memory *memory, struct case_table *cases);
+void sweeps_expand_cases(const struct sweep_file *file, struct memory *memory, struct case_table *cases);
 
 /* Kept values: names of columns as in the CSV of `sim`. */
 

@@ -1,4 +1,4 @@
-/* The libraries of an FMU: see export.h. No shell is involved, so any path will do. */
+/* Compiles the libraries of an FMU. No shell is involved, so paths may have any characters. */
 #include "runtime/tool/commands/export/export.h"
 #include "runtime/tool/support/compile/compile.h"
 #include "runtime/tool/support/system/system.h"
@@ -25,24 +25,24 @@ static const struct platform platforms[] = {
 };
 enum { PLATFORMS = sizeof platforms / sizeof *platforms };
 
-/* As compile_flags of compile.h, whose reasons hold here, too. */
+/* The flags of compile_flags in build_job.c, for the same reasons. */
 static const char *const common_flags[] = {"-std=c11", "-O2", "-ffp-contract=off", "-fno-math-errno", NULL};
 
-const struct platform *platform_find(const char *name) {
+const struct platform *export_platform_find(const char *name) {
     for (int i = 0; i < PLATFORMS; i++)
         if (strcmp(platforms[i].name, name) == 0)
             return &platforms[i];
     return NULL;
 }
 
-const char *platform_names(void) {
+const char *export_platform_names(void) {
     struct text text = {.memory = &program_memory};
     for (int i = 0; i < PLATFORMS; i++)
         text_add(&text, "%s%s", i ? ", " : "", platforms[i].name);
     return text.data;
 }
 
-/* One build, in a folder of its own. */
+/* One build in its own folder. */
 struct fmu_build {
     const struct platform *platform;
     struct toolchain chain;
@@ -55,7 +55,7 @@ struct fmu_build {
 static bool find_compiler(struct fmu_build *build) {
     const char *compiler = build->platform->compiler;
     if (!compiler)
-        return toolchain_find(&build->chain);
+        return compile_toolchain_find(&build->chain);
     const char **words = allocate(2, sizeof *words);
     words[0] = compiler;
     build->chain = (struct toolchain){.program = process_find(compiler), .words = words};
@@ -65,7 +65,7 @@ static bool find_compiler(struct fmu_build *build) {
     return build->chain.program;
 }
 
-/* Does $CC, with its flags, build for the platform? Complains on stderr when it does not. */
+/* Checks that $CC with its flags builds for the platform; otherwise reports it on stderr. */
 static bool check_machine(const struct fmu_build *build) {
     const struct platform *platform = build->platform;
     if (!platform->machine)
@@ -74,8 +74,8 @@ static bool check_machine(const struct fmu_build *build) {
     const char *source = scratch_file(&build->scratch, "machine.c");
     struct job job = {.object = NULL};
     struct process process;
-    job_add_words(&job, build->chain.words);
-    job_add_words(&job, (const char *[]){"-fsyntax-only", source, NULL});
+    compile_job_add_words(&job, build->chain.words);
+    compile_job_add_words(&job, (const char *[]){"-fsyntax-only", source, NULL});
     if (!scratch_write(&build->scratch, "machine.c", question, strlen(question)))
         return false;
     const bool is_good = process_start(&process, &build->scratch, job.argv, NULL,
@@ -89,7 +89,7 @@ static bool check_machine(const struct fmu_build *build) {
 
 /* ---- Files ---- */
 
-/* Folders of the path inside the scratch folder. */
+/* Makes the folders of a path inside the temporary folder. */
 static bool make_folders(const struct scratch *scratch, const char *path) {
     const char *slash = strrchr(path, '/');
     if (!slash)
@@ -119,32 +119,33 @@ static bool write_sources(const struct fmu_build *build, const struct fmu *fmu) 
 static void begin_job(struct job *job, const struct fmu_build *build, const char *output) {
     *job = (struct job){.object = scratch_file(&build->scratch, output)};
     job->log = text_format("%s.log", job->object);
-    job_add_words(job, build->chain.words);
+    compile_job_add_words(job, build->chain.words);
 }
 
-/* Emitted files without the passes of gcc that find nothing there. */
+/* Emitted files are compiled without the passes of gcc that find nothing in them. */
 static void object_job(struct job *job, const struct fmu_build *build, const char *path, bool is_emitted) {
     begin_job(job, build, text_format("%.*s.o", (int)strlen(path) - 2, path));
-    job_add_words(job, common_flags);
-    job_add_words(job, build->platform->compile_flags);
+    compile_job_add_words(job, common_flags);
+    compile_job_add_words(job, build->platform->compile_flags);
     if (is_emitted && build->is_gcc)
-        job_add_words(job, gcc_flags);
-    job_add_words(job, (const char *[]){"-I", build->scratch.path, "-c", scratch_file(&build->scratch, path),
-                                        "-o", job->object, NULL});
+        compile_job_add_words(job, gcc_flags);
+    compile_job_add_words(job,
+                          (const char *[]){"-I", build->scratch.path, "-c",
+                                           scratch_file(&build->scratch, path), "-o", job->object, NULL});
 }
 
-/* Is it the same in all FMUs of both versions? */
+/* Returns whether the file is the same in all FMUs of both versions. */
 static bool is_common(const char *path) {
     bool is_carried = false;
     for (int i = 0; i < carried_file_count; i++)
         is_carried |= strcmp(carried_files[i].path, path) == 0;
-    return is_carried && !fmu_is_of_other_version(path, FMI_2) && !fmu_is_of_other_version(path, FMI_3);
+    return is_carried && !export_is_of_other_version(path, FMI_2) && !export_is_of_other_version(path, FMI_3);
 }
 
 /* ---- What all FMUs have in common ---- */
 
 static void hash_text(SHA2_CTX *sha, const char *text, size_t size) {
-    SHA256Update(sha, (const uint8_t *)text, size + 1); /* with the 0 at its end */
+    SHA256Update(sha, (const uint8_t *)text, size + 1); /* including the zero at the end */
 }
 
 static void hash_words(SHA2_CTX *sha, const char *const *words) {
@@ -152,7 +153,7 @@ static void hash_words(SHA2_CTX *sha, const char *const *words) {
         hash_text(sha, *words, strlen(*words));
 }
 
-/* Of the compiler, the flags and the files that go in: sources and headers. */
+/* Hashes the compiler, the flags, and the source files and headers. */
 static const char *make_key(const struct fmu_build *build) {
     char *key = allocate(SHA256_DIGEST_STRING_LENGTH, 1);
     SHA2_CTX sha;
@@ -174,27 +175,28 @@ static const char *make_key(const struct fmu_build *build) {
     return key;
 }
 
-/* All of them as one object. */
+/* Compiles all of them into one object. */
 static bool compile_common(struct fmu_build *build, const char *key) {
     struct job *jobs = allocate((size_t)carried_file_count, sizeof *jobs), link;
     int count = 0;
     for (int i = 0; i < carried_file_count; i++)
-        if (fmu_is_source(carried_files[i].path) && is_common(carried_files[i].path))
+        if (export_is_source(carried_files[i].path) && is_common(carried_files[i].path))
             object_job(&jobs[count++], build, carried_files[i].path, false);
     begin_job(&link, build, "common.o");
-    job_add_words(&link, (const char *[]){"-r", "-nostdlib", "-o", link.object, NULL});
+    compile_job_add_words(&link, (const char *[]){"-r", "-nostdlib", "-o", link.object, NULL});
     for (int i = 0; i < count; i++)
-        job_add_word(&link, jobs[i].object);
-    return jobs_run(&build->scratch, jobs, count, &build->peak_kb) &&
-           jobs_run(&build->scratch, &link, 1, &build->peak_kb) && cache_add(&build->cache, key, link.object);
+        compile_job_add_word(&link, jobs[i].object);
+    return compile_jobs_run(&build->scratch, jobs, count, &build->peak_kb) &&
+           compile_jobs_run(&build->scratch, &link, 1, &build->peak_kb) &&
+           compile_cache_add(&build->cache, key, link.object);
 }
 
-/* Its path in the cache; NULL: it could not be made, as is told. */
+/* The path of the common object in the cache; NULL after a reported error. */
 static const char *common_object(struct fmu_build *build) {
     const char *key = make_key(build);
-    const char *path = cache_find(&build->cache, key);
+    const char *path = compile_cache_find(&build->cache, key);
     if (!path && compile_common(build, key))
-        path = cache_find(&build->cache, key);
+        path = compile_cache_find(&build->cache, key);
     return path;
 }
 
@@ -204,11 +206,11 @@ static bool link_library(struct fmu_build *build, const char *common, const stru
                          const char *name) {
     struct job link;
     begin_job(&link, build, name);
-    job_add_words(&link, build->platform->link_flags);
+    compile_job_add_words(&link, build->platform->link_flags);
     for (int i = 0; i < count; i++)
-        job_add_word(&link, jobs[i].object);
-    job_add_words(&link, (const char *[]){common, "-o", link.object, "-lm", NULL});
-    return jobs_run(&build->scratch, &link, 1, &build->peak_kb);
+        compile_job_add_word(&link, jobs[i].object);
+    compile_job_add_words(&link, (const char *[]){common, "-o", link.object, "-lm", NULL});
+    return compile_jobs_run(&build->scratch, &link, 1, &build->peak_kb);
 }
 
 static bool compile_library(struct fmu_build *build, const struct fmu *fmu, const char *name) {
@@ -217,10 +219,10 @@ static bool compile_library(struct fmu_build *build, const struct fmu *fmu, cons
     int count = 0;
     for (int i = 0; i < fmu->sources.count; i++) {
         const char *path = fmu->sources.list[i].path;
-        if (fmu_is_source(path) && !is_common(path))
+        if (export_is_source(path) && !is_common(path))
             object_job(&jobs[count++], build, path, true);
     }
-    return common && jobs_run(&build->scratch, jobs, count, &build->peak_kb) &&
+    return common && compile_jobs_run(&build->scratch, jobs, count, &build->peak_kb) &&
            link_library(build, common, jobs, count, name);
 }
 
@@ -233,20 +235,20 @@ static bool add_library(struct fmu *fmu, const struct fmu_build *build, const ch
     fclose(out);
     const char *folder = fmu->version == FMI_2 ? platform->name : platform->folder_3;
     if (is_good)
-        fmu_files_add(&fmu->files, text_format("binaries/%s/%s", folder, name), text, size);
+        export_files_add(&fmu->files, text_format("binaries/%s/%s", folder, name), text, size);
     return is_good;
 }
 
-bool binary_make(struct fmu *fmu, const struct platform *platform) {
+bool export_binary_make(struct fmu *fmu, const struct platform *platform) {
     struct fmu_build build = {.platform = platform};
     const char *name = text_format("%s%s", fmu->name, platform->ending);
-    bool is_good = cache_open(&build.cache) && find_compiler(&build);
+    bool is_good = compile_cache_open(&build.cache) && find_compiler(&build);
     const bool is_open = is_good && scratch_open(&build.scratch, build.cache.path, "build-");
     is_good = is_open && check_machine(&build) && write_sources(&build, fmu);
-    build.is_gcc = is_good && toolchain_is_gcc(&build.chain, &build.scratch);
+    build.is_gcc = is_good && compile_toolchain_is_gcc(&build.chain, &build.scratch);
     is_good = is_good && compile_library(&build, fmu, name) && add_library(fmu, &build, name);
     if (is_open)
         scratch_close(&build.scratch);
-    cache_close(&build.cache);
+    compile_cache_close(&build.cache);
     return is_good;
 }

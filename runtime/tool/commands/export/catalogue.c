@@ -1,4 +1,4 @@
-/* The variables of an FMU: see export.h. */
+/* The catalogue of an FMU: all variables with names, units, roles, start values and dependencies. */
 #include "runtime/tool/commands/export/export.h"
 #include "runtime/tool/motions/simulate/simulate.h"
 
@@ -8,12 +8,12 @@
 
 static const char *const energy_names[] = {"energy", "energy_kinetic", "energy_potential"};
 
-/* What a kind is to an importer, where that is the same for all of its variables. */
+/* The role of a kind for importers, if all of its variables have the same. */
 struct role {
     enum causality causality;
     enum variability variability;
     enum initial initial;
-    const char *lead; /* before a name that is taken */
+    const char *lead; /* put before a name that is taken */
     const char *about;
 };
 
@@ -49,18 +49,19 @@ static const struct role roles[FMU_KIND_COUNT] = {
     [FMU_INDICATOR] = {AS_LOCAL, IS_CONTINUOUS, INITIAL_CALCULATED, "indicator_", "event indicator"},
 };
 
-/* The row of contact i. */
+/* The name of the row of contact i. */
 static const char *contact_name(const struct refdyn_model *model, int i) {
     return model->rows[model->m - fmu_count_contacts(model) + i].name;
 }
 
 /* ---- Names ---- */
 
-/* The columns of `sim`, in which places of kinds are looked up. */
+/* The columns of `sim`, from which the names of variables come. */
 struct columns {
     struct table table;
     const struct refdyn_model *model;
-    int points, residuals, angular, courses, accelerations, inputs, forces, contacts; /* where each begins */
+    int points, residuals, angular, courses, accelerations, inputs, forces,
+        contacts; /* the first column of each kind */
 };
 
 static int count_rows(const struct refdyn_model *model, enum fmu_kind kind, int rows) {
@@ -87,12 +88,12 @@ static void find_columns(struct columns *columns, struct scene *scene) {
     columns->contacts = columns->angular + (scene->compiled.spatial ? 6 * scene->compiled.spatial->count : 0);
 }
 
-/* Nine columns a point: those of r, rd and rdd. */
+/* A point has nine columns: r, rd and rdd. */
 static int point_column(const struct columns *columns, int index, int rate) {
     return columns->points + 9 * (index / 3) + 3 * rate + index % 3;
 }
 
-/* -1: `sim` has no such column. */
+/* Returns -1 if `sim` has no such column. */
 static int column_of(const struct columns *columns, struct fmu_variable variable) {
     const struct refdyn_model *model = columns->model;
     const int i = variable.index;
@@ -190,7 +191,7 @@ static void set_role(struct catalogue_entry *entry, const struct scene *scene) {
         entry->about = text_format("%s%s", role->about, model->rows[i].name);
     if (entry->variable.kind == FMU_CONTACT_FORCE || entry->variable.kind == FMU_CONTACT_SINCE)
         entry->about = text_format("%s%s", role->about, contact_name(model, i));
-    if (is_state && model->m > 0) /* it is moved onto the rows */
+    if (is_state && model->m > 0) /* the start projection may change it */
         entry->initial = INITIAL_APPROXIMATE;
     if (is_set_by_events(model, entry->variable)) {
         entry->causality = AS_LOCAL;
@@ -258,7 +259,7 @@ static void add_entry(struct catalogue *catalogue, const struct scene *scene, co
     catalogue->entries[catalogue->count++] = entry;
 }
 
-void catalogue_make(struct catalogue *catalogue, struct scene *scene, bool has_indicators) {
+void export_catalogue_make(struct catalogue *catalogue, struct scene *scene, bool has_indicators) {
     struct columns columns;
     find_columns(&columns, scene);
     *catalogue = (struct catalogue){.count = 0};
@@ -274,7 +275,7 @@ void catalogue_make(struct catalogue *catalogue, struct scene *scene, bool has_i
 
 /* ---- Dependencies ---- */
 
-/* Between -1 and 1, the same in each call of the program. */
+/* A number between -1 and 1, the same in each call of the program. */
 static double scattered(unsigned *seed) {
     *seed = *seed * 1664525u + 1013904223u;
     return (double)*seed / 2147483648.0 - 1;
@@ -285,11 +286,10 @@ static void scatter(double *values, const double *about, int count, unsigned *se
         values[i] = about[i] + 0.3 * scattered(seed) * (fabs(about[i]) + 1);
 }
 
-/*
- * A position is an analytic function of the coordinates: a column of C that is no identical zero is none at
- * scattered states, with scattered parameters.
- */
-bool *catalogue_dependencies(const struct scene *scene) {
+/* Which coordinates the position of each point depends on. A position is an analytic function of the
+ * coordinates. A column of C that is not identically zero is therefore not zero at scattered states with
+ * scattered parameters. */
+bool *export_catalogue_dependencies(const struct scene *scene) {
     enum { STATES = 3 };
     const struct refdyn_model *model = scene->model;
     const int n = model->n, parameters = model->parameter_count, count = 3 * model->point_count * n;

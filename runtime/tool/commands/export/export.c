@@ -1,10 +1,11 @@
 /*
  * `refdyn export`: a model as an FMU, for other simulators.
  *
- * Takes a scene and options of motions, which Co-Simulation steps with; gives a ZIP archive with sources,
- * libraries and their description.
+ * From a scene and the options of motions, with which Co-Simulation steps, it writes a ZIP archive with
+ * sources, libraries and their description.
  */
 #include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/motions/equilibria/equilibria.h"
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/commands/export/export.h"
 #include "runtime/tool/motions/simulate/simulate.h"
@@ -15,9 +16,9 @@
 extern const char fmu_licence[];
 extern const size_t fmu_licence_size;
 
-static const double default_span = 10; /* [s] of the default experiment */
+static const double default_span = 10; /* length of the default experiment [s] */
 
-/* Beside what the start takes: what steps, outputs and directional derivatives do. */
+/* The quantities for steps, outputs and directional derivatives, and for the start. */
 static const char *quantities(const struct options *options, const struct model *model) {
     const bool has_rows = model->row_count > 0;
     const bool has_inputs = model->input_count > 0;
@@ -26,39 +27,39 @@ static const char *quantities(const struct options *options, const struct model 
                        has_rows ? "constrained,qdd_free" : "qdd_free", derivatives, derivatives,
                        has_inputs ? text_format(",%s.x", derivatives) : "",
                        has_rows ? ",d_force.q,d_force.qd" : "", has_rows && has_inputs ? ",d_force.x" : "",
-                       options->from && strcmp(options->from, "statics") == 0 ? ",Q_q" : "",
-                       has_rows ? ",row_terms" : "");
+                       options_is(options, "from", "statics") ? ",Q_q" : "", has_rows ? ",row_terms" : "");
 }
 
 /* ---- Options ---- */
 
-const char *const fmu_version_words[] = {[FMI_2] = "2.0", [FMI_3] = "3.0", NULL};
+static const char *const version_words[] = {[FMI_2] = "2.0", [FMI_3] = "3.0", NULL};
 
 static enum status choose_version(const struct options *options, enum fmi_version *version) {
     int place = 0;
-    const enum status status = options_choose(options, "fmu", options->fmu, fmu_version_words, &place);
+    const enum status status = options_choose(options, "fmu", &place);
     *version = (enum fmi_version)place;
     return status;
 }
 
 static enum status check_platforms(const struct options *options, const char *const *list) {
     for (; *list; list++)
-        if (!platform_find(*list))
-            return option_error(options, "platform", ": '%s' is none of %s", *list, platform_names());
+        if (!export_platform_find(*list))
+            return option_error(options, "platform", ": '%s' is not one of %s", *list,
+                                export_platform_names());
     return STATUS_DONE;
 }
 
-/* Methods of GSL are none of the core's, which FMUs carry. */
+/* FMUs contain the core only, which does not have the methods of GSL. */
 static enum status check_method(const struct options *options) {
-    return by_gsl_has(options->method)
-               ? option_error(options, "method", ": '%s' is a method of GSL, which FMUs do not contain",
-                              options->method)
-               : STATUS_DONE;
+    const char *method = options_text(options, "method");
+    return by_gsl_has(method) ? option_error(options, "method",
+                                             ": '%s' is a method of GSL, which FMUs do not contain", method)
+                              : STATUS_DONE;
 }
 
 /* ---- The FMU ---- */
 
-/* Where M is singular derivatives of accelerations divide by zero. */
+/* If M is singular, derivatives of accelerations divide by zero. */
 static bool are_finite(const struct scene *scene, refdyn_function *function, int count) {
     double *values = allocate((size_t)count, sizeof *values);
     function(scene->work.p, scene->work.x, scene->state.t, scene->q, scene->qd, values);
@@ -68,8 +69,8 @@ static bool are_finite(const struct scene *scene, refdyn_function *function, int
     return true;
 }
 
-/* What keeps the FMU from directional derivatives; NULL: they are there, with a column for each coordinate,
- * rate and input. */
+/* Why the FMU has no directional derivatives; NULL if it has them, with a column for each coordinate, rate
+ * and input. */
 static const char *find_why_no_derivatives(const struct scene *scene) {
     const struct refdyn_model *model = scene->model;
     const int n = model->n;
@@ -95,31 +96,33 @@ static void add_text(struct fmu *fmu, const char *path, void (*put)(FILE *out, c
     FILE *out = text_stream(&text, &size);
     put(out, fmu);
     fclose(out);
-    fmu_files_add(&fmu->files, path, text, size);
+    export_files_add(&fmu->files, path, text, size);
 }
 
 static void add_sources(struct fmu *fmu) {
     for (int i = 0; i < fmu->sources.count; i++) {
         const struct fmu_file *source = &fmu->sources.list[i];
-        fmu_files_add(&fmu->files, text_format("sources/%s", source->path), source->text, source->size);
+        export_files_add(&fmu->files, text_format("sources/%s", source->path), source->text, source->size);
     }
 }
 
 static enum status write_fmu(struct fmu *fmu, const char *const *platforms) {
     struct scene *scene = fmu->scene;
-    catalogue_make(&fmu->catalogue, scene, fmu->version == FMI_3);
+    export_catalogue_make(&fmu->catalogue, scene, fmu->version == FMI_3);
     fmu->why_no_derivatives = find_why_no_derivatives(scene);
-    fmu_make_sources(fmu);
-    add_text(fmu, "modelDescription.xml", fmu->version == FMI_2 ? description_put_2 : description_put_3);
+    export_make_sources(fmu);
+    add_text(fmu, "modelDescription.xml",
+             fmu->version == FMI_2 ? export_description_put_2 : export_description_put_3);
     for (; *platforms; platforms++)
-        if (!binary_make(fmu, platform_find(*platforms)))
+        if (!export_binary_make(fmu, export_platform_find(*platforms)))
             return STATUS_FAULT;
     add_sources(fmu);
     if (fmu->version == FMI_3)
-        add_text(fmu, "sources/buildDescription.xml", description_put_build);
-    fmu_files_add(&fmu->files, "documentation/licenses/license.txt", fmu_licence, fmu_licence_size);
-    return archive_put(scene->result->file, &fmu->files) && target_finish(scene->result) ? STATUS_DONE
-                                                                                         : STATUS_FAULT;
+        add_text(fmu, "sources/buildDescription.xml", export_description_put_build);
+    export_files_add(&fmu->files, "documentation/licenses/license.txt", fmu_licence, fmu_licence_size);
+    return export_archive_put(scene->result->file, &fmu->files) && target_finish(scene->result)
+               ? STATUS_DONE
+               : STATUS_FAULT;
 }
 
 static void print_summary(const struct fmu *fmu) {
@@ -133,9 +136,11 @@ static void print_summary(const struct fmu *fmu) {
             fmu->why_no_derivatives ? fmu->why_no_derivatives : "");
 }
 
-/* The motion's start and options, then the FMU. */
+/* Computes the start of the motion and its options, then writes the FMU. */
 static enum status export_scene(struct scene *scene, const struct options *options, struct fmu *fmu,
                                 const char *const *platforms) {
+    const char *from = options_text(options, "from");
+    const double until = options_number(options, "until");
     enum status status = motion_fit(scene, options, &fmu->options);
     if (status == STATUS_DONE)
         status = motion_place(scene, options);
@@ -143,10 +148,10 @@ static enum status export_scene(struct scene *scene, const struct options *optio
         return status;
     fmu->scene = scene;
     fmu->name = scene->model->name;
-    fmu->has_start = options->from && strcmp(options->from, "initial") != 0;
-    fmu->until = options->until > 0 ? options->until : scene->state.t + default_span;
+    fmu->has_start = from && strcmp(from, "initial") != 0;
+    fmu->until = until > 0 ? until : scene->state.t + default_span;
     struct options timed = *options;
-    timed.until = fmu->until;
+    options_set_number(&timed, "until", fmu->until);
     status = motion_check_times(scene, &timed);
     if (status == STATUS_DONE)
         status = write_fmu(fmu, platforms);
@@ -155,27 +160,29 @@ static enum status export_scene(struct scene *scene, const struct options *optio
     return status;
 }
 
-/* Reads the model to know which quantities it has, then all of it again with these. */
+/* Reads the model to know which quantities it has, then reads and compiles it with these. */
 static enum status open_and_export(const struct options *options, struct fmu *fmu,
                                    const char *const *platforms) {
     struct scene scene;
     struct options own = *options;
     enum status status = scene_read(&scene, options, false);
     if (status == STATUS_DONE)
-        own.emit = quantities(options, &scene.generation.model);
+        options_set_text(&own, "emit", quantities(options, &scene.generation.model));
     scene_close(&scene);
     if (status != STATUS_DONE)
         return status;
-    status = scene_open(&scene, &own, NEEDS_RESULT | NEEDS_ALL, options_state_path(options->from));
+    status =
+        scene_open(&scene, &own, NEEDS_RESULT | NEEDS_ALL, options_state_path(options_text(options, "from")));
     if (status == STATUS_DONE)
         status = export_scene(&scene, options, fmu, platforms);
     scene_close(&scene);
     return status;
 }
 
-enum status run_export(const struct options *options) {
+static enum status run_export(const struct options *options) {
+    const char *platform = options_text(options, "platform");
     struct fmu fmu = {.version = FMI_2};
-    const char *list = options->platform ? options->platform : "linux64";
+    const char *list = platform ? platform : "linux64";
     const char **platforms = options_list(list);
     enum status status = choose_version(options, &fmu.version);
     if (status == STATUS_DONE)
@@ -186,5 +193,31 @@ enum status run_export(const struct options *options) {
         status = motion_options(options, &fmu.options);
     if (status != STATUS_DONE)
         return status;
-    return archive_is_there() ? open_and_export(options, &fmu, platforms) : STATUS_FAULT;
+    return export_archive_is_there() ? open_and_export(options, &fmu, platforms) : STATUS_FAULT;
 }
+
+static const char *list_platforms(const struct command *command) {
+    (void)command;
+    return export_platform_names();
+}
+
+static const struct option_rule export_rules[] = {
+    {"fmu", "VERSION", OPTION_TEXT, "version of FMI: 2.0 or 3.0", version_words, NULL},
+    {"platform", "a,b", OPTION_LIST,
+     "libraries in the FMU: linux64 (default), win64, which needs gcc-mingw-w64", NULL, list_platforms},
+    {.name = NULL}};
+
+const struct command export_command = {
+    .name = "export",
+    .run = run_export,
+    .operands = "MODEL.lua",
+    .options = "output! until method step tol step-max from stabilise singular hold release way fmu! "
+               "platform set fold",
+    .tables = {export_rules, motion_rules, statics_rules, scene_rules},
+    .output = "FILE.fmu",
+    .purpose = "a model as an FMU, for other simulators",
+    .help = "Model Exchange and Co-Simulation in one file, with libraries and all sources. Variables have "
+            "the names of\n"
+            "the columns of sim. Co-Simulation steps as sim does, with the given method and tolerance.\n\n"
+            "  refdyn export models/manipulator.lua --set n_rfe=1 --fmu 2.0 -o manipulator.fmu\n"
+            "  refdyn export models/fourbar.lua --fmu 2.0 --platform linux64,win64 -o fourbar.fmu\n"};

@@ -1,4 +1,9 @@
-/* What this folder offers. */
+/*
+ * Exports a model as an FMU.
+ *
+ * Parts: the catalogue of variables; the FMU; its ZIP archive; its libraries; its sources;
+ * modelDescription.xml.
+ */
 #ifndef REFDYN_TOOL_EXPORT_H
 #define REFDYN_TOOL_EXPORT_H
 
@@ -11,8 +16,8 @@
 /*
  * The variables of an FMU as importers see them: names, units, roles, start values.
  *
- * Names are those of the columns of `refdyn sim`; der(NAME) is the derivative of a coordinate. Where a name
- * is taken already, it gets its kind before it, as in a CSV.
+ * Names are those of the columns of `refdyn sim`; der(NAME) is the derivative of a coordinate. A name that
+ * is taken gets its kind in front, as in a CSV.
  */
 
 enum causality { AS_INDEPENDENT, AS_PARAMETER, AS_INPUT, AS_OUTPUT, AS_LOCAL };
@@ -22,12 +27,12 @@ enum initial { INITIAL_NONE, INITIAL_EXACT, INITIAL_APPROXIMATE, INITIAL_CALCULA
 struct catalogue_entry {
     struct fmu_variable variable;
     unsigned reference;
-    const char *name, *unit, *about; /* unit NULL: none, or the model does not say */
+    const char *name, *unit, *about; /* unit NULL: there is none, or the model does not give it */
     enum causality causality;
     enum variability variability;
-    enum initial initial; /* exact, approximate: it has a start value */
+    enum initial initial; /* exact or approximate: it has a start value */
     double start;
-    int state; /* the entry whose derivative it is; -1: it is none */
+    int state; /* the entry whose derivative it is; -1: it is no derivative */
 };
 
 struct catalogue {
@@ -36,15 +41,15 @@ struct catalogue {
     int first[FMU_KIND_COUNT]; /* the entry of the first variable of a kind */
 };
 
-/* Of the scene's start. */
-void catalogue_make(struct catalogue *catalogue, struct scene *scene, bool has_indicators);
+/* Describes the variables at the start of the scene. */
+void export_catalogue_make(struct catalogue *catalogue, struct scene *scene, bool has_indicators);
 /* (3 points x n) Which coordinates the position of each point depends on. */
-bool *catalogue_dependencies(const struct scene *scene);
+bool *export_catalogue_dependencies(const struct scene *scene);
 
-/* What `export` knows of the FMU that it writes; its parts are made one after the other. */
+/* The FMU that `export` writes. Its parts are made one after the other. */
 
 enum fmi_version { FMI_2, FMI_3 };
-extern const char *const fmu_version_words[]; /* as --fmu gives them */
+extern const struct command export_command;
 
 struct fmu_file {
     const char *path; /* in the FMU, or under its sources/ */
@@ -60,51 +65,50 @@ struct fmu_files {
 struct fmu {
     struct scene *scene;
     enum fmi_version version;
-    const char *name;  /* of the model, which is that of the library */
+    const char *name;  /* name of the model and of the library */
     const char *token; /* GUID of FMI 2.0, instantiation token of FMI 3.0 */
     struct refdyn_options options;
     double until;                   /* default stop time [s] */
-    bool has_start;                 /* the start is not the model's own */
-    const char *why_no_derivatives; /* NULL: there are directional ones */
+    bool has_start;                 /* the start differs from the model's own */
+    const char *why_no_derivatives; /* NULL if there are directional derivatives */
     struct catalogue catalogue;
-    struct fmu_files sources; /* paths under sources/ */
-    struct fmu_files files;   /* all of the FMU */
+    struct fmu_files sources; /* with paths under sources/ */
+    struct fmu_files files;   /* of the whole FMU */
 };
 
-void fmu_files_add(struct fmu_files *files, const char *path, const char *text, size_t size);
-/* Are two versions told apart by its name, and is it of the other one? */
-bool fmu_is_of_other_version(const char *path, enum fmi_version version);
+void export_files_add(struct fmu_files *files, const char *path, const char *text, size_t size);
+/* Returns whether a file belongs only to the other version of FMI, by its name. */
+bool export_is_of_other_version(const char *path, enum fmi_version version);
 
-/* Files as one ZIP archive, the same byte for byte for the same files. */
+/* A ZIP archive of files; equal files give equal bytes. */
 
-/* Is this refdyn built with what archives need? Complains on stderr when it is not. */
-bool archive_is_there(void);
-/* Complains on stderr when it fails. */
-bool archive_put(FILE *out, const struct fmu_files *files);
+/* Returns whether this refdyn is built with libzip; otherwise reports it on stderr. */
+bool export_archive_is_there(void);
+/* Returns false and reports on stderr if it fails. */
+bool export_archive_put(FILE *out, const struct fmu_files *files);
 
 /* The libraries of an FMU, one for each platform. */
 
 struct platform {
-    const char *name;             /* as --platform gives it, and the folder of FMI 2.0 */
+    const char *name;             /* the value of --platform, and the folder of FMI 2.0 */
     const char *folder_3;         /* the folder of FMI 3.0 */
-    const char *ending;           /* of the library */
-    const char *compiler;         /* NULL: $CC */
-    const char *package;          /* of Debian, that has the compiler */
-    const char *machine;          /* what macros of $CC say where it builds for the platform */
-    const char *compile_flags[4]; /* beside those of all; end with NULL */
+    const char *ending;           /* of the file name */
+    const char *compiler;         /* NULL for $CC */
+    const char *package;          /* the package of Debian that has the compiler */
+    const char *machine;          /* a condition on macros of $CC that holds for the platform */
+    const char *compile_flags[4]; /* in addition to the common ones; NULL at the end */
     const char *link_flags[6];
 };
 
-/* NULL: there is none of that name. */
-const struct platform *platform_find(const char *name);
+/* Returns NULL if there is no platform of that name. */
+const struct platform *export_platform_find(const char *name);
 /* "linux64, win64" */
-const char *platform_names(void);
-/* Compiles the sources and adds the library to fmu->files. What is the same in all FMUs is compiled once and
- * kept in the cache. Complains on stderr when it fails. */
-bool binary_make(struct fmu *fmu, const struct platform *platform);
+const char *export_platform_names(void);
+/* Compiles the sources and adds the library to fmu->files. The part that is the same in all FMUs is compiled
+ * once and kept in the cache. Returns false and reports on stderr if it fails. */
+bool export_binary_make(struct fmu *fmu, const struct platform *platform);
 
-/* The sources that every FMU carries: the core of the runtime and the layer of runtime/bindings/fmi, put in at build
- * time. */
+/* The sources in every FMU: the core of the runtime and runtime/bindings/fmi, embedded at build time. */
 
 struct carried_file {
     const char *path; /* under runtime/, as sources include it */
@@ -115,53 +119,39 @@ struct carried_file {
 extern const struct carried_file carried_files[];
 extern const int carried_file_count;
 
-/* modelDescription.xml of an FMU. */
+/* modelDescription.xml of an FMU. model_description.c has the parts that both versions share. */
 
-/* After fmu_make_sources. */
-void description_put_2(FILE *out, const struct fmu *fmu);
-void description_put_3(FILE *out, const struct fmu *fmu);
+/* Call these after fmu_make_sources. */
+void export_description_put_2(FILE *out, const struct fmu *fmu);
+void export_description_put_3(FILE *out, const struct fmu *fmu);
 /* sources/buildDescription.xml of FMI 3.0. */
-void description_put_build(FILE *out, const struct fmu *fmu);
+void export_description_put_build(FILE *out, const struct fmu *fmu);
 
 /* ---- Parts of both versions ---- */
 
-/* NAME="VALUE", a blank before it. */
-void put_attribute(FILE *out, const char *name, const char *value);
-void put_number_attribute(FILE *out, const char *name, double value);
+/* Puts NAME="VALUE" after a blank. */
+void export_put_attribute(FILE *out, const char *name, const char *value);
+void export_put_number_attribute(FILE *out, const char *name, double value);
 extern const char *const causality_names[], *const variability_names[], *const initial_names[];
-/* Each unit in use, with its base units. */
-void description_put_units(FILE *out, const struct fmu *fmu);
-void description_put_experiment(FILE *out, const struct fmu *fmu);
-void description_put_categories(FILE *out);
-/* Attributes that say what an unknown depends on; nothing where that is all states and inputs. depends:
- * catalogue_dependencies. */
-void description_put_dependencies(FILE *out, const struct fmu *fmu, const bool *depends,
-                                  const struct catalogue_entry *entry);
-bool catalogue_has_start(const struct catalogue_entry *entry);
-bool catalogue_is_output(const struct catalogue_entry *entry);
-bool catalogue_is_derivative(const struct catalogue_entry *entry);
-/* Is it an output, a derivative or a state that initialisation computes? */
-bool catalogue_is_unknown_at_start(const struct catalogue_entry *entry);
+/* Puts each unit in use, with its base units. */
+void export_description_put_units(FILE *out, const struct fmu *fmu);
+void export_description_put_experiment(FILE *out, const struct fmu *fmu);
+void export_description_put_categories(FILE *out);
+/* Puts the attributes that list what an unknown depends on; none if that is all states and inputs. `depends`
+ * comes from catalogue_dependencies. */
+void export_description_put_dependencies(FILE *out, const struct fmu *fmu, const bool *depends,
+                                         const struct catalogue_entry *entry);
+bool export_catalogue_has_start(const struct catalogue_entry *entry);
+bool export_catalogue_is_output(const struct catalogue_entry *entry);
+bool export_catalogue_is_derivative(const struct catalogue_entry *entry);
+/* Returns whether initialisation computes it: an output, a derivative or a state. */
+bool export_catalogue_is_unknown_at_start(const struct catalogue_entry *entry);
 
-/* The sources of an FMU: what every one carries, the emitted model, and the values that it is exported with.
- */
+/* The sources of an FMU: those in every FMU, the emitted model, and the values that it is exported with. */
 
-/* Fills fmu->sources, and fmu->token, which follows from all of them. */
-void fmu_make_sources(struct fmu *fmu);
-/* Is it a source to compile, and not a header? */
-bool fmu_is_source(const char *path);
-
-/* Units of a model, as texts like "N s/m" and "kg m^2", in the base units of FMI. */
-
-enum { BASE_UNIT_COUNT = 8 };
-extern const char *const base_unit_names[BASE_UNIT_COUNT]; /* kg m s A K mol cd rad */
-
-struct base_unit {
-    double factor; /* one of the unit is so many of the base units */
-    int exponents[BASE_UNIT_COUNT];
-};
-
-/* False: a part of the text is no unit that is known here. */
-bool unit_in_base(const char *unit, struct base_unit *base);
+/* Fills fmu->sources, and fmu->token, which is computed from all sources. */
+void export_make_sources(struct fmu *fmu);
+/* Returns whether the file is compiled; headers are not. */
+bool export_is_source(const char *path);
 
 #endif

@@ -1,22 +1,22 @@
-/* The sources of an FMU: see export.h. */
+/* Collects the sources of an FMU, writes refdyn_fmu.c with its values, and computes its token. */
 #include "runtime/tool/commands/export/export.h"
 
 #include <sha2.h>
 #include <stdlib.h>
 #include <string.h>
 
-void fmu_files_add(struct fmu_files *files, const char *path, const char *text, size_t size) {
+void export_files_add(struct fmu_files *files, const char *path, const char *text, size_t size) {
     files->list =
         memory_room(&program_memory, files->list, files->count + 1, &files->room, sizeof *files->list);
     files->list[files->count++] = (struct fmu_file){path, text, size};
 }
 
-bool fmu_is_of_other_version(const char *path, enum fmi_version version) {
+bool export_is_of_other_version(const char *path, enum fmi_version version) {
     const char *other = version == FMI_2 ? "runtime/bindings/fmi/fmi3." : "runtime/bindings/fmi/fmi2.";
     return strncmp(path, other, strlen(other)) == 0;
 }
 
-bool fmu_is_source(const char *path) {
+bool export_is_source(const char *path) {
     return text_ends_with(path, ".c");
 }
 
@@ -98,7 +98,7 @@ static void add_model(struct fmu *fmu) {
     FILE *out = text_stream(&text, &size);
     put_model(out, fmu);
     fclose(out);
-    fmu_files_add(&fmu->sources, "refdyn_fmu.c", text, size);
+    export_files_add(&fmu->sources, "refdyn_fmu.c", text, size);
 }
 
 /* ---- The token ---- */
@@ -108,7 +108,8 @@ static void hash_file(SHA2_CTX *sha, const struct fmu_file *file) {
     SHA256Update(sha, (const uint8_t *)file->text, file->size);
 }
 
-/* In the form of a GUID, from all sources; refdyn_fmu.c among them without a token. */
+/* The token has the form of a GUID. It is a hash of all sources, with refdyn_fmu.c before it has the token.
+ */
 static const char *make_token(const struct fmu *fmu) {
     char digest[SHA256_DIGEST_STRING_LENGTH];
     SHA2_CTX sha;
@@ -121,14 +122,15 @@ static const char *make_token(const struct fmu *fmu) {
                        digest + 20);
 }
 
-void fmu_make_sources(struct fmu *fmu) {
+void export_make_sources(struct fmu *fmu) {
     struct generation *generation = &fmu->scene->generation;
     const struct emitted_file *emitted = gen_files(generation);
     for (int i = 0; i < carried_file_count; i++)
-        if (!fmu_is_of_other_version(carried_files[i].path, fmu->version))
-            fmu_files_add(&fmu->sources, carried_files[i].path, carried_files[i].text, carried_files[i].size);
+        if (!export_is_of_other_version(carried_files[i].path, fmu->version))
+            export_files_add(&fmu->sources, carried_files[i].path, carried_files[i].text,
+                             carried_files[i].size);
     for (int i = 0; i < gen_file_count(generation); i++)
-        fmu_files_add(&fmu->sources, emitted[i].name, emitted[i].text, emitted[i].length);
+        export_files_add(&fmu->sources, emitted[i].name, emitted[i].text, emitted[i].length);
     fmu->token = "";
     add_model(fmu);
     fmu->token = make_token(fmu);

@@ -1,4 +1,4 @@
-/* `refdyn bench`: time and operations of each emitted quantity, and what generating and compiling took. */
+/* `refdyn bench`: time and operations of each emitted quantity, and the cost of generating and compiling. */
 #include "runtime/tool/support/command_line/command_line.h"
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/support/format/format.h"
@@ -9,50 +9,30 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { BATCHES = 41, LOW_BATCH = 4, HIGH_BATCH = 36 /* of the sorted batches: one tenth and nine tenths */ };
+enum {
+    BATCHES = 41,
+    LOW_BATCH = 4,
+    HIGH_BATCH = 36 /* quantiles of the sorted batches: one tenth and nine tenths */
+};
 
 static const double batch_seconds =
-    5e-4; /* long against the clock's resolution, short against a time slice */
+    5e-4; /* long compared with the clock's resolution, short compared with a time slice */
 
 struct quantity {
     const char *name;
     size_t offset; /* of its function in struct refdyn_model */
 };
 
-#define QUANTITY(name) \
-    { #name, offsetof(struct refdyn_model, name) }
-
-static const struct quantity quantities[] = {
-    QUANTITY(M),           QUANTITY(h),
-    QUANTITY(Q),           QUANTITY(u),
-    QUANTITY(v),           QUANTITY(phi),
-    QUANTITY(psi),         QUANTITY(k),
-    QUANTITY(r),           QUANTITY(rd),
-    QUANTITY(C),           QUANTITY(d),
-    QUANTITY(energy),      QUANTITY(power),
-    QUANTITY(Q_q),         QUANTITY(qdd_free),
-    QUANTITY(qdd),         QUANTITY(force),
-    QUANTITY(equations),   QUANTITY(course),
-    QUANTITY(breaks),      QUANTITY(anchor),
-    QUANTITY(start),       QUANTITY(M_h),
-    QUANTITY(f),           QUANTITY(row_terms),
-    QUANTITY(point_terms), QUANTITY(constrained),
-    QUANTITY(terms),       QUANTITY(accelerations),
-    QUANTITY(tangent),     QUANTITY(tangent_vectors),
-    QUANTITY(d_qdd),       QUANTITY(d_qdd_free),
-    QUANTITY(d_force),     QUANTITY(d_statics),
-    QUANTITY(d_rows),      QUANTITY(switches),
-    QUANTITY(event),       QUANTITY(event_terms),
-    QUANTITY(pace),        QUANTITY(required),
-};
+#define QUANTITY(name) {#name, offsetof(struct refdyn_model, name)},
+static const struct quantity quantities[] = {REFDYN_QUANTITIES(QUANTITY)};
 
 enum { QUANTITY_COUNT = sizeof quantities / sizeof quantities[0] };
 
-/* A function that is measured, and what it takes. */
+/* A function that is measured, and its arguments. */
 struct subject {
     refdyn_function *function;
     struct scene *scene;
-    double *rest; /* (3 n + 1 + m) rates, and what `constrained` gives: for a tangent; zeros */
+    double *rest; /* (3 n + 1 + m) arguments of a tangent: rates and the results of `constrained`; zeros */
     double *out;
 };
 
@@ -74,7 +54,7 @@ static int by_size(const void *a, const void *b) {
     return (x > y) - (x < y);
 }
 
-/* Nanoseconds a call of each batch, sorted. */
+/* Nanoseconds per call of each batch, sorted. */
 static void measure(const struct subject *subject, double ns[static BATCHES]) {
     long times = 1;
     while (timed(subject, times) < batch_seconds)
@@ -84,7 +64,7 @@ static void measure(const struct subject *subject, double ns[static BATCHES]) {
     qsort(ns, BATCHES, sizeof *ns, by_size);
 }
 
-/* Rounded to a tenth of a nanosecond: the rest is noise. */
+/* Rounds to a tenth of a nanosecond; more digits are noise. */
 static double tenths(double ns) {
     return round(10 * ns) / 10;
 }
@@ -117,8 +97,8 @@ static refdyn_function *function_of(const struct refdyn_model *model, const stru
     return function;
 }
 
-/* A state without symmetry near the initial one, the same on every run: fractions of multiples of the golden
- * ratio. */
+/* A state without symmetry near the initial one, the same in every run, from fractions of multiples of the
+ * golden ratio. */
 static void disturb(struct scene *scene) {
     const double golden = 0.6180339887498949, angle = 0.1, rate = 0.5; /* rad or m; rad/s or m/s */
     double part = 0.2385;
@@ -133,8 +113,8 @@ static void disturb(struct scene *scene) {
     scene->state.t = 2.385;
 }
 
-/* Numbers of the largest result: the equations, the points' columns, the derivatives, vectors of joints,
- * values that the model names. */
+/* The size of the largest result: equations, columns of points, derivatives, vectors of joints, named values.
+ */
 static size_t result_size(const struct refdyn_model *model) {
     size_t n = (size_t)model->n, m = (size_t)model->m, points = (size_t)model->point_count;
     size_t variables = 2 * n + 1 + (size_t)model->input_count + (size_t)model->parameter_count;
@@ -145,7 +125,7 @@ static size_t result_size(const struct refdyn_model *model) {
     return (n + 3 * m + 1) * (variables + n + 4) + 3 * points * (n + 1) + vectors + named;
 }
 
-/* Rates, accelerations and multipliers of the state; those that it has not are 0. */
+/* Rates, accelerations and multipliers of the state; missing ones are 0. */
 static double *find_rest(struct scene *scene) {
     const size_t n = (size_t)scene->model->n;
     double *rest = allocate(3 * n + 1 + (size_t)scene->model->m, sizeof *rest);
@@ -155,7 +135,8 @@ static double *find_rest(struct scene *scene) {
     return rest;
 }
 
-/* Times of infinities and NaN would tell nothing. A time event that never comes is infinite. */
+/* Refuses results that are infinite or NaN, whose times mean nothing. The time of an event that never comes
+ * may be infinite. */
 static bool is_finite(const struct subject *subject, const char *name) {
     const size_t size = result_size(subject->scene->model);
     if (strcmp(name, "breaks") == 0)
@@ -181,19 +162,19 @@ static enum status print_quantities(struct scene *scene, FILE *out) {
         const char *name = quantities[i].name;
         if (!is_finite(&subject, name) ||
             !print_quantity(out, name, &subject, gen_count(&scene->generation, name)))
-            status = numbers_failed(scene, REFDYN_NOT_FINITE, scene->state.t, scene->q, scene->qd);
+            status = scene_numbers_failed(scene, REFDYN_NOT_FINITE, scene->state.t, scene->q, scene->qd);
     }
     return status;
 }
 
-/* The same model generated once more, timed, and compiled in a folder of its own. */
+/* Generates the same model again with a clock, and compiles it in its own folder. */
 static enum status print_build(const struct options *options, FILE *out) {
     struct scene scene;
     struct build_cost cost = {.seconds = 0};
     double start = wall_seconds();
     long source_bytes = 0;
     enum status status = scene_read(&scene, options, false);
-    if (status == STATUS_DONE && gen_plan(&scene.generation, options->emit) != GEN_OK)
+    if (status == STATUS_DONE && gen_plan(&scene.generation, options_text(options, "emit")) != GEN_OK)
         status = STATUS_FAULT;
     const struct emitted_file *files = status == STATUS_DONE ? gen_files(&scene.generation) : NULL;
     int count = files ? gen_file_count(&scene.generation) : 0;
@@ -229,6 +210,18 @@ static enum status bench(struct scene *scene, const struct options *options) {
     return status;
 }
 
-enum status run_bench(const struct options *options) {
+static enum status run_bench(const struct options *options) {
     return scene_run(options, NEEDS_RESULT | NEEDS_ALL, NULL, bench);
 }
+
+const struct command bench_command = {
+    .name = "bench",
+    .run = run_bench,
+    .operands = "MODEL.lua",
+    .options = "output emit set loops accelerations fold",
+    .tables = {scene_rules},
+    .output = "FILE",
+    .purpose = "time and operations of each emitted quantity",
+    .help = "One JSON object a line; the last one has the cost of generating and compiling.\n\n"
+            "  refdyn bench models/manipulator.lua --set n_rfe=4\n"
+            "  refdyn bench models/manipulator.lua --emit qdd,tangent,d_qdd\n"};

@@ -1,8 +1,9 @@
 /*
- * `refdyn compile`: the compiled functions of a model for other programs, which load the library themselves.
+ * `refdyn compile`: compiles the functions of a model for other programs, which load the library
+ * themselves.
  *
- * Takes a scene; leaves a library in the cache, and gives as JSON where it is and what its functions take and
- * return, so that a caller needs no header of the model.
+ * Leaves a library in the cache, and prints as JSON its path and the arguments and results of its
+ * functions, so that a caller needs no header of the model.
  */
 #include "runtime/tool/support/command_line/command_line.h"
 #include "runtime/tool/scene/scene.h"
@@ -30,7 +31,7 @@ static void put_start(struct document *document, const struct scene *scene) {
     put_array(document, "qd", scene->qd, model->n);
 }
 
-/* The place of a parameter among the anchored ones, -1: it is none. */
+/* The place of a parameter among the anchored ones; -1 if it is not anchored. */
 static int place_among_anchored(const struct refdyn_model *model, int parameter) {
     for (int i = 0; i < model->anchored_count; i++)
         if (model->anchored[i] == parameter)
@@ -59,7 +60,7 @@ static void put_inputs(struct document *document, const struct scene *scene) {
         put_open(document, NULL, '{');
         put_name(document, &model->inputs[i]);
         put_number(document, "value", scene->work.x[i]);
-        put_truth(document, "by_events", inputs_are_set_by_event(model, i));
+        put_truth(document, "by_events", scene_inputs_are_set_by_event(model, i));
         put_close(document, '}');
     }
     put_close(document, ']');
@@ -72,7 +73,7 @@ static void put_texts(struct document *document, const char *key, const char *co
     put_close(document, ']');
 }
 
-/* Those of the model that no function takes; they may be given all the same. */
+/* Parameters of the model that no function reads; a caller may still give them. */
 static void put_unread(struct document *document, const struct scene *scene) {
     const struct refdyn_model *model = scene->model;
     const struct model *read = &scene->generation.model;
@@ -83,7 +84,7 @@ static void put_unread(struct document *document, const struct scene *scene) {
     put_close(document, ']');
 }
 
-/* Numbers and truth values as such. */
+/* Numbers and truth values become JSON values. */
 static void put_option(struct document *document, const struct model_option *option) {
     const bool is_true = strcmp(option->value, "true") == 0;
     if (option->is_text)
@@ -172,9 +173,26 @@ static enum status print_library(struct scene *scene, const struct options *opti
     return scene_finish(scene, &document);
 }
 
-enum status run_compile(const struct options *options) {
+static enum status run_compile(const struct options *options) {
     struct options own = *options;
-    if (own.for_lanes)
-        own.lanes = refdyn_batch_widest();
+    if (options_has(options, "for-lanes"))
+        options_set_number(&own, "lanes", refdyn_batch_widest());
     return scene_run(&own, NEEDS_RESULT | NEEDS_ALL, NULL, print_library);
 }
+
+const struct command compile_command = {
+    .name = "compile",
+    .run = run_compile,
+    .operands = "MODEL.lua",
+    .options = "output emit for-lanes set loops accelerations fold",
+    .tables = {scene_rules},
+    .output = "FILE",
+    .purpose = "compile a model for other programs to load",
+    .help = "Leaves a shared library in the cache and prints JSON: its path, lanes, the model's names, units "
+            "and values,\n"
+            "its start, and the parts of the result of each emitted function. The library has NAME_model "
+            "(refdyn_model.h).\n"
+            "With --for-lanes it also has NAME_lanes_W (refdyn_lanes.h), for W motions side by side, the "
+            "widest for this processor.\n\n"
+            "  refdyn compile models/manipulator.lua --set n_rfe=8\n"
+            "  refdyn compile models/manipulator.lua --emit qdd,d_qdd --for-lanes\n"};

@@ -4,7 +4,7 @@
 
 #include <math.h>
 
-/* One residual a row, null for rows of the levels in `without` (a set of bits). */
+/* One residual per row; null for rows of the levels in `without` (a set of bits). */
 static void put_residual(struct document *document, const char *key, const struct refdyn_model *model,
                          const double *values, unsigned without) {
     put_open(document, key, '[');
@@ -75,7 +75,7 @@ static void put_equations(struct document *document, const struct scene *scene, 
     put_array(document, "k", work->k, m);
 }
 
-/* In the order of the coordinates; the partition has them in the order of elimination. */
+/* In the order of the coordinates; the partition lists them in the order of elimination. */
 static void put_dependent(struct document *document, const struct scene *scene) {
     const struct refdyn_partition *partition = &scene->work.partition;
     put_open(document, "dependent", '[');
@@ -122,7 +122,7 @@ static enum status print_state(struct scene *scene, const double *qdd) {
     double *room = allocate_matrix(scene->model->n, 1);
     put_open(&document, NULL, '{');
     put_text(&document, "name", scene->model->name);
-    put_coordinates(&document, "coordinates", scene->model, NULL);
+    scene_put_coordinates(&document, "coordinates", scene->model, NULL);
     put_equations(&document, scene, room);
     put_points(&document, scene);
     put_accelerations(&document, scene, qdd, room);
@@ -139,13 +139,25 @@ static enum status evaluate_state(struct scene *scene, const struct options *opt
         refdyn_refine(&scene->work, scene->state.t, scene->q, scene->qd, REFDYN_BAUMGARTE, qdd);
     const enum status status = result == REFDYN_OK
                                    ? print_state(scene, qdd)
-                                   : numbers_failed(scene, result, scene->state.t, scene->q, scene->qd);
+                                   : scene_numbers_failed(scene, result, scene->state.t, scene->q, scene->qd);
     if (status == STATUS_DONE)
-        print_redundant_rows(&scene->work);
+        scene_print_redundant_rows(&scene->work);
     return status;
 }
 
-enum status run_eval(const struct options *options) {
-    return scene_run(options, NEEDS_RESULT | NEEDS_STATE | NEEDS_POINTS | NEEDS_POINT_RATES, options->state,
-                     evaluate_state);
+static enum status run_eval(const struct options *options) {
+    return scene_run(options, NEEDS_RESULT | NEEDS_STATE | NEEDS_POINTS | NEEDS_POINT_RATES,
+                     options_text(options, "state"), evaluate_state);
 }
+
+const struct command eval_command = {.name = "eval",
+                                     .run = run_eval,
+                                     .operands = "MODEL.lua",
+                                     .options = "output state set loops accelerations fold",
+                                     .tables = {scene_rules},
+                                     .output = "FILE",
+                                     .purpose = "all quantities of the equations at one state",
+                                     .help = "Prints one JSON object: M h Q, the rows u v phi psi k, points, "
+                                             "accelerations, programme force, energy.\n"
+                                             "Default of --state: the model's initial state.\n\n"
+                                             "  refdyn eval models/manipulator.lua --state state.json\n"};

@@ -1,18 +1,43 @@
-/*
- * `refdyn gen` and `refdyn check`: the C of a model into a folder, what a pass of the generator has made, and
- * what was read of a model. Take a scene that is read, give files or text on stdout.
- */
+/* `refdyn gen` and `refdyn check`: the C files of a model, with their rule of make, and its tree of links. */
+#include "runtime/tool/commands/generate/generate.h"
+#include "gen/read/read.h"
+#include "runtime/tool/support/format/format.h"
 #include "runtime/tool/support/command_line/command_line.h"
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/results/figures/figures.h"
-#include "runtime/tool/commands/generate/generate.h"
 #include "runtime/tool/support/system/system.h"
 #include "runtime/tool/results/view/view.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-/* All files are written before the first one gets its name; `depfile` (NULL: none) is the last of them. */
+/* ---- A rule of make for the emitted files ---- */
+
+/* A path in the syntax of make. */
+static void add_path(struct text *rule, const char *path) {
+    for (; *path; path++)
+        text_add(rule, *path == ' ' || *path == '#' ? "\\%c" : *path == '$' ? "$%c" : "%c", *path);
+}
+
+static const char *depfile_text(const struct generation *generation, const char *folder) {
+    struct text rule = {.memory = &program_memory};
+    const struct emitted_file *files = gen_files(generation);
+    const struct sources *sources = generation->model.sources;
+    for (int i = 0; i < gen_file_count(generation); i++) {
+        text_add(&rule, i ? " " : "");
+        add_path(&rule, text_format("%s/%s", folder, files[i].name));
+    }
+    text_add(&rule, ":");
+    for (int i = 0; i < sources->count; i++) {
+        text_add(&rule, " ");
+        add_path(&rule, sources->list[i].path);
+    }
+    text_add(&rule, "\n");
+    return rule.data;
+}
+
+/* All files are written before the first one gets its name; `depfile`, if it is not NULL, is the last of
+ * them. */
 static bool write_files(struct scene *scene, const char *folder, const char *depfile) {
     const struct emitted_file *files = gen_files(&scene->generation);
     const int emitted = gen_file_count(&scene->generation), count = emitted + (depfile != NULL);
@@ -35,26 +60,26 @@ static bool write_files(struct scene *scene, const char *folder, const char *dep
     return is_good;
 }
 
-/* Into the folder of -o, which is there. */
+/* Writes into the folder of -o, which exists. */
 static enum status emit_into_folder(struct scene *scene, const struct options *options) {
     struct generation *generation = &scene->generation;
-    const char *folder = options->output;
+    const char *folder = options_text(options, "output");
     const enum status status = scene_outcome(scene, options, gen_check_folder(generation, folder));
     if (status != STATUS_DONE)
         return status;
-    if (!write_files(scene, folder, options->depfile))
+    if (!write_files(scene, folder, options_text(options, "depfile")))
         return STATUS_FAULT;
     return scene_outcome(scene, options, gen_remove_stale_parts(generation, folder));
 }
 
 static enum status emit_scene(struct scene *scene, const struct options *options) {
     struct generation *generation = &scene->generation;
-    generation->has_lanes = options->for_lanes;
-    generation->has_casadi = options->for_casadi;
+    generation->has_lanes = options_has(options, "for-lanes");
+    generation->has_casadi = options_has(options, "for-casadi");
     scene_spare_sources(scene, &scene->targets);
-    if (!targets_make_folder(&scene->targets, options->output)) /* told before the work */
+    if (!targets_make_folder(&scene->targets, options_text(options, "output"))) /* reported before the work */
         return STATUS_FAULT;
-    enum status status = scene_outcome(scene, options, gen_plan(generation, options->emit));
+    enum status status = scene_outcome(scene, options, gen_plan(generation, options_text(options, "emit")));
     if (status == STATUS_DONE)
         status = emit_into_folder(scene, options);
     if (status == STATUS_DONE)
@@ -63,40 +88,44 @@ static enum status emit_scene(struct scene *scene, const struct options *options
 }
 
 static enum status explain_pass(struct scene *scene, const struct options *options) {
+    const char *explain = options_text(options, "explain"), *output = options_text(options, "output");
     struct generation *generation = &scene->generation;
-    const char *wrong = gen_wrong_pass(generation, options->explain);
+    const char *wrong = gen_wrong_pass(generation, explain);
     if (wrong)
         return usage_error(options->command, "--explain: %s", wrong);
-    if (options->output || options->depfile)
-        return usage_error(options->command, "--explain prints and writes no files, %s is too much",
-                           options->output ? "-o" : "--depfile");
-    return scene_outcome(scene, options, gen_explain(generation, options->emit, options->explain, stdout));
+    if (output || options_text(options, "depfile"))
+        return usage_error(options->command, "--explain prints and writes no files; leave out %s",
+                           output ? "-o" : "--depfile");
+    return scene_outcome(scene, options,
+                         gen_explain(generation, options_text(options, "emit"), explain, stdout));
 }
 
 static enum status generate(struct scene *scene, const struct options *options) {
-    const char *wrong = options->emit ? gen_wrong_emit(&scene->generation, options->emit) : NULL;
+    const char *emit = options_text(options, "emit");
+    const char *wrong = emit ? gen_wrong_emit(&scene->generation, emit) : NULL;
     if (wrong)
         return usage_error(options->command, "--emit: %s", wrong);
-    return options->explain ? explain_pass(scene, options) : emit_scene(scene, options);
+    return options_text(options, "explain") ? explain_pass(scene, options) : emit_scene(scene, options);
 }
 
-enum status run_gen(const struct options *options) {
+static enum status run_gen(const struct options *options) {
     return scene_run(options, 0, NULL, generate);
 }
 
-/* The picture of --draw. */
+/* Draws the picture of --draw. */
 static enum status draw_model(struct scene *scene, const struct options *options) {
-    const struct picture_format *format = picture_format_of(options->draw);
+    const char *draw = options_text(options, "draw");
+    const struct picture_format *format = picture_format_of(draw);
     char *svg;
     size_t size;
     if (!format)
-        return usage_error(options->command, "--draw: '%s' ends in none of .svg, .png, .pdf", options->draw);
+        return usage_error(options->command, "--draw: '%s' must end in .svg, .png or .pdf", draw);
     scene_spare_sources(scene, &scene->targets);
-    struct target *target = picture_can_write(format) ? target_open(&scene->targets, options->draw) : NULL;
+    struct target *target = picture_can_write(format) ? target_open(&scene->targets, draw) : NULL;
     if (!target)
         return STATUS_FAULT;
     FILE *out = text_stream(&svg, &size);
-    model_drawing_put(out, &scene->generation);
+    view_model_drawing_put(out, &scene->generation);
     fclose(out);
     const bool is_good = picture_write(format, svg, target->file) && target_finish(target);
     free(svg);
@@ -104,12 +133,65 @@ static enum status draw_model(struct scene *scene, const struct options *options
 }
 
 static enum status check(struct scene *scene, const struct options *options) {
-    const enum status status = options->draw ? draw_model(scene, options) : STATUS_DONE;
+    const enum status status = options_text(options, "draw") ? draw_model(scene, options) : STATUS_DONE;
     if (status == STATUS_DONE)
         gen_print_model(&scene->generation, stdout);
     return status;
 }
 
-enum status run_check(const struct options *options) {
+static enum status run_check(const struct options *options) {
     return scene_run(options, 0, NULL, check);
 }
+
+static const char *list_passes(const struct command *command) {
+    struct text text = {.memory = &program_memory};
+    (void)command;
+    for (int i = 0; gen_pass(i); i++)
+        text_add(&text, "%s%s", i ? " " : "", gen_pass(i));
+    return text.data;
+}
+
+static const struct option_rule gen_rules[] = {
+    {"for-casadi", NULL, OPTION_FLAG,
+     "also functions and their derivatives for CasADi: NAME_casadi.c, to be compiled alone into a "
+     "shared library",
+     NULL, NULL},
+    {"depfile", "FILE.d", OPTION_TEXT,
+     "write a rule for make: the emitted files depend on the model and all files that it requires", NULL,
+     NULL},
+    {"explain", "PASS", OPTION_TEXT,
+     "without -o: print the result of a pass: expand, roll, derive, sums or plan", NULL, list_passes},
+    {.name = NULL}};
+
+const struct command gen_command = {
+    .name = "gen",
+    .run = run_gen,
+    .operands = "MODEL.lua",
+    .options = "output! emit for-lanes for-casadi depfile explain set loops accelerations fold",
+    .tables = {gen_rules, scene_rules},
+    .replaces_needed = "explain",
+    .output = "DIR",
+    .purpose = "write the C code of a model",
+    .help = "Writes NAME.h and NAME.c, and further .c files if they are long, into the folder of -o. Prints "
+            "what was emitted.\n\n"
+            "  refdyn gen models/manipulator.lua -o out\n"
+            "  refdyn gen models/manipulator.lua --set n_rfe=8 --emit qdd -o out\n"
+            "  refdyn gen models/manipulator.lua --emit qdd_free,constrained --for-lanes -o out\n"
+            "  refdyn gen models/manipulator.lua --emit M --explain plan\n"};
+
+static const struct option_rule check_rules[] = {
+    {"draw", "FILE.svg", OPTION_TEXT,
+     "draw the tree of links, with rows and drives, as SVG, PNG or PDF by the suffix of FILE", NULL, NULL},
+    {.name = NULL}};
+
+const struct command check_command = {
+    .name = "check",
+    .run = run_check,
+    .operands = "MODEL.lua",
+    .options = "draw set fold",
+    .tables = {check_rules, scene_rules},
+    .output = "FILE",
+    .purpose = "read and check a model, and show it",
+    .help = "Prints the tree of links, the coordinates, constraints and parameters.\n\n"
+            "  refdyn check models/manipulator.lua --draw manipulator.svg\n"
+            "  refdyn check models/manipulator.lua --set n_rfe=1\n"};

@@ -1,8 +1,6 @@
-/*
- * `refdyn new NAME`: a model to begin from, and the settings by which the Lua language server of an editor
- * finds the definitions of the model language. Takes the model's name; gives NAME.lua and .luarc.json in the
- * current folder. The model's text is model.lua, with NAME for its name.
- */
+/* `refdyn new NAME`: a model to begin from, and settings with which the Lua language server of an editor
+ * finds the definitions of the model language. Writes NAME.lua and .luarc.json into the current folder. The
+ * text is model.lua with NAME as its name. */
 #include "runtime/tool/support/command_line/command_line.h"
 #include "gen/read/read.h"
 #include "runtime/tool/support/format/format.h"
@@ -18,16 +16,16 @@ extern const char new_model[];
 
 static const char placeholder[] = "NAME", editor_settings[] = ".luarc.json";
 
-/* What is wrong with the name of a model: that it is a path or a file, or what the generator says. NULL:
- * nothing. */
+/* What is wrong with the name of a model: it is a path or a file, or the generator refuses it. NULL if
+ * nothing is. */
 static const char *name_fault(const char *name) {
     struct messages messages = {.memory = &program_memory};
     const char *shown = message_safe_text(&program_memory, name, strlen(name));
     if (strchr(name, '/'))
-        return text_format("'%s' is a path, the model's name alone is taken: its file goes into this folder",
+        return text_format("'%s' is a path; give only the model's name, whose file goes into this folder",
                            shown);
     if (text_ends_with(name, ".lua"))
-        return text_format("'%s' is the name of a file, that of the model is taken, without .lua", shown);
+        return text_format("'%s' is the name of a file; give the name of the model, without .lua", shown);
     names_check_model(&messages, (struct named){.name = name, .place = {.file = ""}});
     return messages.count > 0 ? messages.list[0].text : NULL;
 }
@@ -38,12 +36,12 @@ static bool complain(const char *path, const char *what, const char *fact) {
     return false;
 }
 
-/* A file that is not there yet; NULL with errno where it cannot be made. */
+/* Creates a new file; NULL with errno if it exists or cannot be made. */
 static FILE *create(const char *path) {
     return fopen(path, "wx");
 }
 
-/* False, and the file is gone, when not all could be written. */
+/* Returns false and removes the file if not all could be written. */
 static bool finish(FILE *file, const char *path) {
     const bool is_good = !ferror(file);
     if (fclose(file) == 0 && is_good)
@@ -66,7 +64,7 @@ static bool write_model(const char *path, const char *name) {
     return finish(file, path);
 }
 
-/* The folder of refdyn.lua, beside the program as an installation and a build have it; NULL: not there. */
+/* The folder of refdyn.lua next to the program, in an installation or a build; NULL if there is none. */
 static const char *editor_folder(void) {
     char *program = realpath("/proc/self/exe", NULL);
     char *folder =
@@ -77,7 +75,7 @@ static const char *editor_folder(void) {
     return folder;
 }
 
-/* Such a file of the folder's other models stays. */
+/* The settings file of other models in this folder stays. */
 static bool write_editor_settings(void) {
     const char *folder = editor_folder();
     struct document document;
@@ -109,7 +107,7 @@ static bool write_editor_settings(void) {
     return true;
 }
 
-enum status run_new(const struct options *options) {
+static enum status run_new(const struct options *options) {
     const char *name = options->operands[0], *path = text_format("%s.lua", name), *fault = name_fault(name);
     if (fault)
         return usage_error(options->command, "%s", fault);
@@ -118,3 +116,17 @@ enum status run_new(const struct options *options) {
     printf("%s: a small arm with a flexible link, its comments say what to try\n", path);
     return write_editor_settings() ? STATUS_DONE : STATUS_FAULT;
 }
+
+const struct command new_command = {
+    .name = "new",
+    .run = run_new,
+    .operands = "NAME",
+    .options = "",
+    .purpose = "write a model to begin from",
+    .help = "Writes NAME.lua, a small arm with a flexible link, a programme, "
+            "an input and parameters, with comments that\n"
+            "suggest experiments. Also writes .luarc.json, from which "
+            "editors with the Lua language server know the model language.\n\n"
+            "  refdyn new arm\n"
+            "  refdyn check arm.lua\n",
+};

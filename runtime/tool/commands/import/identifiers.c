@@ -1,4 +1,4 @@
-/* Names of a URDF file as identifiers: see import.h. What C takes is asked of the generator. */
+/* Turns names of a URDF file into identifiers of Lua and C. The generator decides which names C allows. */
 #include "runtime/tool/commands/import/import.h"
 #include "gen/base/base.h"
 #include "gen/read/read.h"
@@ -25,7 +25,7 @@ static bool is_free(const char *name, bool is_of_model) {
     return messages.errors == 0;
 }
 
-/* Each character that is none of an identifier becomes _. */
+/* Replaces each character that an identifier cannot have by _. */
 static char *with_letters(const char *name) {
     char *made = allocate(LONGEST + 1, 1);
     for (int i = 0; *name && i < LONGEST; i++) {
@@ -40,7 +40,7 @@ static const char *made_of(const char *name, const char *lead, bool is_of_model)
     return is_free(made, is_of_model) ? made : text_format("%.20s_%.70s", lead, made);
 }
 
-const char **identifiers_make(const char *const *names, int count, const char *lead) {
+const char **import_identifiers_make(const char *const *names, int count, const char *lead) {
     const char **made = allocate((size_t)count + 1, sizeof *made);
     for (int i = 0; i < count; i++)
         if (is_free(names[i], false))
@@ -56,6 +56,6 @@ const char **identifiers_make(const char *const *names, int count, const char *l
     return made;
 }
 
-const char *identifiers_model(const char *name) {
+const char *import_identifiers_model(const char *name) {
     return made_of(name, "robot", true);
 }

@@ -1,7 +1,5 @@
-/*
- * `refdyn import`: a URDF file as a Lua model. Takes the file and which of its links are beams; gives the
- * model's text, and on stderr what was read and what was left out.
- */
+/* `refdyn import`: a URDF file as a Lua model. Reads the file and the options for beams; writes the model,
+ * and reports on stderr what was read and what was left out. */
 #include "gen/base/base.h"
 #include "runtime/tool/support/command_line/command_line.h"
 #include "runtime/tool/commands/import/import.h"
@@ -16,7 +14,7 @@ static const double pi = 3.14159265358979323846;
 
 /* ---- sections ---- */
 
-/* int y^2 dA and int z^2 dA as theory, sect. 3.2; the Lua functions of these names have the same. */
+/* int y^2 dA and int z^2 dA as in theory, sect. 3.2; the Lua functions of these names compute the same. */
 static void set_tube(struct beam_choice *beam, const double v[2]) {
     const double out = v[0] * v[0], in = v[1] * v[1];
     beam->area = pi / 4 * (out - in);
@@ -35,7 +33,7 @@ static const struct section {
     void (*set)(struct beam_choice *beam, const double v[2]);
 } sections[] = {{"round", 1, set_tube}, {"tube", 2, set_tube}, {"rectangle", 2, set_rectangle}};
 
-/* `count` numbers of a list, parted by `marks`. */
+/* Reads `count` numbers of a list, separated by `marks`. */
 static bool take_numbers(char *rest, const char *marks, double *out, int count) {
     for (int i = 0; i < count; i++) {
         const char *word = strsep(&rest, marks);
@@ -70,38 +68,43 @@ static enum status refuse_without_beam(const struct options *options) {
     const struct {
         const char *name;
         bool is_given;
-    } given[] = {{"section", options->section}, {"tip", options->tip}, {"E", options->E > 0},
-                 {"nu", options->nu},           {"eta", options->eta}, {"rho", options->rho > 0},
-                 {"rfe", options->rfe > 0}};
+    } given[] = {{"section", options_text(options, "section")}, {"tip", options_text(options, "tip")},
+                 {"E", options_number(options, "E") > 0},       {"nu", options_text(options, "nu")},
+                 {"eta", options_text(options, "eta")},         {"rho", options_number(options, "rho") > 0},
+                 {"rfe", options_number(options, "rfe") > 0}};
     for (size_t i = 0; i < sizeof given / sizeof *given; i++)
         if (given[i].is_given)
-            return usage_error(options->command, "--%s: it is of beams, --flexible LINK is missing",
+            return usage_error(options->command, "--%s: applies to beams only; add --flexible LINK",
                                given[i].name);
     return STATUS_DONE;
 }
 
 static enum status take_beam(const struct options *options, struct beam_choice *beam) {
+    const double E = options_number(options, "E");
+    const char *flexible = options_text(options, "flexible"), *section = options_text(options, "section"),
+               *nu = options_text(options, "nu"), *eta = options_text(options, "eta");
+    const double rfe = options_number(options, "rfe");
     double *tip = allocate(3, sizeof *tip);
-    *beam = (struct beam_choice){.E = options->E, .nu = 0.3, .rho = options->rho, .rfe = 4};
-    if (!options->flexible)
+    *beam = (struct beam_choice){.E = E, .nu = 0.3, .rho = options_number(options, "rho"), .rfe = 4};
+    if (!flexible)
         return refuse_without_beam(options);
-    if (!options->section || !(options->E > 0))
-        return usage_error(options->command, "--flexible: %s is missing",
-                           options->section ? "--E" : "--section");
-    if (!take_section(beam, options->section))
-        return option_error(options, "section",
-                            ": '%s' is none of round:DIAMETER, tube:OUTER:INNER, rectangle:WIDTH_Y:HEIGHT_Z",
-                            options->section);
-    if (options->nu && (!text_to_number(options->nu, &beam->nu) || !(beam->nu > -1 && beam->nu <= 0.5)))
-        return option_error(options, "nu", ": '%s' is no number above -1 and up to 0.5", options->nu);
-    if (options->eta && (!text_to_number(options->eta, &beam->eta) || beam->eta < 0))
-        return option_error(options, "eta", ": '%s' is no number from 0 on", options->eta);
-    if (options->tip && !take_numbers(text_format("%s", options->tip), ",", tip, 3))
-        return option_error(options, "tip", ": '%s' is not of the form x,y,z", options->tip);
-    if (options->tip && strchr(options->flexible, ','))
-        return option_error(options, "tip", ": it is that of one link, --flexible has several");
-    beam->rfe = options->rfe > 0 ? (int)options->rfe : beam->rfe;
-    beam->tip = options->tip ? tip : NULL;
+    if (!section || !(E > 0))
+        return usage_error(options->command, "--flexible: add %s", section ? "--E" : "--section");
+    if (!take_section(beam, section))
+        return option_error(
+            options, "section",
+            ": '%s' is not one of round:DIAMETER, tube:OUTER:INNER, rectangle:WIDTH_Y:HEIGHT_Z", section);
+    if (nu && (!text_to_number(nu, &beam->nu) || !(beam->nu > -1 && beam->nu <= 0.5)))
+        return option_error(options, "nu", ": '%s' must be a number above -1 and at most 0.5", nu);
+    if (eta && (!text_to_number(eta, &beam->eta) || beam->eta < 0))
+        return option_error(options, "eta", ": '%s' must be a number of at least 0", eta);
+    if (options_text(options, "tip") &&
+        !take_numbers(text_format("%s", options_text(options, "tip")), ",", tip, 3))
+        return option_error(options, "tip", ": '%s' is not of the form x,y,z", options_text(options, "tip"));
+    if (options_text(options, "tip") && strchr(flexible, ','))
+        return option_error(options, "tip", ": applies to one link; --flexible has several");
+    beam->rfe = rfe > 0 ? (int)rfe : beam->rfe;
+    beam->tip = options_text(options, "tip") ? tip : NULL;
     return STATUS_DONE;
 }
 
@@ -110,20 +113,20 @@ static bool complain_of_link(const struct robot *robot, const char *name) {
     for (int i = 0; i < robot->link_count; i++)
         known[i] = robot->links[i].name;
     const char *near = message_nearest_name(name, known, robot->link_count);
-    return robot_complain(robot, 0, "--flexible: there is no link '%s'%s%s%s", name,
-                          near ? ", the nearest is '" : "", near ? near : "", near ? "'" : "");
+    return import_robot_complain(robot, 0, "--flexible: there is no link '%s'%s%s%s", name,
+                                 near ? ", the nearest is '" : "", near ? near : "", near ? "'" : "");
 }
 
 static bool make_beams(const struct robot *robot, const struct options *options,
                        struct model_choice *choice) {
-    const char **names = options_list(options->flexible);
+    const char **names = options_list(options_text(options, "flexible"));
     struct flexible *flexible = allocate((size_t)robot->link_count, sizeof *flexible);
     for (choice->flexible_count = 0; names[choice->flexible_count]; choice->flexible_count++) {
         const char *name = names[choice->flexible_count];
-        const int link = robot_find_link(robot, name);
+        const int link = import_robot_find_link(robot, name);
         if (link < 0)
             return complain_of_link(robot, name);
-        if (!flexible_make(robot, link, choice->beam, &flexible[choice->flexible_count]))
+        if (!import_flexible_make(robot, link, choice->beam, &flexible[choice->flexible_count]))
             return false;
     }
     choice->flexible = flexible;
@@ -134,23 +137,24 @@ static bool make_beams(const struct robot *robot, const struct options *options,
 
 static void warn_of_joint(const struct robot *robot, const struct robot_joint *joint,
                           const struct model_choice *choice) {
-    const bool is_single = joint_is_single(joint);
+    const bool is_single = import_joint_is_single(joint);
     if (joint->friction > 0 && (choice->friction_width == 0 || !is_single))
-        robot_warn(robot, joint->line, "joint %s: friction %g is left out%s", joint->name, joint->friction,
-                   is_single ? ", --friction-width RATE takes it" : "");
+        import_robot_warn(robot, joint->line, "joint %s: friction %g is left out%s", joint->name,
+                          joint->friction, is_single ? "; --friction-width RATE includes it" : "");
     const struct joint_limits *limits = &joint->limits;
     const bool is_limited = limits->has_range || limits->has_rate || limits->has_force;
     if (is_limited && !is_single && joint->kind != JOINT_FIXED)
-        robot_warn(robot, joint->line, "joint %s: limits of several coordinates are left out", joint->name);
+        import_robot_warn(robot, joint->line, "joint %s: limits of several coordinates are left out",
+                          joint->name);
     if (choice->has_drives && !is_single && joint->kind != JOINT_FIXED)
-        robot_warn(robot, joint->line, "joint %s: it has several coordinates, which get no inputs",
-                   joint->name);
+        import_robot_warn(robot, joint->line, "joint %s: it has several coordinates, which get no inputs",
+                          joint->name);
     if (joint->damping > 0 && !is_single && joint->kind != JOINT_FIXED)
-        robot_warn(robot, joint->line, "joint %s: damping %g of several coordinates is left out", joint->name,
-                   joint->damping);
+        import_robot_warn(robot, joint->line, "joint %s: damping %g of several coordinates is left out",
+                          joint->name, joint->damping);
 }
 
-/* (link_count) has the link, or what it carries, mass? */
+/* (link_count) whether the link, or what it carries, has mass */
 static bool *find_loaded(const struct robot *robot) {
     bool *is_loaded = allocate((size_t)robot->link_count, sizeof *is_loaded);
     for (int k = robot->link_count - 1; k >= 0; k--) {
@@ -162,8 +166,8 @@ static bool *find_loaded(const struct robot *robot) {
     return is_loaded;
 }
 
-/* A joint that moves no mass has no acceleration: lidars and wheels without <inertial> are such. The first
- * one of those that carry each other is told. */
+/* A joint that moves no mass has no acceleration: lidars and wheels without <inertial> are examples. Of
+ * nested ones the first is reported. */
 static void warn_of_massless(const struct robot *robot) {
     const bool *is_loaded = find_loaded(robot);
     bool *is_told = allocate((size_t)robot->link_count, sizeof *is_told);
@@ -173,9 +177,10 @@ static void warn_of_massless(const struct robot *robot) {
             continue;
         const struct robot_joint *joint = &robot->joints[robot->links[i].joint];
         if (joint->kind != JOINT_FIXED && !is_told[joint->parent])
-            robot_warn(robot, joint->line,
-                       "joint %s: nothing that it moves has mass, a motion needs one, or a fixed joint",
-                       joint->name);
+            import_robot_warn(
+                robot, joint->line,
+                "joint %s: nothing that it moves has mass, a motion needs one, or a fixed joint",
+                joint->name);
         is_told[i] = is_told[joint->parent] || joint->kind != JOINT_FIXED;
     }
 }
@@ -184,26 +189,26 @@ static void mend_inertias(struct robot *robot) {
     for (int i = 0; i < robot->link_count; i++) {
         struct robot_link *link = &robot->links[i];
         const double *I = link->inertia, was[6] = {I[0], I[1], I[2], I[3], I[4], I[5]};
-        if (!inertia_mend(link->inertia))
+        if (!import_inertia_mend(link->inertia))
             continue;
-        tidy(link->inertia, 6, I[0] + I[1] + I[2]);
-        robot_warn(robot, link->line,
-                   "link %s: no body has the moments %g %g %g with the products %g %g %g, the nearest "
-                   "that one has are "
-                   "taken: %g %g %g with %g %g %g",
-                   link->name, was[0], was[1], was[2], was[3], was[4], was[5], I[0], I[1], I[2], I[3], I[4],
-                   I[5]);
+        import_tidy(link->inertia, 6, I[0] + I[1] + I[2]);
+        import_robot_warn(robot, link->line,
+                          "link %s: no body has the moments %g %g %g with the products %g %g %g, the nearest "
+                          "that one has are "
+                          "taken: %g %g %g with %g %g %g",
+                          link->name, was[0], was[1], was[2], was[3], was[4], was[5], I[0], I[1], I[2], I[3],
+                          I[4], I[5]);
     }
 }
 
 static const double right_angles_most = 0.01; /* [rad] */
 
-/* Of frames as they are read: how many are nearly right angles, and how far from these. */
+/* Frames as they are read: how many are nearly at right angles, and by how much they miss them. */
 struct nearly_right {
-    double within;  /* angles that are as near become right ones */
+    double within;  /* angles within this of a right angle become exact */
     int set;        /* how many of them there were */
     double changed; /* by how much at most */
-    int count;      /* of those that are nearly right, and stay as they are */
+    int count;      /* of those that are nearly right and stay */
     double farthest;
 };
 
@@ -225,7 +230,7 @@ static void set_right(struct nearly_right *angles, double rpy[3]) {
     }
 }
 
-/* Frames at exactly right angles make for less to compute. */
+/* Frames at exactly right angles need less computation. */
 static void set_right_angles(struct robot *robot, double within) {
     struct nearly_right angles = {.within = within};
     for (int i = 0; i < robot->joint_count; i++)
@@ -250,7 +255,7 @@ static void print_beam(const struct robot *robot, const struct flexible *beam) {
             "it at "
             "%.6g m\n",
             link->name, beam->length, link->mass - beam->rest.mass, link->mass, beam->rho, beam->rest.mass,
-            flexible_along(beam, beam->rest.center));
+            import_flexible_along(beam, beam->rest.center));
 }
 
 /* ---- the command ---- */
@@ -265,13 +270,13 @@ static int count_coordinates(const struct robot *robot, const struct model_choic
 }
 
 static bool read_robot(struct robot *robot, const struct options *options, struct model_choice *choice) {
-    if (!robot_read(robot, options->operands[0]) || !robot_make_tree(robot))
+    if (!import_robot_read(robot, options->operands[0]) || !import_robot_make_tree(robot))
         return false;
-    if (count_coordinates(robot, choice) == 0 && !options->flexible)
-        return robot_complain(robot, robot->line,
-                              "robot: no joint of it moves, one is needed, or --floating for the root");
+    if (count_coordinates(robot, choice) == 0 && !options_text(options, "flexible"))
+        return import_robot_complain(robot, robot->line,
+                                     "robot: no joint moves; add one, or give --floating for the root");
     mend_inertias(robot);
-    set_right_angles(robot, options->right_angles);
+    set_right_angles(robot, options_number(options, "right-angles"));
     for (int i = 0; i < robot->joint_count; i++)
         warn_of_joint(robot, &robot->joints[i], choice);
     if (!make_beams(robot, options, choice))
@@ -288,7 +293,7 @@ static const char *counted(int count, const char *what) {
 static int count_inputs(const struct robot *robot, const struct model_choice *choice) {
     int count = 0;
     for (int i = 0; i < robot->joint_count && choice->has_drives; i++)
-        count += joint_is_driven(&robot->joints[i]);
+        count += import_joint_is_driven(&robot->joints[i]);
     return count;
 }
 
@@ -301,31 +306,70 @@ static void print_summary(const struct robot *robot, const struct model_choice *
             choice->has_drives ? counted(count_inputs(robot, choice), "input") : "");
 }
 
-enum status run_import(const struct options *options) {
+static enum status run_import(const struct options *options) {
+    const double right_angles = options_number(options, "right-angles");
     struct robot robot;
     struct beam_choice beam;
     struct targets targets = {.first = NULL};
     const char *path = options->operands[0], *slash = strrchr(path, '/');
     struct model_choice choice = {.source = slash ? slash + 1 : path,
-                                  .is_floating = options->floating,
-                                  .has_drives = options->drives,
-                                  .friction_width = options->friction_width,
+                                  .is_floating = options_has(options, "floating"),
+                                  .has_drives = options_has(options, "drives"),
+                                  .friction_width = options_number(options, "friction-width"),
                                   .beam = &beam};
-    if (options->right_angles > right_angles_most)
+    if (right_angles > right_angles_most)
         return option_error(options, "right-angles",
-                            ": %g rad is no rounding of an angle, at most %g are taken",
-                            options->right_angles, right_angles_most);
+                            ": %g rad is larger than any rounding of an angle; must be at most %g",
+                            right_angles, right_angles_most);
     const enum status status = take_beam(options, &beam);
     if (status != STATUS_DONE)
         return status;
     targets_spare(&targets, path);
-    struct target *target = target_open(&targets, options->output);
+    struct target *target = target_open(&targets, options_text(options, "output"));
     bool is_good = target && read_robot(&robot, options, &choice);
     if (is_good) {
         print_summary(&robot, &choice);
-        write_model(&robot, &choice, target->file);
+        import_write_model(&robot, &choice, target->file);
         is_good = target_finish(target);
     }
     targets_release(&targets);
     return is_good ? STATUS_DONE : STATUS_FAULT;
 }
+
+static const struct option_rule import_rules[] = {
+    {"flexible", "a,b", OPTION_LIST, "links that become beams, from their origin to --tip", NULL, NULL},
+    {"section", "SHAPE", OPTION_TEXT,
+     "their section: round:DIAMETER, tube:OUTER:INNER or rectangle:WIDTH_Y:HEIGHT_Z [m]", NULL, NULL},
+    {"tip", "x,y,z", OPTION_TEXT,
+     "their tip in the link's frame [m] (default: the origin of the joints that the link carries)", NULL,
+     NULL},
+    {"E", "E", OPTION_POSITIVE, "Young's modulus [Pa]", NULL, NULL},
+    {"nu", "NU", OPTION_TEXT, "Poisson's ratio (default 0.3)", NULL, NULL},
+    {"eta", "ETA", OPTION_TEXT, "damping over stiffness (default 0) [s]", NULL, NULL},
+    {"rho", "RHO", OPTION_POSITIVE,
+     "density [kg/m^3] (default: from the largest mass that leaves a possible body of the link)", NULL, NULL},
+    {"rfe", "N", OPTION_COUNT, "rigid finite elements of a beam (default 4)", NULL, NULL},
+    {"friction-width", "RATE", OPTION_POSITIVE,
+     "include dry friction, smooth over this rate [rad/s, m/s] (default: left out)", NULL, NULL},
+    {"right-angles", "TOL", OPTION_POSITIVE,
+     "make angles of frames exact that are this close to right angles [rad]", NULL, NULL},
+    {"drives", NULL, OPTION_FLAG,
+     "each joint has an input, limited to the joint's effort (default: nothing drives the joints)", NULL,
+     NULL},
+    {"floating", NULL, OPTION_FLAG, "the root moves freely (default: it is fixed to the ground)", NULL, NULL},
+    {.name = NULL}};
+
+const struct command import_command = {
+    .name = "import",
+    .run = run_import,
+    .operands = "FILE.urdf",
+    .options = "output flexible section tip E nu eta rho rfe friction-width right-angles drives floating",
+    .tables = {import_rules},
+    .output = "MODEL.lua",
+    .purpose = "write a robot's URDF file as a Lua model",
+    .help =
+        "Links, joints and inertias; stderr reports what is left out. Links of --flexible become beams. "
+        "Together with a rest\n"
+        "that is fixed to it, each beam keeps the link's mass, centre and inertia.\n\n"
+        "  refdyn import robot.urdf -o robot.lua\n"
+        "  refdyn import robot.urdf --flexible forearm --section tube:0.08:0.076 --E 7e10 -o robot.lua\n"};

@@ -1,20 +1,55 @@
 /*
- * Elements of a URDF file to a robot: see import.h. What they may hold besides is told of by robot_rest.c,
- * whose table names what is taken here.
+ * Reads the elements of a URDF file into a struct robot. robot_rest.c reports other elements; its table names
+ * those that are read here.
  */
 #include "runtime/tool/commands/import/import.h"
+#include "runtime/tool/support/format/format.h"
 #include "gen/base/base.h"
 #include "runtime/tool/support/xml/xml.h"
-#include "runtime/tool/support/format/format.h"
 
 #include <math.h>
+#include <stdarg.h>
 #include <string.h>
+
+/* ---- Messages, entries by name ---- */
+
+bool import_robot_complain(const struct robot *robot, int line, const char *format, ...) {
+    va_list list;
+    va_start(list, format);
+    complain_line(robot->path, line, text_vformat(format, list));
+    va_end(list);
+    return false;
+}
+
+bool import_joint_is_single(const struct robot_joint *joint) {
+    return joint->kind == JOINT_REVOLUTE || joint->kind == JOINT_CONTINUOUS || joint->kind == JOINT_PRISMATIC;
+}
+
+bool import_joint_is_driven(const struct robot_joint *joint) {
+    return import_joint_is_single(joint) && joint->leader < 0;
+}
+
+int import_robot_find_link(const struct robot *robot, const char *name) {
+    for (int i = 0; i < robot->link_count; i++)
+        if (strcmp(robot->links[i].name, name) == 0)
+            return i;
+    return -1;
+}
+
+int import_robot_find_joint(const struct robot *robot, const char *name) {
+    for (int i = 0; i < robot->joint_count; i++)
+        if (strcmp(robot->joints[i].name, name) == 0)
+            return i;
+    return -1;
+}
+
+/* ---- Reading ---- */
 
 enum { COUNT_MOST = 10000 };
 
 static const char xacro_advice[] = "run `xacro FILE > FILE.urdf` first";
 
-/* One element, and in which words messages call what it belongs to. */
+/* An element, and the words by which messages call its owner. */
 struct part {
     const struct robot *robot;
     const struct xml_element *element;
@@ -23,7 +58,7 @@ struct part {
 
 /* ---- attributes ---- */
 
-/* `count` numbers parted by blanks; out stays as it is where the attribute is left out. */
+/* Reads `count` numbers separated by blanks; `out` stays if the attribute is missing. */
 static bool take_numbers(const struct part *part, const char *name, double *out, int count) {
     const char *given = xml_attribute(part->element, name);
     const char *where = text_format("%s: <%s>: %s", part->owner, part->element->name, name);
@@ -32,24 +67,26 @@ static bool take_numbers(const struct part *part, const char *name, double *out,
         return true;
     char *rest = text_format("%s", given), *word;
     int found = 0;
-    static const double largest = 1e100; /* products of what is read stay finite */
+    static const double largest = 1e100; /* so that products of the numbers stay finite */
     while ((word = strtok_r(rest, " \t\r\n", &rest))) {
         double number;
         if (strstr(given, "${"))
-            return robot_complain(part->robot, line, "%s: '%s' is of xacro, %s", where, given, xacro_advice);
+            return import_robot_complain(part->robot, line, "%s: '%s' is of xacro, %s", where, given,
+                                         xacro_advice);
         if (!text_to_number(word, &number) || fabs(number) > largest)
-            return robot_complain(part->robot, line, "%s: '%s' is no number up to 1e100", where, word);
+            return import_robot_complain(part->robot, line, "%s: '%s' is not a number up to 1e100", where,
+                                         word);
         if (found++ < count)
             out[found - 1] = number;
     }
-    return found == count || robot_complain(part->robot, line, "%s: '%s' has %d numbers, %d %s needed", where,
-                                            given, found, count, count == 1 ? "is" : "are");
+    return found == count || import_robot_complain(part->robot, line, "%s: '%s' has %d numbers, %d %s needed",
+                                                   where, given, found, count, count == 1 ? "is" : "are");
 }
 
 static bool need_attribute(const struct part *part, const char *name) {
     return xml_attribute(part->element, name) ||
-           robot_complain(part->robot, part->element->line, "%s: <%s> has no %s, which is needed",
-                          part->owner, part->element->name, name);
+           import_robot_complain(part->robot, part->element->line, "%s: <%s> has no %s; add it", part->owner,
+                                 part->element->name, name);
 }
 
 static bool take_number(const struct part *part, const char *name, double *out) {
@@ -62,25 +99,25 @@ static bool need_number(const struct part *part, const char *name, double *out) 
 
 static bool need_not_negative(const struct part *part, const char *name, double value) {
     return value >= 0 ||
-           robot_complain(part->robot, part->element->line, "%s: <%s>: %s is %g, at least 0 is needed",
-                          part->owner, part->element->name, name, value);
+           import_robot_complain(part->robot, part->element->line, "%s: <%s>: %s is %g; must be at least 0",
+                                 part->owner, part->element->name, name, value);
 }
 
-/* The child of that name into `child`, whose element is NULL where there is none. */
+/* Finds the child of that name; its element is NULL if there is none. */
 static bool take_child(const struct part *part, const char *name, struct part *child) {
     *child = (struct part){part->robot, xml_child(part->element, name), part->owner};
     for (const struct xml_element *at = child->element ? child->element->next : NULL; at; at = at->next)
         if (strcmp(at->name, name) == 0)
-            return robot_complain(part->robot, at->line, "%s: a second <%s>, the first is in line %d",
-                                  part->owner, name, child->element->line);
+            return import_robot_complain(part->robot, at->line, "%s: a second <%s>, the first is in line %d",
+                                         part->owner, name, child->element->line);
     return true;
 }
 
 static bool need_child(const struct part *part, const char *name, struct part *child) {
     return take_child(part, name, child) &&
            (child->element ||
-            robot_complain(part->robot, part->element->line, "%s: <%s> has no <%s>, which is needed",
-                           part->owner, part->element->name, name));
+            import_robot_complain(part->robot, part->element->line, "%s: <%s> has no <%s>; add it",
+                                  part->owner, part->element->name, name));
 }
 
 static bool take_pose(const struct part *part, struct pose *pose) {
@@ -110,8 +147,8 @@ static bool take_mass(const struct part *inertial, struct robot_link *link) {
     const double *I = link->inertia;
     link->has_mass = link->mass > 0;
     if (!link->has_mass && (I[0] != 0 || I[1] != 0 || I[2] != 0))
-        robot_warn(inertial->robot, mass.element->line, "%s: an inertia without mass is left out",
-                   inertial->owner);
+        import_robot_warn(inertial->robot, mass.element->line, "%s: an inertia without mass is left out",
+                          inertial->owner);
     return true;
 }
 
@@ -122,13 +159,13 @@ static bool take_link(struct robot *robot, const struct xml_element *element) {
         return false;
     *link = (struct robot_link){.name = xml_attribute(element, "name"), .line = element->line};
     part.owner = text_format("link %s", link->name);
-    const int same = robot_find_link(robot, link->name);
+    const int same = import_robot_find_link(robot, link->name);
     if (!*link->name)
-        return robot_complain(robot, element->line, "link: its name is empty, each needs one");
+        return import_robot_complain(robot, element->line, "link: its name is empty, each needs one");
     if (same >= 0)
-        return robot_complain(robot, element->line,
-                              "%s: the name is taken by line %d, each link needs its own", part.owner,
-                              robot->links[same].line);
+        return import_robot_complain(robot, element->line,
+                                     "%s: line %d has the same name; each link must have its own", part.owner,
+                                     robot->links[same].line);
     robot->link_count++;
     if (!take_child(&part, "inertial", &inertial))
         return false;
@@ -146,11 +183,11 @@ static bool take_kind(const struct part *part, enum joint_kind *kind) {
     const char *given = xml_attribute(part->element, "type");
     const int place = text_index(given, kind_names, sizeof kind_names / sizeof *kind_names - 1);
     *kind = (enum joint_kind)place;
-    return place >= 0 ||
-           robot_complain(part->robot, part->element->line,
-                          "%s: type '%s' is none of fixed, revolute, continuous, prismatic, planar, "
-                          "floating",
-                          part->owner, given);
+    return place >= 0 || import_robot_complain(
+                             part->robot, part->element->line,
+                             "%s: type '%s' is not one of fixed, revolute, continuous, prismatic, planar, "
+                             "floating",
+                             part->owner, given);
 }
 
 static bool complain_of_link(const struct part *part, const char *name) {
@@ -159,9 +196,9 @@ static bool complain_of_link(const struct part *part, const char *name) {
     for (int i = 0; i < robot->link_count; i++)
         known[i] = robot->links[i].name;
     const char *near = message_nearest_name(name, known, robot->link_count);
-    return robot_complain(robot, part->element->line, "%s: <%s>: there is no link '%s'%s%s%s", part->owner,
-                          part->element->name, name, near ? ", the nearest is '" : "", near ? near : "",
-                          near ? "'" : "");
+    return import_robot_complain(robot, part->element->line, "%s: <%s>: there is no link '%s'%s%s%s",
+                                 part->owner, part->element->name, name, near ? ", the nearest is '" : "",
+                                 near ? near : "", near ? "'" : "");
 }
 
 static bool take_end(const struct part *part, const char *name, int *link) {
@@ -169,7 +206,7 @@ static bool take_end(const struct part *part, const char *name, int *link) {
     if (!need_child(part, name, &end) || !need_attribute(&end, "link"))
         return false;
     const char *given = xml_attribute(end.element, "link");
-    *link = robot_find_link(part->robot, given);
+    *link = import_robot_find_link(part->robot, given);
     return *link >= 0 || complain_of_link(&end, given);
 }
 
@@ -179,15 +216,15 @@ static bool has_axis(enum joint_kind kind) {
 
 static bool take_axis(const struct part *part, struct robot_joint *joint) {
     struct part axis;
-    joint->axis[0] = 1; /* what the format takes where none is given */
+    joint->axis[0] = 1; /* default of the format */
     if (!has_axis(joint->kind) || !take_child(part, "axis", &axis))
         return !has_axis(joint->kind);
     if (axis.element && !take_numbers(&axis, "xyz", joint->axis, 3))
         return false;
     const double length = hypot(hypot(joint->axis[0], joint->axis[1]), joint->axis[2]);
     return (length > 1e-100 && length < 1e100) ||
-           robot_complain(part->robot, axis.element->line,
-                          "%s: <axis>: xyz has length %g, a direction is needed", part->owner, length);
+           import_robot_complain(part->robot, axis.element->line,
+                                 "%s: <axis>: xyz has length %g; must be a direction", part->owner, length);
 }
 
 static bool take_dynamics(const struct part *part, struct robot_joint *joint) {
@@ -200,7 +237,7 @@ static bool take_dynamics(const struct part *part, struct robot_joint *joint) {
                                  need_not_negative(&dynamics, "friction", joint->friction));
 }
 
-/* A turn without end has no range. An effort or a rate of 0 stands for one that nobody knows. */
+/* A continuous joint has no range. An effort or a rate of 0 means that it is unknown. */
 static bool take_limits(const struct part *part, struct robot_joint *joint) {
     struct part limit;
     struct joint_limits *limits = &joint->limits;
@@ -216,19 +253,19 @@ static bool take_limits(const struct part *part, struct robot_joint *joint) {
     limits->has_range = joint->kind != JOINT_CONTINUOUS &&
                         (xml_attribute(limit.element, "lower") || xml_attribute(limit.element, "upper"));
     if (limits->has_range && limits->from == limits->to) {
-        robot_warn(part->robot, limit.element->line,
-                   "%s: <limit>: lower and upper are both %g, the range is left out", part->owner,
-                   limits->from);
+        import_robot_warn(part->robot, limit.element->line,
+                          "%s: <limit>: lower and upper are both %g, the range is left out", part->owner,
+                          limits->from);
         limits->has_range = false;
     }
     limits->has_rate = limits->rate > 0;
     limits->has_force = limits->force > 0;
     return limits->from <= limits->to ||
-           robot_complain(part->robot, limit.element->line, "%s: <limit>: lower %g is above upper %g",
-                          part->owner, limits->from, limits->to);
+           import_robot_complain(part->robot, limit.element->line, "%s: <limit>: lower %g is above upper %g",
+                                 part->owner, limits->from, limits->to);
 }
 
-/* <origin> and <axis> are the child's frame. */
+/* <origin> and <axis> define the child's frame. */
 static bool take_joint(struct robot *robot, const struct xml_element *element) {
     struct robot_joint *joint = &robot->joints[robot->joint_count];
     struct part part = {robot, element, "joint"};
@@ -237,28 +274,28 @@ static bool take_joint(struct robot *robot, const struct xml_element *element) {
     *joint =
         (struct robot_joint){.name = xml_attribute(element, "name"), .line = element->line, .leader = -1};
     part.owner = text_format("joint %s", joint->name);
-    const int same = robot_find_joint(robot, joint->name);
+    const int same = import_robot_find_joint(robot, joint->name);
     if (same >= 0)
-        return robot_complain(robot, element->line,
-                              "%s: the name is taken by line %d, each joint needs its own", part.owner,
-                              robot->joints[same].line);
+        return import_robot_complain(robot, element->line,
+                                     "%s: line %d has the same name; each joint must have its own",
+                                     part.owner, robot->joints[same].line);
     robot->joint_count++;
     return take_kind(&part, &joint->kind) && take_end(&part, "parent", &joint->parent) &&
            take_end(&part, "child", &joint->child) && take_pose(&part, &joint->pose) &&
            take_axis(&part, joint) && take_dynamics(&part, joint) && take_limits(&part, joint);
 }
 
-/* ---- what names other joints: rows between them, rotors ---- */
+/* ---- Elements that name other joints: rows between them, rotors ---- */
 
 static bool find_single(const struct part *part, const char *name, int *found) {
-    *found = robot_find_joint(part->robot, name);
+    *found = import_robot_find_joint(part->robot, name);
     if (*found < 0)
-        return robot_complain(part->robot, part->element->line, "%s: <%s>: there is no joint '%s'",
-                              part->owner, part->element->name, name);
-    return joint_is_single(&part->robot->joints[*found]) ||
-           robot_complain(part->robot, part->element->line,
-                          "%s: <%s>: joint %s is %s, one with one coordinate is needed", part->owner,
-                          part->element->name, name, kind_names[part->robot->joints[*found].kind]);
+        return import_robot_complain(part->robot, part->element->line, "%s: <%s>: there is no joint '%s'",
+                                     part->owner, part->element->name, name);
+    return import_joint_is_single(&part->robot->joints[*found]) ||
+           import_robot_complain(part->robot, part->element->line,
+                                 "%s: <%s>: joint %s is %s; must have one coordinate", part->owner,
+                                 part->element->name, name, kind_names[part->robot->joints[*found].kind]);
 }
 
 static bool take_mimic(struct robot *robot, struct robot_joint *joint, const struct xml_element *element) {
@@ -268,14 +305,14 @@ static bool take_mimic(struct robot *robot, struct robot_joint *joint, const str
         return !mimic.element;
     joint->multiplier = 1;
     if (joint->kind == JOINT_FIXED) {
-        robot_warn(robot, mimic.element->line, "%s: <mimic>: it is fixed, which follows nobody: left out",
-                   part.owner);
+        import_robot_warn(robot, mimic.element->line,
+                          "%s: <mimic>: it is fixed, which follows nobody: left out", part.owner);
         return true;
     }
-    if (!joint_is_single(joint))
-        return robot_complain(robot, mimic.element->line,
-                              "%s: <mimic>: it is %s, one with one coordinate is needed", part.owner,
-                              kind_names[joint->kind]);
+    if (!import_joint_is_single(joint))
+        return import_robot_complain(robot, mimic.element->line,
+                                     "%s: <mimic>: it is %s; must have one coordinate", part.owner,
+                                     kind_names[joint->kind]);
     if (!need_attribute(&mimic, "joint") ||
         !find_single(&mimic, xml_attribute(mimic.element, "joint"), &joint->leader) ||
         !take_number(&mimic, "multiplier", &joint->multiplier) ||
@@ -284,10 +321,10 @@ static bool take_mimic(struct robot *robot, struct robot_joint *joint, const str
     int leader = joint->leader;
     for (int i = 0; i < robot->joint_count && leader >= 0 && &robot->joints[leader] != joint; i++)
         leader = robot->joints[leader].leader;
-    return leader < 0 || robot_complain(robot, mimic.element->line,
-                                        "%s: <mimic>: it follows itself, a leader that does "
-                                        "not is needed",
-                                        part.owner);
+    return leader < 0 || import_robot_complain(robot, mimic.element->line,
+                                               "%s: <mimic>: it follows itself, a leader that does "
+                                               "not is needed",
+                                               part.owner);
 }
 
 static bool take_drake_number(const struct part *actuator, const char *name, double *value) {
@@ -318,7 +355,8 @@ static bool take_rotor(struct robot *robot, const struct xml_element *element) {
         return false;
     struct robot_joint *joint = &robot->joints[place];
     if (joint->rotor_inertia > 0)
-        return robot_complain(robot, element->line, "joint %s: a second rotor, one is taken", joint->name);
+        return import_robot_complain(robot, element->line, "joint %s: a second rotor; a joint has one",
+                                     joint->name);
     joint->rotor_inertia = inertia;
     joint->gear = gear;
     return true;
@@ -331,7 +369,7 @@ static bool take_each(struct robot *robot, const struct xml_element *root, const
     for (const struct xml_element *at = root->first; at; at = at->next)
         if (strcmp(at->name, name) == 0 && (++*count > COUNT_MOST || !take(robot, at)))
             return *count > COUNT_MOST &&
-                   robot_complain(robot, at->line, "robot: more than %d <%s>", COUNT_MOST, name);
+                   import_robot_complain(robot, at->line, "robot: more than %d <%s>", COUNT_MOST, name);
     return true;
 }
 
@@ -346,22 +384,23 @@ static bool take_mimics(struct robot *robot, const struct xml_element *root) {
 static bool refuse_macros(const struct robot *robot, const struct xml_element *root) {
     for (const struct xml_element *at = root; at; at = xml_next(at, root))
         if (strncmp(at->name, "xacro:", strlen("xacro:")) == 0)
-            return robot_complain(robot, at->line, "xacro: <%s> is a macro, %s", at->name, xacro_advice);
+            return import_robot_complain(robot, at->line, "xacro: <%s> is a macro, %s", at->name,
+                                         xacro_advice);
     return true;
 }
 
-bool robot_read(struct robot *robot, const char *path) {
+bool import_robot_read(struct robot *robot, const char *path) {
     *robot = (struct robot){.path = path};
     if (text_ends_with(path, ".xacro"))
-        return robot_complain(robot, 0, "xacro: a file of macros, %s", xacro_advice);
+        return import_robot_complain(robot, 0, "xacro: a file of macros, %s", xacro_advice);
     const struct xml_element *root = xml_read(path);
     if (!root)
         return false;
     int links = 0, joints = 0, transmissions = 0;
     robot->line = root->line;
     if (strcmp(root->name, "robot") != 0)
-        return robot_complain(robot, root->line, "robot: the outermost element is <%s>, <robot> is needed",
-                              root->name);
+        return import_robot_complain(robot, root->line,
+                                     "robot: the outermost element is <%s>; must be <robot>", root->name);
     if (!refuse_macros(robot, root))
         return false;
     const struct part part = {robot, root, "robot"};
@@ -375,7 +414,7 @@ bool robot_read(struct robot *robot, const char *path) {
         !take_each(robot, root, "transmission", &transmissions, take_rotor))
         return false;
     if (links == 0)
-        return robot_complain(robot, root->line, "robot: it has no <link>, at least one is needed");
-    robot_warn_of_rest(robot, root);
+        return import_robot_complain(robot, root->line, "robot: it has no <link>; add at least one");
+    import_robot_warn_of_rest(robot, root);
     return true;
 }

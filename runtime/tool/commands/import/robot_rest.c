@@ -1,15 +1,22 @@
-/*
- * What a URDF file has and a model does not take: one warning for each kind of element or attribute, with the
- * line of the first one and their number. See import.h.
- */
+/* Warns of elements and attributes of a URDF file that a model does not have: one warning for each kind, with
+ * the line of the first one and their number. */
 #include "runtime/tool/commands/import/import.h"
 #include "gen/base/base.h"
 #include "runtime/tool/support/xml/xml.h"
 #include "runtime/tool/support/format/format.h"
 
 #include <string.h>
+#include <stdio.h>
+#include <stdarg.h>
 
-/* What robot_read.c takes: elements, by what they lie in, and their attributes. */
+void import_robot_warn(const struct robot *robot, int line, const char *format, ...) {
+    va_list list;
+    va_start(list, format);
+    complain_line(robot->path, line, text_format("warning: %s", text_vformat(format, list)));
+    va_end(list);
+}
+
+/* What robot_read.c reads: elements by their parents, and their attributes. */
 static const struct taken {
     const char *element, *children, *attributes;
 } taken[] = {
@@ -56,7 +63,7 @@ struct kind {
 
 struct rest {
     struct kind kinds[KINDS_MOST];
-    int count, more; /* kinds; what is of no kind of these */
+    int count, more; /* known kinds, and the number of all others */
 };
 
 static bool is_word_of(const char *name, const char *list) {
@@ -109,7 +116,7 @@ static void count_attributes(struct rest *rest, const struct xml_element *elemen
     }
 }
 
-/* What is left out is not looked into. */
+/* The contents of an unknown element are not examined. */
 static void count_in(struct rest *rest, const struct xml_element *root) {
     const struct xml_element *at = root;
     while (at) {
@@ -133,18 +140,18 @@ static const char *reason_of(const char *element) {
 static void warn_of_kind(const struct robot *robot, const struct kind *kind) {
     const char *meshes = kind->meshes ? text_format(" with %d meshes", kind->meshes) : "";
     if (kind->is_attribute)
-        robot_warn(robot, kind->line, "<%s>: attribute %s, %d in all, left out: it is not known", kind->owner,
-                   kind->name, kind->count);
+        import_robot_warn(robot, kind->line, "<%s>: attribute %s, %d in all, left out: it is not known",
+                          kind->owner, kind->name, kind->count);
     else
-        robot_warn(robot, kind->line, "<%s> in <%s>, %d in all%s, left out: %s", kind->name, kind->owner,
-                   kind->count, meshes, reason_of(kind->name));
+        import_robot_warn(robot, kind->line, "<%s> in <%s>, %d in all%s, left out: %s", kind->name,
+                          kind->owner, kind->count, meshes, reason_of(kind->name));
 }
 
-void robot_warn_of_rest(const struct robot *robot, const struct xml_element *root) {
+void import_robot_warn_of_rest(const struct robot *robot, const struct xml_element *root) {
     struct rest *rest = allocate(1, sizeof *rest);
     count_in(rest, root);
     for (int i = 0; i < rest->count; i++)
         warn_of_kind(robot, &rest->kinds[i]);
     if (rest->more > 0)
-        robot_warn(robot, 0, "%d elements and attributes of other names left out, too", rest->more);
+        import_robot_warn(robot, 0, "%d elements and attributes of other names left out, too", rest->more);
 }

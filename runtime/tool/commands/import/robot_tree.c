@@ -1,4 +1,4 @@
-/* The tree of a robot's links: see import.h. Takes links and joints as read; gives who carries whom. */
+/* Builds the tree of a robot's links from its joints. */
 #include "runtime/tool/commands/import/import.h"
 #include "gen/base/base.h"
 #include "runtime/tool/support/format/format.h"
@@ -6,9 +6,10 @@
 #include <math.h>
 
 static bool complain_of_roots(const struct robot *robot, int a, int b) {
-    return robot_complain(robot, robot->links[b].line,
-                          "link %s: no joint carries it, nor link %s in line %d, one root is needed",
-                          robot->links[b].name, robot->links[a].name, robot->links[a].line);
+    return import_robot_complain(
+        robot, robot->links[b].line,
+        "link %s: no joint carries it, nor link %s in line %d; there must be one root", robot->links[b].name,
+        robot->links[a].name, robot->links[a].line);
 }
 
 static bool set_carriers(struct robot *robot) {
@@ -17,10 +18,11 @@ static bool set_carriers(struct robot *robot) {
     for (int i = 0; i < robot->joint_count; i++) {
         struct robot_link *child = &robot->links[robot->joints[i].child];
         if (child->joint >= 0)
-            return robot_complain(robot, robot->joints[i].line,
-                                  "joint %s: link %s is carried by joint %s already, which closes a loop: a "
-                                  "URDF is a tree",
-                                  robot->joints[i].name, child->name, robot->joints[child->joint].name);
+            return import_robot_complain(
+                robot, robot->joints[i].line,
+                "joint %s: link %s is carried by joint %s already, which closes a loop: a "
+                "URDF is a tree",
+                robot->joints[i].name, child->name, robot->joints[child->joint].name);
         child->joint = i;
     }
     return true;
@@ -36,10 +38,11 @@ static bool find_root(struct robot *robot) {
         robot->root = i;
     }
     return robot->root >= 0 ||
-           robot_complain(robot, robot->line, "robot: each link is carried by a joint, a root is needed");
+           import_robot_complain(robot, robot->line,
+                                 "robot: a joint carries each link; there must be a root");
 }
 
-/* Lists of what each link carries, in the order of the joints. */
+/* Builds the lists of what each link carries, in the order of the joints. */
 static void list_children(struct robot *robot) {
     for (int i = robot->joint_count - 1; i >= 0; i--) {
         struct robot_link *parent = &robot->links[robot->joints[i].parent];
@@ -48,7 +51,7 @@ static void list_children(struct robot *robot) {
     }
 }
 
-/* The link behind `at` on a way through the tree that goes down first; -1: it ends. */
+/* The link after `at` in the tree, children first; -1 at the end. */
 static int next_link(const struct robot *robot, int at) {
     if (robot->links[at].first >= 0)
         return robot->links[at].first;
@@ -57,19 +60,19 @@ static int next_link(const struct robot *robot, int at) {
     return at == robot->root ? -1 : robot->links[at].sibling;
 }
 
-/* A link that the way from the root does not pass is on a loop, or carried by one. */
+/* A link that cannot be reached from the root is on a loop, or is carried by one. */
 static bool complain_of_loop(const struct robot *robot, const bool *is_passed) {
     int at = 0;
     while (is_passed[at])
         at++;
     for (int i = 0; i < robot->link_count; i++)
         at = robot->joints[robot->links[at].joint].parent;
-    return robot_complain(robot, robot->links[at].line,
-                          "link %s: carries itself in a loop of joints, a URDF is a tree",
-                          robot->links[at].name);
+    return import_robot_complain(robot, robot->links[at].line,
+                                 "link %s: carries itself in a loop of joints, a URDF is a tree",
+                                 robot->links[at].name);
 }
 
-/* 0, or where 0 is not in it the middle of the range, to six digits where these are in it. */
+/* 0, or the middle of the range if 0 is outside; the middle to six digits if these are within the range. */
 static double start_within(const struct joint_limits *limits) {
     double middle = limits->from / 2 + limits->to / 2, near;
     if (!limits->has_range || (limits->from <= 0 && limits->to >= 0))
@@ -79,7 +82,7 @@ static double start_within(const struct joint_limits *limits) {
     return is_near ? near : middle;
 }
 
-double robot_start(const struct robot *robot, const struct robot_joint *joint) {
+double import_robot_start(const struct robot *robot, const struct robot_joint *joint) {
     double offset = 0, multiplier = 1;
     while (joint->leader >= 0) {
         offset += multiplier * joint->offset;
@@ -91,14 +94,14 @@ double robot_start(const struct robot *robot, const struct robot_joint *joint) {
 
 static bool check_starts(const struct robot *robot) {
     for (int i = 0; i < robot->joint_count; i++)
-        if (!isfinite(robot_start(robot, &robot->joints[i])))
-            return robot_complain(robot, robot->joints[i].line,
-                                  "joint %s: what it follows takes it out of all numbers",
-                                  robot->joints[i].name);
+        if (!isfinite(import_robot_start(robot, &robot->joints[i])))
+            return import_robot_complain(robot, robot->joints[i].line,
+                                         "joint %s: the joint that it follows gives it an infinite value",
+                                         robot->joints[i].name);
     return true;
 }
 
-bool robot_make_tree(struct robot *robot) {
+bool import_robot_make_tree(struct robot *robot) {
     if (!set_carriers(robot) || !find_root(robot))
         return false;
     list_children(robot);

@@ -1,4 +1,4 @@
-/* A robot as a Lua model: see import.h. Links come in the order of the tree, each with its joint. */
+/* Writes a robot as a Lua model. Links come in the order of the tree, each with its joint. */
 #include "runtime/tool/commands/import/import.h"
 #include "gen/base/base.h"
 #include "runtime/tool/support/format/format.h"
@@ -15,14 +15,14 @@ struct writer {
     const struct model_choice *choice;
     FILE *out;
     const char **names; /* (link_count) of the links */
-    int column;         /* of the line that is being written */
-    int indent;         /* of the lines behind its first one */
-    bool is_first;      /* is what comes next the first item of a list */
+    int column;         /* column in the present line */
+    int indent;         /* indent of continuation lines */
+    bool is_first;      /* the next item is the first one of a list */
 };
 
 /* ---- numbers and fields ---- */
 
-/* "7e10" where that is the value. */
+/* "7e10" if it has exactly that value. */
 static const char *number(double value) {
     char text[NUMBER_LENGTH];
     double same;
@@ -33,7 +33,7 @@ static const char *number(double value) {
     return text_format("%s", exact_text(value, text));
 }
 
-/* rd.pi as the quotient that has the same value to the last bit, or the number. */
+/* rd.pi as a quotient that has the same value to the last bit; otherwise the number. */
 static const char *angle(double value) {
     static const double pi = 3.14159265358979323846;
     static const int parts[] = {1, 2, 3, 4, 6};
@@ -49,7 +49,7 @@ static const char *vector(const double v[3]) {
 }
 
 static const char *computed(double value) {
-    tidy(&value, 1, 0);
+    import_tidy(&value, 1, 0);
     return number(value);
 }
 
@@ -57,7 +57,7 @@ static bool is_zero(const double v[3]) {
     return v[0] == 0 && v[1] == 0 && v[2] == 0;
 }
 
-/* One more item of an entry or a list; it goes to the next line where this one is full. */
+/* Adds an item to an entry or a list, on the next line if this one is full. */
 static void put(struct writer *w, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
 static void put(struct writer *w, const char *format, ...) {
@@ -72,7 +72,7 @@ static void put(struct writer *w, const char *format, ...) {
     w->is_first = false;
 }
 
-/* What comes next begins a line. */
+/* Begins a new line. */
 static void break_line(struct writer *w) {
     w->column = WIDTH;
 }
@@ -120,7 +120,7 @@ static void put_turns(struct writer *w, const struct text *turns) {
         put(w, "turn = { %s }", turns->data);
 }
 
-/* Rz Ry Rx, behind the turns that are there. */
+/* Rz Ry Rx; turns by 0 are left out. */
 static void add_rpy(struct text *turns, const double rpy[3]) {
     add_turn(turns, "z", rpy[2]);
     add_turn(turns, "y", rpy[1]);
@@ -131,10 +131,10 @@ static const char *beam_name(const struct writer *w, int link) {
     return helper_name(w, w->names[link], "beam");
 }
 
-/* A frame fixed to a section of the beam, given in the link's frame. */
+/* A frame that is fixed to a section of the beam, given in the link's frame. */
 static void put_place_on_beam(struct writer *w, const struct flexible *beam, const struct pose *pose,
                               struct text *turns) {
-    const double along = flexible_along(beam, pose->xyz);
+    const double along = import_flexible_along(beam, pose->xyz);
     const bool is_tip = along == beam->length;
     double offset[3], at[3];
     for (int i = 0; i < 3; i++)
@@ -142,15 +142,15 @@ static void put_place_on_beam(struct writer *w, const struct flexible *beam, con
     put(w, "on = \"%s%s\"", beam_name(w, beam->link), is_tip ? ".tip" : "");
     if (!is_tip)
         put(w, "along = %s", computed(along));
-    flexible_turn_back(beam, offset, at);
-    tidy(at, 3, beam->length);
+    import_flexible_turn_back(beam, offset, at);
+    import_tidy(at, 3, beam->length);
     if (!is_zero(at))
         put(w, "at = %s", vector(at));
     add_turn(turns, "y", -beam->theta);
     add_turn(turns, "z", -beam->psi);
 }
 
-/* A frame on a link, turned about its z and then its y axis, too. */
+/* A frame on a link, with turns about its z and its y axis. */
 static void put_place(struct writer *w, int carrier, const struct pose *pose, double psi, double theta) {
     const struct flexible *beam = flexible_of(w, carrier);
     struct text turns = {.memory = &program_memory};
@@ -169,7 +169,7 @@ static void put_place(struct writer *w, int carrier, const struct pose *pose, do
 
 /* ---- joints ---- */
 
-/* Number of the axis that is nearest to the joint's. */
+/* Number of the axis that is nearest to the joint's axis. */
 static int nearest_axis(const struct robot_joint *joint) {
     const double x = fabs(joint->axis[0]), y = fabs(joint->axis[1]), z = fabs(joint->axis[2]);
     return x > y && x > z ? 0 : y > z ? 1 : 2;
@@ -185,7 +185,7 @@ static const char *letter(const struct robot_joint *joint) {
     return (joint->kind == JOINT_PRISMATIC ? slides : turns)[nearest_axis(joint)];
 }
 
-/* The name of the coordinate of a joint that has one. */
+/* The name of the coordinate of a joint with one coordinate. */
 static const char *coordinate(const struct writer *w, const struct robot_joint *joint) {
     return text_format("%s_%s", w->names[joint->child], letter(joint));
 }
@@ -205,7 +205,7 @@ static void put_limits(struct writer *w, const struct robot_joint *joint) {
 
 static void put_single(struct writer *w, const struct robot_joint *joint) {
     const char *name = letter(joint);
-    const double start = robot_start(w->robot, joint);
+    const double start = import_robot_start(w->robot, joint);
     put(w, "joint = \"%s\"", name);
     if (!is_positive_axis(joint))
         put(w, "axis = %s", vector(joint->axis));
@@ -225,7 +225,7 @@ static void put_planar(struct writer *w, const struct robot_joint *joint) {
     put(w, "joint = \"%s\"", names[nearest_axis(joint)]);
 }
 
-/* Where the plane's normal is none of the axes, a frame that has it as its z axis goes before the link. */
+/* If the normal of the plane is no coordinate axis, a frame whose z axis is the normal precedes the link. */
 static void write_plane(struct writer *w, const struct robot_joint *joint) {
     const char *plane = helper_name(w, w->names[joint->child], "plane");
     const double psi = atan2(joint->axis[1], joint->axis[0]),
@@ -243,7 +243,7 @@ static void write_plane(struct writer *w, const struct robot_joint *joint) {
 }
 
 static void put_joint(struct writer *w, const struct robot_joint *joint) {
-    if (joint_is_single(joint))
+    if (import_joint_is_single(joint))
         put_single(w, joint);
     else if (joint->kind == JOINT_PLANAR)
         put_planar(w, joint);
@@ -253,7 +253,7 @@ static void put_joint(struct writer *w, const struct robot_joint *joint) {
 
 /* ---- links ---- */
 
-/* Moments, and products where there are any, on the next line where this one is full. */
+/* Moments, and products if there are any, on the next line if this one is full. */
 static void put_inertia(struct writer *w, const double inertia[6]) {
     static const char *const names[] = {"xx", "yy", "zz", "xy", "xz", "yz"};
     struct text parts[2] = {{.memory = &program_memory}, {.memory = &program_memory}};
@@ -269,7 +269,7 @@ static void put_inertia(struct writer *w, const double inertia[6]) {
     fputs(" }", w->out);
 }
 
-/* Mass data along the axes of the frame that `pose` places at the centre of mass. */
+/* Mass data along the axes of the frame that `pose` puts at the centre of mass. */
 static void put_mass(struct writer *w, double mass, const struct pose *pose, const double inertia[6]) {
     struct text turns = {.memory = &program_memory};
     const bool has_inertia = inertia[0] != 0 || inertia[1] != 0 || inertia[2] != 0;
@@ -288,7 +288,7 @@ static void put_mass(struct writer *w, double mass, const struct pose *pose, con
         fputs(" } }", w->out);
 }
 
-/* The beam, and what it does not have of its link. */
+/* The beam and the rest of its link. */
 static void write_flexible(struct writer *w, const struct flexible *beam) {
     const char *name = beam_name(w, beam->link);
     const struct beam_choice *choice = w->choice->beam;
@@ -296,7 +296,7 @@ static void write_flexible(struct writer *w, const struct flexible *beam) {
     struct pose pose = {.rpy = {0}};
     double inertia[6], mass = beam->rest.mass;
     memcpy(pose.xyz, beam->rest.center, sizeof pose.xyz);
-    tidy(pose.xyz, 3, beam->length);
+    import_tidy(pose.xyz, 3, beam->length);
     open_entry(w, name);
     put(w, "on = \"%s\"", w->names[beam->link]);
     add_turn(&turns, "z", beam->psi);
@@ -313,8 +313,8 @@ static void write_flexible(struct writer *w, const struct flexible *beam) {
     open_entry(w, helper_name(w, w->names[beam->link], "rest"));
     put_place(w, beam->link, &pose, 0, 0);
     memcpy(inertia, beam->rest.inertia, sizeof inertia);
-    tidy(inertia, 6, inertia[0] + inertia[1] + inertia[2]);
-    tidy(&mass, 1, 0);
+    import_tidy(inertia, 6, inertia[0] + inertia[1] + inertia[2]);
+    import_tidy(&mass, 1, 0);
     put_mass(w, mass, &(struct pose){.rpy = {0}}, inertia);
     close_entry(w);
 }
@@ -369,7 +369,7 @@ static void write_parameters(const struct writer *w) {
 
 /* ---- points ---- */
 
-/* A frame of the file, such as that of a tool: no joint moves it, and no mass is in it. */
+/* A fixed frame of the file, such as that of a tool: no joint moves it, and it has no mass. */
 static bool is_frame(const struct writer *w, int link) {
     const struct robot_link *at = &w->robot->links[link];
     return !at->has_mass && at->joint >= 0 && w->robot->joints[at->joint].kind == JOINT_FIXED;
@@ -383,7 +383,7 @@ static bool is_on_ground(const struct writer *w, int link) {
     return !w->choice->is_floating;
 }
 
-/* A point's columns end in _x _y _z, and so do those of slides. */
+/* A point's columns end in _x _y _z, and so do columns of slides. */
 static bool has_slides(const struct writer *w, int link) {
     const int joint = w->robot->links[link].joint;
     if (joint < 0)
@@ -396,7 +396,7 @@ static const char *point_name(const struct writer *w, int link) {
     return has_slides(w, link) ? helper_name(w, w->names[link], "end") : w->names[link];
 }
 
-/* Frames, and links that carry nothing, where tools sit. */
+/* Frames, and links that carry nothing, which hold tools. */
 static void write_points(struct writer *w) {
     open_list(w, "points");
     for (int k = 0; k < w->robot->link_count; k++) {
@@ -413,10 +413,10 @@ static void write_points(struct writer *w) {
 /* ---- forces ---- */
 
 static bool has_drive(const struct writer *w, const struct robot_joint *joint) {
-    return w->choice->has_drives && joint_is_driven(joint);
+    return w->choice->has_drives && import_joint_is_driven(joint);
 }
 
-/* "tau_arm_psi" of a torque, "f_arm_x" of a force. */
+/* "tau_arm_psi" for a torque, "f_arm_x" for a force. */
 static const char *input_name(const struct writer *w, const struct robot_joint *joint) {
     return text_format("%s_%s", joint->kind == JOINT_PRISMATIC ? "f" : "tau", coordinate(w, joint));
 }
@@ -430,7 +430,7 @@ static void write_inputs(const struct writer *w) {
     }
 }
 
-/* The input of a joint, which gives no more than the effort that the file allows. */
+/* The input of a joint, limited to the effort in the file. */
 static const char *drive_text(const struct writer *w, const struct robot_joint *joint) {
     const char *input = text_format("s.inputs.%s", input_name(w, joint));
     return joint->limits.has_force ? text_format("rd.min(rd.max(%s, %s), %s)", input,
@@ -447,8 +447,9 @@ static void write_forces(const struct writer *w) {
     bool has_any = false;
     for (int i = 0; i < w->robot->joint_count; i++) {
         const struct robot_joint *joint = &w->robot->joints[i];
-        const bool is_driven = has_drive(w, joint),
-                   is_rubbed = joint->friction > 0 && joint_is_single(joint) && w->choice->friction_width > 0;
+        const bool is_driven = has_drive(w, joint), is_rubbed = joint->friction > 0 &&
+                                                                import_joint_is_single(joint) &&
+                                                                w->choice->friction_width > 0;
         if (!is_driven && !is_rubbed)
             continue;
         if (!has_any)
@@ -461,7 +462,7 @@ static void write_forces(const struct writer *w) {
         fputs("    }\n  end,\n", w->out);
 }
 
-/* What drives give where their efforts limit them, beside the columns of the inputs. */
+/* Columns for limited drives: the forces after the limits, in addition to the inputs. */
 static void write_courses(const struct writer *w) {
     bool has_any = false;
     for (int i = 0; i < w->robot->joint_count; i++) {
@@ -479,7 +480,7 @@ static void write_courses(const struct writer *w) {
 
 /* ---- rows ---- */
 
-/* "", " + value what", " - what" ...: a summand behind others. */
+/* "", " + value what", " - what" ...: one more summand. */
 static const char *summand(double value, const char *what) {
     if (value == 0)
         return "";
@@ -509,31 +510,31 @@ static void write_mimics(const struct writer *w) {
         fputs("    }\n  end,\n", w->out);
 }
 
-/* Statics holds the joints, but those that follow others: what they bear is the torque of gravity. */
+/* Statics holds all joints that follow no others; their holding torques balance gravity. */
 static void write_hold(struct writer *w) {
     open_list(w, "hold");
     for (int k = 0; k < w->robot->link_count; k++) {
         const struct robot_link *link = &w->robot->links[w->robot->order[k]];
         const struct robot_joint *joint = link->joint >= 0 ? &w->robot->joints[link->joint] : NULL;
-        if (joint && joint_is_driven(joint))
+        if (joint && import_joint_is_driven(joint))
             put(w, "\"%s\"", coordinate(w, joint));
     }
     close_entry(w);
 }
 
-void write_model(const struct robot *robot, const struct model_choice *choice, FILE *out) {
+void import_write_model(const struct robot *robot, const struct model_choice *choice, FILE *out) {
     const char **names = allocate((size_t)robot->link_count, sizeof *names);
     for (int i = 0; i < robot->link_count; i++)
         names[i] = robot->links[i].name;
     struct writer w = {.robot = robot, .choice = choice, .out = out};
-    w.names = identifiers_make(names, robot->link_count, "link");
+    w.names = import_identifiers_make(names, robot->link_count, "link");
     fprintf(out, "-- Robot %s, from %s.\n", safe(robot->name), safe(choice->source));
     write_names(&w);
     fputs("local rd = require \"refdyn\"\n", out);
     write_parameters(&w);
     write_inputs(&w);
     fprintf(out, "\nreturn rd.model {\n  name = \"%s\", gravity = { 0, 0, -9.81 },\n  links = {\n",
-            identifiers_model(robot->name));
+            import_identifiers_model(robot->name));
     for (int k = 0; k < robot->link_count; k++)
         write_link(&w, robot->order[k]);
     fputs("  },\n", out);

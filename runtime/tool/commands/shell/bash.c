@@ -1,4 +1,4 @@
-/* Completion in bash: see shell.h. The script needs nothing but bash; what it completes with stands in it. */
+/* The completion script for bash. It needs only bash and contains all words that it completes. */
 #include "runtime/tool/commands/shell/shell.h"
 #include "runtime/tool/support/format/format.h"
 
@@ -34,7 +34,7 @@ static const char beginning[] =
 
 static void put_files(FILE *out, const char *argument) {
     const char *endings;
-    switch (values_files(argument, &endings)) {
+    switch (shell_values_files(argument, &endings)) {
     case MEANT_FOLDER:
         fputs(" _refdyn_files;", out);
         break;
@@ -49,9 +49,9 @@ static void put_files(FILE *out, const char *argument) {
     }
 }
 
-/* What may stand behind an option, as a branch of `case`. */
+/* The values of an option, as a branch of `case`. */
 static void put_option(FILE *out, const struct command *command, const struct option_text *option) {
-    const char *words = values_words(option);
+    const char *words = option->words;
     if (!*option->argument)
         return;
     fprintf(out, "    %s:--%s%s)", command->name, option->name,
@@ -62,10 +62,10 @@ static void put_option(FILE *out, const struct command *command, const struct op
     fputs(" return ;;\n", out);
 }
 
-static void put_commands(FILE *out, const struct command *commands) {
+static void put_commands(FILE *out, const struct command *const *commands) {
     fputs("    if ((COMP_CWORD == 1)); then\n        _refdyn_words", out);
-    for (const struct command *command = commands; command->name; command++)
-        fprintf(out, " %s", command->name);
+    for (int k = 0; commands[k]; k++)
+        fprintf(out, " %s", commands[k]->name);
     fputs(" --help --version\n        return\n    fi\n", out);
 }
 
@@ -78,7 +78,7 @@ static void put_option_names(FILE *out, const struct command *command) {
 }
 
 static void put_operand(FILE *out, const struct command *command) {
-    const char *words = values_operand_words(command);
+    const char *words = shell_values_operand_words(command);
     fprintf(out, "    %s)", command->name);
     if (*words)
         fprintf(out, " _refdyn_words %s;", words);
@@ -86,20 +86,19 @@ static void put_operand(FILE *out, const struct command *command) {
     fputs(" ;;\n", out);
 }
 
-void put_bash_completion(FILE *out, const struct command *commands) {
-    const struct command *command;
+void shell_put_bash_completion(FILE *out, const struct command *const *commands) {
     struct option_text option;
     fputs(beginning, out);
     put_commands(out, commands);
     fputs("    case $command:$option in\n", out);
-    for (command = commands; command->name; command++)
-        for (int i = 0; options_describe(command, i, &option); i++)
-            put_option(out, command, &option);
+    for (int k = 0; commands[k]; k++)
+        for (int i = 0; options_describe(commands[k], i, &option); i++)
+            put_option(out, commands[k], &option);
     fputs("    esac\n    if [[ $current == -* ]]; then\n        case $command in\n", out);
-    for (command = commands; command->name; command++)
-        put_option_names(out, command);
+    for (int k = 0; commands[k]; k++)
+        put_option_names(out, commands[k]);
     fputs("        esac\n        return\n    fi\n    case $command in\n", out);
-    for (command = commands; command->name; command++)
-        put_operand(out, command);
+    for (int k = 0; commands[k]; k++)
+        put_operand(out, commands[k]);
     fputs("    esac\n}\n\ncomplete -F _refdyn refdyn\n", out);
 }

@@ -1,4 +1,4 @@
-/* Completion in fish: see shell.h. */
+/* The completion script for fish. */
 #include "runtime/tool/commands/shell/shell.h"
 #include "runtime/tool/support/format/format.h"
 
@@ -18,7 +18,7 @@ static const char beginning[] =
     "end\n\n"
     "complete -c refdyn -f\n";
 
-/* Within single quotes of the shell. */
+/* Puts a text in single quotes of the shell. */
 static void put_quoted(FILE *out, const char *text) {
     fputc('\'', out);
     for (; *text; text++)
@@ -26,10 +26,10 @@ static void put_quoted(FILE *out, const char *text) {
     fputc('\'', out);
 }
 
-/* What gives folders, and files with these endings. */
+/* Puts the commands that list folders and files with these endings. */
 static void put_files(FILE *out, const char *argument) {
     const char *endings;
-    switch (values_files(argument, &endings)) {
+    switch (shell_values_files(argument, &endings)) {
     case MEANT_FOLDER:
         fputs(" (__fish_complete_directories)", out);
         break;
@@ -48,7 +48,7 @@ static void put_option(FILE *out, const struct command *command, const struct op
     fprintf(out, "complete -c refdyn -n '__fish_seen_subcommand_from %s' -l %s%s", command->name,
             option->name, option->is_output ? " -s o" : "");
     if (*option->argument) {
-        const char *words = values_words(option);
+        const char *words = option->words;
         fprintf(out, option->is_list && *words ? " -x -a \"(__refdyn_list %s)" : " -x -a \"%s", words);
         put_files(out, option->argument);
         fputc('"', out);
@@ -58,17 +58,17 @@ static void put_option(FILE *out, const struct command *command, const struct op
     fputc('\n', out);
 }
 
-void put_fish_completion(FILE *out, const struct command *commands) {
+void shell_put_fish_completion(FILE *out, const struct command *const *commands) {
     struct option_text option;
     fputs(beginning, out);
-    for (const struct command *command = commands; command->name; command++) {
-        fprintf(out, "complete -c refdyn -n __fish_use_subcommand -a %s -d ", command->name);
-        put_quoted(out, command->purpose);
-        fprintf(out, "\ncomplete -c refdyn -n '__fish_seen_subcommand_from %s' -a \"%s", command->name,
-                values_operand_words(command));
-        put_files(out, command->operands);
+    for (int k = 0; commands[k]; k++) {
+        fprintf(out, "complete -c refdyn -n __fish_use_subcommand -a %s -d ", commands[k]->name);
+        put_quoted(out, commands[k]->purpose);
+        fprintf(out, "\ncomplete -c refdyn -n '__fish_seen_subcommand_from %s' -a \"%s", commands[k]->name,
+                shell_values_operand_words(commands[k]));
+        put_files(out, commands[k]->operands);
         fputs("\"\n", out);
-        for (int i = 0; options_describe(command, i, &option); i++)
-            put_option(out, command, &option);
+        for (int i = 0; options_describe(commands[k], i, &option); i++)
+            put_option(out, commands[k], &option);
     }
 }

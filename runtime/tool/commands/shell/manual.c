@@ -1,6 +1,7 @@
-/* The manual page refdyn(1), in the man macros of roff: see shell.h. */
+/* The manual page refdyn(1), in the man macros of roff. */
 #include "runtime/tool/commands/shell/shell.h"
 #include "runtime/tool/support/format/format.h"
+#include "refdyn.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -10,8 +11,7 @@
 
 enum { LINE_LENGTH = 80 };
 
-/* What roff takes for a character: a dash as that of options, no quotation mark or accent becomes another
- * one. NULL: the character. */
+/* The escape sequence of a character that roff would print as another one; NULL if there is none. */
 static const char *escape(char c) {
     switch (c) {
     case '\\':
@@ -31,10 +31,10 @@ static const char *escape(char c) {
     }
 }
 
-/* `text` up to `length` bytes, as roff takes it. */
+/* `text` up to `length` bytes, in the syntax of roff. */
 static const char *in_roff(const char *text, size_t length) {
     struct text result = {.memory = &program_memory};
-    text_add(&result, "%s", *text == '.' ? "\\&" : ""); /* no macro */
+    text_add(&result, "%s", *text == '.' ? "\\&" : ""); /* so that no macro begins here */
     for (size_t i = 0; i < length; i++)
         if (escape(text[i]))
             text_add(&result, "%s", escape(text[i]));
@@ -47,7 +47,7 @@ static void put_roff(FILE *out, const char *text) {
     fputs(in_roff(text, strlen(text)), out);
 }
 
-/* Text that roff fills, in lines as long as mandoc has them. */
+/* Text that roff fills; lines are as long as mandoc accepts. */
 static void put_filled(FILE *out, const char *text) {
     for (size_t width = 0; *text; text += strspn(text, " ")) {
         const size_t length = strcspn(text, " ");
@@ -60,7 +60,7 @@ static void put_filled(FILE *out, const char *text) {
     fputc('\n', out);
 }
 
-/* Lines that are set in are examples and stay as they are, an empty line parts paragraphs. */
+/* Indented lines are examples and stay unchanged; an empty line separates paragraphs. */
 static void put_paragraphs(FILE *out, const char *text) {
     bool is_example = false;
     while (*text) {
@@ -83,7 +83,7 @@ static void put_paragraphs(FILE *out, const char *text) {
 
 /* ---- commands ---- */
 
-/* A name in bold, and what it takes in italics. */
+/* A name in bold, and its value in italics. */
 static void put_name(FILE *out, const char *name, const char *argument) {
     fputs("\\fB", out);
     put_roff(out, name);
@@ -127,7 +127,7 @@ static void put_command(FILE *out, const struct command *command) {
 
 /* ---- the page ---- */
 
-/* The day of today, or that of SOURCE_DATE_EPOCH, so that builds can be repeated. */
+/* Today's date, or the date of SOURCE_DATE_EPOCH, so that builds can be repeated. */
 static const char *day(void) {
     const char *epoch = getenv("SOURCE_DATE_EPOCH");
     const time_t now = epoch ? (time_t)strtoll(epoch, NULL, 10) : time(NULL);
@@ -141,7 +141,7 @@ static const char *day(void) {
 static const char ending[] =
     ".SH EXIT STATUS\n"
     ".TP\n0\nDone.\n"
-    ".TP\n1\nThe model, the state or a file is at fault, as\nFILE:LINE: what: fact, what is allowed.\n"
+    ".TP\n1\nAn error in the model, the state or a file, as\nFILE:LINE: what: fact; what to do.\n"
     ".TP\n2\nWrong usage.\n"
     ".TP\n3\nThe numbers failed: with the reason, the time and the state.\n"
     ".SH ENVIRONMENT\n"
@@ -153,7 +153,7 @@ static const char ending[] =
     "with the reference of the model language, README.md,\nand the definitions for editors,\n"
     ".IR editor/refdyn.lua .\n";
 
-void put_manual_page(FILE *out, const struct command *commands) {
+void shell_put_manual_page(FILE *out, const struct command *const *commands) {
     fprintf(
         out,
         ".\\\" Written by `refdyn completion man`: do not edit.\n"
@@ -167,7 +167,7 @@ void put_manual_page(FILE *out, const struct command *commands) {
         ".PP\n.B refdyn new\n.I NAME\nwrites a model to begin from.\n"
         ".SH COMMANDS\n",
         day());
-    for (const struct command *command = commands; command->name; command++)
-        put_command(out, command);
+    for (int k = 0; commands[k]; k++)
+        put_command(out, commands[k]);
     fputs(ending, out);
 }

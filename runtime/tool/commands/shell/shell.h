@@ -1,4 +1,4 @@
-/* What this folder offers. */
+/* Completion scripts of shells and the manual page, from the same tables as --help. */
 #ifndef REFDYN_TOOL_SHELL_H
 #define REFDYN_TOOL_SHELL_H
 
@@ -6,33 +6,24 @@
 
 #include "runtime/tool/support/command_line/command_line.h"
 
-/*
- * The commands and options of the program as shells and `man` take them.
- *
- * Takes the table of commands; prints a script of completion, or a manual page, to `out`. All is read from
- * the same tables as --help.
- */
+/* Each prints a script, or the manual page, for the list of commands to `out`. */
 
-void put_bash_completion(FILE *out, const struct command *commands);
-void put_zsh_completion(FILE *out, const struct command *commands);
-void put_fish_completion(FILE *out, const struct command *commands);
-void put_manual_page(FILE *out, const struct command *commands);
+void shell_put_bash_completion(FILE *out, const struct command *const *commands);
+void shell_put_zsh_completion(FILE *out, const struct command *const *commands);
+void shell_put_fish_completion(FILE *out, const struct command *const *commands);
+void shell_put_manual_page(FILE *out, const struct command *const *commands);
 
-/*
- * What may stand behind an option or as an operand: words of a fixed set, and endings of files.
- *
- * Takes an option, or what the usage line names; gives lists with blanks between. Words are those that the
- * program itself compares with; endings are read off the names in the usage line ("STATE.json").
- */
+/* Values of operands and options, for completion: words of a fixed set, and endings of files, separated by
+ * blanks. Endings follow from the names in the usage line ("STATE.json"). */
 
-/* "": its values are no fixed set. */
-const char *values_words(const struct option_text *option);
-/* Those of an operand "bash|zsh"; "": it is none of a fixed set. */
-const char *values_operand_words(const struct command *command);
+/* The words of an operand "bash|zsh"; "" if they are no fixed set. */
+const char *shell_values_operand_words(const struct command *command);
 
-/* What files are meant by a name such as "MODEL.lua" or "RUN..." */
+/* The kind of files that a name such as "MODEL.lua" or "RUN..." means. */
 enum files_meant { MEANT_NONE, MEANT_FOLDER, MEANT_ANY_FILE, MEANT_ENDINGS };
-/* MEANT_ENDINGS: they are in *endings, as "csv h5". */
-enum files_meant values_files(const char *argument, const char **endings);
+/* For MEANT_ENDINGS they are in *endings: "csv h5". */
+enum files_meant shell_values_files(const char *argument, const char **endings);
+
+extern const struct command completion_command;
 
 #endif

@@ -30,11 +30,11 @@ struct spectrum {
 };
 
 /* Returns a status of the runtime. */
-int find_spectrum(struct spectrum *spectrum, const struct linear *linear);
+int equilibria_find_spectrum(struct spectrum *spectrum, const struct linear *linear);
 
 /* Choices. Marks in held (n) the coordinates of --hold, or those of the model by default. Reports unknown
  * names. */
-enum status choose_held(struct scene *scene, const struct options *options, int *held);
+enum status equilibria_choose_held(struct scene *scene, const struct options *options, int *held);
 
 /*
  * Sets how equilibria of the scene are computed. All position rows must be satisfied, except for two kinds:
@@ -42,13 +42,14 @@ enum status choose_held(struct scene *scene, const struct options *options, int 
  * parameter that they read there has no value. is_given (parameters of the model in C): further parameters
  * with a value, besides those of scene->given; may be NULL. Reports unknown words and rows.
  */
-enum status choose_statics(const struct scene *scene, const struct options *options, const int *is_given,
-                           struct refdyn_statics_options *statics);
-/* The words of --way by enum refdyn_statics_way; NULL ends the list. */
-extern const char *const statics_way_words[];
+enum status equilibria_choose_options(const struct scene *scene, const struct options *options,
+                                      const int *is_given, struct refdyn_statics_options *statics);
+/* The options of equilibria. */
+extern const struct option_rule statics_rules[];
+extern const struct command statics_command, modes_command;
 /* Reports options of statics that are given without an equilibrium to compute; `place` is the option they
  * need, such as "--from statics". */
-enum status refuse_statics_options(const struct options *options, const char *place);
+enum status equilibria_refuse_options(const struct options *options, const char *place);
 
 /* Equilibrium, computed from the scene's q with the coordinates of --hold or the model's; q becomes the
  * equilibrium. It lives as long as the scene. Reports failure on stderr, and warns if it is unstable. */
@@ -59,14 +60,15 @@ struct equilibrium {
     struct refdyn_statics_result result;
 };
 
-enum status find_equilibrium(struct scene *scene, const struct options *options,
-                             struct equilibrium *equilibrium);
+enum status equilibria_find(struct scene *scene, const struct options *options,
+                            struct equilibrium *equilibrium);
 /* Prints which rows have no part in statics although they are not released, and why. */
-void print_rows_without_part(const struct scene *scene, const struct refdyn_statics_options *statics);
+void equilibria_print_rows_without_part(const struct scene *scene,
+                                        const struct refdyn_statics_options *statics);
 /* "stable", "neutral in 1 direction", "unstable in 2 directions". */
-const char *stability_text(const struct refdyn_statics_result *result);
+const char *equilibria_stability_text(const struct refdyn_statics_result *result);
 /* How stability was determined: a word by enum, and a line on stderr if the forces have no potential. */
-extern const char *const statics_criterion_words[];
-void print_criterion(const struct refdyn_statics_result *result);
+extern const char *const equilibria_criterion_words[];
+void equilibria_print_criterion(const struct refdyn_statics_result *result);
 
 #endif

@@ -24,7 +24,7 @@ struct analysis {
 };
 
 static const char *place_of(const struct options *options) {
-    return options->at ? options->at : "statics";
+    return options_text(options, "at") ? options_text(options, "at") : "statics";
 }
 
 /* Such a row would need derivatives of its right side v. */
@@ -57,14 +57,14 @@ static enum status place(struct analysis *analysis, const struct options *option
     enum status status = STATUS_DONE;
     if (strcmp(analysis->at, "statics") == 0) {
         struct equilibrium equilibrium;
-        status = find_equilibrium(scene, options, &equilibrium);
+        status = equilibria_find(scene, options, &equilibrium);
         analysis->held = equilibrium.held;
     } else {
-        status = refuse_statics_options(options, "--at statics");
+        status = equilibria_refuse_options(options, "--at statics");
         if (status == STATUS_DONE)
-            status = choose_held(scene, options, analysis->held);
+            status = equilibria_choose_held(scene, options, analysis->held);
     }
-    warn_of_rates(scene, options->at);
+    warn_of_rates(scene, options_text(options, "at"));
     memset(scene->qd, 0, (size_t)scene->model->n * sizeof *scene->qd);
     refdyn_anchor(&scene->work, scene->state.t, scene->q, scene->qd, scene->given);
     return status;
@@ -74,9 +74,9 @@ static enum status place(struct analysis *analysis, const struct options *option
 
 static void print_warnings(const struct analysis *analysis) {
     const struct linear *linear = &analysis->linear;
-    const int off = linear_out_of_balance(linear);
-    print_rows_left_out(analysis->scene->model, analysis->spectrum.redundant,
-                        analysis->spectrum.redundant_count);
+    const int off = scene_linear_out_of_balance(linear);
+    scene_print_rows_left_out(analysis->scene->model, analysis->spectrum.redundant,
+                              analysis->spectrum.redundant_count);
     if (off >= 0)
         fprintf(stderr, "refdyn: warning: this state is no equilibrium: %s is out of balance by %.4g\n",
                 analysis->scene->model->coordinates[linear->place[off]].name, fabs(linear->force[off]));
@@ -153,11 +153,11 @@ static enum status print_analysis(const struct analysis *analysis) {
         unstable += creal(spectrum->modes[i].eigenvalue) > 0;
     put_open(&document, NULL, '{');
     put_text(&document, "name", scene->model->name);
-    put_coordinates(&document, "coordinates", scene->model, NULL);
+    scene_put_coordinates(&document, "coordinates", scene->model, NULL);
     put_text(&document, "at", analysis->at);
-    put_state(&document, scene);
-    put_positions(&document, scene);
-    put_coordinates(&document, "held", scene->model, analysis->held);
+    scene_put_state(&document, scene);
+    scene_put_positions(&document, scene);
+    scene_put_coordinates(&document, "held", scene->model, analysis->held);
     put_number(&document, "phi", analysis->phi);
     put_number(&document, "residual", analysis->linear.residual);
     put_whole(&document, "unstable", unstable);
@@ -172,17 +172,18 @@ static enum status print_analysis(const struct analysis *analysis) {
 /* ---- The command ---- */
 
 static int compute(struct analysis *analysis, const struct options *options) {
+    const double modes = options_number(options, "modes");
     struct scene *scene = analysis->scene;
     const struct refdyn_model *model = scene->model;
-    int result = linearise(&analysis->linear, scene, analysis->held);
+    int result = scene_linearise(&analysis->linear, scene, analysis->held);
     if (result == REFDYN_OK)
-        result = find_spectrum(&analysis->spectrum, &analysis->linear);
+        result = equilibria_find_spectrum(&analysis->spectrum, &analysis->linear);
     if (result != REFDYN_OK)
         return result;
     analysis->phi = refdyn_residuals(&scene->work).phi;
     analysis->count = analysis->spectrum.count;
-    if (options->modes > 0 && options->modes < analysis->count)
-        analysis->count = (int)options->modes;
+    if (modes > 0 && modes < analysis->count)
+        analysis->count = (int)modes;
     if (model->point_count)
         model->C(scene->work.p, scene->work.x, scene->state.t, scene->q, scene->qd, analysis->C);
     return REFDYN_OK;
@@ -198,7 +199,7 @@ static enum status analyse(struct scene *scene, const struct options *options) {
         status = place(&analysis, options);
     int result = status == STATUS_DONE ? compute(&analysis, options) : REFDYN_OK;
     if (result != REFDYN_OK)
-        status = numbers_failed(scene, result, scene->state.t, scene->q, NULL);
+        status = scene_numbers_failed(scene, result, scene->state.t, scene->q, NULL);
     if (status == STATUS_DONE && result == REFDYN_OK)
         status = print_analysis(&analysis);
     if (status == STATUS_DONE) {
@@ -208,7 +209,34 @@ static enum status analyse(struct scene *scene, const struct options *options) {
     return status;
 }
 
-enum status run_modes(const struct options *options) {
+static enum status run_modes(const struct options *options) {
     return scene_run(options, NEEDS_RESULT | NEEDS_STATICS | NEEDS_POINTS | NEEDS_TANGENT | NEEDS_LINEAR,
-                     options_state_path(options->at), analyse);
+                     options_state_path(options_text(options, "at")), analyse);
 }
+
+static const struct option_rule modes_rules[] = {
+    {"at", "WHERE", OPTION_TEXT, "statics (default), initial, or a STATE.json; rates are 0", options_places,
+     NULL},
+    {"modes", "K", OPTION_COUNT, "the K slowest modes only", NULL, NULL},
+    {.name = NULL}};
+
+const struct command modes_command = {.name = "modes",
+                                      .run = run_modes,
+                                      .operands = "MODEL.lua",
+                                      .options = "output at modes hold release way set fold",
+                                      .tables = {modes_rules, statics_rules, scene_rules},
+                                      .output = "FILE",
+                                      .purpose =
+                                          "frequencies, damping ratios and shapes about an equilibrium",
+                                      .help = "Prints JSON: coordinates, at, t, q, points, held, phi, "
+                                              "residual, unstable, modes; a table goes to stderr.\n"
+                                              "Held coordinates keep their value, constraint rows act; "
+                                              "stabilisation does not enter. For a mode e^(lambda t):\n"
+                                              "eigenvalue [re, im] [1/s], omega |lambda| [rad/s], frequency "
+                                              "im/(2 pi) [Hz], damping -re/|lambda|, shape and\n"
+                                              "displacements of the points, as re and im; the largest entry "
+                                              "of a shape is 1. A decay without oscillation has\n"
+                                              "frequency 0 and damping 1, a growth damping -1, a motion "
+                                              "without restoring force omega 0 and damping 0.\n\n"
+                                              "  refdyn modes models/pendulum.lua --modes 4\n"
+                                              "  refdyn modes models/fourbar.lua --at state.json\n"};

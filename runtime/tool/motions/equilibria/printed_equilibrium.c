@@ -10,6 +10,19 @@
 
 /* ---- Options ---- */
 
+static const char *const way_words[] = {
+    [REFDYN_ALONG_LOAD] = "load", [REFDYN_ALONG_PATH] = "path", [REFDYN_DOWNHILL] = "downhill", NULL};
+
+const struct option_rule statics_rules[] = {
+    {"hold", "a,b", OPTION_FREEING_LIST,
+     "coordinates held in statics and modes, instead of the model's ('' frees all)", NULL, NULL},
+    {"release", "a,b", OPTION_LIST, "constraint rows that do not hold in statics", NULL, NULL},
+    {"way", "HOW", OPTION_TEXT,
+     "how statics finds the equilibrium: load (default) raises the load and jumps where it cannot be "
+     "raised further, path passes limit points step by step, downhill leads to a stable one",
+     way_words, NULL},
+    {.name = NULL}};
+
 static enum status unknown_name(const struct options *options, const char *option, const char *what,
                                 const char *name, const char *const *names, int count) {
     const char *near = message_nearest_name(name, names, count);
@@ -36,15 +49,16 @@ static enum status unknown_row(const struct scene *scene, const struct options *
     return unknown_name(options, "release", "constraint row", name, names, model->m);
 }
 
-enum status choose_held(struct scene *scene, const struct options *options, int *held) {
-    const char *list = options->hold && *options->hold ? options->hold : NULL;
+enum status equilibria_choose_held(struct scene *scene, const struct options *options, int *held) {
+    const char *hold = options_text(options, "hold");
+    const char *list = hold && *hold ? hold : NULL;
     for (const char **name = options_list(list); *name; name++) {
         const int place = refdyn_find_name(scene->model->coordinates, scene->model->n, *name);
         if (place < 0)
             return unknown_coordinate(scene, options, *name);
         held[place] = 1;
     }
-    for (int i = 0; !options->hold && i < scene->model->held_count; i++)
+    for (int i = 0; !hold && i < scene->model->held_count; i++)
         held[scene->model->held[i]] = 1;
     return STATUS_DONE;
 }
@@ -68,7 +82,8 @@ static bool waits_for_start(const struct scene *scene, const int *given_beside, 
 
 /* Marks in released (m) the rows of --release. */
 static enum status choose_released(const struct scene *scene, const struct options *options, bool *released) {
-    const char *list = options->release && *options->release ? options->release : NULL;
+    const char *release = options_text(options, "release");
+    const char *list = release && *release ? release : NULL;
     for (const char **name = options_list(list); *name; name++) {
         const int row = refdyn_find_row(scene->model, *name);
         if (row < 0)
@@ -81,13 +96,9 @@ static enum status choose_released(const struct scene *scene, const struct optio
     return STATUS_DONE;
 }
 
-const char *const statics_way_words[] = {
-    [REFDYN_ALONG_LOAD] = "load", [REFDYN_ALONG_PATH] = "path", [REFDYN_DOWNHILL] = "downhill", NULL};
-
 static enum status choose_way(const struct options *options, struct refdyn_statics_options *statics) {
-    int way = REFDYN_ALONG_LOAD;
-    const enum status status =
-        options->way ? options_choose(options, "way", options->way, statics_way_words, &way) : STATUS_DONE;
+    int way;
+    const enum status status = options_choose(options, "way", &way);
     statics->way = (enum refdyn_statics_way)way;
     return status;
 }
@@ -103,8 +114,8 @@ static enum status check_tangent(const struct scene *scene, const struct refdyn_
     return STATUS_FAULT;
 }
 
-enum status choose_statics(const struct scene *scene, const struct options *options, const int *given_beside,
-                           struct refdyn_statics_options *statics) {
+enum status equilibria_choose_options(const struct scene *scene, const struct options *options,
+                                      const int *given_beside, struct refdyn_statics_options *statics) {
     const struct refdyn_model *model = scene->model;
     bool *released = allocate((size_t)model->m, sizeof *released);
     int *rows = allocate((size_t)model->m, sizeof *rows);
@@ -123,14 +134,16 @@ enum status choose_statics(const struct scene *scene, const struct options *opti
     return check_tangent(scene, statics);
 }
 
-enum status refuse_statics_options(const struct options *options, const char *place) {
-    const char *given = options->release ? "release" : options->way ? "way" : NULL;
+enum status equilibria_refuse_options(const struct options *options, const char *place) {
+    const char *given = options_text(options, "release") ? "release"
+                        : options_text(options, "way")   ? "way"
+                                                         : NULL;
     return given ? option_error(options, given, " needs %s", place) : STATUS_DONE;
 }
 
 /* ---- Messages ---- */
 
-const char *stability_text(const struct refdyn_statics_result *result) {
+const char *equilibria_stability_text(const struct refdyn_statics_result *result) {
     const int count = result->unstable ? result->unstable : result->neutral;
     if (count == 0)
         return "stable";
@@ -138,9 +151,9 @@ const char *stability_text(const struct refdyn_statics_result *result) {
                        count > 1 ? "s" : "");
 }
 
-const char *const statics_criterion_words[] = {[REFDYN_BY_POTENTIAL] = "potential",
-                                               [REFDYN_BY_LINEAR_MOTION] = "linear motion",
-                                               [REFDYN_BY_SYMMETRIC_PART] = "symmetric part"};
+const char *const equilibria_criterion_words[] = {[REFDYN_BY_POTENTIAL] = "potential",
+                                                  [REFDYN_BY_LINEAR_MOTION] = "linear motion",
+                                                  [REFDYN_BY_SYMMETRIC_PART] = "symmetric part"};
 
 static const char *const criterion_notes[] = {
     [REFDYN_BY_LINEAR_MOTION] = "its forces have no potential, so the growing modes were counted; refdyn "
@@ -149,15 +162,15 @@ static const char *const criterion_notes[] = {
         "its forces have no potential and the motion no finite tangent, so the symmetric part of the "
         "stiffness was used"};
 
-void print_criterion(const struct refdyn_statics_result *result) {
+void equilibria_print_criterion(const struct refdyn_statics_result *result) {
     if (!result->has_potential)
-        fprintf(stderr, "refdyn: the equilibrium is %s; %s\n", stability_text(result),
+        fprintf(stderr, "refdyn: the equilibrium is %s; %s\n", equilibria_stability_text(result),
                 criterion_notes[result->criterion]);
 }
 
 static void warn_of_instability(const struct scene *scene, const struct equilibrium *equilibrium) {
     const struct refdyn_statics_result *result = &equilibrium->result;
-    fprintf(stderr, "refdyn: warning: this equilibrium is %s", stability_text(result));
+    fprintf(stderr, "refdyn: warning: this equilibrium is %s", equilibria_stability_text(result));
     if (result->unstable_coordinate >= 0)
         fprintf(stderr, ", %s moves most", scene->model->coordinates[result->unstable_coordinate].name);
     if (!result->has_potential)
@@ -195,7 +208,8 @@ static void print_imbalance(struct scene *scene, const struct equilibrium *equil
                 unit_of_force(model, largest));
 }
 
-void print_rows_without_part(const struct scene *scene, const struct refdyn_statics_options *statics) {
+void equilibria_print_rows_without_part(const struct scene *scene,
+                                        const struct refdyn_statics_options *statics) {
     const struct refdyn_model *model = scene->model;
     int next = 0;
     for (int i = 0; i < model->m; i++) {
@@ -216,9 +230,9 @@ void print_rows_without_part(const struct scene *scene, const struct refdyn_stat
 
 static enum status print_failure(struct scene *scene, const struct equilibrium *equilibrium, int answer) {
     const struct refdyn_statics_result *result = &equilibrium->result;
-    const enum status status = numbers_failed(scene, answer, scene->state.t, scene->q, NULL);
+    const enum status status = scene_numbers_failed(scene, answer, scene->state.t, scene->q, NULL);
     if (!result->force && scene->work.fault.row >= 0) {
-        print_residuals(&scene->work, scene->state.t, scene->q, scene->qd, "the start");
+        scene_print_residuals(&scene->work, scene->state.t, scene->q, scene->qd, "the start");
         return status;
     }
     if (answer != REFDYN_NOT_FINITE)
@@ -229,7 +243,7 @@ static enum status print_failure(struct scene *scene, const struct equilibrium *
         fprintf(stderr, "refdyn: equilibrium reached only up to %.3g of the load\n", result->load);
     if (answer == REFDYN_TANGENT_SINGULAR) {
         fputs("refdyn: --hold keeps free coordinates at their start\n", stderr);
-        print_rows_without_part(scene, &equilibrium->options);
+        equilibria_print_rows_without_part(scene, &equilibrium->options);
     }
     if (equilibrium->options.way == REFDYN_ALONG_LOAD)
         fputs("refdyn: --way path passes limit points of the load; --way downhill follows the forces\n",
@@ -253,14 +267,14 @@ static enum status solve(struct scene *scene, struct equilibrium *equilibrium) {
     return STATUS_DONE;
 }
 
-enum status find_equilibrium(struct scene *scene, const struct options *options,
-                             struct equilibrium *equilibrium) {
+enum status equilibria_find(struct scene *scene, const struct options *options,
+                            struct equilibrium *equilibrium) {
     const size_t n = (size_t)scene->model->n;
     memset(scene->qd, 0, n * sizeof *scene->qd);
     equilibrium->held = allocate(n, sizeof *equilibrium->held);
     equilibrium->hold_force = allocate(n, sizeof *equilibrium->hold_force);
-    enum status status = choose_held(scene, options, equilibrium->held);
+    enum status status = equilibria_choose_held(scene, options, equilibrium->held);
     if (status == STATUS_DONE)
-        status = choose_statics(scene, options, NULL, &equilibrium->options);
+        status = equilibria_choose_options(scene, options, NULL, &equilibrium->options);
     return status == STATUS_DONE ? solve(scene, equilibrium) : status;
 }

@@ -115,8 +115,8 @@ static void find_freedoms(struct pencil *pencil) {
     for (int i = 0; i < linear->m; i++)
         if (linear->is_level_q[i])
             memcpy(level_q + count++ * n, u + i * n, (size_t)n * sizeof *u);
-    find_freedom(&pencil->position, level_q, NULL, count, n);
-    find_freedom(&pencil->velocity, u, psi_q, linear->m, n);
+    scene_find_freedom(&pencil->position, level_q, NULL, count, n);
+    scene_find_freedom(&pencil->velocity, u, psi_q, linear->m, n);
     pencil->position_count = n - pencil->position.rank;
     pencil->size = pencil->position_count + n - pencil->velocity.rank;
 }
@@ -412,7 +412,7 @@ static void collect(struct spectrum *spectrum, const struct pencil *pencil) {
     sort_modes(spectrum);
 }
 
-int find_spectrum(struct spectrum *spectrum, const struct linear *linear) {
+int equilibria_find_spectrum(struct spectrum *spectrum, const struct linear *linear) {
     struct pencil pencil;
     *spectrum = (struct spectrum){.count = 0};
     int status = build_pencil(&pencil, linear);

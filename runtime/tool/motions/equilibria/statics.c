@@ -12,10 +12,10 @@ static void print_notes(const struct scene *scene, const struct equilibrium *equ
         fprintf(stderr, "refdyn: %d limit point%s of the load passed\n", result->limit_points,
                 result->limit_points > 1 ? "s" : "");
     if (!result->unstable)
-        print_criterion(result);
+        equilibria_print_criterion(result);
     if (result->is_indeterminate)
         fputs("refdyn: the forces of the contacts are not unique; the smallest ones are printed\n", stderr);
-    print_rows_without_part(scene, &equilibrium->options);
+    equilibria_print_rows_without_part(scene, &equilibrium->options);
 }
 
 /* Writes gaps and forces of the contacts, which begin at row `from` of the options. */
@@ -51,19 +51,19 @@ static void put_rows(struct document *document, const struct scene *scene,
 }
 
 static void put_stability(struct document *document, const struct refdyn_statics_result *result) {
-    put_text(document, "stability", stability_text(result));
+    put_text(document, "stability", equilibria_stability_text(result));
     put_whole(document, "unstable", result->unstable);
     put_whole(document, "neutral", result->neutral);
     put_truth(document, "potential", result->has_potential);
-    put_text(document, "criterion", statics_criterion_words[result->criterion]);
+    put_text(document, "criterion", equilibria_criterion_words[result->criterion]);
 }
 
 static void put_equilibrium(struct document *document, const struct scene *scene,
                             const struct equilibrium *equilibrium) {
     const struct refdyn_model *model = scene->model;
-    put_coordinates(document, "coordinates", model, NULL);
-    put_state(document, scene);
-    put_positions(document, scene);
+    scene_put_coordinates(document, "coordinates", model, NULL);
+    scene_put_state(document, scene);
+    scene_put_positions(document, scene);
     put_open(document, "hold_force", '[');
     for (int i = 0; i < model->n; i++)
         if (equilibrium->held[i])
@@ -85,8 +85,8 @@ static void warn_of_rates(const struct scene *scene, const char *path) {
 
 static enum status find_and_print(struct scene *scene, const struct options *options) {
     struct equilibrium equilibrium;
-    warn_of_rates(scene, options->state);
-    const enum status status = find_equilibrium(scene, options, &equilibrium);
+    warn_of_rates(scene, options_text(options, "state"));
+    const enum status status = equilibria_find(scene, options, &equilibrium);
     if (status != STATUS_DONE)
         return status;
     struct document document;
@@ -98,6 +98,25 @@ static enum status find_and_print(struct scene *scene, const struct options *opt
     return scene_finish(scene, &document);
 }
 
-enum status run_statics(const struct options *options) {
-    return scene_run(options, NEEDS_RESULT | NEEDS_STATICS | NEEDS_POINTS, options->state, find_and_print);
+static enum status run_statics(const struct options *options) {
+    return scene_run(options, NEEDS_RESULT | NEEDS_STATICS | NEEDS_POINTS, options_text(options, "state"),
+                     find_and_print);
 }
+
+const struct command statics_command = {
+    .name = "statics",
+    .run = run_statics,
+    .operands = "MODEL.lua",
+    .options = "output state hold release way set fold",
+    .tables = {statics_rules, scene_rules},
+    .output = "FILE",
+    .purpose = "equilibrium",
+    .help = "Prints JSON: coordinates, q, points, hold_force of the held coordinates, residual, rows that "
+            "hold, their\n"
+            "multipliers, phi, stability. Rows of positions hold at t = 0, except rows of a programme that "
+            "begins at the start\n"
+            "of the motion. Such a row holds, too, if --set gives each value that it reads from there.\n\n"
+            "  refdyn statics models/manipulator.lua\n"
+            "  refdyn statics models/manipulator.lua --hold column_psi,arm_psi,effector_z\n"
+            "  refdyn statics models/manipulator.lua --hold column_psi,arm_psi --set xc=0.54\n"
+            "  refdyn statics models/slidercrank.lua --release 'guide y'\n"};

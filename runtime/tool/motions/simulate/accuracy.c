@@ -129,7 +129,7 @@ enum status search_run(struct search *search, const struct task *task,
                        const struct refdyn_options *integration) {
     struct refdyn_options options = *integration;
     struct task each = *task;
-    const double accuracy = task->options->accuracy;
+    const double accuracy = options_number(task->options, "accuracy");
     const int order = refdyn_method_order(options.method);
     int failures = 0, place = 0;
     *search = (struct search){.taken = NULL};

@@ -150,7 +150,8 @@ void summary_print(const struct summary *summary) {
     char text[NUMBER_LENGTH];
     print_method(motion);
     if (motion->scene->equilibrium)
-        fprintf(stderr, "start        equilibrium, %s\n", stability_text(motion->scene->equilibrium));
+        fprintf(stderr, "start        equilibrium, %s\n",
+                equilibria_stability_text(motion->scene->equilibrium));
     fprintf(stderr, "steps        %ld taken, %ld rejected, from %.3g to %.3g s\n", s->steps, s->rejected,
             s->step_smallest, s->step_largest);
     fprintf(stderr, "evaluations  %ld, tangents %ld%s\n", s->evaluations, s->tangents,
@@ -241,7 +242,7 @@ static void put_summary(struct document *document, const struct summary *summary
     const struct refdyn_statistics *s = &motion->integrator.statistics;
     put_method(document, motion);
     if (motion->scene->equilibrium)
-        put_text(document, "equilibrium", stability_text(motion->scene->equilibrium));
+        put_text(document, "equilibrium", equilibria_stability_text(motion->scene->equilibrium));
     if (motion->integrator.start_is_far)
         put_moves(document, &motion->integrator);
     put_whole(document, "steps", s->steps);

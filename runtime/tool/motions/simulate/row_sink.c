@@ -88,13 +88,13 @@ static void add_model(struct facts *facts, const struct scene *scene) {
 
 static void add_method(struct facts *facts, const struct task *task,
                        const struct refdyn_integrator *integrator) {
-    const struct options *given = task->options;
+    const char *method = options_text(task->options, "method"), *from = options_text(task->options, "from");
     const struct refdyn_options *options = &integrator->options;
-    add_text(facts, "/", "method", given->method ? given->method : refdyn_method_name((int)options->method));
+    add_text(facts, "/", "method", method ? method : refdyn_method_name((int)options->method));
     add_text(facts, "/", "stabilise", stabilise_names[options->stabilise]);
     add_number(facts, "/", options->tol > 0 ? "tol" : "step",
                options->tol > 0 ? options->tol : options->step);
-    add_text(facts, "/", "from", given->from ? given->from : "initial");
+    add_text(facts, "/", "from", from ? from : "initial");
     add_number(facts, "/", "until", task->until);
 }
 
@@ -110,19 +110,19 @@ static bool begin_hdf5(struct row_sink *sink, const struct table *table) {
                                          .part_count = table->part_count,
                                          .fact_count = facts.count,
                                          .width = table->count};
-    sink->writer = motion_create(sink->path, &layout);
+    sink->writer = hdf5_motion_create(sink->path, &layout);
     sink->is_lost = !sink->writer;
     memory_release(&memory);
     return sink->writer;
 }
 
 static bool put_hdf5(struct row_sink *sink, const struct table *table) {
-    return motion_put(sink->writer, table->values);
+    return hdf5_motion_put(sink->writer, table->values);
 }
 
 /* If writing has failed, HDF5 leaves no readable file. */
 static bool end_hdf5(struct row_sink *sink) {
-    sink->is_lost = !sink->writer || !motion_finish(sink->writer);
+    sink->is_lost = !sink->writer || !hdf5_motion_finish(sink->writer);
     sink->writer = NULL;
     return !sink->is_lost;
 }

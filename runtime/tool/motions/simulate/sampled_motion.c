@@ -29,74 +29,111 @@ enum {
 
 /* ---- Options ---- */
 
+const char *motion_methods(bool is_explicit) {
+    struct text text = {.memory = &program_memory};
+    for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
+        if (!is_explicit || !refdyn_method_is_implicit((enum refdyn_method)method))
+            text_add(&text, "%s%s", text.length ? ", " : "", refdyn_method_name(method));
+    return text.data;
+}
+
+static const char *list_methods(const struct command *command) {
+    return text_format("%s%s", motion_methods(false),
+                       command->has_gsl && HAS_METHODS_OF_GSL ? ", msbdf, bsimp" : "");
+}
+
+static const char *const stabilise_words[] = {"none", "baumgarte", "baumgarte-auto", "project", NULL};
+static const char *const start_words[] = {"as-is", "project", NULL};
+static const char *const singular_words[] = {[REFDYN_STOP] = "stop", [REFDYN_PASS] = "pass", NULL};
+const struct option_rule motion_rules[] = {
+    {"until", "T", OPTION_POSITIVE, "end of the motion [s]", NULL, NULL},
+    {"method", "NAME", OPTION_TEXT, "%s (default: rk4 with --step, auto without)", NULL, list_methods},
+    {"step", "H", OPTION_POSITIVE, "fixed steps of this size [s]", NULL, NULL},
+    {"tol", "TOL", OPTION_POSITIVE,
+     "adaptive steps: local error tolerance, relative to 1 rad and the model's length, or 1 m if it "
+     "states none (default 1e-6)",
+     NULL, NULL},
+    {"step-max", "H", OPTION_POSITIVE, "largest adaptive step [s] (default: no bound)", NULL, NULL},
+    {"every", "DT", OPTION_POSITIVE, "time between outputs [s] (default T/200)", NULL, NULL},
+    {"from", "WHERE", OPTION_TEXT, "initial (default), statics, or a STATE.json", options_places, NULL},
+    {"stabilise", "HOW", OPTION_TEXT,
+     "none, baumgarte (default with rk4), baumgarte-auto (gains from the step) or project (default "
+     "with the "
+     "others)",
+     stabilise_words, NULL},
+    {"singular", "HOW", OPTION_TEXT,
+     "where the constraint rows lose rank: stop (default), or pass if a branch can be followed",
+     singular_words, NULL},
+    {"start", "HOW", OPTION_TEXT, "as-is (default), or project: first moves the start onto the programme",
+     start_words, NULL},
+    {.name = NULL}};
+
 /* GSL's methods use the memory of an implicit method. */
 static enum status choose_gsl(const struct options *options, struct refdyn_options *integration) {
+    const char *method = options_text(options, "method");
+    const double tol = options_number(options, "tol");
     if (!HAS_METHODS_OF_GSL)
-        return option_error(options, "method", ": '%s' needs GSL; build refdyn with it", options->method);
-    if (options->step > 0)
-        return option_error(options, "step", ": %s chooses its steps; use --tol", options->method);
+        return option_error(options, "method", ": '%s' needs GSL; build refdyn with it", method);
+    if (options_number(options, "step") > 0)
+        return option_error(options, "step", ": %s chooses its steps; use --tol", method);
     *integration = refdyn_options_default(REFDYN_RODAS5P);
-    integration->stabilise = by_gsl_stabilise(options->method);
-    if (options->tolerance > 0)
-        integration->tol = options->tolerance;
+    integration->stabilise = by_gsl_stabilise(method);
+    if (tol > 0)
+        integration->tol = tol;
     return STATUS_DONE;
 }
 
 static enum status choose_method(const struct options *options, struct refdyn_options *integration) {
-    int method = options->step > 0 ? REFDYN_RK4 : REFDYN_AUTO;
-    if (by_gsl_has(options->method))
+    const double step = options_number(options, "step"), tol = options_number(options, "tol"),
+                 step_max = options_number(options, "step-max");
+    const char *name = options_text(options, "method");
+    int method = step > 0 ? REFDYN_RK4 : REFDYN_AUTO;
+    if (by_gsl_has(name))
         return choose_gsl(options, integration);
-    if (options->method)
-        method = refdyn_method_find(options->method);
+    if (name)
+        method = refdyn_method_find(name);
     if (method < 0)
-        return option_error(options, "method", ": '%s' is not one of %s", options->method,
-                            options_methods(false));
-    if (options->tolerance > 0 && options->step > 0)
+        return option_error(options, "method", ": '%s' is not one of %s", name, motion_methods(false));
+    if (tol > 0 && step > 0)
         return usage_error(options->command,
                            "--step sets fixed steps and --tol adaptive ones; omit one of them");
-    if (options->step_max > 0 && options->step > 0)
+    if (step_max > 0 && step > 0)
         return usage_error(options->command,
                            "--step sets fixed steps and --step-max bounds adaptive ones; omit one of them");
     *integration = refdyn_options_default((enum refdyn_method)method);
-    if ((options->tolerance > 0 || options->step_max > 0) && integration->tol == 0)
-        return option_error(options, options->tolerance > 0 ? "tol" : "step-max",
-                            ": %s has fixed steps; use --step", refdyn_method_name(method));
-    integration->step_max = options->step_max;
-    if (options->step > 0) {
-        integration->step = options->step;
+    if ((tol > 0 || step_max > 0) && integration->tol == 0)
+        return option_error(options, tol > 0 ? "tol" : "step-max", ": %s has fixed steps; use --step",
+                            refdyn_method_name(method));
+    integration->step_max = step_max;
+    if (step > 0) {
+        integration->step = step;
         integration->tol = 0;
     }
-    if (options->tolerance > 0)
-        integration->tol = options->tolerance;
+    if (tol > 0)
+        integration->tol = tol;
     return STATUS_DONE;
 }
 
 const char *const stabilise_names[STABILISE_COUNT] = {
     [REFDYN_NONE] = "none", [REFDYN_BAUMGARTE] = "baumgarte", [REFDYN_PROJECT] = "project"};
 
-const char *const motion_stabilise_words[] = {"none", "baumgarte", "baumgarte-auto", "project", NULL};
-const char *const motion_start_words[] = {"as-is", "project", NULL};
-const char *const motion_singular_words[] = {[REFDYN_STOP] = "stop", [REFDYN_PASS] = "pass", NULL};
-
 /* baumgarte-auto is baumgarte with gains computed from the step. */
 static enum status choose_stabilisation(const struct options *options, struct refdyn_options *integration) {
+    const char *method = options_text(options, "method");
     static const enum refdyn_stabilise stabilise[] = {REFDYN_NONE, REFDYN_BAUMGARTE, REFDYN_BAUMGARTE,
                                                       REFDYN_PROJECT};
     int place;
-    if (!options->stabilise)
-        return STATUS_DONE;
-    const enum status status =
-        options_choose(options, "stabilise", options->stabilise, motion_stabilise_words, &place);
-    if (status != STATUS_DONE)
+    const enum status status = options_choose(options, "stabilise", &place);
+    if (status != STATUS_DONE || !options_has(options, "stabilise"))
         return status;
     integration->stabilise = stabilise[place];
-    if (strcmp(options->stabilise, "baumgarte-auto") == 0)
+    if (options_is(options, "stabilise", "baumgarte-auto"))
         integration->gain_share = automatic_share;
-    if (integration->stabilise == REFDYN_PROJECT && by_gsl_has(options->method) &&
-        by_gsl_stabilise(options->method) != REFDYN_PROJECT)
+    if (integration->stabilise == REFDYN_PROJECT && by_gsl_has(method) &&
+        by_gsl_stabilise(method) != REFDYN_PROJECT)
         return option_error(options, "stabilise",
                             ": project would make %s start again after each step; use baumgarte or none",
-                            options->method);
+                            method);
     return STATUS_DONE;
 }
 
@@ -114,10 +151,10 @@ enum status motion_options(const struct options *options, struct refdyn_options 
     enum status status = choose_method(options, integration);
     if (status == STATUS_DONE)
         status = choose_stabilisation(options, integration);
-    if (status == STATUS_DONE && options->start)
-        status = options_choose(options, "start", options->start, motion_start_words, &start);
-    if (status == STATUS_DONE && options->singular)
-        status = options_choose(options, "singular", options->singular, motion_singular_words, &way);
+    if (status == STATUS_DONE)
+        status = options_choose(options, "start", &start);
+    if (status == STATUS_DONE)
+        status = options_choose(options, "singular", &way);
     if (status != STATUS_DONE)
         return status;
     integration->singular = (enum refdyn_singular)way;
@@ -128,23 +165,24 @@ enum status motion_options(const struct options *options, struct refdyn_options 
 
 enum status motion_fit(const struct scene *scene, const struct options *options,
                        const struct refdyn_options *integration) {
-    if (by_gsl_has(options->method) && scene->model->event_count > 0) {
+    const char *method = options_text(options, "method");
+    if (by_gsl_has(method) && scene->model->event_count > 0) {
         fprintf(stderr, "refdyn: %s: --method %s does not detect state events; use one of %s\n",
-                scene->model->name, options->method, options_methods(false));
+                scene->model->name, method, motion_methods(false));
         return STATUS_FAULT;
     }
     if (refdyn_can_run(scene->model, integration->method))
         return STATUS_DONE;
     fprintf(stderr,
             "refdyn: %s: --method %s needs the exact tangent, which the printed form lacks; use one of %s\n",
-            scene->model->name, options->method, options_methods(true));
+            scene->model->name, method, motion_methods(true));
     return STATUS_FAULT;
 }
 
 /* ---- The start, and the times of outputs ---- */
 
 static bool is_from_statics(const struct options *options) {
-    return options->from && strcmp(options->from, "statics") == 0;
+    return options_is(options, "from", "statics");
 }
 
 unsigned motion_needs(const struct options *options) {
@@ -155,27 +193,29 @@ enum status motion_place(struct scene *scene, const struct options *options) {
     enum status status = STATUS_DONE;
     if (is_from_statics(options)) {
         struct equilibrium *equilibrium = allocate(1, sizeof *equilibrium);
-        status = find_equilibrium(scene, options, equilibrium);
+        status = equilibria_find(scene, options, equilibrium);
         scene->equilibrium = &equilibrium->result;
-    } else if (options->hold)
+    } else if (options_text(options, "hold"))
         return option_error(options, "hold", " needs --from statics");
     else
-        status = refuse_statics_options(options, "--from statics");
+        status = equilibria_refuse_options(options, "--from statics");
     refdyn_anchor(&scene->work, scene->state.t, scene->q, scene->qd, scene->given);
     return status;
 }
 
 enum status motion_check_times(const struct scene *scene, const struct options *options) {
-    const double from = scene->state.t, span = options->until - from;
+    const double until = options_number(options, "until"), every = options_number(options, "every"),
+                 step = options_number(options, "step");
+    const double from = scene->state.t, span = until - from;
     if (span <= 0)
-        return option_error(options, "until", " %g: must be after the start of the motion at t = %g",
-                            options->until, from);
-    if (options->every > 0 && span / options->every > OUTPUTS_MAX)
-        return option_error(options, "every", " %g: %.3g outputs; must be at most %d", options->every,
-                            span / options->every, OUTPUTS_MAX);
-    if (options->step > 0 && span / options->step > steps_max)
-        return option_error(options, "step", " %g: %.3g steps; must be at most %.3g", options->step,
-                            span / options->step, steps_max);
+        return option_error(options, "until", " %g: must be after the start of the motion at t = %g", until,
+                            from);
+    if (every > 0 && span / every > OUTPUTS_MAX)
+        return option_error(options, "every", " %g: %.3g outputs; must be at most %d", every, span / every,
+                            OUTPUTS_MAX);
+    if (step > 0 && span / step > steps_max)
+        return option_error(options, "step", " %g: %.3g steps; must be at most %.3g", step, span / step,
+                            steps_max);
     return STATUS_DONE;
 }
 
@@ -212,10 +252,11 @@ enum status stops_read(struct stops *stops, const struct options *options,
                        struct refdyn_integrator *integrator, const struct refdyn_spatial *spatial) {
     enum status status = STATUS_DONE;
     *stops = (struct stops){.integrator = integrator};
-    stops->list = allocate((size_t)options->stop_count, sizeof *stops->list);
+    stops->list = allocate((size_t)options->value_count, sizeof *stops->list);
     table_start(&stops->table, integrator, spatial);
-    for (int i = 0; i < options->stop_count && status == STATUS_DONE; i++)
-        status = read_stop(stops, options, options->stops[i]);
+    const char *text;
+    for (int i = 0; status == STATUS_DONE && (text = options_repeated(options, "stop", i)); i++)
+        status = read_stop(stops, options, text);
     return status;
 }
 
@@ -300,7 +341,7 @@ int motion_start(struct motion *motion, struct scene *scene, const struct refdyn
     int status = refdyn_integrator_init(&motion->integrator, &scene->work, integration, motion->memory, size);
     double begin = cpu_seconds();
     if (scene->inputs)
-        inputs_set(scene->inputs, motion->from, scene->work.x);
+        scene_inputs_set(scene->inputs, motion->from, scene->work.x);
     if (status == REFDYN_OK)
         keep_values(motion);
     if (status == REFDYN_OK)
@@ -340,7 +381,7 @@ bool motion_is_stopped(const struct motion *motion) {
 /* Sets the inputs of the sample at the integrator's time and evaluates the state again. */
 static int take_sample(struct motion *motion) {
     struct refdyn_integrator *integrator = &motion->integrator;
-    inputs_set(motion->scene->inputs, integrator->t, integrator->work->x);
+    scene_inputs_set(motion->scene->inputs, integrator->t, integrator->work->x);
     refdyn_integrator_limit(integrator, next_sample(motion));
     const int status = refdyn_integrator_refresh(integrator);
     if (status == REFDYN_OK && motion->stops)

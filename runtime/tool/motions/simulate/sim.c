@@ -31,7 +31,7 @@ static void print_remedies(const struct options *options, const struct refdyn_op
                 ? "gains from the step (baumgarte-auto) allow no step with a local error there; gains of "
                   "the rows (baumgarte), or --step, pull it in"
                 : what[chosen->stabilise],
-            options->start ? ", as requested" : "");
+            options_text(options, "start") ? ", as requested" : "");
 }
 
 static double farthest_move(const double *moved, int n, int *most) {
@@ -127,7 +127,7 @@ static void on_start(const struct task *task, const struct motion *motion) {
     print_start(task->options, motion);
     print_beyond(motion);
     print_free_contacts(motion);
-    print_redundant_rows(&task->scene->work);
+    scene_print_redundant_rows(&task->scene->work);
 }
 
 /* Keeps the partial file under its name if it has rows. */
@@ -162,10 +162,10 @@ static void print_start_residuals(const struct trial *trial) {
     const struct refdyn_integrator *integrator = &trial->motion.integrator;
     if (trial->result != REFDYN_NO_CONVERGENCE && trial->result != REFDYN_ROWS_INCONSISTENT)
         return;
-    print_residuals(integrator->work, scene->state.t, scene->q, scene->qd, "the start");
+    scene_print_residuals(integrator->work, scene->state.t, scene->q, scene->qd, "the start");
     if (memcmp(scene->q, integrator->q, (size_t)scene->model->n * sizeof *integrator->q) != 0)
-        print_residuals(integrator->work, scene->state.t, integrator->q, integrator->qd,
-                        "where the projection ended");
+        scene_print_residuals(integrator->work, scene->state.t, integrator->q, integrator->qd,
+                              "where the projection ended");
 }
 
 /* Returns whether a force of the model saturates with a rate. */
@@ -181,7 +181,7 @@ static void print_failure(const struct trial *trial) {
     if (trial->unfit)
         fprintf(stderr, "refdyn: column %s is infinite or not a number\n", trial->unfit);
     if (!trial->is_started) {
-        numbers_failed(scene, trial->result, scene->state.t, scene->q, scene->qd);
+        scene_numbers_failed(scene, trial->result, scene->state.t, scene->q, scene->qd);
         print_start_residuals(trial);
     } else if (trial->result == MOTION_INTERRUPTED || trial->result == MOTION_NOT_WRITTEN)
         fprintf(stderr, "refdyn: %s at t = %s s\n",
@@ -193,9 +193,9 @@ static void print_failure(const struct trial *trial) {
         if (integrator->cause > 0 && integrator->cause != trial->result)
             fprintf(stderr, "refdyn: at t = %s s: %s\n", exact_text(integrator->failed_t, text),
                     refdyn_status_text(integrator->cause));
-        numbers_failed(scene, trial->result, integrator->t, integrator->q, integrator->qd);
+        scene_numbers_failed(scene, trial->result, integrator->t, integrator->q, integrator->qd);
         events_print_failed(integrator);
-        if (print_condition(integrator->work, integrator->t, integrator->q, integrator->qd) &&
+        if (scene_print_condition(integrator->work, integrator->t, integrator->q, integrator->qd) &&
             integrator->options.singular == REFDYN_STOP)
             fputs("refdyn: --singular pass crosses it if a branch can be followed\n", stderr);
         print_refused(&integrator->refused);
@@ -297,7 +297,7 @@ static enum status simulate(const struct task *task, const struct refdyn_options
     else {
         summary.cpu_total_s = trial.motion.cpu_s;
         enum status verified = STATUS_DONE;
-        if (task->options->verify && trial.motion.integrator.t > trial.motion.from)
+        if (options_has(task->options, "verify") && trial.motion.integrator.t > trial.motion.from)
             verified = verify(&trial, task, &summary, &estimate);
         status = finish(&summary, task->scene);
         status = status == STATUS_DONE ? verified : status;
@@ -333,7 +333,7 @@ static enum status conclude(const struct search *search, const struct candidate 
     struct target *target = task->scene->result;
     const struct summary summary = {.trial = &best->trial,
                                     .estimate = best->has_estimate ? &best->estimate : NULL,
-                                    .accuracy = task->options->accuracy,
+                                    .accuracy = options_number(task->options, "accuracy"),
                                     .cpu_total_s = search->cpu_total_s};
     if (search->is_reached)
         return finish(&summary, task->scene);
@@ -381,7 +381,8 @@ static void print_gains(const struct scene *scene, const struct refdyn_options *
 }
 
 static bool wants_hdf5(const struct options *options) {
-    return options->output && text_names_hdf5(options->output);
+    const char *output = options_text(options, "output");
+    return output && text_names_hdf5(output);
 }
 
 /* After a signal the rows of the motion stay readable. */
@@ -395,17 +396,20 @@ static enum status run_task(const struct task *task, const struct refdyn_options
         return status;
     print_gains(task->scene, integration);
     interrupt_defer(true);
-    return options->accuracy > 0 ? search(task, integration, &rows) : simulate(task, integration, &rows);
+    return options_number(options, "accuracy") > 0 ? search(task, integration, &rows)
+                                                   : simulate(task, integration, &rows);
 }
 
 static enum status check_error_options(const struct options *options,
                                        const struct refdyn_options *integration) {
-    if (options->accuracy > 0 && (options->tolerance > 0 || integration->tol == 0))
+    const double tol = options_number(options, "tol");
+    if (options_number(options, "accuracy") > 0 && (tol > 0 || integration->tol == 0))
         return usage_error(options->command, "--accuracy chooses the tolerance itself; it excludes %s",
-                           options->tolerance > 0 ? "--tol"
-                           : options->step > 0    ? "--step"
-                                                  : "a method with fixed steps");
-    if (options->verify && integration->tol > 0 && integration->tol * verify_most < DBL_EPSILON)
+                           tol > 0                               ? "--tol"
+                           : options_number(options, "step") > 0 ? "--step"
+                                                                 : "a method with fixed steps");
+    if (options_has(options, "verify") && integration->tol > 0 &&
+        integration->tol * verify_most < DBL_EPSILON)
         return usage_error(options->command, "--verify needs --tol %g or larger", DBL_EPSILON / verify_most);
     return STATUS_DONE;
 }
@@ -415,15 +419,16 @@ static enum status run_scene(struct scene *scene, const struct options *options,
     struct inputs inputs = {.path = NULL};
     const struct task task = {.scene = scene,
                               .options = options,
-                              .until = options->until,
-                              .has_stops = options->stop_count > 0,
+                              .until = options_number(options, "until"),
+                              .has_stops = options_has(options, "stop"),
                               .on_start = on_start};
     enum status status = motion_fit(scene, options, integration);
-    if (status == STATUS_DONE && options->inputs) {
+    if (status == STATUS_DONE && options_text(options, "inputs")) {
         scene->inputs = &inputs;
-        status = inputs_read(&inputs, options->inputs, scene->model) ? STATUS_DONE : STATUS_FAULT;
+        status = scene_inputs_read(&inputs, options_text(options, "inputs"), scene->model) ? STATUS_DONE
+                                                                                           : STATUS_FAULT;
         if (status == STATUS_DONE)
-            inputs_set(&inputs, scene->state.t, scene->work.x);
+            scene_inputs_set(&inputs, scene->state.t, scene->work.x);
     }
     if (status == STATUS_DONE)
         status = motion_place(scene, options);
@@ -459,7 +464,7 @@ enum status run_sim(const struct options *options) {
     struct scene scene;
     if (wants_hdf5(options) && !HAS_HDF5)
         return usage_error(options->command, "-o %s: this refdyn is built without HDF5; write a CSV",
-                           options->output);
+                           options_text(options, "output"));
     enum status status = motion_options(options, &integration);
     if (status == STATUS_DONE)
         status = check_error_options(options, &integration);
@@ -467,7 +472,7 @@ enum status run_sim(const struct options *options) {
         return status;
     const unsigned tangent = refdyn_method_is_implicit(integration.method) ? NEEDS_TANGENT : 0;
     status = scene_open(&scene, options, NEEDS_RESULT | NEEDS_POINT_RATES | motion_needs(options) | tangent,
-                        options_state_path(options->from));
+                        options_state_path(options_text(options, "from")));
     if (status == STATUS_DONE && wants_hdf5(options))
         status = check_hdf5(&scene);
     if (status == STATUS_DONE)
@@ -475,3 +480,12 @@ enum status run_sim(const struct options *options) {
     scene_close(&scene);
     return status;
 }
+
+const struct option_rule sim_rules[] = {
+    {"accuracy", "ERROR", OPTION_POSITIVE,
+     "bound on the error of the whole motion [m, rad]; the tolerance is chosen to meet it", NULL, NULL},
+    {"verify", NULL, OPTION_FLAG, "estimate the error of the whole motion by repeating it more accurately",
+     NULL, NULL},
+    {"stop", "NAME<VALUE", OPTION_TEXTS,
+     "end when a column of the CSV falls below a value, or with > exceeds it (repeatable)", NULL, NULL},
+    {.name = NULL}};

@@ -246,9 +246,13 @@ enum {
 /* By enum refdyn_stabilise. */
 extern const char *const stabilise_names[STABILISE_COUNT];
 
-/* The words of --stabilise, --start and --singular; NULL ends each list. */
-extern const char *const motion_stabilise_words[], *const motion_start_words[],
-                                                       *const motion_singular_words[];
+/* The options of motions. */
+extern const struct option_rule motion_rules[];
+/* "rk4, rk54, ...": all methods, or those that need no tangent. */
+const char *motion_methods(bool is_explicit);
+/* Those of `sim` alone, and the command on a model. */
+extern const struct option_rule sim_rules[];
+enum status run_sim(const struct options *options);
 
 struct motion {
     struct scene *scene;

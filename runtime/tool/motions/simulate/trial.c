@@ -68,12 +68,14 @@ static void go(struct trial *trial, struct table *table, struct row_sink *rows) 
 
 void trial_run(struct trial *trial, const struct task *task, const struct refdyn_options *integration,
                struct row_sink *rows) {
+    const char *method = options_text(task->options, "method");
     struct motion *motion = &trial->motion;
     struct table table;
     *trial = (struct trial){.usage = STATUS_DONE};
-    trial->result = motion_start(motion, task->scene, integration, task->until, task->options->every);
-    if (trial->result == REFDYN_OK && by_gsl_has(task->options->method))
-        trial->result = motion_by_gsl(motion, task->options->method);
+    trial->result =
+        motion_start(motion, task->scene, integration, task->until, options_number(task->options, "every"));
+    if (trial->result == REFDYN_OK && by_gsl_has(method))
+        trial->result = motion_by_gsl(motion, method);
     trial->is_started = trial->result == REFDYN_OK;
     if (!trial->is_started)
         return;

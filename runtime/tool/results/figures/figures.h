@@ -143,9 +143,9 @@ struct run {
 };
 
 /* Returns whether the name of a file has an ending of HDF5. */
-bool run_is_hdf5(const char *path);
+bool figures_run_is_hdf5(const char *path);
 /* Returns false and reports the error as FILE:LINE if the file is no motion. */
-bool run_read(struct run *run, const char *path);
+bool figures_run_read(struct run *run, const char *path);
 
 /* Panels: the list of charts for some motions. A panel without values makes no chart. */
 
@@ -211,10 +211,12 @@ bool runs_figure_draw(const char *path, const char *panels, FILE *out);
 
 /* Adds a chart of how a number of each case depends on what varied: a map of mean values over two quantities,
  * or a curve over one. Extremes use the number at `place` of their axis. */
-bool response_add(struct runs_charts *figure, const struct kept_item *item, int place);
+bool figures_response_add(struct runs_charts *figure, const struct kept_item *item, int place);
 /* Adds percentiles of a history over time. Cases without a number at a time do not count there. */
-bool bands_add(struct runs_charts *figure, const struct kept_item *item);
+bool figures_bands_add(struct runs_charts *figure, const struct kept_item *item);
 /* Adds lines at the top: how many cases failed and why, and which cases have the largest extremes. */
-bool worst_add(struct runs_charts *figure);
+bool figures_worst_add(struct runs_charts *figure);
+
+extern const struct command plot_command;
 
 #endif

@@ -17,7 +17,7 @@ struct drawing {
 };
 
 static bool is_file_of_runs(const char *path) {
-    return run_is_hdf5(path) && !motion_is_in(path);
+    return figures_run_is_hdf5(path) && !hdf5_motion_is_in(path);
 }
 
 static enum status check_runs(struct drawing *drawing) {
@@ -28,20 +28,22 @@ static enum status check_runs(struct drawing *drawing) {
             return usage_error(options->command, "%s: a file of runs must be the only operand",
                                options->operands[i]);
     }
-    if (drawing->is_of_runs && options->units)
+    if (drawing->is_of_runs && options_text(options, "units"))
         return usage_error(options->command, "--units: a file of runs has its own units; omit it");
     return STATUS_DONE;
 }
 
 static enum status check_usage(struct drawing *drawing) {
     const struct options *options = drawing->options;
+    const char *output = options_text(options, "output");
     const enum status status = check_runs(drawing);
-    const char *unknown = drawing->is_of_runs ? NULL : panels_choose(&drawing->panels, options->panel);
-    drawing->format = picture_format_of(options->output);
+    const char *unknown =
+        drawing->is_of_runs ? NULL : panels_choose(&drawing->panels, options_text(options, "panel"));
+    drawing->format = picture_format_of(output);
     if (status == STATUS_DONE && unknown)
         return usage_error(options->command, "--panel: '%s' is not one of %s", unknown, panels_names());
     if (status == STATUS_DONE && !drawing->format)
-        return usage_error(options->command, "-o: '%s' must end in .svg, .png or .pdf", options->output);
+        return usage_error(options->command, "-o: '%s' must end in .svg, .png or .pdf", output);
     return status;
 }
 
@@ -103,7 +105,7 @@ static bool write_runs(struct drawing *drawing) {
     char *svg;
     size_t size;
     FILE *out = text_stream(&svg, &size);
-    bool is_good = runs_figure_draw(options->operands[0], options->panel, out);
+    bool is_good = runs_figure_draw(options->operands[0], options_text(options, "panel"), out);
     fclose(out);
     is_good = is_good && picture_write(drawing->format, svg, drawing->target->file) &&
               target_finish(drawing->target);
@@ -114,19 +116,21 @@ static bool write_runs(struct drawing *drawing) {
 /* Opens the target and reads all files of single motions. */
 static bool open_files(struct drawing *drawing) {
     const struct options *options = drawing->options;
+    const char *units = options_text(options, "units");
     for (int i = 0; i < options->operand_count; i++)
         targets_spare(&drawing->targets, options->operands[i]);
-    if (options->units)
-        targets_spare(&drawing->targets, options->units);
-    drawing->target =
-        picture_can_write(drawing->format) ? target_open(&drawing->targets, options->output) : NULL;
-    bool is_good = drawing->target && (!options->units || read_units(&drawing->panels, options->units));
+    if (units)
+        targets_spare(&drawing->targets, units);
+    drawing->target = picture_can_write(drawing->format)
+                          ? target_open(&drawing->targets, options_text(options, "output"))
+                          : NULL;
+    bool is_good = drawing->target && (!units || read_units(&drawing->panels, units));
     for (int i = 0; i < options->operand_count && is_good && !drawing->is_of_runs; i++)
-        is_good = run_read(&drawing->panels.runs[i], options->operands[i]);
+        is_good = figures_run_read(&drawing->panels.runs[i], options->operands[i]);
     return is_good;
 }
 
-enum status run_plot(const struct options *options) {
+static enum status run_plot(const struct options *options) {
     struct drawing drawing = {.options = options, .panels = {.run_count = options->operand_count}};
     struct panels *panels = &drawing.panels;
     const enum status status = check_usage(&drawing);
@@ -139,3 +143,37 @@ enum status run_plot(const struct options *options) {
     json_decref(panels->units);
     return is_good ? STATUS_DONE : STATUS_FAULT;
 }
+
+static const char *list_panels(const struct command *command) {
+    (void)command;
+    return panels_names();
+}
+
+static const struct option_rule plot_rules[] = {
+    {"panel", "a,b", OPTION_LIST,
+     "these panels only: angles, slides, bending-psi, "
+     "bending-theta, torsion, others, path, side, height, "
+     "velocity, "
+     "forces, torques, inputs, phi, psi, energy",
+     NULL, list_panels},
+    {"units", "FILE.json", OPTION_TEXT, "these panels only: %s", NULL, NULL},
+    {.name = NULL}};
+
+const struct command plot_command = {
+    .name = "plot",
+    .run = run_plot,
+    .operands = "RUN...",
+    .options = "output! panel units",
+    .tables = {plot_rules},
+    .output = "FILE.svg",
+    .purpose = "figures of motions, as one SVG, PNG or PDF by the suffix of FILE",
+    .help = "Coordinates, paths, heights and vertical velocities of points, forces, inputs, courses, "
+            "residuals and energy.\n"
+            "Colours distinguish quantities; line styles distinguish the runs, which share one set of axes. "
+            "rsvg-convert makes\n"
+            "PNG and PDF. For RUNS.h5, a file of runs: results over what varied, percentiles over time, the "
+            "worst cases; --panel\n"
+            "selects items of the file, such as extremes/E_x.\n\n"
+            "  refdyn plot rigid.csv flexible.csv -o motion.svg\n"
+            "  refdyn plot rigid.csv --panel path,energy --units rigid.json -o path.pdf\n"
+            "  refdyn plot runs.h5 --panel extremes/E_x,history/E_x -o runs.svg\n"};

@@ -110,7 +110,7 @@ static bool read_rows(struct run *run) {
     const size_t width = (size_t)run->column_count;
     double *last = allocate(width, sizeof *last);
     int answer;
-    while ((answer = run->motion ? motion_next(run->motion, last) : next_line(run, last)) > 0) {
+    while ((answer = run->motion ? hdf5_motion_next(run->motion, last) : next_line(run, last)) > 0) {
         memcpy(run->kept + (size_t)run->kept_count * width, last, width * sizeof *last);
         take_row(run, last);
     }
@@ -144,10 +144,10 @@ static bool open_csv(struct run *run, const char *path) {
 }
 
 static bool open_hdf5(struct run *run, const char *path) {
-    run->motion = motion_open(path);
+    run->motion = hdf5_motion_open(path);
     if (!run->motion)
         return false;
-    const char *const *names = motion_names(run->motion, &run->column_count);
+    const char *const *names = hdf5_motion_names(run->motion, &run->column_count);
     char **kept = allocate((size_t)run->column_count, sizeof *kept);
     for (int i = 0; i < run->column_count; i++)
         kept[i] = text_format("%s", names[i]);
@@ -155,7 +155,7 @@ static bool open_hdf5(struct run *run, const char *path) {
     return true;
 }
 
-bool run_is_hdf5(const char *path) {
+bool figures_run_is_hdf5(const char *path) {
     static const char *const endings[] = {".h5", ".hdf5", ".h5.part", ".hdf5.part"};
     const size_t length = strlen(path);
     for (size_t i = 0; i < sizeof endings / sizeof endings[0]; i++)
@@ -165,7 +165,7 @@ bool run_is_hdf5(const char *path) {
 }
 
 static bool read_run(struct run *run, const char *path) {
-    if (!(run_is_hdf5(path) ? open_hdf5 : open_csv)(run, path))
+    if (!(figures_run_is_hdf5(path) ? open_hdf5 : open_csv)(run, path))
         return false;
     get_room(run);
     find_columns(run);
@@ -175,12 +175,12 @@ static bool read_run(struct run *run, const char *path) {
     return run->rows > 0 || csv_complain(&run->csv, "there are no rows; give a CSV file of refdyn sim");
 }
 
-bool run_read(struct run *run, const char *path) {
+bool figures_run_read(struct run *run, const char *path) {
     const char *slash = strrchr(path, '/');
     *run = (struct run){.path = path, .name = slash ? slash + 1 : path, .energy = -1};
     const bool is_good = read_run(run, path);
     csv_close(&run->csv);
-    motion_close(run->motion);
+    hdf5_motion_close(run->motion);
     run->motion = NULL;
     return is_good;
 }

@@ -109,7 +109,7 @@ static int compare_pairs(const void *a, const void *b) {
 
 /* Collects the cases that have both numbers, by ascending x; returns how many there are. */
 static long pair_up(struct runs_charts *figure, const double *x, const double *y, struct pair **pairs) {
-    const long cases = runs_count(figure->reader);
+    const long cases = hdf5_runs_count(figure->reader);
     long count = 0;
     *pairs = memory_get(&figure->memory, ((size_t)cases + 1) * sizeof **pairs);
     for (long row = 0; row < cases; row++)
@@ -171,7 +171,7 @@ static double correlation_of(struct runs_charts *figure, const double *x, const 
 /* Finds the two quantities that correlate most with the values, in the order of the file; the first of equal
  * ones wins. Returns how many there are. */
 static int find_sweeps(struct runs_charts *figure, const double *values, struct sweep sweeps[static 2]) {
-    const struct cases *cases = &runs_layout(figure->reader)->cases;
+    const struct cases *cases = &hdf5_runs_layout(figure->reader)->cases;
     int count = 0;
     for (int i = 0; i < cases->width; i++) {
         struct sweep sweep = {.values = values_of(figure, &cases->columns[i], cases->count)};
@@ -197,10 +197,10 @@ static int find_sweeps(struct runs_charts *figure, const double *values, struct 
 /* Draws over what varied, or over the numbers of the cases if sweep is NULL. */
 static void add_curve(struct runs_charts *figure, struct chart *chart, const struct sweep *sweep,
                       const double *values) {
-    const long cases = runs_count(figure->reader);
+    const long cases = hdf5_runs_count(figure->reader);
     double *numbers = memory_get(&figure->memory, ((size_t)cases + 1) * sizeof *numbers);
     for (long row = 0; row < cases; row++)
-        numbers[row] = (double)runs_numbers(figure->reader)[row];
+        numbers[row] = (double)hdf5_runs_numbers(figure->reader)[row];
     struct pair *pairs;
     const long count = pair_up(figure, sweep ? sweep->values : numbers, values, &pairs);
     if (count > 0)
@@ -229,7 +229,7 @@ static struct field *fill_fields(struct runs_charts *figure, const struct sweep 
                                  const double *values) {
     struct field *fields =
         memory_get(&figure->memory, (size_t)(x->field_count * y->field_count) * sizeof *fields);
-    for (long row = 0; row < runs_count(figure->reader); row++) {
+    for (long row = 0; row < hdf5_runs_count(figure->reader); row++) {
         if (!runs_charts_can_draw(x->values[row]) || !runs_charts_can_draw(y->values[row]))
             continue;
         struct field *field =
@@ -290,7 +290,7 @@ static void note_failures(struct chart *chart, const struct field *fields, int c
 
 /* A grid has a field for each pair of steps; otherwise fields are so large that several cases are in each. */
 static void part_axes(struct runs_charts *figure, struct sweep sweeps[static 2]) {
-    const double cases = (double)runs_count(figure->reader);
+    const double cases = (double)hdf5_runs_count(figure->reader);
     const int fields = (int)fmin(fmax(sqrt(cases / CASES_A_FIELD), FIELDS_LEAST), STEPS_MOST);
     for (int i = 0; i < 2; i++) {
         sweeps[i].is_grid = sweeps[i].step_count <= STEPS_MOST;
@@ -323,7 +323,7 @@ static char *quantity_of(const struct kept_item *item, int place) {
                              item->name, item->unit);
 }
 
-bool response_add(struct runs_charts *figure, const struct kept_item *item, int place) {
+bool figures_response_add(struct runs_charts *figure, const struct kept_item *item, int place) {
     struct sweep sweeps[2] = {{.values = NULL}, {.values = NULL}};
     const double *values = runs_charts_read(figure, item, place, 1);
     if (!values)

@@ -25,12 +25,12 @@ bool runs_charts_can_draw(double value) {
 }
 
 double *runs_charts_read(struct runs_charts *figure, const struct kept_item *item, int place, int count) {
-    const long cases = runs_count(figure->reader);
+    const long cases = hdf5_runs_count(figure->reader);
     const size_t part = (size_t)count;
     double *values = memory_get(&figure->memory, ((size_t)cases * part + 1) * sizeof *values);
     for (long row = 0; row < cases; row++) {
         struct case_record record;
-        if (!runs_get(figure->reader, row, &record))
+        if (!hdf5_runs_get(figure->reader, row, &record))
             return NULL;
         memcpy(values + (size_t)row * part, record.values + item->offset + place, part * sizeof *values);
     }
@@ -79,7 +79,7 @@ static void find_percentiles(const double *values, long cases, int stride, int k
 
 /* Fills courses (PERCENTILES x size), for as many times at once as NUMBERS_MOST allows. */
 static bool fill(struct runs_charts *figure, const struct kept_item *item, double *courses) {
-    const long cases = runs_count(figure->reader);
+    const long cases = hdf5_runs_count(figure->reader);
     const int most = cases > 0 && NUMBERS_MOST / cases > 1 ? (int)(NUMBERS_MOST / cases) : 1;
     double *sorted = memory_get(&figure->memory, ((size_t)cases + 1) * sizeof *sorted);
     for (int first = 0; first < item->size; first += most) {
@@ -145,8 +145,8 @@ static void add_courses(struct chart *chart, const double *x, const double *cour
     add_key(chart, "median", median);
 }
 
-bool bands_add(struct runs_charts *figure, const struct kept_item *item) {
-    const struct kept_axis *axis = find_axis(runs_layout(figure->reader), item->axis);
+bool figures_bands_add(struct runs_charts *figure, const struct kept_item *item) {
+    const struct kept_axis *axis = find_axis(hdf5_runs_layout(figure->reader), item->axis);
     const size_t size = (size_t)item->size;
     double *x = memory_get(&figure->memory, (size + 1) * sizeof *x);
     double *courses = memory_get(&figure->memory, (PERCENTILES * size + 1) * sizeof *courses);
@@ -248,7 +248,7 @@ static int next_reason(const struct reasons *reasons) {
 }
 
 static void tell_reasons(struct runs_charts *figure, struct reasons *reasons) {
-    const long cases = runs_count(figure->reader);
+    const long cases = hdf5_runs_count(figure->reader);
     add_head(figure, text_format("%s: %ld case%s, %ld failed", figure->path, cases, cases == 1 ? "" : "s",
                                  reasons->failed));
     for (int i = 0, which; i < REASONS_MOST && (which = next_reason(reasons)) >= 0; i++) {
@@ -263,8 +263,8 @@ static void tell_reasons(struct runs_charts *figure, struct reasons *reasons) {
 
 /* "case 17 (m_E = 3, program = none)". */
 static void print_case(FILE *out, const struct runs_charts *figure, long row) {
-    const struct cases *cases = &runs_layout(figure->reader)->cases;
-    fprintf(out, "case %ld", runs_numbers(figure->reader)[row]);
+    const struct cases *cases = &hdf5_runs_layout(figure->reader)->cases;
+    fprintf(out, "case %ld", hdf5_runs_numbers(figure->reader)[row]);
     for (int i = 0; i < cases->width && i < COLUMNS_MOST; i++) {
         const struct varied *varied = &cases->columns[i];
         fprintf(out, "%s%s = ", i ? ", " : " (", varied->name);
@@ -293,14 +293,14 @@ static void tell_worst(struct runs_charts *figure, const struct worst *worst) {
     free(text);
 }
 
-bool worst_add(struct runs_charts *figure) {
+bool figures_worst_add(struct runs_charts *figure) {
     struct worst worst[EXTREMES_MOST];
     struct reasons reasons = {.count = 0};
-    const int count = find_items(runs_layout(figure->reader), worst);
+    const int count = find_items(hdf5_runs_layout(figure->reader), worst);
     bool is_good = true;
-    for (long row = 0; row < runs_count(figure->reader) && is_good; row++) {
+    for (long row = 0; row < hdf5_runs_count(figure->reader) && is_good; row++) {
         struct case_record record;
-        is_good = runs_get(figure->reader, row, &record);
+        is_good = hdf5_runs_get(figure->reader, row, &record);
         if (is_good && record.status != 0)
             add_reason(&reasons, record.reason);
         for (int i = 0; i < count && is_good; i++)

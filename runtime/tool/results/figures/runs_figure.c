@@ -21,14 +21,14 @@ enum { PLACE_OF_LARGEST = 2, EXTREMES = 4 };
 
 static bool add_item(struct runs_charts *figure, const struct kept_item *item) {
     if (is_in(item, history_group))
-        return bands_add(figure, item);
-    return response_add(figure, item,
-                        is_in(item, extremes_group) && item->size == EXTREMES ? PLACE_OF_LARGEST : 0);
+        return figures_bands_add(figure, item);
+    return figures_response_add(figure, item,
+                                is_in(item, extremes_group) && item->size == EXTREMES ? PLACE_OF_LARGEST : 0);
 }
 
 /* Adds at most `most` items of a group. */
 static bool add_group(struct runs_charts *figure, const char *group, int most, int *count) {
-    const struct runs_layout *layout = runs_layout(figure->reader);
+    const struct runs_layout *layout = hdf5_runs_layout(figure->reader);
     *count = 0;
     for (int i = 0; i < layout->item_count && *count < most; i++)
         if (is_in(&layout->items[i], group) && strcmp(layout->items[i].name, "t") != 0) {
@@ -71,7 +71,7 @@ static bool add_named(struct runs_charts *figure, const char *panels) {
     const char **names = options_list(panels);
     for (int i = 0; is_good && names[i]; i++) {
         const char *name = names[i];
-        const struct kept_item *item = find_item(runs_layout(figure->reader), name);
+        const struct kept_item *item = find_item(hdf5_runs_layout(figure->reader), name);
         if (!item)
             is_good = refuse_panel(figure, name, "is not in the file; name a kept value as in history/E_x");
         else if (figure->chart_count == RUNS_CHARTS_MOST)
@@ -100,12 +100,12 @@ static void draw(const struct runs_charts *figure, FILE *out) {
 
 static void release(struct runs_charts *figure) {
     if (figure->reader)
-        runs_close(figure->reader);
+        hdf5_runs_close(figure->reader);
     memory_release(&figure->memory);
 }
 
 static bool make(struct runs_charts *figure, const char *panels) {
-    if (!figure->reader || !worst_add(figure))
+    if (!figure->reader || !figures_worst_add(figure))
         return false;
     if (!(panels ? add_named(figure, panels) : add_default(figure)))
         return false;
@@ -116,7 +116,7 @@ static bool make(struct runs_charts *figure, const char *panels) {
 }
 
 bool runs_figure_draw(const char *path, const char *panels, FILE *out) {
-    struct runs_charts figure = {.path = path, .memory = arena_start(), .reader = runs_open(path)};
+    struct runs_charts figure = {.path = path, .memory = arena_start(), .reader = hdf5_runs_open(path)};
     const bool is_made = make(&figure, panels);
     if (is_made)
         draw(&figure, out);

@@ -17,11 +17,11 @@ static const double gain_least =
     0.7; /* ratio to the error at the setting before; it is 0.5 for order 1 and half the step */
 static const double plateau_slope = 0.05; /* log steps over log 1/tol: below half of the 1/8 of order 8 */
 
-const char *study_unit(const struct study *study) {
+const char *report_study_unit(const struct study *study) {
     return study->has_points ? "m" : "m or rad";
 }
 
-const char *series_name(const struct study *study, const struct series *series) {
+const char *report_series_name(const struct study *study, const struct series *series) {
     int same = 0;
     for (int i = 0; i < study->series_count; i++)
         same += study->series[i].method == series->method;
@@ -29,13 +29,13 @@ const char *series_name(const struct study *study, const struct series *series) 
                        same > 1 ? stabilise_names[series->stabilise] : "");
 }
 
-const char *trial_setting(const struct method_run *trial) {
+const char *report_trial_setting(const struct method_run *trial) {
     return trial->tol > 0 ? text_format("tolerance %.3g", trial->tol)
                           : text_format("step %.3g s", trial->step);
 }
 
-const char *trial_outcome(const struct method_run *trial) {
-    if (is_done(trial))
+const char *report_trial_outcome(const struct method_run *trial) {
+    if (report_is_done(trial))
         return "done";
     if (trial->result == MOTION_TOO_SLOW)
         return text_format("stopped: too slow, about %.2g s expected but only %.2g s left", trial->cpu_s,
@@ -57,10 +57,10 @@ static const char *kind_of(enum refdyn_method method) {
     return method == REFDYN_GAUSS12 || method == REFDYN_RADAU9 ? "collocation" : "Rosenbrock";
 }
 
-const char *findings_reference(const struct study *study) {
+const char *report_findings_reference(const struct study *study) {
     const struct method_run *a = &study->references[0], *b = &study->references[1];
-    const char *kind = kind_of(a->method), *unit = study_unit(study);
-    const bool is_found = has_reference(study);
+    const char *kind = kind_of(a->method), *unit = report_study_unit(study);
+    const bool is_found = report_has_reference(study);
     struct text text = {.memory = &program_memory};
     text_add(&text, "%s %s at tolerance %g and %s at tolerance %g ",
              is_found ? "Reference:" : "No reference:", refdyn_method_name((int)a->method), a->tol,
@@ -85,7 +85,7 @@ const char *findings_reference(const struct study *study) {
 static double least_error(const struct study *study, const struct series *series) {
     double least = INFINITY;
     for (int i = 0; i < series->count; i++)
-        if (is_settled(study, &series->trials[i]))
+        if (report_is_settled(study, &series->trials[i]))
             least = fmin(least, series->trials[i].error);
     return least;
 }
@@ -98,7 +98,7 @@ static double floor_of(const struct study *study, const struct series *series) {
     double before = INFINITY;
     bool is_met = false;
     for (int i = 0; i < series->count; i++)
-        if (is_settled(study, &series->trials[i])) {
+        if (report_is_settled(study, &series->trials[i])) {
             is_met = is_met || (before < rounding && series->trials[i].error > gain_least * before);
             before = series->trials[i].error;
         }
@@ -112,7 +112,7 @@ static const char *tell_slope(const struct study *study, const struct series *se
     int n = 0;
     for (int i = 0; i < series->count; i++) {
         const struct method_run *trial = &series->trials[i];
-        if (!is_settled(study, trial) || !(trial->error > floor))
+        if (!report_is_settled(study, trial) || !(trial->error > floor))
             continue;
         const double u = log(setting_of(trial)), v = log(trial->error);
         x += u;
@@ -137,7 +137,7 @@ static const char *tell_least_error(const struct study *study, const struct seri
 /* The first run near the motion after a larger step that failed or left it; 0 if there is none. */
 static int edge_of_steps(const struct study *study, const struct series *series) {
     for (int i = 1; i < series->count; i++)
-        if (is_settled(study, &series->trials[i]) && !is_settled(study, &series->trials[i - 1]))
+        if (report_is_settled(study, &series->trials[i]) && !report_is_settled(study, &series->trials[i - 1]))
             return i;
     return 0;
 }
@@ -149,7 +149,8 @@ static int end_of_plateau(const struct series *series) {
     for (int i = 1; i < series->count && last == i - 1; i++) {
         const struct method_run *now = &series->trials[i], *before = now - 1;
         const double more = log((double)now->steps / (double)before->steps);
-        if (is_done(now) && is_done(before) && more < plateau_slope * log(before->tol / now->tol))
+        if (report_is_done(now) && report_is_done(before) &&
+            more < plateau_slope * log(before->tol / now->tol))
             last = i;
     }
     return last;
@@ -184,15 +185,15 @@ static void put_stops(struct text *text, const struct series *series, int first,
     int more = -1;
     for (int i = first; i < series->count; i++) {
         const struct method_run *trial = &series->trials[i];
-        if (is_done(trial) || (trial->result == MOTION_TOO_SLOW) != is_slow)
+        if (report_is_done(trial) || (trial->result == MOTION_TOO_SLOW) != is_slow)
             continue;
         stopped = stopped ? stopped : trial;
         more++;
     }
     if (!stopped)
         return;
-    text_add(text, "%s%s: %s", text->length > 0 ? "; " : "", trial_setting(stopped),
-             is_slow ? "too slow" : trial_outcome(stopped));
+    text_add(text, "%s%s: %s", text->length > 0 ? "; " : "", report_trial_setting(stopped),
+             is_slow ? "too slow" : report_trial_outcome(stopped));
     if (more > 0)
         text_add(text, "; and %d more", more);
 }
@@ -211,7 +212,7 @@ static const char *tell_stops(const struct study *study, const struct series *se
 static double quickest(const struct series *series, double level) {
     double cpu_s = INFINITY;
     for (int i = 0; i < series->count; i++)
-        if (is_done(&series->trials[i]) && series->trials[i].error <= level)
+        if (report_is_done(&series->trials[i]) && series->trials[i].error <= level)
             cpu_s = fmin(cpu_s, series->trials[i].cpu_s);
     return cpu_s;
 }
@@ -230,16 +231,16 @@ static const char *tell_time(const struct study *study, const struct series *ser
 
 /* ---- The table */
 
-const char findings_note[] =
+const char report_findings_note[] =
     "CPU times are for the integration on one core, the shortest of repeated runs; brackets "
     "compare with the quickest method except auto. They differ from call to call. All else is the same on "
     "every machine, for the runs that there was time for.";
 
-const char *findings_cell(const struct study *study, const struct series *series, int column) {
+const char *report_findings_cell(const struct study *study, const struct series *series, int column) {
     static const struct {
         const char *head;
         const char *(*tell)(const struct study *study, const struct series *series);
-    } told[] = {{"method", series_name},
+    } told[] = {{"method", report_series_name},
                 {"error proportional to", tell_slope},
                 {"least error", tell_least_error},
                 {"limit of stability", tell_stability},
@@ -248,5 +249,5 @@ const char *findings_cell(const struct study *study, const struct series *series
     if (level < 0 || level >= LEVEL_COUNT)
         return series ? told[place].tell(study, series) : told[place].head;
     return series ? tell_time(study, series, levels[level])
-                  : text_format("CPU s for %g %s", levels[level], study_unit(study));
+                  : text_format("CPU s for %g %s", levels[level], report_study_unit(study));
 }

@@ -1,5 +1,6 @@
 /* `refdyn report`: measures error against run time of all methods; writes CSV, SVG and an HTML page. */
 #include "runtime/tool/support/format/format.h"
+#include "runtime/tool/motions/equilibria/equilibria.h"
 #include "runtime/tool/results/report/report.h"
 #include "runtime/tool/support/system/system.h"
 #include "gen/base/base.h"
@@ -63,13 +64,14 @@ static void list_settings(struct study_plan *plan) {
 }
 
 static enum status read_methods(const struct options *options, struct study_plan *plan) {
+    const char *methods = options_text(options, "methods");
     for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
-        plan->methods[method] = !options->methods;
-    for (const char **name = options_list(options->methods); *name; name++) {
+        plan->methods[method] = !methods;
+    for (const char **name = options_list(methods); *name; name++) {
         const int method = refdyn_method_find(*name);
         if (method < 0)
-            return usage_error(options->command, "--methods: '%s' is not a list of %s", options->methods,
-                               options_methods(false));
+            return usage_error(options->command, "--methods: '%s' is not a list of %s", methods,
+                               motion_methods(false));
         plan->methods[method] = true;
     }
     return STATUS_DONE;
@@ -77,18 +79,20 @@ static enum status read_methods(const struct options *options, struct study_plan
 
 static enum status read_plan(struct report *report) {
     const struct options *options = report->options;
+    const char *steps = options_text(options, "steps"), *tols = options_text(options, "tols");
+    const double until = options_number(options, "until");
     struct study_plan *plan = &report->plan;
-    plan->until = options->until;
+    plan->until = until;
     enum status status = read_methods(options, plan);
-    if (status == STATUS_DONE && options->tols)
-        status = read_numbers(options, "tols", options->tols, 1, &plan->tols);
-    if (status == STATUS_DONE && options->steps)
-        status = read_numbers(options, "steps", options->steps, options->until, &plan->steps);
+    if (status == STATUS_DONE && tols)
+        status = read_numbers(options, "tols", tols, 1, &plan->tols);
+    if (status == STATUS_DONE && steps)
+        status = read_numbers(options, "steps", steps, until, &plan->steps);
     return status;
 }
 
 static enum status read_vary(struct report *report) {
-    const char *text = report->options->vary, *equals = strchr(text, '=');
+    const char *text = options_text(report->options, "vary"), *equals = strchr(text, '=');
     if (!equals || equals == text || !equals[1])
         return usage_error(report->options->command, "--vary: '%s' is not of the form OPTION=V1,V2", text);
     report->vary_name = text_format("%.*s", (int)(equals - text), text);
@@ -102,7 +106,7 @@ static enum status read_vary(struct report *report) {
                                VARIANTS_MAX);
         report->values[report->variant_count++] = *value;
     }
-    return check_list(report->options->command, "vary", equals + 1);
+    return options_check_list(report->options->command, "vary", equals + 1);
 }
 
 static bool has_option(const struct model *model, const char *name) {
@@ -114,17 +118,17 @@ static bool has_option(const struct model *model, const char *name) {
 
 /* Opens NAME.ending in the folder of -o. */
 static struct target *open_file(struct report *report, const char *ending) {
-    return target_open(&report->targets,
-                       text_format("%s/%s.%s", report->options->output, report->model_name, ending));
+    return target_open(&report->targets, text_format("%s/%s.%s", options_text(report->options, "output"),
+                                                     report->model_name, ending));
 }
 
 /* Opens all outputs before the runs. */
 static enum status open_files(struct report *report, const struct scene *scene) {
-    const char *state = options_state_path(report->options->from);
+    const char *state = options_state_path(options_text(report->options, "from"));
     scene_spare_sources(scene, &report->targets);
     if (state)
         targets_spare(&report->targets, state);
-    if (!targets_make_folder(&report->targets, report->options->output))
+    if (!targets_make_folder(&report->targets, options_text(report->options, "output")))
         return STATUS_FAULT;
     report->csv = open_file(report, "csv");
     report->svg = report->csv ? open_file(report, "svg") : NULL;
@@ -134,16 +138,17 @@ static enum status open_files(struct report *report, const struct scene *scene) 
 
 /* Reads the model once for its name and options. */
 static enum status plan_report(struct report *report) {
+    const char *vary = options_text(report->options, "vary");
     struct scene scene = {.is_read = false};
     enum status status = read_plan(report);
-    if (status == STATUS_DONE && report->options->vary)
+    if (status == STATUS_DONE && vary)
         status = read_vary(report);
     if (status != STATUS_DONE)
         return status;
     status = scene_read(&scene, report->options, false);
     if (status == STATUS_DONE) {
         report->model_name = text_format("%s", scene.generation.model.name);
-        if (!report->options->vary)
+        if (!vary)
             report->variant_count = 1;
         else if (!has_option(&scene.generation.model, report->vary_name))
             status = usage_error(report->options->command, "--vary: the model has no option '%s'",
@@ -159,19 +164,20 @@ static enum status plan_report(struct report *report) {
 
 static enum status run_study(struct report *report, struct study *study, const struct options *options,
                              double seconds) {
+    const double every = options_number(options, "every");
     struct scene scene;
     struct study_plan plan = report->plan;
-    enum status status =
-        scene_open(&scene, options, motion_needs(options) | NEEDS_TANGENT, options_state_path(options->from));
+    enum status status = scene_open(&scene, options, motion_needs(options) | NEEDS_TANGENT,
+                                    options_state_path(options_text(options, "from")));
     if (status == STATUS_DONE)
         status = motion_place(&scene, options);
     if (status == STATUS_DONE)
         status = motion_check_times(&scene, options);
     if (status == STATUS_DONE) {
-        plan.every = options->every > 0 ? options->every : (options->until - scene.state.t) / REPORT_OUTPUTS;
+        plan.every = every > 0 ? every : (options_number(options, "until") - scene.state.t) / REPORT_OUTPUTS;
         list_settings(&plan);
-        study->facts = page_facts(&scene, options, &plan);
-        status = study_run(study, &plan, &scene, seconds);
+        study->facts = report_page_facts(&scene, options, &plan);
+        status = report_study_run(study, &plan, &scene, seconds);
     }
     scene_close(&scene);
     return status;
@@ -194,7 +200,9 @@ static enum status run_variant(struct report *report, int i, double seconds) {
 
 static enum status run_all(struct report *report) {
     enum status status = STATUS_DONE;
-    const double seconds = report->options->seconds > 0 ? report->options->seconds : seconds_default;
+    const double seconds = options_number(report->options, "seconds") > 0
+                               ? options_number(report->options, "seconds")
+                               : seconds_default;
     const double start = wall_seconds();
     interrupt_defer(true);
     for (int i = 0; i < report->variant_count && status == STATUS_DONE; i++) {
@@ -221,12 +229,12 @@ static void put_csv_trial(FILE *out, const struct study *study, const struct met
     put_csv_number(out, trial->step, trial->step > 0);
     fprintf(out, "%s,%ld,%ld,%ld,%ld,", stabilise_names[trial->stabilise], trial->steps, trial->rejected,
             trial->evaluations, trial->tangents);
-    put_csv_number(out, trial->error, is_done(trial));
+    put_csv_number(out, trial->error, report_is_done(trial));
     put_csv_number(out, trial->phi_max, true);
     put_csv_number(out, trial->psi_max, true);
     put_csv_number(out, trial->energy_error, !isnan(trial->energy_error));
-    put_csv_number(out, trial->cpu_s, is_done(trial));
-    put_csv_text(out, trial_outcome(trial));
+    put_csv_number(out, trial->cpu_s, report_is_done(trial));
+    put_csv_text(out, report_trial_outcome(trial));
     fputc('\n', out);
 }
 
@@ -252,8 +260,8 @@ static bool draw(const struct report *report, char **figure) {
     size_t size;
     FILE *out = text_stream(figure, &size);
     const char *title = text_format("%s, %g s: error against run time, one mark a tolerance or step",
-                                    report->model_name, report->options->until);
-    diagram_draw(out, title, report->studies, report->done);
+                                    report->model_name, options_number(report->options, "until"));
+    report_diagram_draw(out, title, report->studies, report->done);
     fclose(out);
     fwrite(*figure, 1, size, report->svg->file);
     return target_finish(report->svg);
@@ -262,15 +270,15 @@ static bool draw(const struct report *report, char **figure) {
 static bool write_page(const struct report *report, const char *figure) {
     const char *title =
         text_format("%s: error against run time%s", report->model_name, interrupted ? ", interrupted" : "");
-    page_write(report->page->file, title, report->studies, report->done, figure);
+    report_page_write(report->page->file, title, report->studies, report->done, figure);
     return target_finish(report->page);
 }
 
 /* The width of the widest text in the column. */
 static int find_width(const struct study *study, int column) {
-    size_t widest = strlen(findings_cell(study, NULL, column));
+    size_t widest = strlen(report_findings_cell(study, NULL, column));
     for (int i = 0; i < study->series_count; i++) {
-        const size_t width = strlen(findings_cell(study, &study->series[i], column));
+        const size_t width = strlen(report_findings_cell(study, &study->series[i], column));
         widest = width > widest ? width : widest;
     }
     return (int)widest;
@@ -280,16 +288,16 @@ static int find_width(const struct study *study, int column) {
 static void print_row(const struct study *study, const struct series *series) {
     const int last = FINDING_COLUMNS - 1;
     for (int i = 0; i < last; i++)
-        printf("%-*s  ", find_width(study, i), findings_cell(study, series, i));
-    puts(findings_cell(study, series, last));
+        printf("%-*s  ", find_width(study, i), report_findings_cell(study, series, i));
+    puts(report_findings_cell(study, series, last));
 }
 
 static void print_findings(const struct study *study) {
-    printf("== %s\n%s", study->name, findings_reference(study));
+    printf("== %s\n%s", study->name, report_findings_reference(study));
     print_row(study, NULL);
     for (int i = 0; i < study->series_count; i++)
         print_row(study, &study->series[i]);
-    puts(findings_note);
+    puts(report_findings_note);
 }
 
 static enum status write_report(const struct report *report) {
@@ -315,7 +323,7 @@ static void release_report(struct report *report) {
         free(report->studies[i].facts);
 }
 
-enum status run_report(const struct options *options) {
+static enum status run_report(const struct options *options) {
     struct report *report = allocate(1, sizeof *report);
     report->options = options;
     enum status status = plan_report(report);
@@ -329,3 +337,40 @@ enum status run_report(const struct options *options) {
     release_report(report);
     return status;
 }
+
+static const char *list_methods(const struct command *command) {
+    (void)command;
+    return motion_methods(false);
+}
+
+static const struct option_rule report_rules[] = {
+    {"methods", "a,b,c", OPTION_LIST, "methods to compare (default: all)", NULL, list_methods},
+    {"tols", "a,b,c", OPTION_LIST,
+     "tolerances of the methods that find their steps (default: each power of ten from 1e-2 to 1e-12)", NULL,
+     NULL},
+    {"steps", "a,b,c", OPTION_LIST,
+     "tolerances of methods with adaptive steps (default: each power of ten from 1e-2 to 1e-12)", NULL, NULL},
+    {"seconds", "S", OPTION_POSITIVE, "time for all runs together [s] (default 60)", NULL, NULL},
+    {"vary", "OPTION=V1,V2", OPTION_TEXT, "repeat the study for these values of a structural option", NULL,
+     NULL},
+    {.name = NULL}};
+
+const struct command report_command = {
+    .name = "report",
+    .run = run_report,
+    .operands = "MODEL.lua",
+    .options = "output! until! every from hold methods tols steps seconds vary set fold",
+    .tables = {report_rules, motion_rules, statics_rules, scene_rules},
+    .output = "DIR",
+    .purpose = "error against run time of all methods, as CSV, SVG and HTML",
+    .help =
+        "Every method over a range of tolerances, or of steps with each stabilisation, from a start on the "
+        "programme.\n"
+        "The reference is a motion on which two methods of different kinds agree, compared at fifty times by "
+        "default.\n"
+        "Writes NAME.csv, NAME.svg and NAME.html into the folder of -o, and prints the findings.\n"
+        "Runs that exceed --seconds are stopped and listed. Times, and which runs these are, differ from "
+        "call to call; all\n"
+        "other results do not.\n\n"
+        "  refdyn report models/manipulator.lua --from statics --until 2 -o out\n"
+        "  refdyn report models/manipulator.lua --until 1 --vary n_rfe=1,2,4 --methods rk8,rodas5p -o out\n"};

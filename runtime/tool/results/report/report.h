@@ -60,7 +60,7 @@ struct series {
 
 struct study {
     const char *name; /* "n_rfe=4", or the model's name */
-    char *facts;      /* about the scene, as HTML by page_facts */
+    char *facts;      /* about the scene, as HTML by report_page_facts */
     struct series series[SERIES_MAX];
     int series_count;
     struct method_run references[REFERENCES]; /* errors are distances from the first */
@@ -74,28 +74,28 @@ struct study {
 
 /* Runs everything within about `seconds`; an interrupt ends it early. Returns STATUS_DONE even if runs
  * failed, and STATUS_NUMBERS if fewer than two methods completed the motion for a reference. */
-enum status study_run(struct study *study, const struct study_plan *plan, struct scene *scene,
-                      double seconds);
+enum status report_study_run(struct study *study, const struct study_plan *plan, struct scene *scene,
+                             double seconds);
 /* Returns whether the run completed the motion. */
-bool is_done(const struct method_run *trial);
+bool report_is_done(const struct method_run *trial);
 /* Returns whether both references are the same motion, within 5 % of the way. */
-bool has_reference(const struct study *study);
+bool report_has_reference(const struct study *study);
 /* Returns whether the run completed the motion within 5 % of the way from the reference. */
-bool is_settled(const struct study *study, const struct method_run *trial);
+bool report_is_settled(const struct study *study, const struct method_run *trial);
 
 /* Findings: sentences about the reference, and a row of a table for each method. */
 
 /* "rk4", or "rk4, baumgarte" if the method has several stabilisations. */
-const char *series_name(const struct study *study, const struct series *series);
+const char *report_series_name(const struct study *study, const struct series *series);
 /* "tolerance 1e-06" or "step 0.001 s". */
-const char *trial_setting(const struct method_run *trial);
+const char *report_trial_setting(const struct method_run *trial);
 /* "done", or when and why the run stopped. */
-const char *trial_outcome(const struct method_run *trial);
+const char *report_trial_outcome(const struct method_run *trial);
 /* The unit of errors. */
-const char *study_unit(const struct study *study);
+const char *report_study_unit(const struct study *study);
 
 /* Describes the reference. */
-const char *findings_reference(const struct study *study);
+const char *report_findings_reference(const struct study *study);
 
 enum {
     LEVEL_COUNT = 3,
@@ -103,19 +103,23 @@ enum {
 };
 
 /* A line below the table that explains its times. */
-extern const char findings_note[];
+extern const char report_findings_note[];
 
 /* The cell of a series in a column of the table; the head of the column if series is NULL. */
-const char *findings_cell(const struct study *study, const struct series *series, int column);
+const char *report_findings_cell(const struct study *study, const struct series *series, int column);
 
 /* Page: the figure of error over run time, with a chart for each study and a line for each method and
  * stabilisation; and one HTML file with facts, findings, figure and all runs. */
 
 /* The part of the page about model, options, start and parameters, in heap memory. */
-char *page_facts(const struct scene *scene, const struct options *options, const struct study_plan *plan);
+char *report_page_facts(const struct scene *scene, const struct options *options,
+                        const struct study_plan *plan);
 /* Writes the text of the figure, an SVG file, to `out`. */
-void diagram_draw(FILE *out, const char *title, const struct study *studies, int count);
+void report_diagram_draw(FILE *out, const char *title, const struct study *studies, int count);
 /* Writes the page; `figure` is the text of an SVG file. */
-void page_write(FILE *out, const char *title, const struct study *studies, int count, const char *figure);
+void report_page_write(FILE *out, const char *title, const struct study *studies, int count,
+                       const char *figure);
+
+extern const struct command report_command;
 
 #endif

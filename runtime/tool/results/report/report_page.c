@@ -20,7 +20,7 @@ struct points {
 static void take_points(struct points *points, const struct study *study, const struct series *series) {
     for (int i = 0; i < series->count; i++) {
         const struct method_run *trial = &series->trials[i];
-        const double error = is_settled(study, trial) ? fmax(trial->error, study->floor) : 0;
+        const double error = report_is_settled(study, trial) ? fmax(trial->error, study->floor) : 0;
         if (error > 0) {
             points->cpu_s[points->count] = trial->cpu_s;
             points->error[points->count++] = error;
@@ -51,7 +51,7 @@ static void add_series(struct chart *chart, const struct study *study, const str
     take_points(points, study, series);
     if (points->count == 0)
         return;
-    add_curve(chart, series_name(study, series), points,
+    add_curve(chart, report_series_name(study, series), points,
               style_method((int)series->method, line_of(study, series)));
 }
 
@@ -83,7 +83,7 @@ static struct chart make_chart(const struct study *study, struct points *points)
     return chart;
 }
 
-void diagram_draw(FILE *out, const char *title, const struct study *studies, int count) {
+void report_diagram_draw(FILE *out, const char *title, const struct study *studies, int count) {
     struct points *points = allocate((size_t)count * (SERIES_MAX + 1), sizeof *points);
     struct chart *charts = allocate((size_t)count, sizeof *charts);
     struct key head = {.name = title};
@@ -136,7 +136,7 @@ static void put_row_of_texts(FILE *out, const char *name, const char *value) {
 /* ---- Facts */
 
 static const char *start_text(const struct options *options) {
-    const char *from = options->from;
+    const char *from = options_text(options, "from");
     if (options_state_path(from))
         return "a given state";
     return from && strcmp(from, "statics") == 0 ? "the static equilibrium" : "the model's initial state";
@@ -178,7 +178,8 @@ static void put_named(FILE *out, const char *title, const struct refdyn_name *na
     fputs("</table>\n</details>\n", out);
 }
 
-char *page_facts(const struct scene *scene, const struct options *options, const struct study_plan *plan) {
+char *report_page_facts(const struct scene *scene, const struct options *options,
+                        const struct study_plan *plan) {
     const struct refdyn_model *model = scene->model;
     char *text;
     size_t size;
@@ -204,15 +205,15 @@ static void put_trial(FILE *out, const struct study *study, const char *name,
                       const struct method_run *trial) {
     fputs("<tr>", out);
     put_cell(out, name);
-    put_cell(out, trial_setting(trial));
+    put_cell(out, report_trial_setting(trial));
     fprintf(out, "<td>%ld</td><td>%ld</td><td>%ld</td><td>%ld</td>", trial->steps, trial->rejected,
             trial->evaluations, trial->tangents);
     put_error(out, study, trial);
     put_value(out, "%.1e", trial->phi_max);
     put_value(out, "%.1e", trial->psi_max);
     put_value(out, "%.1e", trial->energy_error);
-    put_value(out, "%.3g", is_done(trial) ? trial->cpu_s : NAN);
-    put_cell(out, trial_outcome(trial));
+    put_value(out, "%.3g", report_is_done(trial) ? trial->cpu_s : NAN);
+    put_cell(out, report_trial_outcome(trial));
     fputs("</tr>\n", out);
 }
 
@@ -221,11 +222,11 @@ static void put_trials(FILE *out, const struct study *study) {
             "<table>\n<tr><th>method</th><th>setting</th><th>steps</th><th>rejected</th><th>evaluations</th>"
             "<th>tangents</th><th>error [%s]</th><th>phi</th><th>psi</th><th>energy</th><th>CPU [s]</th>"
             "<th></th></tr>\n",
-            study_unit(study));
+            report_study_unit(study));
     for (int i = 0; i < study->series_count; i++) {
         const struct series *series = &study->series[i];
         for (int j = 0; j < series->count; j++)
-            put_trial(out, study, series_name(study, series), &series->trials[j]);
+            put_trial(out, study, report_series_name(study, series), &series->trials[j]);
     }
     fputs("</table>\n", out);
 }
@@ -236,7 +237,7 @@ static void put_findings_row(FILE *out, const struct study *study, const struct 
     fputs("<tr>", out);
     for (int i = 0; i < FINDING_COLUMNS; i++) {
         fprintf(out, "<%s>", kind);
-        put_xml_text(out, findings_cell(study, series, i));
+        put_xml_text(out, report_findings_cell(study, series, i));
         fprintf(out, "</%s>", kind);
     }
     fputs("</tr>\n", out);
@@ -254,14 +255,15 @@ static void put_study(FILE *out, const struct study *study) {
     fputs("<h2>", out);
     put_xml_text(out, study->name);
     fprintf(out, "</h2>\n%s<h3>Findings</h3>\n<p>", study->facts);
-    put_xml_text(out, findings_reference(study));
+    put_xml_text(out, report_findings_reference(study));
     fputs("</p>\n", out);
     put_findings(out, study);
-    fprintf(out, "<p>%s</p>\n<h3>All runs</h3>\n", findings_note);
+    fprintf(out, "<p>%s</p>\n<h3>All runs</h3>\n", report_findings_note);
     put_trials(out, study);
 }
 
-void page_write(FILE *out, const char *title, const struct study *studies, int count, const char *figure) {
+void report_page_write(FILE *out, const char *title, const struct study *studies, int count,
+                       const char *figure) {
     const char *drawing = strstr(figure, "<svg"); /* after the prologue of the SVG file */
     fputs("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n", out);
     fprintf(out, "%s<title>", head);

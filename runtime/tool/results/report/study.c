@@ -31,16 +31,16 @@ struct runs {
     struct track track, reference; /* positions of the last run and of the reference */
 };
 
-bool is_done(const struct method_run *trial) {
+bool report_is_done(const struct method_run *trial) {
     return trial->result == REFDYN_OK;
 }
 
-bool has_reference(const struct study *study) {
+bool report_has_reference(const struct study *study) {
     return study->floor <= settled_part * study->way;
 }
 
-bool is_settled(const struct study *study, const struct method_run *trial) {
-    return is_done(trial) && trial->error <= settled_part * study->way;
+bool report_is_settled(const struct study *study, const struct method_run *trial) {
+    return report_is_done(trial) && trial->error <= settled_part * study->way;
 }
 
 /* ---- One run */
@@ -89,9 +89,9 @@ static void run_once(struct runs *runs, struct method_run *trial) {
             trial->result = motion_to(&motion, i, &runs->progress);
         track_add(&runs->track, &motion.integrator);
     }
-    if (is_done(trial) && !is_finite(&runs->track))
+    if (report_is_done(trial) && !is_finite(&runs->track))
         trial->result = REFDYN_NOT_FINITE;
-    if (is_done(trial))
+    if (report_is_done(trial))
         refdyn_energy_scale(&motion.energy, &motion.integrator);
     keep_facts(trial, &motion);
     motion_release(&motion);
@@ -100,12 +100,12 @@ static void run_once(struct runs *runs, struct method_run *trial) {
 /* Repeats a short run and keeps the shortest time, since disturbances only make runs longer. */
 static void repeat_short(struct runs *runs, struct method_run *trial) {
     double spent = trial->cpu_s, least = trial->cpu_s;
-    for (int i = 1; i < REPEATS_MAX && spent < repeat_seconds && is_done(trial) && !interrupted; i++) {
+    for (int i = 1; i < REPEATS_MAX && spent < repeat_seconds && report_is_done(trial) && !interrupted; i++) {
         struct method_run again = *trial;
         again.cpu_limit_s = 0;
         run_once(runs, &again);
         spent += again.cpu_s;
-        least = is_done(&again) ? fmin(least, again.cpu_s) : least;
+        least = report_is_done(&again) ? fmin(least, again.cpu_s) : least;
     }
     trial->cpu_s = least;
 }
@@ -135,7 +135,7 @@ static bool run_witness(struct runs *runs, struct method_run *trial, enum refdyn
                                      .tol = witness_tols[i],
                                      .cpu_limit_s = end - wall_seconds()};
         run_once(runs, trial);
-        if (is_done(trial))
+        if (report_is_done(trial))
             return true;
     }
     return false;
@@ -178,7 +178,7 @@ static double expected_time(const struct series *series) {
     if (series->count == 0)
         return 0;
     const struct method_run *last = &series->trials[series->count - 1];
-    const bool has_growth = series->count > 1 && is_done(last) && is_done(last - 1);
+    const bool has_growth = series->count > 1 && report_is_done(last) && report_is_done(last - 1);
     return last->cpu_s * (has_growth ? fmax(1, last->cpu_s / last[-1].cpu_s) : 1);
 }
 
@@ -186,7 +186,7 @@ static double expected_time(const struct series *series) {
  * stability. */
 static void forget_before_edge(const struct study *study, struct series *series) {
     struct method_run *now = &series->trials[series->count - 1];
-    if (series->count > 1 && !is_settled(study, now) && !is_settled(study, now - 1)) {
+    if (series->count > 1 && !report_is_settled(study, now) && !report_is_settled(study, now - 1)) {
         now[-1] = *now;
         series->count--;
     }
@@ -199,9 +199,10 @@ static bool is_exhausted(const struct runs *runs, const struct series *series) {
     if (settings_of(runs, series)->are_given)
         return false;
     return series->count == SETTINGS_MAX ||
-           (is_settled(study, now) &&
-            (now->error <= study->floor || (series->is_fixed && series->count > 1 &&
-                                            is_settled(study, now - 1) && now->error >= now[-1].error)));
+           (report_is_settled(study, now) &&
+            (now->error <= study->floor ||
+             (series->is_fixed && series->count > 1 && report_is_settled(study, now - 1) &&
+              now->error >= now[-1].error)));
 }
 
 /* Adds the next run to the series. If it is expected to exceed the limit, it is listed without being run. */
@@ -220,7 +221,7 @@ static void run_next(struct runs *runs, struct series *series, double limit) {
                                  .error = NAN};
     if (expected <= limit)
         run_once(runs, trial);
-    if (is_done(trial))
+    if (report_is_done(trial))
         trial->error = distance_from_reference(runs);
     if (trial->result == MOTION_INTERRUPTED) {
         series->count--; /* an interrupted run says nothing about the method */
@@ -270,8 +271,8 @@ static void run_all_series(struct runs *runs, double end) {
     }
 }
 
-enum status study_run(struct study *study, const struct study_plan *plan, struct scene *scene,
-                      double seconds) {
+enum status report_study_run(struct study *study, const struct study_plan *plan, struct scene *scene,
+                             double seconds) {
     const struct refdyn_model *model = scene->model;
     const double end = wall_seconds() + seconds;
     struct runs runs = {.study = study, .plan = plan, .scene = scene};

@@ -31,7 +31,7 @@ static void close_list(const struct list *list) {
 static void put_position(const struct list *list, const expression position[3]) {
     for (int i = 0; i < 3; i++) {
         fputs(i ? "," : "", list->out);
-        put_length(list->out, value_of(list, position[i]));
+        view_put_length(list->out, value_of(list, position[i]));
     }
 }
 
@@ -55,7 +55,7 @@ static void put_frame(struct list *list, const struct frame *frame) {
     put_position(list, frame->placement.position);
     for (int i = 0; i < 9 && is_turned(&frame->placement); i++) {
         fputc(',', list->out);
-        put_cosine(list->out, value_of(list, frame->placement.rotation[i]));
+        view_put_cosine(list->out, value_of(list, frame->placement.rotation[i]));
     }
     fputc(']', list->out);
 }
@@ -90,17 +90,17 @@ static void put_shape(void *context, const struct shape *shape) {
     struct list *list = context;
     next(list);
     fprintf(list->out, "[%d,%d,%d,%d,", (int)shape->kind, shape->frame, shape->link, shape->is_solid);
-    put_length(list->out, shape->bore);
+    view_put_length(list->out, shape->bore);
     for (int i = 0; i < 12; i++) {
         fputc(',', list->out);
-        put_length(list->out, i < 9 ? shape->axes[i] : shape->origin[i - 9]);
+        view_put_length(list->out, i < 9 ? shape->axes[i] : shape->origin[i - 9]);
     }
     fputc(']', list->out);
 }
 
 static void put_shapes(FILE *out, struct generation *generation) {
     struct list list = open_list(out, generation, "shapes");
-    shapes_give(generation, put_shape, &list);
+    view_shapes_give(generation, put_shape, &list);
     close_list(&list);
 }
 
@@ -112,7 +112,7 @@ static void put_stick(struct list *list, int frame, const expression to[3]) {
     const int link = generation->tree.frames[frame].link;
     next(list);
     fprintf(list->out, "[%d,%d,", frame, link);
-    put_length(list->out, generation->model.links[link].beam.exists ? value_of(list, to[0]) : 0);
+    view_put_length(list->out, generation->model.links[link].beam.exists ? value_of(list, to[0]) : 0);
     fputs(",0,0,", list->out);
     put_position(list, to);
     fputc(']', list->out);
@@ -203,7 +203,7 @@ static void put_closures(FILE *out, struct generation *generation) {
     close_list(&list);
 }
 
-void drawn_model_put(FILE *out, struct generation *generation) {
+void view_drawn_model_put(FILE *out, struct generation *generation) {
     static void (*const parts[])(FILE *, struct generation *) = {put_names,  put_frames, put_shapes,
                                                                  put_sticks, put_points, put_closures};
     for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {

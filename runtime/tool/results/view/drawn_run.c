@@ -8,20 +8,20 @@
 
 /* ---- Numbers of a page ---- */
 
-void put_length(FILE *out, double value) {
+void view_put_length(FILE *out, double value) {
     fprintf(out, "%.7g", isfinite(value) ? value + 0.0 : 0);
 }
 
-void put_cosine(FILE *out, double value) {
+void view_put_cosine(FILE *out, double value) {
     const double unit = 1e8, rounded = round(value * unit) / unit;
-    put_length(out, rounded == 0 ? 0 : rounded); /* no -0 */
+    view_put_length(out, rounded == 0 ? 0 : rounded); /* no -0 */
 }
 
-double rounded_unit(double largest, int digits) {
+double view_rounded_unit(double largest, int digits) {
     return largest > 0 && isfinite(largest) ? pow(10, floor(log10(largest)) + 1 - digits) : 1;
 }
 
-void put_course(FILE *out, const double *values, long count, long stride, double unit) {
+void view_put_course(FILE *out, const double *values, long count, long stride, double unit) {
     long long before = 0;
     fputc('[', out);
     for (long i = 0; i < count; i++) {
@@ -40,7 +40,7 @@ enum { TIME_DIGITS = 7, SLIDE_DIGITS = 5, COURSE_DIGITS = 4 };
 
 static const double turn_unit = 1e-5; /* [rad] */
 
-struct drawn_rows drawn_run_rows(const struct run *run, int share) {
+struct drawn_rows view_drawn_run_rows(const struct run *run, int share) {
     const long width = run->column_count, room = NUMBERS_MOST / width / share;
     const long most = room < RUN_ROWS_LEAST ? RUN_ROWS_LEAST : room < ROWS_MOST ? room : ROWS_MOST;
     const long stride = (run->kept_count + most - 1) / most;
@@ -55,13 +55,13 @@ struct drawn_rows drawn_run_rows(const struct run *run, int share) {
 
 static void put_numbers(FILE *out, const struct drawn_rows *rows, int column, double unit) {
     fprintf(out, "\"unit\":%.9g,\"steps\":", unit);
-    put_course(out, rows->values + column, rows->count, rows->width, unit);
+    view_put_course(out, rows->values + column, rows->count, rows->width, unit);
     fputc('}', out);
 }
 
 static double unit_of_coordinate(const struct run *run, int column, bool is_revolute) {
-    return is_revolute ? fmin(turn_unit, rounded_unit(run->largest[column], COURSE_DIGITS))
-                       : rounded_unit(run->largest[column], SLIDE_DIGITS);
+    return is_revolute ? fmin(turn_unit, view_rounded_unit(run->largest[column], COURSE_DIGITS))
+                       : view_rounded_unit(run->largest[column], SLIDE_DIGITS);
 }
 
 static void put_coordinate_rows(FILE *out, const struct run *run, const struct tree *tree,
@@ -100,15 +100,16 @@ static void put_courses(FILE *out, const struct run *run, const struct drawn_row
         fprintf(out, "%s{\"name\":", separator);
         put_json_text(out, run->columns[i]);
         fprintf(out, ",\"kind\":\"%s\",", kind);
-        put_numbers(out, rows, i, rounded_unit(run->largest[i], COURSE_DIGITS));
+        put_numbers(out, rows, i, view_rounded_unit(run->largest[i], COURSE_DIGITS));
         separator = ",\n";
     }
     fputs("]", out);
 }
 
-void drawn_run_put(FILE *out, const struct run *run, const struct tree *tree, const struct drawn_rows *rows) {
+void view_drawn_run_put(FILE *out, const struct run *run, const struct tree *tree,
+                        const struct drawn_rows *rows) {
     fputs("\"t\":{", out);
-    put_numbers(out, rows, 0, rounded_unit(run->largest[0], TIME_DIGITS));
+    put_numbers(out, rows, 0, view_rounded_unit(run->largest[0], TIME_DIGITS));
     fputs(",\n", out);
     put_coordinate_rows(out, run, tree, rows);
     put_courses(out, run, rows);
@@ -230,19 +231,20 @@ static double largest_of(const struct valuation *valuation, int first, int count
 static void put_applied(FILE *out, const struct valuation *valuation, const struct applied *applied,
                         int first) {
     struct model *model = &valuation->generation->model;
-    const double unit = rounded_unit(largest_of(valuation, first, applied->count), DIGITS);
+    const double unit = view_rounded_unit(largest_of(valuation, first, applied->count), DIGITS);
     fputs("{\"name\":", out);
     put_json_text(out, applied->name);
     fprintf(out, ",\"kind\":\"%s\",\"frame\":%d,\"at\":[", applied->kind, applied->at.frame);
     for (int i = 0; i < 3; i++) {
         fputs(i ? "," : "", out);
-        put_length(out,
-                   parameters_evaluate(model->graph, model->parameters, applied->at.placement.position[i]));
+        view_put_length(
+            out, parameters_evaluate(model->graph, model->parameters, applied->at.placement.position[i]));
     }
     fputs("],\"parts\":[", out);
     for (int i = 0; i < applied->count; i++) {
         fprintf(out, "%s{\"unit\":%.9g,\"steps\":", i ? "," : "", unit);
-        put_course(out, valuation->list + first + i, valuation->rows->count, valuation->formula_count, unit);
+        view_put_course(out, valuation->list + first + i, valuation->rows->count, valuation->formula_count,
+                        unit);
         fputc('}', out);
     }
     fputs("]}", out);
@@ -284,8 +286,8 @@ static int list_known(const struct valuation *valuation, struct applied *list, i
     return count;
 }
 
-void applied_forces_put(FILE *out, struct generation *generation, const struct run *run,
-                        const struct drawn_rows *rows) {
+void view_applied_forces_put(FILE *out, struct generation *generation, const struct run *run,
+                             const struct drawn_rows *rows) {
     const struct model *model = &generation->model;
     struct valuation valuation = {.generation = generation, .run = run, .rows = rows};
     struct applied *list = allocate((size_t)(model->force_count + model->load_count) + 1, sizeof *list);

@@ -379,7 +379,7 @@ static void put_svg(FILE *out, const struct drawing *drawing) {
     fputs("</svg>\n", out);
 }
 
-void model_drawing_put(FILE *out, struct generation *generation) {
+void view_model_drawing_put(FILE *out, struct generation *generation) {
     struct drawing drawing = {
         .generation = generation, .model = &generation->model, .tree = &generation->tree};
     drawing.links = allocate((size_t)generation->model.link_count + 1, sizeof *drawing.links);

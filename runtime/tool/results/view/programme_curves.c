@@ -122,7 +122,7 @@ static void trace(struct programme_curve *curve, int side, const double start[AX
 static void put_place(FILE *out, const double at[AXES], const char **separator) {
     for (int k = 0; k < AXES; k++) {
         fputs(*separator, out);
-        put_length(out, at[k]);
+        view_put_length(out, at[k]);
         *separator = ",";
     }
 }
@@ -160,7 +160,7 @@ static bool trace_curve(struct programme_curve *curve, const struct run *run, do
     return true;
 }
 
-void programme_curves_put(FILE *out, struct generation *generation, const struct run *run) {
+void view_programme_curves_put(FILE *out, struct generation *generation, const struct run *run) {
     const struct model *model = &generation->model;
     const char *separator = "\n";
     fputs("\"curves\":[", out);

@@ -221,8 +221,8 @@ static void give_solid(const struct giver *giver, int link, const struct solid *
     giver->take(giver->context, &shape);
 }
 
-void shapes_give(const struct generation *generation, void take(void *context, const struct shape *shape),
-                 void *context) {
+void view_shapes_give(const struct generation *generation,
+                      void take(void *context, const struct shape *shape), void *context) {
     const struct giver giver = {generation, take, context};
     for (int i = 0; i < generation->model.link_count; i++) {
         const struct link *link = &generation->model.links[i];

@@ -78,18 +78,19 @@ struct viewing {
 };
 
 static enum status check_usage(const struct options *options) {
+    const char *model = options_text(options, "model");
     bool has_csv = false;
     for (int i = 0; i < options->operand_count; i++) {
         const char *path = options->operands[i];
-        const bool is_hdf5 = run_is_hdf5(path);
+        const bool is_hdf5 = figures_run_is_hdf5(path);
         has_csv = has_csv || !is_hdf5;
-        if (!is_hdf5 && !options->model)
+        if (!is_hdf5 && !model)
             return usage_error(options->command, "%s: a CSV does not contain its model; add --model", path);
     }
-    if (!has_csv && (options->model || options->setting_count > 0))
+    if (!has_csv && (model || options->setting_count > 0))
         return usage_error(options->command,
                            "%s: all runs are HDF5 files, which contain their models; omit it",
-                           options->model ? "--model" : "--set");
+                           model ? "--model" : "--set");
     return STATUS_DONE;
 }
 
@@ -115,28 +116,28 @@ static void put_palette(FILE *out) {
 
 static void put_read_run(FILE *out, const struct viewing *viewing, const struct run *run,
                          struct generation *generation) {
-    const struct drawn_rows rows = drawn_run_rows(run, viewing->run_count);
+    const struct drawn_rows rows = view_drawn_run_rows(run, viewing->run_count);
     fputs("{\"name\":", out);
     put_json_text(out, run->name);
     fputs(",\"model\":", out);
     put_json_text(out, generation->model.name);
     fprintf(out, ",\"up\":%d,\n", upward(generation));
-    drawn_model_put(out, generation);
+    view_drawn_model_put(out, generation);
     fputs(",\n", out);
-    drawn_run_put(out, run, &generation->tree, &rows);
+    view_drawn_run_put(out, run, &generation->tree, &rows);
     fputs(",\n", out);
-    applied_forces_put(out, generation, run, &rows);
+    view_applied_forces_put(out, generation, run, &rows);
     fputs(",\n", out);
-    programme_curves_put(out, generation, run);
+    view_programme_curves_put(out, generation, run);
     fputc('}', out);
 }
 
 static enum status put_run(FILE *out, const struct viewing *viewing, const struct run *run) {
     struct viewed_model viewed;
-    const enum status status = viewed_model_read(&viewed, run, viewing->options);
+    const enum status status = view_model_read(&viewed, run, viewing->options);
     if (status == STATUS_DONE)
         put_read_run(out, viewing, run, &viewed.scene.generation);
-    viewed_model_release(&viewed);
+    view_model_release(&viewed);
     return status;
 }
 
@@ -157,15 +158,16 @@ static enum status put_data(FILE *out, const struct viewing *viewing) {
 
 static bool open_files(struct viewing *viewing) {
     const struct options *options = viewing->options;
+    const char *model = options_text(options, "model");
     for (int i = 0; i < options->operand_count; i++)
         targets_spare(&viewing->targets, options->operands[i]);
-    if (options->model)
-        targets_spare(&viewing->targets, options->model);
+    if (model)
+        targets_spare(&viewing->targets, model);
     viewing->three = page_read_three();
-    viewing->target = viewing->three ? target_open(&viewing->targets, options->output) : NULL;
+    viewing->target = viewing->three ? target_open(&viewing->targets, options_text(options, "output")) : NULL;
     bool is_good = viewing->target;
     for (int i = 0; i < viewing->run_count && is_good; i++)
-        is_good = run_read(&viewing->runs[i], options->operands[i]);
+        is_good = figures_run_read(&viewing->runs[i], options->operands[i]);
     return is_good;
 }
 
@@ -190,7 +192,7 @@ static enum status write_page(const struct viewing *viewing) {
     return status;
 }
 
-enum status run_view(const struct options *options) {
+static enum status run_view(const struct options *options) {
     struct viewing viewing = {.options = options, .run_count = options->operand_count};
     enum status status = check_usage(options);
     if (status != STATUS_DONE)
@@ -200,3 +202,23 @@ enum status run_view(const struct options *options) {
     targets_release(&viewing.targets);
     return status;
 }
+
+static const struct option_rule view_rules[] = {
+    {"model", "MODEL.lua", OPTION_TEXT, "model of the runs that are CSV files; HDF5 files contain theirs",
+     NULL, NULL},
+    {.name = NULL}};
+
+const struct command view_command = {
+    .name = "view",
+    .run = run_view,
+    .operands = "RUN...",
+    .options = "output! model set",
+    .tables = {view_rules, scene_rules},
+    .output = "PAGE.html",
+    .purpose = "motions as one HTML page, to look at from all sides",
+    .help = "Bodies and beams over time, paths of points, programme forces, and figures that follow the "
+            "time. The page needs no\n"
+            "network and no other file; several runs are shown together.\n\n"
+            "  refdyn sim models/manipulator.lua --from statics --until 10 -o flexible.h5\n"
+            "  refdyn view flexible.h5 -o flexible.html\n"
+            "  refdyn view rigid.csv --model models/manipulator.lua --set n_rfe=1 -o rigid.html\n"};

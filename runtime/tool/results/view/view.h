@@ -39,9 +39,10 @@ struct drawn_rows {
 };
 
 /* share: the number of runs on the page. */
-struct drawn_rows drawn_run_rows(const struct run *run, int share);
+struct drawn_rows view_drawn_run_rows(const struct run *run, int share);
 /* Writes the members above, without outer brackets, for a run with the coordinates of the tree. */
-void drawn_run_put(FILE *out, const struct run *run, const struct tree *tree, const struct drawn_rows *rows);
+void view_drawn_run_put(FILE *out, const struct run *run, const struct tree *tree,
+                        const struct drawn_rows *rows);
 
 /*
  * Applied forces along a run: drives on coordinates, and forces and torques at points.
@@ -54,8 +55,8 @@ void drawn_run_put(FILE *out, const struct run *run, const struct tree *tree, co
  * that are no points of interest, or values of a start that was not given.
  */
 
-void applied_forces_put(FILE *out, struct generation *generation, const struct run *run,
-                        const struct drawn_rows *rows);
+void view_applied_forces_put(FILE *out, struct generation *generation, const struct run *run,
+                             const struct drawn_rows *rows);
 
 /*
  * Model: frames with their joints, from which the page computes all placements, and what is fixed to them:
@@ -73,12 +74,12 @@ void applied_forces_put(FILE *out, struct generation *generation, const struct r
  */
 
 /* Writes these members, without outer brackets. Parameters must be numbers in the model's graph. */
-void drawn_model_put(FILE *out, struct generation *generation);
+void view_drawn_model_put(FILE *out, struct generation *generation);
 
 /* Picture of a model as SVG: the tree of its links on the left; its rows and drives on the right, each with
  * lines to the links on which it acts. */
 
-void model_drawing_put(FILE *out, struct generation *generation);
+void view_model_drawing_put(FILE *out, struct generation *generation);
 
 /*
  * Programme curves: each position row that is a formula in two components of one point, and in nothing else,
@@ -88,20 +89,20 @@ void model_drawing_put(FILE *out, struct generation *generation);
  * The curve is computed by steps along the tangent of phi(x, y) = 0, each corrected by Newton's method.
  */
 
-void programme_curves_put(FILE *out, struct generation *generation, const struct run *run);
+void view_programme_curves_put(FILE *out, struct generation *generation, const struct run *run);
 
 /* Numbers in JSON, rounded to what a picture needs. Values that are not finite become 0, since no motion was
  * computed with them. */
 
 /* A length, or another number with its own scale: seven digits. */
-void put_length(FILE *out, double value);
+void view_put_length(FILE *out, double value);
 /* An entry of a rotation, to 1e-8. */
-void put_cosine(FILE *out, double value);
+void view_put_cosine(FILE *out, double value);
 /* The power of ten that leaves `digits` digits of the largest absolute value; 1 if that is 0. */
-double rounded_unit(double largest, int digits);
+double view_rounded_unit(double largest, int digits);
 /* Writes values, `stride` apart in memory, as differences in whole units: "[3,0,-1]". The first one is
  * relative to 0. */
-void put_course(FILE *out, const double *values, long count, long stride, double unit);
+void view_put_course(FILE *out, const double *values, long count, long stride, double unit);
 
 /*
  * Shapes represent the bodies of a model: elements of beams by their sections, solids by mass and inertia.
@@ -125,8 +126,8 @@ struct shape {
 };
 
 /* Calls `take` for each shape, link by link. */
-void shapes_give(const struct generation *generation, void take(void *context, const struct shape *shape),
-                 void *context);
+void view_shapes_give(const struct generation *generation,
+                      void take(void *context, const struct shape *shape), void *context);
 
 /* Viewed model: an HDF5 file carries the texts, options and parameters of its model; a CSV needs --model and
  * --set. In its graph the parameters are numbers, with the values of the motion. */
@@ -137,9 +138,11 @@ struct viewed_model {
 };
 
 /* Reads the model of the run, whose coordinates must match the columns. Reports errors on stderr; call
- * viewed_model_release in any case. */
-enum status viewed_model_read(struct viewed_model *viewed, const struct run *run,
-                              const struct options *options);
-void viewed_model_release(struct viewed_model *viewed);
+ * view_model_release in any case. */
+enum status view_model_read(struct viewed_model *viewed, const struct run *run,
+                            const struct options *options);
+void view_model_release(struct viewed_model *viewed);
+
+extern const struct command view_command;
 
 #endif

@@ -52,14 +52,14 @@ static void write_file(void *context, const struct motion_fact *fact) {
 }
 
 static bool take_all(struct carried *carried) {
-    struct motion_reader *reader = motion_open(carried->run);
+    struct motion_reader *reader = hdf5_motion_open(carried->run);
     if (!reader)
         return false;
-    motion_give_facts(reader, "/", take_path, carried);
-    motion_give_facts(reader, "/options", take_setting, carried);
-    motion_give_facts(reader, "/parameters", take_setting, carried);
-    motion_give_facts(reader, "/model_files", write_file, carried);
-    motion_close(reader);
+    hdf5_motion_give_facts(reader, "/", take_path, carried);
+    hdf5_motion_give_facts(reader, "/options", take_setting, carried);
+    hdf5_motion_give_facts(reader, "/parameters", take_setting, carried);
+    hdf5_motion_give_facts(reader, "/model_files", write_file, carried);
+    hdf5_motion_close(reader);
     if (!carried->has_failed && !carried->file)
         complain_line(carried->run, 0, "the file does not contain its model");
     return !carried->has_failed && carried->file;
@@ -71,28 +71,28 @@ static enum status read_carried(struct viewed_model *viewed, const char *path,
     viewed->has_folder = scratch_open(&viewed->folder, scratch_parent(), "refdyn-view-");
     if (!viewed->has_folder || !take_all(&carried))
         return STATUS_FAULT;
-    const struct options reading = {.command = options->command,
-                                    .operands = &carried.file,
-                                    .operand_count = 1,
-                                    .settings = carried.settings,
-                                    .setting_count = carried.count,
-                                    .fold = true};
+    struct options reading = {.command = options->command,
+                              .operands = &carried.file,
+                              .operand_count = 1,
+                              .settings = carried.settings,
+                              .setting_count = carried.count};
+    options_set_flag(&reading, "fold");
     return scene_read(&viewed->scene, &reading, false);
 }
 
 /* ---- Any run ---- */
 
 static enum status read_given(struct viewed_model *viewed, const struct options *options) {
-    const char *model = options->model;
+    const char *model = options_text(options, "model");
     struct options reading = *options;
     reading.operands = &model;
     reading.operand_count = 1;
-    reading.fold = true;
+    options_set_flag(&reading, "fold");
     return scene_read(&viewed->scene, &reading, true);
 }
 
 static enum status refuse_columns(const struct run *run, const char *fact) {
-    complain_line(run->path, run_is_hdf5(run->path) ? 0 : 1, fact);
+    complain_line(run->path, figures_run_is_hdf5(run->path) ? 0 : 1, fact);
     return STATUS_FAULT;
 }
 
@@ -114,17 +114,17 @@ static enum status check_columns(const struct viewed_model *viewed, const struct
     return STATUS_DONE;
 }
 
-enum status viewed_model_read(struct viewed_model *viewed, const struct run *run,
-                              const struct options *options) {
+enum status view_model_read(struct viewed_model *viewed, const struct run *run,
+                            const struct options *options) {
     *viewed = (struct viewed_model){.has_folder = false};
-    const enum status status =
-        run_is_hdf5(run->path) ? read_carried(viewed, run->path, options) : read_given(viewed, options);
+    const enum status status = figures_run_is_hdf5(run->path) ? read_carried(viewed, run->path, options)
+                                                              : read_given(viewed, options);
     /* The bound on work applies to reading the model, which is done; only a few numbers are computed now. */
     viewed->scene.generation.memory.work_bound = 0;
     return status == STATUS_DONE ? check_columns(viewed, run) : status;
 }
 
-void viewed_model_release(struct viewed_model *viewed) {
+void view_model_release(struct viewed_model *viewed) {
     scene_close(&viewed->scene);
     if (viewed->has_folder)
         scratch_close(&viewed->folder);

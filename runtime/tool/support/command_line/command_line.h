@@ -1,17 +1,19 @@
-/* What this folder offers. */
+/*
+ * The command line of `refdyn`: what a command is, and the options of one call.
+ *
+ * Each command is a struct command in its own file. It names its options, and the tables that declare them:
+ * its own table, and those of the folders whose functions read the options. From these tables follow the
+ * reading of argv, --help, the messages of wrong usage, the completion of shells and the manual page.
+ *
+ * Parts: options and commands; values of one call; reading argv; messages.
+ */
 #ifndef REFDYN_TOOL_COMMAND_LINE_H
 #define REFDYN_TOOL_COMMAND_LINE_H
 
 #include <stdbool.h>
+#include <stddef.h>
 
 #include "gen/read/read.h"
-
-/*
- * The command line of `refdyn`: what a command is, and the options of one call.
- *
- * Takes the table of commands and argv; gives a filled struct options, or a complaint and the usage line on
- * stderr.
- */
 
 /* Exit statuses of the program. */
 enum status { STATUS_DONE, STATUS_FAULT, STATUS_USAGE, STATUS_NUMBERS };
@@ -30,110 +32,163 @@ enum { HAS_HDF5 = 1 };
 enum { HAS_HDF5 = 0 };
 #endif
 
-/* An option that a file gives, under a name of the file's own. */
-struct told_option {
-    const char *option, *field;
-    const char *place; /* "FILE:LINE" */
+/* Options and commands. */
+
+enum option_kind {
+    OPTION_FLAG, /* without a value */
+    OPTION_TEXT,
+    OPTION_TEXTS,        /* may be repeated, each time with another text */
+    OPTION_LIST,         /* names or numbers between commas, each once */
+    OPTION_FREEING_LIST, /* the same; it may be empty */
+    OPTION_POSITIVE,     /* a positive number */
+    OPTION_COUNT,        /* a whole number from 1 to 1000000 */
+    OPTION_INDEX,        /* a whole number from 0 */
+    OPTION_SETTING,      /* NAME=VALUE; may be repeated with other names */
+    OPTION_HELP
 };
 
-struct options {
-    const struct command *commands; /* the table of all, which ends with an entry whose name is NULL */
-    const struct command *command;
-    const struct told_option *told; /* (told_count) those that are not of the command line */
-    int told_count;
-    char **arguments; /* the whole command line */
-    int argument_count;
-    const char **operands; /* model or run files */
-    int operand_count;
-    struct setting *settings; /* each name once; where commands add to them, later ones win */
-    int setting_count;
-    const char **stops; /* --stop NAME<VALUE */
-    int stop_count;
-    bool fold, verify, resume, dry_run, slurm, for_lanes, for_casadi, floating, drives;
-    /* NULL: not given */
-    const char *output, *emit, *explain, *state, *from, *at, *method, *stabilise, *singular, *start, *hold,
-        *release, *way, *summary, *vary, *steps, *tols, *methods, *inputs, *accelerations, *loops, *panel,
-        *units, *model, *draw, *depfile, *table, *cases, *of, *slurm_options, *flexible, *section, *tip, *nu,
-        *eta, *fmu, *platform;
-    /* 0: not given */
-    double until, step, step_max, tolerance, accuracy, every, modes, seconds, threads, chunks, lanes, E, rho,
-        rfe, friction_width, right_angles;
-    double case_number; /* -1: not given */
+struct command;
+
+/* Declares one option. A table of rules ends with an entry whose name is NULL. */
+struct option_rule {
+    const char *name;     /* long, without its dashes */
+    const char *argument; /* its value as in the usage line; NULL for a flag */
+    enum option_kind kind;
+    const char *help;         /* "%s" in it is replaced by the list */
+    const char *const *words; /* its values, NULL at the end; NULL if they are no fixed set */
+    const char *(*list)(
+        const struct command *command); /* computes "a, b, c", the values, if it is not NULL */
 };
+
+struct options;
+
+enum { OPTION_TABLES = 5 };
 
 struct command {
     const char *name;
     enum status (*run)(const struct options *options);
     const char *operands; /* as in the usage line: "MODEL.lua" or "RUN..." */
-    const char *options;  /* long names that it knows, in the order of the help, blanks between; '!' behind a
-                             needed one */
-    bool takes_gsl;       /* are methods of GSL among its methods */
-    const char *output;   /* what -o names: "FILE" or "DIR" */
-    const char *purpose;  /* one line */
-    const char *help;     /* what more a user should know, with examples */
+    const char *options;  /* names in the order of the help, blanks between; "!" follows a needed one. -o is
+                             "output", which needs no rule, and --help is added */
+    const struct option_rule *tables[OPTION_TABLES]; /* that declare them; those not used are NULL */
+    bool has_gsl;                                    /* the methods of GSL are among its methods */
+    const char *replaces_needed;   /* an option that makes the needed ones superfluous; NULL: there is none */
+    const char *replaces_operands; /* options that replace the operands and all needed options, blanks
+                                      between; or NULL */
+    const char *output;            /* what -o names: "FILE" or "DIR" */
+    const char *purpose;           /* one line */
+    const char *help;              /* what else a user should know, with examples */
 };
 
-/* One option of a command, as the help tells it. */
+/* One option of a command, as --help, completion and the manual page show it. */
 struct option_text {
     const char *name;     /* long, without its dashes */
-    const char *argument; /* what it takes, as in the usage line; "": nothing */
+    const char *argument; /* as in the usage line; "" for a flag */
     const char *help;
-    bool is_output, is_needed, may_repeat, is_list; /* is_output: -o, too; is_list: with commas between */
+    const char *words; /* its values, blanks between; "" if they are no fixed set */
+    bool is_output, is_needed, may_repeat, is_list; /* is_output: it is -o, too; is_list: with commas */
 };
-/* By number from 0 in the order of the help; false: the command has not so many. */
+/* By number from 0 in the order of the help. Returns false if the command has fewer options. */
 bool options_describe(const struct command *command, int number, struct option_text *text);
 
-/* Of `commands`, a table that ends with an entry whose name is NULL. True when the command is to run;
- * otherwise *status is the exit status (help and version were printed). */
-bool options_read(const struct command *commands, int argc, char **argv, struct options *options,
-                  enum status *status);
-/* Gives each option that was given, in the order of the help: its long name, and its value as text that reads
- * back as the same, NULL for one that takes none. */
+/* Values of one call. */
+
+/* The place in a file, such as SWEEP.lua, that has set an option under the file's own name. */
+struct option_origin {
+    const char *option, *field;
+    const char *place; /* "FILE:LINE" */
+};
+
+struct option_value {
+    const char *name;
+    const char *text; /* NULL for flags and numbers */
+    double number;
+};
+
+struct options {
+    const struct command *const *commands; /* all commands, NULL at the end */
+    const struct command *command;
+    char **arguments; /* the whole command line */
+    int argument_count;
+    const char **operands; /* model or run files */
+    int operand_count;
+    struct setting *settings; /* of --set, each name once; where commands add to them, later ones win */
+    int setting_count;
+    const struct option_value *values; /* of the options that are given; read them by the functions below */
+    int value_count;
+    const struct option_origin *origins; /* (origin_count) of options that the command line does not have */
+    int origin_count;
+};
+
+bool options_has(const struct options *options, const char *name);
+/* Returns NULL if the option is not given. */
+const char *options_text(const struct options *options, const char *name);
+/* Returns 0 if the option is not given. */
+double options_number(const struct options *options, const char *name);
+/* The text number `place` of an option that may be repeated; NULL after the last one. */
+const char *options_repeated(const struct options *options, const char *name, int place);
+/* Returns whether the option is given and has this text. */
+bool options_is(const struct options *options, const char *name, const char *text);
+/* Adds a text to an option that may be repeated. */
+void options_add_text(struct options *options, const char *name, const char *text);
+/* These set an option; copies of the struct that were made before keep their value. */
+void options_set_flag(struct options *options, const char *name);
+void options_set_text(struct options *options, const char *name, const char *text);
+void options_set_number(struct options *options, const char *name, double number);
+
+/* Calls `take` with each option that is given, in the order of the help: its long name, and its value as text
+ * that reads back as the same value; NULL for a flag. */
 void options_give(const struct options *options,
                   void take(void *context, const char *name, const char *value), void *context);
-/* A list "a,b" of option `name` has no empty item, and none twice. */
-enum status check_list(const struct command *command, const char *name, const char *list);
-/* The items of such a list, behind the last one NULL; of list NULL none. */
+/* The items of a list "a,b", NULL after the last one; none for list NULL. */
 const char **options_list(const char *list);
-/* The place of `word` among `names`, which end with NULL; otherwise a complaint as of option_error. */
-enum status options_choose(const struct options *options, const char *option, const char *word,
-                           const char *const *names, int *place);
-/* "rk4, rk54, ...": all methods, or those that need no tangent. */
-const char *options_methods(bool is_explicit);
-/* Of the words of --from and --at: NULL unless it names a STATE.json. */
+/* Sets *place to the place of the option's value among the words of its rule, 0 if it is not given. Reports
+ * any other value as option_error does. */
+enum status options_choose(const struct options *options, const char *name, int *place);
+/* The words of --from and --at. */
+extern const char *const options_places[];
+/* Returns `place`, a value of --from or --at, if it names a STATE.json; otherwise NULL. */
 const char *options_state_path(const char *place);
-/* What is wrong with the value of an option, in words that go on behind its name, ": '7' is none of ..." or
- * " must be ...": as usage_error, or where a file gave it behind FILE:LINE, STATUS_FAULT. */
+
+/* Reading argv. */
+
+/* Returns true if the command is to run. Otherwise help or the version was printed, or wrong usage reported,
+ * and *status is the exit status. */
+bool options_read(const struct command *const *commands, int argc, char **argv, struct options *options,
+                  enum status *status);
+/* Reports an empty item of a list "a,b" of option `name`, or one that is given twice. */
+enum status options_check_list(const struct command *command, const char *name, const char *list);
+
+/* Messages. */
+
+/* Reports a wrong value of an option. The format follows the option's name: ": '7' is ..." or " must be ...".
+ * As usage_error; or, if a file has set the option, with FILE:LINE, and returns STATUS_FAULT. */
 enum status option_error(const struct options *options, const char *option, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
-/* Complains on stderr as `refdyn COMMAND: ...` with the usage line; returns STATUS_USAGE. */
+/* Reports "refdyn COMMAND: ..." and the usage line on stderr; returns STATUS_USAGE. */
 enum status usage_error(const struct command *command, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
+/* Reports a name that is no command. */
+enum status command_error(const struct command *const *commands, const char *name);
+/* Prints --help of one command, or of the program. */
+void print_command_help(const struct command *command);
+void print_help(const struct command *const *commands);
 
-/*
- * The commands of `refdyn`.
- */
+/* Parts that only this folder uses. */
 
-enum status run_gen(const struct options *options);
-enum status run_check(const struct options *options);
-enum status run_compile(const struct options *options);
-enum status run_eval(const struct options *options);
-enum status run_statics(const struct options *options);
-enum status run_modes(const struct options *options);
-enum status run_sim(const struct options *options);
-/* `sim` of a case of a batch. */
-enum status run_case_again(const struct options *options);
-enum status run_batch(const struct options *options);
-/* With --slurm gives the batch to Slurm, and is run_batch without. */
-enum status run_batch_anywhere(const struct options *options);
-enum status run_plot(const struct options *options);
-enum status run_view(const struct options *options);
-enum status run_merge(const struct options *options);
-enum status run_import(const struct options *options);
-enum status run_export(const struct options *options);
-enum status run_new(const struct options *options);
-enum status run_completion(const struct options *options);
-enum status run_bench(const struct options *options);
-enum status run_report(const struct options *options);
+enum { OPTIONS_MOST = 40 };
+/* An option that a command knows. */
+struct known_option {
+    const struct option_rule *rule;
+    bool is_needed;
+};
+/* In the order of the help, --help last. Returns how many. */
+int command_options(const struct command *command, struct known_option list[static OPTIONS_MOST]);
+/* The rule of this name in the tables of the command, or NULL. */
+const struct option_rule *option_find(const struct command *command, const char *name, size_t length);
+/* "-o" or "--NAME". */
+const char *option_shown(const struct option_rule *rule);
+bool option_is_output(const struct option_rule *rule);
+bool option_may_repeat(const struct option_rule *rule);
 
 #endif

@@ -1,8 +1,9 @@
-/* One build of emitted C: see compile.h. No shell is involved, so any path will do. */
+/* Builds a shared library from emitted C: runs of the compiler, two at a time, in a temporary folder. No
+ * shell is involved, so paths may have any characters. */
 #include "runtime/tool/support/compile/compile.h"
-#include "refdyn_batch.h"
-#include "runtime/tool/support/format/format.h"
 #include "runtime/tool/support/system/system.h"
+#include "runtime/tool/support/format/format.h"
+#include "refdyn_batch.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -11,20 +12,73 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-/*
- * -ffp-contract=off: a multiplication and an addition are two roundings on every machine and with every
+/* ---- Runs of a compiler ---- */
+
+enum { PROCESSES = 2 };
+
+void compile_job_add_word(struct job *job, const char *word) {
+    job->argv = memory_room(&program_memory, job->argv, job->argc + 1, &job->room, sizeof *job->argv);
+    job->argv[job->argc++] = word;
+}
+
+void compile_job_add_words(struct job *job, const char *const *words) {
+    for (; *words; words++)
+        compile_job_add_word(job, *words);
+}
+
+static void show_log(const struct job *job) {
+    fputs("refdyn: the compiler failed:", stderr);
+    for (int i = 0; i < job->argc; i++)
+        fprintf(stderr, " %s", job->argv[i]);
+    fputc('\n', stderr);
+    file_copy(job->log, stderr);
+}
+
+static bool start(struct process *process, const struct scratch *scratch, const struct job *job) {
+    const int error = process_start(process, scratch, job->argv, NULL, job->log, NULL);
+    if (error)
+        fprintf(stderr, "refdyn: the compiler '%s' could not be started: %s\n", job->argv[0],
+                strerror(error));
+    return error == 0;
+}
+
+bool compile_jobs_run(const struct scratch *scratch, const struct job *jobs, int count, long *peak_kb) {
+    struct process running[PROCESSES] = {{.pid = 0}};
+    const struct job *of[PROCESSES] = {NULL};
+    bool is_good = true;
+    for (int next = 0, active = 0; active > 0 || (is_good && next < count);) {
+        while (is_good && next < count && active < PROCESSES) {
+            int free_place = running[0].pid == 0 ? 0 : 1;
+            of[free_place] = &jobs[next++];
+            is_good = start(&running[free_place], scratch, of[free_place]);
+            active += is_good;
+        }
+        int done = active ? process_wait(running, PROCESSES) : -1;
+        if (done < 0)
+            return false;
+        active--;
+        if (running[done].result != 0) {
+            show_log(of[done]);
+            is_good = false;
+        }
+        if (running[done].peak_kb > *peak_kb)
+            *peak_kb = running[done].peak_kb;
+    }
+    return is_good;
+}
+
+/* ---- Builds ---- */
+
+/* -ffp-contract=off: a multiplication and an addition are rounded twice on every machine and by every
  * compiler, as in the generator's interpreter. -fno-math-errno: sqrt is one instruction; nothing reads errno.
- * Neither -ffast-math nor -march=native: the first changes results, the second breaks a cache that two
- * machines share.
- */
+ * Neither -ffast-math nor -march=native is used: the first changes results, the second breaks a cache that
+ * two machines share. */
 const char *const compile_flags[] = {"-std=c11",        "-O2", "-fPIC", "-ffp-contract=off",
                                      "-fno-math-errno", NULL};
 
-/*
- * Passes of gcc that find nothing in emitted C, which shares its common values already: without them it
- * compiles in 0.6 of the time, and what comes out is as fast. Vectors in long blocks of scalars take -O3
- * minutes to find and are slower; loops over arrays stay vectors.
- */
+/* These passes of gcc find nothing in emitted C, which already shares common values. Without them it compiles
+ * in 0.6 of the time, and the result is as fast. The search for vectors in long blocks of scalars takes -O3
+ * minutes and makes them slower; loops over arrays stay vectors. */
 const char *const gcc_flags[] = {"-fno-tree-slp-vectorize",
                                  "-fno-tree-pre",
                                  "-fno-gcse",
@@ -49,21 +103,22 @@ const char *const gcc_flags[] = {"-fno-tree-slp-vectorize",
                                  "-fno-ipa-sra",
                                  NULL};
 
-/* clang says that it is a GNU compiler, too. */
+/* clang also defines __GNUC__ */
 static const char gcc_question[] = "#if !defined(__GNUC__) || defined(__clang__)\n#error not gcc\n#endif\n";
 
-const char *const *lanes_flags(int width) {
+const char *const *compile_lanes_flags(int width) {
     static const char *const two[] = {"-DLANES=2", NULL}, *const four[] = {"-DLANES=4", "-mavx2", NULL},
                              *const eight[] = {"-DLANES=8", "-mavx512f", NULL};
     static const char *const four_apart[] = {"-DLANES=4", NULL}, *const eight_apart[] = {"-DLANES=8", NULL};
-    const bool is_apart = width > refdyn_batch_widest(); /* the compiler takes the vectors apart */
+    const bool is_apart = width > refdyn_batch_widest(); /* the compiler splits the vectors */
     return width == 8 ? is_apart ? eight_apart : eight : width == 4 ? is_apart ? four_apart : four : two;
 }
 
 static const char blanks[] = " \t\n";
 
-/* $CC is a program's file, blanks included, or a command of words apart by blanks ("ccache gcc"). */
-bool toolchain_find(struct toolchain *chain) {
+/* $CC is the file of a program, which may contain blanks, or a command of words separated by blanks ("ccache
+ * gcc"). */
+bool compile_toolchain_find(struct toolchain *chain) {
     const char *command = getenv("CC");
     if (!command || command[strspn(command, blanks)] == '\0')
         command = "cc";
@@ -85,39 +140,39 @@ bool toolchain_find(struct toolchain *chain) {
 static void object_job(struct job *job, const struct toolchain *chain, const struct build *build,
                        const char *name) {
     *job = (struct job){.source = scratch_file(&build->scratch, name)};
-    job_add_words(job, chain->words);
+    compile_job_add_words(job, chain->words);
     job->object = text_format("%.*s.o", (int)strlen(job->source) - 2, job->source);
     job->log = text_format("%s.log", job->object);
-    job_add_words(job, compile_flags);
+    compile_job_add_words(job, compile_flags);
     if (build->lanes &&
-        gen_is_for_lanes(name)) /* vectors gain a fifth by the passes that numbers do without */
-        job_add_words(job, lanes_flags(build->lanes));
+        gen_is_for_lanes(name)) /* for vectors these passes, which scalars do without, gain a fifth */
+        compile_job_add_words(job, compile_lanes_flags(build->lanes));
     else if (build->is_gcc)
-        job_add_words(job, gcc_flags);
-    job_add_words(job, (const char *[]){"-c", job->source, "-o", job->object, NULL});
+        compile_job_add_words(job, gcc_flags);
+    compile_job_add_words(job, (const char *[]){"-c", job->source, "-o", job->object, NULL});
 }
 
-/* For gcc alone, and for one that knows all of its flags. */
+/* Applies to gcc only, and to a version that knows all of its flags. */
 static void question_job(struct job *job, const struct toolchain *chain, const struct scratch *scratch) {
     *job = (struct job){.source = scratch_file(scratch, "question.c")};
-    job_add_words(job, chain->words);
+    compile_job_add_words(job, chain->words);
     job->log = text_format("%s.log", job->source);
-    job_add_words(job, gcc_flags);
-    job_add_words(job, (const char *[]){"-fsyntax-only", job->source, NULL});
+    compile_job_add_words(job, gcc_flags);
+    compile_job_add_words(job, (const char *[]){"-fsyntax-only", job->source, NULL});
 }
 
 static void link_job(struct job *job, const struct toolchain *chain, const struct build *build,
                      const struct job *objects, int count) {
     *job = (struct job){.log = text_format("%s.log", build->library)};
-    job_add_words(job, chain->words);
-    job_add_word(job, "-shared");
+    compile_job_add_words(job, chain->words);
+    compile_job_add_word(job, "-shared");
     for (int i = 0; i < count; i++)
-        job_add_word(job, objects[i].object);
-    job_add_words(job, (const char *[]){"-o", build->library, "-lm", NULL});
+        compile_job_add_word(job, objects[i].object);
+    compile_job_add_words(job, (const char *[]){"-o", build->library, "-lm", NULL});
 }
 
-/* What it says to the question is not shown. */
-bool toolchain_is_gcc(const struct toolchain *chain, const struct scratch *scratch) {
+/* The compiler's output is not shown. */
+bool compile_toolchain_is_gcc(const struct toolchain *chain, const struct scratch *scratch) {
     struct job job;
     struct process process;
     question_job(&job, chain, scratch);
@@ -135,10 +190,10 @@ static bool compile_and_link(struct build *build, const struct toolchain *chain,
                              struct build_cost *cost) {
     struct job link;
     double start = wall_seconds();
-    if (!jobs_run(&build->scratch, jobs, count, &cost->peak_kb))
+    if (!compile_jobs_run(&build->scratch, jobs, count, &cost->peak_kb))
         return false;
     link_job(&link, chain, build, jobs, count);
-    bool is_good = jobs_run(&build->scratch, &link, 1, &cost->peak_kb);
+    bool is_good = compile_jobs_run(&build->scratch, &link, 1, &cost->peak_kb);
     cost->seconds = wall_seconds() - start;
     for (int i = 0; i < count; i++)
         cost->object_bytes += file_size(jobs[i].object);
@@ -150,8 +205,8 @@ static bool is_source(const char *name) {
     return dot && strcmp(dot, ".c") == 0;
 }
 
-bool build_run(struct build *build, const struct toolchain *chain, const struct emitted_file *files,
-               int count, struct build_cost *cost) {
+bool compile_build_run(struct build *build, const struct toolchain *chain, const struct emitted_file *files,
+                       int count, struct build_cost *cost) {
     struct build_cost own = {.seconds = 0};
     struct job *jobs = allocate((size_t)count, sizeof *jobs);
     int job_count = 0;
@@ -159,7 +214,7 @@ bool build_run(struct build *build, const struct toolchain *chain, const struct 
         scratch_write(&build->scratch, "refdyn_model.h", refdyn_model_header, refdyn_model_header_size) &&
         scratch_write(&build->scratch, "refdyn_lanes.h", refdyn_lanes_header, refdyn_lanes_header_size);
     build->library = scratch_file(&build->scratch, "model.so");
-    build->is_gcc = toolchain_is_gcc(chain, &build->scratch);
+    build->is_gcc = compile_toolchain_is_gcc(chain, &build->scratch);
     for (int i = 0; i < count && is_good; i++) {
         is_good = scratch_write(&build->scratch, files[i].name, files[i].text, files[i].length);
         if (is_good && is_source(files[i].name))

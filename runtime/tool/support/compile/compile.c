@@ -1,5 +1,5 @@
-/* From emitted C to a loaded library: see compile.h. build_job.c compiles, compiled_cache.c keeps what is
- * compiled. */
+/* Turns emitted C into a loaded library: looks it up in the cache (compiled_cache.c), or builds it
+ * (build_job.c). */
 #include "runtime/tool/support/compile/compile.h"
 #include "runtime/tool/support/format/format.h"
 
@@ -13,12 +13,13 @@
 #include <unistd.h>
 
 static void hash_text(SHA2_CTX *sha, const char *text, size_t length) {
-    uint64_t size = length; /* first, so that neighbours cannot trade letters */
+    uint64_t size = length; /* the length comes first, so that neighbouring texts cannot exchange letters */
     SHA256Update(sha, (const uint8_t *)&size, sizeof size);
     SHA256Update(sha, (const uint8_t *)text, length);
 }
 
-/* The compiler's file by name, size and time: a newer compiler of the same name is another one. */
+/* Identifies the compiler's file by name, size and time, so that a newer compiler of the same name counts as
+ * another. */
 static void hash_program(SHA2_CTX *sha, const char *path) {
     struct stat status;
     hash_text(sha, path, strlen(path));
@@ -43,7 +44,7 @@ static void hash_build(const struct toolchain *chain, const struct emitted_file 
     hash_words(&sha, gcc_flags);
     hash_text(&sha, refdyn_model_header, refdyn_model_header_size);
     if (lanes) {
-        hash_words(&sha, lanes_flags(lanes));
+        hash_words(&sha, compile_lanes_flags(lanes));
         hash_text(&sha, refdyn_lanes_header, refdyn_lanes_header_size);
     }
     for (int i = 0; i < count; i++) {
@@ -55,7 +56,7 @@ static void hash_build(const struct toolchain *chain, const struct emitted_file 
 
 static bool load(struct compiled *compiled, const char *name, const struct cache *cache, const char *key,
                  int lanes) {
-    compiled->library = cache_load(cache, key, &compiled->file);
+    compiled->library = compile_cache_load(cache, key, &compiled->file);
     if (!compiled->library)
         return false;
     compiled->path = text_format("%s/%s.so", cache->path, key);
@@ -73,7 +74,8 @@ static bool build_into(const struct toolchain *chain, const struct emitted_file 
     struct build build = {.lanes = lanes};
     if (!scratch_open(&build.scratch, cache->path, "build-"))
         return false;
-    const bool is_good = build_run(&build, chain, files, count, NULL) && cache_add(cache, key, build.library);
+    const bool is_good =
+        compile_build_run(&build, chain, files, count, NULL) && compile_cache_add(cache, key, build.library);
     scratch_close(&build.scratch);
     return is_good;
 }
@@ -100,9 +102,9 @@ bool compile_load(struct compiled *compiled, const char *name, const struct emit
     struct toolchain chain;
     struct cache cache;
     *compiled = (struct compiled){.file = -1};
-    const bool is_loaded = cache_open(&cache) && toolchain_find(&chain) &&
+    const bool is_loaded = compile_cache_open(&cache) && compile_toolchain_find(&chain) &&
                            load_or_build(compiled, name, &cache, &chain, files, count, lanes);
-    cache_close(&cache);
+    compile_cache_close(&cache);
     return is_loaded;
 }
 
@@ -117,9 +119,9 @@ void compile_release(struct compiled *compiled) {
 bool compile_measure(const struct emitted_file *files, int count, struct build_cost *cost) {
     struct toolchain chain;
     struct build build = {.lanes = 0};
-    if (!toolchain_find(&chain) || !scratch_open(&build.scratch, scratch_parent(), "refdyn-build-"))
+    if (!compile_toolchain_find(&chain) || !scratch_open(&build.scratch, scratch_parent(), "refdyn-build-"))
         return false;
-    const bool is_good = build_run(&build, &chain, files, count, cost);
+    const bool is_good = compile_build_run(&build, &chain, files, count, cost);
     scratch_close(&build.scratch);
     return is_good;
 }

@@ -1,4 +1,4 @@
-/* The folder of compiled models: see compile.h. */
+/* The cache of compiled libraries: finds its folder, checks it, seals and loads libraries. */
 #include "runtime/tool/support/compile/compile.h"
 #include "runtime/tool/support/system/system.h"
 #include "runtime/tool/support/format/format.h"
@@ -14,7 +14,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-/* The end of a sealed library: this, the SHA-256 in hexadecimal digits, and its zero. */
+/* The end of a sealed library: this text, the SHA-256 in hexadecimal digits, and a zero. */
 static const char seal_lead[] = "refdyn seal ";
 
 enum { SEAL_LENGTH = sizeof seal_lead - 1 + SHA256_DIGEST_STRING_LENGTH };
@@ -25,9 +25,9 @@ static bool is_ours(const struct stat *status) {
     return status->st_uid == geteuid() && (status->st_mode & (S_IWGRP | S_IWOTH)) == 0;
 }
 
-/* A folder above in which everybody may rename what is not his: one that all may write, without the sticky
- * bit. Other rights there do no harm, since the folder itself and the libraries are checked as they are
- * opened. */
+/* Whether everybody may rename the files of others in this folder above the cache: all may write to it and it
+ * has no sticky bit. Other rights do no harm, because the folder of the cache and the libraries are checked
+ * when they are opened. */
 static const char *find_open_parent(const char *path) {
     char *parent = text_format("%s", path);
     for (char *slash; (slash = strrchr(parent, '/'));) {
@@ -41,7 +41,7 @@ static const char *find_open_parent(const char *path) {
     return NULL;
 }
 
-/* What is wrong with a folder that is there; NULL: nothing. */
+/* What is wrong with an existing folder; NULL if nothing is. */
 static const char *find_danger(const struct cache *cache) {
     struct stat status;
     if (fstat(cache->folder, &status) != 0)
@@ -56,7 +56,7 @@ static const char *find_danger(const struct cache *cache) {
 
 /* ---- Which one ---- */
 
-/* Opens a folder, made when it is missing. The reason why not, NULL: it is open. */
+/* Opens the folder and makes it if it is missing. Returns the reason if that fails; NULL if it is open. */
 static const char *open_folder(struct cache *cache, const char *path, int flags) {
     if (!folder_make(path, 0700, NULL))
         return strerror(errno);
@@ -64,11 +64,11 @@ static const char *open_folder(struct cache *cache, const char *path, int flags)
     cache->folder = cache->path ? open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC | flags) : -1;
     const char *reason = cache->folder < 0 ? strerror(errno) : find_danger(cache);
     if (reason)
-        cache_close(cache);
+        compile_cache_close(cache);
     return reason;
 }
 
-/* $REFDYN_CACHE. */
+/* Tries $REFDYN_CACHE. */
 static bool open_own(struct cache *cache, const char *path) {
     const char *reason = open_folder(cache, path, 0);
     if (reason)
@@ -77,7 +77,8 @@ static bool open_own(struct cache *cache, const char *path) {
     return !reason;
 }
 
-/* refdyn in the XDG cache folder; without a word where the user has none that can be written. */
+/* Tries refdyn in the XDG cache folder. Reports nothing if the user has no cache folder that can be written.
+ */
 static bool open_xdg(struct cache *cache) {
     const char *xdg = getenv("XDG_CACHE_HOME"), *home = getenv("HOME");
     const char *path = xdg && *xdg == '/'     ? text_format("%s/refdyn", xdg)
@@ -87,9 +88,10 @@ static bool open_xdg(struct cache *cache) {
         return false;
     const char *reason = open_folder(cache, path, 0);
     if (reason && access(path, F_OK) == 0)
-        fprintf(stderr, "refdyn: warning: %s is no cache folder: %s; another one is taken\n", path, reason);
+        fprintf(stderr, "refdyn: warning: %s cannot be the cache folder: %s; another one is used\n", path,
+                reason);
     if (!reason && access(cache->path, W_OK | X_OK) != 0)
-        cache_close(cache);
+        compile_cache_close(cache);
     return cache->folder >= 0;
 }
 
@@ -103,7 +105,7 @@ static bool open_temporary(struct cache *cache) {
     return !reason;
 }
 
-bool cache_open(struct cache *cache) {
+bool compile_cache_open(struct cache *cache) {
     const char *own = getenv("REFDYN_CACHE");
     *cache = (struct cache){.folder = -1};
     if (own && *own)
@@ -111,7 +113,7 @@ bool cache_open(struct cache *cache) {
     return open_xdg(cache) || open_temporary(cache);
 }
 
-void cache_close(struct cache *cache) {
+void compile_cache_close(struct cache *cache) {
     if (cache->folder >= 0)
         close(cache->folder);
     cache->folder = -1;
@@ -119,7 +121,7 @@ void cache_close(struct cache *cache) {
 
 /* ---- Libraries ---- */
 
-/* The seal of the first `length` bytes of a file; false: so many are not there. */
+/* Computes the seal of the first `length` bytes of a file. Returns false if the file is shorter. */
 static bool make_seal(int file, off_t length, char seal[static SEAL_LENGTH]) {
     uint8_t block[1 << 15];
     SHA2_CTX sha;
@@ -145,7 +147,7 @@ static bool is_whole(int file, off_t size) {
            make_seal(file, length, wanted) && memcmp(found, wanted, SEAL_LENGTH) == 0;
 }
 
-/* A descriptor of the library, checked; -1: it is not to be loaded. */
+/* A descriptor of the library after all checks; -1 if it must not be loaded. */
 static int open_library(const struct cache *cache, const char *key) {
     struct stat status;
     const char *name = text_format("%s.so", key);
@@ -158,8 +160,8 @@ static int open_library(const struct cache *cache, const char *key) {
     return -1;
 }
 
-/* By its descriptor, so that nobody can put another file in its place between the check and the loading. */
-void *cache_load(const struct cache *cache, const char *key, int *file) {
+/* Loads by the descriptor, so that nobody can replace the file between the check and the loading. */
+void *compile_cache_load(const struct cache *cache, const char *key, int *file) {
     *file = open_library(cache, key);
     if (*file < 0)
         return NULL;
@@ -170,7 +172,7 @@ void *cache_load(const struct cache *cache, const char *key, int *file) {
     return library;
 }
 
-const char *cache_find(const struct cache *cache, const char *key) {
+const char *compile_cache_find(const struct cache *cache, const char *key) {
     const int file = open_library(cache, key);
     if (file < 0)
         return NULL;
@@ -178,7 +180,7 @@ const char *cache_find(const struct cache *cache, const char *key) {
     return text_format("%s/%s.so", cache->path, key);
 }
 
-/* Writes the seal behind the library, which nobody else may write from then on. */
+/* Appends the seal to the library, and makes it read-only for others. */
 static bool seal(const char *library) {
     char text[SEAL_LENGTH];
     struct stat status;
@@ -191,7 +193,7 @@ static bool seal(const char *library) {
     return is_good;
 }
 
-bool cache_add(const struct cache *cache, const char *key, const char *library) {
+bool compile_cache_add(const struct cache *cache, const char *key, const char *library) {
     const char *name = text_format("%s.so", key);
     const bool is_good = seal(library) && renameat(AT_FDCWD, library, cache->folder, name) == 0;
     if (!is_good)

@@ -1,4 +1,5 @@
-/* CSV files, and other texts of users: see format.h. */
+/* Reads CSV files line by line, and opens text files of users. Files that are no texts are refused with what
+ * they are. */
 #define _GNU_SOURCE
 #include "runtime/tool/support/format/format.h"
 #include "gen/base/base.h"
@@ -10,10 +11,11 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-/* What is larger is no file of this kind, but might take all memory. */
+/* a larger file is no text of this kind, and would take all memory */
 enum { LINE_MOST = 16 << 20, TEXT_MOST = 256 << 20, SHOWN_MOST = 40, SHOWN_TEXT = 300 };
 
-static const char byte_order_mark[] = "\xEF\xBB\xBF"; /* UTF-8's, which spreadsheets write */
+static const char byte_order_mark[] =
+    "\xEF\xBB\xBF"; /* the byte order mark of UTF-8, which spreadsheets write */
 
 void complain_line(const char *path, long line, const char *text) {
     put_plain_text(stderr, path);
@@ -40,7 +42,7 @@ bool csv_complain(const struct csv *csv, const char *format, ...) {
 
 /* ---- Opening ---- */
 
-/* The system calls the file behind a descriptor "pipe:[NUMBER]" when it has no name. */
+/* For a descriptor without a name the system shows "pipe:[NUMBER]". */
 static bool is_nameless_pipe(int file) {
     char link[64], name[8] = "";
     snprintf(link, sizeof link, "/proc/self/fd/%d", file);
@@ -70,26 +72,27 @@ FILE *input_open(const char *path, const char **fault) {
 }
 
 static bool complain_file(const char *path, const char *what, const char *fault) {
-    complain_line(path, 0, text_format("%s: %s, a readable file is needed", what, fault));
+    complain_line(path, 0, text_format("%s: %s; must be a readable file", what, fault));
     return false;
 }
 
 /* ---- Lines ---- */
 
-/* The kind of a file that has zero bytes at its beginning, in words for people. */
+/* Names the kind of a file that begins with zero bytes. */
 static const char *binary_kind(const char *text) {
     return strncmp(text, "\xFF\xFE", 2) == 0 || strncmp(text, "\xFE\xFF", 2) == 0
-               ? "it is in UTF-16, a text in UTF-8 is needed"
-           : strncmp(text, "PK", 2) == 0 ? "it is a workbook or an archive, a text is needed"
-                                         : "a byte is 0, a text is needed";
+               ? "it is in UTF-16; must be a text in UTF-8"
+           : strncmp(text, "PK", 2) == 0 ? "it is a workbook or an archive; must be a text"
+                                         : "a byte is 0; must be a text";
 }
 
-/* What ended the reading of bytes, beside EOF and the byte that was to end it. */
+/* Why the reading of a line ended, apart from EOF and the end of the line. */
 enum { BYTE_IS_0 = -2, TOO_LONG = -3 };
 
 _Static_assert(EOF == -1, "EOF is none of these");
 
-/* Bytes up to `end`, which is left out, up to one that is refused, or up to the end of the file; text grows. */
+/* Appends bytes to the text up to `end`, which is left out, up to a refused byte, or up to the end of the
+ * file. */
 static int take_bytes(FILE *file, int end, int most, char **text, int *size, int *length) {
     int c, count = 0;
     while ((c = getc_unlocked(file)) != EOF && c != end) {
@@ -97,7 +100,7 @@ static int take_bytes(FILE *file, int end, int most, char **text, int *size, int
             c = c ? TOO_LONG : BYTE_IS_0;
             break;
         }
-        if (count + 1 >= *size) /* its end needs a byte, too */
+        if (count + 1 >= *size) /* one byte for the zero at the end */
             *text = memory_room(&program_memory, *text, count + 1, size, 1);
         (*text)[count++] = (char)c;
     }
@@ -111,7 +114,8 @@ static int failed(bool is_said) {
     return is_said ? 1 : -1;
 }
 
-/* The next line into csv->text, without its end: 1, 0 at the end of the file, -1 with a complaint. */
+/* Reads the next line into csv->text, without its end. Returns 1, 0 at the end of the file, or -1 after a
+ * reported error. */
 static int read_line(struct csv *csv) {
     int length = 0;
     const int end = take_bytes(csv->file, '\n', LINE_MOST, &csv->text, &csv->size, &length);
@@ -128,7 +132,7 @@ static int read_line(struct csv *csv) {
     return 1;
 }
 
-/* The next field of a line, cut off and without the blanks around it; *rest is NULL behind the last one. */
+/* Cuts the next field off a line, without blanks around it. *rest is NULL after the last field. */
 static char *next_field(char **rest) {
     char *field = *rest, *comma = strchr(field, ',');
     *rest = comma ? comma + 1 : NULL;
@@ -176,7 +180,7 @@ static int by_text(const void *a, const void *b) {
 }
 
 /* Spreadsheets of some countries separate columns by another character, and some editors write lines without
- * \n. */
+ * LF. */
 static bool check_separators(const struct csv *csv) {
     static const char *const marks[][2] = {
         {";", "semicolons part the columns"}, {"\t", "tabs part the columns"}, {"\r", "lines end with \\r"}};
@@ -199,8 +203,7 @@ static bool check_names(struct csv *csv) {
     for (int i = 0; i < csv->count && is_good; i++)
         for (const char *at = csv->names[i]; *at && is_good; at++)
             if ((unsigned char)*at < ' ' || *at == 0x7F)
-                is_good =
-                    csv_complain(csv, "column %d: a control character in its name, a text is needed", i + 1);
+                is_good = csv_complain(csv, "column %d: a control character in its name; remove it", i + 1);
     return is_good;
 }
 
@@ -210,7 +213,7 @@ static bool read_names(struct csv *csv) {
         return false;
     csv->line = 1;
     if (answer == 0)
-        return csv_complain(csv, "the file is empty, a header and at least one line of numbers are needed");
+        return csv_complain(csv, "the file is empty; must have a header and at least one line of numbers");
     if (!check_separators(csv))
         return false;
     const bool is_marked = strncmp(csv->text, byte_order_mark, strlen(byte_order_mark)) == 0;
@@ -240,9 +243,9 @@ bool csv_number(const struct csv *csv, int i, double *value) {
     if (text_to_number(field, value))
         return true;
     if (!*field)
-        return csv_complain(csv, "%.*s: the field is empty, a finite number is needed", SHOWN_MOST,
+        return csv_complain(csv, "%.*s: the field is empty; must be a finite number", SHOWN_MOST,
                             csv->names[i]);
-    return csv_complain(csv, "%.*s: '%.*s' is no finite number%s", SHOWN_MOST, csv->names[i], SHOWN_MOST,
+    return csv_complain(csv, "%.*s: '%.*s' is not a finite number%s", SHOWN_MOST, csv->names[i], SHOWN_MOST,
                         field, message_number_advice(&program_memory, field));
 }
 

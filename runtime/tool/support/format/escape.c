@@ -1,4 +1,4 @@
-/* Texts inside the languages of other programs: see format.h. */
+/* Texts of users inside other languages: UTF-8, JSON, XML, CSV, shell words, terminals. */
 #include "runtime/tool/support/format/format.h"
 #include "gen/base/base.h"
 
@@ -42,7 +42,7 @@ void put_json_text(FILE *out, const char *text) {
     fputc('"', out);
 }
 
-/* What stands for a character that is a sign of XML, NULL: it stands for itself. */
+/* Replaces a character that is a sign of XML; NULL if it can stay. */
 static const char *xml_name(unsigned long point) {
     static const char signs[] = "&<>\"'";
     static const char *const names[] = {"&amp;", "&lt;", "&gt;", "&quot;", "&#39;"};

@@ -1,4 +1,4 @@
-/* Numbers, JSON and texts in memory: see format.h. */
+/* Prints numbers that read back exactly, JSON documents, and texts in memory. */
 #include "runtime/tool/support/format/format.h"
 
 #include <math.h>
@@ -12,7 +12,7 @@ void print_number(FILE *out, double value) {
 
 const char *near_text(double value, char text[static NUMBER_LENGTH]) {
     const double rounding = 1e-15;
-    const int fewest = 15, most = 17; /* digits; zeros at the end are not written */
+    const int fewest = 15, most = 17; /* number of digits; zeros at the end are not printed */
     for (int digits = fewest; digits <= most; digits++) {
         snprintf(text, NUMBER_LENGTH, "%.*g", digits, value + 0.0); /* no -0 */
         if (fabs(strtod(text, NULL) - value) <= rounding * fabs(value))
@@ -38,7 +38,7 @@ bool document_close(struct document *document, FILE *file) {
     return is_fit;
 }
 
-/* What stands before an entry: a comma, a new line at the outermost level, the key. */
+/* Puts what precedes an entry: a comma, a new line at the outermost level, the key. */
 static void start_entry(struct document *document, const char *key) {
     if (document->has_entry)
         fputc(',', document->out);
@@ -136,7 +136,7 @@ bool text_names_hdf5(const char *path) {
 }
 
 const char *text_unfit_for_hdf5(const char *name) {
-    enum { LONGEST = 1000 /* HDF5 keeps a name in less than 64 kB together with the rest of its head */ };
+    enum { LONGEST = 1000 /* HDF5 stores a name in less than 64 kB together with the rest of its header */ };
     return !*name                   ? "a name is needed"
            : strchr(name, '/')      ? "a slash leads into a group of a file of HDF5"
            : strcmp(name, ".") == 0 ? "a dot is the group itself in a file of HDF5"

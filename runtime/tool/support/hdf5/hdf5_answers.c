@@ -1,4 +1,4 @@
-/* Answers of the gate, and its limits: see hdf5_private.h. */
+/* Answers of the gate process, and its limits of time, memory and texts. */
 #include "runtime/tool/support/hdf5/hdf5_private.h"
 #include "runtime/tool/support/format/format.h"
 
@@ -10,21 +10,21 @@
 
 /* ---- Numbers and texts ---- */
 
-void answers_put_whole(struct answers *answers, int64_t number) {
+void hdf5_answers_put_whole(struct answers *answers, int64_t number) {
     fwrite(&number, sizeof number, 1, answers->stream);
 }
 
-void answers_put_bytes(struct answers *answers, const char *text, size_t length) {
-    answers_put_whole(answers, (int64_t)length);
+void hdf5_answers_put_bytes(struct answers *answers, const char *text, size_t length) {
+    hdf5_answers_put_whole(answers, (int64_t)length);
     fwrite(text, 1, length, answers->stream);
 }
 
-void answers_begin(struct answers *answers, enum gate_answer answer) {
+void hdf5_answers_begin(struct answers *answers, enum gate_answer answer) {
     answers->stream = text_stream(&answers->text, &answers->length);
-    answers_put_whole(answers, answer);
+    hdf5_answers_put_whole(answers, answer);
 }
 
-void answers_end(struct answers *answers) {
+void hdf5_answers_end(struct answers *answers) {
     fclose(answers->stream);
     if (fwrite(answers->text, 1, answers->length, answers->out) != answers->length ||
         fflush(answers->out) != 0)
@@ -32,20 +32,20 @@ void answers_end(struct answers *answers) {
     free(answers->text);
 }
 
-_Noreturn void answers_refuse(struct answers *answers, const char *format, ...) {
+_Noreturn void hdf5_answers_refuse(struct answers *answers, const char *format, ...) {
     va_list list;
     va_start(list, format);
     const char *text = text_vformat(format, list);
     va_end(list);
-    answers_begin(answers, GATE_FACT);
-    answers_put_bytes(answers, text, strlen(text));
-    answers_end(answers);
+    hdf5_answers_begin(answers, GATE_FACT);
+    hdf5_answers_put_bytes(answers, text, strlen(text));
+    hdf5_answers_end(answers);
     _exit(0);
 }
 
-hid_t answers_good(struct answers *answers, const char *path, hid_t result) {
+hid_t hdf5_answers_good(struct answers *answers, const char *path, hid_t result) {
     if (result < 0)
-        answers_refuse(answers, "damaged: %s: %s", path, hdf5_cause());
+        hdf5_answers_refuse(answers, "damaged: %s: %s", path, hdf5_cause());
     return result;
 }
 
@@ -59,8 +59,8 @@ static void bound(int resource, rlim_t most) {
     }
 }
 
-/* Lengths in a damaged file may request any amount of memory. Where the system does not say how much this
- * process has, only the limits on texts hold. */
+/* Lengths in a damaged file may request any amount of memory. If the system does not say how much this
+ * process has, only the limits on texts apply. */
 static void bound_memory(const struct answers *answers) {
     const double more = 1e9 + 4 * answers->bytes;
     unsigned long long pages = 0;
@@ -71,7 +71,7 @@ static void bound_memory(const struct answers *answers) {
         fclose(file);
 }
 
-void answers_bound_work(struct answers *answers) {
+void hdf5_answers_bound_work(struct answers *answers) {
     struct rusage used;
     getrusage(RUSAGE_SELF, &used);
     bound(RLIMIT_CPU, (rlim_t)(used.ru_utime.tv_sec + used.ru_stime.tv_sec + 1 + GATE_SECONDS) +
@@ -79,7 +79,7 @@ void answers_bound_work(struct answers *answers) {
     answers->text_left = answers->bytes;
 }
 
-void answers_start(struct answers *answers, const char *path, int socket) {
+void hdf5_answers_start(struct answers *answers, const char *path, int socket) {
     struct stat status;
     *answers = (struct answers){.out = fdopen(socket, "w")};
     if (!answers->out)
@@ -87,5 +87,5 @@ void answers_start(struct answers *answers, const char *path, int socket) {
     answers->bytes = stat(path, &status) == 0 ? (double)status.st_size : 0;
     bound(RLIMIT_CORE, 0);
     bound_memory(answers);
-    answers_bound_work(answers);
+    hdf5_answers_bound_work(answers);
 }

@@ -1,4 +1,4 @@
-/* What all our HDF5 files share: see hdf5_private.h. */
+/* The parts that all HDF5 files of the project share: creation, attributes, datasets, scales, messages. */
 #include "runtime/tool/support/hdf5/hdf5_private.h"
 #include "runtime/tool/support/format/format.h"
 
@@ -11,9 +11,9 @@
 
 /* ---- Complaints ---- */
 
-/* What HDF5's stack of errors says, from the outermost function to the cause. */
+/* The messages of HDF5's stack of errors, from the outermost function to the cause. */
 struct cause {
-    int number; /* of the system, 0: none */
+    int number; /* errno of the system; 0: none */
     bool is_cut_off;
     char text[256];
 };
@@ -65,8 +65,8 @@ static bool check(struct hdf5_file *file, bool is_good) {
 
 /* ---- Opening and closing ---- */
 
-/* The library neither prints nor cleans up at the exit, where it would try again to write what did not fit.
- */
+/* The library prints nothing. It does not clean up at the exit either, where it would try again to write data
+ * that did not fit. */
 static bool begin(struct hdf5_file *file, const char *path) {
     H5dont_atexit();
     *file = (struct hdf5_file){.id = -1, .path = text_format("%s", path), .text = -1};
@@ -75,8 +75,8 @@ static bool begin(struct hdf5_file *file, const char *path) {
     return H5Tset_size(file->text, H5T_VARIABLE) >= 0 && H5Tset_cset(file->text, H5T_CSET_UTF8) >= 0;
 }
 
-/* HDF5's own locks would meet that of the output, and are refused by some file systems. Attributes of more
- * than 64 KB, as the scales of many columns have, need the form of HDF5 1.8. */
+/* HDF5's own locks would conflict with the lock of the output, and some file systems refuse them. Attributes
+ * of more than 64 KB, which the scales of many columns need, exist since the form of HDF5 1.8. */
 static hid_t access_to_files(void) {
     const hid_t access = H5Pcreate(H5P_FILE_ACCESS);
     H5Pset_file_locking(access, false, true);
@@ -85,7 +85,7 @@ static hid_t access_to_files(void) {
     return access;
 }
 
-/* As it is for groups, of which the file's root is one. */
+/* The order of creation is kept for all groups; the root of the file is one. */
 static hid_t in_order_without_times(hid_t kind) {
     const hid_t creation = H5Pcreate(kind);
     H5Pset_obj_track_times(creation, false);
@@ -126,7 +126,7 @@ bool hdf5_finish(struct hdf5_file *file) {
     return synchronise(file->path) || hdf5_refuse(file, "not all could be written: %s", strerror(errno));
 }
 
-/* What could not be written is left to the end of the program: closing would try again. */
+/* Data that could not be written are left in memory: closing would try again. */
 void hdf5_release(struct hdf5_file *file) {
     if (file->id >= 0)
         H5Fclose(file->id);
@@ -137,7 +137,7 @@ void hdf5_release(struct hdf5_file *file) {
 
 /* ---- Attributes ---- */
 
-/* count 0: a single value. */
+/* count 0: a single value */
 static bool put_attribute(struct hdf5_file *file, const char *object, const char *name, hid_t stored,
                           hid_t type, const void *values, int count) {
     const hsize_t size = (hsize_t)count;
@@ -188,7 +188,7 @@ static bool make_one_group(struct hdf5_file *file, const char *path) {
     return is_made;
 }
 
-/* The groups before each slash of a path. */
+/* Makes the groups before each slash of a path. */
 static bool make_groups_above(struct hdf5_file *file, const char *path) {
     const char *slash = path + 1;
     bool is_good = !file->has_failed;
@@ -203,8 +203,8 @@ bool hdf5_make_group(struct hdf5_file *file, const char *path) {
     return make_groups_above(file, path) && make_one_group(file, path);
 }
 
-/* Rows lie one behind the other. What grows lies in chunks; chunks that wait take no memory, since rows come
- * in large blocks. */
+/* Rows of a fixed number are contiguous. Growing datasets are chunked; chunks need no cache, because rows
+ * come in large blocks. */
 static hid_t dataset_creation(struct hdf5_shape shape) {
     enum { CHUNK_ROWS = 256 };
     const hid_t creation = H5Pcreate(H5P_DATASET_CREATE);

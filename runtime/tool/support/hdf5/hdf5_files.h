@@ -1,4 +1,9 @@
-/* What this folder offers. */
+/*
+ * Files of HDF5: their columns and layouts, and the functions that read and write them.
+ *
+ * Parts: the cases of a batch; files of many motions; files of one motion. hdf5_private.h has the parts
+ * that only this folder uses.
+ */
 #ifndef REFDYN_TOOL_HDF5_FILES_H
 #define REFDYN_TOOL_HDF5_FILES_H
 
@@ -6,11 +11,12 @@
 #include <stddef.h>
 
 /*
- * The cases of a batch: what varies from one to the next, and its value in each.
+ * The cases of a batch: what varies between them, and its value in each.
  *
- * A sweep file (sweeps.h) or a table makes them; both fix their order. A column is a name of the model: a
- * parameter, an input, a coordinate's start value (NAME) or start rate (NAME_d), an option, whose values are
- * texts and may change the structure, or `inputs`, the files with the samples of inputs of each case.
+ * A sweep file (sweeps.h) or a table defines them and their order. A column has a name of the model: a
+ * parameter, an input, the start value (NAME) or start rate (NAME_d) of a coordinate, or an option, whose
+ * values are texts and may change the structure. The column `inputs` has the files with the input samples
+ * of each case.
  */
 
 enum varied_kind {
@@ -24,11 +30,11 @@ enum varied_kind {
 
 struct varied {
     const char *name;   /* of the column, /cases/NAME */
-    const char *target; /* of the parameter, input, coordinate or option; "inputs" of samples */
-    const char *unit;   /* "" where there is none */
+    const char *target; /* of the parameter, input, coordinate or option; "inputs" for samples */
+    const char *unit;   /* "" if there is none */
     enum varied_kind kind;
-    double *values;     /* (count) the number in each case; of texts, which of them */
-    const char **texts; /* (text_count) the different texts of an option or of files; NULL: numbers */
+    double *values;     /* (count) the number in each case; for texts, the index of the text */
+    const char **texts; /* (text_count) the different texts of an option or of files; NULL for numbers */
     int text_count;
 };
 
@@ -39,29 +45,29 @@ struct cases {
 };
 
 /*
- * A file of many motions, RUNS.h5: its layout, and its rows, one a case.
+ * A file of many motions, RUNS.h5: its layout, and its rows, one for each case.
  *
- * Knows nothing of models: a layout lists what varied, what was kept of each case and under which names, and
- * texts about the whole. `refdyn batch` writes it, `merge`, `plot` and `sim --case` read it. Without HDF5 the
- * functions complain that this refdyn is built without it.
+ * The file knows nothing of models. A layout lists what varies, what is kept of each case and under which
+ * names, and texts about the whole. `refdyn batch` writes it; `merge`, `plot` and `sim --case` read it. In
+ * a build without HDF5 the functions report that.
  *
  *   /case              (cases) numbers of the cases, ascending: the dimension scale of all first axes
- *   /cases/NAME        (cases) what varied: numbers, or texts
- *   /status /reason    (cases) 0 done, 3 the numbers failed, 1 the case is at fault; why, in words
+ *   /cases/NAME        (cases) what varies: numbers, or texts
+ *   /status /reason    (cases) 0 done, 3 the numbers failed, 1 the case has an error; the reason in words
  *   /steps /cpu_s      (cases)
  *   /GROUP/NAME        (cases) or (cases x size), by the item
  */
 
 struct memory;
 
-/* What one case keeps under one name: `size` of its numbers, from `offset` on. */
+/* One item that a case keeps: `size` of its numbers, from `offset` on. */
 struct kept_item {
-    const char *group, *name, *unit; /* "final", "E_x", "m"; unit NULL: none is known */
+    const char *group, *name, *unit; /* "final", "E_x", "m"; unit NULL if it is unknown */
     int size, offset;
-    const char *axis; /* of the second axis, a name of an axis below; NULL where size is 1 */
+    const char *axis; /* name of the axis below that is the second axis; NULL if size is 1 */
 };
 
-/* Values along a second axis: the dataset /GROUP/NAME and dimension scale, "history/t" [s]; without values
+/* Values along a second axis: the dataset and dimension scale /GROUP/NAME, "history/t" [s]. Without values
  * its entries have names: "extremes/which". */
 struct kept_axis {
     const char *path, *unit;
@@ -75,12 +81,12 @@ struct attribute {
 };
 
 struct runs_layout {
-    struct cases cases; /* columns as they vary; values are those of all cases of the batch, by number */
+    struct cases cases; /* the columns that vary, with the values of all cases of the batch, by number */
     int item_count, axis_count, attribute_count;
     struct kept_item *items;
     struct kept_axis *axes;
     struct attribute *attributes; /* of the whole file */
-    int width;                    /* numbers that a case keeps */
+    int width;                    /* how many numbers a case keeps */
 };
 
 struct case_record {
@@ -88,67 +94,70 @@ struct case_record {
     int status;
     long steps;
     double cpu_s;
-    const char *reason;   /* "" where there is none */
-    const double *values; /* (width) NaN: the case does not have it */
+    const char *reason;   /* "" if there is none */
+    const double *values; /* (width) NaN if the case does not have the number */
 };
 
 /* ---- Writing ---- */
 
 struct runs_writer;
 
-/* Of `count` cases into the file `path`, which is written anew and may be a target's part: the caller gives
- * it its name once it is closed. The layout lives until then. NULL, with a complaint on stderr. Writes in
- * blocks of rows: memory does not grow with `count`. */
-struct runs_writer *runs_create(const char *path, const struct runs_layout *layout, long count);
-/* The next case; numbers ascend. False, with a complaint, when it cannot be written. */
-bool runs_put(struct runs_writer *writer, const struct case_record *record);
-/* Adds processor time that all cases have caused together, in equal shares, to their cpu_s; after the last
- * one. */
-bool runs_share_time(struct runs_writer *writer, double seconds);
-/* All in the file and on the disk. False, with a complaint, also where fewer than `count` cases were put; in
- * any case the writer is released. */
-bool runs_finish(struct runs_writer *writer);
+/* Creates the file `path` for `count` cases. It replaces an existing file and may be the part of a target,
+ * which the caller gives its name after closing. The layout must live until then. Returns NULL and reports on
+ * stderr if it fails. Rows are written in blocks, so that memory does not grow with `count`. */
+struct runs_writer *hdf5_runs_create(const char *path, const struct runs_layout *layout, long count);
+/* Writes the next case; numbers ascend. Returns false and reports the error if it cannot. */
+bool hdf5_runs_put(struct runs_writer *writer, const struct case_record *record);
+/* Adds processor time that all cases have caused together, in equal shares, to their cpu_s. Call it after the
+ * last case. */
+bool hdf5_runs_share_time(struct runs_writer *writer, double seconds);
+/* Writes the remaining data to the disk. Returns false and reports the error if it cannot, or if fewer than
+ * `count` cases were written. Releases the writer in any case. */
+bool hdf5_runs_finish(struct runs_writer *writer);
 /* Releases the writer of a file that is given up. */
-void runs_drop(struct runs_writer *writer);
+void hdf5_runs_drop(struct runs_writer *writer);
 
 /* ---- Reading ---- */
 
 struct runs_reader;
 
-/* NULL, with a complaint that names the file: it cannot be read, is no file of runs, is cut off. */
-struct runs_reader *runs_open(const char *path);
-/* The layout; columns' values are those of the cases in the file, by row. */
-const struct runs_layout *runs_layout(const struct runs_reader *reader);
-long runs_count(const struct runs_reader *reader);
-/* Cases of the whole batch, of which the file may have a part: the layout's cases.count as it was written. */
-long runs_batch_count(const struct runs_reader *reader);
-/* (runs_count) numbers of the cases. */
-const long *runs_numbers(const struct runs_reader *reader);
-/* Row `row`; the record is valid until the next call. False, with a complaint. */
-bool runs_get(struct runs_reader *reader, long row, struct case_record *record);
-/* The text of an attribute, NULL: there is none. */
-const char *runs_attribute(const struct runs_reader *reader, const char *name);
-void runs_close(struct runs_reader *reader);
+/* Returns NULL and reports the reason, with the name of the file, if it cannot be read, is no file of runs,
+ * or is truncated. */
+struct runs_reader *hdf5_runs_open(const char *path);
+/* The layout; the values of its columns are those of the cases in the file, by row. */
+const struct runs_layout *hdf5_runs_layout(const struct runs_reader *reader);
+long hdf5_runs_count(const struct runs_reader *reader);
+/* Number of cases of the whole batch; the file may have a part of them. It is cases.count of the layout as
+ * written. */
+long hdf5_runs_batch_count(const struct runs_reader *reader);
+/* (hdf5_runs_count) numbers of the cases. */
+const long *hdf5_runs_numbers(const struct runs_reader *reader);
+/* Reads row `row`; the record is valid until the next call. Returns false and reports the error if it cannot.
+ */
+bool hdf5_runs_get(struct runs_reader *reader, long row, struct case_record *record);
+/* The text of an attribute; NULL if there is none. */
+const char *hdf5_runs_attribute(const struct runs_reader *reader, const char *name);
+void hdf5_runs_close(struct runs_reader *reader);
 
 /*
- * A file of one motion, RUN.h5: its layout, and its rows, one an output. Knows nothing of models.
+ * A file of one motion, RUN.h5: its layout, and its rows, one for each output. It knows nothing of models.
  *
- * Each dataset has the attribute `columns`, the names that its numbers have in a CSV of the same motion.
- *
- * Without HDF5 the functions complain that this refdyn is built without it.
+ * The attribute `columns` of a dataset has the names that its numbers have in a CSV of the same motion. In
+ * a build without HDF5 the functions report that.
  */
 
-/* One dataset: numbers `first` on of a row. The first dataset is the time, along which the others are. */
+/* One dataset: the numbers of a row from `first` on. The first dataset is the time, the scale of the others.
+ */
 struct motion_part {
     const char *path;              /* "/points/E/r" */
-    const char *axis;              /* of the second axis, "/axis"; NULL: one number a row */
-    const char *const *axis_names; /* (count) its entries; parts on one axis have the same */
+    const char *axis;              /* of the second axis, "/axis"; NULL for one number a row */
+    const char *const *axis_names; /* (count) its entries; parts on one axis have the same names */
     int first, count;
 };
 
-/* Attributes of the group `object`, "/" or "/parameters", which is made; of a text, or of a number. */
+/* An attribute of the group `object`, "/" or "/parameters", which is made if needed: a text or a number. */
 struct motion_fact {
-    const char *object, *name, *text; /* text NULL: a number */
+    const char *object, *name, *text; /* NULL for a number */
     double number;
 };
 
@@ -156,34 +165,36 @@ struct motion_layout {
     const struct motion_part *parts;
     const struct motion_fact *facts;
     const char *const *names; /* (width) of the numbers of a row */
-    const char *const *units; /* (width) of the numbers of a row; NULL: not known */
+    const char *const *units; /* (width) of the numbers of a row; NULL if unknown */
     int part_count, fact_count, width;
 };
 
 struct motion_writer;
 
-/* Into the file `path`, which is written anew. NULL, with a complaint on stderr. */
-struct motion_writer *motion_create(const char *path, const struct motion_layout *layout);
-/* The next row. False, with a complaint, when it cannot be written. */
-bool motion_put(struct motion_writer *writer, const double *values);
-/* All on the disk. False, with a complaint; in any case the writer is released. */
-bool motion_finish(struct motion_writer *writer);
+/* Creates the file `path`, replacing an existing one. Returns NULL and reports on stderr if it fails. */
+struct motion_writer *hdf5_motion_create(const char *path, const struct motion_layout *layout);
+/* Writes the next row. Returns false and reports the error if it cannot. */
+bool hdf5_motion_put(struct motion_writer *writer, const double *values);
+/* Writes the remaining data to the disk. Returns false and reports the error if it cannot. Releases the
+ * writer in any case. */
+bool hdf5_motion_finish(struct motion_writer *writer);
 
 struct motion_reader;
 
-/* Whether it is such a file; complains of nothing. */
-bool motion_is_in(const char *path);
-/* NULL, with a complaint on stderr. */
-struct motion_reader *motion_open(const char *path);
-/* Names of the columns, in the order of the CSV; *count tells how many. */
-const char *const *motion_names(const struct motion_reader *reader, int *count);
-/* The next row, (count), of finite numbers: 1; 0 after the last one; -1 with a complaint. */
-int motion_next(struct motion_reader *reader, double *values);
-/* Passes the attributes of a group, such as "/parameters", to `take`, in the order of their names: texts, and
- * numbers with the text NULL. A missing group has no attributes. */
-void motion_give_facts(const struct motion_reader *reader, const char *group,
-                       void take(void *context, const struct motion_fact *fact), void *context);
-/* NULL: nothing. */
-void motion_close(struct motion_reader *reader);
+/* Returns whether the file is of this kind; reports nothing. */
+bool hdf5_motion_is_in(const char *path);
+/* Returns NULL and reports on stderr if it fails. */
+struct motion_reader *hdf5_motion_open(const char *path);
+/* Names of the columns, in the order of the CSV, and their number. */
+const char *const *hdf5_motion_names(const struct motion_reader *reader, int *count);
+/* Reads the next row, (count) finite numbers. Returns 1, 0 after the last row, or -1 after a reported error.
+ */
+int hdf5_motion_next(struct motion_reader *reader, double *values);
+/* Calls `take` with the attributes of a group such as "/parameters", in the order of their names. The text of
+ * a number is NULL. A missing group has no attributes. */
+void hdf5_motion_give_facts(const struct motion_reader *reader, const char *group,
+                            void take(void *context, const struct motion_fact *fact), void *context);
+/* Does nothing for NULL. */
+void hdf5_motion_close(struct motion_reader *reader);
 
 #endif

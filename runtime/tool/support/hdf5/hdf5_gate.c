@@ -1,4 +1,5 @@
-/* The process that reads files of HDF5: see hdf5_private.h. */
+/* The gate process, which reads HDF5 files and checks every object before it reads its data. hdf5_private.h
+ * says what it refuses. */
 #include "runtime/tool/support/hdf5/hdf5_private.h"
 #include "gen/base/base.h"
 #include "runtime/tool/support/format/format.h"
@@ -11,27 +12,27 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-/* An object of the file. Paths begin with a slash. */
+/* An object of the file. Its path begins with a slash. */
 struct entry {
     const char *path;
     haddr_t address;
     H5O_type_t type;
     int group;     /* its number */
-    hid_t dataset; /* open; negative: it is none, or was not needed yet */
+    hid_t dataset; /* open; negative: there is none, or it was not needed yet */
     enum hdf5_kind kind;
     int rank;
-    hsize_t size[2]; /* rows, and numbers a row, 0: one in a dataset with one axis */
+    hsize_t size[2]; /* rows, and numbers in a row; 0 for a dataset with one axis */
 };
 
-/* Where an entry lies in the file. */
+/* The place of an entry in the file. */
 struct entry_address {
     haddr_t address;
     int entry;
 };
 
 enum {
-    DEEPEST = 32,      /* groups in groups */
-    MOST_PACKED = 1100 /* bytes that one byte of a file may stand for; zlib reaches at most 1032 */
+    DEEPEST = 32,      /* depth of groups in groups */
+    MOST_PACKED = 1100 /* how many bytes one byte of a file may become; zlib reaches at most 1032 */
 };
 
 struct gate {
@@ -39,7 +40,7 @@ struct gate {
     hid_t file;
     struct entry *entries;
     int count, room;
-    struct entry_address *places; /* (count) of the entries in the file, in order */
+    struct entry_address *places; /* (count) places of the entries, in order */
 };
 
 /* ---- The objects ---- */
@@ -69,35 +70,37 @@ static herr_t take_link(hid_t group, const char *name, const H5L_info_t *info, v
     const char *path = path_of(names->path, name);
     (void)group;
     if (!is_utf8(name, strlen(name)))
-        answers_refuse(names->gate->answers, "damaged: a name in %s is not UTF-8", names->path);
+        hdf5_answers_refuse(names->gate->answers, "damaged: a name in %s is not UTF-8", names->path);
     if (info->type == H5L_TYPE_EXTERNAL)
-        answers_refuse(names->gate->answers, "%s: is a link to another file, which is not followed", path);
+        hdf5_answers_refuse(names->gate->answers, "%s: is a link to another file, which is not followed",
+                            path);
     if (info->type != H5L_TYPE_HARD)
-        answers_refuse(names->gate->answers, "%s: is a link to another name, which is not followed", path);
+        hdf5_answers_refuse(names->gate->answers, "%s: is a link to another name, which is not followed",
+                            path);
     names->list = memory_room(&program_memory, names->list, names->count, &names->room, sizeof *names->list);
     names->list[names->count++] = path;
     return 0;
 }
 
-/* In the order in which they were made, where the group keeps it. */
+/* In the order of creation, if the group keeps it. */
 static struct names list_names(struct gate *gate, const char *path) {
     struct names names = {.gate = gate, .path = path};
     if (H5Literate_by_name(gate->file, path, H5_INDEX_CRT_ORDER, H5_ITER_INC, NULL, take_link, &names,
                            H5P_DEFAULT) >= 0)
         return names;
     names.count = 0;
-    answers_good(gate->answers, path,
-                 H5Literate_by_name(gate->file, path, H5_INDEX_NAME, H5_ITER_INC, NULL, take_link, &names,
-                                    H5P_DEFAULT));
+    hdf5_answers_good(gate->answers, path,
+                      H5Literate_by_name(gate->file, path, H5_INDEX_NAME, H5_ITER_INC, NULL, take_link,
+                                         &names, H5P_DEFAULT));
     return names;
 }
 
 static int add_entry(struct gate *gate, const char *path, int group) {
     H5O_info_t info;
-    answers_good(gate->answers, path,
-                 H5Oget_info_by_name2(gate->file, path, &info, H5O_INFO_BASIC, H5P_DEFAULT));
+    hdf5_answers_good(gate->answers, path,
+                      H5Oget_info_by_name2(gate->file, path, &info, H5O_INFO_BASIC, H5P_DEFAULT));
     if (group >= 0 && info.rc != 1)
-        answers_refuse(gate->answers, "%s: has %u names in the file; it must have one", path, info.rc);
+        hdf5_answers_refuse(gate->answers, "%s: has %u names in the file; it must have one", path, info.rc);
     gate->entries =
         memory_room(&program_memory, gate->entries, gate->count, &gate->room, sizeof *gate->entries);
     gate->entries[gate->count] =
@@ -105,12 +108,12 @@ static int add_entry(struct gate *gate, const char *path, int group) {
     return gate->count++;
 }
 
-/* Adds a group's content after the group. */
+/* Adds the content of a group after the group. */
 static void add_entries(struct gate *gate, int group, int depth) {
     const char *path = gate->entries[group].path;
     const struct names names = list_names(gate, path);
     if (depth == DEEPEST)
-        answers_refuse(gate->answers, "%s: lies more than %d groups deep", path, (int)DEEPEST);
+        hdf5_answers_refuse(gate->answers, "%s: lies more than %d groups deep", path, (int)DEEPEST);
     for (int i = 0; i < names.count; i++) {
         const int entry = add_entry(gate, names.list[i], group);
         if (gate->entries[entry].type == H5O_TYPE_GROUP)
@@ -119,7 +122,8 @@ static void add_entries(struct gate *gate, int group, int depth) {
 }
 
 static int compare_places(const void *a, const void *b) {
-    const haddr_t x = ((const struct entry_address *)a)->address, y = ((const struct entry_address *)b)->address;
+    const haddr_t x = ((const struct entry_address *)a)->address,
+                  y = ((const struct entry_address *)b)->address;
     return x < y ? -1 : x > y;
 }
 
@@ -130,18 +134,19 @@ static void sort_places(struct gate *gate) {
     qsort(gate->places, (size_t)gate->count, sizeof *gate->places, compare_places);
     for (int i = 1; i < gate->count; i++)
         if (gate->places[i].address == gate->places[i - 1].address)
-            answers_refuse(gate->answers, "damaged: %s and %s are one object",
-                           gate->entries[gate->places[i - 1].entry].path,
-                           gate->entries[gate->places[i].entry].path);
+            hdf5_answers_refuse(gate->answers, "damaged: %s and %s are one object",
+                                gate->entries[gate->places[i - 1].entry].path,
+                                gate->entries[gate->places[i].entry].path);
 }
 
-/* The entry to which a reference leads; `what` it is, for messages. */
+/* The entry that a reference leads to; `what` names it in messages. */
 static const struct entry *referred(struct gate *gate, const char *path, const char *what,
                                     hobj_ref_t reference) {
     const struct entry_address key = {.address = reference};
-    const struct entry_address *place = bsearch(&key, gate->places, (size_t)gate->count, sizeof key, compare_places);
+    const struct entry_address *place =
+        bsearch(&key, gate->places, (size_t)gate->count, sizeof key, compare_places);
     if (!place)
-        answers_refuse(gate->answers, "%s: %s is missing", path, what);
+        hdf5_answers_refuse(gate->answers, "%s: %s is missing", path, what);
     return &gate->entries[place->entry];
 }
 
@@ -160,15 +165,15 @@ static enum hdf5_kind kind_of(hid_t type) {
     }
 }
 
-/* Data of `count` elements must be in the file, packed no more than HDF5's filters can. */
+/* Checks that the file has the data of `count` elements, packed no more than HDF5's filters can. */
 static void check_fit(struct gate *gate, const char *path, double count, hid_t type) {
     if (count * (double)H5Tget_size(type) > MOST_PACKED * gate->answers->bytes)
-        answers_refuse(gate->answers, "damaged: %s: %.0f values do not fit into a file of %.0f bytes", path,
-                       count, gate->answers->bytes);
+        hdf5_answers_refuse(gate->answers, "damaged: %s: %.0f values do not fit into a file of %.0f bytes",
+                            path, count, gate->answers->bytes);
 }
 
-/* `count` texts as the type has them in memory: pointers, of which an empty one may be NULL, or one after the
- * other in fields of one length. */
+/* `count` texts in the form of the memory type: pointers, of which an empty one may be NULL, or fields of one
+ * length. */
 static void send_texts(struct gate *gate, hid_t type, const void *texts, size_t count) {
     const size_t size = H5Tget_size(type);
     const bool is_padded = H5Tget_strpad(type) == H5T_STR_SPACEPAD;
@@ -179,13 +184,13 @@ static void send_texts(struct gate *gate, hid_t type, const void *texts, size_t 
         size_t length = !text ? 0 : text == field ? strnlen(text, size) : strlen(text);
         while (text == field && is_padded && length > 0 && text[length - 1] == ' ')
             length--;
-        answers_put_bytes(gate->answers, text ? text : "", length);
+        hdf5_answers_put_bytes(gate->answers, text ? text : "", length);
     }
 }
 
 /* ---- Attributes ---- */
 
-/* Of an entry, open. */
+/* Attributes of an open entry. */
 struct attribute {
     hid_t id, type;
     hssize_t length; /* values */
@@ -194,14 +199,14 @@ struct attribute {
 
 static struct attribute open_attribute(struct gate *gate, const char *path, const char *name) {
     struct attribute attribute = {
-        .id = answers_good(gate->answers, path,
-                           H5Aopen_by_name(gate->file, path, name, H5P_DEFAULT, H5P_DEFAULT))};
-    const hid_t space = answers_good(gate->answers, path, H5Aget_space(attribute.id));
-    attribute.type = answers_good(gate->answers, path, H5Aget_type(attribute.id));
+        .id = hdf5_answers_good(gate->answers, path,
+                                H5Aopen_by_name(gate->file, path, name, H5P_DEFAULT, H5P_DEFAULT))};
+    const hid_t space = hdf5_answers_good(gate->answers, path, H5Aget_space(attribute.id));
+    attribute.type = hdf5_answers_good(gate->answers, path, H5Aget_type(attribute.id));
     attribute.length = H5Sget_simple_extent_npoints(space);
     attribute.is_list = H5Sget_simple_extent_ndims(space) > 0;
     H5Sclose(space);
-    answers_good(gate->answers, path, attribute.length < 0 ? -1 : 0);
+    hdf5_answers_good(gate->answers, path, attribute.length < 0 ? -1 : 0);
     check_fit(gate, path, (double)attribute.length, attribute.type);
     return attribute;
 }
@@ -211,12 +216,12 @@ static void close_attribute(struct attribute *attribute) {
     H5Aclose(attribute->id);
 }
 
-/* In heap memory, as `type` has them. */
+/* In heap memory, in the form of `type`. */
 static void *read_attribute(struct gate *gate, const char *path, const struct attribute *attribute,
                             hid_t type) {
     void *values = allocate_large((size_t)attribute->length + 1, H5Tget_size(type));
     if (attribute->length > 0)
-        answers_good(gate->answers, path, H5Aread(attribute->id, type, values));
+        hdf5_answers_good(gate->answers, path, H5Aread(attribute->id, type, values));
     return values;
 }
 
@@ -226,9 +231,9 @@ static void send_attribute(struct gate *gate, const char *path, const char *name
     if (kind != HDF5_OTHER) {
         const hid_t type = kind == HDF5_TEXTS ? attribute.type : H5T_NATIVE_DOUBLE;
         void *values = read_attribute(gate, path, &attribute, type);
-        answers_put_whole(gate->answers, kind);
-        answers_put_bytes(gate->answers, name, strlen(name));
-        answers_put_whole(gate->answers, attribute.is_list ? attribute.length : GATE_SINGLE);
+        hdf5_answers_put_whole(gate->answers, kind);
+        hdf5_answers_put_bytes(gate->answers, name, strlen(name));
+        hdf5_answers_put_whole(gate->answers, attribute.is_list ? attribute.length : GATE_SINGLE);
         if (kind == HDF5_TEXTS)
             send_texts(gate, type, values, (size_t)attribute.length);
         else
@@ -253,19 +258,19 @@ static herr_t take_attribute(hid_t object, const char *name, const H5A_info_t *i
 
 static void send_attributes(struct gate *gate, const char *path) {
     struct described described = {gate, path};
-    answers_good(gate->answers, path,
-                 H5Aiterate_by_name(gate->file, path, H5_INDEX_NAME, H5_ITER_INC, NULL, take_attribute,
-                                    &described, H5P_DEFAULT));
-    answers_put_whole(gate->answers, GATE_NO_MORE);
+    hdf5_answers_good(gate->answers, path,
+                      H5Aiterate_by_name(gate->file, path, H5_INDEX_NAME, H5_ITER_INC, NULL, take_attribute,
+                                         &described, H5P_DEFAULT));
+    hdf5_answers_put_whole(gate->answers, GATE_NO_MORE);
 }
 
 /* ---- Dimension scales ---- */
 
 static bool has_attribute(struct gate *gate, const char *path, const char *name) {
-    return answers_good(gate->answers, path, H5Aexists_by_name(gate->file, path, name, H5P_DEFAULT)) > 0;
+    return hdf5_answers_good(gate->answers, path, H5Aexists_by_name(gate->file, path, name, H5P_DEFAULT)) > 0;
 }
 
-/* The path of the scale along the second axis; "": there is none. */
+/* The path of the scale along the second axis; "" if there is none. */
 static const char *find_axis(struct gate *gate, const char *path) {
     static const char name[] = "DIMENSION_LIST";
     const char *axis = "";
@@ -295,7 +300,7 @@ static void check_datasets_along(struct gate *gate, const char *path) {
         return;
     struct attribute attribute = open_attribute(gate, path, name);
     const hid_t type = H5Tcreate(H5T_COMPOUND, sizeof(hobj_ref_t));
-    answers_good(gate->answers, path, H5Tinsert(type, "dataset", 0, H5T_STD_REF_OBJ));
+    hdf5_answers_good(gate->answers, path, H5Tinsert(type, "dataset", 0, H5T_STD_REF_OBJ));
     hobj_ref_t *references = read_attribute(gate, path, &attribute, type);
     for (hssize_t i = 0; i < attribute.length; i++)
         referred(gate, path, "a dataset along this scale", references[i]);
@@ -313,17 +318,18 @@ static void check_filters(struct gate *gate, const char *path, hid_t creation) {
         const H5Z_filter_t filter =
             H5Pget_filter2(creation, (unsigned)i, &flags, &no_settings, NULL, 0, NULL, &settings);
         if (filter < 0 || filter >= H5Z_FILTER_RESERVED)
-            answers_refuse(gate->answers, "%s: its data are packed by filter %d, which refdyn does not know",
-                           path, filter);
+            hdf5_answers_refuse(gate->answers,
+                                "%s: its data are packed by filter %d, which refdyn does not know", path,
+                                filter);
     }
 }
 
-/* To be called before any request for the size, which opens the files of a virtual dataset. */
+/* Call it before any request for the size, which would open the files of a virtual dataset. */
 static bool check_storage(struct gate *gate, const char *path, hid_t dataset) {
-    const hid_t creation = answers_good(gate->answers, path, H5Dget_create_plist(dataset));
+    const hid_t creation = hdf5_answers_good(gate->answers, path, H5Dget_create_plist(dataset));
     const H5D_layout_t layout = H5Pget_layout(creation);
     if (layout == H5D_VIRTUAL || H5Pget_external_count(creation) != 0)
-        answers_refuse(gate->answers, "%s: its data lie in other files, which are not followed", path);
+        hdf5_answers_refuse(gate->answers, "%s: its data lie in other files, which are not followed", path);
     check_filters(gate, path, creation);
     const bool is_packed = H5Pget_nfilters(creation) > 0;
     H5Pclose(creation);
@@ -333,21 +339,22 @@ static bool check_storage(struct gate *gate, const char *path, hid_t dataset) {
 static void check_data(struct gate *gate, const struct entry *entry, hid_t type, hid_t space,
                        bool is_packed) {
     const hssize_t count = H5Sget_simple_extent_npoints(space);
-    answers_good(gate->answers, entry->path, count < 0 ? -1 : 0);
+    hdf5_answers_good(gate->answers, entry->path, count < 0 ? -1 : 0);
     check_fit(gate, entry->path, (double)count, type);
     const double stored = (double)H5Dget_storage_size(entry->dataset),
                  needed = (double)count * (double)H5Tget_size(type);
     if (stored < (is_packed ? fmin(needed, 1) : needed))
-        answers_refuse(gate->answers, "damaged: %s: data are missing", entry->path);
+        hdf5_answers_refuse(gate->answers, "damaged: %s: data are missing", entry->path);
 }
 
-/* Opens the dataset, and finds its kind and its sizes. */
+/* Opens the dataset, and determines its kind and its sizes. */
 static void look_at_dataset(struct gate *gate, struct entry *entry) {
-    entry->dataset = answers_good(gate->answers, entry->path, H5Dopen2(gate->file, entry->path, H5P_DEFAULT));
+    entry->dataset =
+        hdf5_answers_good(gate->answers, entry->path, H5Dopen2(gate->file, entry->path, H5P_DEFAULT));
     const bool is_packed = check_storage(gate, entry->path, entry->dataset);
-    const hid_t type = answers_good(gate->answers, entry->path, H5Dget_type(entry->dataset)),
-                space = answers_good(gate->answers, entry->path, H5Dget_space(entry->dataset));
-    entry->rank = (int)answers_good(gate->answers, entry->path, H5Sget_simple_extent_ndims(space));
+    const hid_t type = hdf5_answers_good(gate->answers, entry->path, H5Dget_type(entry->dataset)),
+                space = hdf5_answers_good(gate->answers, entry->path, H5Dget_space(entry->dataset));
+    entry->rank = (int)hdf5_answers_good(gate->answers, entry->path, H5Sget_simple_extent_ndims(space));
     entry->kind = kind_of(type);
     if (entry->kind != HDF5_OTHER)
         check_data(gate, entry, type, space, is_packed);
@@ -357,30 +364,30 @@ static void look_at_dataset(struct gate *gate, struct entry *entry) {
     H5Tclose(type);
 }
 
-/* To be called before any attribute is read: a fault in another object may be the cause of one here. */
+/* Call it before reading any attribute: a fault in another object may cause an error here. */
 static void look_at_entries(struct gate *gate) {
     for (int i = 0; i < gate->count; i++) {
         struct entry *entry = &gate->entries[i];
         if (entry->type == H5O_TYPE_DATASET)
             look_at_dataset(gate, entry);
         else if (entry->type != H5O_TYPE_GROUP)
-            answers_refuse(gate->answers, "%s: is neither a group nor a dataset", entry->path);
+            hdf5_answers_refuse(gate->answers, "%s: is neither a group nor a dataset", entry->path);
     }
 }
 
 static void send_entry(struct gate *gate, const struct entry *entry) {
-    answers_begin(gate->answers, GATE_OBJECT);
-    answers_put_whole(gate->answers, entry->group);
-    answers_put_whole(gate->answers, entry->kind);
-    answers_put_whole(gate->answers, entry->rank);
-    answers_put_whole(gate->answers, (int64_t)entry->size[0]);
-    answers_put_whole(gate->answers, (int64_t)entry->size[1]);
-    answers_put_bytes(gate->answers, entry->path, strlen(entry->path));
+    hdf5_answers_begin(gate->answers, GATE_OBJECT);
+    hdf5_answers_put_whole(gate->answers, entry->group);
+    hdf5_answers_put_whole(gate->answers, entry->kind);
+    hdf5_answers_put_whole(gate->answers, entry->rank);
+    hdf5_answers_put_whole(gate->answers, (int64_t)entry->size[0]);
+    hdf5_answers_put_whole(gate->answers, (int64_t)entry->size[1]);
+    hdf5_answers_put_bytes(gate->answers, entry->path, strlen(entry->path));
     const char *axis = find_axis(gate, entry->path);
-    answers_put_bytes(gate->answers, axis, strlen(axis));
+    hdf5_answers_put_bytes(gate->answers, axis, strlen(axis));
     check_datasets_along(gate, entry->path);
     send_attributes(gate, entry->path);
-    answers_end(gate->answers);
+    hdf5_answers_end(gate->answers);
 }
 
 static void send_entries(struct gate *gate) {
@@ -390,8 +397,8 @@ static void send_entries(struct gate *gate) {
     look_at_entries(gate);
     for (int i = 0; i < gate->count; i++)
         send_entry(gate, &gate->entries[i]);
-    answers_begin(gate->answers, GATE_END);
-    answers_end(gate->answers);
+    hdf5_answers_begin(gate->answers, GATE_END);
+    hdf5_answers_end(gate->answers);
 }
 
 /* ---- Rows ---- */
@@ -399,9 +406,9 @@ static void send_entries(struct gate *gate) {
 static hid_t select_rows(struct gate *gate, const struct entry *entry, const struct gate_request *request) {
     const hsize_t start[2] = {(hsize_t)request->first, 0},
                   count[2] = {(hsize_t)request->count, entry->size[1]};
-    const hid_t space = answers_good(gate->answers, entry->path, H5Dget_space(entry->dataset));
-    answers_good(gate->answers, entry->path,
-                 H5Sselect_hyperslab(space, H5S_SELECT_SET, start, NULL, count, NULL));
+    const hid_t space = hdf5_answers_good(gate->answers, entry->path, H5Dget_space(entry->dataset));
+    hdf5_answers_good(gate->answers, entry->path,
+                      H5Sselect_hyperslab(space, H5S_SELECT_SET, start, NULL, count, NULL));
     return space;
 }
 
@@ -425,7 +432,8 @@ static void read_rows(struct gate *gate, const struct entry *entry, const struct
     const hid_t memory = H5Screate_simple(1, &count, NULL), stored = select_rows(gate, entry, request);
     const hid_t transfer = H5Pcreate(H5P_DATASET_XFER);
     H5Pset_vlen_mem_manager(transfer, allocate_text, gate->answers, free_text, NULL);
-    answers_good(gate->answers, entry->path, H5Dread(entry->dataset, type, memory, stored, transfer, values));
+    hdf5_answers_good(gate->answers, entry->path,
+                      H5Dread(entry->dataset, type, memory, stored, transfer, values));
     H5Pclose(transfer);
     H5Sclose(stored);
     H5Sclose(memory);
@@ -433,11 +441,11 @@ static void read_rows(struct gate *gate, const struct entry *entry, const struct
 
 static void send_rows(struct gate *gate, const struct entry *entry, const struct gate_request *request) {
     const size_t count = (size_t)request->count * (entry->size[1] > 0 ? (size_t)entry->size[1] : 1);
-    const hid_t stored = answers_good(gate->answers, entry->path, H5Dget_type(entry->dataset)),
+    const hid_t stored = hdf5_answers_good(gate->answers, entry->path, H5Dget_type(entry->dataset)),
                 type = entry->kind == HDF5_TEXTS ? stored : H5T_NATIVE_DOUBLE;
     void *values = allocate_large(count + 1, H5Tget_size(type));
     read_rows(gate, entry, request, type, values);
-    answers_begin(gate->answers, GATE_ROWS);
+    hdf5_answers_begin(gate->answers, GATE_ROWS);
     if (entry->kind == HDF5_TEXTS)
         send_texts(gate, type, values, count);
     else
@@ -446,7 +454,7 @@ static void send_rows(struct gate *gate, const struct entry *entry, const struct
         free(((char **)values)[i]);
     free(values);
     H5Tclose(stored);
-    answers_end(gate->answers);
+    hdf5_answers_end(gate->answers);
 }
 
 /* ---- The process ---- */
@@ -455,8 +463,8 @@ static bool get_request(int socket, struct gate_request *request) {
     return recv(socket, request, sizeof *request, MSG_WAITALL) == (ssize_t)sizeof *request;
 }
 
-/* A signal that ends the program closes the other end of the socket, which ends this process. What the
- * library and the allocator print about a damaged file is not for the user. */
+/* A signal that ends the program closes the other end of the socket, which ends this process. The user does
+ * not see what the library and the allocator print about a damaged file. */
 static void part_from_program(void) {
     const int ignored[] = {SIGHUP, SIGINT, SIGPIPE}, ending[] = {SIGTERM, SIGXCPU, SIGXFSZ};
     const int nowhere = open("/dev/null", O_RDWR);
@@ -476,20 +484,20 @@ static void open_file(struct gate *gate, const char *path) {
     H5Pset_file_locking(access, false, true);
     gate->file = H5Fopen(path, H5F_ACC_RDONLY, access);
     if (gate->file < 0)
-        answers_refuse(gate->answers, "cannot be read: %s", hdf5_cause());
+        hdf5_answers_refuse(gate->answers, "cannot be read: %s", hdf5_cause());
     H5Pclose(access);
 }
 
-void gate_serve(const char *path, int socket) {
+void hdf5_gate_serve(const char *path, int socket) {
     struct answers answers;
     struct gate gate = {.answers = &answers};
     struct gate_request request;
-    answers_start(&answers, path, socket);
+    hdf5_answers_start(&answers, path, socket);
     part_from_program();
     open_file(&gate, path);
     send_entries(&gate);
     while (get_request(socket, &request)) {
-        answers_bound_work(&answers);
+        hdf5_answers_bound_work(&answers);
         send_rows(&gate, &gate.entries[request.object], &request);
     }
     _exit(0);

@@ -1,4 +1,5 @@
-/* What the program receives from the gate: see hdf5_private.h. */
+/* The reading side of the program: starts the gate, checks all that the gate sends, and delivers objects and
+ * rows. */
 #include "runtime/tool/support/hdf5/hdf5_private.h"
 #include "runtime/tool/support/format/format.h"
 
@@ -76,7 +77,8 @@ static char *get_text(struct hdf5_input *input, bool is_of_row) {
     return NULL;
 }
 
-/* Receives an answer in the range first ... last. False: a fact about the file, or nothing, came instead. */
+/* Receives an answer in the range first ... last. Returns false if a fact about the file, or nothing, came
+ * instead. */
 static bool get_answer(struct hdf5_input *input, enum gate_answer first, enum gate_answer last,
                        long *answer) {
     if (!get_within(input, GATE_FACT, GATE_ROWS, answer))
@@ -160,7 +162,7 @@ static bool get_objects(struct hdf5_input *input) {
 
 /* ---- Opening and closing ---- */
 
-/* HDF5 begins at the start of a file, or after 512, 1024, 2048 ... bytes of something else. */
+/* HDF5 begins at the start of a file, or after 512, 1024, 2048 ... bytes of other data. */
 static bool has_signature(int descriptor, off_t bytes) {
     static const char signature[8] = "\x89HDF\r\n\x1a\n";
     char found[sizeof signature];
@@ -171,7 +173,7 @@ static bool has_signature(int descriptor, off_t bytes) {
     return false;
 }
 
-/* Complains where the message of HDF5 would be less clear, and where reading would wait for a pipe. */
+/* Reports errors for which the message of HDF5 would be less clear, and refuses pipes, which would block. */
 static bool check_readable(struct hdf5_input *input, const char *what) {
     struct stat status;
     const int descriptor = open(input->path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
@@ -183,7 +185,7 @@ static bool check_readable(struct hdf5_input *input, const char *what) {
     if (!is_there)
         return hdf5_input_refuse(input, "cannot be read: %s", strerror(number));
     input->bytes = (double)status.st_size;
-    return is_hdf5 || hdf5_input_refuse(input, "is no HDF5 file, a %s is needed", what);
+    return is_hdf5 || hdf5_input_refuse(input, "is no HDF5 file; must be a %s", what);
 }
 
 static bool start_gate(struct hdf5_input *input) {
@@ -194,7 +196,7 @@ static bool start_gate(struct hdf5_input *input) {
     input->gate = fork();
     if (input->gate == 0) {
         close(ends[0]);
-        gate_serve(input->path, ends[1]);
+        hdf5_gate_serve(input->path, ends[1]);
     }
     close(ends[1]);
     input->socket = ends[0];
@@ -296,7 +298,7 @@ bool hdf5_object_whole(const struct hdf5_object *object, const char *name, long 
 
 /* ---- Rows ---- */
 
-/* The answer has `count` rows of the object from `first` on. */
+/* Checks that the answer has `count` rows of the object from `first` on. */
 static bool ask_for_rows(struct hdf5_input *input, int object, long first, long count) {
     const struct gate_request request = {object, first, count};
     long answer;

@@ -1,4 +1,9 @@
-/* What this folder offers. */
+/*
+ * The parts of files of HDF5 that only this folder uses.
+ *
+ * Parts: files that are written; the gate process and its answers; files that are read; rows that are
+ * written; names in the files.
+ */
 #ifndef REFDYN_TOOL_HDF5_PRIVATE_H
 #define REFDYN_TOOL_HDF5_PRIVATE_H
 
@@ -11,11 +16,11 @@
 #include "gen/base/base.h"
 
 /*
- * What all HDF5 files of the project share: how they are made, written and closed, and the messages when that
- * fails.
+ * The parts that all HDF5 files of the project share: creation, writing, closing, and the messages of
+ * errors.
  *
- * Equal contents give equal bytes: no times are kept. Groups list their members in the order in which they
- * were made. Texts are UTF-8 of variable length. All functions complain once for a file, on stderr, as
+ * Equal contents give equal bytes, because no times are kept. Groups list their members in the order of
+ * creation. Texts are UTF-8 of variable length. All functions report one error for a file, on stderr, as
  * FILE: fact; after that they do nothing and return false.
  */
 
@@ -25,26 +30,26 @@
 
 struct hdf5_file {
     hid_t id;
-    char *path;      /* as it is named in complaints */
-    hid_t text;      /* the type of texts */
-    bool has_failed; /* and was complained of */
+    char *path;      /* the name in messages */
+    hid_t text;      /* the HDF5 type of texts */
+    bool has_failed; /* and the error was reported */
 };
 
-enum { HDF5_MOST_ROOM = 1 << 22 /* bytes of rows that are held at a time */ };
+enum { HDF5_MOST_ROOM = 1 << 22 /* size of the rows that are held in memory */ };
 
-/* A new file in the place of what is there; hdf5_release in any case. `content` and `version` say what is in
- * it: "refdyn runs", 1. */
+/* Creates a file, replacing an existing one. Call hdf5_release in any case. `content` and `version` say what
+ * is in it: "refdyn runs", 1. */
 bool hdf5_create(struct hdf5_file *file, const char *path, const char *content, int version);
-/* All is on the disk. */
+/* Writes the remaining data to the disk. */
 bool hdf5_finish(struct hdf5_file *file);
 void hdf5_release(struct hdf5_file *file);
 
 /* Why the last call of HDF5 failed, in words. */
 const char *hdf5_cause(void);
-/* Complains with `fact` and the cause that HDF5 has, which it forgets at the next call of it, unless the file
- * has failed before. Returns false. */
+/* Reports `fact` and the cause that HDF5 has, unless the file has failed before. HDF5 forgets the cause at
+ * its next call. Returns false. */
 bool hdf5_fail(struct hdf5_file *file, const char *fact);
-/* The same without a cause of HDF5's: what is in the file is wrong. */
+/* The same without a cause of HDF5: the content of the file is wrong. */
 bool hdf5_refuse(struct hdf5_file *file, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
 /* Attributes of the group or dataset `object`. */
@@ -54,22 +59,23 @@ bool hdf5_put_texts(struct hdf5_file *file, const char *object, const char *name
 bool hdf5_put_whole(struct hdf5_file *file, const char *object, const char *name, long value);
 bool hdf5_put_number(struct hdf5_file *file, const char *object, const char *name, double value);
 
-/* The group and all that lead to it, where they are missing. */
+/* Makes the group and the groups on its path that are missing. */
 bool hdf5_make_group(struct hdf5_file *file, const char *path);
 
-/* A dataset of `rows` x `size`, or of `rows` numbers where `size` is 0; of rows that come later when it
- * grows. */
+/* A dataset of `rows` x `size` numbers, or of `rows` numbers if `size` is 0. A growing one gets its rows
+ * later. */
 struct hdf5_shape {
     hsize_t rows, size;
     bool grows;
 };
 
-/* The new dataset, in groups that are made; negative: it could not be made. */
+/* The new dataset; its groups are made. Negative if it could not be made. */
 hid_t hdf5_make_dataset(struct hdf5_file *file, const char *path, hid_t type, struct hdf5_shape shape);
-/* A dimension scale of `count` numbers or texts, `values` of the memory type `type`; a unit may be NULL. */
+/* A dimension scale of `count` numbers or texts; `values` have the memory type `type`. The unit may be NULL.
+ */
 bool hdf5_make_scale(struct hdf5_file *file, const char *path, hid_t stored, hid_t type, long count,
                      const void *values, const char *unit);
-/* Axis number `axis` of a dataset runs along a scale. */
+/* Attaches a scale to axis number `axis` of a dataset. */
 bool hdf5_attach_scale(struct hdf5_file *file, hid_t dataset, const char *scale, unsigned axis);
 
 /*
@@ -90,9 +96,9 @@ bool hdf5_attach_scale(struct hdf5_file *file, hid_t dataset, const char *scale,
  */
 
 enum gate_answer {
-    GATE_FACT,   /* a text: why the file is refused; nothing follows */
-    GATE_OBJECT, /* one more: its group, kind, rank, two sizes, path, axis or "", attributes: each its kind,
-                    name, count, values */
+    GATE_FACT,   /* a text: why the file is refused; the gate ends */
+    GATE_OBJECT, /* one more object: its group, kind, rank, two sizes, path, axis or "", attributes: each its
+                    kind, name, count, values */
     GATE_END,    /* there are no more objects */
     GATE_ROWS    /* all numbers of the rows, or all texts */
 };
@@ -100,20 +106,20 @@ enum gate_answer {
 /* Kinds of objects and attributes. */
 enum hdf5_kind { HDF5_GROUP, HDF5_TEXTS, HDF5_WHOLES, HDF5_NUMBERS, HDF5_OTHER, HDF5_KIND_COUNT };
 
-/* Rows [first, first + count) of the dataset that is object number `object`. */
+/* Requests rows [first, first + count) of the dataset that is object number `object`. */
 struct gate_request {
     int64_t object, first, count;
 };
 
 enum {
-    GATE_SECONDS = 1,                /* CPU time that a request may take [s], */
+    GATE_SECONDS = 1,                /* CPU time that a request may use [s], */
     GATE_BYTES_PER_SECOND = 1000000, /* and 1 s more for so many bytes of the file */
     GATE_SINGLE = -1,                /* count of an attribute that is not a list */
     GATE_NO_MORE = -1                /* instead of a kind: the object has no more attributes */
 };
 
 /* Serves the file until the other end of the socket is closed. Does not return. */
-_Noreturn void gate_serve(const char *path, int socket);
+_Noreturn void hdf5_gate_serve(const char *path, int socket);
 
 /*
  * Answers that the gate for HDF5 files sends to the program (hdf5_private.h has the order), and its limits of
@@ -124,36 +130,36 @@ _Noreturn void gate_serve(const char *path, int socket);
 
 struct answers {
     FILE *out;    /* to the program */
-    FILE *stream; /* the answer in the making, into `text` */
+    FILE *stream; /* the answer that is being written, into `text` */
     char *text;
     size_t length;
     double bytes;     /* size of the file that is read */
-    double text_left; /* bytes of texts that the present request may still take */
+    double text_left; /* bytes of texts that the present request may still use */
 };
 
 /* Answers go through the socket and concern the file `path`. Limits memory, and the work until the first
  * request. */
-void answers_start(struct answers *answers, const char *path, int socket);
+void hdf5_answers_start(struct answers *answers, const char *path, int socket);
 /* Limits the work of the next request. */
-void answers_bound_work(struct answers *answers);
+void hdf5_answers_bound_work(struct answers *answers);
 
-void answers_begin(struct answers *answers, enum gate_answer answer);
-void answers_put_whole(struct answers *answers, int64_t number);
-void answers_put_bytes(struct answers *answers, const char *text, size_t length);
-void answers_end(struct answers *answers);
+void hdf5_answers_begin(struct answers *answers, enum gate_answer answer);
+void hdf5_answers_put_whole(struct answers *answers, int64_t number);
+void hdf5_answers_put_bytes(struct answers *answers, const char *text, size_t length);
+void hdf5_answers_end(struct answers *answers);
 
 /* Sends the fact and ends the process. */
-_Noreturn void answers_refuse(struct answers *answers, const char *format, ...)
+_Noreturn void hdf5_answers_refuse(struct answers *answers, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
-/* Returns `result` of a function of HDF5. If that is an error, refuses with it as a fact about the object. */
-hid_t answers_good(struct answers *answers, const char *path, hid_t result);
+/* Returns `result` of a function of HDF5. If that is an error, refuses the object with it as the fact. */
+hid_t hdf5_answers_good(struct answers *answers, const char *path, hid_t result);
 
 /*
  * An HDF5 file that is read: all its objects with their attributes, and rows of its datasets. Rows are read
- * in blocks, so that memory does not grow with their count.
+ * in blocks, so that memory does not grow with their number.
  *
- * A separate process reads the file (hdf5_private.h says what is refused). The functions complain once about a
- * file, on stderr, as FILE: fact; after that they do nothing and return false.
+ * A separate process reads the file. The functions report one error for a file, on stderr, as FILE: fact;
+ * after that they do nothing and return false.
  */
 
 struct hdf5_attribute {
@@ -166,12 +172,12 @@ struct hdf5_attribute {
 };
 
 struct hdf5_object {
-    const char *path; /* "/q", of the file itself "/" */
-    const char *name; /* the end of the path */
-    const char *axis; /* path of the scale along the second axis; NULL: there is none */
-    int group;        /* its number; -1: the file itself */
+    const char *path; /* "/q"; "/" for the file */
+    const char *name; /* the last part of the path */
+    const char *axis; /* path of the scale along the second axis; NULL if there is none */
+    int group;        /* number of its group; -1: the file itself */
     enum hdf5_kind kind;
-    int rank;     /* of a dataset, else 0 */
+    int rank;     /* of a dataset, otherwise 0 */
     long size[2]; /* of a dataset with one or two axes: rows, and numbers in a row, 0 if it has one axis */
     struct hdf5_attribute *attributes;
     int attribute_count, attribute_room;
@@ -187,61 +193,59 @@ struct hdf5_input {
     const char *path;
     struct memory memory; /* of the objects */
     struct hdf5_object *objects;
-    int count, room; /* in the order in which they were made; the content of a group follows it */
+    int count, room; /* in the order of creation; the content of a group follows the group */
 
     struct hdf5_taken *taken;
     int taken_count, taken_room;
-    int width, text_width;     /* numbers and texts of a row */
-    long first, held, block;   /* rows in memory, and how many there is room for */
+    int width, text_width;     /* how many numbers and texts a row has */
+    long first, held, block;   /* rows in memory, and how many fit */
     double *values;            /* (block x width) */
     char **texts;              /* (block x text_width) in heap memory */
     double bytes;              /* of the file */
-    pid_t gate;                /* 0: it does not run */
+    pid_t gate;                /* 0 if it does not run */
     int socket;                /* to the gate */
     FILE *answers;             /* from the gate */
-    bool is_quiet, has_failed; /* never complains; has failed, and complained unless it is quiet */
+    bool is_quiet, has_failed; /* never reports errors; has failed, which was reported unless it is quiet */
 };
 
-/* The file must have this attribute "content" and this version of it; `what` says it in words: "file of
- * runs". hdf5_input_close in any case. */
+/* Opens a file, which must have the attribute "content" and this version; `what` names it in words: "file of
+ * runs". Call hdf5_input_close in any case. */
 bool hdf5_input_open(struct hdf5_input *input, const char *path, const char *content, int version,
                      const char *what);
-/* Whether the file has that content; never complains. */
+/* Returns whether the file has that content; reports nothing. */
 bool hdf5_input_is(const char *path, const char *content);
 void hdf5_input_close(struct hdf5_input *input);
-/* Complains that the content of the file is wrong. Returns false. */
+/* Reports that the content of the file is wrong. Returns false. */
 bool hdf5_input_refuse(struct hdf5_input *input, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 
-/* NULL: the file, or the object, has no such thing. */
+/* Returns NULL if the file or the object has no such attribute. */
 const struct hdf5_object *hdf5_input_find(const struct hdf5_input *input, const char *path);
 const struct hdf5_attribute *hdf5_object_attribute(const struct hdf5_object *object, const char *name);
-/* A single text; NULL: there is none. It lives as long as the input. */
+/* A single text, which lives as long as the input; NULL if there is none. */
 const char *hdf5_object_text(const struct hdf5_object *object, const char *name);
-/* A single whole number. False: there is none. */
+/* Reads a single whole number. Returns false if there is none. */
 bool hdf5_object_whole(const struct hdf5_object *object, const char *name, long *value);
 
-/* All values of a dataset with one axis, in the input's memory; NULL, with a complaint. */
+/* All values of a dataset with one axis, in the input's memory; NULL after a reported error. */
 double *hdf5_input_numbers(struct hdf5_input *input, const struct hdf5_object *object);
 const char **hdf5_input_texts(struct hdf5_input *input, const struct hdf5_object *object);
 
-/* Rows will have the numbers, or the text, of this dataset from `place` on. */
+/* Adds the numbers, or the text, of this dataset to the rows, from `place` on. */
 void hdf5_input_take(struct hdf5_input *input, const struct hdf5_object *object, int place);
-/* Allocates room for `width` numbers and `text_width` texts a row, after all datasets are taken. */
+/* Allocates memory for `width` numbers and `text_width` texts a row. Call it after all datasets are added. */
 void hdf5_input_make_room(struct hdf5_input *input, int width, int text_width);
-/* One row of `total`: its numbers and texts, which stay where they are until the next call. */
+/* Reads one row of `total`: its numbers and texts, which are valid until the next call. */
 bool hdf5_input_row(struct hdf5_input *input, long row, long total, const double **values, char ***texts);
 
-/*
- * Rows of an HDF5 file. A row is one number or several, or a text, in each dataset. Rows are written in
- * blocks, so that memory does not grow with their count.
- */
+/* Rows of an HDF5 file that is written. A row has one or several numbers, or a text, for each dataset. Rows
+ * are written in blocks, so that memory does not grow with their number. */
 
-/* A dataset and what it has of a row. */
+/* A dataset and its part of a row. */
 struct hdf5_column {
     hid_t dataset;
     int place; /* of its first number among the numbers of a row, or of its text among the texts */
-    int size;  /* numbers, 0: one in a dataset with one axis */
+    int size;  /* how many numbers; 0 for a dataset with one axis */
     bool is_text;
     bool grows;
 };
@@ -250,50 +254,46 @@ struct hdf5_rows {
     struct hdf5_file *file;
     struct hdf5_column *columns;
     int column_count, column_room;
-    int width, text_width; /* numbers and texts of a row */
+    int width, text_width; /* how many numbers and texts a row has */
     long first, count;     /* the rows that are held; first counts from the start of the file */
     long room;
     double *values; /* (room x width) */
     char **texts;   /* (room x text_width) in heap memory */
 };
 
-/* How many rows with so many numbers and texts a block holds. */
+/* How many rows with so many numbers and texts a block has. */
 long hdf5_rows_in_block(int width, int text_width);
 
-/* Columns are added before the first row; hdf5_rows_release in any case. */
+/* Add columns before the first row. Call hdf5_rows_release in any case. */
 void hdf5_rows_start(struct hdf5_rows *rows, struct hdf5_file *file);
-/* The dataset belongs to the rows from now on. False: it is none. */
+/* Adds a dataset, which the rows own from now on. Returns false for an invalid dataset. */
 bool hdf5_rows_add(struct hdf5_rows *rows, struct hdf5_column column);
-/* Room for `width` numbers and `text_width` texts a row; rows that are held are forgotten. */
+/* Allocates memory for `width` numbers and `text_width` texts a row. Forgets rows that are held. */
 void hdf5_rows_make_room(struct hdf5_rows *rows, int width, int text_width);
 
-/* The next row, copied. */
+/* Copies the next row. */
 bool hdf5_rows_put(struct hdf5_rows *rows, const double *values, const char *const *texts);
-/* What is held goes into the file. */
+/* Writes the rows that are held to the file. */
 bool hdf5_rows_flush(struct hdf5_rows *rows);
 void hdf5_rows_release(struct hdf5_rows *rows);
 
-/*
- * Names that who writes and who reads a file of one motion agree on.
- */
+/* Names on which the writer and the reader of a file of one motion agree. */
 
 #define MOTION_CONTENT "refdyn motion"
 #define MOTION_COLUMNS "columns" /* of each dataset, by number */
 
 enum { MOTION_VERSION = 1 };
 
-/*
- * Names that who writes and who reads a file of runs agree on.
- */
+/* Names on which the writer and the reader of a file of runs agree. */
 
 #define RUNS_CONTENT "refdyn runs"
-#define RUNS_BATCH_COUNT "batch_cases" /* of the whole batch, of which a file may have a part */
+#define RUNS_BATCH_COUNT "batch_cases" /* of the whole batch; a file may have a part of it */
 #define RUNS_KIND "kind"
 #define RUNS_TARGET "target"
 
 enum { RUNS_VERSION = 1 };
 
-/* What of each case has a dataset at the top: the first numbers of a row. */
+/* The datasets at the top, whose numbers come first in a row. */
 enum { RUNS_NUMBER, RUNS_STATUS, RUNS_STEPS, RUNS_CPU, RUNS_HEAD_COUNT };
 
 /* By enum varied_kind. */

@@ -1,4 +1,4 @@
-/* Rows of an HDF5 file in blocks: see hdf5_private.h. */
+/* Writes rows of an HDF5 file in blocks. */
 #include "runtime/tool/support/hdf5/hdf5_private.h"
 #include "runtime/tool/support/format/format.h"
 
@@ -57,7 +57,7 @@ void hdf5_rows_make_room(struct hdf5_rows *rows, int width, int text_width) {
 
 /* ---- One column of the block ---- */
 
-/* The numbers of a column among those of the rows that are held. */
+/* The numbers of one column, from the rows that are held. */
 static hid_t space_in_memory(const struct hdf5_rows *rows, const struct hdf5_column *column) {
     const int width = column->is_text ? rows->text_width : rows->width;
     const hsize_t held[2] = {(hsize_t)rows->count, (hsize_t)width}, start[2] = {0, (hsize_t)column->place},
@@ -116,7 +116,7 @@ bool hdf5_rows_flush(struct hdf5_rows *rows) {
     return is_good && !rows->file->has_failed;
 }
 
-/* In heap memory: there is one a row. */
+/* In heap memory, because there is one for each row. */
 static char *heap_copy(const char *text) {
     return strcpy(allocate_large(strlen(text) + 1, 1), text);
 }

@@ -1,4 +1,4 @@
-/* Reads a file of one motion: see hdf5_files.h. */
+/* Reads a file of one motion. */
 #include "runtime/tool/support/hdf5/hdf5_private.h"
 #include "runtime/tool/support/hdf5/hdf5_files.h"
 #include "runtime/tool/support/format/format.h"
@@ -12,12 +12,12 @@ struct motion_reader {
     const char **names;
     int count, room;
     long row_count, next;
-    double t; /* of the row before */
+    double t; /* time of the previous row */
 };
 
 static const char what[] = "motion as refdyn sim writes it";
 
-bool motion_is_in(const char *path) {
+bool hdf5_motion_is_in(const char *path) {
     return hdf5_input_is(path, MOTION_CONTENT);
 }
 
@@ -28,7 +28,7 @@ static int width_of(const struct hdf5_object *object) {
     return object->size[1] > 0 ? (int)object->size[1] : 1;
 }
 
-/* All have as many rows as the first one, the time. */
+/* All datasets have as many rows as the first one, the time. */
 static bool take_dataset(struct motion_reader *reader, const struct hdf5_object *object,
                          const struct hdf5_attribute *names) {
     struct hdf5_input *input = &reader->input;
@@ -46,8 +46,8 @@ static bool take_dataset(struct motion_reader *reader, const struct hdf5_object 
     return true;
 }
 
-/* Datasets with names of columns were written by refdyn. They come in the order in which they were made,
- * which is that of the CSV. */
+/* refdyn wrote the datasets that have names of columns. They come in the order of creation, which is that of
+ * the CSV. */
 static bool take_datasets(struct motion_reader *reader) {
     for (int i = 0; i < reader->input.count; i++) {
         const struct hdf5_object *object = &reader->input.objects[i];
@@ -58,14 +58,14 @@ static bool take_datasets(struct motion_reader *reader) {
     return true;
 }
 
-/* The time, and coordinates with their rates, begin each row. */
+/* Each row begins with the time, the coordinates and their rates. */
 static bool check_state(struct motion_reader *reader) {
     static const char *const state[] = {"/t", "/q", "/qd"};
     struct hdf5_input *input = &reader->input;
     const int count = (int)(sizeof state / sizeof state[0]);
     for (int i = 0; i < count; i++)
         if (!hdf5_input_find(input, state[i]))
-            return hdf5_input_refuse(input, "%s: is missing, every %s has it", state[i], what);
+            return hdf5_input_refuse(input, "%s: is missing; every %s has it", state[i], what);
     for (int i = 0; i < count; i++)
         if (i >= input->taken_count || strcmp(input->objects[input->taken[i].object].path, state[i]) != 0)
             return hdf5_input_refuse(input, "%s: has no form of a %s", state[i], what);
@@ -86,16 +86,16 @@ static bool read_all(struct motion_reader *reader, const char *path) {
     return true;
 }
 
-struct motion_reader *motion_open(const char *path) {
+struct motion_reader *hdf5_motion_open(const char *path) {
     struct motion_reader *reader = allocate_large(1, sizeof *reader);
     *reader = (struct motion_reader){.t = -INFINITY};
     if (read_all(reader, path))
         return reader;
-    motion_close(reader);
+    hdf5_motion_close(reader);
     return NULL;
 }
 
-const char *const *motion_names(const struct motion_reader *reader, int *count) {
+const char *const *hdf5_motion_names(const struct motion_reader *reader, int *count) {
     *count = reader->count;
     return reader->names;
 }
@@ -113,7 +113,7 @@ static bool check_row(struct motion_reader *reader, const double *row) {
     return true;
 }
 
-int motion_next(struct motion_reader *reader, double *values) {
+int hdf5_motion_next(struct motion_reader *reader, double *values) {
     const double *row;
     char **texts;
     if (reader->next == reader->row_count)
@@ -129,8 +129,8 @@ int motion_next(struct motion_reader *reader, double *values) {
 
 /* ---- Attributes ---- */
 
-void motion_give_facts(const struct motion_reader *reader, const char *group,
-                       void take(void *context, const struct motion_fact *fact), void *context) {
+void hdf5_motion_give_facts(const struct motion_reader *reader, const char *group,
+                            void take(void *context, const struct motion_fact *fact), void *context) {
     const struct hdf5_object *object = hdf5_input_find(&reader->input, group);
     for (int i = 0; object && i < object->attribute_count; i++) {
         const struct hdf5_attribute *attribute = &object->attributes[i];
@@ -144,7 +144,7 @@ void motion_give_facts(const struct motion_reader *reader, const char *group,
     }
 }
 
-void motion_close(struct motion_reader *reader) {
+void hdf5_motion_close(struct motion_reader *reader) {
     if (!reader)
         return;
     hdf5_input_close(&reader->input);

@@ -1,4 +1,4 @@
-/* Writes a file of one motion: see hdf5_files.h. */
+/* Writes a file of one motion. */
 #include "runtime/tool/support/hdf5/hdf5_files.h"
 #include "runtime/tool/support/hdf5/hdf5_private.h"
 #include "runtime/tool/support/format/format.h"
@@ -16,7 +16,7 @@ static bool is_same(const char *a, const char *b) {
     return a == b || (a && b && strcmp(a, b) == 0);
 }
 
-/* One text where all numbers of the part have the same unit, else one for each. */
+/* One text if all numbers of the part have the same unit, otherwise one for each. */
 static void put_units(struct hdf5_file *file, const struct motion_part *part, const char *const *units) {
     bool is_one = true;
     for (int i = 1; i < part->count; i++)
@@ -77,7 +77,7 @@ static void release(struct motion_writer *writer) {
     free(writer);
 }
 
-struct motion_writer *motion_create(const char *path, const struct motion_layout *layout) {
+struct motion_writer *hdf5_motion_create(const char *path, const struct motion_layout *layout) {
     struct motion_writer *writer = allocate_large(1, sizeof *writer);
     const bool is_open = hdf5_create(&writer->file, path, MOTION_CONTENT, MOTION_VERSION);
     hdf5_rows_start(&writer->rows, &writer->file);
@@ -89,11 +89,11 @@ struct motion_writer *motion_create(const char *path, const struct motion_layout
     return NULL;
 }
 
-bool motion_put(struct motion_writer *writer, const double *values) {
+bool hdf5_motion_put(struct motion_writer *writer, const double *values) {
     return hdf5_rows_put(&writer->rows, values, NULL);
 }
 
-bool motion_finish(struct motion_writer *writer) {
+bool hdf5_motion_finish(struct motion_writer *writer) {
     bool is_good = hdf5_rows_flush(&writer->rows);
     hdf5_rows_release(&writer->rows);
     is_good = is_good && hdf5_finish(&writer->file);

@@ -1,4 +1,4 @@
-/* Reads a file of many motions: see hdf5_files.h. */
+/* Reads a file of many motions. */
 #include "runtime/tool/support/hdf5/hdf5_files.h"
 #include "runtime/tool/support/hdf5/hdf5_private.h"
 #include "runtime/tool/support/format/format.h"
@@ -40,11 +40,11 @@ static bool check_rows(struct runs_reader *reader, const struct hdf5_object *obj
 static const struct hdf5_object *find_needed(struct runs_reader *reader, const char *path) {
     const struct hdf5_object *object = hdf5_input_find(&reader->input, path);
     if (!object)
-        hdf5_input_refuse(&reader->input, "%s: is missing, every file of runs has it", path);
+        hdf5_input_refuse(&reader->input, "%s: is missing; every file of runs has it", path);
     return object;
 }
 
-/* One value a case. */
+/* One value for each case. */
 static bool take_head(struct runs_reader *reader, const char *path, bool is_text, int place) {
     const struct hdf5_object *object = find_needed(reader, path);
     if (!object || !check_rows(reader, object))
@@ -66,7 +66,7 @@ static bool check_number(struct runs_reader *reader, long row, double number) {
     const double before = row > 0 ? (double)reader->numbers[row - 1] : -1;
     return (number > before && number < (double)reader->batch_count) ||
            hdf5_input_refuse(&reader->input,
-                             "/case: row %ld has number %.0f, ascending ones below %ld are needed", row,
+                             "/case: row %ld has number %.0f; numbers must ascend and be below %ld", row,
                              number, reader->batch_count);
 }
 
@@ -95,7 +95,7 @@ static int compare_texts(const void *a, const void *b) {
     return strcmp(*(const char *const *)a, *(const char *const *)b);
 }
 
-/* The different ones of (count) texts, in order, in place; returns how many. */
+/* Keeps the different ones of (count) texts, in order, in place; returns how many. */
 static int keep_different(const char **texts, long count) {
     int kept = 0;
     qsort(texts, (size_t)count, sizeof *texts, compare_texts);
@@ -105,7 +105,7 @@ static int keep_different(const char **texts, long count) {
     return kept;
 }
 
-/* Texts come as they are by row, and become which of the different ones they are. */
+/* The texts of the rows become indices into the different texts. */
 static void number_texts(struct runs_reader *reader, struct varied *varied) {
     const size_t count = (size_t)reader->count;
     const char **by_row = allocate_large(count + 1, sizeof *by_row);
@@ -123,7 +123,7 @@ static bool has_texts(enum varied_kind kind) {
     return kind == VARIED_OPTION || kind == VARIED_SAMPLES;
 }
 
-/* RUNS_KIND_COUNT: the text names no kind. */
+/* Returns RUNS_KIND_COUNT if the text names no kind. */
 static int find_kind(const char *text) {
     int kind = 0;
     while (kind < RUNS_KIND_COUNT && (!text || strcmp(runs_kinds[kind], text) != 0))
@@ -215,7 +215,7 @@ static bool add_item(struct runs_reader *reader, const struct hdf5_object *objec
     return true;
 }
 
-/* Datasets in the groups of the file; those at its top are known. */
+/* The datasets in the groups of the file; those at its top are known. */
 static bool add_datasets(struct runs_reader *reader) {
     const struct hdf5_object *objects = reader->input.objects, *cases = find_needed(reader, "/cases");
     bool is_good = cases;
@@ -230,7 +230,7 @@ static bool add_datasets(struct runs_reader *reader) {
     return is_good;
 }
 
-/* Each item has its axis among those of the groups, as long as its rows are wide. */
+/* Finds the axis of each item among the axes of its group, by its length. */
 static bool check_axes(struct runs_reader *reader) {
     const struct runs_layout *layout = &reader->layout;
     for (int i = 0; i < layout->item_count; i++) {
@@ -275,41 +275,39 @@ static bool read_all(struct runs_reader *reader, const char *path) {
     return true;
 }
 
-struct runs_reader *runs_open(const char *path) {
+struct runs_reader *hdf5_runs_open(const char *path) {
     struct runs_reader *reader = allocate_large(1, sizeof *reader);
     if (read_all(reader, path))
         return reader;
-    runs_close(reader);
+    hdf5_runs_close(reader);
     return NULL;
 }
 
-const struct runs_layout *runs_layout(const struct runs_reader *reader) {
+const struct runs_layout *hdf5_runs_layout(const struct runs_reader *reader) {
     return &reader->layout;
 }
 
-long runs_count(const struct runs_reader *reader) {
+long hdf5_runs_count(const struct runs_reader *reader) {
     return reader->count;
 }
 
-long runs_batch_count(const struct runs_reader *reader) {
+long hdf5_runs_batch_count(const struct runs_reader *reader) {
     return reader->batch_count;
 }
 
-const long *runs_numbers(const struct runs_reader *reader) {
+const long *hdf5_runs_numbers(const struct runs_reader *reader) {
     return reader->numbers;
 }
 
 static bool check_heads(struct runs_reader *reader, long row, const double *values) {
     const double status = values[RUNS_STATUS], steps = values[RUNS_STEPS];
     if (status != 0 && status != 1 && status != 3)
-        return hdf5_input_refuse(&reader->input, "/status: row %ld has %g, which is none of 0, 1 and 3", row,
-                                 status);
+        return hdf5_input_refuse(&reader->input, "/status: row %ld has %g; must be 0, 1 or 3", row, status);
     return (steps >= 0 && steps <= 0x1p53) ||
-           hdf5_input_refuse(&reader->input, "/steps: row %ld has %g, which is no number of steps", row,
-                             steps);
+           hdf5_input_refuse(&reader->input, "/steps: row %ld has %g; must be a number of steps", row, steps);
 }
 
-bool runs_get(struct runs_reader *reader, long row, struct case_record *record) {
+bool hdf5_runs_get(struct runs_reader *reader, long row, struct case_record *record) {
     const double *values;
     char **texts;
     if (!hdf5_input_row(&reader->input, row, reader->count, &values, &texts) ||
@@ -324,14 +322,14 @@ bool runs_get(struct runs_reader *reader, long row, struct case_record *record) 
     return true;
 }
 
-const char *runs_attribute(const struct runs_reader *reader, const char *name) {
+const char *hdf5_runs_attribute(const struct runs_reader *reader, const char *name) {
     for (int i = 0; i < reader->layout.attribute_count; i++)
         if (strcmp(reader->layout.attributes[i].name, name) == 0)
             return reader->layout.attributes[i].text;
     return NULL;
 }
 
-void runs_close(struct runs_reader *reader) {
+void hdf5_runs_close(struct runs_reader *reader) {
     hdf5_input_close(&reader->input);
     free(reader);
 }

@@ -1,4 +1,4 @@
-/* Writes a file of many motions: see hdf5_files.h. */
+/* Writes a file of many motions. */
 #include "runtime/tool/support/hdf5/hdf5_files.h"
 #include "runtime/tool/support/hdf5/hdf5_private.h"
 #include "runtime/tool/support/format/format.h"
@@ -15,7 +15,7 @@ struct runs_writer {
     struct hdf5_file file;
     struct hdf5_rows rows;
     const struct runs_layout *layout;
-    long count, written, last; /* cases there will be and are; number of the last one */
+    long count, written, last; /* how many cases there will be, and are; number of the last one */
     int text_count;            /* texts of a row so far */
     double *values;            /* of one row */
     const char **texts;
@@ -23,7 +23,7 @@ struct runs_writer {
 
 /* ---- The datasets ---- */
 
-/* A dataset along the cases, and its place in the rows. size 0: one number, or a text. */
+/* Adds a dataset along the cases, and its place in the rows. size 0: one number, or a text. */
 static hid_t add_dataset(struct runs_writer *writer, const char *path, hid_t type, int place, int size) {
     struct hdf5_file *file = &writer->file;
     const bool is_text = type == file->text;
@@ -106,7 +106,7 @@ static bool add_all(struct runs_writer *writer) {
 
 /* ---- Cases ---- */
 
-void runs_drop(struct runs_writer *writer) {
+void hdf5_runs_drop(struct runs_writer *writer) {
     hdf5_rows_release(&writer->rows);
     hdf5_release(&writer->file);
     free(writer->values);
@@ -114,13 +114,13 @@ void runs_drop(struct runs_writer *writer) {
     free(writer);
 }
 
-struct runs_writer *runs_create(const char *path, const struct runs_layout *layout, long count) {
+struct runs_writer *hdf5_runs_create(const char *path, const struct runs_layout *layout, long count) {
     struct runs_writer *writer = allocate_large(1, sizeof *writer);
     *writer = (struct runs_writer){.layout = layout, .count = count, .last = -1};
     const bool is_open = hdf5_create(&writer->file, path, RUNS_CONTENT, RUNS_VERSION);
     hdf5_rows_start(&writer->rows, &writer->file);
     if (!is_open || !add_all(writer)) {
-        runs_drop(writer);
+        hdf5_runs_drop(writer);
         return NULL;
     }
     const int width = RUNS_HEAD_COUNT + layout->cases.width + layout->width;
@@ -150,7 +150,7 @@ static void fill_row(struct runs_writer *writer, const struct case_record *recor
         memcpy(values + cases->width, record->values, (size_t)writer->layout->width * sizeof *values);
 }
 
-bool runs_put(struct runs_writer *writer, const struct case_record *record) {
+bool hdf5_runs_put(struct runs_writer *writer, const struct case_record *record) {
     if (writer->file.has_failed)
         return false;
     if (record->number <= writer->last || record->number >= writer->layout->cases.count ||
@@ -162,7 +162,7 @@ bool runs_put(struct runs_writer *writer, const struct case_record *record) {
     return hdf5_rows_put(&writer->rows, writer->values, writer->texts);
 }
 
-bool runs_share_time(struct runs_writer *writer, double seconds) {
+bool hdf5_runs_share_time(struct runs_writer *writer, double seconds) {
     struct hdf5_file *file = &writer->file;
     if (writer->count == 0 || !hdf5_rows_flush(&writer->rows))
         return !file->has_failed;
@@ -179,12 +179,12 @@ bool runs_share_time(struct runs_writer *writer, double seconds) {
     return is_good || hdf5_fail(file, "not all could be written");
 }
 
-bool runs_finish(struct runs_writer *writer) {
+bool hdf5_runs_finish(struct runs_writer *writer) {
     bool is_good = hdf5_rows_flush(&writer->rows);
     if (is_good && writer->written != writer->count)
         is_good = hdf5_refuse(&writer->file, "%ld of %ld cases were written", writer->written, writer->count);
     hdf5_rows_release(&writer->rows);
     is_good = is_good && hdf5_finish(&writer->file);
-    runs_drop(writer);
+    hdf5_runs_drop(writer);
     return is_good;
 }

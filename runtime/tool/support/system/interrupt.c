@@ -1,4 +1,4 @@
-/* Signals that end the program: see system.h. */
+/* Handlers of the signals that end the program: they undo what was begun, or note the signal. */
 #include "runtime/tool/support/system/system.h"
 
 #include <stddef.h>
@@ -6,14 +6,15 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-/* What is said of a signal, NULL: nothing, where the user knows or nobody listens. */
+/* the message when the signal ends the program; NULL where the user knows the reason, or nobody listens */
 static const struct {
     int number;
-    bool is_repeated; /* by the system, as long as its cause is there: no wish of the user */
+    bool is_repeated; /* the system repeats it while its cause lasts; the user does not send it */
     const char *text;
 } signals[] = {
     {SIGHUP, false, "refdyn: ended by SIGHUP\n"},
     {SIGINT, false, NULL},
+    {SIGQUIT, false, NULL},
     {SIGPIPE, true, NULL},
     {SIGTERM, false, "refdyn: ended by SIGTERM\n"},
     {SIGXCPU, true, "refdyn: ended by SIGXCPU: the limit on CPU time is reached\n"},
@@ -34,7 +35,7 @@ static int place_of(int number) {
     return place;
 }
 
-/* The default action, without the core file that some of these signals leave. */
+/* The default action of the signal, without the core file that some signals leave. */
 static void end_by(int number) {
     const struct rlimit none = {0, 0};
     const char *text = signals[place_of(number)].text;
@@ -71,7 +72,8 @@ static void fill_set(sigset_t *set) {
 void interrupt_catch(void) {
     struct sigaction action = {.sa_handler = on_signal}, before;
     fill_set(&action.sa_mask);
-    signal(SIGCHLD, SIG_DFL); /* ignored, it hides the ends of other programs, from compilers too */
+    signal(SIGCHLD,
+           SIG_DFL); /* an ignored SIGCHLD would hide the ends of other programs, also from compilers */
     for (int i = 0; i < SIGNAL_COUNT; i++)
         if (sigaction(signals[i].number, NULL, &before) == 0 && before.sa_handler != SIG_IGN)
             sigaction(signals[i].number, &action, NULL);
@@ -101,7 +103,7 @@ void interrupt_release(const sigset_t *before) {
 
 void undo_add(struct undo *undo, void (*call)(void *what), void *what) {
     *undo = (struct undo){.call = call, .what = what, .next = undos};
-    undos = undo; /* complete when a signal sees it */
+    undos = undo; /* the entry is complete when a signal handler sees it */
 }
 
 void undo_forget(struct undo *undo) {

@@ -1,4 +1,4 @@
-/* The files that a command writes: see system.h. */
+/* The files that a command writes. Each grows as NAME.part, locked, and gets its name when it is complete. */
 #include "runtime/tool/support/system/system.h"
 #include "runtime/tool/support/format/format.h"
 
@@ -12,7 +12,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum { LINKS_MOST = 40 /* as Linux follows */, TRIES = 100 };
+enum { LINKS_MOST = 40 /* as many links as Linux follows */, TRIES = 100 };
 
 static bool refuse(const char *name, const char *fact) {
     put_plain_text(stderr, name);
@@ -26,7 +26,7 @@ static bool refuse_for(const char *name, const char *what) {
 
 /* ---- Where it will be ---- */
 
-/* Where a link leads; NULL with errno. */
+/* Returns the target of a link; NULL with errno. */
 static char *follow(char *path) {
     char *text = allocate(PATH_MAX + 1, 1);
     if (readlink(path, text, PATH_MAX) < 0)
@@ -34,12 +34,13 @@ static char *follow(char *path) {
     return *text == '/' ? text : text_format("%s/%s", dirname(path), text);
 }
 
-/* Links there lead to what is open, which has no name that could be taken: /dev/stdout. */
+/* Links in these folders lead to open files, such as /dev/stdout, which have no name that could be replaced.
+ */
 static bool is_of_system(const char *path) {
     return strncmp(path, "/dev/", strlen("/dev/")) == 0 || strncmp(path, "/proc/", strlen("/proc/")) == 0;
 }
 
-/* Sets path, or leaves it NULL for what is written itself. */
+/* Sets target->path, or leaves it NULL for a file that is written directly. */
 static bool find_path(struct target *target) {
     char *path = text_format("%s", target->name);
     struct stat status = {.st_mode = S_IFREG};
@@ -53,7 +54,7 @@ static bool find_path(struct target *target) {
     }
     if (S_ISREG(status.st_mode) || S_ISDIR(status.st_mode))
         target->path = path;
-    return S_ISDIR(status.st_mode) ? refuse(target->name, "is a folder, a file is needed") : true;
+    return S_ISDIR(status.st_mode) ? refuse(target->name, "is a folder; must be a file") : true;
 }
 
 /* A folder with the sticky bit, in which files belong to their users. */
@@ -61,7 +62,7 @@ static bool is_in_common_folder(const char *path, struct stat *folder) {
     return stat(dirname(text_format("%s", path)), folder) == 0 && (folder->st_mode & S_ISVTX);
 }
 
-/* What renaming will meet: a file that may not be replaced. */
+/* Reports a file that renaming may not replace. */
 static bool check_present(const struct target *target) {
     struct stat status, folder;
     if (stat(target->path, &status) != 0)
@@ -81,7 +82,7 @@ static bool is_file(const char *path, const struct stat *file) {
     return path && stat(path, &status) == 0 && status.st_ino == file->st_ino && status.st_dev == file->st_dev;
 }
 
-/* What file that is, apart from `target` itself, NULL: none that matters. */
+/* Describes what this file is to the command, apart from `target` itself; NULL if it is unrelated. */
 static const char *find_owner(const struct targets *targets, const struct target *target,
                               const struct stat *file) {
     for (int i = 0; i < targets->spared_count; i++)
@@ -96,8 +97,8 @@ static const char *find_owner(const struct targets *targets, const struct target
 static bool check_apart(const struct targets *targets, const struct target *target, const char *path) {
     struct stat status;
     const char *owner = stat(path, &status) == 0 ? find_owner(targets, target, &status) : NULL;
-    return !owner || refuse(target->name, text_format("%s is the file %s, which this command reads or "
-                                                      "writes, too; another name is needed",
+    return !owner || refuse(target->name, text_format("%s is the file %s, which this command also reads or "
+                                                      "writes; give another name",
                                                       path, owner));
 }
 
@@ -108,13 +109,13 @@ static void remove_part(void *what) {
     unlink(target->part);
 }
 
-/* Whether what was opened still has the name: another program may have finished it in between. */
+/* Returns whether the open file still has the name. Another program may have finished it in between. */
 static bool is_still(const char *path, int file) {
     struct stat status;
     return fstat(file, &status) == 0 && is_file(path, &status);
 }
 
-/* A descriptor of NAME.part, locked; -1 with a complaint. */
+/* A descriptor of NAME.part, locked; -1 if it cannot be opened, which is reported. */
 static int open_part(const struct target *target) {
     for (int i = 0; i < TRIES; i++) {
         struct stat status, folder;
@@ -132,15 +133,15 @@ static int open_part(const struct target *target) {
         close(file);
         if (is_busy || !is_plain) {
             refuse(target->name, is_busy ? "another refdyn is writing this file, wait for it or name another"
-                                         : "NAME.part is there and is no plain file of yours, remove it");
+                                         : "NAME.part is there and is no plain file of yours; remove it");
             return -1;
         }
     }
-    refuse(target->name, "NAME.part comes and goes, another name is needed");
+    refuse(target->name, "NAME.part comes and goes; give another name");
     return -1;
 }
 
-/* Empties it, when a byte can be written: a full disk is told now. */
+/* Empties the file, after a test that a byte can be written: a full disk is reported now. */
 static bool empty_part(const struct target *target, int file) {
     if (pwrite(file, "\n", 1, 0) == 1 && ftruncate(file, 0) == 0)
         return true;
@@ -156,7 +157,7 @@ static bool take_part(const struct targets *targets, struct target *target) {
     const int file = open_part(target);
     if (file < 0)
         return false;
-    /* Once more: a file system may take two names for one. */
+    /* Checks again: a file system may treat two names as one. */
     if (check_apart(targets, target, target->part) && empty_part(target, file)) {
         undo_add(&target->undo, remove_part, target);
         target->file = fdopen(file, "w");
@@ -195,7 +196,8 @@ static bool open_target(const struct targets *targets, struct target *target, co
     if (!check_present(target))
         return false;
     sigset_t before;
-    interrupt_hold(&before); /* no signal comes between the file and the way to undo it */
+    interrupt_hold(
+        &before); /* no signal comes between the creation of the file and the entry that undoes it */
     const bool is_taken = take_part(targets, target);
     interrupt_release(&before);
     return is_taken;
@@ -218,7 +220,7 @@ void targets_spare(struct targets *targets, const char *path) {
     targets->spared[targets->spared_count++] = text_format("%s", path);
 }
 
-/* When a signal ends the program. */
+/* Called when a signal ends the program. */
 static void remove_folders(void *what) {
     const struct targets *targets = what;
     folder_unmake(targets->folders);
@@ -257,7 +259,7 @@ bool target_write(struct target *target, const char *text, size_t length) {
     return is_good || refuse_rest(target);
 }
 
-/* Closes the file; stdout stays open. */
+/* Closes the file. stdout stays open. */
 static bool close_file(struct target *target) {
     bool is_good = !ferror(target->file);
     is_good = fflush(target->file) == 0 && is_good;

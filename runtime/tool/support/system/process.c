@@ -1,4 +1,4 @@
-/* Other programs: see system.h. */
+/* Other programs: found along PATH, started with posix_spawn, waited for, killed with the program. */
 #define _DEFAULT_SOURCE /* wait4 */
 #include "runtime/tool/support/system/system.h"
 #include "runtime/tool/support/format/format.h"
@@ -51,13 +51,16 @@ static int redirect(posix_spawn_file_actions_t *actions, const char *input, cons
     return error;
 }
 
-/* In the folder's group, with SIGPIPE as programs expect it. */
-static int set_attributes(posix_spawnattr_t *attributes, const struct scratch *scratch) {
-    const int flags = POSIX_SPAWN_SETSIGDEF | (scratch ? POSIX_SPAWN_SETPGROUP : 0);
+/* With SIGPIPE as programs expect it, and in a folder as leader of a group. No signal is held. */
+static int set_attributes(posix_spawnattr_t *attributes, const struct scratch *scratch,
+                          const sigset_t *mask) {
+    const int flags = POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSIGMASK | (scratch ? POSIX_SPAWN_SETPGROUP : 0);
     sigset_t defaults;
     sigemptyset(&defaults);
     sigaddset(&defaults, SIGPIPE);
-    int error = scratch ? posix_spawnattr_setpgroup(attributes, scratch->group) : 0;
+    int error = posix_spawnattr_setpgroup(attributes, 0);
+    if (!error)
+        error = posix_spawnattr_setsigmask(attributes, mask);
     if (!error)
         error = posix_spawnattr_setsigdefault(attributes, &defaults);
     if (!error)
@@ -79,16 +82,48 @@ static char **make_environment(const char *folder) {
     return list;
 }
 
+/* ---- Programs in temporary folders ---- */
+
+enum { RUNNING_MOST = 8 };
+static volatile pid_t running[RUNNING_MOST]; /* 0: a free place */
+
+static void replace_running(pid_t old, pid_t new) {
+    for (int i = 0; i < RUNNING_MOST; i++)
+        if (running[i] == old) {
+            running[i] = new;
+            return;
+        }
+}
+
+void process_kill_all(void) {
+    for (int i = 0; i < RUNNING_MOST; i++) {
+        const pid_t leader = running[i];
+        if (leader == 0)
+            continue;
+        kill(-leader, SIGKILL);
+        while (waitpid(leader, NULL, 0) < 0 && errno == EINTR)
+            continue;
+        running[i] = 0;
+    }
+}
+
+/* ---- Start and end ---- */
+
 static int spawn(struct process *process, const struct scratch *scratch, const char *const *argv,
                  const posix_spawn_file_actions_t *actions) {
     posix_spawnattr_t attributes;
+    sigset_t before;
     int error = posix_spawnattr_init(&attributes);
     if (error)
         return error;
-    error = set_attributes(&attributes, scratch);
+    interrupt_hold(&before);
+    error = set_attributes(&attributes, scratch, &before);
     if (!error) /* posix_spawnp does not write to argv */
         error = posix_spawnp(&process->pid, argv[0], actions, &attributes, (char *const *)argv,
                              scratch ? make_environment(scratch->path) : environ);
+    if (!error && scratch)
+        replace_running(0, process->pid);
+    interrupt_release(&before);
     posix_spawnattr_destroy(&attributes);
     return error;
 }
@@ -123,17 +158,22 @@ static bool has_running(const struct process *processes, int count) {
     return false;
 }
 
-/* By looks, since a signal that came before a call that waits would not end it. */
+/* Polls, because a signal that comes just before a blocking call would not end that call. */
 int process_wait(struct process *processes, int count) {
-    const struct timespec pause = {.tv_nsec = 2000000}; /* short beside any of these programs */
+    const struct timespec pause = {.tv_nsec = 2000000}; /* short compared with any of these programs */
     while (has_running(processes, count) && !interrupt_is_new()) {
         int status;
         struct rusage usage;
+        sigset_t before;
+        interrupt_hold(&before);
         const pid_t pid = wait4(-1, &status, WNOHANG, &usage);
+        if (pid > 0)
+            replace_running(pid, 0);
+        interrupt_release(&before);
         const int i = pid > 0 ? find(processes, count, pid) : -1;
-        if (pid < 0 && errno != EINTR)
+        if (pid < 0)
             return -1;
-        if (pid <= 0)
+        if (pid == 0)
             nanosleep(&pause, NULL);
         if (i < 0)
             continue;

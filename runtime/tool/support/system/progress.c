@@ -1,4 +1,4 @@
-/* A progress bar: see system.h. */
+/* A progress bar on stderr. */
 #include "runtime/tool/support/system/system.h"
 
 #include <stdio.h>

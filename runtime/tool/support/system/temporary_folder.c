@@ -1,5 +1,10 @@
-/* Folders: see system.h. */
-#define _GNU_SOURCE /* closefrom, nftw */
+/*
+ * Folders, and temporary folders in which other programs work.
+ *
+ * A signal that ends the program removes a temporary folder. SIGKILL leaves it: nobody holds its lock then,
+ * and the next start removes it. A compiler that still runs in it comes to its own end.
+ */
+#define _GNU_SOURCE /* nftw */
 #include "runtime/tool/support/system/system.h"
 #include "runtime/tool/support/format/format.h"
 
@@ -10,8 +15,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/file.h>
-#include <sys/prctl.h>
-#include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -44,7 +47,7 @@ void folder_unmake(char **made) {
     while (made && made[count])
         count++;
     while (count > 0)
-        rmdir(made[--count]); /* fails where something is in it, as it should */
+        rmdir(made[--count]); /* fails for a folder that is not empty, as it should */
 }
 
 /* ---- Temporary folders ---- */
@@ -59,7 +62,8 @@ static void remove_tree(const char *path) {
     nftw(path, remove_entry, DESCRIPTORS, FTW_DEPTH | FTW_PHYS);
 }
 
-/* Opens a folder that is no link and takes its lock; -1: it is not there, not this user's, or in use. */
+/* Opens and locks a folder that is no link. Returns -1 if it is missing, belongs to another user, or is in
+ * use. */
 static int lock_folder(const char *path) {
     struct stat status, now;
     const int folder = open(path, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
@@ -89,7 +93,8 @@ static void remove_dead(const char *parent, const char *prefix) {
         closedir(folder);
 }
 
-/* A new folder and its lock; again, when somebody took it for a dead one before it was locked. */
+/* Makes a folder and locks it. Tries again if another program removed it as abandoned before it was locked.
+ */
 static bool make_locked(struct scratch *scratch, const char *parent, const char *prefix) {
     for (int i = 0; i < TRIES; i++) {
         scratch->path = text_format("%s/%sXXXXXX", parent, prefix);
@@ -104,121 +109,40 @@ static bool make_locked(struct scratch *scratch, const char *parent, const char 
     return false;
 }
 
-/* ---- The guard ---- */
-
-/* Signals that end other processes do not end the guard. */
-static void ignore_signals(void) {
-    static const int ignored[] = {SIGHUP, SIGINT, SIGPIPE, SIGQUIT, SIGTERM, SIGXCPU, SIGXFSZ};
-    for (size_t i = 0; i < sizeof ignored / sizeof ignored[0]; i++)
-        signal(ignored[i], SIG_IGN);
-}
-
-/* Leads the group, so that its number stays taken as long as it may be killed; goes with the guard. */
-static _Noreturn void sleep_forever(pid_t guard) {
-    prctl(PR_SET_PDEATHSIG, SIGKILL);
-    closefrom(0);
-    while (getppid() == guard)
-        pause();
-    _exit(0);
-}
-
-/* Starts the leader; its number, -1: there is none. */
-static pid_t start_leader(void) {
-    const pid_t guard = getpid(), leader = fork();
-    if (leader == 0)
-        sleep_forever(guard);
-    if (leader > 0)
-        setpgid(leader, leader); /* before anybody is put into it, or kills it */
-    return leader;
-}
-
-/* The connection ends when the last one that holds its other end is gone. */
-static _Noreturn void keep_watch(const char *path, int connection) {
-    char nothing;
-    setpgid(0, 0);
-    ignore_signals();
-    const pid_t group = start_leader();
-    if (write(connection, &group, sizeof group) < 0)
-        errno = 0; /* the program is gone, which is seen next */
-    dup2(connection, STDIN_FILENO);
-    closefrom(STDIN_FILENO + 1);
-    while (read(STDIN_FILENO, &nothing, 1) < 0 && errno == EINTR)
-        continue;
-    if (group > 0) {
-        kill(-group, SIGKILL);
-        waitpid(group, NULL, 0);
-    }
-    remove_tree(path);
-    _exit(0);
-}
-
-/* What the guard has started as leader of the group; -1: it is gone or could not. */
-static pid_t read_group(int connection) {
-    pid_t group = -1;
-    ssize_t length;
-    while ((length = read(connection, &group, sizeof group)) < 0 && errno == EINTR)
-        continue;
-    return length == sizeof group ? group : -1;
-}
-
-/* The guard comes first, so that nothing else is ever without it. */
-static bool start_guard(struct scratch *scratch) {
-    int ends[2];
-    if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
-        return false;
-    scratch->life = ends[0];
-    scratch->guard = fork();
-    if (scratch->guard == 0)
-        keep_watch(scratch->path, ends[1]);
-    close(ends[1]);
-    scratch->group = scratch->guard > 0 ? read_group(scratch->life) : -1;
-    if (scratch->guard > 0 && scratch->group < 0)
-        errno = EAGAIN; /* as fork said in the guard */
-    return scratch->group > 0;
-}
-
-/* When a signal ends the program. */
+/* A signal ends the program. Its handler may not allocate, so that another program removes the folder. */
 static void undo_scratch(void *what) {
-    struct scratch *scratch = what;
-    close(scratch->life);
-    while (waitpid(scratch->guard, NULL, 0) < 0 && errno == EINTR)
-        continue;
-}
-
-/* The guard alone, or the empty folder. */
-static void give_up(struct scratch *scratch) {
-    if (scratch->guard > 0)
-        undo_scratch(scratch);
-    else if (scratch->life >= 0)
-        close(scratch->life);
-    if (scratch->lock >= 0) {
-        rmdir(scratch->path);
-        close(scratch->lock);
+    const struct scratch *scratch = what;
+    process_kill_all();
+    const pid_t remover = fork();
+    if (remover == 0) {
+        execl("/bin/rm", "rm", "-rf", "--", scratch->path, (char *)NULL);
+        _exit(1);
     }
+    while (remover > 0 && waitpid(remover, NULL, 0) < 0 && errno == EINTR)
+        continue;
 }
 
 bool scratch_open(struct scratch *scratch, const char *parent, const char *prefix) {
     sigset_t before;
-    *scratch = (struct scratch){.lock = -1, .life = -1};
-    char *folder = realpath(parent, NULL); /* from the root on: no name of it begins like an option */
+    *scratch = (struct scratch){.lock = -1};
+    char *folder = realpath(parent, NULL); /* an absolute path, so that no name begins like an option */
     if (folder)
         remove_dead(folder, prefix);
     interrupt_hold(&before);
-    const bool is_open = folder && make_locked(scratch, folder, prefix) && start_guard(scratch);
+    const bool is_open = folder && make_locked(scratch, folder, prefix);
     if (is_open)
         undo_add(&scratch->undo, undo_scratch, scratch);
-    else {
+    else
         fprintf(stderr, "refdyn: %s: cannot make a temporary folder: %s\n", parent, strerror(errno));
-        give_up(scratch);
-    }
     interrupt_release(&before);
     free(folder);
     return is_open;
 }
 
 void scratch_close(struct scratch *scratch) {
+    process_kill_all(); /* after a noted signal, which ends the wait for a compiler */
+    remove_tree(scratch->path);
     undo_forget(&scratch->undo);
-    undo_scratch(scratch);
     close(scratch->lock);
 }
 

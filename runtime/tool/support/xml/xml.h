@@ -1,9 +1,10 @@
 /*
- * An XML file as a tree of elements with their attributes and lines. Text between elements is passed over.
+ * Reads an XML file as a tree of elements with their attributes and lines. Text between elements is
+ * skipped.
  *
- * Files with a document type are refused, so that no entity of theirs is ever read, inside the file or from
- * outside; so are files that are larger or deeper than any robot's. Complaints go to stderr as
- * FILE:LINE: WHAT: fact, what is needed.
+ * Files with a document type are refused, so that no entity is ever read, inside the file or from outside.
+ * Files that are larger or deeper than any robot's are refused, too. Errors go to stderr as FILE:LINE:
+ * WHAT: fact; what to do.
  */
 #ifndef REFDYN_TOOL_XML_H
 #define REFDYN_TOOL_XML_H
@@ -15,22 +16,22 @@ struct xml_attribute {
 struct xml_element {
     const char *name;
     int line;
-    struct xml_attribute *attributes; /* the last one has the name NULL */
+    struct xml_attribute *attributes; /* the name NULL at the end */
     struct xml_element *parent, *first, *last, *next;
 };
 
-/* The outermost element, NULL with a complaint. It lives until the program's end. */
+/* Returns the outermost element, or NULL after a reported error. It lives until the program ends. */
 struct xml_element *xml_read(const char *path);
 
-/* The value of an attribute; NULL: not there. */
+/* The value of an attribute; NULL if it is missing. */
 const char *xml_attribute(const struct xml_element *element, const char *name);
-/* The first child of that name; NULL: none. */
+/* The first child of that name; NULL if there is none. */
 const struct xml_element *xml_child(const struct xml_element *element, const char *name);
-/* How many elements of that name there are in `root`, itself included. */
+/* How many elements of that name `root` contains, itself included. */
 int xml_count(const struct xml_element *root, const char *name);
-/* The element behind `at` on a way through all that is in `root`, in the order of the file; NULL: it ends. */
+/* The element after `at` among all elements in `root`, in the order of the file; NULL at the end. */
 const struct xml_element *xml_next(const struct xml_element *at, const struct xml_element *root);
-/* The same, but not into `at`. */
+/* The same, without the elements inside `at`. */
 const struct xml_element *xml_behind(const struct xml_element *at, const struct xml_element *root);
 
 #endif

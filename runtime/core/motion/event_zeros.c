@@ -1,0 +1,438 @@
+/*
+ * Zeros of events and kinks in a step that was taken.
+ *
+ * In: the step, and the sides of zero on which the values were at its begin. Out: where a shorter step should
+ * end, or what is due at the end of this one. Each value is sampled in nine places of the method's
+ * interpolant. Zeros on the interpolant are found by the Illinois form of regula falsi (Dowell and Jarratt,
+ * BIT 11:168-174, 1971). The step is taken again to there; what it then misses is found by Newton's method.
+ */
+#include "runtime/core/motion/motion.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+enum { SAMPLES = REFDYN_EVENT_SAMPLES };
+enum {
+    TRIES_MOST = 60, /* steps to one zero; Newton squares the distance, halving it is the last resort */
+    TRIES_FREE = 4,  /* from then on, a distance that does not fall is that of rounding */
+    ZEROS_MOST = 60  /* places of an interpolant where a zero is looked for */
+};
+static const double rounding = 8 * DBL_EPSILON;
+static const double zero_width = 1e-13;   /* of a zero on the interpolant, over the step */
+static const double rounding_part = 1e-6; /* of a step, at most: a distance that is rounding */
+static const double far_short = 0.1;      /* a step that fell so short, over its length, leads nowhere yet */
+static const double near_end = 0.99;      /* of a step that is too long: a zero after it explains little */
+static const double early = 0.9;          /* a zero before the first sample lies within this part of it */
+
+/* ---- Zeros on the interpolant ---- */
+
+/* Values at theta of the step; at a time event at its end, on the left side. */
+static int values_at(struct refdyn_state_events *events, struct refdyn_step *step, double theta,
+                     double *values) {
+    const double t = step->t_begin + theta * (step->t_end - step->t_begin);
+    int status = REFDYN_OK;
+    if (theta < 1)
+        status = step->method->kind->interpolate(step, theta, events->room);
+    if (!status)
+        status =
+            refdyn_state_events_values(events, step, refdyn_step_inside(step, theta < 1 ? t : step->t_end),
+                                       theta < 1 ? events->room : step->state_new, values);
+    for (int i = 0; i < events->count; i++)
+        values[i] -= events->zeros[i];
+    return status;
+}
+
+static double sample(const struct refdyn_state_events *events, int k, int i) {
+    return events->samples[k * events->count + i];
+}
+
+static int value_at(struct refdyn_state_events *events, struct refdyn_step *step, int i, double theta,
+                    double *value) {
+    const int status = values_at(events, step, theta, events->values);
+    *value = events->values[i];
+    return status;
+}
+
+/* The zero between a, before the crossing, and b, after it, with the values there. */
+static int find_zero(struct refdyn_state_events *events, struct refdyn_step *step, int i, double a, double va,
+                     double b, double vb, double *theta) {
+    double value, last = -1;
+    int moved = 0;
+    *theta = b;
+    for (int k = 0; k < ZEROS_MOST && b - a > zero_width && fabs(*theta - last) > zero_width; k++) {
+        double x = a + (b - a) * (va / (va - vb));
+        x = x > a && x < b ? x : a + (b - a) / 2;
+        const int status = value_at(events, step, i, x, &value);
+        if (status)
+            return status;
+        last = *theta;
+        *theta = x;
+        if ((value > 0) == (va > 0) && value != 0) {
+            vb = moved < 0 ? vb / 2 : vb;
+            a = x, va = value, moved = -1;
+        } else {
+            va = moved > 0 ? va / 2 : va;
+            b = x, vb = value, moved = 1;
+        }
+    }
+    return REFDYN_OK;
+}
+
+/* Where the value leaves zero, between a, where it is zero, and b, where it is not. */
+static int find_leave(struct refdyn_state_events *events, struct refdyn_step *step, int i, double a, double b,
+                      double *theta) {
+    double value;
+    for (int k = 0; k < ZEROS_MOST && b - a > zero_width; k++) {
+        const double x = a + (b - a) / 2;
+        const int status = value_at(events, step, i, x, &value);
+        if (status)
+            return status;
+        *(value != 0 ? &b : &a) = x;
+    }
+    *theta = b;
+    return REFDYN_OK;
+}
+
+/* A value may leave zero at the begin and return before the first sample. The parabola through the begin,
+ * with its rate, and the first sample shows where it returns; half of that is where it is farthest. If the
+ * interpolant shows nothing there, the predicted return counts. */
+static int find_return(struct refdyn_state_events *events, struct refdyn_step *step, int i, int side,
+                       double rise, double *theta) {
+    const double part = 1.0 / SAMPLES, first = sample(events, 1, i);
+    const double back = rise / (rise - (first - sample(events, 0, i)));
+    double value;
+    *theta = part * (back > 0 && back < early ? back : early);
+    const int status = value_at(events, step, i, *theta / 2, &value);
+    if (status || !(side * value > 0))
+        return status;
+    return find_zero(events, step, i, *theta / 2, value, part, first, theta);
+}
+
+/* The zero before the first sample, which is beyond zero. */
+static int find_near_begin(struct refdyn_state_events *events, struct refdyn_step *step, int i, int side,
+                           double *theta) {
+    const double part = 1.0 / SAMPLES, begin = sample(events, 0, i);
+    refdyn_state_events_evaluate_terms(events, step, step->t_begin, step->state);
+    const struct refdyn_assessed found =
+        refdyn_state_events_assess(events, step, i, step->t_begin, step->state, step->rates);
+    if (side * found.rate > found.rate_noise)
+        return find_return(events, step, i, side, found.rate * part * (step->t_end - step->t_begin), theta);
+    *theta = 0;
+    if (begin == 0 && fabs(found.rate) <= found.rate_noise)
+        return find_leave(events, step, i, 0, part, theta);
+    return side * begin > 0 ? find_zero(events, step, i, 0, begin, part, sample(events, 1, i), theta)
+                            : REFDYN_OK;
+}
+
+/* May a value that has kept its side have been beyond zero between three samples? Then *theta is the first
+ * zero. */
+static int find_dip(struct refdyn_state_events *events, struct refdyn_step *step, int i, int middle, int side,
+                    double *theta) {
+    struct dip dip;
+    double x, v, value;
+    for (int k = 0; k < 3; k++) {
+        dip.x[k] = (double)(middle - 1 + k) / SAMPLES;
+        dip.v[k] = side * sample(events, middle - 1 + k, i);
+    }
+    const double begin = dip.x[0], least = fmin(dip.v[0], fmin(dip.v[1], dip.v[2]));
+    for (int tries = 0; tries < DIPS_MOST && dip_bottom(&dip, &x, &v) && v < least / 2; tries++) {
+        const int status = value_at(events, step, i, x, &value);
+        if (status)
+            return status;
+        if (side * value < 0)
+            return find_zero(events, step, i, begin, sample(events, middle - 1, i), x, value, theta);
+        dip_narrow(&dip, x, side * value);
+    }
+    return REFDYN_OK;
+}
+
+static int find_dips(struct refdyn_state_events *events, struct refdyn_step *step, int i, double *theta) {
+    const int side = events->side[i];
+    int status = REFDYN_OK;
+    if (side == 0 || !refdyn_state_events_watches(step, i, -side))
+        return REFDYN_OK;
+    for (int k = 0; k <= SAMPLES; k++)
+        if (!(side * sample(events, k, i) > 0))
+            return REFDYN_OK;
+    for (int k = 1; k < SAMPLES && !status && !isfinite(*theta); k++)
+        status = find_dip(events, step, i, k, side, theta);
+    if (isfinite(*theta))
+        events->towards[i] = -side;
+    return status;
+}
+
+/* The side of zero of a sample; that of a kink has to be clear of zero. */
+static int side_at(const struct refdyn_state_events *events, int k, int i) {
+    const double value = sample(events, k, i);
+    return refdyn_state_events_is_kink(events, i) && fabs(value) <= refdyn_kinks_width(events, i)
+               ? 0
+               : refdyn_sign_of(value);
+}
+
+/* The sample after the first crossing in the event's direction, and the side before it. 0: there is none;
+ * then side_end is the side at the end. */
+static int find_crossing(struct refdyn_state_events *events, const struct refdyn_step *step, int i,
+                         int *side) {
+    *side = events->side[i];
+    for (int k = 1; k <= SAMPLES; k++) {
+        const int now = side_at(events, k, i);
+        if (now == 0 || now == *side)
+            continue;
+        if (refdyn_state_events_watches(step, i, now) &&
+            (*side != 0 || !refdyn_state_events_is_kink(events, i))) {
+            *side = -now;
+            events->towards[i] = now;
+            return k;
+        }
+        *side = now;
+    }
+    events->side_end[i] = *side;
+    return 0;
+}
+
+/* Where event i first happens in the step; INFINITY: it does not. */
+static int find_first(struct refdyn_state_events *events, struct refdyn_step *step, int i, double *theta) {
+    int side;
+    const int k = find_crossing(events, step, i, &side);
+    *theta = INFINITY;
+    if (k == 0)
+        return find_dips(events, step, i, theta);
+    if (k == 1)
+        return find_near_begin(events, step, i, side, theta);
+    const double before = sample(events, k - 1, i);
+    *theta = (double)(k - 1) / SAMPLES;
+    if (before == 0)
+        return find_leave(events, step, i, *theta, (double)k / SAMPLES, theta);
+    return side * before > 0
+               ? find_zero(events, step, i, *theta, before, (double)k / SAMPLES, sample(events, k, i), theta)
+               : REFDYN_OK;
+}
+
+/* ---- A step that was taken ---- */
+
+static int take_samples(struct refdyn_state_events *events, struct refdyn_step *step) {
+    int status = REFDYN_OK;
+    for (int k = 1; k <= SAMPLES && !status; k++)
+        status = values_at(events, step, (double)k / SAMPLES, events->samples + k * events->count);
+    return status;
+}
+
+/* A kink at the begin of the step is passed. Nothing happens there unless rows turn. */
+static int is_passed(struct refdyn_state_events *events, const struct refdyn_step *step, int i, double theta,
+                     double least) {
+    if (!refdyn_state_events_is_kink(events, i) || !(theta * (step->t_end - step->t_begin) < least))
+        return 0;
+    refdyn_state_events_evaluate(events, step, step->t_begin, step->state);
+    if (refdyn_kinks_may_turn_rows(events, step, i))
+        return 0;
+    events->side[i] = -events->side[i];
+    return 1;
+}
+
+/* Times that are nearer to each other are the same. */
+static double same_time(const struct refdyn_step *step) {
+    return fmax(2 * refdyn_time_resolution(step->t_end), rounding * (step->t_end - step->t_begin));
+}
+
+/* The value of event i at the end of the step, which was evaluated last. */
+static double value_at_end(const struct refdyn_state_events *events, int i) {
+    return events->values[i] - events->zeros[i];
+}
+
+/* The step is accepted: records how far from zero the values were in it. */
+static void note_samples(struct refdyn_state_events *events) {
+    for (int k = 1; k <= SAMPLES; k++)
+        for (int i = 0; i < events->named; i++)
+            events->risen[i] = fmax(events->risen[i], fabs(sample(events, k, i)));
+}
+
+/* The step is good. Values that have crossed zero in it are due, and those that are about to cross it at the
+ * same time. */
+static void end_on_zero(struct refdyn_state_events *events, struct refdyn_step *step) {
+    const double t = refdyn_step_inside(step, step->t_end);
+    refdyn_state_events_clear_due(events);
+    note_samples(events);
+    refdyn_state_events_evaluate(events, step, t, step->state_new);
+    for (int i = 0; i < events->count; i++) {
+        int side;
+        const int has_crossed = find_crossing(events, step, i, &side) > 0;
+        const struct refdyn_assessed end =
+            refdyn_state_events_assess(events, step, i, t, step->state_new, step->rates_new);
+        const int is_about_to =
+            side * end.rate < 0 && refdyn_state_events_watches(step, i, -side) &&
+            fabs(value_at_end(events, i)) <= fmax(end.noise, fabs(end.rate) * refdyn_state_events_blur(t));
+        events->side[i] = side;
+        if (is_about_to)
+            events->towards[i] = -side;
+        if (has_crossed || is_about_to || i == events->target)
+            refdyn_state_events_add_due(events, i);
+    }
+    refdyn_state_events_note_due(events, step, step->t_end);
+}
+
+/* No step leads away from zero. */
+static void stay_on_zero(struct refdyn_state_events *events, struct refdyn_step *step, double *t_event) {
+    const int target = events->target;
+    refdyn_state_events_clear_due(events);
+    events->side[target] = -events->towards[target];
+    refdyn_state_events_add_due(events, target);
+    refdyn_step_give_up(step);
+    refdyn_state_events_note_due(events, step, step->t_begin);
+    *t_event = step->t_begin;
+}
+
+/* Do the last two samples of an event show that it is about to cross zero at the end of the step, where it is
+ * zero except for rounding? */
+static int ends_before_zero(const struct refdyn_state_events *events, const struct refdyn_step *step) {
+    const double per_time = SAMPLES / (step->t_end - step->t_begin);
+    const double near = per_time * refdyn_state_events_blur(step->t_end);
+    for (int i = 0; i < events->named; i++) {
+        const double end = sample(events, SAMPLES, i), change = end - sample(events, SAMPLES - 1, i);
+        if (events->side_end[i] * change < 0 && fabs(end) <= 2 * near * fabs(change))
+            return 1;
+    }
+    return 0;
+}
+
+static void keep_sides(struct refdyn_state_events *events) {
+    events->tries = 0;
+    note_samples(events);
+    for (int i = 0; i < events->count; i++)
+        events->side[i] = events->side_end[i];
+}
+
+/* Is the end as near to the zero as it can be? */
+static int is_met(const struct refdyn_state_events *events, const struct refdyn_step *step, double distance) {
+    const int no_longer_falls = events->tries >= TRIES_FREE && distance > events->missed / 4 &&
+                                distance < rounding_part * (step->t_end - step->t_begin);
+    return distance <= same_time(step) || no_longer_falls || events->tries >= TRIES_MOST;
+}
+
+/* The step is taken again, to t. */
+static void try_again(struct refdyn_state_events *events, double distance, double t, double *t_event) {
+    events->missed = distance;
+    events->tries++;
+    *t_event = t;
+}
+
+/* The value of the target has crossed zero at t. */
+static void step_back(struct refdyn_state_events *events, struct refdyn_step *step, double t, double least,
+                      double *t_event) {
+    const double distance = step->t_end - t;
+    if (t - step->t_begin < least)
+        stay_on_zero(events, step, t_event);
+    else if (is_met(events, step, distance))
+        end_on_zero(events, step);
+    else {
+        events->t_high = step->t_end;
+        try_again(events, distance, t, t_event);
+    }
+}
+
+/* Steps to a zero have ended before it: its distance by Newton's method, or half of the distance to t_high,
+ * which is after the zero, if Newton leads beyond that. */
+static double distance_ahead(struct refdyn_state_events *events, const struct refdyn_step *step) {
+    const int i = events->target;
+    const double t = refdyn_step_inside(step, step->t_end), left = events->t_high - step->t_end;
+    refdyn_state_events_evaluate(events, step, t, step->state_new);
+    const struct refdyn_assessed end =
+        refdyn_state_events_assess(events, step, i, t, step->state_new, step->rates_new);
+    const double value = value_at_end(events, i);
+    if (fabs(value) <= end.noise)
+        return 0;
+    const double ahead = -value / end.rate;
+    return ahead > 0 && ahead < left ? ahead : left / 2;
+}
+
+static void step_ahead(struct refdyn_state_events *events, struct refdyn_step *step, double *t_event) {
+    const double distance = distance_ahead(events, step);
+    if (distance > far_short * (step->t_end - step->t_begin) && events->tries < TRIES_MOST)
+        keep_sides(events);
+    else if (is_met(events, step, distance))
+        end_on_zero(events, step);
+    else
+        try_again(events, distance, step->t_end + distance, t_event);
+}
+
+/* *first: theta of the first zero in the step, of the value events->target; INFINITY: there is none. */
+static int find_first_of_all(struct refdyn_state_events *events, struct refdyn_step *step, double least,
+                             double *first) {
+    double theta;
+    int status = take_samples(events, step);
+    *first = INFINITY;
+    for (int i = 0; i < events->count && !status; i++) {
+        status = find_first(events, step, i, &theta);
+        if (!status && is_passed(events, step, i, theta, least))
+            status = find_first(events, step, i, &theta);
+        if (theta < *first) {
+            *first = theta;
+            events->target = i;
+        }
+    }
+    return status;
+}
+
+/* The step is good: where should a shorter one end? */
+static int look(struct refdyn_state_events *events, struct refdyn_step *step, double least, double *t_event) {
+    const int target = events->target;
+    double first;
+    events->contacts.longest = fmax(events->contacts.longest, step->t_end - step->t_begin);
+    const int status = find_first_of_all(events, step, least, &first);
+    if (status)
+        return status;
+    if (isfinite(first))
+        step_back(events, step, step->t_begin + first * (step->t_end - step->t_begin), least, t_event);
+    else if (events->held >= 0) {
+        events->target = events->held;
+        events->towards[events->held] = -events->side[events->held];
+        end_on_zero(events, step);
+    } else if (events->tries > 0) {
+        events->target = target;
+        step_ahead(events, step, t_event);
+    } else if (ends_before_zero(events, step)) {
+        events->target = -1;
+        end_on_zero(events, step);
+    } else
+        keep_sides(events);
+    return REFDYN_OK;
+}
+
+/* The first zero in a step that was refused; INFINITY: none explains it. */
+static double look_early(struct refdyn_state_events *events, struct refdyn_step *step, double least) {
+    const double h = step->t_end - step->t_begin;
+    double first;
+    events->tries = 0;
+    if (events->early_tries++ >= TRIES_FREE || find_first_of_all(events, step, least, &first))
+        return INFINITY;
+    return first * h >= least && first < near_end ? step->t_begin + first * h : INFINITY;
+}
+
+/* ---- Their entry in the list of obstacles ---- */
+
+int refdyn_state_events_seen(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, double *t) {
+    *t = INFINITY;
+    if (motion->state_events.count == 0)
+        return REFDYN_OK;
+    const int status = look(&motion->state_events, &motion->step, ahead->least, t);
+    if (status)
+        refdyn_motion_failed(motion, status, motion->step.t_end);
+    return status;
+}
+
+/* A step whose error is too large may have passed an event or a kink, and one whose end could not be
+ * projected onto its rows a kink at which they turn. It should end there, not at some part of its length. */
+double refdyn_state_events_cause(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, int status) {
+    struct refdyn_step *step = &motion->step;
+    if (motion->state_events.count == 0)
+        return INFINITY;
+    if (status && (status != REFDYN_NO_CONVERGENCE || motion->work->model->kink_count == 0 ||
+                   motion->options.stabilise != REFDYN_PROJECT))
+        return INFINITY;
+    if (status) /* back to where the method led */
+        memcpy(step->state_new, step->side, (size_t)(2 * step->n) * sizeof(double));
+    if (!step->has_rates_new && refdyn_rates(&step->evaluation, refdyn_step_inside(step, step->t_end),
+                                             step->state_new, step->rates_new))
+        return INFINITY;
+    return look_early(&motion->state_events, step, ahead->least);
+}

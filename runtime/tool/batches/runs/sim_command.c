@@ -1,0 +1,51 @@
+/* `refdyn sim`: one motion of a model, or with --of a case of a batch once more. */
+#include "runtime/tool/batches/runs/runs.h"
+#include "runtime/tool/motions/equilibria/equilibria.h"
+#include "runtime/tool/motions/simulate/simulate.h"
+#include "runtime/tool/scene/scene.h"
+
+#include <string.h>
+
+/* The file of runs has all options of its cases; only the place of the result is free. */
+static enum status check_case(const struct options *options) {
+    static const char *const free_options[] = {"output", "of", "case"};
+    if (options->operand_count > 0 || !options_has(options, "of") || !options_has(options, "case"))
+        return usage_error(options->command, "--case K --of RUNS.h5 stand together, and for MODEL.lua");
+    const char *other = options->setting_count > 0 ? "set" : NULL;
+    for (int i = 0; i < options->value_count && !other; i++)
+        if (text_index(options->values[i].name, free_options, 3) < 0)
+            other = options->values[i].name;
+    return other ? usage_error(options->command, "--%s: the case of --of has its own", other) : STATUS_DONE;
+}
+
+static enum status run_motion(const struct options *options) {
+    if (!options_has(options, "of") && !options_has(options, "case"))
+        return run_sim(options);
+    const enum status status = check_case(options);
+    return status == STATUS_DONE ? run_case_again(options) : status;
+}
+
+static const struct option_rule case_rules[] = {
+    {"of", "RUNS.h5", OPTION_TEXT, "replaces MODEL.lua: repeat a case of this file of runs", NULL, NULL},
+    {"case", "K", OPTION_INDEX, "number of the case in --of", NULL, NULL},
+    {.name = NULL}};
+
+const struct command sim_command = {
+    .name = "sim",
+    .run = run_motion,
+    .operands = "MODEL.lua",
+    .options = "output until! method step tol step-max accuracy verify inputs stop every from stabilise "
+               "singular start hold release way summary of case set fold",
+    .tables = {case_rules, sim_rules, motion_rules, statics_rules, scene_rules},
+    .has_gsl = true,
+    .replaces_operands = "of case",
+    .output = "RUN.csv",
+    .purpose = "one motion, as CSV or HDF5",
+    .help = "Columns: t, coordinates, rates, points, residuals, energy, programme forces, inputs. A summary "
+            "goes to stderr.\n"
+            "RUN.h5 has the same as HDF5, with units, options and parameters.\n\n"
+            "  refdyn sim models/manipulator.lua --set n_rfe=1 --until 10 --step 1e-3 -o rigid.csv\n"
+            "  refdyn sim models/manipulator.lua --from statics --until 10 --tol 1e-8 -o flexible.csv\n"
+            "  refdyn sim models/manipulator.lua --from statics --until 10 --accuracy 1e-6 --stop 'E_z<2' -o "
+            "flexible.csv\n"
+            "  refdyn sim --case 12 --of runs.h5 -o case12.csv\n"};
